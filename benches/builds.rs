@@ -8,7 +8,7 @@ mod families;
 mod split_mix;
 
 use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Ray, TraversalStats};
-use raywright::core::bench::Spread;
+use raywright::core::bench::SampleQuantiles;
 use raywright::core::bench::clock::process_seconds;
 
 use families::{ArrangementRng, FAMILIES, Family, Item, group, random, uneven};
@@ -63,10 +63,14 @@ fn row((name, family): Family, count: usize, quality: BuildQuality) {
         let first = build(&base, quality).0;
         build(&items, quality).0 / first
     };
-    let spread = Spread::from_samples(&(0..ROUNDS).map(ratio).collect::<Vec<_>>());
+    let spread = SampleQuantiles::from_samples(&(0..ROUNDS).map(ratio).collect::<Vec<_>>());
     let (_, geometry) = build(&items, quality);
     let [nodes, tests] = visits(&geometry, &items);
-    let time = format!("{:.2} ± {:.0} %", spread.median, spread.relative() * 100.0);
+    let time = format!(
+        "{:.2} ± {:.0} %",
+        spread.median,
+        spread.relative_half_spread() * 100.0
+    );
     println!("{name:40}{time:>18}{nodes:>14.1}{tests:>14.1}");
 }
 

@@ -22,12 +22,12 @@ use std::path::{Path, PathBuf};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use raywright::core::display::Display;
 use raywright::core::film::{Film, Uncertainty};
-use raywright::core::metrics::student_95;
+use raywright::core::metrics::student_factor_95;
 use raywright::core::scene::Integrator;
 use raywright::core::settings::{Aov, Sampling};
 use raywright::core::{ReadyScene, Scene, Settings, prepare};
 use raywright::io::Limits;
-use raywright::io::output::{KeptFilm, Metadata, read_film, write_film};
+use raywright::io::output::{PictureMetadata, StoredFilm, read_film, write_film};
 
 /// Scenes and target errors for adaptive sampling: sixteen samples, the minimum, do not suffice for
 /// any of them.
@@ -84,7 +84,7 @@ impl From<Film> for CalibrationRender {
             .clone();
         let (colours, claimed) = (
             picture.rgb,
-            film.uncertainty()
+            film.estimate_uncertainty()
                 .unwrap_or_else(|| panic!("two replicates")),
         );
         let samples = film.counters().samples as f64 / colours.len() as f64;
@@ -108,8 +108,8 @@ fn film(scene: &Scene, size: [u32; 2], samples: u32, max_error: Option<f64>, see
         ..Settings::from_scene(scene)
     };
     let ready: ReadyScene = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
-    let mut film: Film = ready.film("");
-    let whole = film.whole_part();
+    let mut film: Film = ready.new_film("");
+    let whole = film.full_part();
     ready
         .render_part(&mut film, &whole, &())
         .unwrap_or_else(|e| panic!("{e}"));
@@ -129,9 +129,9 @@ fn kept(file: &Path, render: impl FnOnce() -> Film) -> Film {
     if let Ok(kept_film) = read_film(file, &Limits::default()) {
         return kept_film.film;
     }
-    let mut kept_film = KeptFilm {
+    let mut kept_film = StoredFilm {
         film: render(),
-        metadata: Metadata::default(),
+        metadata: PictureMetadata::default(),
         display: Display::default(),
     };
     write_film(file, &mut kept_film).unwrap_or_else(|e| panic!("{e}"));
@@ -186,7 +186,7 @@ fn pixels(renders: &[CalibrationRender], sum: &[[f64; 3]]) -> [String; 2] {
         for render in renders {
             let off = (green(render) - mean) * n / (n - 1.0);
             let error = f64::from(render.errors[pixel]);
-            let width = student_95(render.claimed.replicates - 1)
+            let width = student_factor_95(render.claimed.replicates - 1)
                 * (error * error + variance / (n - 1.0)).sqrt();
             counted += 1;
             held += usize::from(off.abs() <= width);

@@ -20,12 +20,12 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use raywright::core::denoise::denoise;
 use raywright::core::display::Display;
 use raywright::core::film::{Film, Uncertainty};
-use raywright::core::metrics::student_95;
+use raywright::core::metrics::student_factor_95;
 use raywright::core::scene::Integrator;
 use raywright::core::settings::Sampling;
 use raywright::core::{Scene, Settings, prepare};
 use raywright::io::Limits;
-use raywright::io::output::{KeptFilm, Metadata, read_film, write_film};
+use raywright::io::output::{PictureMetadata, StoredFilm, read_film, write_film};
 
 const SIZE: [u32; 2] = [48, 32];
 
@@ -42,7 +42,7 @@ impl From<Film> for ClaimRender {
     fn from(film: Film) -> Self {
         let denoised = denoise(&film, &()).unwrap_or_else(|e| panic!("{e}"));
         let noisy = film
-            .uncertainty()
+            .estimate_uncertainty()
             .unwrap_or_else(|| panic!("four replicates"));
         let (errors, _) = film
             .standard_errors()
@@ -69,8 +69,8 @@ fn render(scene: &Scene, samples: u32, seed: u64) -> Film {
         ..Settings::from_scene(scene)
     };
     let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
-    let mut film = ready.film("");
-    let whole = film.whole_part();
+    let mut film = ready.new_film("");
+    let whole = film.full_part();
     ready
         .render_part(&mut film, &whole, &())
         .unwrap_or_else(|e| panic!("{e}"));
@@ -86,9 +86,9 @@ fn film(file: Option<PathBuf>, scene: &Scene, samples: u32, seed: u64) -> Film {
         return kept_film.film;
     }
     let film = render(scene, samples, seed);
-    let mut kept_film = KeptFilm {
+    let mut kept_film = StoredFilm {
         film,
-        metadata: Metadata::default(),
+        metadata: PictureMetadata::default(),
         display: Display::default(),
     };
     write_film(&file, &mut kept_film).unwrap_or_else(|e| panic!("{e}"));
@@ -162,7 +162,7 @@ impl Truth {
     fn pixels(&self, renders: &[&ClaimRender]) -> [usize; 3] {
         let mut counts = [0; 3];
         for render in renders {
-            let factor = student_95(render.claims[0].replicates - 1);
+            let factor = student_factor_95(render.claims[0].replicates - 1);
             for (pixel, error) in render
                 .errors
                 .iter()

@@ -55,8 +55,8 @@ fn film(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, denoise: bool) -
         ..Settings::from_scene(scene)
     };
     let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
-    let mut film = ready.film("");
-    let whole = film.whole_part();
+    let mut film = ready.new_film("");
+    let whole = film.full_part();
     ready
         .render_part(&mut film, &whole, &())
         .unwrap_or_else(|e| panic!("{e}"));
@@ -108,7 +108,7 @@ impl DenoiseRow {
         let DenoiseOutput {
             picture,
             error,
-            brightened,
+            light_change: brightened,
             ..
         } = denoise(film, &()).unwrap_or_else(|e| panic!("{e}"));
         let both = [errors(&film.picture(), truth), errors(&picture, truth)];

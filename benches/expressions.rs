@@ -12,7 +12,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use glam::Vec3;
-use raywright_core::expr::{ExprScope, Programs, VariableValues, compile};
+use raywright_core::expr::{ExprScope, ProgramTable, VariableValues, compile};
 use raywright_core::noise::{turbulence2, turbulence3};
 
 type Closure = Box<dyn Fn(&VariableValues<f32>) -> Vec3 + Send + Sync>;
@@ -24,7 +24,7 @@ type Inlined = Box<dyn Fn(&[VariableValues<f32>]) -> Vec3>;
 struct Case {
     name: &'static str,
     /// One program.
-    program: Programs<f32>,
+    program: ProgramTable<f32>,
     boxed: Closure,
     /// Sum over many hits by the inlined closure.
     inlined: Inlined,
@@ -33,7 +33,7 @@ struct Case {
 macro_rules! case {
     ($name:literal, $scope:expr, $source:expr, |$i:ident| $body:expr) => {{
         let names = BTreeMap::from([("t".to_owned(), 6.0)]);
-        let program = Programs::from_program(
+        let program = ProgramTable::from_program(
             &compile($source, &names, $scope).unwrap_or_else(|e| panic!("{}: {e}", $name)),
         );
         let formula = |$i: &VariableValues<f32>| -> Vec3 { $body };
@@ -158,7 +158,7 @@ fn table(cases: &[Case], hits: &[VariableValues<f32>], rounds: usize) {
     for case in cases {
         let program = |hits: &[VariableValues<f32>]| -> Vec3 {
             hits.iter()
-                .map(|hit| case.program.vector(0, black_box(hit)))
+                .map(|hit| case.program.eval_vector(0, black_box(hit)))
                 .sum()
         };
         let boxed = |hits: &[VariableValues<f32>]| -> Vec3 {

@@ -113,7 +113,7 @@ fn precisions(scene: &Scene, name: &str, size: [u32; 2]) {
         move |settings: &mut Settings| {
             settings.precision = precision;
             if scene.render.pattern.is_none() {
-                settings.sampling = Sampling::resolve(scene, Some(4));
+                settings.sampling = Sampling::from_spp(scene, Some(4));
             }
         }
     };

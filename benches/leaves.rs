@@ -113,7 +113,7 @@ fn table(name: &str, put: PlacePrimitive, count: usize) {
             geometry(put, count, AcceleratorKind::Linear),
         ));
     }
-    let bytes = trees[0].1.bytes() as f64 / count as f64;
+    let bytes = trees[0].1.memory_bytes() as f64 / count as f64;
     let rng = &mut SplitMix64(7);
     let rays: Vec<Ray<f32>> = (0..RAYS)
         .map(|_| {
@@ -147,7 +147,7 @@ fn table(name: &str, put: PlacePrimitive, count: usize) {
     };
     let any = |tree: &Geometry<f32>| {
         for ray in &rays {
-            black_box(tree.any(ray, Interval::positive(), &mut |_| true, &mut ()));
+            black_box(tree.occluded(ray, Interval::positive(), &mut |_| true, &mut ()));
         }
     };
     let camera = |tree: &Geometry<f32>| {
@@ -161,7 +161,7 @@ fn table(name: &str, put: PlacePrimitive, count: usize) {
     };
     let together = |tree: &Geometry<f32>| {
         let mut hits = Vec::new();
-        tree.closest_from(&from, &mut PacketBackoff::default(), &mut hits);
+        tree.closest_of_packet(&from, &mut PacketBackoff::default(), &mut hits);
         black_box(&hits);
     };
     let queries: [(&str, RayQuery<'_>); 4] = [

@@ -212,9 +212,9 @@ fn run_beside_an_image(path: &Path) {
         .iter()
         .filter_map(|image| image.data.as_ref());
     let largest = images
-        .max_by_key(|data| data.bytes())
+        .max_by_key(|data| data.byte_size())
         .expect("a model with an image");
-    let raywright::core::scene::Pixels::Codes(codes) = &largest.pixels else {
+    let raywright::core::scene::PixelData::Codes(codes) = &largest.pixels else {
         panic!("an image of eight bits")
     };
     let file = largest_image(path, [largest.width, largest.height]);

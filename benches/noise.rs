@@ -7,7 +7,7 @@
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
-use raywright::core::metrics::{NoisyPicture, judge_noise};
+use raywright::core::metrics::{PictureWithErrors, test_against_noise};
 use raywright::core::scene::Integrator;
 use raywright::core::settings::Sampling;
 use raywright::core::{Scene, Settings, prepare};
@@ -49,8 +49,8 @@ impl NoiseSide {
             ..Settings::from_scene(scene)
         };
         let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
-        let mut film = ready.film("");
-        let whole = film.whole_part();
+        let mut film = ready.new_film("");
+        let whole = film.full_part();
         ready
             .render_part(&mut film, &whole, &())
             .unwrap_or_else(|e| panic!("{e}"));
@@ -79,10 +79,10 @@ impl NoiseSide {
         self
     }
 
-    fn noisy(&self) -> NoisyPicture<'_> {
+    fn noisy(&self) -> PictureWithErrors<'_> {
         let [width, height] = self.size;
         let standard_errors = Some(self.errors.clone());
-        NoisyPicture {
+        PictureWithErrors {
             width,
             height,
             rgb: &self.rgb,
@@ -94,7 +94,8 @@ impl NoiseSide {
     /// Whether both pictures differ beyond noise, at each level.
     fn differs(&self, other: &Self) -> [bool; LEVELS.len()] {
         let judged = |level| {
-            judge_noise(&self.noisy(), &other.noisy(), level).unwrap_or_else(|e| panic!("{e}"))
+            test_against_noise(&self.noisy(), &other.noisy(), level)
+                .unwrap_or_else(|e| panic!("{e}"))
         };
         LEVELS.map(|level| judged(level).beyond > 0)
     }

@@ -11,10 +11,12 @@ mod scenes;
 mod threads;
 
 use raywright::core::Scene;
-use raywright::core::bench::Spread;
+use raywright::core::bench::SampleQuantiles;
 use raywright::core::bench::clock::process_seconds;
 use raywright::core::settings::{PrecisionChoice, Sampling};
-use raywright::stability::{Contest, Measurement, RayCount, contest, hard_cases, measure};
+use raywright::stability::{
+    CostComparison, Measurement, RayCount, formula_contest, hard_cases, measure_case,
+};
 
 use mesh::mesh;
 use scenes::{preset, ready};
@@ -58,8 +60,12 @@ fn row(name: &str, works: [Option<&dyn Fn()>; 3]) {
         None => "—".to_owned(),
         Some(_) if index == 1 => "1".to_owned(),
         Some(_) => {
-            let spread = Spread::from_samples(&ratios[index]);
-            format!("{:.2} ± {:.1} %", spread.median, spread.relative() * 100.0)
+            let spread = SampleQuantiles::from_samples(&ratios[index]);
+            format!(
+                "{:.2} ± {:.1} %",
+                spread.median,
+                spread.relative_half_spread() * 100.0
+            )
         }
     };
     println!(
@@ -73,12 +79,12 @@ fn row(name: &str, works: [Option<&dyn Fn()>; 3]) {
 /// Time per ray or sample, for every hard case with a textbook formula.
 fn tests() {
     for number in hard_cases().map(|case| case.number) {
-        let Some(Contest {
+        let Some(CostComparison {
             label,
             textbook,
             library: [robust, reference],
             ..
-        }) = contest(number)
+        }) = formula_contest(number)
         else {
             continue;
         };
@@ -99,7 +105,7 @@ fn pictures() {
                 ready(&scene, size, |settings| {
                     settings.precision = precision;
                     if scene.render.pattern.is_none() {
-                        settings.sampling = Sampling::resolve(&scene, Some(4));
+                        settings.sampling = Sampling::from_spp(&scene, Some(4));
                     }
                 })
             });
@@ -132,7 +138,7 @@ fn cases() {
         RayCount::Quarter
     };
     for case in hard_cases() {
-        let measurements = measure(case.number, shot).unwrap_or_default();
+        let measurements = measure_case(case.number, shot).unwrap_or_default();
         let Some(textbook) = measurements
             .first()
             .and_then(|measurement| measurement.textbook.as_ref())
@@ -147,11 +153,11 @@ fn cases() {
                 .map(|measurement| measurement.outcome.wrong)
                 .sum()
         };
-        let share = 100.0 * textbook.wrong_share();
+        let share = 100.0 * textbook.wrong_fraction();
         let (robust, reference) = (wrong("robust"), wrong("reference"));
         println!(
             "| **wrong**: {} ({}) | {share:.1} % | {robust} | {reference} |",
-            case.hard.trim_end_matches('.'),
+            case.difficulty.trim_end_matches('.'),
             case.number
         );
     }

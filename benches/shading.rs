@@ -53,13 +53,13 @@ fn above(place: usize) -> DVec3 {
 fn make_path_hits<N: Number>() -> Vec<PathHits<N>> {
     let group = |first: usize| {
         let place = |lane: usize, what: usize| 16 * (first + lane) + what;
-        let number = |what: usize| N::of_lanes(|lane| even(place(lane, what)));
+        let number = |what: usize| N::from_lanes(|lane| even(place(lane, what)));
         let direction =
-            |what: usize| <N::Vec3 as Vector3<N>>::of_lanes(|lane| above(place(lane, what)));
+            |what: usize| <N::Vec3 as Vector3<N>>::from_lanes(|lane| above(place(lane, what)));
         PathHits {
             wo: direction(0),
             wi: direction(2),
-            frame: ShadingFrame::from_normal(<N::Vec3 as Vector3<N>>::of_lanes(|_| DVec3::Z)),
+            frame: ShadingFrame::from_normal(<N::Vec3 as Vector3<N>>::from_lanes(|_| DVec3::Z)),
             model: MetallicRoughness {
                 base: N::Vec3::new(number(4), number(5), number(6)),
                 metallic: number(7),

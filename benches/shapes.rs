@@ -19,7 +19,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use glam::{DAffine3, DVec3};
-use raywright::core::bench::Spread;
+use raywright::core::bench::SampleQuantiles;
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad,
     Sphere, Torus, TransformedShape, Triangle,
@@ -112,12 +112,12 @@ fn run<P, T>(group: &str, id: &str, probes: &[P], mut test: impl FnMut(&P) -> T)
         start.elapsed().as_secs_f64() * 1e9 / probes.len() as f64
     };
     pass();
-    let spread = Spread::from_samples(&(0..PASSES).map(|_| pass()).collect::<Vec<_>>());
+    let spread = SampleQuantiles::from_samples(&(0..PASSES).map(|_| pass()).collect::<Vec<_>>());
     println!(
         "{:40}{:>10.2} ns ±{:4.1} %",
         format!("{group} {id}"),
         spread.median,
-        spread.relative() * 100.0
+        spread.relative_half_spread() * 100.0
     );
 }
 
@@ -198,7 +198,7 @@ fn precision<R: Real>(name: &str) {
         PreparedRay::new(ray)
     });
     run("ray", &format!("spawn/{name}"), &surfaces, |s| {
-        s.spawn(s.normal)
+        s.spawn_ray_origin(s.normal)
     });
 }
 

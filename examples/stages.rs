@@ -21,8 +21,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..Settings::from_scene(&loaded.scene)
     };
     let ready = prepare(&loaded.scene, &settings, &())?;
-    let rendered = ready.render_showing(&(), |stage| {
-        let (samples, picture) = (stage.samples(), stage.picture());
+    let rendered = ready.render_progressively(&(), |stage| {
+        let (samples, picture) = (stage.sample_range(), stage.picture());
         let middle = picture.pixel(picture.width / 2, picture.height / 2);
         let error = stage.error().map(|error| error.root_relmse);
         let error = error.map_or("not known yet".to_owned(), |e| {
@@ -36,9 +36,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
     write_picture(
         Path::new(out),
-        rendered.shown_picture(),
+        rendered.final_picture(),
         Display::from_render(&loaded.scene.render),
-        &Metadata::default(),
+        &PictureMetadata::default(),
     )?;
     Ok(())
 }

@@ -65,9 +65,9 @@ fn thumbnail(file: &Path, target: &Path) -> Result<(), Box<dyn std::error::Error
     let rendered = prepare(&loaded.scene, &settings, &())?.render(&());
     write_picture(
         target,
-        rendered.shown_picture(),
+        rendered.final_picture(),
         Display::from_render(&loaded.scene.render),
-        &Metadata::default(),
+        &PictureMetadata::default(),
     )?;
     Ok(())
 }

@@ -8,7 +8,7 @@
 
 use std::path::Path;
 
-use raywright::core::framing::{FIELD_OF_VIEW, Silhouette, View};
+use raywright::core::framing::{FIELD_OF_VIEW, Silhouette, ViewAngles};
 use raywright::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -21,8 +21,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let silhouette = Silhouette::from_scene(&loaded.scene);
     let from = |turn: u32| {
         let azimuth = 360.0 * f64::from(turn) / f64::from(count);
-        silhouette.frame(
-            View {
+        silhouette.frame_camera(
+            ViewAngles {
                 azimuth,
                 elevation: 20.0,
             },
@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for turn in 0..count {
         let camera = from(turn);
         // Another camera may need other effects; then the scene is prepared again.
-        if !ready.turn_to(&loaded.scene, &camera) {
+        if !ready.replace_camera(&loaded.scene, &camera) {
             ready = prepare(
                 &loaded.scene,
                 &Settings {
@@ -57,9 +57,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let display = Display::from_render(&loaded.scene.render);
         write_picture(
             Path::new(&path),
-            ready.render(&()).shown_picture(),
+            ready.render(&()).final_picture(),
             display,
-            &Metadata::default(),
+            &PictureMetadata::default(),
         )?;
     }
     Ok(())

@@ -11,7 +11,7 @@
 //!     let denoised = rendered.denoised().expect("it was asked for");
 //!     println!("root relMSE {:.3}", denoised.error.root_relmse.value);
 //!     let path = std::env::temp_dir().join("cornell.png");
-//!     write_picture(&path, rendered.shown_picture(), Display::from_render(&loaded.scene.render), &Metadata::default())?;
+//!     write_picture(&path, rendered.shown_picture(), Display::from_render(&loaded.scene.render), &PictureMetadata::default())?;
 //!     Ok(())
 //! }
 //! ```
@@ -81,9 +81,9 @@ pub mod prelude {
     pub use raywright_core::scene::Scene;
     pub use raywright_core::settings::Sampling;
     pub use raywright_core::{Observer, ReadyScene, RenderOutput, RenderStage, Settings, prepare};
-    pub use raywright_io::output::{Metadata, read_picture, write_picture};
+    pub use raywright_io::output::{PictureMetadata, read_picture, write_picture};
     pub use raywright_io::{
-        Environment, EnvironmentSource, Input, LightShortage, Limits, LoadOptions, Loaded,
-        Resolver, load,
+        EnvironmentOptions, EnvironmentSource, Input, LightShortage, Limits, LoadOptions,
+        LoadedScene, Resolver, load,
     };
 }

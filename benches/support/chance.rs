@@ -1,8 +1,8 @@
 //! Randomly sampled pictures, and how often the intervals of their pixels contain the truth.
 
-use raywright::core::metrics::student_95;
+use raywright::core::metrics::student_factor_95;
 use raywright::core::picture::Picture;
-use raywright::core::settings::{Aov, Sampling, Settings, replicates};
+use raywright::core::settings::{Aov, Sampling, Settings, default_replicates};
 use raywright::core::{Scene, prepare};
 use raywright::io::{Input, LoadOptions, load};
 
@@ -155,10 +155,10 @@ pub fn judge(
     render: SamplingCase,
     seeds: core::ops::Range<u64>,
 ) -> CoverageTally {
-    let factor = student_95(
+    let factor = student_factor_95(
         render
             .replicates
-            .unwrap_or(replicates(render.samples))
+            .unwrap_or(default_replicates(render.samples))
             .min(render.samples)
             - 1,
     );

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use raywright::core::bench::Spread;
+use raywright::core::bench::SampleQuantiles;
 use raywright::core::bench::clock::process_seconds;
 
 /// A contestant to be timed.
@@ -36,9 +36,14 @@ pub fn interleaved(title: &str, repeats: usize, contestants: &[Contestant<'_>]) 
     );
     for (i, contestant) in contestants.iter().enumerate() {
         let cell = |value: &dyn Fn(&[[f64; 2]]) -> f64| {
-            let spread =
-                Spread::from_samples(&rounds.iter().map(|round| value(round)).collect::<Vec<_>>());
-            format!("{:.4} ±{:4.1} %", spread.median, spread.relative() * 100.0)
+            let spread = SampleQuantiles::from_samples(
+                &rounds.iter().map(|round| value(round)).collect::<Vec<_>>(),
+            );
+            format!(
+                "{:.4} ±{:4.1} %",
+                spread.median,
+                spread.relative_half_spread() * 100.0
+            )
         };
         let cells = [0, 1].map(|clock| cell(&|round| round[i][clock]));
         let ratios = [0, 1].map(|clock| cell(&|round| round[i][clock] / round[0][clock]));

@@ -28,7 +28,7 @@ impl BitsScene {
         let scene = load(input, &LoadOptions::default())
             .unwrap_or_else(|e| panic!("{e}"))
             .scene;
-        let sampling = Sampling::resolve(&scene, spp);
+        let sampling = Sampling::from_spp(&scene, spp);
         let ready = prepare(
             &scene,
             &Settings {
@@ -38,7 +38,7 @@ impl BitsScene {
             &(),
         )
         .unwrap_or_else(|e| panic!("{name}: {e}"));
-        let many = ready.tables().primitives > 1000 && ready.tables().instances > 0;
+        let many = ready.table_sizes().primitives > 1000 && ready.table_sizes().instances > 0;
         Self {
             name,
             scene,
@@ -75,7 +75,7 @@ fn carried() -> Vec<BitsScene> {
             &Input::Preset(preset.name.to_owned()),
             None,
         );
-        subject.sampling = Sampling::resolve(&subject.scene, few(&subject.scene));
+        subject.sampling = Sampling::from_spp(&subject.scene, few(&subject.scene));
         subject
     };
     presets::list().into_iter().map(subject).collect()
@@ -319,7 +319,7 @@ fn looks_change_no_bit() {
         .build()
         .expect("a thread");
     let look = |stage: &RenderStage<'_>| {
-        let so_far = RenderOutput::noisy(stage.film());
+        let so_far = RenderOutput::from_film_without_denoising(stage.film());
         rays.push(so_far.counters.camera);
         assert_eq!(*stage.picture(), so_far.picture);
         bare += stage
@@ -329,7 +329,7 @@ fn looks_change_no_bit() {
             .filter(|rgb| **rgb == [0.0; 3])
             .count();
     };
-    let found = pool.install(|| ready.render_showing(&(), look));
+    let found = pool.install(|| ready.render_progressively(&(), look));
     assert!(found.finished && found.picture == ready.render(&()).picture);
     assert_eq!((rays.len(), bare), (7, 0), "{rays:?}");
     let all = found.counters.camera as f64;
@@ -354,7 +354,11 @@ fn looks_change_no_bit() {
         }
     }
     let mut looks = 0;
-    assert!(!ready.render_showing(&StopsAtOnce, |_| looks += 1).finished);
+    assert!(
+        !ready
+            .render_progressively(&StopsAtOnce, |_| looks += 1)
+            .finished
+    );
     assert_eq!(looks, 0);
 }
 
@@ -411,8 +415,11 @@ fn sketches_show_the_same_view() {
         };
         let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{name}: {e}"));
         let picture = ready.render(&()).picture;
-        assert!(ready.sketch(1, 256, &[], &()).picture == picture, "{name}");
-        let sketch = ready.sketch(4, 256, &[], &()).picture;
+        assert!(
+            ready.render_preview(1, 256, &[], &()).picture == picture,
+            "{name}"
+        );
+        let sketch = ready.render_preview(4, 256, &[], &()).picture;
         assert_eq!([sketch.width, sketch.height], [16, 11]);
         let mut worst = 0.0_f32;
         for (x, y) in (0..10).flat_map(|y| (0..15).map(move |x| (x, y))) {

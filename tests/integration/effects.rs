@@ -21,7 +21,7 @@ fn prove(label: &str, scene: &Scene) {
         ..Settings::from_scene(scene)
     };
     let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{label}: {e}"));
-    let (tables, counters) = (ready.tables(), ready.render(&()).counters);
+    let (tables, counters) = (ready.table_sizes(), ready.render(&()).counters);
     let absent = |effect| ready.effects().status(effect) == EffectStatus::Absent;
     let zero = |effect: Effect, value: u64| {
         assert!(

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use raywright::core::effects::{Effect, EffectStatus};
 use raywright::core::scene::{
-    Camera, Classic, Colour, ColourInput, Generator, GeneratorKind, Light, LightKind, Material,
-    Mesh, MeshData, MeshSource, Model, Object, Pinhole, Pose, Projection, Scene, Shape, SideRule,
-    TransformStep,
+    Camera, ClassicMaterial, Colour, ColourInput, Generator, GeneratorKind, Light, LightKind,
+    Material, MaterialModel, Mesh, MeshData, MeshSource, Object, Pinhole, Pose, Projection, Scene,
+    Shape, SideRule, TransformStep,
 };
 use raywright::core::settings::Settings;
 use raywright::core::{RenderOutput, prepare};
@@ -72,9 +72,9 @@ fn scene(shared: bool) -> Scene {
         transform,
         transform_end: None,
     };
-    let classic = Classic {
+    let classic = ClassicMaterial {
         colour: ColourInput::Constant(Colour([0.8, 0.6, 0.4])),
-        ..Classic::default()
+        ..ClassicMaterial::default()
     };
     let mut scene = Scene {
         cameras: vec![Camera {
@@ -104,7 +104,7 @@ fn scene(shared: bool) -> Scene {
         }],
         materials: vec![Material {
             name: "matte".to_owned(),
-            model: Model::Classic(Box::new(classic)),
+            model: MaterialModel::Classic(Box::new(classic)),
         }],
         meshes: if shared {
             vec![mesh(name(0))]
@@ -124,7 +124,7 @@ fn render(scene: &Scene) -> (RenderOutput, usize, u64) {
     let ready = prepare(scene, &Settings::from_scene(scene), &()).unwrap_or_else(|e| panic!("{e}"));
     (
         ready.render(&()),
-        ready.tables().instances,
+        ready.table_sizes().instances,
         ready.memory().geometry,
     )
 }
@@ -280,7 +280,7 @@ fn instances_are_reported_where_they_are_built() {
             prepare(&scene, &Settings::from_scene(&scene), &()).unwrap_or_else(|e| panic!("{e}"));
         let reported = ready.effects().status(Effect::Instances) == EffectStatus::Simulated;
         assert_eq!(
-            (ready.tables().instances, reported),
+            (ready.table_sizes().instances, reported),
             (expected, expected > 0)
         );
     }

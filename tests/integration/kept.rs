@@ -84,7 +84,7 @@ fn hashes(name: &str, scene: Scene, size: [u32; 2]) -> String {
     let of = |precision| {
         let mut settings = Settings::from_scene(&scene);
         settings.size = size;
-        settings.sampling = Sampling::resolve(&scene, spp);
+        settings.sampling = Sampling::from_spp(&scene, spp);
         settings.precision = precision;
         settings.aovs = vec![
             Aov::Albedo,

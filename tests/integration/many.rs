@@ -49,7 +49,7 @@ fn loading_is_linear_in_everything() {
         );
         let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{label}: {e}"));
         let found = [
-            ready.tables().primitives,
+            ready.table_sizes().primitives,
             scene.lights.len(),
             scene.parameters.len(),
         ]

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use raywright::bvh::{AcceleratorKind, BuildQuality};
 use raywright::core::settings::PrecisionChoice;
-use raywright::core::{Memory, Scene, Settings, estimate, prepare};
+use raywright::core::{MemoryUse, Scene, Settings, estimate_scene_memory, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
 use serde_json::{Value, json};
 
@@ -22,12 +22,12 @@ const ACCELERATORS: [AcceleratorKind; 2] = [
 /// geometry in a tree, up to five times and some kilobytes, because the fill of its nodes and
 /// blocks is unknown. Returns both.
 #[track_caller]
-fn told(label: &str, scene: &Scene, settings: &Settings) -> [Memory; 2] {
-    let before = estimate(scene, settings);
+fn told(label: &str, scene: &Scene, settings: &Settings) -> [MemoryUse; 2] {
+    let before = estimate_scene_memory(scene, settings);
     let after = prepare(scene, settings, &())
         .unwrap_or_else(|e| panic!("{label}: {e}"))
         .memory();
-    for ((name, reported), (_, real)) in before.parts().into_iter().zip(after.parts()) {
+    for ((name, reported), (_, real)) in before.by_purpose().into_iter().zip(after.by_purpose()) {
         let wide = name == "geometry" && matches!(settings.accelerator, AcceleratorKind::Tree(_));
         let maximum = if wide { 5 * real + 8192 } else { 2 * real };
         assert!(

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use raywright::core::scene::{Image, ImageData, MeshSource, Pixels, Scene, TransformStep};
+use raywright::core::scene::{Image, ImageData, MeshSource, PixelData, Scene, TransformStep};
 use raywright::core::settings::Sampling;
 use raywright::core::{Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
@@ -57,7 +57,7 @@ fn scene(set: u32) -> (Scene, Vec<String>) {
     let data = ImageData {
         width: 4,
         height: 1,
-        pixels: Pixels::Linear(COLOURS.to_vec()),
+        pixels: PixelData::Linear(COLOURS.to_vec()),
     };
     scene.images = vec![Image {
         data: Some(Arc::new(data)),
@@ -122,5 +122,8 @@ fn an_empty_set_is_no_set() {
     data.uvs[1].clear();
     scene.meshes[0].source = MeshSource::Inline(Arc::new(data));
     assert_eq!(shown(&scene), [1.0; 3]);
-    assert_eq!(raywright::core::validate::missing_uv_sets(&scene).len(), 1);
+    assert_eq!(
+        raywright::core::validate::find_missing_uv_sets(&scene).len(),
+        1
+    );
 }

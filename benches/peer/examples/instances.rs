@@ -179,7 +179,7 @@ fn seconds() -> f64 {
 fn ours(scene: &Geometry<f32>, ray: &Ray<f32>, any: bool) -> InstanceHit {
     if any {
         return scene
-            .any(ray, Interval::positive(), &mut |_| true, &mut ())
+            .occluded(ray, Interval::positive(), &mut |_| true, &mut ())
             .then_some((0.0, 0, 0));
     }
     scene
@@ -197,7 +197,7 @@ fn main() {
         words
             .get(1)
             .filter(|word| word.as_str() != "ball")
-            .map_or_else(ball, |file| files::mesh(file)),
+            .map_or_else(ball, |file| files::read_mesh(file)),
     );
     let repeats = words.get(2).and_then(|word| word.parse().ok()).unwrap_or(7);
     let side = words

@@ -67,7 +67,7 @@ impl<R: Real> Peer for Geometry<R> {
     fn any(&self, rays: &[RayIn], hits: &mut [u8]) {
         for (requested, hit) in rays.iter().zip(hits) {
             let (ray, range) = ray::<R>(requested);
-            *hit = self.any(&ray, range, &mut |_| true, &mut ()).into();
+            *hit = self.occluded(&ray, range, &mut |_| true, &mut ()).into();
         }
     }
 }
@@ -92,7 +92,7 @@ impl<R: Real> Peer for PacketPeer<R> {
                 range,
             };
             self.0
-                .closest_from(&requested, &mut backoff, &mut found_hits);
+                .closest_of_packet(&requested, &mut backoff, &mut found_hits);
             let (these, rest) = hits.split_at_mut(rays.len());
             for (hit, found_hit) in these.iter_mut().zip(&found_hits) {
                 *hit = found_hit.map_or(
@@ -150,7 +150,7 @@ fn build<R: Real + 'static>(
     {
         geometry.set_kernel(kernel);
     }
-    *bytes = geometry.bytes() as u64;
+    *bytes = geometry.memory_bytes() as u64;
     if named("together") {
         Some(Box::new(PacketPeer(geometry)))
     } else {

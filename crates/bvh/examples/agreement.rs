@@ -3,9 +3,9 @@
 //! both for thousands of rays, this program for millions.
 //!
 //! ```sh
-//! cargo run --release -p raywright-bvh --example agreement -- trees 10000000 [MESH..]   # rays a mesh
-//! cargo run --release -p raywright-bvh --example agreement -- scan 100000000000 [MESH..] # rays times triangles, in all
-//! cargo run --release -p raywright-bvh --example agreement -- leaks 1000000              # rays a batch
+//! cargo run --release -p raywright-bvh --example agreement -- compare_trees 10000000 [MESH..]   # rays a mesh
+//! cargo run --release -p raywright-bvh --example agreement -- compare_with_scan 100000000000 [MESH..] # rays times triangles, in all
+//! cargo run --release -p raywright-bvh --example agreement -- count_leaks 1000000              # rays a batch
 //! ```
 //!
 //! MESH is a mesh file: two u32, the numbers of corners and of triangles, then three f32 per corner
@@ -35,7 +35,7 @@ use raywright_bvh::{
 use meshes::{MeshRng, TriangleSoup, families, range, ray};
 
 /// Number of rays of each parallel task.
-const PIECE: u64 = 4096;
+const TASK_RAYS: u64 = 4096;
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -44,19 +44,19 @@ fn main() -> ExitCode {
         .and_then(|word| word.parse::<f64>().ok())
         .map_or(1_000_000, |count| count as u64);
     let wrong = match words.first().map(String::as_str) {
-        Some("trees") => named(&words[2..])
+        Some("trees") => load_meshes(&words[2..])
             .iter()
-            .map(|(name, mesh)| trees(name, mesh, count))
+            .map(|(name, mesh)| compare_trees(name, mesh, count))
             .sum(),
         Some("scan") => {
-            let meshes = named(&words[2..]);
+            let meshes = load_meshes(&words[2..]);
             let each = count / meshes.len().max(1) as u64;
             meshes
                 .iter()
-                .map(|(name, mesh)| scan(name, mesh, each / mesh.len() as u64 + 1))
+                .map(|(name, mesh)| compare_with_scan(name, mesh, each / mesh.len() as u64 + 1))
                 .sum()
         }
-        Some("leaks") => leaks(count),
+        Some("leaks") => count_leaks(count),
         _ => {
             println!("agreement trees RAYS [MESH..] | scan TESTS [MESH..] | leaks RAYS");
             return ExitCode::from(2);
@@ -71,7 +71,7 @@ fn main() -> ExitCode {
 }
 
 /// Reads the meshes of files, or returns the hard meshes of the tests if `files` is empty.
-fn named(files: &[String]) -> Vec<(String, TriangleSoup)> {
+fn load_meshes(files: &[String]) -> Vec<(String, TriangleSoup)> {
     if files.is_empty() {
         return families()
             .into_iter()
@@ -80,11 +80,11 @@ fn named(files: &[String]) -> Vec<(String, TriangleSoup)> {
     }
     files
         .iter()
-        .map(|file| (file.clone(), files::mesh(file)))
+        .map(|file| (file.clone(), files::read_mesh(file)))
         .collect()
 }
 
-fn built<R: Real>(mesh: &TriangleSoup, kind: AcceleratorKind) -> Geometry<R> {
+fn build_geometry<R: Real>(mesh: &TriangleSoup, kind: AcceleratorKind) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     let corners = mesh
         .iter()
@@ -97,30 +97,33 @@ fn built<R: Real>(mesh: &TriangleSoup, kind: AcceleratorKind) -> Geometry<R> {
 
 /// Sums counts over rays in parallel tasks, each with its own random numbers. `one` returns the
 /// counts of a ray.
-fn over<const N: usize>(count: u64, one: impl Fn(&mut MeshRng) -> [u64; N] + Sync) -> [u64; N] {
+fn sum_over_rays<const N: usize>(
+    count: u64,
+    one: impl Fn(&mut MeshRng) -> [u64; N] + Sync,
+) -> [u64; N] {
     let piece = |number: u64| {
         let rng = &mut MeshRng(number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 77);
-        (0..PIECE.min(count - number * PIECE)).fold([0; N], |sum, _| {
+        (0..TASK_RAYS.min(count - number * TASK_RAYS)).fold([0; N], |sum, _| {
             let found = one(rng);
             core::array::from_fn(|i| sum[i] + found[i])
         })
     };
     let sum = |a: [u64; N], b: [u64; N]| core::array::from_fn(|i| a[i] + b[i]);
-    (0..count.div_ceil(PIECE))
+    (0..count.div_ceil(TASK_RAYS))
         .into_par_iter()
         .map(piece)
         .reduce(|| [0; N], sum)
 }
 
-type Bits = Option<([u32; 3], u32)>;
+type HitBits = Option<([u32; 3], u32)>;
 
-fn bits(hit: Option<Hit<f32>>) -> Bits {
+fn hit_bits(hit: Option<Hit<f32>>) -> HitBits {
     hit.map(|hit| ([hit.t, hit.u, hit.v].map(f32::to_bits), hit.primitive))
 }
 
 /// Chooses a range of accepted distances: everything ahead of the ray, or a range whose end just
 /// includes or just excludes the first hit.
-fn ranges(rng: &mut MeshRng, first: Option<Hit<f32>>) -> Interval<f32> {
+fn choose_range(rng: &mut MeshRng, first: Option<Hit<f32>>) -> Interval<f32> {
     range(rng, first.map(|hit| hit.t))
 }
 
@@ -128,7 +131,7 @@ fn ranges(rng: &mut MeshRng, first: Option<Hit<f32>>) -> Interval<f32> {
 /// common corner of several triangles, the f64 tree returns the first triangle. Its distance may
 /// have other last digits than the nearest triangle's, and these decide between two neighbours in
 /// f32.
-fn rounded(t: f64) -> [f32; 3] {
+fn f32_candidates(t: f64) -> [f32; 3] {
     const LAST: f64 = 1.0 / (1_u64 << 44) as f64;
     [t - t.abs() * LAST, t, t + t.abs() * LAST].map(Real::to_f32)
 }
@@ -136,18 +139,18 @@ fn rounded(t: f64) -> [f32; 3] {
 /// Compares the trees of every build quality and kernel with the tree in f64, whose distances are
 /// rounded to f32 for the comparison. A hit of another triangle at the same rounded distance does
 /// not count as a difference. Kernels and builds must agree to the bit.
-fn trees(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
-    let exact = built::<f64>(mesh, AcceleratorKind::default());
+fn compare_trees(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
+    let exact = build_geometry::<f64>(mesh, AcceleratorKind::default());
     let mut all: Vec<(BuildQuality, Kernel, Geometry<f32>)> = Vec::new();
     for quality in BuildQuality::ALL {
-        let tree = built::<f32>(mesh, AcceleratorKind::Tree(quality));
+        let tree = build_geometry::<f32>(mesh, AcceleratorKind::Tree(quality));
         for kernel in Kernel::available() {
             let mut tree = tree.clone();
             tree.set_kernel(kernel);
             all.push((quality, kernel, tree));
         }
     }
-    let [hits, exactly, between, any] = over(count, |rng| {
+    let [hits, exactly, between, any] = sum_over_rays(count, |rng| {
         let ray = ray(rng, mesh);
         let range = Interval {
             min: 0.0,
@@ -164,17 +167,20 @@ fn trees(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
             &mut (),
         );
         let differs = match (first, closest) {
-            (Some(first), Some(closest)) => !rounded(closest.t).contains(&first.t),
+            (Some(first), Some(closest)) => !f32_candidates(closest.t).contains(&first.t),
             (first, closest) => first.is_some() != closest.is_some(),
         };
-        let part = ranges(rng, first);
-        let ended = |tree: &Geometry<f32>| tree.any(&ray, part, &mut |_| true, &mut ());
-        let expected = (bits(first), bits(all[0].2.closest(&ray, part, &mut ())));
+        let part = choose_range(rng, first);
+        let ended = |tree: &Geometry<f32>| tree.occluded(&ray, part, &mut |_| true, &mut ());
+        let expected = (
+            hit_bits(first),
+            hit_bits(all[0].2.closest(&ray, part, &mut ())),
+        );
         let (mut between, mut any) = (0, 0);
         for (_, _, tree) in &all {
             let found = (
-                bits(tree.closest(&ray, range, &mut ())),
-                bits(tree.closest(&ray, part, &mut ())),
+                hit_bits(tree.closest(&ray, range, &mut ())),
+                hit_bits(tree.closest(&ray, part, &mut ())),
             );
             between += u64::from(found != expected);
             any += u64::from(ended(tree) != expected.1.is_some());
@@ -189,7 +195,7 @@ fn trees(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
     exactly + between + any
 }
 
-/// A mesh in the layout of [`scan`]: each corner once, one array per coordinate.
+/// A mesh in the layout of [`compare_with_scan`]: each corner once, one array per coordinate.
 struct MeshCorners {
     places: [Vec<f64>; 3],
     triangles: Vec<[u32; 3]>,
@@ -264,9 +270,9 @@ thread_local! {
 /// Compares the default tree with a scan: every triangle that can't be ruled out goes through the
 /// single-triangle test. [`MeshCorners::collect_hits`] makes the scan affordable, and shares no
 /// code with the tree.
-fn scan(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
+fn compare_with_scan(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
     let (tree, corners) = (
-        built::<f32>(mesh, AcceleratorKind::default()),
+        build_geometry::<f32>(mesh, AcceleratorKind::default()),
         MeshCorners::new(mesh),
     );
     let scanned = |ray: &Ray<f32>, room: &mut [Vec<f64>; 2], found: &mut Vec<u32>| {
@@ -289,15 +295,15 @@ fn scan(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
         }
         best
     };
-    let [hits, tested, wrong] = over(count, |rng| {
+    let [hits, tested, wrong] = sum_over_rays(count, |rng| {
         let ray = ray(rng, mesh);
         let whole_range = Interval {
             min: 0.0,
             max: f32::INFINITY,
         };
         ROOM.with_borrow_mut(|(room, found)| {
-            let expected: Bits = scanned(&ray, room, found);
-            let differs = bits(tree.closest(&ray, whole_range, &mut ())) != expected;
+            let expected: HitBits = scanned(&ray, room, found);
+            let differs = hit_bits(tree.closest(&ray, whole_range, &mut ())) != expected;
             [
                 u64::from(expected.is_some()),
                 found.len() as u64,
@@ -315,7 +321,7 @@ fn scan(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
 
 /// Creates a closed room with walls divided into squares, and with sheets parallel to the walls
 /// inside. All corners are jittered within their planes.
-fn room(side: usize, position: Vec3, scale: f32) -> TriangleSoup {
+fn build_room_mesh(side: usize, position: Vec3, scale: f32) -> TriangleSoup {
     let mut mesh = TriangleSoup::new();
     let rng = &mut MeshRng(3);
     let levels: Vec<f32> = (0..=8).map(|i| i as f32 / 4.0 - 1.0).collect();
@@ -358,7 +364,7 @@ fn room(side: usize, position: Vec3, scale: f32) -> TriangleSoup {
 /// Traces rays from inside closed rooms: at corners, at edges, and along the sheets, whose
 /// triangles they then see edge-on. Every ray must hit a triangle. Returns the number of rays that
 /// do not.
-fn leaks(count: u64) -> u64 {
+fn count_leaks(count: u64) -> u64 {
     let rooms = [
         ("a room", Vec3::ZERO, 1.0),
         ("far away", Vec3::new(1e4, -3e3, 77.7), 1.0),
@@ -367,14 +373,14 @@ fn leaks(count: u64) -> u64 {
     let aims: [(&str, usize); 3] = [("corners", 0), ("edges", 1), ("edge-on", 2)];
     let mut wrong = 0;
     for (name, position, scale) in rooms {
-        let mesh = room(16, position, scale);
+        let mesh = build_room_mesh(16, position, scale);
         for quality in BuildQuality::ALL {
-            let tree = built::<f32>(&mesh, AcceleratorKind::Tree(quality));
+            let tree = build_geometry::<f32>(&mesh, AcceleratorKind::Tree(quality));
             for kernel in Kernel::available() {
                 let mut tree = tree.clone();
                 tree.set_kernel(kernel);
                 for (aim_name, kind) in aims {
-                    let [missed] = over(count, |rng| {
+                    let [missed] = sum_over_rays(count, |rng| {
                         let inside = rng.point() * (0.9 * scale) + position;
                         let [a, b, c] = mesh[rng.below(mesh.len())];
                         let u = rng.unit();
@@ -408,7 +414,7 @@ fn leaks(count: u64) -> u64 {
                         let hit = !within(origin) || tree.closest(&ray, range, &mut ()).is_some();
                         [u64::from(
                             !hit || within(origin)
-                                && !tree.any(&ray, range, &mut |_| true, &mut ()),
+                                && !tree.occluded(&ray, range, &mut |_| true, &mut ()),
                         )]
                     });
                     println!(

@@ -12,7 +12,7 @@ use glam::Vec3;
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Visibility};
 
 /// Creates a torus around +z of `around` by `across` quads, each of two triangles.
-fn ring(around: u32, across: u32) -> Vec<[Vec3; 3]> {
+fn torus_mesh(around: u32, across: u32) -> Vec<[Vec3; 3]> {
     let vertex = |i: u32, j: u32| {
         let (a, b) = (
             (i % around) as f32 / around as f32 * TAU,
@@ -37,7 +37,7 @@ fn ring(around: u32, across: u32) -> Vec<[Vec3; 3]> {
 
 fn main() -> Result<(), raywright_bvh::GeometryError> {
     let mut set = PrimitiveSet::<f32>::default();
-    set.add_mesh(ring(256, 128), Visibility::default())?;
+    set.add_mesh(torus_mesh(256, 128), Visibility::default())?;
     let geometry = Geometry::new(set, AcceleratorKind::default());
 
     for row in 0..24 {

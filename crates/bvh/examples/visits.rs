@@ -29,8 +29,8 @@ fn main() {
         println!("visits MESH RAYS..");
         return;
     };
-    let mesh = files::mesh(mesh);
-    let rays: Vec<_> = sets.iter().map(|set| files::rays(set)).collect();
+    let mesh = files::read_mesh(mesh);
+    let rays: Vec<_> = sets.iter().map(|set| files::read_rays(set)).collect();
     println!("{:10}{:>8}  {}", "", "bytes", sets.join("  "));
     for quality in BuildQuality::ALL {
         let mut group = PrimitiveSet::<f32>::default();
@@ -41,19 +41,19 @@ fn main() {
         let cells: Vec<String> = sets
             .iter()
             .zip(&rays)
-            .map(|(set, rays)| visited(&tree, rays, set.contains("shadow")))
+            .map(|(set, rays)| count_visits(&tree, rays, set.contains("shadow")))
             .collect();
         println!(
             "{:10}{:>8.1}  {}",
             format!("{quality:?}"),
-            tree.bytes() as f64 / mesh.len() as f64,
+            tree.memory_bytes() as f64 / mesh.len() as f64,
             cells.join("  ")
         );
     }
 }
 
 /// Returns a line with the numbers of nodes, blocks, triangles and hits per ray.
-fn visited(tree: &Geometry<f32>, rays: &[[f32; 8]], any: bool) -> String {
+fn count_visits(tree: &Geometry<f32>, rays: &[[f32; 8]], any: bool) -> String {
     let (mut stats, mut hits, mut count) = (TraversalStats::default(), 0, 0);
     for &[ox, oy, oz, min, dx, dy, dz, max] in rays.chunks(BLOCK).step_by(THIN).flatten() {
         let (ray, range) = (
@@ -61,7 +61,7 @@ fn visited(tree: &Geometry<f32>, rays: &[[f32; 8]], any: bool) -> String {
             Interval { min, max },
         );
         let hit = if any {
-            tree.any(&ray, range, &mut |_| true, &mut stats)
+            tree.occluded(&ray, range, &mut |_| true, &mut stats)
         } else {
             tree.closest(&ray, range, &mut stats).is_some()
         };

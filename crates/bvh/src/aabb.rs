@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// Number of boxes for each parallel task. No result depends on it.
-pub(crate) const PIECE: usize = 4096;
+pub(crate) const TASK_SIZE: usize = 4096;
 
 /// A closed axis-aligned box in f64; empty if `min` exceeds `max` in any axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,7 +60,7 @@ impl Aabb {
     }
 
     /// Creates the box from `centre − half` to `centre + half`.
-    pub fn around(centre: DVec3, half: DVec3) -> Self {
+    pub fn from_centre(centre: DVec3, half: DVec3) -> Self {
         Self {
             min: centre - half,
             max: centre + half,
@@ -115,7 +115,7 @@ impl Aabb {
     /// was enough for a watertight triangle test. It also gives flat boxes a thickness, without
     /// which builders that sort by Morton codes degenerate on closed rooms. `None` for an empty
     /// box, and if a bound is not a finite f32: no tree can hold such a primitive.
-    pub fn padded(&self) -> Option<PaddedBox> {
+    pub fn to_padded(&self) -> Option<PaddedBox> {
         if self.is_empty() {
             return None;
         }
@@ -149,7 +149,7 @@ impl BoundingSphere {
         };
         let radius = boxes
             .par_iter()
-            .with_min_len(PIECE)
+            .with_min_len(TASK_SIZE)
             .map(farthest)
             .reduce(|| 0.0, f64::max)
             .sqrt();
@@ -173,7 +173,7 @@ pub struct PaddedBox {
 
 impl PaddedBox {
     /// Empty box: its union with any box is that box.
-    pub(crate) const NOTHING: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         min: Vec3::INFINITY,
         max: Vec3::NEG_INFINITY,
     };

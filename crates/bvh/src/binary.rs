@@ -6,7 +6,7 @@ use crate::aabb::PaddedBox;
 
 /// A binary tree. Siblings are adjacent and come after their parent. Leaves refer to ranges of
 /// `order`.
-pub(crate) struct Binary {
+pub(crate) struct BinaryTree {
     /// All nodes, the root first.
     pub nodes: Vec<BinaryNode>,
     /// Indices of the input boxes, leaf by leaf.
@@ -16,10 +16,10 @@ pub(crate) struct Binary {
     pub parts: Vec<Range<usize>>,
 }
 
-impl Binary {
+impl BinaryTree {
     /// Creates the tree from nodes in any order, with the root first and siblings adjacent. Leaves
     /// must have boxes. The boxes of inner nodes are computed.
-    pub fn sorted(nodes: &[BinaryNode], order: Vec<u32>) -> Self {
+    pub fn from_unsorted(nodes: &[BinaryNode], order: Vec<u32>) -> Self {
         /// Number of parts for threads, for trees of at least `MANY` nodes. Smaller trees have no
         /// parts.
         const PARTS: usize = 64;
@@ -29,7 +29,7 @@ impl Binary {
         } else {
             PARTS
         };
-        let (mut sorted, next) = level(nodes, maximum);
+        let (mut sorted, next) = copy_levels(nodes, maximum);
         let mut parts = Vec::new();
         for root in next..sorted.len() {
             let start = sorted.len();
@@ -61,7 +61,7 @@ impl Binary {
     }
 
     /// Number of nodes at the start of `nodes` that belong to no part.
-    pub fn tops(&self) -> usize {
+    pub fn top_node_count(&self) -> usize {
         self.parts
             .first()
             .map_or(self.nodes.len(), |part| part.start)
@@ -70,7 +70,7 @@ impl Binary {
 
 /// Copies nodes level by level from the root until `maximum` copied nodes have no copied children.
 /// Returns the copies, and the index of the first node without copied children.
-fn level(nodes: &[BinaryNode], maximum: usize) -> (Vec<BinaryNode>, usize) {
+fn copy_levels(nodes: &[BinaryNode], maximum: usize) -> (Vec<BinaryNode>, usize) {
     let (mut sorted, mut next) = (Vec::with_capacity(nodes.len()), 0);
     sorted.extend(nodes.first());
     while next < sorted.len() && sorted.len() - next < maximum {

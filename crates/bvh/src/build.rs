@@ -11,7 +11,7 @@ mod reinsertion;
 use self::clusters::Clustering;
 use self::median_split::MedianSplit;
 use crate::aabb::PaddedBox;
-use crate::binary::{Binary, BinaryNode};
+use crate::binary::{BinaryNode, BinaryTree};
 use crate::bvh8::{Bvh8, WIDTH};
 
 /// Kind of acceleration structure. Hits do not depend on it.
@@ -54,7 +54,7 @@ impl BuildQuality {
 pub struct BuildWork {
     /// Number of boxes visited by sorting, clustering, reinsertion and median splits. For
     /// clustering the number is a lower bound of the work.
-    pub looks: u64,
+    pub boxes_visited: u64,
     /// Number of levels of the tree, including the root.
     pub depth: u32,
 }
@@ -73,9 +73,9 @@ pub(crate) struct BoxTree {
 
 impl BoxTree {
     /// Creates a linear scan over `places` primitives.
-    pub fn scan(places: usize, work: Option<BuildWork>) -> Self {
+    pub fn from_scan(places: usize, work: Option<BuildWork>) -> Self {
         Self {
-            bvh: Bvh8::flat(0, 0, places),
+            bvh: Bvh8::without_nodes(0, 0, places),
             order: None,
             work,
             spheres: 0,
@@ -96,7 +96,7 @@ pub(crate) enum LeafKind {
 impl LeafKind {
     /// Greatest number of primitives in a subtree that always becomes one leaf. Smaller leaves
     /// would cost more memory than they save time.
-    pub fn shared(self) -> usize {
+    pub fn max_shared_leaf(self) -> usize {
         match self {
             Self::None => 1,
             Self::Triangles => 6,
@@ -107,35 +107,35 @@ impl LeafKind {
     /// Greatest number of primitives in a subtree that becomes one leaf of the binary tree, if all
     /// primitives of the set are of this kind. Larger leaves of spheres are then split into full
     /// leaves of eight, which saves memory.
-    fn collapsed(self) -> usize {
+    fn max_collapsed_leaf(self) -> usize {
         if self == Self::Spheres {
             4 * WIDTH
         } else {
-            self.shared()
+            self.max_shared_leaf()
         }
     }
 }
 
 /// Function that returns the leaf kind of the primitive with a given box index.
-pub(crate) type LeafKindOf<'a> = &'a (dyn Fn(u32) -> LeafKind + Sync);
+pub(crate) type LeafKindLookup<'a> = &'a (dyn Fn(u32) -> LeafKind + Sync);
 
 /// Function that returns whether to cancel the build. It is polled between passes.
 pub(crate) type StopCheck<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Builds the tree over at least two boxes; `kind` returns the leaf kind of a box. Returns `None`
 /// if `stop` cancelled the build.
-pub(crate) fn build(
+pub(crate) fn build_box_tree(
     boxes: &[PaddedBox],
     quality: BuildQuality,
-    kind: LeafKindOf<'_>,
+    kind: LeafKindLookup<'_>,
     stop: StopCheck<'_>,
 ) -> Option<BoxTree> {
     let mut work = BuildWork::default();
     // The clustered tree may be too deep for the traversal stack. The tree of median splits never
     // is.
     for quality in [Some(quality), None] {
-        let (binary, looks) = binary(boxes, quality, kind, stop)?;
-        work.looks += looks;
+        let (binary, looks) = build_binary_tree(boxes, quality, kind, stop)?;
+        work.boxes_visited += looks;
         if let Some((tree, order, depth)) = Bvh8::collapse(&binary, kind) {
             return Some(BoxTree {
                 bvh: tree,
@@ -146,21 +146,21 @@ pub(crate) fn build(
         }
     }
     // Fallback: a linear scan is slow but correct.
-    Some(BoxTree::scan(boxes.len(), Some(work)))
+    Some(BoxTree::from_scan(boxes.len(), Some(work)))
 }
 
 /// Builds the binary tree over the boxes. Returns the tree and the number of visited boxes. Without
 /// a quality the tree is built by median splits alone.
-fn binary(
+fn build_binary_tree(
     boxes: &[PaddedBox],
     quality: Option<BuildQuality>,
-    kind: LeafKindOf<'_>,
+    kind: LeafKindLookup<'_>,
     stop: StopCheck<'_>,
-) -> Option<(Binary, u64)> {
+) -> Option<(BinaryTree, u64)> {
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
     let (mut nodes, mut looks) = (
         vec![BinaryNode {
-            bounds: PaddedBox::NOTHING,
+            bounds: PaddedBox::EMPTY,
             first: 0,
             count: boxes.len() as u32,
         }],
@@ -168,13 +168,17 @@ fn binary(
     );
     let is_alike = (1..boxes.len() as u32).all(|index| kind(index) == kind(0));
     if let Some(quality) = quality {
-        (order, looks) = curve::order(boxes);
+        (order, looks) = curve::order_along_curve(boxes);
         // `obvhs` knows no leaf kinds. In a set of several kinds, leaves are therefore made in the
         // collapse to eight-wide nodes.
-        let leaf = if is_alike { kind(0).collapsed() } else { 1 };
-        let clusters = Clustering::new(boxes, quality, leaf, stop).run(&mut order)?;
-        looks += clusters.looks;
-        nodes = clusters.nodes();
+        let leaf = if is_alike {
+            kind(0).max_collapsed_leaf()
+        } else {
+            1
+        };
+        let clusters = Clustering::new(boxes, quality, leaf, stop).build_tree(&mut order)?;
+        looks += clusters.boxes_visited;
+        nodes = clusters.to_binary_nodes();
     }
     let halves = MedianSplit {
         boxes,
@@ -186,9 +190,9 @@ fn binary(
         let BinaryNode { first, count, .. } = nodes[slot];
         if count > 0 {
             let range = first as usize..(first + count) as usize;
-            looks += halves.halve(&mut nodes, slot, &mut order[range], first as usize);
+            looks += halves.build_subtree(&mut nodes, slot, &mut order[range], first as usize);
         }
     }
-    let binary = Binary::sorted(&nodes, order);
+    let binary = BinaryTree::from_unsorted(&nodes, order);
     (!stop()).then_some((binary, looks))
 }

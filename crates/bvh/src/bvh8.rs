@@ -11,7 +11,7 @@
 //! For a triangle that is edge-on to within f64 rounding, the weighted mean of the corners'
 //! distances could lie outside the triangle's box. The hit would then depend on the order of
 //! traversal. So the exact test uses the distance at an edge instead, in a scan as in a tree
-//! ([`crate::shapes::EDGE_ON`]).
+//! ([`crate::shapes::EDGE_ON_RATIO`]).
 
 mod collapse;
 mod filter;
@@ -36,15 +36,15 @@ use rayon::prelude::*;
 
 use crate::aabb::PaddedBox;
 use crate::math::simd::Portable;
-pub(crate) use crate::math::simd::{Lanes, WIDTH};
+pub(crate) use crate::math::simd::{MaskLanes, WIDTH};
 use crate::ray::Visibility;
 use crate::shapes::Triangle;
-use crate::slot::Slot;
+use crate::slot::PrimitiveSlot;
 
-use self::kernel::ChosenKernel;
+use self::kernel::AvailableKernel;
 pub use self::kernel::Kernel;
 pub(crate) use self::optimisation_barrier::optimisation_barrier;
-pub(crate) use self::packet::{PacketResult, PacketState, PacketVisitor, RAYS};
+pub(crate) use self::packet::{MAX_RAYS, PacketResult, PacketState, PacketVisitor};
 pub(crate) use self::query::{HitVisitor, RaySource, TraversalQuery};
 pub(crate) use self::row::{PrimitiveRow, RowKind};
 pub(crate) use self::traversal_ray::{RayReparametrisation, TraversalRay};
@@ -56,7 +56,7 @@ use self::triangle8::Triangle8;
 const MAX_DEPTH: u32 = 64;
 /// Number of entries of the traversal stack. Each level leaves at most seven siblings, and the
 /// eight children of a node are written at once.
-const STACK: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
+const STACK_SIZE: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
 
 /// Reference to a child of a node: an inner node, a block of triangles, a row of spheres, or the
 /// position of another primitive.
@@ -96,7 +96,7 @@ impl ChildRef {
 
     /// Returns the reference after its tree was appended to another: its index grows by the number
     /// of nodes, blocks, positions or rows before it.
-    fn moved(self, [nodes, blocks, places, rows]: [u32; 4]) -> Self {
+    fn offset_by(self, [nodes, blocks, places, rows]: [u32; 4]) -> Self {
         let by = match self {
             Self::NONE => 0,
             child if !child.is_leaf() => nodes,
@@ -109,13 +109,13 @@ impl ChildRef {
 
     /// Node index of an inner child.
     #[inline(always)]
-    fn node(self) -> usize {
+    fn node_index(self) -> usize {
         self.0 as usize
     }
 
     /// Index of a leaf's block or row, or position of its primitive.
     #[inline(always)]
-    fn index(self) -> usize {
+    fn leaf_index(self) -> usize {
         (self.0 & !Self::ROW) as usize
     }
 }
@@ -144,7 +144,7 @@ impl Bvh8Node {
         }
     };
 
-    fn set(&mut self, lane: usize, bounds: &PaddedBox, child: ChildRef) {
+    fn set_child(&mut self, lane: usize, bounds: &PaddedBox, child: ChildRef) {
         for axis in 0..3 {
             self.planes[axis][lane] = bounds.min[axis];
             self.planes[axis][WIDTH + lane] = bounds.max[axis];
@@ -162,24 +162,24 @@ pub(crate) struct Bvh8 {
     blocks: Vec<Triangle8>,
     /// Properties of each block besides its corners.
     leaf_headers: Vec<LeafHeader>,
-    /// Rows of spheres and planes: first `always` rows that every query tests, then the rows of
+    /// Rows of spheres and planes: first `always_row_count` rows that every query tests, then the rows of
     /// leaves.
     rows: Vec<PrimitiveRow>,
-    always: usize,
+    always_row_count: usize,
     /// In a structure without nodes, the positions of the primitives outside rows and blocks.
-    others: Range<usize>,
-    kernel: ChosenKernel,
+    single_positions: Range<usize>,
+    kernel: AvailableKernel,
 }
 
 impl Bvh8 {
-    /// Moves triangles into the blocks. `taken` returns the triangle and the visibility of a slot.
+    /// Moves triangles into the blocks. `triangle_of` returns the triangle and the visibility of a slot.
     /// The slots from `first` on are in leaf order. Afterwards the index of a triangle's slot is
     /// its number in [`Bvh8::triangle`].
-    pub fn fill(
+    pub fn fill_blocks(
         &mut self,
-        slots: &mut [Slot],
+        slots: &mut [PrimitiveSlot],
         first: usize,
-        taken: impl Fn(&Slot) -> (Triangle<f32>, Visibility) + Sync,
+        triangle_of: impl Fn(&PrimitiveSlot) -> (Triangle<f32>, Visibility) + Sync,
     ) {
         let blocks = self
             .blocks
@@ -189,9 +189,9 @@ impl Bvh8 {
         blocks.for_each(|(block, leaf_header)| {
             leaf_header.first += first as u32;
             for lane in 0..usize::from(leaf_header.count) {
-                let (triangle, visibility) = taken(&slots[leaf_header.first as usize + lane]);
-                block.set(lane, triangle.vertices);
-                leaf_header.set(lane, visibility);
+                let (triangle, visibility) = triangle_of(&slots[leaf_header.first as usize + lane]);
+                block.set_triangle(lane, triangle.vertices);
+                leaf_header.set_visibility(lane, visibility);
             }
         });
         // Done last, since the loop above reads the old index of each slot.
@@ -204,8 +204,8 @@ impl Bvh8 {
 
     /// Fills the rows of leaves. `row` builds a row from a range of slots. The tree's slots begin
     /// at `first`.
-    pub fn fill_rows(&mut self, first: usize, row: impl Fn(Range<usize>) -> PrimitiveRow) {
-        for own in &mut self.rows[self.always..] {
+    pub fn fill_leaf_rows(&mut self, first: usize, row: impl Fn(Range<usize>) -> PrimitiveRow) {
+        for own in &mut self.rows[self.always_row_count..] {
             let start = first + own.leaf_header.first as usize;
             *own = row(start..start + usize::from(own.leaf_header.count));
         }
@@ -213,23 +213,24 @@ impl Bvh8 {
 
     /// Creates a structure without nodes: rows of spheres, blocks of triangles, then other
     /// primitives, in this order of positions. Its rows and blocks are still empty.
-    pub fn flat(spheres: usize, triangles: usize, others: usize) -> Self {
+    pub fn without_nodes(spheres: usize, triangles: usize, others: usize) -> Self {
         let end = spheres + triangles;
         let block = |first: usize| LeafHeader::new(first, (end - first).min(WIDTH));
         let leaf_headers: Vec<LeafHeader> = (spheres..end).step_by(WIDTH).map(block).collect();
         Self {
             blocks: vec![Triangle8::EMPTY; leaf_headers.len()],
             leaf_headers,
-            others: end..end + others,
+            single_positions: end..end + others,
             ..Self::default()
         }
     }
 
     /// Adds rows that every query tests before it traverses the tree.
-    pub fn test_always(&mut self, rows: impl IntoIterator<Item = PrimitiveRow>) {
+    pub fn add_always_tested_rows(&mut self, rows: impl IntoIterator<Item = PrimitiveRow>) {
         let before = self.rows.len();
-        self.rows.splice(self.always..self.always, rows);
-        self.always += self.rows.len() - before;
+        self.rows
+            .splice(self.always_row_count..self.always_row_count, rows);
+        self.always_row_count += self.rows.len() - before;
     }
 
     /// Whether the tree stores triangles in blocks.
@@ -247,19 +248,19 @@ impl Bvh8 {
     /// Returns the selected kernel.
     pub fn kernel(&self) -> Kernel {
         match self.kernel {
-            ChosenKernel::Portable(_) => Kernel::Portable,
-            ChosenKernel::Avx2(_) => Kernel::Avx2,
-            ChosenKernel::Avx512(_) => Kernel::Avx512,
+            AvailableKernel::Portable(_) => Kernel::Portable,
+            AvailableKernel::Avx2(_) => Kernel::Avx2,
+            AvailableKernel::Avx512(_) => Kernel::Avx512,
         }
     }
 
     /// Selects a kernel; the portable kernel if the processor can't run `kernel`.
     pub fn set_kernel(&mut self, kernel: Kernel) {
-        self.kernel = ChosenKernel::new(kernel).unwrap_or(ChosenKernel::Portable(Portable));
+        self.kernel = AvailableKernel::new(kernel).unwrap_or(AvailableKernel::Portable(Portable));
     }
 
     /// Memory of nodes, blocks and rows, in bytes.
-    pub fn bytes(&self) -> usize {
+    pub fn memory_bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice())
             + size_of_val(self.blocks.as_slice())
             + size_of_val(self.leaf_headers.as_slice())
@@ -268,7 +269,7 @@ impl Bvh8 {
 
     /// Bytes of a structure without nodes: full rows for `spheres` spheres or planes, and full
     /// blocks for `triangles` triangles.
-    pub fn bytes_of_flat(spheres: u64, triangles: u64) -> u64 {
+    pub fn bytes_without_nodes(spheres: u64, triangles: u64) -> u64 {
         let eights =
             |count: u64, bytes: usize| count.div_ceil(WIDTH as u64).saturating_mul(bytes as u64);
         let blocks = eights(triangles, size_of::<Triangle8>() + size_of::<LeafHeader>());
@@ -286,7 +287,7 @@ impl Bvh8 {
     /// both. A block of fewer than three triangles is either the only block of its node, which then
     /// has seven inner children, or beside blocks that its triangles do not fit into. So there are
     /// at most n/3 + n/49 blocks, plus one for each other primitive that may stand between them.
-    pub fn most_bytes([spheres, triangles, others]: [u64; 3]) -> u64 {
+    pub fn max_tree_bytes([spheres, triangles, others]: [u64; 3]) -> u64 {
         let few = |count: u64| count.saturating_mul(4).saturating_add(3) / 7;
         let all = [triangles, spheres, others]
             .into_iter()

@@ -14,22 +14,22 @@ pub enum GeometryError {
     Singular,
     /// The transform of a moving instance has no inverse at some time of the motion.
     #[error("the transform can't be inverted at some time between its two ends")]
-    SingularOnTheWay,
+    SingularDuringMotion,
     /// A part that itself holds instances: only two levels are supported.
     #[error("an instance of something that holds instances itself")]
-    Nested,
+    NestedInstance,
     /// An instance of a part that is not in the set.
     #[error("an instance of a part that the group does not have")]
-    NoPart,
+    UnknownPart,
     /// More primitives than a tree can address.
     #[error("more than {MAX_PRIMITIVES} primitives in one set")]
-    TooMany,
+    TooManyPrimitives,
 }
 
 /// Returns an error for a box that no tree can hold. An unbounded primitive (`None`) and an empty
 /// box are accepted.
 pub(crate) fn check_bounds(bounds: Option<Aabb>) -> Result<Option<Aabb>, GeometryError> {
-    let refused = bounds.is_some_and(|b| b != Aabb::EMPTY && b.padded().is_none());
+    let refused = bounds.is_some_and(|b| b != Aabb::EMPTY && b.to_padded().is_none());
     if refused {
         Err(GeometryError::NotFinite)
     } else {

@@ -8,14 +8,14 @@ use core::mem::take;
 
 use rayon::prelude::*;
 
-use crate::aabb::{Aabb, BoundingSphere, PIECE, PaddedBox};
-use crate::build::{AcceleratorKind, BoxTree, BuildWork, StopCheck, build};
+use crate::aabb::{Aabb, BoundingSphere, PaddedBox, TASK_SIZE};
+use crate::build::{AcceleratorKind, BoxTree, BuildWork, StopCheck, build_box_tree};
 use crate::bvh8::{Bvh8, Kernel};
-use crate::memory::{huge_page_vec, huge_page_vec_of};
-use crate::primitive_set::{PrimitiveSet, few};
+use crate::memory::{filled_huge_page_vec, huge_page_vec};
+use crate::primitive_set::{PrimitiveSet, max_scan_size};
 use crate::scalar::{Real, Vector};
 use crate::shapes::Triangle;
-use crate::slot::{PrimitiveKind, Slot};
+use crate::slot::{PrimitiveKind, PrimitiveSlot};
 
 /// A primitive set with its accelerator, for queries by rays.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ pub struct Geometry<R: Real> {
     /// The primitives. Their slots are sorted: first unbounded primitives, which every query tests;
     /// then bounded primitives in the accelerator's order; then instances of empty geometries,
     /// which no query tests.
-    pub(crate) group: PrimitiveSet<R>,
+    pub(crate) primitives: PrimitiveSet<R>,
     pub(crate) unbounded: usize,
     /// Number of planes in the first slots, which the accelerator holds in rows.
     pub(crate) planes: usize,
@@ -33,7 +33,7 @@ pub struct Geometry<R: Real> {
     work: Option<BuildWork>,
     /// Whether the set has triangles or quads, whose tests project corners onto the plane
     /// perpendicular to the ray.
-    pub(crate) faces: bool,
+    pub(crate) has_faces: bool,
     bounds: Aabb,
     /// Bounding sphere of the bounded primitives.
     pub(crate) sphere: BoundingSphere,
@@ -42,10 +42,10 @@ pub struct Geometry<R: Real> {
 /// Slots of the primitives, sorted by whether a tree can hold the primitive.
 struct PrimitivePartition {
     /// Slots of unbounded primitives, which every query tests.
-    slots: Vec<Slot>,
-    bounded: Vec<Slot>,
+    unbounded: Vec<PrimitiveSlot>,
+    bounded: Vec<PrimitiveSlot>,
     /// Slots of instances of empty geometries, which no query tests.
-    nothing: Vec<Slot>,
+    untested: Vec<PrimitiveSlot>,
     /// Box of each slot in `bounded`.
     boxes: Vec<PaddedBox>,
     /// Union of the boxes of the bounded primitives, before padding.
@@ -58,20 +58,20 @@ impl PrimitivePartition {
     /// disappear silently.
     fn new<R: Real>(group: &mut PrimitiveSet<R>) -> Self {
         let all = take(&mut group.slots);
-        let mut boxes = huge_page_vec_of(all.len(), PaddedBox::NOTHING);
-        let within = |slot: &Slot, own_bounds: Aabb| match slot.kind {
+        let mut boxes = filled_huge_page_vec(all.len(), PaddedBox::EMPTY);
+        let within = |slot: &PrimitiveSlot, own_bounds: Aabb| match slot.kind {
             PrimitiveKind::Instance => {
                 let instance = &group.instances[slot.index as usize];
-                instance.within(own_bounds, &group.parts[instance.part as usize].sphere)
+                instance.tighten_bounds(own_bounds, &group.parts[instance.part as usize].sphere)
             }
             _ => own_bounds,
         };
-        let piece = |(boxes, slots): (&mut [PaddedBox], &[Slot])| {
+        let piece = |(boxes, slots): (&mut [PaddedBox], &[PrimitiveSlot])| {
             let (mut bounds, mut odd) = (Aabb::EMPTY, false);
             for (padded, slot) in boxes.iter_mut().zip(slots) {
                 match group
                     .bounds(slot)
-                    .map(|own_bounds| (own_bounds, within(slot, own_bounds).padded()))
+                    .map(|own_bounds| (own_bounds, within(slot, own_bounds).to_padded()))
                 {
                     Some((own_bounds, Some(own_padded))) => {
                         bounds = bounds.union(own_bounds);
@@ -83,8 +83,8 @@ impl PrimitivePartition {
             (bounds, odd)
         };
         let pieces: Vec<_> = boxes
-            .par_chunks_mut(PIECE)
-            .zip(all.par_chunks(PIECE))
+            .par_chunks_mut(TASK_SIZE)
+            .zip(all.par_chunks(TASK_SIZE))
             .map(piece)
             .collect();
         let bounds = pieces
@@ -92,17 +92,20 @@ impl PrimitivePartition {
             .fold(Aabb::EMPTY, |bounds, piece| bounds.union(piece.0));
         if !pieces.iter().any(|piece| piece.1) {
             return Self {
-                slots: Vec::new(),
+                unbounded: Vec::new(),
                 bounded: all,
-                nothing: Vec::new(),
+                untested: Vec::new(),
                 boxes,
                 bounds,
             };
         }
-        let (mut slots, mut bounded, mut nothing): (Vec<Slot>, Vec<Slot>, Vec<Slot>) =
-            Default::default();
+        let (mut slots, mut bounded, mut nothing): (
+            Vec<PrimitiveSlot>,
+            Vec<PrimitiveSlot>,
+            Vec<PrimitiveSlot>,
+        ) = Default::default();
         for (slot, padded) in all.into_iter().zip(&boxes) {
-            if *padded != PaddedBox::NOTHING {
+            if *padded != PaddedBox::EMPTY {
                 bounded.push(slot);
             } else if group
                 .bounds(&slot)
@@ -113,11 +116,11 @@ impl PrimitivePartition {
                 slots.push(slot);
             }
         }
-        boxes.retain(|padded| *padded != PaddedBox::NOTHING);
+        boxes.retain(|padded| *padded != PaddedBox::EMPTY);
         Self {
-            slots,
+            unbounded: slots,
             bounded,
-            nothing,
+            untested: nothing,
             boxes,
             bounds,
         }
@@ -126,32 +129,32 @@ impl PrimitivePartition {
 
 /// Returns the numbers of spheres, triangles and other primitives if they are so few that nodes
 /// would cost more than they save; otherwise `None`. At most `few` primitives never make a tree.
-fn without_nodes<R: Real>(bounded: &[Slot], few: usize) -> Option<[usize; 3]> {
+fn counts_without_nodes<R: Real>(bounded: &[PrimitiveSlot], few: usize) -> Option<[usize; 3]> {
     let is_few = bounded.len() <= few;
-    if !R::IS_SINGLE || bounded.len() > few.max(Bvh8::MOST_FLAT) {
+    if !R::IS_SINGLE || bounded.len() > few.max(Bvh8::MAX_WITHOUT_NODES) {
         return is_few.then_some([0, 0, bounded.len()]);
     }
     let count = |kind: PrimitiveKind| bounded.iter().filter(|slot| slot.kind == kind).count();
     let (spheres, triangles) = (count(PrimitiveKind::Sphere), count(PrimitiveKind::Triangle));
     let others = bounded.len() - spheres - triangles;
-    let is_flat = Bvh8::is_flat(spheres as u64, triangles as u64, others as u64);
+    let is_flat = Bvh8::prefers_no_nodes(spheres as u64, triangles as u64, others as u64);
     (is_few || is_flat).then_some([spheres, triangles, others])
 }
 
 /// Builds the accelerator over the bounded primitives; `None` if `stop` cancelled the build. In a
 /// set too small for nodes, the slots are sorted by kind instead.
-fn structure<R: Real>(
+fn build_accelerator<R: Real>(
     group: &PrimitiveSet<R>,
     kind: AcceleratorKind,
-    bounded: &mut [Slot],
+    bounded: &mut [PrimitiveSlot],
     few: usize,
     boxes: &[PaddedBox],
     stop: StopCheck<'_>,
 ) -> Option<BoxTree> {
     let AcceleratorKind::Tree(quality) = kind else {
-        return Some(BoxTree::scan(boxes.len(), None));
+        return Some(BoxTree::from_scan(boxes.len(), None));
     };
-    if let Some([spheres, triangles, others]) = without_nodes::<R>(bounded, few) {
+    if let Some([spheres, triangles, others]) = counts_without_nodes::<R>(bounded, few) {
         if spheres + triangles > 0 {
             let place = |kind: PrimitiveKind| {
                 [PrimitiveKind::Sphere, PrimitiveKind::Triangle]
@@ -160,7 +163,7 @@ fn structure<R: Real>(
             };
             bounded.sort_by_key(|slot| place(slot.kind).unwrap_or(2));
         }
-        let bvh = Bvh8::flat(spheres, triangles, others);
+        let bvh = Bvh8::without_nodes(spheres, triangles, others);
         return Some(BoxTree {
             bvh,
             order: None,
@@ -169,7 +172,7 @@ fn structure<R: Real>(
         });
     }
     let bounded = &*bounded;
-    build(
+    build_box_tree(
         boxes,
         quality,
         &|index| group.leaf_kind(&bounded[index as usize]),
@@ -184,38 +187,38 @@ impl<R: Real> Geometry<R> {
     /// # Panics
     /// Never: nothing cancels the build.
     pub fn new(group: PrimitiveSet<R>, kind: AcceleratorKind) -> Self {
-        Self::unless(group, kind, &|| false).expect("no one gave the build up")
+        Self::build_cancellable(group, kind, &|| false).expect("no one gave the build up")
     }
 
     /// Builds the accelerator as [`Self::new`]; `None` if `stop` cancelled the build by returning
     /// true. `stop` is polled between the passes of a build, from any thread of the pool. A pass
     /// over up to a quarter of a million boxes is not interrupted.
-    pub fn unless(
+    pub fn build_cancellable(
         mut group: PrimitiveSet<R>,
         kind: AcceleratorKind,
         stop: StopCheck<'_>,
     ) -> Option<Self> {
         let PrimitivePartition {
-            mut slots,
+            unbounded: mut slots,
             mut bounded,
-            mut nothing,
+            untested: mut nothing,
             boxes,
             bounds,
         } = PrimitivePartition::new(&mut group);
         let unbounded = slots.len();
-        let few =
-            few(unbounded + bounded.len() + nothing.len()
-                == group.spheres.len() + group.planes.len());
+        let few = max_scan_size(
+            unbounded + bounded.len() + nothing.len() == group.spheres.len() + group.planes.len(),
+        );
         let BoxTree {
             mut bvh,
             order,
             work,
             spheres,
-        } = structure(&group, kind, &mut bounded, few, &boxes, stop)?;
+        } = build_accelerator(&group, kind, &mut bounded, few, &boxes, stop)?;
         let sphere = BoundingSphere::new(bounds.centre(), &boxes);
         drop(boxes);
         let has_lanes = R::IS_SINGLE && kind != AcceleratorKind::Linear;
-        let is_plane = |slot: &Slot| has_lanes && slot.kind == PrimitiveKind::Plane;
+        let is_plane = |slot: &PrimitiveSlot| has_lanes && slot.kind == PrimitiveKind::Plane;
         slots.sort_by_key(|slot| !is_plane(slot));
         let planes = slots.partition_point(is_plane);
         let mut firsts = slots;
@@ -225,7 +228,7 @@ impl<R: Real> Geometry<R> {
             Some(order) => slots.par_extend(
                 order
                     .par_iter()
-                    .with_min_len(PIECE)
+                    .with_min_len(TASK_SIZE)
                     .map(|&index| bounded[index as usize]),
             ),
             None => slots.extend_from_slice(&bounded),
@@ -235,13 +238,13 @@ impl<R: Real> Geometry<R> {
         let faces = group.has_faces();
         group.slots = slots;
         if has_lanes {
-            group.move_triangles(&mut bvh, unbounded);
-            group.make_rows(&mut bvh, planes, unbounded, spheres);
+            group.move_triangles_to_blocks(&mut bvh, unbounded);
+            group.build_primitive_rows(&mut bvh, planes, unbounded, spheres);
         }
-        group.follow();
+        group.sort_by_slot();
         Some(Self {
-            faces,
-            group,
+            has_faces: faces,
+            primitives: group,
             unbounded,
             planes,
             bvh,
@@ -257,18 +260,18 @@ impl<R: Real> Geometry<R> {
     }
 
     /// Returns the box around the bounded primitives; empty without bounded primitives.
-    pub fn bounded_part(&self) -> Aabb {
+    pub fn bounded_primitives_box(&self) -> Aabb {
         self.bounds
     }
 
     /// Number of primitives; an instance counts as one.
     pub fn len(&self) -> usize {
-        self.group.len()
+        self.primitives.len()
     }
 
     /// Whether the geometry has no primitives.
     pub fn is_empty(&self) -> bool {
-        self.group.is_empty()
+        self.primitives.is_empty()
     }
 
     /// Number of unbounded primitives, which every query tests.
@@ -278,12 +281,12 @@ impl<R: Real> Geometry<R> {
 
     /// Number of instances.
     pub fn instance_count(&self) -> usize {
-        self.group.instances.len()
+        self.primitives.instances.len()
     }
 
     /// Memory of the primitives and accelerators in bytes, including instanced geometries.
-    pub fn bytes(&self) -> usize {
-        self.group.bytes() + self.bvh.bytes()
+    pub fn memory_bytes(&self) -> usize {
+        self.primitives.memory_bytes() + self.bvh.memory_bytes()
     }
 
     /// Returns the triangle with the given index, from the tree or, for a geometry without one,
@@ -299,14 +302,14 @@ impl<R: Real> Geometry<R> {
                     .map(|v| Vector::from_f64(v.as_dvec3())),
             };
         }
-        self.group.triangles[index]
+        self.primitives.triangles[index]
     }
 
     /// Returns the tree if it is traversed in SIMD lanes by rays stored in f32; `None` if all
     /// primitives are tested one by one or stored in f64.
     #[inline(always)]
-    pub(crate) fn lanes(&self) -> Option<&Bvh8> {
-        (R::IS_SINGLE && self.bvh.places_alone().is_none()).then_some(&self.bvh)
+    pub(crate) fn simd_tree(&self) -> Option<&Bvh8> {
+        (R::IS_SINGLE && self.bvh.single_positions().is_none()).then_some(&self.bvh)
     }
 
     /// Returns the kernel that traverses the tree; `None` for a linear scan.
@@ -319,7 +322,7 @@ impl<R: Real> Geometry<R> {
     /// [`Kernel::Portable`].
     pub fn set_kernel(&mut self, kernel: Kernel) {
         self.bvh.set_kernel(kernel);
-        self.group
+        self.primitives
             .parts
             .iter_mut()
             .for_each(|part| part.set_kernel(kernel));

@@ -4,7 +4,7 @@ use crate::build::AcceleratorKind;
 use crate::bvh8::Bvh8;
 use crate::instance::Instance;
 use crate::motion::Motion;
-use crate::primitive_set::{PrimitiveSet, few};
+use crate::primitive_set::{PrimitiveSet, max_scan_size};
 use crate::scalar::Real;
 use crate::shapes::{AnyShape, Plane, Shape, Sphere, TransformedShape, Triangle};
 
@@ -21,18 +21,18 @@ pub struct GeometryMemory {
     /// Number of other shapes without a transform.
     pub shapes: u64,
     /// Number of shapes of any kind with a transform.
-    pub placed: u64,
+    pub transformed_shapes: u64,
     /// Number of instances of other geometries.
     pub instances: u64,
     /// Number of moving instances, which `instances` includes.
-    pub moving: u64,
+    pub moving_instances: u64,
     /// Number of unbounded primitives, which the numbers above include.
     unbounded: u64,
 }
 
 impl GeometryMemory {
     /// Creates the counts of a geometry that contains `count` triangles and nothing else.
-    pub fn of_triangles(count: u64) -> Self {
+    pub fn from_triangle_count(count: u64) -> Self {
         Self {
             triangles: count,
             ..Self::default()
@@ -41,9 +41,9 @@ impl GeometryMemory {
 
     /// Adds `count` shapes of the kind of `shape`, each with a transform if `mapped`. The shapes
     /// may differ in position.
-    pub fn add<R: Real>(&mut self, shape: &AnyShape<R>, mapped: bool, count: u64) {
+    pub fn add_shapes<R: Real>(&mut self, shape: &AnyShape<R>, mapped: bool, count: u64) {
         let kind = match shape {
-            _ if mapped => &mut self.placed,
+            _ if mapped => &mut self.transformed_shapes,
             AnyShape::Sphere(_) => &mut self.spheres,
             AnyShape::Triangle(_) => &mut self.triangles,
             AnyShape::Plane(_) => &mut self.planes,
@@ -56,13 +56,13 @@ impl GeometryMemory {
     }
 
     /// Total number of primitives.
-    pub fn len(&self) -> u64 {
+    pub fn primitive_count(&self) -> u64 {
         let kinds = [
             self.spheres,
             self.triangles,
             self.planes,
             self.shapes,
-            self.placed,
+            self.transformed_shapes,
             self.instances,
         ];
         kinds.into_iter().fold(0, u64::saturating_add)
@@ -70,19 +70,19 @@ impl GeometryMemory {
 
     /// Whether the total number of primitives is zero.
     pub fn is_empty(&self) -> bool {
-        self.len() == 0
+        self.primitive_count() == 0
     }
 
-    /// Upper bound of [`Geometry::bytes`](crate::Geometry::bytes) for a geometry of these
+    /// Upper bound of [`Geometry::memory_bytes`](crate::Geometry::memory_bytes) for a geometry of these
     /// primitives. The bound is below three times the true number of bytes plus a few kilobytes, or
     /// below five times if triangles and other primitives are interspersed. Only the number of
     /// nodes and the fill of triangle blocks are uncertain.
-    pub fn most_bytes<R: Real>(&self, kind: AcceleratorKind) -> u64 {
-        let bounded = self.len().saturating_sub(self.unbounded);
-        let few = few(self.len() == self.spheres.saturating_add(self.planes));
+    pub fn max_geometry_bytes<R: Real>(&self, kind: AcceleratorKind) -> u64 {
+        let bounded = self.primitive_count().saturating_sub(self.unbounded);
+        let few = max_scan_size(self.primitive_count() == self.spheres.saturating_add(self.planes));
         let wide = R::IS_SINGLE && matches!(kind, AcceleratorKind::Tree(_));
         let planes = if wide {
-            Bvh8::bytes_of_flat(self.planes, 0)
+            Bvh8::bytes_without_nodes(self.planes, 0)
         } else {
             0
         };
@@ -95,22 +95,22 @@ impl GeometryMemory {
             [0, 0, bounded]
         };
         let tree = match kind {
-            _ if wide && Bvh8::is_flat(self.spheres, self.triangles, others) => {
-                Bvh8::bytes_of_flat(self.spheres, self.triangles)
+            _ if wide && Bvh8::prefers_no_nodes(self.spheres, self.triangles, others) => {
+                Bvh8::bytes_without_nodes(self.spheres, self.triangles)
             }
-            AcceleratorKind::Tree(_) if bounded > few as u64 => Bvh8::most_bytes(counts),
+            AcceleratorKind::Tree(_) if bounded > few as u64 => Bvh8::max_tree_bytes(counts),
             _ => 0,
         };
-        self.bytes::<R>(wide)
+        self.primitive_bytes::<R>(wide)
             .saturating_add(planes)
             .saturating_add(tree)
     }
 
     /// Bytes of the primitives, without the accelerator. In an eight-wide tree triangles count as
     /// zero, since the tree's leaves store them.
-    fn bytes<R: Real>(&self, wide: bool) -> u64 {
+    fn primitive_bytes<R: Real>(&self, wide: bool) -> u64 {
         let each = [
-            (self.len(), PrimitiveSet::<R>::BYTES_EACH),
+            (self.primitive_count(), PrimitiveSet::<R>::SLOT_BYTES),
             (self.spheres, size_of::<Sphere<R>>()),
             (
                 if wide { 0 } else { self.triangles },
@@ -118,9 +118,9 @@ impl GeometryMemory {
             ),
             (self.planes, size_of::<Plane<R>>()),
             (self.shapes, size_of::<AnyShape<R>>()),
-            (self.placed, size_of::<TransformedShape<R>>()),
+            (self.transformed_shapes, size_of::<TransformedShape<R>>()),
             (self.instances, size_of::<Instance>()),
-            (self.moving, size_of::<Motion>()),
+            (self.moving_instances, size_of::<Motion>()),
         ];
         each.into_iter().fold(0, |sum, (count, bytes)| {
             sum.saturating_add(count.saturating_mul(bytes as u64))
@@ -143,7 +143,7 @@ mod tests {
         let (mut geometry_memory, mut group) =
             (GeometryMemory::default(), PrimitiveSet::<R>::default());
         let mut add = |shape: AnyShape<R>| {
-            geometry_memory.add(&shape, false, 1);
+            geometry_memory.add_shapes(&shape, false, 1);
             group.add_shape(shape, Visibility::default()).unwrap();
         };
         let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);
@@ -171,8 +171,8 @@ mod tests {
             for (others, plane) in [(0, false), (0, true), (1, false), (n, true)] {
                 for kind in [AcceleratorKind::Linear].into_iter().chain(tree) {
                     let (geometry_memory, group) = both::<R>(n, others, plane);
-                    let maximum = geometry_memory.most_bytes::<R>(kind);
-                    let real = Geometry::new(group, kind).bytes() as u64;
+                    let maximum = geometry_memory.max_geometry_bytes::<R>(kind);
+                    let real = Geometry::new(group, kind).memory_bytes() as u64;
                     let label = format!(
                         "{n} balls, {others} disks, {kind:?}: {real} bytes, at most {maximum}"
                     );
@@ -216,7 +216,7 @@ mod tests {
                 };
                 for kind in BuildQuality::ALL.map(AcceleratorKind::Tree) {
                     let (mut geometry_memory, mut group) = (
-                        GeometryMemory::of_triangles(n),
+                        GeometryMemory::from_triangle_count(n),
                         PrimitiveSet::<f32>::default(),
                     );
                     group
@@ -227,12 +227,12 @@ mod tests {
                             centre: corner(i * 3).as_vec3(),
                             radius: 0.25,
                         });
-                        geometry_memory.add(&ball, false, 1);
+                        geometry_memory.add_shapes(&ball, false, 1);
                         group.add_shape(ball, Visibility::default()).unwrap();
                     }
                     let (maximum, real) = (
-                        geometry_memory.most_bytes::<f32>(kind),
-                        Geometry::new(group, kind).bytes() as u64,
+                        geometry_memory.max_geometry_bytes::<f32>(kind),
+                        Geometry::new(group, kind).memory_bytes() as u64,
                     );
                     let label = format!(
                         "{n} triangles, {balls} balls, family {family}, {kind:?}: {real} bytes, at most {maximum}"
@@ -261,12 +261,12 @@ mod tests {
                 };
                 for i in 0..n {
                     let quad = AnyShape::Quad(Quad::new(at(i), DVec3::X, DVec3::Y));
-                    geometry_memory.add(&quad, false, 1);
+                    geometry_memory.add_shapes(&quad, false, 1);
                     group.add_shape(quad, Visibility::default()).unwrap();
                 }
                 let (maximum, real) = (
-                    geometry_memory.most_bytes::<f32>(kind),
-                    Geometry::new(group, kind).bytes() as u64,
+                    geometry_memory.max_geometry_bytes::<f32>(kind),
+                    Geometry::new(group, kind).memory_bytes() as u64,
                 );
                 let label = format!(
                     "{n} quads, others: {others}, {kind:?}: {real} bytes, at most {maximum}"
@@ -285,8 +285,8 @@ mod tests {
                 shapes: count,
                 ..GeometryMemory::default()
             };
-            memory.most_bytes::<f32>(AcceleratorKind::default())
-                - memory.most_bytes::<f32>(AcceleratorKind::Linear)
+            memory.max_geometry_bytes::<f32>(AcceleratorKind::default())
+                - memory.max_geometry_bytes::<f32>(AcceleratorKind::Linear)
         };
         assert_eq!([most(8), most(2)], [(4 * 8 + 3) / 7 * 256, 0]);
     }

@@ -18,11 +18,11 @@ use std::sync::OnceLock;
 pub struct CountingHeap;
 
 /// Bytes that the program holds now, and their limit.
-static HELD: AtomicUsize = AtomicUsize::new(0);
+static HELD_BYTES: AtomicUsize = AtomicUsize::new(0);
 static LIMIT: AtomicUsize = AtomicUsize::new(usize::MAX);
 
 /// Handler that ends the program after a refused allocation that no code checks.
-static REFUSAL: OnceLock<fn(Refusal) -> !> = OnceLock::new();
+static REFUSAL_HANDLER: OnceLock<fn(AllocationRefusal) -> !> = OnceLock::new();
 
 thread_local! {
     /// Whether the current code of the thread checks for failed allocations. It is also set while
@@ -32,7 +32,7 @@ thread_local! {
 
 /// Reason for a refused allocation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refusal {
+pub enum AllocationRefusal {
     /// The program would exceed the limit of [`limit_heap`].
     Limit,
     /// The system can't provide the memory.
@@ -48,20 +48,20 @@ pub fn limit_heap(bytes: Option<u64>) {
         usize::try_from(bytes).unwrap_or(usize::MAX)
     });
     LIMIT.store(
-        HELD.load(Ordering::Relaxed).saturating_add(more),
+        HELD_BYTES.load(Ordering::Relaxed).saturating_add(more),
         Ordering::Relaxed,
     );
 }
 
 /// Sets the handler for refused allocations that no code checks. Later calls have no effect.
 /// Without a handler the program aborts. Allocations of the handler itself have no limit.
-pub fn on_heap_refusal(end: fn(Refusal) -> !) {
+pub fn set_heap_refusal_handler(end: fn(AllocationRefusal) -> !) {
     // Only the first handler is kept.
-    let _ = REFUSAL.set(end);
+    let _ = REFUSAL_HANDLER.set(end);
 }
 
 /// Runs code that checks for failed allocations. A refusal is then returned to the code, instead of
-/// to the handler of [`on_heap_refusal`].
+/// to the handler of [`set_heap_refusal_handler`].
 pub fn allocate_fallibly<T>(allocate: impl FnOnce() -> T) -> T {
     let before = FALLIBLE.replace(true);
     let out = allocate();
@@ -70,27 +70,27 @@ pub fn allocate_fallibly<T>(allocate: impl FnOnce() -> T) -> T {
 }
 
 /// Adds `bytes` to the count of held bytes if the limit allows. Returns whether it did.
-fn claim(bytes: usize) -> bool {
-    let before = HELD.fetch_add(bytes, Ordering::Relaxed);
+fn claim_bytes(bytes: usize) -> bool {
+    let before = HELD_BYTES.fetch_add(bytes, Ordering::Relaxed);
     let is_allowed = before.saturating_add(bytes) <= LIMIT.load(Ordering::Relaxed);
     if !is_allowed {
-        release(bytes);
+        release_bytes(bytes);
     }
     is_allowed
 }
 
 /// Subtracts `bytes` from the count of held bytes.
-fn release(bytes: usize) {
-    HELD.fetch_sub(bytes, Ordering::Relaxed);
+fn release_bytes(bytes: usize) {
+    HELD_BYTES.fetch_sub(bytes, Ordering::Relaxed);
 }
 
 /// Ends the program by the handler, or returns null to code that checks for failed allocations.
-fn refuse(refusal: Refusal) -> *mut u8 {
+fn refuse_allocation(refusal: AllocationRefusal) -> *mut u8 {
     // The thread-local variable of an ending thread no longer exists.
     let is_fallible = FALLIBLE
         .try_with(|fallible| fallible.replace(true))
         .unwrap_or(true);
-    if let Some(end) = REFUSAL.get().filter(|_| !is_fallible) {
+    if let Some(end) = REFUSAL_HANDLER.get().filter(|_| !is_fallible) {
         limit_heap(None);
         end(refusal);
     }
@@ -99,14 +99,14 @@ fn refuse(refusal: Refusal) -> *mut u8 {
 }
 
 /// Calls the system allocator, which takes `bytes` more than before, if the limit allows.
-fn counted(bytes: usize, allocate: impl FnOnce() -> *mut u8) -> *mut u8 {
-    if !claim(bytes) {
-        return refuse(Refusal::Limit);
+fn allocate_counted(bytes: usize, allocate: impl FnOnce() -> *mut u8) -> *mut u8 {
+    if !claim_bytes(bytes) {
+        return refuse_allocation(AllocationRefusal::Limit);
     }
     let place = allocate();
     if place.is_null() {
-        release(bytes);
-        return refuse(Refusal::System { bytes });
+        release_bytes(bytes);
+        return refuse_allocation(AllocationRefusal::System { bytes });
     }
     place
 }
@@ -118,28 +118,28 @@ unsafe impl GlobalAlloc for CountingHeap {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: the caller's promise about the layout is the promise that the system allocator
         // requires.
-        counted(layout.size(), || unsafe { System.alloc(layout) })
+        allocate_counted(layout.size(), || unsafe { System.alloc(layout) })
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         // SAFETY: as above.
-        counted(layout.size(), || unsafe { System.alloc_zeroed(layout) })
+        allocate_counted(layout.size(), || unsafe { System.alloc_zeroed(layout) })
     }
 
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
         // SAFETY: the block came from the system allocator, with this layout.
         unsafe { System.dealloc(place, layout) };
-        release(layout.size());
+        release_bytes(layout.size());
     }
 
     unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         // SAFETY: the block came from the system allocator, with this layout, and the caller's
         // promise about the size is passed on.
-        let place = counted(size.saturating_sub(layout.size()), || unsafe {
+        let place = allocate_counted(size.saturating_sub(layout.size()), || unsafe {
             System.realloc(place, layout, size)
         });
         if !place.is_null() {
-            release(layout.size().saturating_sub(size));
+            release_bytes(layout.size().saturating_sub(size));
         }
         place
     }
@@ -155,7 +155,7 @@ mod tests {
     fn what_is_held_is_counted_and_limited() {
         let heap = CountingHeap;
         let layout = Layout::from_size_align(1000, 8).expect("a layout");
-        let held = || HELD.load(Ordering::Relaxed);
+        let held = || HELD_BYTES.load(Ordering::Relaxed);
         // The allocator under test is not the global allocator of the tests, so it counts nothing
         // else.
         assert_eq!(held(), 0);

@@ -7,7 +7,7 @@ use crate::error::{GeometryError, check_bounds};
 use crate::shapes::{Transform, transform_bounds};
 
 /// Motion index of an instance at rest, beyond the end of any list of motions.
-const STILL: u32 = u32::MAX;
+const NO_MOTION: u32 = u32::MAX;
 
 /// An instance of a geometry, one of the parts of a primitive set, under an affine map.
 #[derive(Clone, Debug)]
@@ -15,10 +15,10 @@ const STILL: u32 = u32::MAX;
 pub(crate) struct Instance {
     /// World-to-object map for box tests. It comes first in the struct, so that most rays read only
     /// one cache line.
-    pub to_object: RoughInverse,
+    pub to_object: ApproximateInverse,
     /// Index of the instanced geometry among the set's parts.
     pub part: u32,
-    /// Index of the instance's motion; `STILL` for an instance at rest. The field fills padding, so
+    /// Index of the instance's motion; `NO_MOTION` for an instance at rest. The field fills padding, so
     /// it costs no memory.
     pub motion: u32,
     /// Object-to-world map; for a moving instance, the map at time 0.
@@ -41,11 +41,11 @@ impl Instance {
                 transform_bounds(&to_world, &b)
             }
         };
-        let to_object = RoughInverse::new(&transform);
+        let to_object = ApproximateInverse::new(&transform);
         Ok(Self {
             to_object,
             part,
-            motion: STILL,
+            motion: NO_MOTION,
             transform,
             bounds: check_bounds(bounds.map(mapped))?,
         })
@@ -54,7 +54,7 @@ impl Instance {
     /// Creates a moving instance, from the first map at time 0 to the second map at time 1. Each
     /// point moves along the segment between its ends. So the union of the boxes at both ends
     /// contains the instance at every time, and no smaller box does.
-    pub fn moving(
+    pub fn new_moving(
         part: u32,
         bounds: Option<Aabb>,
         to_world: [DAffine3; 2],
@@ -67,7 +67,7 @@ impl Instance {
             .zip(end.bounds)
             .map(|(start, end)| start.union(end));
         Ok(Self {
-            to_object: RoughInverse::NONE,
+            to_object: ApproximateInverse::NONE,
             motion,
             bounds: check_bounds(both)?,
             ..start
@@ -76,11 +76,11 @@ impl Instance {
 
     /// Tightens the box of the instance for a tree: intersects it with the box of the part's mapped
     /// bounding sphere. The box around a rotated box is larger than its contents need.
-    pub fn within(&self, bounds: Aabb, sphere: &BoundingSphere) -> Aabb {
-        if bounds.is_empty() || self.motion != STILL {
+    pub fn tighten_bounds(&self, bounds: Aabb, sphere: &BoundingSphere) -> Aabb {
+        if bounds.is_empty() || self.motion != NO_MOTION {
             return bounds;
         }
-        let both = bounds.intersection(self.transform.sphere_bounds(sphere));
+        let both = bounds.intersection(self.transform.transform_sphere_bounds(sphere));
         // Where the sphere's box is NaN or too large, the box stays unchanged.
         if both.is_empty() { bounds } else { both }
     }
@@ -88,23 +88,23 @@ impl Instance {
 
 /// World-to-object map in f32 with an error bound, for box tests.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct RoughInverse {
+pub(crate) struct ApproximateInverse {
     columns: [[f32; 3]; 3],
     /// Translation, which is subtracted from a point first.
     translation: [f32; 3],
     /// Rounding error of the stored translation, subtracted from the point next.
-    rest: [f32; 3],
+    translation_error: [f32; 3],
     /// Error bound of a mapped component, relative to the sum of the absolute values of the
     /// components. A point is taken relative to the translation.
     error: f32,
 }
 
-impl RoughInverse {
+impl ApproximateInverse {
     /// Map without a valid inverse: every result is NaN, so the ray is mapped in f64 instead.
     const NONE: Self = Self {
         columns: [[f32::NAN; 3]; 3],
         translation: [0.0; 3],
-        rest: [0.0; 3],
+        translation_error: [0.0; 3],
         error: f32::NAN,
     };
     /// Range of the greatest entry of the inverse, for which products with coordinates keep full
@@ -128,7 +128,7 @@ impl RoughInverse {
         Self {
             columns: columns.map(|column| column.as_vec3().to_array()),
             translation: translation.as_vec3().to_array(),
-            rest: (translation - translation.as_vec3().as_dvec3())
+            translation_error: (translation - translation.as_vec3().as_dvec3())
                 .as_vec3()
                 .to_array(),
             error: (largest * (12.0 * f64::from(f32::EPSILON) * 0.5)) as f32,
@@ -138,8 +138,9 @@ impl RoughInverse {
     /// Maps a world-space ray, exact in f32, to object space. Returns the ray, and the error bounds
     /// of a component of its origin and of a component of its direction.
     #[inline(always)]
-    pub fn ray(&self, origin: [f32; 3], direction: [f32; 3]) -> ([[f32; 3]; 2], [f32; 2]) {
-        let ([x, y, z], [a, b, c], [i, j, k]) = (&self.columns, self.translation, self.rest);
+    pub fn map_ray(&self, origin: [f32; 3], direction: [f32; 3]) -> ([[f32; 3]; 2], [f32; 2]) {
+        let ([x, y, z], [a, b, c], [i, j, k]) =
+            (&self.columns, self.translation, self.translation_error);
         let offset = [origin[0] - a - i, origin[1] - b - j, origin[2] - c - k];
         let times = |v: [f32; 3]| {
             let one = |axis: usize| x[axis] * v[0] + y[axis] * v[1] + z[axis] * v[2];

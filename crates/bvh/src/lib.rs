@@ -28,7 +28,7 @@
 //! Tree nodes have eight child boxes. In trees of primitives stored in f32, a leaf holds up to
 //! eight triangles or spheres. Queries use the fastest [`Kernel`] that the processor can run.
 //!
-//! [`Geometry::closest_from`] traces rays with a common origin together.
+//! [`Geometry::closest_of_packet`] traces rays with a common origin together.
 //!
 //! Not implemented yet: SIMD tests of primitives other than triangles, spheres and planes; packets
 //! of rays without a common origin; quantised nodes; refitting; motion other than of instances
@@ -63,7 +63,9 @@ pub use bvh8::Kernel;
 pub use error::GeometryError;
 pub use geometry::Geometry;
 pub use geometry_memory::GeometryMemory;
-pub use heap::{CountingHeap, Refusal, allocate_fallibly, limit_heap, on_heap_refusal};
+pub use heap::{
+    AllocationRefusal, CountingHeap, allocate_fallibly, limit_heap, set_heap_refusal_handler,
+};
 pub use memory::huge_page_vec;
 pub use motion::Motion;
 pub use primitive_set::PrimitiveSet;
@@ -71,5 +73,7 @@ pub use processor::{SimdTask, prefetch, run_widest};
 pub use query::{PacketBackoff, RayPacket};
 pub use ray::{Hit, Interval, Occlusion, Ray, Side, Visibility};
 pub use scalar::{Real, Vector};
-pub use shapes::{Parameters, PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, Transform};
+pub use shapes::{
+    PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, TextureCoordinates, Transform,
+};
 pub use stats::{TraversalCounter, TraversalStats};

@@ -7,7 +7,7 @@ use crate::processor::{SimdTask, run_widest};
 use crate::ray::{Hit, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::{
-    OuterTransforms, Parameters, PreparedRay, Shape, ShapeHit, Surface, SurfacePoint,
+    OuterTransforms, PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, TextureCoordinates,
     TransformChain, Triangle,
 };
 use crate::slot::PrimitiveKind;
@@ -22,15 +22,13 @@ impl<R: Real> Geometry<R> {
     pub fn surface_point(&self, ray: &Ray<R>, hit: &Hit<R>) -> SurfacePoint {
         // Spheres and planes are inlined here, so that the parts of the prepared ray that they do
         // not use are not computed.
-        let slot = &self.group.slots[hit.slots[0] as usize];
+        let slot = &self.primitives.slots[hit.slots[0] as usize];
         match slot.kind {
-            PrimitiveKind::Sphere => {
-                self.group.spheres[slot.index as usize].locate(&self.prepare(*ray), own(hit))
-            }
-            PrimitiveKind::Plane => {
-                self.group.planes[slot.index as usize].locate(&self.prepare(*ray), own(hit))
-            }
-            _ => self.locate(&self.prepare(*ray), own(hit), hit.slots, None),
+            PrimitiveKind::Sphere => self.primitives.spheres[slot.index as usize]
+                .locate_surface_point(&self.prepare_ray(*ray), to_shape_hit(hit)),
+            PrimitiveKind::Plane => self.primitives.planes[slot.index as usize]
+                .locate_surface_point(&self.prepare_ray(*ray), to_shape_hit(hit)),
+            _ => self.locate_in_slot(&self.prepare_ray(*ray), to_shape_hit(hit), hit.slots, None),
         }
     }
 
@@ -50,46 +48,49 @@ impl<R: Real> Geometry<R> {
         hits: impl Iterator<Item = (&'a Ray<R>, &'a Hit<R>)>,
         mut out: impl FnMut(usize, Surface<R>),
     ) {
-        let mut waiting = HitLanes::<R>::default();
+        let mut pending_hits = TriangleHitLanes::<R>::default();
         for (index, (ray, hit)) in hits.enumerate() {
-            let slot = &self.group.slots[hit.slots[0] as usize];
+            let slot = &self.primitives.slots[hit.slots[0] as usize];
             if slot.kind != PrimitiveKind::Triangle {
                 out(index, self.surface(ray, hit));
                 continue;
             }
-            waiting.push(index, &self.triangle(slot.index as usize), hit);
-            if waiting.len == LANES {
-                waiting.locate(&mut out);
+            pending_hits.push_hit(index, &self.triangle(slot.index as usize), hit);
+            if pending_hits.len == LANES {
+                pending_hits.flush_surfaces(&mut out);
             }
         }
-        waiting.locate(&mut out);
+        pending_hits.flush_surfaces(&mut out);
     }
 
     /// Computes the texture coordinates at a hit that this geometry returned for the same ray.
     #[inline]
-    pub fn parameters(&self, ray: &Ray<R>, hit: &Hit<R>) -> Parameters<R> {
-        self.parameters_at(&self.prepare(*ray), own(hit), hit.slots)
+    pub fn texture_coordinates(&self, ray: &Ray<R>, hit: &Hit<R>) -> TextureCoordinates<R> {
+        self.texture_coordinates_in_slot(&self.prepare_ray(*ray), to_shape_hit(hit), hit.slots)
     }
 
     /// Returns the world-space corners of the hit triangle at the ray's time, in the order of the
     /// hit's weights; `None` for any other shape.
-    pub fn corners(&self, ray: &Ray<R>, hit: &Hit<R>) -> Option<[DVec3; 3]> {
-        self.corners_at(ray.time.to_f64(), hit.slots)
+    pub fn triangle_corners(&self, ray: &Ray<R>, hit: &Hit<R>) -> Option<[DVec3; 3]> {
+        self.triangle_corners_in_slot(ray.time.to_f64(), hit.slots)
     }
 
     /// Maps a normal from the space of the hit instance to the world at the ray's time, without
     /// normalising it. Shading uses it for the normals of a mesh under a moving instance. For a hit
     /// outside any instance the normal is returned unchanged.
-    pub fn normal(&self, ray: &Ray<R>, hit: &Hit<R>, normal: R::Vec3) -> R::Vec3 {
-        let (group, slot) = (&self.group, &self.group.slots[hit.slots[0] as usize]);
+    pub fn normal_to_world(&self, ray: &Ray<R>, hit: &Hit<R>, normal: R::Vec3) -> R::Vec3 {
+        let (group, slot) = (
+            &self.primitives,
+            &self.primitives.slots[hit.slots[0] as usize],
+        );
         if slot.kind != PrimitiveKind::Instance {
             return normal;
         }
-        let mut room = None;
-        let (transform, _) = group.shown(
+        let mut moving_transform = None;
+        let (transform, _) = group.resolve_instance(
             &group.instances[slot.index as usize],
             ray.time.to_f64(),
-            &mut room,
+            &mut moving_transform,
         );
         R::Vec3::from_f64(transform.normal_to_world(normal.to_f64()))
     }
@@ -98,42 +99,44 @@ impl<R: Real> Geometry<R> {
     /// holds the maps from that space to the world. `inner` is the slot in the instanced geometry,
     /// if `slot` is an instance.
     #[inline(never)]
-    fn locate(
+    fn locate_in_slot(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         [slot, inner]: [u32; 2],
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
-        let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
+        let (group, slot) = (&self.primitives, &self.primitives.slots[slot as usize]);
         let index = slot.index as usize;
         match slot.kind {
             PrimitiveKind::Sphere => {
-                group.spheres[index].locate_under(prepared_ray, hit, transform_chain)
+                group.spheres[index].locate_under_transforms(prepared_ray, hit, transform_chain)
             }
             PrimitiveKind::Triangle => {
                 self.triangle(index)
-                    .locate_under(prepared_ray, hit, transform_chain)
+                    .locate_under_transforms(prepared_ray, hit, transform_chain)
             }
             PrimitiveKind::Plane => {
-                group.planes[index].locate_under(prepared_ray, hit, transform_chain)
+                group.planes[index].locate_under_transforms(prepared_ray, hit, transform_chain)
             }
             PrimitiveKind::Shape => {
-                group.shapes[index].locate_under(prepared_ray, hit, transform_chain)
+                group.shapes[index].locate_under_transforms(prepared_ray, hit, transform_chain)
             }
-            PrimitiveKind::TransformedShape => {
-                group.transformed_shapes[index].locate_under(prepared_ray, hit, transform_chain)
-            }
+            PrimitiveKind::TransformedShape => group.transformed_shapes[index]
+                .locate_under_transforms(prepared_ray, hit, transform_chain),
             PrimitiveKind::Instance => {
-                let mut room = None;
-                let (transform, part) =
-                    group.shown(&group.instances[index], prepared_ray.time, &mut room);
+                let mut moving_transform = None;
+                let (transform, part) = group.resolve_instance(
+                    &group.instances[index],
+                    prepared_ray.time,
+                    &mut moving_transform,
+                );
                 let transform_chain = TransformChain {
                     map: transform,
                     outer: None,
                 };
-                transform.located_to_world(&part.locate(
-                    &transform.probe_to_object(prepared_ray),
+                transform.surface_point_to_world(&part.locate_in_slot(
+                    &transform.ray_to_object(prepared_ray),
                     hit,
                     [inner, inner],
                     Some(transform_chain),
@@ -144,15 +147,16 @@ impl<R: Real> Geometry<R> {
 
     /// Returns the corners of the triangle in a slot, or in the slot `inner` of an instance, in the
     /// space of this geometry.
-    fn corners_at(&self, time: f64, [slot, inner]: [u32; 2]) -> Option<[DVec3; 3]> {
-        let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
+    fn triangle_corners_in_slot(&self, time: f64, [slot, inner]: [u32; 2]) -> Option<[DVec3; 3]> {
+        let (group, slot) = (&self.primitives, &self.primitives.slots[slot as usize]);
         let index = slot.index as usize;
         match slot.kind {
             PrimitiveKind::Triangle => Some(self.triangle(index).vertices.map(Vector::to_f64)),
             PrimitiveKind::Instance => {
-                let mut room = None;
-                let (transform, part) = group.shown(&group.instances[index], time, &mut room);
-                let corners = part.corners_at(time, [inner, inner])?;
+                let mut moving_transform = None;
+                let (transform, part) =
+                    group.resolve_instance(&group.instances[index], time, &mut moving_transform);
+                let corners = part.triangle_corners_in_slot(time, [inner, inner])?;
                 Some(corners.map(|corner| transform.to_world.transform_point3(corner)))
             }
             PrimitiveKind::Sphere
@@ -164,32 +168,35 @@ impl<R: Real> Geometry<R> {
 
     /// Computes the texture coordinates of a hit by its slots, for a ray in this geometry's own
     /// space.
-    fn parameters_at(
+    fn texture_coordinates_in_slot(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         [slot, inner]: [u32; 2],
-    ) -> Parameters<R> {
-        let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
+    ) -> TextureCoordinates<R> {
+        let (group, slot) = (&self.primitives, &self.primitives.slots[slot as usize]);
         let index = slot.index as usize;
         match slot.kind {
-            PrimitiveKind::Sphere => group.spheres[index].parameters(prepared_ray, hit),
-            PrimitiveKind::Triangle => self.triangle(index).parameters(prepared_ray, hit),
-            PrimitiveKind::Plane => group.planes[index].parameters(prepared_ray, hit),
-            PrimitiveKind::Shape => group.shapes[index].parameters(prepared_ray, hit),
+            PrimitiveKind::Sphere => group.spheres[index].texture_coordinates(prepared_ray, hit),
+            PrimitiveKind::Triangle => self.triangle(index).texture_coordinates(prepared_ray, hit),
+            PrimitiveKind::Plane => group.planes[index].texture_coordinates(prepared_ray, hit),
+            PrimitiveKind::Shape => group.shapes[index].texture_coordinates(prepared_ray, hit),
             PrimitiveKind::TransformedShape => {
-                group.transformed_shapes[index].parameters(prepared_ray, hit)
+                group.transformed_shapes[index].texture_coordinates(prepared_ray, hit)
             }
             PrimitiveKind::Instance => {
-                let mut room = None;
-                let (transform, part) =
-                    group.shown(&group.instances[index], prepared_ray.time, &mut room);
-                let there = part.parameters_at(
-                    &transform.probe_to_object(prepared_ray),
+                let mut moving_transform = None;
+                let (transform, part) = group.resolve_instance(
+                    &group.instances[index],
+                    prepared_ray.time,
+                    &mut moving_transform,
+                );
+                let object_coordinates = part.texture_coordinates_in_slot(
+                    &transform.ray_to_object(prepared_ray),
                     hit,
                     [inner, inner],
                 );
-                transform.parameters_to_world(&there)
+                transform.texture_coordinates_to_world(&object_coordinates)
             }
         }
     }
@@ -197,34 +204,34 @@ impl<R: Real> Geometry<R> {
 
 /// Hits of up to eight triangles in structure-of-arrays layout, collected by
 /// [`Geometry::surfaces`].
-struct HitLanes<R: Real> {
+struct TriangleHitLanes<R: Real> {
     len: usize,
     /// Indices of the hits in the caller's list.
-    place: [usize; LANES],
+    hit_indices: [usize; LANES],
     /// Corners as `corners[corner][axis][lane]`.
     corners: [[[R; LANES]; 3]; 3],
     /// Barycentric weights of the second and the third corner.
     weights: [[R; LANES]; 2],
 }
 
-impl<R: Real> Default for HitLanes<R> {
+impl<R: Real> Default for TriangleHitLanes<R> {
     fn default() -> Self {
         let none = [R::ZERO; LANES];
         Self {
             len: 0,
-            place: [0; LANES],
+            hit_indices: [0; LANES],
             corners: [[none; 3]; 3],
             weights: [none; 2],
         }
     }
 }
 
-impl<R: Real> HitLanes<R> {
+impl<R: Real> TriangleHitLanes<R> {
     #[inline(always)]
-    fn push(&mut self, index: usize, triangle: &Triangle<R>, hit: &Hit<R>) {
+    fn push_hit(&mut self, index: usize, triangle: &Triangle<R>, hit: &Hit<R>) {
         let lane = self.len;
         self.len += 1;
-        self.place[lane] = index;
+        self.hit_indices[lane] = index;
         for ([x, y, z], corner) in self.corners.iter_mut().zip(triangle.vertices) {
             (x[lane], y[lane], z[lane]) = (corner.x(), corner.y(), corner.z());
         }
@@ -233,11 +240,11 @@ impl<R: Real> HitLanes<R> {
 
     /// Passes the surfaces of all collected hits to `out` and clears the list.
     #[inline(always)]
-    fn locate(&mut self, out: &mut impl FnMut(usize, Surface<R>)) {
+    fn flush_surfaces(&mut self, out: &mut impl FnMut(usize, Surface<R>)) {
         if self.len == 0 {
             return;
         }
-        let lanes = run_widest(LocateTriangles(self));
+        let lanes = run_widest(LocateTrianglesTask(self));
         for lane in 0..self.len {
             let [point, normal] =
                 [lanes.point, lanes.normal].map(|[x, y, z]| Vector::new(x[lane], y[lane], z[lane]));
@@ -250,12 +257,12 @@ impl<R: Real> HitLanes<R> {
             };
             let inside = lanes.is_inside[lane];
             out(
-                self.place[lane],
+                self.hit_indices[lane],
                 if inside {
                     surface
                 } else {
                     self.triangle(lane)
-                        .surface_point(self.weights(lane))
+                        .eval_inset_surface_point(self.weights(lane))
                         .to_scalar()
                 },
             );
@@ -285,7 +292,7 @@ impl<R: Real> HitLanes<R> {
 
 /// Surfaces of eight triangles, rounded to the stored scalar. `is_inside` tells whether a surface
 /// is valid: it is not near an edge of its triangle, where the caller evaluates it alone.
-struct LocatedLanes<R> {
+struct LocatedTriangles<R> {
     point: [[R; LANES]; 3],
     normal: [[R; LANES]; 3],
     error: [R; LANES],
@@ -293,14 +300,14 @@ struct LocatedLanes<R> {
 }
 
 /// Task of [`run_widest`]: evaluates the surfaces of all collected hits.
-struct LocateTriangles<'a, R: Real>(&'a HitLanes<R>);
+struct LocateTrianglesTask<'a, R: Real>(&'a TriangleHitLanes<R>);
 
-impl<R: Real> SimdTask for LocateTriangles<'_, R> {
-    type Output = LocatedLanes<R>;
+impl<R: Real> SimdTask for LocateTrianglesTask<'_, R> {
+    type Output = LocatedTriangles<R>;
     #[inline(always)]
-    fn run(self) -> LocatedLanes<R> {
+    fn run(self) -> LocatedTriangles<R> {
         let none = [R::ZERO; LANES];
-        let mut out = LocatedLanes {
+        let mut out = LocatedTriangles {
             point: [none; 3],
             normal: [none; 3],
             error: none,
@@ -311,7 +318,7 @@ impl<R: Real> SimdTask for LocateTriangles<'_, R> {
                 let [x, y, z] = &self.0.corners[k];
                 DVec3::new(x[lane].to_f64(), y[lane].to_f64(), z[lane].to_f64())
             };
-            let (point, is_inside) = Triangle::<R>::located_inside(
+            let (point, is_inside) = Triangle::<R>::eval_interior_surface_point(
                 [corner(0), corner(1), corner(2)],
                 self.0.weights(lane),
             );
@@ -331,7 +338,7 @@ impl<R: Real> SimdTask for LocateTriangles<'_, R> {
 
 /// Returns the part of a hit that a shape interprets.
 #[inline(always)]
-fn own<R: Real>(hit: &Hit<R>) -> ShapeHit<R> {
+fn to_shape_hit<R: Real>(hit: &Hit<R>) -> ShapeHit<R> {
     ShapeHit {
         t: hit.t,
         u: hit.u,

@@ -11,7 +11,7 @@ use glam::{DVec4, Vec4};
 
 /// Vector of four scalars for arithmetic in parallel: glam's vector, in SIMD registers where glam
 /// has them for the scalar, and one by one elsewhere.
-pub trait Four<R>:
+pub trait FourLanes<R>:
     Copy
     + From<[R; 4]>
     + Into<[R; 4]>
@@ -24,5 +24,5 @@ pub trait Four<R>:
 {
 }
 
-impl Four<f32> for Vec4 {}
-impl Four<f64> for DVec4 {}
+impl FourLanes<f32> for Vec4 {}
+impl FourLanes<f64> for DVec4 {}

@@ -9,27 +9,27 @@ use core::mem::MaybeUninit;
 
 /// Least size, in bytes, of an array on huge pages. It is two huge pages, since an array rarely
 /// starts at a page boundary.
-const LEAST: usize = 4 << 20;
+const MIN_BYTES: usize = 4 << 20;
 
 /// Creates an empty `Vec` with the given capacity, on huge pages if it is large and the system
 /// supports them. It suits data that is written once and read at random. Without system support it
 /// is an ordinary `Vec`.
 pub fn huge_page_vec<T>(capacity: usize) -> Vec<T> {
     let mut list = Vec::with_capacity(capacity);
-    advise(list.spare_capacity_mut());
+    advise_huge_pages(list.spare_capacity_mut());
     list
 }
 
 /// Creates the `Vec` of [`huge_page_vec`], filled with `count` copies of `value`.
-pub(crate) fn huge_page_vec_of<T: Clone>(count: usize, value: T) -> Vec<T> {
+pub(crate) fn filled_huge_page_vec<T: Clone>(count: usize, value: T) -> Vec<T> {
     let mut list = huge_page_vec(count);
     list.resize(count, value);
     list
 }
 
 /// Advises the system to use huge pages for memory that has not been written yet.
-fn advise<T>(room: &mut [MaybeUninit<T>]) {
-    if size_of_val(room) < LEAST {
+fn advise_huge_pages<T>(room: &mut [MaybeUninit<T>]) {
+    if size_of_val(room) < MIN_BYTES {
         return;
     }
     #[cfg(target_os = "linux")]
@@ -61,7 +61,7 @@ mod tests {
     /// contents.
     #[test]
     fn lists_have_room_for_what_is_put_there() {
-        for count in [0, 1, LEAST / 8 - 1, LEAST / 8, LEAST] {
+        for count in [0, 1, MIN_BYTES / 8 - 1, MIN_BYTES / 8, MIN_BYTES] {
             let mut list: Vec<u64> = huge_page_vec(count);
             assert!(list.is_empty() && list.capacity() >= count);
             let place = list.as_ptr();
@@ -102,7 +102,7 @@ mod tests {
         if !std::path::Path::new("/sys/kernel/mm/transparent_hugepage").exists() {
             return;
         }
-        let large = huge_page_vec_of(8 << 20, 0_u64);
+        let large = filled_huge_page_vec(8 << 20, 0_u64);
         assert_ne!(requested(&large, 32 << 20), Some(false));
         // A page that is only partly in the array must not be advised. The last element usually
         // lies on such a page.

@@ -16,25 +16,28 @@ impl Motion {
     /// Creates the motion between two invertible maps.
     ///
     /// # Errors
-    /// [`GeometryError::SingularOnTheWay`] if the map is singular, or can't be proven invertible,
+    /// [`GeometryError::SingularDuringMotion`] if the map is singular, or can't be proven invertible,
     /// at some time in [0, 1]; [`GeometryError::NotFinite`] if the ends are too far apart.
     pub fn new(ends: [DAffine3; 2]) -> Result<Self, GeometryError> {
         let motion = Self { ends };
         // The midpoint of ends further apart than the greatest f64 is not finite.
-        if !motion.map(0.5).is_finite() {
+        if !motion.map_at(0.5).is_finite() {
             return Err(GeometryError::NotFinite);
         }
-        let invertible = keeps_sign(determinants(ends.map(|end| end.matrix3)), HALVINGS);
+        let invertible = has_constant_sign(
+            determinant_coefficients(ends.map(|end| end.matrix3)),
+            MAX_BISECTIONS,
+        );
         invertible
             .then_some(motion)
-            .ok_or(GeometryError::SingularOnTheWay)
+            .ok_or(GeometryError::SingularDuringMotion)
     }
 
     /// Returns the transform at a time, clamped to [0, 1], with an accurate inverse. An instance at
     /// rest under the same map is hit with the same bits.
     #[inline(never)]
-    pub(crate) fn at(&self, time: f64) -> Transform {
-        Transform::of_invertible(self.map(time.clamp(0.0, 1.0)))
+    pub(crate) fn transform_at(&self, time: f64) -> Transform {
+        Transform::from_invertible(self.map_at(time.clamp(0.0, 1.0)))
     }
 
     /// Returns the map at a time in [0, 1]. Each entry is the exact interpolated value, rounded
@@ -42,12 +45,12 @@ impl Motion {
     /// rounding, even where the instance passes near the origin between distant ends, and error
     /// bounds for a constant map hold for a moving map too. At either end the map is exactly the
     /// given map, and entries that are equal at both ends stay constant.
-    pub fn map(&self, time: f64) -> DAffine3 {
+    pub fn map_at(&self, time: f64) -> DAffine3 {
         let [start, end] = self.ends.map(|end| end.to_cols_array());
         let entry = |i: usize| {
             (DoubleDouble::from(start[i])
                 + (DoubleDouble::from(end[i]) + DoubleDouble::from(-start[i])) * time)
-                .rounded()
+                .to_f64()
         };
         DAffine3::from_cols_array(&core::array::from_fn(entry))
     }
@@ -55,24 +58,24 @@ impl Motion {
 
 /// Greatest number of bisections in the search for the sign of the determinant. About thirty
 /// suffice: close to a zero the error bounds then end the recursion.
-const HALVINGS: u32 = 64;
+const MAX_BISECTIONS: u32 = 64;
 
 /// A number with a bound of its absolute error.
 #[derive(Clone, Copy, Debug)]
-struct Bounded {
+struct BoundedValue {
     value: f64,
     error: f64,
 }
 
-impl Bounded {
+impl BoundedValue {
     /// Whether the true value is certainly positive (`sign` = 1) or certainly negative (`sign` =
     /// −1); false for NaN.
-    fn surely(&self, sign: f64) -> bool {
+    fn has_sign(&self, sign: f64) -> bool {
         self.value * sign > self.error
     }
 
     /// Computes the midpoint of two numbers.
-    fn middle(a: Self, b: Self) -> Self {
+    fn midpoint(a: Self, b: Self) -> Self {
         let value = 0.5 * (a.value + b.value);
         Self {
             value,
@@ -96,7 +99,7 @@ fn determinant([x, y, z]: [DVec3; 3]) -> (DoubleDouble, f64) {
         .into_iter()
         .fold(Default::default(), |(sum, size), (i, j, k, sign)| {
             (
-                sum + DoubleDouble::product(y[j], z[k]) * (sign * x[i]),
+                sum + DoubleDouble::from_product(y[j], z[k]) * (sign * x[i]),
                 size + (x[i] * y[j] * z[k]).abs(),
             )
         })
@@ -106,7 +109,7 @@ fn determinant([x, y, z]: [DVec3; 3]) -> (DoubleDouble, f64) {
 /// in time. The determinant is linear in each column of the map. So coefficient i is the mean of
 /// the determinants over all choices of i columns from the end and the other columns from the
 /// start.
-fn determinants(ends: [DMat3; 2]) -> [Bounded; 4] {
+fn determinant_coefficients(ends: [DMat3; 2]) -> [BoundedValue; 4] {
     let mut sums = [(DoubleDouble::default(), 0.0); 4];
     for choice in 0..8_usize {
         let (value, size) =
@@ -116,8 +119,8 @@ fn determinants(ends: [DMat3; 2]) -> [Bounded; 4] {
     }
     let choices = [1.0, 3.0, 3.0, 1.0];
     core::array::from_fn(|i| {
-        let value = sums[i].0.rounded() / choices[i];
-        Bounded {
+        let value = sums[i].0.to_f64() / choices[i];
+        BoundedValue {
             value,
             error: sums[i].1 * 2_f64.powi(-96) + value.abs() * f64::EPSILON,
         }
@@ -129,11 +132,11 @@ fn determinants(ends: [DMat3; 2]) -> [Bounded; 4] {
 /// sign, both halves are examined ("Curves and Surfaces for CAGD", Farin, 5th edition 2002,
 /// chapters 5 and 6: de Casteljau). The result is false for a cubic that may change its sign, or is
 /// zero within its errors.
-fn keeps_sign(b: [Bounded; 4], halvings: u32) -> bool {
+fn has_constant_sign(b: [BoundedValue; 4], halvings: u32) -> bool {
     let on_side = |sign: f64| {
         (
-            b.iter().all(|b| b.surely(sign)),
-            b[0].surely(sign) && b[3].surely(sign),
+            b.iter().all(|b| b.has_sign(sign)),
+            b[0].has_sign(sign) && b[3].has_sign(sign),
         )
     };
     let (above, below) = (on_side(1.0), on_side(-1.0));
@@ -144,11 +147,14 @@ fn keeps_sign(b: [Bounded; 4], halvings: u32) -> bool {
     if !(above.1 || below.1) || halvings == 0 {
         return false;
     }
-    let [ab, bc, cd] = [0, 1, 2].map(|i| Bounded::middle(b[i], b[i + 1]));
-    let (abc, bcd) = (Bounded::middle(ab, bc), Bounded::middle(bc, cd));
-    let half = Bounded::middle(abc, bcd);
-    keeps_sign([b[0], ab, abc, half], halvings - 1)
-        && keeps_sign([half, bcd, cd, b[3]], halvings - 1)
+    let [ab, bc, cd] = [0, 1, 2].map(|i| BoundedValue::midpoint(b[i], b[i + 1]));
+    let (abc, bcd) = (
+        BoundedValue::midpoint(ab, bc),
+        BoundedValue::midpoint(bc, cd),
+    );
+    let half = BoundedValue::midpoint(abc, bcd);
+    has_constant_sign([b[0], ab, abc, half], halvings - 1)
+        && has_constant_sign([half, bcd, cd, b[3]], halvings - 1)
 }
 
 #[cfg(test)]
@@ -173,7 +179,10 @@ mod tests {
     #[test]
     fn maps_singular_during_motion() {
         let scale = |x: f64, y: f64, z: f64| DAffine3::from_scale(DVec3::new(x, y, z));
-        let (one, on_the_way) = (DAffine3::IDENTITY, Some(GeometryError::SingularOnTheWay));
+        let (one, on_the_way) = (
+            DAffine3::IDENTITY,
+            Some(GeometryError::SingularDuringMotion),
+        );
         for flat in [
             one,
             scale(1e6, 1e-6, 1.0) * turn(40.0),
@@ -235,17 +244,17 @@ mod tests {
             let [start, end] =
                 [from as f64, to as f64].map(|x| DAffine3::from_translation(DVec3::new(x, 0.1, x)));
             let motion = Motion::new([start, end]).unwrap();
-            let found = motion.map(time as f64 * unit);
+            let found = motion.map_at(time as f64 * unit);
             assert_eq!(
                 found.translation,
                 DVec3::new(exact as f64 * unit, 0.1, exact as f64 * unit),
                 "{from} {to} {time}"
             );
-            assert_eq!((motion.map(0.0), motion.map(1.0)), (start, end));
+            assert_eq!((motion.map_at(0.0), motion.map_at(1.0)), (start, end));
         }
         assert!(cancelled > 1000, "{cancelled}");
         let ends = [DAffine3::from_quat(DQuat::from_rotation_x(0.7)), turn(33.0)];
         let motion = Motion::new(ends).unwrap();
-        assert_eq!((motion.map(0.0), motion.map(1.0)), (ends[0], ends[1]));
+        assert_eq!((motion.map_at(0.0), motion.map_at(1.0)), (ends[0], ends[1]));
     }
 }

@@ -13,7 +13,7 @@ use crate::motion::Motion;
 use crate::ray::Visibility;
 use crate::scalar::{Real, Vector};
 use crate::shapes::{AnyShape, Plane, Shape, Sphere, Transform, TransformedShape, Triangle};
-use crate::slot::{MAX_PRIMITIVES, PrimitiveKind, Slot};
+use crate::slot::{MAX_PRIMITIVES, PrimitiveKind, PrimitiveSlot};
 
 /// A set of primitives, stored by kind, with one slot for each primitive. An object is a shape, a
 /// mesh or an instance.
@@ -22,7 +22,7 @@ use crate::slot::{MAX_PRIMITIVES, PrimitiveKind, Slot};
 pub struct PrimitiveSet<R: Real> {
     /// One slot for each primitive, in the order of insertion; in a [`Geometry`], in the
     /// accelerator's order.
-    pub(crate) slots: Vec<Slot>,
+    pub(crate) slots: Vec<PrimitiveSlot>,
     objects: u32,
     pub(crate) spheres: Vec<Sphere<R>>,
     pub(crate) triangles: Vec<Triangle<R>>,
@@ -39,12 +39,12 @@ pub struct PrimitiveSet<R: Real> {
 
 impl<R: Real> PrimitiveSet<R> {
     /// Bytes that a primitive of any kind takes besides its own data.
-    pub(crate) const BYTES_EACH: usize = size_of::<Slot>();
+    pub(crate) const SLOT_BYTES: usize = size_of::<PrimitiveSlot>();
 
     /// Returns the instance's map at the given time, and the geometry that it places. The map of a
     /// moving instance is stored in `room`.
     #[inline(always)]
-    pub(crate) fn shown<'a>(
+    pub(crate) fn resolve_instance<'a>(
         &'a self,
         instance: &'a Instance,
         time: f64,
@@ -52,7 +52,7 @@ impl<R: Real> PrimitiveSet<R> {
     ) -> (&'a Transform, &'a Geometry<R>) {
         let transform = match self.motions.get(instance.motion as usize) {
             None => &instance.transform,
-            Some(motion) => room.insert(motion.at(time)),
+            Some(motion) => room.insert(motion.transform_at(time)),
         };
         (transform, &self.parts[instance.part as usize])
     }
@@ -68,25 +68,25 @@ impl<R: Real> PrimitiveSet<R> {
     }
 
     /// Number of objects, which is also the id of the next object.
-    pub fn objects(&self) -> usize {
+    pub fn object_count(&self) -> usize {
         self.objects as usize
     }
 
     /// Adds an object with a single primitive, which is already stored at `index` of the array of
     /// its kind, and returns the object's id.
-    fn single(
+    fn push_object(
         &mut self,
         kind: PrimitiveKind,
         visibility: Visibility,
         index: usize,
     ) -> Result<u32, GeometryError> {
-        self.push(kind, visibility, 0, index)?;
+        self.push_slot(kind, visibility, 0, index)?;
         self.objects += 1;
         Ok(self.objects - 1)
     }
 
     /// Adds the slot of a primitive to the object that is being added.
-    fn push(
+    fn push_slot(
         &mut self,
         kind: PrimitiveKind,
         visibility: Visibility,
@@ -94,9 +94,9 @@ impl<R: Real> PrimitiveSet<R> {
         index: usize,
     ) -> Result<(), GeometryError> {
         if self.slots.len() >= MAX_PRIMITIVES {
-            return Err(GeometryError::TooMany);
+            return Err(GeometryError::TooManyPrimitives);
         }
-        self.slots.push(Slot {
+        self.slots.push(PrimitiveSlot {
             object: self.objects,
             primitive: primitive as u32,
             index: index as u32,
@@ -110,7 +110,7 @@ impl<R: Real> PrimitiveSet<R> {
     ///
     /// # Errors
     /// [`GeometryError::NotFinite`] for a coordinate that is NaN, infinite or beyond the range of
-    /// f32; [`GeometryError::TooMany`] if the set is full.
+    /// f32; [`GeometryError::TooManyPrimitives`] if the set is full.
     pub fn add_sphere(
         &mut self,
         sphere: Sphere<R>,
@@ -118,7 +118,7 @@ impl<R: Real> PrimitiveSet<R> {
     ) -> Result<u32, GeometryError> {
         check_bounds(sphere.bounds())?;
         self.spheres.push(sphere);
-        self.single(PrimitiveKind::Sphere, visibility, self.spheres.len() - 1)
+        self.push_object(PrimitiveKind::Sphere, visibility, self.spheres.len() - 1)
     }
 
     /// Adds a plane and returns its object id.
@@ -134,7 +134,7 @@ impl<R: Real> PrimitiveSet<R> {
             return Err(GeometryError::NotFinite);
         }
         self.planes.push(plane);
-        self.single(PrimitiveKind::Plane, visibility, self.planes.len() - 1)
+        self.push_object(PrimitiveKind::Plane, visibility, self.planes.len() - 1)
     }
 
     /// Adds a single triangle and returns its object id.
@@ -181,7 +181,7 @@ impl<R: Real> PrimitiveSet<R> {
             let triangle = Triangle::new(vertices);
             self.triangles.push(triangle);
             let added = check_corners(&triangle).and_then(|()| {
-                self.push(
+                self.push_slot(
                     PrimitiveKind::Triangle,
                     visibility,
                     primitive,
@@ -219,7 +219,7 @@ impl<R: Real> PrimitiveSet<R> {
             shape if !shape.is_finite() => Err(GeometryError::NotFinite),
             shape => {
                 self.shapes.push(shape);
-                self.single(PrimitiveKind::Shape, visibility, self.shapes.len() - 1)
+                self.push_object(PrimitiveKind::Shape, visibility, self.shapes.len() - 1)
             }
         }
     }
@@ -244,7 +244,7 @@ impl<R: Real> PrimitiveSet<R> {
             TransformedShape::new(shape, to_world).ok_or(GeometryError::Singular)?;
         check_bounds(transformed_shape.bounds())?;
         self.transformed_shapes.push(transformed_shape);
-        self.single(
+        self.push_object(
             PrimitiveKind::TransformedShape,
             visibility,
             self.transformed_shapes.len() - 1,
@@ -255,11 +255,11 @@ impl<R: Real> PrimitiveSet<R> {
     /// [`PrimitiveSet::add_instance`].
     ///
     /// # Errors
-    /// [`GeometryError::Nested`] if the geometry itself holds instances: a hit can identify only
+    /// [`GeometryError::NestedInstance`] if the geometry itself holds instances: a hit can identify only
     /// one instance.
     pub fn add_part(&mut self, geometry: Geometry<R>) -> Result<u32, GeometryError> {
         if geometry.instance_count() > 0 {
-            return Err(GeometryError::Nested);
+            return Err(GeometryError::NestedInstance);
         }
         self.parts.push(geometry);
         Ok(self.parts.len() as u32 - 1)
@@ -270,7 +270,7 @@ impl<R: Real> PrimitiveSet<R> {
     /// that can be hit remain a property of the part's objects.
     ///
     /// # Errors
-    /// As [`PrimitiveSet::add_transformed`]; [`GeometryError::NoPart`] for an unknown part.
+    /// As [`PrimitiveSet::add_transformed`]; [`GeometryError::UnknownPart`] for an unknown part.
     #[doc(alias("RTC_GEOMETRY_TYPE_INSTANCE", "ObjectInstance"))]
     pub fn add_instance(
         &mut self,
@@ -288,7 +288,7 @@ impl<R: Real> PrimitiveSet<R> {
     /// the axis, by the cosine of half the angle.
     ///
     /// # Errors
-    /// As [`PrimitiveSet::add_instance`]; [`GeometryError::SingularOnTheWay`] if the map is
+    /// As [`PrimitiveSet::add_instance`]; [`GeometryError::SingularDuringMotion`] if the map is
     /// singular, or can't be proven invertible, at some time in [0, 1], for example at half time of
     /// half a turn.
     pub fn add_moving_instance(
@@ -300,17 +300,17 @@ impl<R: Real> PrimitiveSet<R> {
         let bounds = self
             .parts
             .get(part as usize)
-            .ok_or(GeometryError::NoPart)?
+            .ok_or(GeometryError::UnknownPart)?
             .bounds();
         let instance = if to_world[0] == to_world[1] {
             Instance::new(part, bounds, to_world[0])?
         } else {
-            let instance = Instance::moving(part, bounds, to_world, self.motions.len() as u32)?;
+            let instance = Instance::new_moving(part, bounds, to_world, self.motions.len() as u32)?;
             self.motions.push(Motion::new(to_world)?);
             instance
         };
         self.instances.push(instance);
-        self.single(
+        self.push_object(
             PrimitiveKind::Instance,
             visibility,
             self.instances.len() - 1,
@@ -318,7 +318,7 @@ impl<R: Real> PrimitiveSet<R> {
     }
 
     /// Memory of the primitives and of the instanced geometries, in bytes.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(self.slots.as_slice())
             + size_of_val(self.spheres.as_slice())
             + size_of_val(self.triangles.as_slice())
@@ -330,12 +330,12 @@ impl<R: Real> PrimitiveSet<R> {
             + self
                 .parts
                 .iter()
-                .map(|part| size_of::<Geometry<R>>() + part.bytes())
+                .map(|part| size_of::<Geometry<R>>() + part.memory_bytes())
                 .sum::<usize>()
     }
 
     /// Returns the box of a primitive; `None` if it is unbounded.
-    pub(crate) fn bounds(&self, slot: &Slot) -> Option<Aabb> {
+    pub(crate) fn bounds(&self, slot: &PrimitiveSlot) -> Option<Aabb> {
         let index = slot.index as usize;
         match slot.kind {
             PrimitiveKind::Sphere => Shape::bounds(&self.spheres[index]),
@@ -350,7 +350,7 @@ impl<R: Real> PrimitiveSet<R> {
 
 /// Greatest number of primitives whose tests, one by one, are as fast as a tree. Spheres have the
 /// cheapest test, and planes have no box, so a set of spheres and planes has a greater number.
-pub(crate) fn few(spheres_alone: bool) -> usize {
+pub(crate) fn max_scan_size(spheres_alone: bool) -> usize {
     const SPHERES: usize = 14;
     const OTHERS: usize = 2;
     if spheres_alone { SPHERES } else { OTHERS }

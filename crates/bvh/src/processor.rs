@@ -24,11 +24,11 @@ pub fn run_widest<L: SimdTask>(work: L) -> L::Output {
     {
         if Avx512::detect().is_some() {
             // SAFETY: the processor has the features that the function is compiled for.
-            return unsafe { with_avx512(work) };
+            return unsafe { run_with_avx512(work) };
         }
         if Avx2::detect().is_some() {
             // SAFETY: as before.
-            return unsafe { with_avx2(work) };
+            return unsafe { run_with_avx2(work) };
         }
     }
     work.run()
@@ -36,13 +36,13 @@ pub fn run_widest<L: SimdTask>(work: L) -> L::Output {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,bmi1,bmi2")]
-fn with_avx512<L: SimdTask>(work: L) -> L::Output {
+fn run_with_avx512<L: SimdTask>(work: L) -> L::Output {
     work.run()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2")]
-fn with_avx2<L: SimdTask>(work: L) -> L::Output {
+fn run_with_avx2<L: SimdTask>(work: L) -> L::Output {
     work.run()
 }
 
@@ -50,8 +50,8 @@ fn with_avx2<L: SimdTask>(work: L) -> L::Output {
 /// effect. It does nothing beyond the list's end, and on processors without the instruction.
 #[inline(always)]
 pub fn prefetch<T>(list: &[T], index: usize) {
-    if let Some(requested) = list.get(index) {
-        prefetch_line(requested);
+    if let Some(element) = list.get(index) {
+        prefetch_line(element);
     }
 }
 

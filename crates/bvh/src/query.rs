@@ -16,13 +16,13 @@ use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::{PreparedRay, Shape, ShapeHit};
-use crate::slot::{PrimitiveKind, Slot};
+use crate::slot::{PrimitiveKind, PrimitiveSlot};
 use crate::stats::{TraversalCounter, TraversalStats};
 
-use self::visitor::{AnyHit, ClosestHit, QueryKind, Visitor};
+use self::visitor::{AnyHitQuery, ClosestHitQuery, QueryKind, QueryVisitor};
 
 /// Value of [`SlotHit`]'s inner slot for a hit outside any instance.
-const NO_PART: u32 = u32::MAX;
+const NO_INNER_SLOT: u32 = u32::MAX;
 
 /// A hit, identified by the slot of its primitive. For an instance, `inner` is the slot in the
 /// instanced geometry.
@@ -38,7 +38,7 @@ struct SlotHit<R> {
 /// Whether all numbers of a ray, and their sum, are finite. A ray with a NaN would enter every box
 /// and hit nothing, at the cost of a scan.
 #[inline(always)]
-fn is_sound<R: Real>(ray: &Ray<R>) -> bool {
+fn is_finite_ray<R: Real>(ray: &Ray<R>) -> bool {
     let sums = ray.origin + ray.direction;
     (sums.x() + sums.y() + sums.z()).abs() < R::INFINITY
 }
@@ -54,43 +54,43 @@ impl<R: Real> Geometry<R> {
         range: Interval<R>,
         stats: &mut T,
     ) -> Option<Hit<R>> {
-        if !is_sound(ray) {
+        if !is_finite_ray(ray) {
             return None;
         }
-        let Some(bvh) = self.lanes() else {
+        let Some(bvh) = self.simd_tree() else {
             return self
-                .closest_prepared(ray, range, stats)
-                .map(|slot_hit| self.named(&slot_hit));
+                .closest_by_prepared_ray(ray, range, stats)
+                .map(|slot_hit| self.to_hit(&slot_hit));
         };
-        let mut visitor = Visitor {
+        let mut visitor = QueryVisitor {
             geometry: self,
-            query: ClosestHit::new(range),
+            query: ClosestHitQuery::new(range),
             stats,
         };
-        self.visit_stored(bvh, ray, &mut visitor);
+        self.visit_f32_ray(bvh, ray, &mut visitor);
         visitor
             .query
             .slot_hit
             .as_ref()
-            .map(|slot_hit| self.named(slot_hit))
+            .map(|slot_hit| self.to_hit(slot_hit))
     }
 
     /// Finds the closest hit by a prepared ray: in a linear scan, and for primitives stored in f64.
     /// It is a separate function, since its stack frame is much larger.
     #[inline(never)]
-    fn closest_prepared<T: TraversalCounter>(
+    fn closest_by_prepared_ray<T: TraversalCounter>(
         &self,
         ray: &Ray<R>,
         range: Interval<R>,
         stats: &mut T,
     ) -> Option<SlotHit<R>> {
-        let ray = self.prepare(*ray);
+        let ray = self.prepare_ray(*ray);
         let closest = self
-            .visit_all(&ray, ClosestHit::new(range).in_space_of(&ray), stats)
+            .run_query(&ray, ClosestHitQuery::new(range).adapt_to_ray(&ray), stats)
             .1;
         let slot_hit = closest.slot_hit?;
         Some(if closest.is_contested {
-            self.first_of_equals(&ray, closest.range, slot_hit, stats)
+            self.break_tie(&ray, closest.range, slot_hit, stats)
         } else {
             slot_hit
         })
@@ -100,14 +100,15 @@ impl<R: Real> Geometry<R> {
     /// the final range of a closest-hit query, in which every hit equals the nearest hit up to the
     /// rounding of distances.
     #[cold]
-    fn first_of_equals<T: TraversalCounter>(
+    fn break_tie<T: TraversalCounter>(
         &self,
         ray: &PreparedRay,
         range: Interval<R>,
         nearest: SlotHit<R>,
         stats: &mut T,
     ) -> SlotHit<R> {
-        let order = |slot_hit: &SlotHit<R>| self.group.slots[slot_hit.slot as usize].order();
+        let order =
+            |slot_hit: &SlotHit<R>| self.primitives.slots[slot_hit.slot as usize].tie_order();
         let mut first = nearest;
         let mut consider = |slot_hit: SlotHit<R>| {
             first = if order(&slot_hit) < order(&first) {
@@ -117,9 +118,9 @@ impl<R: Real> Geometry<R> {
             };
             false
         };
-        self.visit_all(
+        self.run_query(
             ray,
-            AnyHit::<_, false> {
+            AnyHitQuery::<_, false> {
                 range,
                 accept: &mut consider,
             },
@@ -129,90 +130,90 @@ impl<R: Real> Geometry<R> {
     }
 
     /// Whether the ray is occluded: whether a hit with `range.min < t < range.max` belongs to an
-    /// opaque object, or to an [`Occlusion::Ask`](crate::Occlusion::Ask) object and `ask` returns
-    /// true for it. Hits are passed to `ask` in any order, and a refused hit does not end the
+    /// opaque object, or to an [`Occlusion::Filtered`](crate::Occlusion::Filtered) object and `filter` returns
+    /// true for it. Hits are passed to `filter` in any order, and a refused hit does not end the
     /// query. A primitive of the set itself is passed once, at its nearest hit. For an instance,
     /// each primitive in it is passed once.
     #[inline(never)]
-    #[doc(alias("rtcOccluded1", "occluded", "IntersectP"))]
-    pub fn any<T: TraversalCounter>(
+    #[doc(alias("rtcOccluded1", "any_hit", "IntersectP"))]
+    pub fn occluded<T: TraversalCounter>(
         &self,
         ray: &Ray<R>,
         range: Interval<R>,
-        ask: &mut dyn FnMut(&Hit<R>) -> bool,
+        filter: &mut dyn FnMut(&Hit<R>) -> bool,
         stats: &mut T,
     ) -> bool {
-        if !is_sound(ray) {
+        if !is_finite_ray(ray) {
             return false;
         }
-        let mut accept = |slot_hit: SlotHit<R>| ask(&self.named(&slot_hit));
-        let query = AnyHit::<_, true> {
+        let mut accept = |slot_hit: SlotHit<R>| filter(&self.to_hit(&slot_hit));
+        let query = AnyHitQuery::<_, true> {
             range,
             accept: &mut accept,
         };
-        match self.lanes() {
-            Some(bvh) => self.visit_stored(
+        match self.simd_tree() {
+            Some(bvh) => self.visit_f32_ray(
                 bvh,
                 ray,
-                &mut Visitor {
+                &mut QueryVisitor {
                     geometry: self,
                     query,
                     stats,
                 },
             ),
-            None => self.visit_prepared(ray, query, stats),
+            None => self.visit_prepared_ray(ray, query, stats),
         }
     }
 
     /// Runs a query by a ray that is prepared first. Returns whether a hit ended it.
     #[inline(never)]
-    fn visit_prepared<Q: QueryKind<R>, T: TraversalCounter>(
+    fn visit_prepared_ray<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
         ray: &Ray<R>,
         query: Q,
         stats: &mut T,
     ) -> bool {
-        self.visit_all(&self.prepare(*ray), query, stats).0
+        self.run_query(&self.prepare_ray(*ray), query, stats).0
     }
 
     /// Returns the slots of unbounded primitives without rows, which every query tests one by one.
     #[inline(always)]
-    fn unbounded(&self) -> impl Iterator<Item = (u32, &Slot)> {
-        (self.planes as u32..).zip(&self.group.slots[self.planes..self.unbounded])
+    fn unbounded_slots(&self) -> impl Iterator<Item = (u32, &PrimitiveSlot)> {
+        (self.planes as u32..).zip(&self.primitives.slots[self.planes..self.unbounded])
     }
 
     /// Returns the slots at the given positions of the accelerator.
     #[inline(always)]
-    fn bounded(&self, places: Range<usize>) -> impl Iterator<Item = (u32, &Slot)> {
+    fn bounded_slots(&self, places: Range<usize>) -> impl Iterator<Item = (u32, &PrimitiveSlot)> {
         let range = self.unbounded + places.start..self.unbounded + places.end;
-        (range.start as u32..).zip(&self.group.slots[range])
+        (range.start as u32..).zip(&self.primitives.slots[range])
     }
 
     /// Intersects a ray with one primitive. Returns the nearest hit in the range.
     #[inline(always)]
-    fn test<T: TraversalCounter>(
+    fn intersect_slot<T: TraversalCounter>(
         &self,
-        (slot, own_slot): (u32, &Slot),
+        (slot, own_slot): (u32, &PrimitiveSlot),
         ray: &PreparedRay,
         range: Interval<R>,
         stats: &mut T,
     ) -> Option<SlotHit<R>> {
         let (index, side) = (
             own_slot.index as usize,
-            own_slot.visibility.side.to(ray.culls),
+            own_slot.visibility.side.resolve_for_ray(ray.is_camera_ray),
         );
         stats.count(TraversalStats::ONE);
         let hit = match own_slot.kind {
-            PrimitiveKind::Sphere => self.group.spheres[index].intersect(ray, range, side),
+            PrimitiveKind::Sphere => self.primitives.spheres[index].intersect(ray, range, side),
             PrimitiveKind::Triangle => self.triangle(index).intersect(ray, range, side),
-            PrimitiveKind::Plane => self.group.planes[index].intersect(ray, range, side),
-            PrimitiveKind::Shape => self.group.shapes[index].intersect(ray, range, side),
+            PrimitiveKind::Plane => self.primitives.planes[index].intersect(ray, range, side),
+            PrimitiveKind::Shape => self.primitives.shapes[index].intersect(ray, range, side),
             PrimitiveKind::TransformedShape => {
-                self.group.transformed_shapes[index].intersect(ray, range, side)
+                self.primitives.transformed_shapes[index].intersect(ray, range, side)
             }
             PrimitiveKind::Instance => {
                 let slot_hit = self
-                    .visit_instance(index, ray, ClosestHit::new(range), stats)
+                    .visit_instance(index, ray, ClosestHitQuery::new(range), stats)
                     .1
                     .slot_hit?;
                 return Some(SlotHit {
@@ -228,19 +229,19 @@ impl<R: Real> Geometry<R> {
             u,
             v,
             slot,
-            inner: NO_PART,
+            inner: NO_INNER_SLOT,
         })
     }
 
     /// Prepares a ray for the tests of this geometry's primitives.
     #[inline(always)]
-    pub(crate) fn prepare(&self, ray: Ray<R>) -> PreparedRay {
-        PreparedRay::of(ray, self.faces)
+    pub(crate) fn prepare_ray(&self, ray: Ray<R>) -> PreparedRay {
+        PreparedRay::from_ray(ray, self.has_faces)
     }
 
     /// Converts a hit by slot to a hit by object and primitive ids.
     #[inline(always)]
-    fn named(
+    fn to_hit(
         &self,
         &SlotHit {
             t,
@@ -250,10 +251,10 @@ impl<R: Real> Geometry<R> {
             inner,
         }: &SlotHit<R>,
     ) -> Hit<R> {
-        let own_slot = &self.group.slots[slot as usize];
+        let own_slot = &self.primitives.slots[slot as usize];
         let slots = [slot, inner];
-        if inner == NO_PART {
-            let (object, primitive) = own_slot.order();
+        if inner == NO_INNER_SLOT {
+            let (object, primitive) = own_slot.tie_order();
             return Hit {
                 t,
                 u,
@@ -264,8 +265,9 @@ impl<R: Real> Geometry<R> {
                 slots,
             };
         }
-        let part = &self.group.parts[self.group.instances[own_slot.index as usize].part as usize];
-        let (object, primitive) = part.group.slots[inner as usize].order();
+        let part = &self.primitives.parts
+            [self.primitives.instances[own_slot.index as usize].part as usize];
+        let (object, primitive) = part.primitives.slots[inner as usize].tie_order();
         Hit {
             t,
             u,

@@ -17,7 +17,7 @@ pub struct Ray<R: Real> {
     pub time: R,
     /// Whether the ray is a camera ray, which passes through the inside of [`Side::Culled`]
     /// surfaces.
-    pub culls: bool,
+    pub is_camera_ray: bool,
 }
 
 impl<R: Real> Ray<R> {
@@ -28,21 +28,21 @@ impl<R: Real> Ray<R> {
             origin,
             direction,
             time: R::ZERO,
-            culls: false,
+            is_camera_ray: false,
         }
     }
 
     /// Returns the ray at another time.
     #[inline(always)]
-    pub fn at_time(self, time: R) -> Self {
+    pub fn with_time(self, time: R) -> Self {
         Self { time, ..self }
     }
 
     /// Returns the ray as a camera ray.
     #[inline(always)]
-    pub fn culling(self) -> Self {
+    pub fn as_camera_ray(self) -> Self {
         Self {
-            culls: true,
+            is_camera_ray: true,
             ..self
         }
     }
@@ -108,7 +108,7 @@ pub enum Side {
 impl Side {
     /// Sides that a camera ray (`culls`) or any other ray can hit: never [`Side::Culled`].
     #[inline(always)]
-    pub(crate) fn to(self, culls: bool) -> Self {
+    pub(crate) fn resolve_for_ray(self, culls: bool) -> Self {
         match self {
             Side::Culled if culls => Side::Outside,
             Side::Culled => Side::Both,
@@ -117,8 +117,8 @@ impl Side {
     }
 
     /// Sides that a camera ray can hit. A light emits from the same sides.
-    pub fn seen(self) -> Self {
-        self.to(true)
+    pub fn visible_to_camera(self) -> Self {
+        self.resolve_for_ray(true)
     }
 
     /// Whether a ray can hit the surface against (`true`) or along (`false`) its outward normal.
@@ -141,7 +141,7 @@ pub enum Occlusion {
     #[default]
     Opaque,
     /// The caller's filter decides about each hit whether the query ends.
-    Ask,
+    Filtered,
 }
 
 /// Role of an object in queries: its visible sides, and its effect on occlusion.
@@ -185,7 +185,7 @@ impl<R> Hit<R> {
     /// Id of the hit object in the outermost set: the id of the instance if an instance was hit,
     /// otherwise of the object.
     #[inline(always)]
-    pub fn outermost(&self) -> u32 {
+    pub fn outermost_id(&self) -> u32 {
         if self.instance == Self::NO_INSTANCE {
             self.object
         } else {
@@ -195,8 +195,8 @@ impl<R> Hit<R> {
 
     /// Sort key among hits at equal distance: the lowest key wins.
     #[inline(always)]
-    pub fn order(&self) -> [u32; 3] {
-        [self.outermost(), self.object, self.primitive]
+    pub fn tie_order(&self) -> [u32; 3] {
+        [self.outermost_id(), self.object, self.primitive]
     }
 }
 

@@ -8,7 +8,7 @@ use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use glam::{DVec3, DVec4, Vec3, Vec4};
 
-pub use crate::math::Four;
+pub use crate::math::FourLanes;
 use crate::math::angles;
 
 mod sealed {
@@ -45,7 +45,7 @@ pub trait Real:
     /// The three-component vector of this scalar.
     type Vec3: Vector<Self>;
     /// Vector of four of this scalar.
-    type Four: Four<Self>;
+    type Four: FourLanes<Self>;
     /// Zero.
     const ZERO: Self;
     /// One.
@@ -204,7 +204,7 @@ pub trait Vector<R: Real>:
     /// Third component.
     fn z(self) -> R;
     /// Component with the index 0, 1 or 2.
-    fn axis(self, index: usize) -> R;
+    fn component(self, index: usize) -> R;
     /// Dot product.
     fn dot(self, other: Self) -> R;
     /// Cross product.
@@ -291,7 +291,7 @@ macro_rules! real {
                 fn x(self) -> $t { self.x }
                 fn y(self) -> $t { self.y }
                 fn z(self) -> $t { self.z }
-                fn axis(self, index: usize) -> $t { self[index] }
+                fn component(self, index: usize) -> $t { self[index] }
                 fn dot(self, other: Self) -> $t { $v::dot(self, other) }
                 fn cross(self, other: Self) -> Self { $v::cross(self, other) }
                 fn length(self) -> $t { $v::length(self) }

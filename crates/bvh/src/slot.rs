@@ -20,7 +20,7 @@ pub(crate) enum PrimitiveKind {
 /// Objects, and the primitives of an object, are numbered in the order of insertion, so the two ids
 /// also decide ties.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Slot {
+pub(crate) struct PrimitiveSlot {
     pub object: u32,
     pub primitive: u32,
     pub index: u32,
@@ -28,10 +28,10 @@ pub(crate) struct Slot {
     pub visibility: Visibility,
 }
 
-impl Slot {
+impl PrimitiveSlot {
     /// Sort key among hits at equal distance: the lowest key wins.
     #[inline(always)]
-    pub fn order(&self) -> (u32, u32) {
+    pub fn tie_order(&self) -> (u32, u32) {
         (self.object, self.primitive)
     }
 }

@@ -6,7 +6,7 @@ pub trait TraversalCounter {
     /// so that the counts do not depend on the processor.
     const COUNTS: bool;
     /// Adds the counts of one query, or of a part of it.
-    fn count(&mut self, done: TraversalStats);
+    fn count(&mut self, work: TraversalStats);
 }
 
 impl TraversalCounter for () {
@@ -39,9 +39,9 @@ impl TraversalStats {
 impl TraversalCounter for TraversalStats {
     const COUNTS: bool = true;
     #[inline(always)]
-    fn count(&mut self, done: Self) {
-        self.nodes += done.nodes;
-        self.leaves += done.leaves;
-        self.primitives += done.primitives;
+    fn count(&mut self, work: Self) {
+        self.nodes += work.nodes;
+        self.leaves += work.leaves;
+        self.primitives += work.primitives;
     }
 }

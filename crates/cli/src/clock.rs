@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// Wall-clock seconds of each stage of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Seconds {
+pub struct StageSeconds {
     /// Load and validation of the scene.
     pub load: f64,
     /// Build of accelerators and tables.
@@ -25,13 +25,13 @@ pub struct Seconds {
 
 /// Stopwatch of the successive stages of a run.
 #[derive(Clone, Copy, Debug)]
-pub struct Clock {
+pub struct StageClock {
     start: Instant,
     last: Instant,
     last_cpu: f64,
 }
 
-impl Clock {
+impl StageClock {
     /// Starts the stopwatch at the begin of the first stage.
     pub fn start() -> Self {
         let now = Instant::now();
@@ -58,12 +58,12 @@ impl Clock {
     }
 
     /// Returns the time at which the first stage started.
-    pub fn began(&self) -> Instant {
+    pub fn start_time(&self) -> Instant {
         self.start
     }
 
     /// Returns the wall-clock seconds since the first stage started.
-    pub fn total(&self) -> f64 {
+    pub fn total_seconds(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
     }
 }
@@ -74,12 +74,12 @@ pub fn format_duration(seconds: f64) -> String {
         s if s < 0.9995 => format!("{:.0} ms", s * 1e3),
         s if s < 9.995 => format!("{s:.2} s"),
         s if s < 99.95 => format!("{s:.1} s"),
-        s => whole(s as u64),
+        s => format_whole_seconds(s as u64),
     }
 }
 
 /// Formats whole seconds: `8 s`, `3 min 20 s`, `2 h 5 min`.
-pub fn whole(seconds: u64) -> String {
+pub fn format_whole_seconds(seconds: u64) -> String {
     match seconds {
         0..60 => format!("{seconds} s"),
         60..3600 => format!("{} min {} s", seconds / 60, seconds % 60),
@@ -110,8 +110,8 @@ mod tests {
     /// Protects: stages do not overlap: the sum of their times is at most the total.
     #[test]
     fn laps_add_up() {
-        let mut clock = Clock::start();
+        let mut clock = StageClock::start();
         let laps = clock.lap() + clock.lap();
-        assert!(laps <= clock.total());
+        assert!(laps <= clock.total_seconds());
     }
 }

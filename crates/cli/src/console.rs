@@ -8,8 +8,8 @@ use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::ValueEnum;
-pub use raywright_io::masking::on_one_line;
-use raywright_io::masking::{masked, masked_json};
+pub use raywright_io::masking::mask_to_one_line;
+use raywright_io::masking::{mask_controls, mask_json};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -56,7 +56,7 @@ const LABELS: [(&str, u8); 5] = [
 ];
 
 /// Returns the text with the label at the start of each line bold and coloured.
-fn coloured(text: &str) -> String {
+fn colour_labels(text: &str) -> String {
     let line = |line: &str| {
         let indent = line.len() - line.trim_start().len();
         let label = LABELS
@@ -78,23 +78,27 @@ fn coloured(text: &str) -> String {
 
 /// Returns the line width of standard output in characters, from COLUMNS or the terminal. `None`
 /// without either: a program then reads the lines, and they stay unbroken.
-pub fn width() -> Option<usize> {
-    let told = env::var("COLUMNS")
+pub fn line_width() -> Option<usize> {
+    let from_environment = env::var("COLUMNS")
         .ok()
         .and_then(|columns| columns.parse().ok());
     let own =
         || terminal_size::terminal_size_of(io::stdout()).map(|(width, _)| usize::from(width.0));
-    told.or_else(own).map(|width| width.max(NARROWEST))
+    from_environment
+        .or_else(own)
+        .map(|width| width.max(LEAST_WIDTH))
 }
 
 /// Least line width in characters, for narrower terminals too.
-const NARROWEST: usize = 40;
+const LEAST_WIDTH: usize = 40;
 
 /// Writes a result to standard output, with control characters masked. A reader that closes the
 /// pipe early (`raywright schema | head`) is no failure.
 pub fn print(text: impl AsRef<str>) -> Result<(), Failure> {
-    match write(masked(text.as_ref()).as_bytes()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::stdout(&error)),
+    match write_stdout(mask_controls(text.as_ref()).as_bytes()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Failure::from_stdout_error(&error))
+        }
         _ => Ok(()),
     }
 }
@@ -102,29 +106,29 @@ pub fn print(text: impl AsRef<str>) -> Result<(), Failure> {
 /// Writes the bytes of a picture file to standard output, unchanged. A reader that closes the pipe
 /// early is a failure, because the picture is lost.
 pub fn print_picture(bytes: &[u8]) -> Result<(), Failure> {
-    write(bytes).map_err(|error| Failure::stdout(&error))
+    write_stdout(bytes).map_err(|error| Failure::from_stdout_error(&error))
 }
 
-fn write(bytes: &[u8]) -> io::Result<()> {
+fn write_stdout(bytes: &[u8]) -> io::Result<()> {
     let mut out = io::stdout().lock();
     out.write_all(bytes).and_then(|()| out.flush())
 }
 
 /// Formats a value as indented JSON with a final line break. Control characters in texts become
 /// JSON escapes, so that a reader gets the texts unchanged and [`print`] finds nothing to mask.
-pub fn json(value: &impl Serialize) -> String {
+pub fn format_json(value: &impl Serialize) -> String {
     // Serialization fails only for maps with keys that are no text, and no structure in this
     // program has any.
     let text = serde_json::to_string_pretty(value).unwrap_or_default() + "\n";
-    masked_json(&text).into_owned()
+    mask_json(&text).into_owned()
 }
 
 /// Writes a message to standard error, with control characters masked. A failed write is ignored.
 pub fn print_message(message: impl fmt::Display) {
     let message = message.to_string();
-    let shown = masked(&message);
+    let shown = mask_controls(&message);
     let shown = if COLOURED.load(Ordering::Relaxed) {
-        Cow::Owned(coloured(&shown))
+        Cow::Owned(colour_labels(&shown))
     } else {
         shown
     };
@@ -159,7 +163,7 @@ impl Verbosity {
     }
 
     /// Prints a message about the result of the run, such as the names of written files.
-    pub fn say(self, message: impl fmt::Display) {
+    pub fn print(self, message: impl fmt::Display) {
         if self > Self::Quiet {
             print_message(message);
         }
@@ -180,7 +184,7 @@ mod tests {
     /// Protects: only labels at the beginning of a line are coloured.
     #[test]
     fn labels_stand_out() {
-        let shown = coloured("error: no\n  tip: yes\nan error: in a line");
+        let shown = colour_labels("error: no\n  tip: yes\nan error: in a line");
         assert_eq!(
             shown,
             "\u{1b}[1;31merror:\u{1b}[0m no\n  \u{1b}[1;32mtip:\u{1b}[0m yes\nan error: in a line"

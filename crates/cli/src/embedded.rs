@@ -20,19 +20,19 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use raywright_core::Observer;
-use raywright_io::{LoadOptions, Loaded};
+use raywright_io::{LoadOptions, LoadedScene};
 
 use crate::args::{Arguments, Command};
-pub use crate::commands::compare::JudgedPicture;
+pub use crate::commands::compare::ComparisonPicture;
 use crate::commands::render::picture;
 pub use crate::commands::render::picture::FinishedPicture;
 use crate::commands::{accuracy, compare, explain};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 use crate::plan::{self, RenderTask};
-pub use crate::scene_input::load_watched as load;
-pub use crate::threads::refused;
-use crate::{origin, wrong_words};
+pub use crate::scene_input::load_with_observer as load;
+pub use crate::threads::thread_start_failure;
+use crate::{origin, usage_failure};
 
 /// A command of the program with its flags, without the names of its inputs.
 pub struct EmbeddedCommand {
@@ -57,7 +57,7 @@ impl EmbeddedCommand {
             .map(OsString::from)
             .chain(words.iter().cloned());
         let arguments = Arguments::try_parse_from(all.collect::<Vec<_>>()).map_err(|error| {
-            let Failure { exit, message } = wrong_words(&error);
+            let Failure { exit, message } = usage_failure(&error);
             let ends = ["\n\nUsage:", "\n\nFor more information"]
                 .map(|end| message.find(end).unwrap_or(message.len()));
             Failure {
@@ -72,11 +72,13 @@ impl EmbeddedCommand {
     }
 
     /// Returns the load options that the flags request.
-    pub fn options(&self) -> LoadOptions {
+    pub fn load_options(&self) -> LoadOptions {
         match &self.command {
-            Command::Render(args) => plan::options(&args.changes, args.machine.max_memory),
-            Command::Accuracy(args) => plan::options(&args.changes, args.max_memory),
-            Command::Explain(args) => plan::options(&args.changes, None),
+            Command::Render(args) => {
+                plan::build_load_options(&args.changes, args.machine.max_memory)
+            }
+            Command::Accuracy(args) => plan::build_load_options(&args.changes, args.max_memory),
+            Command::Explain(args) => plan::build_load_options(&args.changes, None),
             _ => LoadOptions::default(),
         }
     }
@@ -91,58 +93,62 @@ impl EmbeddedCommand {
     }
 
     /// Renders the picture of `render` for a scene that was loaded with
-    /// [`EmbeddedCommand::options`].
-    pub fn picture(
+    /// [`EmbeddedCommand::load_options`].
+    pub fn render_picture(
         &self,
-        loaded: Loaded,
+        loaded: LoadedScene,
         observer: &dyn Observer,
     ) -> Result<FinishedPicture, Failure> {
-        let command = self.of_program("render", &loaded);
-        picture::render(loaded, &self.task()?, command, observer)
+        let command = self.equivalent_command_line("render", &loaded);
+        picture::render_to_memory(loaded, &self.render_task()?, command, observer)
     }
 
     /// Resolves the flags of `render` to the work of a run.
-    pub(crate) fn task(&self) -> Result<RenderTask, Failure> {
+    pub(crate) fn render_task(&self) -> Result<RenderTask, Failure> {
         let Command::Render(args) = &self.command else {
-            return Err(other("a picture"));
+            return Err(wrong_command_failure("a picture"));
         };
         RenderTask::new((**args).clone(), Verbosity::Quiet)
     }
 
     /// Returns the JSON of `explain --json` or `accuracy --json` for a scene that was loaded with
-    /// [`EmbeddedCommand::options`].
-    pub fn report(&self, loaded: Loaded, observer: &dyn Observer) -> Result<String, Failure> {
+    /// [`EmbeddedCommand::load_options`].
+    pub fn report_json(
+        &self,
+        loaded: LoadedScene,
+        observer: &dyn Observer,
+    ) -> Result<String, Failure> {
         match &self.command {
-            Command::Explain(args) => explain::embedded(args, loaded, observer),
+            Command::Explain(args) => explain::run_embedded(args, loaded, observer),
             Command::Accuracy(args) => {
-                let command = self.of_program("accuracy", &loaded);
-                accuracy::embedded(args, loaded, command, observer)
+                let command = self.equivalent_command_line("accuracy", &loaded);
+                accuracy::run_embedded(args, loaded, command, observer)
             }
-            _ => Err(other("a report")),
+            _ => Err(wrong_command_failure("a report")),
         }
     }
 
     /// Returns the JSON of `compare --json` for two pictures with these names. A measure beyond a
     /// threshold is no failure.
-    pub fn comparison(
+    pub fn comparison_json(
         &self,
         names: [PathBuf; 2],
-        pair: &[JudgedPicture; 2],
+        pair: &[ComparisonPicture; 2],
     ) -> Result<String, Failure> {
         let Command::Compare(args) = &self.command else {
-            return Err(other("a comparison"));
+            return Err(wrong_command_failure("a comparison"));
         };
-        compare::embedded(args, names, pair)
+        compare::run_embedded(args, names, pair)
     }
 
     /// Returns the equivalent command line of the program.
-    fn of_program(&self, command: &str, loaded: &Loaded) -> String {
+    fn equivalent_command_line(&self, command: &str, loaded: &LoadedScene) -> String {
         let first = [OsString::from(command), OsString::from(&loaded.source.name)];
-        origin::command_of(&[&first, self.words.as_slice()].concat())
+        origin::format_command(&[&first, self.words.as_slice()].concat())
     }
 }
 
-fn other(label: &str) -> Failure {
+fn wrong_command_failure(label: &str) -> Failure {
     Failure::new(
         Exit::Usage,
         format_args!("this command does not make {label}"),
@@ -185,7 +191,7 @@ mod tests {
         };
         let picture = |words: &[&str]| {
             let request = request(words)?;
-            request.picture(load(&sheet, &request.options(), &())?, &())
+            request.render_picture(load(&sheet, &request.load_options(), &())?, &())
         };
         let made = picture(&["--size=8x4", "--spp=16", "--view=front", "--max-error=1"])
             .expect("a picture");
@@ -225,7 +231,7 @@ mod tests {
         };
         let loaded = || load(&sheet, &LoadOptions::default(), &()).expect("a scene");
         let explained = request("explain", &[])
-            .and_then(|request| request.report(loaded(), &()))
+            .and_then(|request| request.report_json(loaded(), &()))
             .expect("a report");
         assert!(explained.contains("\"scene\": \"a.obj\""), "{explained}");
         let picture = |seed: &str| {
@@ -234,12 +240,12 @@ mod tests {
                 &["--size=8x8", "--spp=4", "--integrator=path", seed],
             )
             .expect("a command");
-            request.picture(loaded(), &()).expect("a picture")
+            request.render_picture(loaded(), &()).expect("a picture")
         };
         let pair = [picture("--seed=1"), picture("--seed=2")]
-            .map(|of| JudgedPicture::of(of.shown_picture(), of.display, &of.metadata));
+            .map(|of| ComparisonPicture::from_memory(of.shown_picture(), of.display, &of.metadata));
         let compared = request("compare", &["--max-rmse=0"])
-            .and_then(|request| request.comparison(["a", "b"].map(PathBuf::from), &pair));
+            .and_then(|request| request.comparison_json(["a", "b"].map(PathBuf::from), &pair));
         assert!(compared.expect("a comparison").contains("\"RMSE "));
     }
 }

@@ -72,7 +72,7 @@ impl Failure {
     }
 
     /// Creates the failure for an error of writing to standard output.
-    pub fn stdout(cause: &io::Error) -> Self {
+    pub fn from_stdout_error(cause: &io::Error) -> Self {
         Self::new(
             Exit::File,
             format_args!("cannot write to standard output: {cause}"),
@@ -97,17 +97,20 @@ mod tests {
     #[test]
     fn each_failure_has_its_code() {
         let code = |error: Error| Failure::from(error).exit as u8;
-        assert_eq!(code(Error::usage("x")), 2);
-        assert_eq!(code(Error::input("x", "y")), 3);
+        assert_eq!(code(Error::invalid_usage("x")), 2);
+        assert_eq!(code(Error::invalid_input("x", "y")), 3);
         assert_eq!(
-            code(Error::read(
+            code(Error::unreadable(
                 std::path::Path::new("x"),
                 &io::Error::other("y")
             )),
             4
         );
-        assert_eq!(code(Error::limit("x", "y")), 5);
-        assert_eq!(Failure::stdout(&io::Error::other("y")).exit as u8, 4);
+        assert_eq!(code(Error::over_limit("x", "y")), 5);
+        assert_eq!(
+            Failure::from_stdout_error(&io::Error::other("y")).exit as u8,
+            4
+        );
         assert_eq!(
             (
                 Exit::Done as u8,

@@ -22,14 +22,16 @@ pub mod args;
 pub mod embedded;
 pub mod failure;
 
-mod beginning;
 mod clock;
+mod command_words;
 mod commands;
 mod console;
+mod early_stage;
 mod interrupt;
 mod machine;
 mod memory;
 mod notes;
+mod observer;
 mod origin;
 mod plan;
 mod preparation;
@@ -42,8 +44,6 @@ mod synonyms;
 mod table;
 mod targets;
 mod threads;
-mod watch;
-mod words;
 
 use std::ffi::OsString;
 use std::panic::{self, AssertUnwindSafe};
@@ -65,9 +65,9 @@ pub fn main() -> ExitCode {
 /// language. The first word is a program name. Returns the exit code.
 pub fn main_with(words: Vec<OsString>) -> Exit {
     panic::set_hook(Box::new(report_panic));
-    interrupt::outlive_file_limits();
-    beginning::watch_memory();
-    origin::set_words(&words);
+    interrupt::ignore_file_size_signal();
+    early_stage::install_heap_handler();
+    origin::set_arguments(&words);
     match panic::catch_unwind(AssertUnwindSafe(|| run(words))) {
         Ok(Ok(())) => Exit::Done,
         Ok(Err(failure)) => {
@@ -80,21 +80,22 @@ pub fn main_with(words: Vec<OsString>) -> Exit {
 
 fn run(words: Vec<OsString>) -> Result<(), Failure> {
     // The colour is chosen before the line is parsed, because errors of parsing are coloured too.
-    console::set_colour(words::colour(&words));
-    match Arguments::try_parse_from(words::with_command(words)) {
+    console::set_colour(command_words::find_colour_choice(&words));
+    match Arguments::try_parse_from(command_words::insert_command(words)) {
         Ok(arguments) => {
             console::set_colour(arguments.messages.color);
             commands::run(arguments.command, arguments.messages.verbosity())
         }
-        Err(error) if error.use_stderr() => Err(wrong_words(&error)),
+        Err(error) if error.use_stderr() => Err(usage_failure(&error)),
         Err(help) => console::print(help.render().to_string()),
     }
 }
 
 /// Converts clap's error for a malformed command line to a failure, with advice on flags of other
 /// programs.
-fn wrong_words(error: &clap::Error) -> Failure {
-    let message = synonyms::explained(error).unwrap_or_else(|| error.render().to_string());
+fn usage_failure(error: &clap::Error) -> Failure {
+    let message =
+        synonyms::explain_foreign_flag(error).unwrap_or_else(|| error.render().to_string());
     Failure {
         exit: Exit::Usage,
         message,

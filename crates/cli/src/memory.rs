@@ -1,12 +1,12 @@
 //! Memory use as text, and the peak memory of the process as the operating system reports it.
 
-use raywright_io::human_bytes;
+use raywright_io::format_bytes;
 
 /// Formats the names and sizes of all parts above zero bytes: `geometry 1.2 MiB, picture 300 KiB`.
-pub fn listed(parts: &[(&str, u64)]) -> String {
+pub fn format_parts(parts: &[(&str, u64)]) -> String {
     let taken = parts.iter().filter(|(_, bytes)| *bytes > 0);
     taken
-        .map(|(name, bytes)| format!("{name} {}", human_bytes(*bytes)))
+        .map(|(name, bytes)| format!("{name} {}", format_bytes(*bytes)))
         .collect::<Vec<_>>()
         .join(", ")
 }

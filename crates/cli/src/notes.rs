@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 
-use raywright_io::{Loaded, Severity};
+use raywright_io::{LoadedScene, Severity};
 
 use crate::console::{self, Verbosity};
 
@@ -30,8 +30,8 @@ impl From<Severity> for MessagePriority {
 
 /// A message kept for the end of the run.
 #[derive(Debug)]
-struct Message {
-    weight: MessagePriority,
+struct QueuedMessage {
+    priority: MessagePriority,
     /// Number of the message's file in the order of the run.
     file: usize,
     text: String,
@@ -43,10 +43,10 @@ pub struct Notes {
     verbosity: Verbosity,
     /// Name of the current scene, which is put before its messages; `None` in a run of a single
     /// scene.
-    about: Option<String>,
+    current_scene: Option<String>,
     /// Number of scene files so far.
     file: usize,
-    kept: Vec<Message>,
+    messages: Vec<QueuedMessage>,
     /// Texts of all kept messages, to keep equal messages once.
     texts: HashSet<String>,
 }
@@ -59,16 +59,16 @@ impl Notes {
     pub fn new(verbosity: Verbosity) -> Self {
         Self {
             verbosity,
-            about: None,
+            current_scene: None,
             file: 0,
-            kept: Vec::new(),
+            messages: Vec::new(),
             texts: HashSet::new(),
         }
     }
 
     /// Sets the scene file that later messages belong to.
-    pub fn turn_to(&mut self, name: &str) {
-        self.about = Some(name.to_owned());
+    pub fn set_current_file(&mut self, name: &str) {
+        self.current_scene = Some(name.to_owned());
         self.file += 1;
     }
 
@@ -93,7 +93,7 @@ impl Notes {
     }
 
     /// Adds all warnings that the load of a scene gave.
-    pub fn warn_of(&mut self, loaded: &Loaded) {
+    pub fn add_scene_warnings(&mut self, loaded: &LoadedScene) {
         loaded
             .warnings
             .iter()
@@ -101,16 +101,16 @@ impl Notes {
     }
 
     fn add(&mut self, weight: MessagePriority, message: String) {
-        let text = match &self.about {
+        let text = match &self.current_scene {
             Some(name) if !message.starts_with(name.as_str()) => format!("{name}: {message}"),
             _ => message,
         };
         if self.verbosity == Verbosity::Verbose {
-            return console::print_message(labelled(weight, &text));
+            return console::print_message(with_label(weight, &text));
         }
         if self.texts.insert(text.clone()) {
-            self.kept.push(Message {
-                weight,
+            self.messages.push(QueuedMessage {
+                priority: weight,
                 file: self.file,
                 text,
             });
@@ -119,27 +119,33 @@ impl Notes {
 
     /// Returns the texts of the kept messages, for an embedding program.
     pub fn into_texts(self) -> Vec<String> {
-        self.kept.into_iter().map(|message| message.text).collect()
+        self.messages
+            .into_iter()
+            .map(|message| message.text)
+            .collect()
     }
 
     /// Prints the kept messages, a line for each file with a problem, and forgets them.
-    pub fn finish(&mut self) {
+    pub fn print_kept(&mut self) {
         if self.verbosity == Verbosity::Normal {
-            self.lines().iter().for_each(console::print_message);
+            self.format_lines().iter().for_each(console::print_message);
         }
-        (self.kept, self.texts) = (Vec::new(), HashSet::new());
+        (self.messages, self.texts) = (Vec::new(), HashSet::new());
     }
 
     /// Formats a line for each file with a warning, worst file first: its worst message, and the
     /// number of its other messages. Without any warning, a single line covers all files.
-    fn lines(&self) -> Vec<String> {
+    fn format_lines(&self) -> Vec<String> {
         let is_fine = !self
-            .kept
+            .messages
             .iter()
-            .any(|message| matches!(message.weight, MessagePriority::Warning(_)));
-        let same = |a: &Message, b: &Message| is_fine || a.file == b.file;
-        let mut lines: Vec<(MessagePriority, String)> =
-            self.kept.chunk_by(same).filter_map(line).collect();
+            .any(|message| matches!(message.priority, MessagePriority::Warning(_)));
+        let same = |a: &QueuedMessage, b: &QueuedMessage| is_fine || a.file == b.file;
+        let mut lines: Vec<(MessagePriority, String)> = self
+            .messages
+            .chunk_by(same)
+            .filter_map(summarise_file)
+            .collect();
         lines.sort_by_key(|(weight, _)| std::cmp::Reverse(*weight));
         if !is_fine {
             lines.retain(|(weight, _)| matches!(weight, MessagePriority::Warning(_)));
@@ -158,17 +164,17 @@ impl Notes {
 }
 
 /// Formats the first of the most important messages, and the number of all others.
-fn line(messages: &[Message]) -> Option<(MessagePriority, String)> {
-    let most = messages.iter().map(|message| message.weight).max()?;
-    let first = messages.iter().find(|message| message.weight == most)?;
+fn summarise_file(messages: &[QueuedMessage]) -> Option<(MessagePriority, String)> {
+    let most = messages.iter().map(|message| message.priority).max()?;
+    let first = messages.iter().find(|message| message.priority == most)?;
     let more = match messages.len() - 1 {
         0 => String::new(),
         n => format!(" (and {n} more: -v)"),
     };
-    Some((most, labelled(most, &first.text) + &more))
+    Some((most, with_label(most, &first.text) + &more))
 }
 
-fn labelled(weight: MessagePriority, message: &str) -> String {
+fn with_label(weight: MessagePriority, message: &str) -> String {
     let label = if matches!(weight, MessagePriority::Warning(_)) {
         "warning"
     } else {
@@ -186,9 +192,9 @@ mod tests {
     #[test]
     fn one_line_has_what_matters_most() {
         let mut notes = Notes::new(Verbosity::Normal);
-        assert!(notes.lines().is_empty());
+        assert!(notes.format_lines().is_empty());
         notes.note("a sky is added");
-        assert_eq!(notes.lines(), ["note: a sky is added"]);
+        assert_eq!(notes.format_lines(), ["note: a sky is added"]);
         notes.warn("a is missing");
         notes.hint("try this");
         notes.warn("c is missing");
@@ -197,7 +203,10 @@ mod tests {
             MessagePriority::Warning(Severity::Empty),
             "nothing to see".into(),
         );
-        assert_eq!(notes.lines(), ["warning: nothing to see (and 4 more: -v)"]);
+        assert_eq!(
+            notes.format_lines(),
+            ["warning: nothing to see (and 4 more: -v)"]
+        );
     }
 
     /// Protects: every file with a problem has a line, whatever other files have, and a file
@@ -205,36 +214,36 @@ mod tests {
     #[test]
     fn each_file_with_a_problem_has_a_line() {
         let mut notes = Notes::new(Verbosity::Normal);
-        notes.turn_to("a.glb");
+        notes.set_current_file("a.glb");
         notes.note("shown at rest");
-        notes.turn_to("b.glb");
+        notes.set_current_file("b.glb");
         notes.warn("b.glb: c is missing");
         notes.note("shown at rest");
-        notes.turn_to("c.glb");
+        notes.set_current_file("c.glb");
         notes.add(Severity::Missing.into(), "d is missing".into());
         assert_eq!(
-            notes.lines(),
+            notes.format_lines(),
             [
                 "warning: c.glb: d is missing",
                 "warning: b.glb: c is missing (and 1 more: -v)"
             ]
         );
         for file in 0..30 {
-            notes.turn_to(&format!("{file}.glb"));
+            notes.set_current_file(&format!("{file}.glb"));
             notes.warn("e is missing");
         }
-        let lines = notes.lines();
+        let lines = notes.format_lines();
         assert_eq!(
             (lines.len(), lines.last().map(String::as_str)),
             (21, Some("warning: 12 more files have warnings: -v"))
         );
         let mut fine = Notes::new(Verbosity::Normal);
         for file in ["a.glb", "b.glb"] {
-            fine.turn_to(file);
+            fine.set_current_file(file);
             fine.note("shown at rest");
         }
         assert_eq!(
-            fine.lines(),
+            fine.format_lines(),
             ["note: a.glb: shown at rest (and 1 more: -v)"]
         );
     }

@@ -8,11 +8,11 @@ use raywright_core::bvh::AcceleratorKind;
 use raywright_core::display::Display;
 use raywright_core::film::{ErrorEstimate, Film, Uncertainty};
 use raywright_core::ladder::Ladder;
-use raywright_core::scene::Pattern;
+use raywright_core::scene::SamplePattern;
 use raywright_core::settings::{PrecisionChoice, Sampling};
 use raywright_core::{RenderOutput, Settings};
-use raywright_io::output::Metadata;
-use raywright_io::{EnvironmentSource, LoadOptions, Loaded};
+use raywright_io::output::PictureMetadata;
+use raywright_io::{EnvironmentSource, LoadOptions, LoadedScene};
 use serde::Serialize;
 
 use crate::plan::{PicturePlan, RungChoices};
@@ -22,11 +22,16 @@ use crate::table::format_significant;
 pub const SOFTWARE: &str = concat!("Raywright ", env!("CARGO_PKG_VERSION"));
 
 /// Returns the metadata of a picture's file, without its error.
-pub fn metadata(loaded: &Loaded, plan: &PicturePlan, choices: &RungChoices) -> Metadata {
-    Metadata {
+pub fn picture_metadata(
+    loaded: &LoadedScene,
+    plan: &PicturePlan,
+    choices: &RungChoices,
+) -> PictureMetadata {
+    PictureMetadata {
         software: SOFTWARE.to_owned(),
         scene_hash: loaded.hash.to_string(),
-        settings: settings(&plan.settings, plan.display) + &choices.words(RUNG, WITHOUT).concat(),
+        settings: format_settings(&plan.settings, plan.display)
+            + &choices.format_choices(RUNG_PREFIX, WITHOUT_PREFIX).concat(),
         seed: Some(plan.settings.seed),
         command: command_line(),
         error: String::new(),
@@ -36,8 +41,12 @@ pub fn metadata(loaded: &Loaded, plan: &PicturePlan, choices: &RungChoices) -> M
 /// Formats the error of a picture for the metadata of its file: both measures with their intervals,
 /// the number of samples, whether the picture is denoised, and the doubt. Empty without an
 /// estimate.
-pub fn error(noisy: Option<&Uncertainty>, rendered: &RenderOutput, film: &Film) -> String {
-    let denoised = rendered.denoised();
+pub fn format_error_metadata(
+    noisy: Option<&Uncertainty>,
+    rendered: &RenderOutput,
+    film: &Film,
+) -> String {
+    let denoised = rendered.denoise_output();
     let Some(claim) = denoised.map(|denoised| &denoised.error).or(noisy) else {
         return String::new();
     };
@@ -46,7 +55,7 @@ pub fn error(noisy: Option<&Uncertainty>, rendered: &RenderOutput, film: &Film) 
             .map(|number| format_significant(number, 3));
         format!("{name}={value} {name}_low={low} {name}_high={high}")
     };
-    let samples = film.samples(&film.whole_part());
+    let samples = film.sample_range(&film.full_part());
     let [least, most] = [samples.start(), samples.end()];
     let samples = if least == most {
         most.to_string()
@@ -55,7 +64,7 @@ pub fn error(noisy: Option<&Uncertainty>, rendered: &RenderOutput, film: &Film) 
     };
     let doubt = claim
         .doubt
-        .map_or_else(|| "none".to_owned(), |doubt| name(&doubt));
+        .map_or_else(|| "none".to_owned(), |doubt| variant_name(&doubt));
     let reconstruction = if denoised.is_some() {
         "denoised"
     } else {
@@ -70,7 +79,11 @@ pub fn error(noisy: Option<&Uncertainty>, rendered: &RenderOutput, film: &Film) 
 
 /// Returns a text that identifies a scene with all changes that flags make to it. Film files
 /// compare this text: it is equal for all parts of a picture.
-pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &RungChoices) -> String {
+pub fn scene_identity(
+    loaded: &LoadedScene,
+    options: &LoadOptions,
+    choices: &RungChoices,
+) -> String {
     let LoadOptions {
         overrides,
         model,
@@ -94,53 +107,53 @@ pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &RungChoices) -
     format!(
         "{} {overrides:?} {model:?} {environment:?} {clay} {section:?}{}",
         loaded.hash,
-        of_picture(choices)
+        format_picture_choices(choices)
     )
 }
 
 /// Formats the choices shared by all parts of a picture. The rungs for the number of samples and
 /// for denoising are omitted, because they are properties of the film.
-fn of_picture(choices: &RungChoices) -> String {
+fn format_picture_choices(choices: &RungChoices) -> String {
     let of_film = [Ladder::Samples, Ladder::Reconstruction];
     let mut own = choices.clone();
     own.rungs
         .retain(|choice| choice.ladder().changes_pictures() && !of_film.contains(&choice.ladder()));
-    own.words(RUNG, WITHOUT).concat()
+    own.format_choices(RUNG_PREFIX, WITHOUT_PREFIX).concat()
 }
 
 /// Prefixes of rungs and of switched-off effects in a picture's settings text.
-const RUNG: &str = " rung:";
-const WITHOUT: &str = " without=";
+const RUNG_PREFIX: &str = " rung:";
+const WITHOUT_PREFIX: &str = " without=";
 
 /// Replaces the number of samples taken in a picture's settings text, or adds it.
-pub fn with_samples(settings: &str, samples: &str) -> String {
+pub fn replace_sample_count(settings: &str, samples: &str) -> String {
     let plain = settings.split(" taken=").next().unwrap_or_default();
-    format!("{plain} taken={}", quoted(samples))
+    format!("{plain} taken={}", quote_for_shell(samples))
 }
 
 /// Command line of this run: the process's own, unless an embedding program sets another.
-static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
+static ARGUMENTS: OnceLock<Vec<OsString>> = OnceLock::new();
 
 /// Sets the command line of this run, whose first word is a program name.
-pub fn set_words(words: &[OsString]) {
-    WORDS.get_or_init(|| words.to_vec());
+pub fn set_arguments(words: &[OsString]) {
+    ARGUMENTS.get_or_init(|| words.to_vec());
 }
 
 /// Returns the words of this run's command line.
-pub fn words() -> &'static [OsString] {
-    WORDS.get_or_init(|| std::env::args_os().collect())
+pub fn run_arguments() -> &'static [OsString] {
+    ARGUMENTS.get_or_init(|| std::env::args_os().collect())
 }
 
 /// Returns this run's command line, quoted for a shell.
 pub fn command_line() -> String {
-    command_of(words().get(1..).unwrap_or_default())
+    format_command(run_arguments().get(1..).unwrap_or_default())
 }
 
 /// Formats the command `raywright` with these arguments, quoted for a shell.
-pub fn command_of(arguments: &[OsString]) -> String {
+pub fn format_command(arguments: &[OsString]) -> String {
     let arguments = arguments
         .iter()
-        .map(|argument| quoted(&argument.to_string_lossy()));
+        .map(|argument| quote_for_shell(&argument.to_string_lossy()));
     std::iter::once("raywright".to_owned())
         .chain(arguments)
         .collect::<Vec<_>>()
@@ -148,7 +161,7 @@ pub fn command_of(arguments: &[OsString]) -> String {
 }
 
 /// Puts a word in single quotes if a shell would otherwise split or expand it.
-pub fn quoted(word: &str) -> String {
+pub fn quote_for_shell(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./,:=+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         word.to_owned()
@@ -158,12 +171,12 @@ pub fn quoted(word: &str) -> String {
 }
 
 /// Formats the settings that determine a picture's bits, as `name=value` separated by spaces.
-fn settings(settings: &Settings, display: Display) -> String {
+fn format_settings(settings: &Settings, display: Display) -> String {
     let [width, height] = settings.size;
     let samples = match settings.sampling {
         Sampling::General(n) => n.to_string(),
-        Sampling::Pattern(Pattern::Centre) => "centre".to_owned(),
-        Sampling::Pattern(Pattern::Corners) => "corners".to_owned(),
+        Sampling::Pattern(SamplePattern::Centre) => "centre".to_owned(),
+        Sampling::Pattern(SamplePattern::Corners) => "corners".to_owned(),
     };
     let error = settings
         .max_error
@@ -198,16 +211,16 @@ fn settings(settings: &Settings, display: Display) -> String {
     };
     format!(
         "size={width}x{height}{crop} samples={samples}{error}{denoise} max_depth={depth}{clamp} integrator={} precision={} exposure={} tone_map={} gamma={}{background}{wireframe}",
-        name(&settings.integrator),
-        precision(settings.precision),
+        variant_name(&settings.integrator),
+        precision_name(settings.precision),
         display.exposure_stops,
-        name(&display.tone_map),
-        name(&display.curve),
+        variant_name(&display.tone_map),
+        variant_name(&display.curve),
     )
 }
 
 /// Returns the name of an enum variant in scene files.
-pub fn name<T: Serialize>(variant: &T) -> String {
+pub fn variant_name<T: Serialize>(variant: &T) -> String {
     match serde_json::to_value(variant) {
         Ok(serde_json::Value::String(name)) => name,
         _ => String::new(),
@@ -215,7 +228,7 @@ pub fn name<T: Serialize>(variant: &T) -> String {
 }
 
 /// Returns the name of a precision on the command line.
-pub fn precision(precision: PrecisionChoice) -> &'static str {
+pub fn precision_name(precision: PrecisionChoice) -> &'static str {
     match precision {
         PrecisionChoice::Robust => "robust",
         PrecisionChoice::Reference => "reference",
@@ -223,7 +236,7 @@ pub fn precision(precision: PrecisionChoice) -> &'static str {
 }
 
 /// Returns the name of an accelerator on the command line.
-pub fn accelerator(kind: AcceleratorKind) -> &'static str {
+pub fn accelerator_name(kind: AcceleratorKind) -> &'static str {
     match kind {
         AcceleratorKind::Linear => "linear",
         AcceleratorKind::Tree(_) => "bvh",
@@ -237,21 +250,24 @@ mod tests {
     /// Protects: words that a shell would split are quoted, so that the command can be pasted.
     #[test]
     fn words_are_quoted_where_needed() {
-        assert_eq!(quoted("--crop"), "--crop");
-        assert_eq!(quoted("a=0.5,1"), "a=0.5,1");
-        assert_eq!(quoted("my scene.toml"), "'my scene.toml'");
-        assert_eq!(quoted("it's"), r"'it'\''s'");
-        assert_eq!(quoted(""), "''");
+        assert_eq!(quote_for_shell("--crop"), "--crop");
+        assert_eq!(quote_for_shell("a=0.5,1"), "a=0.5,1");
+        assert_eq!(quote_for_shell("my scene.toml"), "'my scene.toml'");
+        assert_eq!(quote_for_shell("it's"), r"'it'\''s'");
+        assert_eq!(quote_for_shell(""), "''");
     }
 
     /// Protects: names of variants are the names in scene files.
     #[test]
     fn variants_have_their_file_names() {
         assert_eq!(
-            name(&raywright_core::scene::ToneMap::KhronosNeutral),
+            variant_name(&raywright_core::scene::ToneMap::KhronosNeutral),
             "khronos-neutral"
         );
-        assert_eq!(name(&raywright_core::scene::TransferCurve::Gamma22), "2.2");
+        assert_eq!(
+            variant_name(&raywright_core::scene::TransferCurve::Gamma22),
+            "2.2"
+        );
     }
 
     /// Protects: the names of accelerators and precisions in picture files and reports.
@@ -262,8 +278,8 @@ mod tests {
             AcceleratorKind::Linear,
             AcceleratorKind::Tree(BuildQuality::High),
         ];
-        assert_eq!(kinds.map(accelerator), ["linear", "bvh"]);
+        assert_eq!(kinds.map(accelerator_name), ["linear", "bvh"]);
         let precisions = [PrecisionChoice::Robust, PrecisionChoice::Reference];
-        assert_eq!(precisions.map(precision), ["robust", "reference"]);
+        assert_eq!(precisions.map(precision_name), ["robust", "reference"]);
     }
 }

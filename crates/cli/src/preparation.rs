@@ -5,8 +5,8 @@ use std::cmp::Reverse;
 
 use raywright_core::prepare::PrepareError;
 use raywright_core::settings::Settings;
-use raywright_core::{Memory, Observer, ReadyScene, prepare};
-use raywright_io::{Error, Loaded, SourceInfo, human_bytes};
+use raywright_core::{MemoryUse, Observer, ReadyScene, prepare};
+use raywright_io::{Error, LoadedScene, SourceInfo, format_bytes};
 
 use crate::failure::{Exit, Failure};
 use crate::memory;
@@ -18,52 +18,55 @@ pub const NOTHING_KEPT: &str = "interrupted; nothing was written";
 ///
 /// A failure that names the file and the flags that help.
 pub fn prepare_loaded(
-    loaded: &Loaded,
+    loaded: &LoadedScene,
     settings: &Settings,
     observer: &dyn Observer,
 ) -> Result<ReadyScene, Failure> {
-    prepare(&loaded.scene, settings, observer).map_err(|error| failed(&loaded.source, error))
+    prepare(&loaded.scene, settings, observer)
+        .map_err(|error| prepare_failure(&loaded.source, error))
 }
 
 /// Converts the error of a preparation to a failure that names the scene's file.
-pub fn failed(source: &SourceInfo, error: PrepareError) -> Failure {
+pub fn prepare_failure(source: &SourceInfo, error: PrepareError) -> Failure {
     let name = source.name.as_str();
     match error {
         PrepareError::Cancelled => Failure::new(Exit::Interrupted, NOTHING_KEPT),
-        PrepareError::Memory { needed, allowed } => too_much(name, &needed, Some(allowed)).into(),
-        PrepareError::OutOfMemory { needed } => too_much(name, &needed, None).into(),
-        PrepareError::Settings(error) => Error::usage(error.to_string()).into(),
-        PrepareError::Collapsed { problems } => source.error(problems).into(),
-        other => Error::input(name, other).into(),
+        PrepareError::Memory { needed, allowed } => {
+            memory_error(name, &needed, Some(allowed)).into()
+        }
+        PrepareError::OutOfMemory { needed } => memory_error(name, &needed, None).into(),
+        PrepareError::Settings(error) => Error::invalid_usage(error.to_string()).into(),
+        PrepareError::Collapsed { problems } => source.error_at_problems(problems).into(),
+        other => Error::invalid_input(name, other).into(),
     }
 }
 
 /// Creates the error for too little memory. It lists the memory of each part, largest first, with
 /// advice on the largest part. Without a limit, the system has not enough memory.
-fn too_much(name: &str, needed: &Memory, allowed: Option<u64>) -> Error {
+fn memory_error(name: &str, needed: &MemoryUse, allowed: Option<u64>) -> Error {
     let advice = |part: &str| match part {
         "picture" => "render less with --size or --crop",
         "textures" => "give it smaller images",
         _ => "show fewer objects or coarser meshes",
     };
-    let mut parts = needed.parts();
+    let mut parts = needed.by_purpose();
     parts.sort_by_key(|&(_, bytes)| Reverse(bytes));
     let [(most, _), ..] = parts;
     let needs = format!(
         "rendering it needs about {} ({})",
-        human_bytes(needed.total()),
-        memory::listed(&parts)
+        format_bytes(needed.total()),
+        memory::format_parts(&parts)
     );
     match allowed {
-        Some(allowed) => Error::limit(
+        Some(allowed) => Error::over_limit(
             name,
-            format!("{needs}, and the limit is {}", human_bytes(allowed)),
+            format!("{needs}, and the limit is {}", format_bytes(allowed)),
         )
         .with_hint(format!(
             "raise the limit with --max-memory, or {}",
             advice(most)
         )),
-        None => Error::limit(
+        None => Error::over_limit(
             name,
             format!("{needs}, and the system does not give as much"),
         )
@@ -87,12 +90,12 @@ mod tests {
     }
 
     /// Returns an empty scene.
-    fn empty() -> (Loaded, Settings) {
+    fn empty() -> (LoadedScene, Settings) {
         loaded("")
     }
 
     /// Returns a scene with this TOML text.
-    fn loaded(text: &str) -> (Loaded, Settings) {
+    fn loaded(text: &str) -> (LoadedScene, Settings) {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let file = folder.path().join("empty.scene.toml");
         std::fs::write(&file, format!("format = 1\n{text}")).expect("a file");
@@ -167,42 +170,43 @@ mod tests {
     /// about the largest.
     #[test]
     fn too_little_memory_is_explained() {
-        let value_of = |needed: Memory| too_much("a.glb", &needed, Some(1 << 20)).to_string();
-        let picture = value_of(Memory {
+        let value_of =
+            |needed: MemoryUse| memory_error("a.glb", &needed, Some(1 << 20)).to_string();
+        let picture = value_of(MemoryUse {
             geometry: 1 << 20,
             film: 3 << 20,
-            ..Memory::default()
+            ..MemoryUse::default()
         });
         assert_eq!(
             picture,
             "error: a.glb: rendering it needs about 4 MiB (picture 3 MiB, geometry 1 MiB), and the limit is 1 MiB\n\
             help: raise the limit with --max-memory, or render less with --size or --crop"
         );
-        let ends = |needed: Memory, advice: &str| {
+        let ends = |needed: MemoryUse, advice: &str| {
             assert!(value_of(needed).ends_with(advice), "{}", value_of(needed))
         };
         ends(
-            Memory {
+            MemoryUse {
                 textures: 2 << 20,
                 film: 1,
-                ..Memory::default()
+                ..MemoryUse::default()
             },
             "or give it smaller images",
         );
         ends(
-            Memory {
+            MemoryUse {
                 geometry: 2 << 20,
                 film: 1,
-                ..Memory::default()
+                ..MemoryUse::default()
             },
             "or show fewer objects or coarser meshes",
         );
         assert_eq!(
-            too_much(
+            memory_error(
                 "a.glb",
-                &Memory {
+                &MemoryUse {
                     film: 3 << 20,
-                    ..Memory::default()
+                    ..MemoryUse::default()
                 },
                 None
             )

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle as Template};
 
 use crate::args::ProgressStyle;
-use crate::clock::whole;
+use crate::clock::format_whole_seconds;
 use crate::console::{self, Verbosity};
 
 /// Time before the first plain line, and longest pause between plain lines. Each pause is twice as
@@ -25,34 +25,34 @@ pub struct Progress {
     display: ProgressDisplay,
     reports: AtomicU64,
     /// Number of finished pieces of the work, such as pictures; `of` is the number of all pieces.
-    finished: AtomicU64,
-    of: u64,
+    finished_pieces: AtomicU64,
+    piece_count: u64,
     /// Largest share of the work reported so far, in units of 2⁻³².
     share: AtomicU64,
 }
 
 /// Number of units in the whole work, 2³².
-const SHARES: f64 = (1_u64 << 32) as f64;
+const SHARE_UNITS: f64 = (1_u64 << 32) as f64;
 
 #[derive(Debug)]
 enum ProgressDisplay {
     Nothing,
     Bar(ProgressBar),
-    Lines(Mutex<LinePace>),
+    Lines(Mutex<LineSchedule>),
 }
 
 impl Progress {
     /// Starts a display of the work named `label`, by default as a bar on a terminal and as lines
     /// elsewhere.
     pub fn start(label: &'static str, style: ProgressStyle, verbosity: Verbosity) -> Self {
-        let display = ProgressDisplay::of(label, style, verbosity, io::stderr().is_terminal());
+        let display = ProgressDisplay::new(label, style, verbosity, io::stderr().is_terminal());
         Self {
             label,
             start: Instant::now(),
             display,
             reports: AtomicU64::new(0),
-            finished: AtomicU64::new(0),
-            of: 1,
+            finished_pieces: AtomicU64::new(0),
+            piece_count: 1,
             share: AtomicU64::new(0),
         }
     }
@@ -64,38 +64,38 @@ impl Progress {
 
     /// Divides the work into `total` pieces; [`Progress::report`] then counts the steps of the
     /// current piece.
-    pub fn of_pieces(self, total: usize) -> Self {
+    pub fn with_pieces(self, total: usize) -> Self {
         Self {
-            of: total as u64,
+            piece_count: total as u64,
             ..self
         }
     }
 
     /// Restarts the clock of the display, at the begin of the first render.
-    pub fn begin(&mut self) {
+    pub fn restart_clock(&mut self) {
         self.start = Instant::now();
     }
 
     /// Counts the current piece as finished.
     pub fn finish_piece(&self) {
-        self.finished.fetch_add(1, Ordering::Relaxed);
+        self.finished_pieces.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Reports that `done` of `total` steps of the current piece are finished.
     pub fn report(&self, done: u64, total: u64) {
         let (done, total) = (
-            done + self.finished.load(Ordering::Relaxed) * total,
-            total * self.of,
+            done + self.finished_pieces.load(Ordering::Relaxed) * total,
+            total * self.piece_count,
         );
         // With a target error `total` grows during the render; the displayed share never falls.
-        let share = (done as f64 / total.max(1) as f64 * SHARES) as u64;
+        let share = (done as f64 / total.max(1) as f64 * SHARE_UNITS) as u64;
         let share = self.share.fetch_max(share, Ordering::Relaxed).max(share);
         let reports = 1 + self.reports.fetch_add(1, Ordering::Relaxed);
         let work = WorkProgress {
             elapsed: self.start.elapsed(),
             reports,
             done: share,
-            total: SHARES as u64,
+            total: SHARE_UNITS as u64,
         };
         if let Some(line) = self.display.report(self.label, work) {
             console::print_message(line);
@@ -104,13 +104,16 @@ impl Progress {
 
     /// Returns the number of finished pieces and of all pieces.
     pub fn pieces(&self) -> [u64; 2] {
-        [self.finished.load(Ordering::Relaxed), self.of]
+        [
+            self.finished_pieces.load(Ordering::Relaxed),
+            self.piece_count,
+        ]
     }
 
     /// Returns the seconds since the start, and the estimated seconds until the end at the same
     /// speed; `None` before an estimate is possible.
-    pub fn seconds(&self) -> (f64, Option<f64>) {
-        let share = self.share.load(Ordering::Relaxed) as f64 / SHARES;
+    pub fn elapsed_and_left(&self) -> (f64, Option<f64>) {
+        let share = self.share.load(Ordering::Relaxed) as f64 / SHARE_UNITS;
         let elapsed = self.start.elapsed().as_secs_f64();
         (
             elapsed,
@@ -127,14 +130,16 @@ impl Progress {
 }
 
 impl ProgressDisplay {
-    fn of(label: &str, style: ProgressStyle, verbosity: Verbosity, is_terminal: bool) -> Self {
+    fn new(label: &str, style: ProgressStyle, verbosity: Verbosity, is_terminal: bool) -> Self {
         match style {
             _ if verbosity == Verbosity::Quiet => Self::Nothing,
             // The `render` command prints JSON progress itself, because it knows samples and
             // errors.
             ProgressStyle::None | ProgressStyle::Json => Self::Nothing,
-            ProgressStyle::Auto if is_terminal => Self::Bar(bar(label)),
-            ProgressStyle::Auto | ProgressStyle::Plain => Self::Lines(Mutex::new(LinePace::new())),
+            ProgressStyle::Auto if is_terminal => Self::Bar(create_bar(label)),
+            ProgressStyle::Auto | ProgressStyle::Plain => {
+                Self::Lines(Mutex::new(LineSchedule::new()))
+            }
         }
     }
 
@@ -145,7 +150,7 @@ impl ProgressDisplay {
             Self::Bar(bar) => {
                 bar.set_length(work.total);
                 bar.set_position(work.done);
-                bar.set_message(work.left());
+                bar.set_message(work.format_time_left());
                 None
             }
             Self::Lines(pace) => {
@@ -154,7 +159,7 @@ impl ProgressDisplay {
                 let due = pace
                     .try_lock()
                     .is_ok_and(|mut pace| pace.is_due(work.elapsed));
-                (due && work.done < work.total).then(|| work.line(label))
+                (due && work.done < work.total).then(|| work.format_line(label))
             }
         }
     }
@@ -166,7 +171,7 @@ impl ProgressDisplay {
 pub struct StepProgress {
     start: Instant,
     bar: ProgressBar,
-    pace: Option<LinePace>,
+    pace: Option<LineSchedule>,
 }
 
 impl StepProgress {
@@ -183,7 +188,7 @@ impl StepProgress {
         {
             bar.set_style(template);
         }
-        let pace = (!quiet && !io::stderr().is_terminal()).then(LinePace::new);
+        let pace = (!quiet && !io::stderr().is_terminal()).then(LineSchedule::new);
         Self {
             start: Instant::now(),
             bar,
@@ -194,7 +199,7 @@ impl StepProgress {
     /// Shows the name of the current step and the finished share of the measurement, 0 to 1.
     pub fn show(&mut self, label: &str, share: f64) {
         self.bar.set_position((1000.0 * share) as u64);
-        self.bar.set_message(console::on_one_line(label));
+        self.bar.set_message(console::mask_to_one_line(label));
         if self
             .pace
             .as_mut()
@@ -211,7 +216,7 @@ impl Drop for StepProgress {
     }
 }
 
-fn bar(label: &str) -> ProgressBar {
+fn create_bar(label: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
     if let Ok(template) = Template::with_template(&format!(
         "{label} {{wide_bar}} {{percent:>3}} %  {{msg:12}}"
@@ -223,7 +228,7 @@ fn bar(label: &str) -> ProgressBar {
 
 /// Least number of reports, or least finished share, before the time left is estimated: the first
 /// tiles of a picture may be its slowest, so that a single report allows no estimate.
-const ENOUGH: u64 = 16;
+const ENOUGH_REPORTS: u64 = 16;
 const ENOUGH_SHARE: f64 = 0.05;
 
 /// Progress of the work at a report, from which the display is formatted.
@@ -238,9 +243,9 @@ struct WorkProgress {
 
 impl WorkProgress {
     /// Formats a plain line: label, percentage and time left.
-    fn line(self, label: &str) -> String {
+    fn format_line(self, label: &str) -> String {
         let percent = 100 * self.done / self.total.max(1);
-        let left = self.left();
+        let left = self.format_time_left();
         if left.is_empty() {
             format!("{label}: {percent} %")
         } else {
@@ -249,29 +254,29 @@ impl WorkProgress {
     }
 
     /// Formats the estimated time left at the same speed; empty before an estimate is possible.
-    fn left(self) -> String {
+    fn format_time_left(self) -> String {
         let Self {
             elapsed,
             reports,
             done,
             total,
         } = self;
-        if done == 0 || reports < ENOUGH && (done as f64) < ENOUGH_SHARE * total as f64 {
+        if done == 0 || reports < ENOUGH_REPORTS && (done as f64) < ENOUGH_SHARE * total as f64 {
             return String::new();
         }
         let seconds = elapsed.as_secs_f64() * total.saturating_sub(done) as f64 / done as f64;
-        format!("{} left", whole(seconds.ceil() as u64))
+        format!("{} left", format_whole_seconds(seconds.ceil() as u64))
     }
 }
 
 /// Schedule of the plain lines: the time of the next line, and the pause before it.
 #[derive(Debug)]
-struct LinePace {
+struct LineSchedule {
     next: Duration,
     pause: Duration,
 }
 
-impl LinePace {
+impl LineSchedule {
     fn new() -> Self {
         Self {
             next: FIRST_PAUSE,
@@ -304,7 +309,7 @@ mod tests {
                 done,
                 total,
             }
-            .line(label)
+            .format_line(label)
         };
         assert_eq!(
             line("rendering", Duration::from_secs(10), 1, 4),
@@ -332,10 +337,10 @@ mod tests {
     /// render, and the time left belongs to the displayed share.
     #[test]
     fn progress_never_runs_backwards() {
-        let progress = Progress::hidden().of_pieces(2);
+        let progress = Progress::hidden().with_pieces(2);
         let shares = [(1, 4), (2, 4), (2, 16), (9, 16), (10, 16)].map(|(done, total)| {
             progress.report(done, total);
-            progress.share.load(Ordering::Relaxed) as f64 / SHARES
+            progress.share.load(Ordering::Relaxed) as f64 / SHARE_UNITS
         });
         assert_eq!(shares, [0.125, 0.25, 0.25, 0.28125, 0.3125]);
     }
@@ -351,7 +356,7 @@ mod tests {
                 done,
                 total: 100_000,
             }
-            .line("rendering")
+            .format_line("rendering")
         };
         assert_eq!(line(1, 1), "rendering: 0 %");
         assert_eq!(line(15, 4999), "rendering: 4 %");
@@ -364,7 +369,7 @@ mod tests {
     #[test]
     fn the_display_suits_the_place() {
         use ProgressStyle::{Auto, None, Plain};
-        let kind = |style, verbosity, terminal| match ProgressDisplay::of(
+        let kind = |style, verbosity, terminal| match ProgressDisplay::new(
             "rendering",
             style,
             verbosity,
@@ -391,7 +396,7 @@ mod tests {
     /// line.
     #[test]
     fn the_end_is_no_line() {
-        let lines = || ProgressDisplay::Lines(Mutex::new(LinePace::new()));
+        let lines = || ProgressDisplay::Lines(Mutex::new(LineSchedule::new()));
         let second = Duration::from_secs(1);
         let work = |elapsed, done| WorkProgress {
             elapsed,
@@ -415,7 +420,7 @@ mod tests {
     /// last.
     #[test]
     fn lines_become_rarer() {
-        let mut pace = LinePace::new();
+        let mut pace = LineSchedule::new();
         let lines: Vec<u64> = (0..6000)
             .map(|n| 10 * n)
             .filter(|&n| pace.is_due(Duration::from_millis(n)))
@@ -426,7 +431,7 @@ mod tests {
     /// Protects: lines come at 1 s and then after pauses of 2, 4, 8, 16, 32 and again 32 seconds.
     #[test]
     fn pauses_grow_up_to_half_a_minute() {
-        let mut pace = LinePace::new();
+        let mut pace = LineSchedule::new();
         let due: Vec<u64> = (0..130)
             .filter(|&second| pace.is_due(Duration::from_secs(second)))
             .collect();

@@ -8,7 +8,7 @@ const HEIGHT: usize = 10;
 
 /// Draws points (x, y) in a plot with these names of the axes. Values at or below zero lie on the
 /// edge. The text is empty unless two points differ in x and two in y.
-pub fn scatter(points: &[(f64, f64)], vertical: &str, horizontal: &str) -> String {
+pub fn draw_scatter_plot(points: &[(f64, f64)], vertical: &str, horizontal: &str) -> String {
     let ends = |of: fn(&(f64, f64)) -> f64| {
         let known = points.iter().map(of).filter(|v| *v > 0.0 && v.is_finite());
         known.fold((f64::INFINITY, 0.0_f64), |(low, high), v| {
@@ -64,7 +64,7 @@ mod tests {
     /// and lines fit a small terminal.
     #[test]
     fn corners_are_where_they_belong() {
-        let plot = scatter(&[(0.01, 1.0), (0.1, 0.1), (1.0, 0.01)], "error", "time");
+        let plot = draw_scatter_plot(&[(0.01, 1.0), (0.1, 0.1), (1.0, 0.01)], "error", "time");
         let lines: Vec<&str> = plot.lines().collect();
         assert_eq!(lines.len(), HEIGHT + 3);
         let column = |line: &str| {
@@ -95,8 +95,8 @@ mod tests {
     /// Protects: an empty input gives no plot, and points at zero are drawn.
     #[test]
     fn few_points_are_no_plot() {
-        assert_eq!(scatter(&[], "y", "x"), "");
-        assert_eq!(scatter(&[(1.0, 1.0)], "y", "x"), "");
-        assert!(scatter(&[(1.0, 0.0), (2.0, 1.0), (3.0, 2.0)], "y", "x").contains('o'));
+        assert_eq!(draw_scatter_plot(&[], "y", "x"), "");
+        assert_eq!(draw_scatter_plot(&[(1.0, 1.0)], "y", "x"), "");
+        assert!(draw_scatter_plot(&[(1.0, 0.0), (2.0, 1.0), (3.0, 2.0)], "y", "x").contains('o'));
     }
 }

@@ -6,36 +6,48 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use raywright_core::Observer;
-use raywright_core::suggest::closest;
-use raywright_core::{RenderOutput, Settings, extent};
+use raywright_core::suggest::closest_word;
+use raywright_core::{RenderOutput, Settings, measure_extent};
 use raywright_io::{
-    Error, ErrorKind, Input, LightShortage, Limits, LoadOptions, Loaded, SceneFormat, WarningCode,
-    load_observed, models_in, presets,
+    Error, ErrorKind, Input, LightShortage, Limits, LoadOptions, LoadedScene, SceneFormat,
+    WarningCode, list_models, load_observed, presets,
 };
 
 use crate::args::DEFAULT_PRESET;
-use crate::beginning::Beginning;
+use crate::early_stage::EarlyStageGuard;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
+use crate::observer::RunObserver;
 use crate::progress::Progress;
-use crate::watch::Watch;
 
 /// Loads and validates a scene by its name on the command line, and records its warnings.
-pub fn read(name: &OsStr, options: &LoadOptions, notes: &mut Notes) -> Result<Loaded, Failure> {
-    let _beginning = Beginning::of(name, options.limits.memory_bytes, None)?;
-    let loaded = load(&input(name, &options.limits)?, options, &Progress::hidden())?;
-    notes.warn_of(&loaded);
+pub fn load_with_notes(
+    name: &OsStr,
+    options: &LoadOptions,
+    notes: &mut Notes,
+) -> Result<LoadedScene, Failure> {
+    let _beginning = EarlyStageGuard::start(name, options.limits.memory_bytes, None)?;
+    let loaded = load_with_progress(
+        &resolve_input(name, &options.limits)?,
+        options,
+        &Progress::hidden(),
+    )?;
+    notes.add_scene_warnings(&loaded);
     Ok(loaded)
 }
 
 /// Loads and validates a scene, with a progress display for slow loads.
-pub fn load(input: &Input, options: &LoadOptions, progress: &Progress) -> Result<Loaded, Failure> {
-    let loaded = load_watched(
+pub fn load_with_progress(
+    input: &Input,
+    options: &LoadOptions,
+    progress: &Progress,
+) -> Result<LoadedScene, Failure> {
+    let loaded = load_with_observer(
         input,
         options,
-        &Watch {
+        &RunObserver {
             progress: Some(progress),
-            ..Watch::until(&AtomicBool::new(false))
+            ..RunObserver::with_stop_flag(&AtomicBool::new(false))
         },
     );
     progress.finish();
@@ -43,29 +55,29 @@ pub fn load(input: &Input, options: &LoadOptions, progress: &Progress) -> Result
 }
 
 /// Loads and validates a scene, with an observer for progress and cancellation.
-pub fn load_watched(
+pub fn load_with_observer(
     input: &Input,
     options: &LoadOptions,
     observer: &dyn Observer,
-) -> Result<Loaded, Failure> {
-    load_observed(input, options, observer).map_err(|error| explained(error, input).into())
+) -> Result<LoadedScene, Failure> {
+    load_observed(input, options, observer).map_err(|error| with_file_hint(error, input).into())
 }
 
 /// Returns the name of the default preset, for a command line without a scene.
-pub fn unnamed() -> Result<OsString, Failure> {
-    Ok(default_of(&presets::names().collect::<Vec<_>>())?.into())
+pub fn default_scene_name() -> Result<OsString, Failure> {
+    Ok(select_default_preset(&presets::names().collect::<Vec<_>>())?.into())
 }
 
 /// Returns the name of the default preset. A build may lack it, because presets are files that can
 /// be deleted; the error then lists the presets of the build.
-fn default_of(carried: &[&str]) -> Result<String, Error> {
+fn select_default_preset(carried: &[&str]) -> Result<String, Error> {
     if carried.contains(&DEFAULT_PRESET) {
         return Ok(format!("preset:{DEFAULT_PRESET}"));
     }
     let message = format!(
         "no scene is named, and the program was built without its default preset `{DEFAULT_PRESET}`"
     );
-    Err(Error::usage(message).with_hint(match carried {
+    Err(Error::invalid_usage(message).with_hint(match carried {
         [] => "name a file: raywright render FILE; there are no presets".to_owned(),
         [first, ..] => format!(
             "name a file or a preset, such as preset:{first}; the presets: {}",
@@ -76,7 +88,7 @@ fn default_of(carried: &[&str]) -> Result<String, Error> {
 
 /// Adds a note on the light, the camera and the up axis that the scene lacked, and on their
 /// replacements.
-pub fn note_completed(loaded: &Loaded, notes: &mut Notes) {
+pub fn note_added_parts(loaded: &LoadedScene, notes: &mut Notes) {
     let light = loaded
         .added_sky
         .map(|shortage| match (loaded.source.format, shortage) {
@@ -111,7 +123,7 @@ pub fn note_completed(loaded: &Loaded, notes: &mut Notes) {
 
 /// Whether every ray misses a scene: it has no bounded shape, no infinite plane, and no sky of its
 /// own.
-pub fn shows_nothing(loaded: &Loaded) -> bool {
+pub fn is_empty_scene(loaded: &LoadedScene) -> bool {
     let scene = &loaded.scene;
     if matches!(loaded.source.format, SceneFormat::Native(_))
         && scene.sky.is_some()
@@ -119,14 +131,14 @@ pub fn shows_nothing(loaded: &Loaded) -> bool {
     {
         return false;
     }
-    let listed = scene.objects.is_empty() && scene.generators.is_empty();
-    let extent = extent(scene, Settings::from_scene(scene).precision);
-    listed || extent.bounds.is_empty() && extent.unbounded == 0
+    let has_no_objects = scene.objects.is_empty() && scene.generators.is_empty();
+    let extent = measure_extent(scene, Settings::from_scene(scene).precision);
+    has_no_objects || extent.bounds.is_empty() && extent.unbounded == 0
 }
 
 /// Creates the failure for a scene that every ray misses; `None` for any other scene.
-pub fn nothing_to_see(loaded: &Loaded) -> Option<Failure> {
-    if !shows_nothing(loaded) {
+pub fn empty_scene_failure(loaded: &LoadedScene) -> Option<Failure> {
+    if !is_empty_scene(loaded) {
         return None;
     }
     let is_thin = loaded
@@ -142,17 +154,17 @@ pub fn nothing_to_see(loaded: &Loaded) -> Option<Failure> {
         (_, true) => "it has points and lines alone, which are not rendered",
         _ => "it has no object",
     };
-    Some(empty(&loaded.source.name, reason))
+    Some(empty_failure(&loaded.source.name, reason))
 }
 
 /// Describes a picture that shows the background alone, which is rarely intended; `None` for any
 /// other picture.
-pub fn nothing_met(
-    loaded: &Loaded,
+pub fn describe_empty_picture(
+    loaded: &LoadedScene,
     rendered: &RenderOutput,
     settings: &Settings,
 ) -> Option<String> {
-    let bounds = extent(&loaded.scene, settings.precision).bounds;
+    let bounds = measure_extent(&loaded.scene, settings.precision).bounds;
     // A ray that was cut short has crossed many surfaces, and counts as a hit.
     if rendered.counters.hits > 0 || rendered.counters.cut_short > 0 || bounds.is_empty() {
         return None;
@@ -166,16 +178,16 @@ pub fn nothing_met(
 }
 
 /// Creates the failure for a picture that shows nothing.
-pub fn empty(name: &str, why: impl std::fmt::Display) -> Failure {
+pub fn empty_failure(name: &str, why: impl std::fmt::Display) -> Failure {
     let message = format!("{name}: there is nothing to see: {why}");
     Failure::new(Exit::Input, message)
 }
 
 /// Resolves the name of a scene on the command line: a path, `preset:NAME`, or `-` for standard
 /// input.
-pub fn input(name: &OsStr, limits: &Limits) -> Result<Input, Error> {
+pub fn resolve_input(name: &OsStr, limits: &Limits) -> Result<Input, Error> {
     if name == "-" {
-        return piped(limits);
+        return read_stdin(limits);
     }
     Ok(
         match name.to_str().and_then(|name| name.strip_prefix("preset:")) {
@@ -187,11 +199,11 @@ pub fn input(name: &OsStr, limits: &Limits) -> Result<Input, Error> {
 
 /// Reads a scene from standard input. A terminal is refused, because the program would wait without
 /// a sign.
-fn piped(limits: &Limits) -> Result<Input, Error> {
+fn read_stdin(limits: &Limits) -> Result<Input, Error> {
     let source = std::io::stdin();
     if source.is_terminal() {
         let hint = "pipe one into it: raywright render - < model.stl";
-        return Err(Error::usage(
+        return Err(Error::invalid_usage(
             "`-` reads a scene or model from standard input, which is a terminal here",
         )
         .with_hint(hint));
@@ -201,7 +213,7 @@ fn piped(limits: &Limits) -> Result<Input, Error> {
 
 /// Adds a hint to the error of a file that cannot be read: a preset written without its prefix, a
 /// file with a similar name, or the models in a folder.
-fn explained(error: Error, input: &Input) -> Error {
+fn with_file_hint(error: Error, input: &Input) -> Error {
     let Input::Path(path) = input else {
         return error;
     };
@@ -210,10 +222,10 @@ fn explained(error: Error, input: &Input) -> Error {
     }
     if path.is_dir() {
         let inside = |name: &String| path.join(name).display().to_string();
-        let models: Vec<String> = models_in(path).iter().map(inside).collect();
+        let models: Vec<String> = list_models(path).iter().map(inside).collect();
         return match models.as_slice() {
             [] => error.with_hint("there is no scene or model in it"),
-            models => error.with_hint(format!("in it: {}", listed(models))),
+            models => error.with_hint(format!("in it: {}", list_first_names(models))),
         };
     }
     if path.exists() {
@@ -234,9 +246,9 @@ fn explained(error: Error, input: &Input) -> Error {
             path.display()
         ));
     }
-    let neighbours = models_in(path.parent().unwrap_or(Path::new("")));
+    let neighbours = list_models(path.parent().unwrap_or(Path::new("")));
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    match closest(&name, neighbours.iter().map(String::as_str)) {
+    match closest_word(&name, neighbours.iter().map(String::as_str)) {
         Some(near) => error.with_hint(format!(
             "did you mean `{}`?",
             path.with_file_name(near).display()
@@ -246,7 +258,7 @@ fn explained(error: Error, input: &Input) -> Error {
 }
 
 /// Formats the first eight names of a list and the number of all others.
-fn listed(names: &[String]) -> String {
+fn list_first_names(names: &[String]) -> String {
     const SHOWN: usize = 8;
     let more = if names.len() > SHOWN {
         format!(" and {} more", names.len() - SHOWN)
@@ -268,10 +280,10 @@ mod tests {
     #[test]
     fn without_the_default_preset_the_others_are_listed() {
         assert_eq!(
-            default_of(&["noise", DEFAULT_PRESET]).expect("it is there"),
+            select_default_preset(&["noise", DEFAULT_PRESET]).expect("it is there"),
             format!("preset:{DEFAULT_PRESET}")
         );
-        let error = default_of(&["noise", "shapes"]).expect_err("it is not there");
+        let error = select_default_preset(&["noise", "shapes"]).expect_err("it is not there");
         assert_eq!(error.kind(), ErrorKind::Usage);
         let message = format!(
             "error: no scene is named, and the program was built without its default preset `{DEFAULT_PRESET}`\n\
@@ -279,7 +291,7 @@ mod tests {
         );
         assert_eq!(error.to_string(), message);
         assert!(
-            default_of(&[])
+            select_default_preset(&[])
                 .expect_err("nothing is there")
                 .to_string()
                 .ends_with("there are no presets")

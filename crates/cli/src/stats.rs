@@ -6,23 +6,23 @@ use raywright_core::denoise::DenoiseOutput;
 use raywright_core::effects::EffectFinding;
 use raywright_core::film::Uncertainty;
 use raywright_core::{ReadyScene, RenderOutput};
-use raywright_io::{Loaded, Warning};
+use raywright_io::{LoadedScene, Warning};
 use serde::Serialize;
 
-use crate::clock::Seconds;
+use crate::clock::StageSeconds;
 use crate::{memory, origin};
 
-/// Version of the layout of [`Stats`].
+/// Version of the layout of [`RenderStats`].
 pub const FORMAT: u32 = 1;
 
 /// Contents of the file of `--stats`.
 #[derive(Debug, Serialize)]
-pub struct Stats<'a> {
+pub struct RenderStats<'a> {
     format: u32,
     version: &'static str,
     command: String,
     scene_hash: String,
-    seconds: Seconds,
+    seconds: StageSeconds,
     rays: RayCounts,
     samples: u64,
     /// Number of samples left out of the picture because they were not finite.
@@ -31,7 +31,7 @@ pub struct Stats<'a> {
     /// direction.
     cut_short: u64,
     effects: &'a [EffectFinding],
-    memory: Memory,
+    memory: MemoryUse,
     accelerator: &'static str,
     /// Warnings about the scene, its files or the picture.
     warnings: &'a [Warning],
@@ -40,12 +40,12 @@ pub struct Stats<'a> {
     error: Option<Uncertainty>,
     /// Estimated error of the denoised picture; absent if the picture was not denoised.
     #[serde(skip_serializing_if = "Option::is_none")]
-    denoised: Option<Claim>,
+    denoised: Option<DenoisedError>,
 }
 
 /// Estimated error and change of light of a denoised picture.
 #[derive(Debug, Serialize)]
-struct Claim {
+struct DenoisedError {
     #[serde(flatten)]
     error: Uncertainty,
     /// Relative change of the picture's total light by denoising; negative if the denoised picture
@@ -85,21 +85,21 @@ impl From<&Counters> for RayCounts {
 
 /// Memory use of the process and of the prepared scene, in bytes.
 #[derive(Debug, Serialize)]
-struct Memory {
+struct MemoryUse {
     /// Peak resident memory of the process; null where the system does not report it.
     peak_bytes: Option<u64>,
     geometry_bytes: u64,
     texture_bytes: u64,
 }
 
-impl<'a> Stats<'a> {
+impl<'a> RenderStats<'a> {
     /// Collects the statistics of a finished render.
     pub fn new(
-        loaded: &'a Loaded,
+        loaded: &'a LoadedScene,
         ready: &'a ReadyScene,
         rendered: &RenderOutput,
         error: Option<Uncertainty>,
-        seconds: Seconds,
+        seconds: StageSeconds,
     ) -> Self {
         let held = ready.memory();
         Self {
@@ -113,18 +113,20 @@ impl<'a> Stats<'a> {
             dropped: rendered.counters.dropped,
             cut_short: rendered.counters.cut_short,
             effects: &ready.effects().effects,
-            memory: Memory {
+            memory: MemoryUse {
                 peak_bytes: memory::peak_bytes(),
                 geometry_bytes: held.geometry,
                 texture_bytes: held.textures,
             },
-            accelerator: origin::accelerator(ready.settings().accelerator),
+            accelerator: origin::accelerator_name(ready.settings().accelerator),
             warnings: &loaded.warnings,
             error,
-            denoised: rendered.denoised().map(
+            denoised: rendered.denoise_output().map(
                 |&DenoiseOutput {
-                     error, brightened, ..
-                 }| Claim { error, brightened },
+                     error,
+                     light_change: brightened,
+                     ..
+                 }| DenoisedError { error, brightened },
             ),
         }
     }

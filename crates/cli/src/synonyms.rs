@@ -96,7 +96,7 @@ const SYNONYMS: [(&[&str], &str); 21] = [
 ];
 
 /// Creates the message for an unknown flag that another program has; `None` for any other error.
-pub fn explained(error: &clap::Error) -> Option<String> {
+pub fn explain_foreign_flag(error: &clap::Error) -> Option<String> {
     let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg) else {
         return None;
     };
@@ -107,12 +107,12 @@ pub fn explained(error: &clap::Error) -> Option<String> {
         .unwrap_or_default()
         .to_ascii_lowercase()
         .replace('_', "-");
-    let here = SYNONYMS
+    let equivalent = SYNONYMS
         .iter()
         .find(|(names, _)| names.contains(&name.as_str()))
-        .map(|(_, here)| here)?;
+        .map(|(_, equivalent)| equivalent)?;
     (error.kind() == ErrorKind::UnknownArgument)
-        .then(|| format!("error: there is no `{argument}`\nhelp: {here}"))
+        .then(|| format!("error: there is no `{argument}`\nhelp: {equivalent}"))
 }
 
 #[cfg(test)]
@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn flags_of_other_programs_lead_to_ours() {
         let message_of = |word: &str| {
-            explained(
+            explain_foreign_flag(
                 &Arguments::try_parse_from(["raywright", "render", "a.glb", word]).expect_err(word),
             )
         };

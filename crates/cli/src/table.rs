@@ -1,18 +1,21 @@
 //! Plain tables for standard output, within the terminal's width, and numbers with few digits.
 
-pub use raywright_io::report::{Align, Table, TableRow, wrapped};
+pub use raywright_io::report::{ColumnAlignment, Table, TableRow, wrap_text};
 
 use crate::console;
 
 /// Formats rows as left-aligned columns, within the terminal's width. Every row has a cell for each
 /// column.
-pub fn lay_out<const N: usize>(rows: &[[String; N]]) -> String {
-    lay_out_aligned([Align::Left; N], rows)
+pub fn format_columns<const N: usize>(rows: &[[String; N]]) -> String {
+    format_aligned_columns([ColumnAlignment::Left; N], rows)
 }
 
 /// Formats rows as columns with these alignments, within the terminal's width. Every row has a cell
 /// for each column.
-pub fn lay_out_aligned<const N: usize>(columns: [Align; N], rows: &[[String; N]]) -> String {
+pub fn format_aligned_columns<const N: usize>(
+    columns: [ColumnAlignment; N],
+    rows: &[[String; N]],
+) -> String {
     Table {
         columns: columns.to_vec(),
         rows: rows
@@ -20,16 +23,16 @@ pub fn lay_out_aligned<const N: usize>(columns: [Align; N], rows: &[[String; N]]
             .map(|row| row.iter().cloned().collect())
             .collect(),
     }
-    .text(console::width())
+    .to_text(console::line_width())
 }
 
 /// Wraps a paragraph at the terminal's width.
-pub fn paragraph(text: &str) -> String {
-    wrapped(text, 0, console::width().unwrap_or(usize::MAX))
+pub fn wrap_paragraph(text: &str) -> String {
+    wrap_text(text, 0, console::line_width().unwrap_or(usize::MAX))
 }
 
 /// Formats a number with four significant digits.
-pub fn format_short(value: f64) -> String {
+pub fn format_four_digits(value: f64) -> String {
     format_significant(value, 4)
 }
 
@@ -71,8 +74,8 @@ mod tests {
             (12345.6, "1.235e4"),
         ];
         for (value, text) in cases {
-            assert_eq!(format_short(value), text);
+            assert_eq!(format_four_digits(value), text);
         }
-        assert_eq!(format_short(f64::NAN), "NaN");
+        assert_eq!(format_four_digits(f64::NAN), "NaN");
     }
 }

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use raywright_io::output::{OutputPlace, PictureFormat, is_own_picture};
+use raywright_io::output::{OutputPath, PictureFormat, is_own_picture};
 use raywright_io::{Error, ErrorKind, InputFiles, PathClash};
 
 use crate::failure::{Exit, Failure};
@@ -51,7 +51,7 @@ pub struct OutputFiles {
     all: Vec<OutputFile>,
     /// Indices of the outputs by path and by file identity. The maps keep thousands of outputs
     /// fast, each of which is compared with all others.
-    by_spelling: HashMap<PathBuf, usize>,
+    by_path: HashMap<PathBuf, usize>,
     by_fingerprint: HashMap<u64, usize>,
     /// Requested quality of JPEG files, 1 to 100.
     quality: Option<u8>,
@@ -63,7 +63,7 @@ struct OutputFile {
     path: PathBuf,
     /// Flag with which the user can name another file, for the hint of an error.
     flag: &'static str,
-    place: OutputPlace,
+    place: OutputPath,
     /// Identity of the file that existed at the start of the run, if any.
     fingerprint: Option<u64>,
 }
@@ -81,10 +81,10 @@ impl OutputFiles {
     ///
     /// A failure if the file cannot be created, or is an output already.
     pub fn add(&mut self, path: &Path, flag: &'static str) -> Result<(), Failure> {
-        let place = OutputPlace::check(path)?;
-        let fingerprint = place.fingerprint();
-        if let Some(other) = self.find(&place, fingerprint) {
-            let message = match plain(&other.path) == plain(path) {
+        let place = OutputPath::resolve(path)?;
+        let fingerprint = place.file_fingerprint();
+        if let Some(other) = self.find_output(&place, fingerprint) {
+            let message = match without_current_dir(&other.path) == without_current_dir(path) {
                 true => format!("{} is named twice as output", path.display()),
                 false => format!(
                     "{} and {} are one file, named twice as output",
@@ -92,12 +92,12 @@ impl OutputFiles {
                     path.display()
                 ),
             };
-            return Err(Error::usage(message)
+            return Err(Error::invalid_usage(message)
                 .with_hint(format!("name another file with {flag}"))
                 .into());
         }
         let index = self.all.len();
-        self.by_spelling.insert(place.spelling(), index);
+        self.by_path.insert(place.lookup_key(), index);
         fingerprint.map(|fingerprint| self.by_fingerprint.insert(fingerprint, index));
         self.all.push(OutputFile {
             path: path.to_owned(),
@@ -109,14 +109,16 @@ impl OutputFiles {
     }
 
     /// Returns the output that has this path or is the same existing file.
-    fn find(&self, place: &OutputPlace, fingerprint: Option<u64>) -> Option<&OutputFile> {
-        let there = || fingerprint.and_then(|fingerprint| self.by_fingerprint.get(&fingerprint));
-        let index = self.by_spelling.get(&place.spelling()).or_else(there)?;
-        self.all.get(*index).filter(|other| other.place.is(place))
+    fn find_output(&self, place: &OutputPath, fingerprint: Option<u64>) -> Option<&OutputFile> {
+        let by_file = || fingerprint.and_then(|fingerprint| self.by_fingerprint.get(&fingerprint));
+        let index = self.by_path.get(&place.lookup_key()).or_else(by_file)?;
+        self.all
+            .get(*index)
+            .filter(|other| other.place.is_same_file(place))
     }
 
     /// Refuses outputs that would overwrite an input of the run or a file that the scene names.
-    pub fn keep_clear_of(&self, inputs: &InputFiles) -> Result<(), Failure> {
+    pub fn check_against_inputs(&self, inputs: &InputFiles) -> Result<(), Failure> {
         let places = self
             .all
             .iter()
@@ -140,22 +142,23 @@ impl OutputFiles {
                 format!("cannot write {path}: the scene names it as a file of its own")
             }
         };
-        Err(Error::usage(message)
+        Err(Error::invalid_usage(message)
             .with_hint(format!("name another file with {flag}"))
             .into())
     }
 
     /// Whether the file of any output exists already.
-    pub fn replace_any(&self) -> bool {
+    pub fn has_existing_file(&self) -> bool {
         self.all.iter().any(|output| output.path.exists())
     }
 
     /// Whether a file name chosen by the program overwrites neither an output nor an input of the
     /// run. A path where no file can be created passes; the later write reports the error.
-    pub fn leave_free(&self, path: &Path, inputs: &InputFiles) -> bool {
-        match OutputPlace::check(path) {
+    pub fn is_free(&self, path: &Path, inputs: &InputFiles) -> bool {
+        match OutputPath::resolve(path) {
             Ok(place) => {
-                inputs.clash(&place).is_none() && self.find(&place, place.fingerprint()).is_none()
+                inputs.find_clash(&place).is_none()
+                    && self.find_output(&place, place.file_fingerprint()).is_none()
             }
             Err(_) => true,
         }
@@ -164,7 +167,7 @@ impl OutputFiles {
 
 /// Resolves the names of `-o` to outputs, and adds them to the output files. Each has a known
 /// format and a writable folder, and none is named twice.
-pub fn pictures(
+pub fn resolve_picture_targets(
     named: &[PathBuf],
     outputs: &mut OutputFiles,
 ) -> Result<Vec<OutputTarget>, Failure> {
@@ -181,7 +184,7 @@ pub fn pictures(
             OutputTarget::File(path.clone(), format)
         };
         if target == OutputTarget::Stdout && targets.contains(&target) {
-            return Err(Error::usage("- is named twice as output").into());
+            return Err(Error::invalid_usage("- is named twice as output").into());
         }
         targets.push(target);
     }
@@ -190,7 +193,7 @@ pub fn pictures(
 
 /// Resolves the default output, which is named after the scene. Its path has to be free or to hold
 /// a picture made by this program.
-pub fn unnamed(
+pub fn resolve_default_target(
     stem: &str,
     format: PictureFormat,
     outputs: &mut OutputFiles,
@@ -205,7 +208,7 @@ pub fn unnamed(
         }
     ));
     outputs.add(&path, "-o")?;
-    outputs.keep_clear_of(inputs)?;
+    outputs.check_against_inputs(inputs)?;
     if path.exists() && !is_own_picture(&path) {
         let name = path.display();
         let message = format!(
@@ -220,7 +223,7 @@ pub fn unnamed(
 }
 
 /// Removes the components `.` from a path, so that two spellings of a path compare equal.
-fn plain(path: &Path) -> PathBuf {
+fn without_current_dir(path: &Path) -> PathBuf {
     path.components()
         .filter(|part| *part != std::path::Component::CurDir)
         .collect()
@@ -231,7 +234,7 @@ mod tests {
     use super::*;
 
     fn check(named: &[PathBuf]) -> Result<Vec<OutputTarget>, Failure> {
-        pictures(named, &mut OutputFiles::default())
+        resolve_picture_targets(named, &mut OutputFiles::default())
     }
 
     /// Protects: two spellings of a path are one file.
@@ -270,17 +273,17 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         std::fs::write(at("wood.png"), "wood").expect("a file");
         let mut inputs = InputFiles::default();
-        inputs.read(&at("wood.png"));
+        inputs.record_read(&at("wood.png"));
         let mut outputs = OutputFiles::default();
-        pictures(&[at("a.png")], &mut outputs).expect("a name that is free");
+        resolve_picture_targets(&[at("a.png")], &mut outputs).expect("a name that is free");
         let free = ["a.png", "wood.png", "./wood.png", "b.png"]
-            .map(|name| outputs.leave_free(&at(name), &inputs));
+            .map(|name| outputs.is_free(&at(name), &inputs));
         assert_eq!(free, [false, false, false, true]);
-        outputs.keep_clear_of(&inputs).expect("another file");
+        outputs.check_against_inputs(&inputs).expect("another file");
         outputs
             .add(&at("wood.png"), "-o")
             .expect("a file like another");
-        let refused = outputs.keep_clear_of(&inputs).expect_err("an input");
+        let refused = outputs.check_against_inputs(&inputs).expect_err("an input");
         assert_eq!(refused.exit, Exit::Usage);
     }
 

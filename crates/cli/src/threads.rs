@@ -4,13 +4,13 @@ use std::error::Error;
 use std::fmt::Display;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use raywright_core::memory::is_available;
+use raywright_core::memory::can_allocate;
 
 use crate::failure::{Exit, Failure};
 
 /// Address space of a thread in bytes: its stack, the stack of its signal handlers, and their guard
 /// pages.
-const BYTES: u64 = (2 << 20) + (128 << 10);
+const THREAD_BYTES: u64 = (2 << 20) + (128 << 10);
 
 /// Thread pool of the program; `None` is rayon's global pool.
 pub struct Threads(Option<ThreadPool>);
@@ -21,29 +21,31 @@ impl Threads {
     /// back takes a twentieth of a millisecond, and preparing a small model consists of many small
     /// tasks.
     pub fn new(count: Option<u32>) -> Result<Self, Failure> {
-        let whole = ThreadPoolBuilder::new().use_current_thread();
+        let global_pool = ThreadPoolBuilder::new().use_current_thread();
         // With a count, the global pool consists of the calling thread alone.
         let built = if count.is_some() {
-            whole.num_threads(1)
+            global_pool.num_threads(1)
         } else {
-            whole
+            global_pool
         }
         .build_global();
         // An error without a source means that the global pool exists already, which is no failure.
         if let Some(cause) = built.err().as_ref().and_then(Error::source) {
-            return Err(refused(&cause));
+            return Err(thread_start_failure(&cause));
         }
         // The standard library aborts the program if address space runs out while a thread starts;
         // this check comes first.
-        if count.is_some_and(|count| !is_available(u64::from(count) * BYTES)) {
-            return Err(refused(&"there are no addresses for their stacks"));
+        if count.is_some_and(|count| !can_allocate(u64::from(count) * THREAD_BYTES)) {
+            return Err(thread_start_failure(
+                &"there are no addresses for their stacks",
+            ));
         }
         let pool = |count: u32| ThreadPoolBuilder::new().num_threads(count as usize).build();
         Ok(Self(
             count
                 .map(pool)
                 .transpose()
-                .map_err(|cause| refused(&cause))?,
+                .map_err(|cause| thread_start_failure(&cause))?,
         ))
     }
 
@@ -57,7 +59,7 @@ impl Threads {
 }
 
 /// Creates the failure for threads that the system refuses to start.
-pub fn refused(cause: &dyn Display) -> Failure {
+pub fn thread_start_failure(cause: &dyn Display) -> Failure {
     Failure::new(Exit::Limit, format_args!("cannot start the threads: {cause}"))
         .with_hint("ask for fewer with --threads, or raise the limit on processes or addresses (ulimit -u, ulimit -v)")
 }

@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use crate::scene::TransformStep;
 
 /// Returns the affine map of transform steps, of which the first is applied first.
-pub fn affine(steps: &[TransformStep]) -> DAffine3 {
+pub fn affine_from_steps(steps: &[TransformStep]) -> DAffine3 {
     steps.iter().fold(DAffine3::IDENTITY, |map, step| {
         let next = match *step {
             TransformStep::Translate(v) => DAffine3::from_translation(v.into()),

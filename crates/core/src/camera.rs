@@ -3,8 +3,8 @@
 use glam::{DMat3, DVec3};
 use raywright_bvh::{Aabb, Ray, Real, Vector};
 
-use crate::motion::{camera_at, camera_moves, exposure, opening, pose_at};
-use crate::scene::{Camera as CameraData, Fit, Pinhole, Pose, Projection};
+use crate::motion::{camera_at, camera_moves, pose_at, shutter_interval, shutter_opening};
+use crate::scene::{AspectFit, Camera as CameraData, Pinhole, Pose, Projection};
 
 /// A camera prepared for a picture of a fixed size in pixels: generates camera rays from film
 /// positions.
@@ -15,12 +15,12 @@ pub struct PreparedCamera<R: Real> {
     up: R::Vec3,
     forward: R::Vec3,
     /// Width and height of a pixel in film units; the film is one unit high.
-    pixel: [R; 2],
+    pixel_size: [R; 2],
     /// Half the picture's size in pixels.
-    half: [R; 2],
+    half_size: [R; 2],
     kind: CameraKind<R>,
     /// Ray generation of a distant camera.
-    far: Option<Box<DistantCamera>>,
+    distant: Option<Box<DistantCamera>>,
     /// Shutter of a camera with rays at different times.
     shutter: Option<Box<Shutter>>,
 }
@@ -28,7 +28,7 @@ pub struct PreparedCamera<R: Real> {
 /// Ray cone of a camera (Amanatides, "Ray Tracing with Cones", 1984): the width of one pixel at a
 /// distance, for texture footprints and wireframe lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cone<R> {
+pub struct RayCone<R> {
     /// Width at the origin, in world units.
     pub width: R,
     /// Increase of the width per unit of distance.
@@ -55,7 +55,7 @@ struct Shutter {
 #[derive(Clone, Debug)]
 struct DistantCamera {
     camera: PreparedCamera<f64>,
-    ahead: f64,
+    skipped_distance: f64,
 }
 
 impl DistantCamera {
@@ -63,18 +63,18 @@ impl DistantCamera {
     /// cameras do not contain this code.
     #[inline(never)]
     fn generate_ray<R: Real>(&self, x: f64, y: f64, lens: [f32; 2]) -> Ray<R> {
-        let ray = self.camera.near_ray(x, y, lens);
+        let ray = self.camera.generate_ray_from_eye(x, y, lens);
         Ray::new(
-            R::Vec3::from_f64(ray.at(self.ahead)),
+            R::Vec3::from_f64(ray.at(self.skipped_distance)),
             R::Vec3::from_f64(ray.direction),
         )
-        .culling()
+        .as_camera_ray()
     }
 }
 
 /// Rounding error of ray origins, as a share of the scene's radius, above which a camera counts as
 /// distant. The error stays below a tenth of a pixel.
-const FAR: f64 = 1.0 / 65536.0;
+const DISTANT_ROUNDING: f64 = 1.0 / 65536.0;
 
 #[derive(Clone, Debug)]
 enum CameraKind<R: Real> {
@@ -87,7 +87,7 @@ enum CameraKind<R: Real> {
 }
 
 /// Returns the position of the eye, and the orthonormal axes right, up and back of a pose.
-pub(crate) fn axes(pose: &Pose) -> (DVec3, DMat3) {
+pub(crate) fn eye_and_axes(pose: &Pose) -> (DVec3, DMat3) {
     match *pose {
         // Validation rejects a view along `up`.
         Pose::LookAt { eye, target, up } => (
@@ -163,13 +163,13 @@ fn focal_length(pinhole: &Pinhole, aspect: f64) -> f64 {
 /// Returns a copy of a ray, component by component. The result of a call that is not inlined lies
 /// in memory; without this copy the compiler would keep every ray of the caller in memory.
 #[inline(always)]
-fn taken_apart<R: Real>(ray: Ray<R>) -> Ray<R> {
+fn copy_by_component<R: Real>(ray: Ray<R>) -> Ray<R> {
     let vector = |v: R::Vec3| R::Vec3::new(v.x(), v.y(), v.z());
     Ray {
         origin: vector(ray.origin),
         direction: vector(ray.direction),
         time: ray.time,
-        culls: ray.culls,
+        is_camera_ray: ray.is_camera_ray,
     }
 }
 
@@ -177,7 +177,7 @@ impl<R: Real> PreparedCamera<R> {
     /// Prepares a camera for a picture of `size` pixels.
     pub fn new(data: &CameraData, size: [u32; 2]) -> Self {
         let [width, height] = size.map(f64::from);
-        let shutter = exposure(data).map(|[open, close]| {
+        let shutter = shutter_interval(data).map(|[open, close]| {
             let moving = camera_moves(data).then(|| (data.clone(), size));
             Box::new(Shutter {
                 open,
@@ -186,7 +186,7 @@ impl<R: Real> PreparedCamera<R> {
                 coarseness: 1,
             })
         });
-        let (eye, frame) = axes(&pose_at(data, opening(data)));
+        let (eye, frame) = eye_and_axes(&pose_at(data, shutter_opening(data)));
         let film_width = data.aspect.unwrap_or(width / height);
         let (mut right, mut up, mut forward) = (frame.x_axis, frame.y_axis, -frame.z_axis);
         let kind = match &data.projection {
@@ -219,9 +219,9 @@ impl<R: Real> PreparedCamera<R> {
         let by_width = film_width * height / width;
         let pixel = match (data.aspect, data.fit) {
             (None, _) => [1.0 / height; 2],
-            (Some(_), Fit::Stretch) => [film_width / width, 1.0 / height],
-            (Some(_), Fit::Contain) => [by_width.max(1.0) / height; 2],
-            (Some(_), Fit::Cover) => [by_width.min(1.0) / height; 2],
+            (Some(_), AspectFit::Stretch) => [film_width / width, 1.0 / height],
+            (Some(_), AspectFit::Contain) => [by_width.max(1.0) / height; 2],
+            (Some(_), AspectFit::Cover) => [by_width.min(1.0) / height; 2],
         };
         let v = R::Vec3::from_f64;
         Self {
@@ -229,21 +229,21 @@ impl<R: Real> PreparedCamera<R> {
             right: v(right),
             up: v(up),
             forward: v(forward),
-            pixel: pixel.map(R::from_f64),
-            half: [R::from_f64(width * 0.5), R::from_f64(height * 0.5)],
+            pixel_size: pixel.map(R::from_f64),
+            half_size: [R::from_f64(width * 0.5), R::from_f64(height * 0.5)],
             kind,
-            far: None,
+            distant: None,
             shutter,
         }
     }
 
     /// Prepares a camera as [`Self::new`], for a scene whose bounded part lies within `bounds`.
-    /// Rays of a distant camera start at a distance of [`PreparedCamera::ahead`] from the eye, in
+    /// Rays of a distant camera start at a distance of [`PreparedCamera::skipped_distance`] from the eye, in
     /// front of the sphere around `bounds`.
-    pub fn towards(data: &CameraData, size: [u32; 2], bounds: &Aabb) -> Self {
+    pub fn for_scene_bounds(data: &CameraData, size: [u32; 2], bounds: &Aabb) -> Self {
         let camera = Self::new(data, size);
         let radius = bounds.extent().length() * 0.5;
-        let (eye, frame) = axes(&pose_at(data, opening(data)));
+        let (eye, frame) = eye_and_axes(&pose_at(data, shutter_opening(data)));
         let direction = bounds.centre() - eye;
         let (distance, reach) = match &data.projection {
             Projection::Orthographic { .. } => (-direction.dot(frame.z_axis), radius),
@@ -261,13 +261,13 @@ impl<R: Real> PreparedCamera<R> {
             .is_some_and(|shutter| shutter.moving.is_some());
         let far = !moves
             && !bounds.is_empty()
-            && ahead * R::ROUNDOFF.to_f64() > FAR * reach
+            && ahead * R::ROUNDOFF.to_f64() > DISTANT_ROUNDING * reach
             && ahead.is_finite();
         Self {
-            far: far.then(|| {
+            distant: far.then(|| {
                 Box::new(DistantCamera {
                     camera: PreparedCamera::new(data, size),
-                    ahead,
+                    skipped_distance: ahead,
                 })
             }),
             ..camera
@@ -279,11 +279,13 @@ impl<R: Real> PreparedCamera<R> {
     #[must_use]
     pub fn with_larger_pixels(&self, factor: u32) -> Self {
         let mut camera = self.clone();
-        camera.pixel = self.pixel.map(|edge| edge * R::from_f64(f64::from(factor)));
-        camera.half = self
-            .half
+        camera.pixel_size = self
+            .pixel_size
+            .map(|edge| edge * R::from_f64(f64::from(factor)));
+        camera.half_size = self
+            .half_size
             .map(|half| half * R::from_f64(1.0 / f64::from(factor)));
-        if let Some(far) = &mut camera.far {
+        if let Some(far) = &mut camera.distant {
             far.camera = far.camera.with_larger_pixels(factor);
         }
         if let Some(shutter) = &mut camera.shutter {
@@ -296,23 +298,24 @@ impl<R: Real> PreparedCamera<R> {
     /// orthographic camera, the distance from the plane of the eye. Zero unless the camera is
     /// distant.
     #[inline]
-    pub fn ahead(&self) -> R {
-        self.far
+    pub fn skipped_distance(&self) -> R {
+        self.distant
             .as_ref()
-            .map_or(R::ZERO, |far| R::from_f64(far.ahead))
+            .map_or(R::ZERO, |far| R::from_f64(far.skipped_distance))
     }
 
     /// Returns the ray cone of a pixel in the middle of the picture, where pixels are widest. The
     /// aperture of a lens is ignored; a moving camera counts in its pose at the opening of the
     /// shutter.
-    pub fn cone(&self) -> Cone<R> {
-        let pixel = (self.right.length() * self.pixel[0]).max(self.up.length() * self.pixel[1]);
+    pub fn ray_cone(&self) -> RayCone<R> {
+        let pixel =
+            (self.right.length() * self.pixel_size[0]).max(self.up.length() * self.pixel_size[1]);
         match self.kind {
-            CameraKind::Orthographic => Cone {
+            CameraKind::Orthographic => RayCone {
                 width: pixel,
                 spread: R::ZERO,
             },
-            CameraKind::Pinhole | CameraKind::ThinLens { .. } => Cone {
+            CameraKind::Pinhole | CameraKind::ThinLens { .. } => RayCone {
                 width: R::ZERO,
                 spread: pixel * (R::ONE / self.forward.length()),
             },
@@ -322,7 +325,7 @@ impl<R: Real> PreparedCamera<R> {
     /// Projects a point of the world into the picture: returns its position in pixels from the top
     /// left corner, also outside the picture; `None` behind the eye. Approximate for a camera with
     /// a lens; a moving camera counts in its pose at the opening of the shutter.
-    pub fn pixel_of(&self, point: DVec3) -> Option<[f64; 2]> {
+    pub fn project_to_pixel(&self, point: DVec3) -> Option<[f64; 2]> {
         let [eye, right, up, forward] =
             [self.eye, self.right, self.up, self.forward].map(Vector::to_f64);
         let direction = point - eye;
@@ -333,10 +336,10 @@ impl<R: Real> PreparedCamera<R> {
             depth
         };
         let on_film = |axis: DVec3| direction.dot(axis) / (scale * axis.length_squared());
-        let [width, height] = self.pixel.map(Real::to_f64);
+        let [width, height] = self.pixel_size.map(Real::to_f64);
         let pixel = [
-            self.half[0].to_f64() + on_film(right) / width,
-            self.half[1].to_f64() - on_film(up) / height,
+            self.half_size[0].to_f64() + on_film(right) / width,
+            self.half_size[1].to_f64() - on_film(up) / height,
         ];
         (depth > 0.0 && pixel.iter().all(|x| x.is_finite())).then_some(pixel)
     }
@@ -354,15 +357,23 @@ impl<R: Real> PreparedCamera<R> {
     /// Generates a ray as [`PreparedCamera::generate_ray`], at the time given by a share, 0 to 1,
     /// of the exposure interval. The share is ignored without a shutter.
     #[inline]
-    pub fn ray_during(&self, x: R, y: R, lens: [f32; 2], share: f32) -> Ray<R> {
+    pub fn generate_timed_ray(&self, x: R, y: R, lens: [f32; 2], share: f32) -> Ray<R> {
         match &self.shutter {
             None => self.generate_ray(x, y, lens),
-            Some(shutter) => taken_apart(self.timed_ray(shutter, [x, y], lens, share)),
+            Some(shutter) => {
+                copy_by_component(self.generate_shutter_ray(shutter, [x, y], lens, share))
+            }
         }
     }
 
     #[inline(never)]
-    fn timed_ray(&self, shutter: &Shutter, [x, y]: [R; 2], lens: [f32; 2], share: f32) -> Ray<R> {
+    fn generate_shutter_ray(
+        &self,
+        shutter: &Shutter,
+        [x, y]: [R; 2],
+        lens: [f32; 2],
+        share: f32,
+    ) -> Ray<R> {
         let time = R::from_f64(shutter.open + shutter.duration * f64::from(share));
         let ray = match &shutter.moving {
             None => self.generate_ray(x, y, lens),
@@ -370,30 +381,30 @@ impl<R: Real> PreparedCamera<R> {
                 .with_larger_pixels(shutter.coarseness)
                 .generate_ray(x, y, lens),
         };
-        ray.at_time(time)
+        ray.with_time(time)
     }
 
     /// Generates the ray through a film position, given in pixels from the top left corner of the
-    /// picture. The ray starts at a distance of [`PreparedCamera::ahead`] from the eye. `lens`
+    /// picture. The ray starts at a distance of [`PreparedCamera::skipped_distance`] from the eye. `lens`
     /// holds two uniform numbers in [0, 1), which are read only if [`PreparedCamera::has_lens`].
     #[inline(always)]
     pub fn generate_ray(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
-        match &self.far {
-            None => self.near_ray(x, y, lens),
-            Some(far) => taken_apart(far.generate_ray(x.to_f64(), y.to_f64(), lens)),
+        match &self.distant {
+            None => self.generate_ray_from_eye(x, y, lens),
+            Some(far) => copy_by_component(far.generate_ray(x.to_f64(), y.to_f64(), lens)),
         }
     }
 
     #[inline(always)]
-    fn near_ray(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
-        let u = (x - self.half[0]) * self.pixel[0];
-        let v = (self.half[1] - y) * self.pixel[1];
+    fn generate_ray_from_eye(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
+        let u = (x - self.half_size[0]) * self.pixel_size[0];
+        let v = (self.half_size[1] - y) * self.pixel_size[1];
         let across = self.right * u + self.up * v;
         match self.kind {
             CameraKind::Pinhole => {
-                Ray::new(self.eye, (self.forward + across).normalize()).culling()
+                Ray::new(self.eye, (self.forward + across).normalize()).as_camera_ray()
             }
-            CameraKind::Orthographic => Ray::new(self.eye + across, self.forward).culling(),
+            CameraKind::Orthographic => Ray::new(self.eye + across, self.forward).as_camera_ray(),
             CameraKind::ThinLens { radius, focus } => {
                 let direction = self.forward + across;
                 // The plane of focus is perpendicular to the view.
@@ -403,7 +414,7 @@ impl<R: Real> PreparedCamera<R> {
                     R::from_f64(core::f64::consts::TAU) * R::from_f32(lens[1]),
                 );
                 let origin = self.right * (s * r.cos()) + self.up * (s * r.sin());
-                Ray::new(self.eye + origin, (sharp - origin).normalize()).culling()
+                Ray::new(self.eye + origin, (sharp - origin).normalize()).as_camera_ray()
             }
         }
     }

@@ -65,7 +65,7 @@ pub enum SampleLoss {
 
 impl Counters {
     /// Returns the losses of samples and rays that occurred.
-    pub fn losses(&self) -> impl Iterator<Item = SampleLoss> + use<> {
+    pub fn sample_losses(&self) -> impl Iterator<Item = SampleLoss> + use<> {
         let Self {
             samples,
             dropped,
@@ -84,7 +84,7 @@ impl Counters {
     }
 
     /// Returns the number of rays of all kinds.
-    pub fn rays(&self) -> u64 {
+    pub fn ray_count(&self) -> u64 {
         self.camera + self.reflection + self.refraction + self.scatter + self.shadow
     }
 }

@@ -5,54 +5,54 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use raywright_bvh::Real;
 
 use crate::effects::{EffectReport, EffectSet, RenderSetup};
-use crate::extent::{self, Extent};
+use crate::extent::{self, SceneExtent};
 use crate::film::{ErrorProgress, Film, FilmPart, FilmPlan, PartError};
 use crate::integrator::{PathTracer, WhittedTracer};
 use crate::lookup::SceneLookup;
-use crate::memory::{Memory, is_available};
+use crate::memory::{MemoryUse, can_allocate};
 use crate::observer::Observer;
 use crate::prepare::{
-    self, BuiltCounts, ClosedGap, LightLeak, PrepareError, Prepared, UnreachedLight,
+    self, LightLeak, PrepareError, PreparedScene, TableCounts, UnreachedLight, UnresolvedGap,
 };
 use crate::render::{RenderOutput, RenderStage, render};
-use crate::scene::{Camera, Integrator, MeshSource, Pattern, Scene};
+use crate::scene::{Camera, Integrator, MeshSource, SamplePattern, Scene};
 use crate::settings::{Aov, Crop, PrecisionChoice, Sampling, Settings};
 use crate::validate::Problem;
 
 /// Edge of a preview's tiles in pixels: small, because a preview has few pixels to share among the
 /// threads.
-const SKETCH_TILE: u32 = 16;
+const PREVIEW_TILE: u32 = 16;
 
 /// A scene prepared for one set of settings, ready to render.
 pub struct ReadyScene {
-    inner: AnyPrepared,
-    follows_paths: bool,
+    prepared: PreparedInPrecision,
+    is_path_traced: bool,
     settings: Settings,
     effects: EffectReport,
 }
 
-enum AnyPrepared {
-    Robust(Box<Prepared<f32>>),
-    Reference(Box<Prepared<f64>>),
+enum PreparedInPrecision {
+    Robust(Box<PreparedScene<f32>>),
+    Reference(Box<PreparedScene<f64>>),
 }
 
 /// Evaluates an expression with the prepared scene in whichever precision it has.
 macro_rules! each {
     ($ready:expr, $prepared:ident => $value:expr) => {
         match $ready {
-            AnyPrepared::Robust($prepared) => $value,
-            AnyPrepared::Reference($prepared) => $value,
+            PreparedInPrecision::Robust($prepared) => $value,
+            PreparedInPrecision::Reference($prepared) => $value,
         }
     };
 }
 
 /// A task on a prepared scene, generic over the precision.
-pub(crate) trait PreparedWork {
+pub(crate) trait PreparedSceneTask {
     /// Result of the task.
     type Output;
 
     /// Runs the task.
-    fn run<R: Real>(&self, prepared: &Prepared<R>) -> Self::Output;
+    fn run<R: Real>(&self, prepared: &PreparedScene<R>) -> Self::Output;
 }
 
 /// Prepares a validated scene on the current thread pool: detects the effects that the scene needs,
@@ -75,10 +75,10 @@ pub fn prepare(
     {
         return Err(PrepareError::Memory { needed, allowed });
     }
-    if !is_available(remaining_allocations(&needed, scene)) {
+    if !can_allocate(remaining_allocations(&needed, scene)) {
         return Err(PrepareError::OutOfMemory { needed });
     }
-    let inner = AnyPrepared::new(
+    let inner = PreparedInPrecision::new(
         &render_setup.scene,
         &render_setup.settings,
         simulated,
@@ -86,8 +86,8 @@ pub fn prepare(
     )?;
     let follows_paths = render_setup.integrator() == Integrator::Path;
     Ok(ReadyScene {
-        inner,
-        follows_paths,
+        prepared: inner,
+        is_path_traced: follows_paths,
         settings: settings.clone(),
         effects: render_setup.effects,
     })
@@ -96,20 +96,20 @@ pub fn prepare(
 /// Returns the bytes that preparation and rendering still have to allocate; `needed` is the
 /// estimate of the total. Meshes and images are already in memory. Building a tree takes temporary
 /// lists of about the tree's size, and writing a file takes a reordered copy of the picture.
-fn remaining_allocations(needed: &Memory, scene: &Scene) -> u64 {
+fn remaining_allocations(needed: &MemoryUse, scene: &Scene) -> u64 {
     let images = scene
         .images
         .iter()
         .filter_map(|image| image.data.as_ref())
-        .map(|data| data.bytes() as u64);
+        .map(|data| data.byte_size() as u64);
     let meshes = scene.meshes.iter().map(|mesh| match &mesh.source {
-        MeshSource::Inline(data) => data.bytes() as u64,
+        MeshSource::Inline(data) => data.byte_size() as u64,
         MeshSource::File(_) => 0,
     });
-    let there = images.sum::<u64>() + meshes.sum::<u64>();
+    let in_memory = images.sum::<u64>() + meshes.sum::<u64>();
     needed
         .total()
-        .saturating_sub(there)
+        .saturating_sub(in_memory)
         .saturating_add(needed.geometry)
         .saturating_add(needed.film / 2)
 }
@@ -118,38 +118,38 @@ fn remaining_allocations(needed: &Memory, scene: &Scene) -> u64 {
 /// in use after preparation ([`ReadyScene::memory`]), and at most twice as much. The factor is at
 /// most three with the tree of `robust`, four where triangles may be split (`build=high`), and five
 /// where triangles and shapes mix.
-pub fn estimate(scene: &Scene, settings: &Settings) -> Memory {
+pub fn estimate_scene_memory(scene: &Scene, settings: &Settings) -> MemoryUse {
     estimate_memory(&RenderSetup::new(scene, settings))
 }
 
-fn estimate_memory(render_setup: &RenderSetup<'_>) -> Memory {
+fn estimate_memory(render_setup: &RenderSetup<'_>) -> MemoryUse {
     match render_setup.settings.precision {
-        PrecisionChoice::Robust => prepare::estimate::<f32>(render_setup),
-        PrecisionChoice::Reference => prepare::estimate::<f64>(render_setup),
+        PrecisionChoice::Robust => prepare::estimate_memory::<f32>(render_setup),
+        PrecisionChoice::Reference => prepare::estimate_memory::<f64>(render_setup),
     }
 }
 
 /// Measures the extent of a scene's coordinates, rounded as a precision stores them. Reads the
 /// scene's data alone; builds nothing.
-pub fn extent(scene: &Scene, precision: PrecisionChoice) -> Extent {
+pub fn measure_extent(scene: &Scene, precision: PrecisionChoice) -> SceneExtent {
     let lookup = SceneLookup::new(scene);
     match precision {
-        PrecisionChoice::Robust => extent::extent::<f32>(scene, &lookup),
-        PrecisionChoice::Reference => extent::extent::<f64>(scene, &lookup),
+        PrecisionChoice::Robust => extent::scene_extent::<f32>(scene, &lookup),
+        PrecisionChoice::Reference => extent::scene_extent::<f64>(scene, &lookup),
     }
 }
 
 /// Returns a problem for each object that a precision cannot show, because the object collapses
 /// when its coordinates are rounded. Preparation would fail with the same problems. Tests every
 /// listed object and the first object of every generator; returns at most a hundred problems.
-pub fn collapsed(scene: &Scene, precision: PrecisionChoice) -> Vec<Problem> {
+pub fn find_collapsed_objects(scene: &Scene, precision: PrecisionChoice) -> Vec<Problem> {
     match precision {
-        PrecisionChoice::Robust => prepare::collapsed::<f32>(scene),
-        PrecisionChoice::Reference => prepare::collapsed::<f64>(scene),
+        PrecisionChoice::Robust => prepare::find_collapsed_objects::<f32>(scene),
+        PrecisionChoice::Reference => prepare::find_collapsed_objects::<f64>(scene),
     }
 }
 
-impl AnyPrepared {
+impl PreparedInPrecision {
     fn new(
         scene: &Scene,
         settings: &Settings,
@@ -157,10 +157,10 @@ impl AnyPrepared {
         observer: &dyn Observer,
     ) -> Result<Self, PrepareError> {
         Ok(match settings.precision {
-            PrecisionChoice::Robust => Self::Robust(Box::new(Prepared::new(
+            PrecisionChoice::Robust => Self::Robust(Box::new(PreparedScene::new(
                 scene, settings, simulated, observer,
             )?)),
-            PrecisionChoice::Reference => Self::Reference(Box::new(Prepared::new(
+            PrecisionChoice::Reference => Self::Reference(Box::new(PreparedScene::new(
                 scene, settings, simulated, observer,
             )?)),
         })
@@ -186,8 +186,9 @@ impl Observer for StageObserver<'_> {
         self.observer.is_cancelled()
     }
 
-    fn has_enough(&self, everywhere: bool) -> bool {
-        self.observer.has_enough(everywhere) || everywhere && self.is_over.load(Ordering::Relaxed)
+    fn has_enough_samples(&self, everywhere: bool) -> bool {
+        self.observer.has_enough_samples(everywhere)
+            || everywhere && self.is_over.load(Ordering::Relaxed)
     }
 }
 
@@ -196,7 +197,7 @@ impl ReadyScene {
     /// must be the prepared scene. The result equals a new preparation to the bit. Returns false
     /// and changes nothing if the new camera requires a new preparation: because of a shutter, of
     /// other effects, or of effects switched off.
-    pub fn turn_to(&mut self, scene: &Scene, camera: &Camera) -> bool {
+    pub fn replace_camera(&mut self, scene: &Scene, camera: &Camera) -> bool {
         let settings = Settings {
             camera: Some(camera.clone()),
             ..self.settings.clone()
@@ -217,7 +218,8 @@ impl ReadyScene {
         if differs || has_shutter(&settings) || has_shutter(&self.settings) {
             return false;
         }
-        let is_turned = each!(&mut self.inner, p => p.turn_to(scene, &prepared, camera, simulated));
+        let is_turned =
+            each!(&mut self.prepared, p => p.set_camera(scene, &prepared, camera, simulated));
         if is_turned {
             (self.settings, self.effects) = (settings, effects);
         }
@@ -226,8 +228,8 @@ impl ReadyScene {
 
     /// Renders the picture on the current thread pool.
     pub fn render(&self, observer: &dyn Observer) -> RenderOutput {
-        let mut film = self.film("");
-        let part = film.whole_part();
+        let mut film = self.new_film("");
+        let part = film.full_part();
         self.render_rounds(&mut film, &part, observer);
         RenderOutput::from_film(&film, observer)
     }
@@ -235,13 +237,13 @@ impl ReadyScene {
     /// Renders as [`Self::render`], and calls `look` with the state of the render each time that
     /// the number of samples has about doubled: first after 1/128 of all samples, and not after the
     /// last sample. The result equals that of [`Self::render`] to the bit.
-    pub fn render_showing(
+    pub fn render_progressively(
         &self,
         observer: &dyn Observer,
         mut look: impl FnMut(&RenderStage<'_>),
     ) -> RenderOutput {
-        let mut film = self.film("");
-        let part = film.whole_part();
+        let mut film = self.new_film("");
+        let part = film.full_part();
         for halving in (1..=7).rev() {
             let stage = StageObserver {
                 observer,
@@ -249,10 +251,13 @@ impl ReadyScene {
                 is_over: AtomicBool::new(false),
             };
             self.render_units(&mut film, &part, &stage);
-            if !stage.is_over.into_inner() || observer.is_cancelled() || film.lacking(&part) == 0 {
+            if !stage.is_over.into_inner()
+                || observer.is_cancelled()
+                || film.unfinished_tiles(&part) == 0
+            {
                 break;
             }
-            look(&RenderStage::of(&film));
+            look(&RenderStage::from_film(&film));
         }
         self.render_rounds(&mut film, &part, observer);
         RenderOutput::from_film(&film, observer)
@@ -261,7 +266,11 @@ impl ReadyScene {
     /// Renders a new film with the given settings. They may differ from the prepared settings in
     /// crop, seed, samples, sampler, replicates, tiles and denoising, on which the prepared scene
     /// does not depend.
-    pub(crate) fn expose_as(&self, settings: &Settings, observer: &dyn Observer) -> Film {
+    pub(crate) fn render_with_settings(
+        &self,
+        settings: &Settings,
+        observer: &dyn Observer,
+    ) -> Film {
         debug_assert_eq!(
             self.settings.sampling.is_fixed(),
             settings.sampling.is_fixed(),
@@ -270,10 +279,10 @@ impl ReadyScene {
         let mut film = Film::new(
             "",
             settings,
-            FilmPlan::new(settings, self.is_by_chance(), self.has_ground()),
+            FilmPlan::new(settings, self.is_random(), self.has_ground()),
         );
-        let part = film.whole_part();
-        each!(&self.inner, prepared => self.with_integrator((prepared, &prepared.camera), settings, (&mut film, &part), observer));
+        let part = film.full_part();
+        each!(&self.prepared, prepared => self.render_with_integrator((prepared, &prepared.camera), settings, (&mut film, &part), observer));
         film
     }
 
@@ -282,7 +291,7 @@ impl ReadyScene {
     /// reach beyond the picture. Each pixel takes at most `samples` samples (a fixed pattern: the
     /// centre alone) and has the given layers. The preview uses the prepared scene, and takes a
     /// fraction of the picture's time.
-    pub fn sketch(
+    pub fn render_preview(
         &self,
         edge: u32,
         samples: u32,
@@ -303,33 +312,33 @@ impl ReadyScene {
                 }
             }),
             sampling: match self.settings.sampling {
-                Sampling::Pattern(_) => Sampling::Pattern(Pattern::Centre),
+                Sampling::Pattern(_) => Sampling::Pattern(SamplePattern::Centre),
                 Sampling::General(maximum) => Sampling::General(samples.clamp(1, maximum)),
             },
             aovs: layers.to_vec(),
             max_error: None,
             denoise: false,
             replicates: None,
-            tile_size: SKETCH_TILE,
+            tile_size: PREVIEW_TILE,
             ..self.settings.clone()
         };
         let mut film = Film::new(
             "",
             &settings,
-            FilmPlan::new(&settings, self.is_by_chance(), self.has_ground()),
+            FilmPlan::new(&settings, self.is_random(), self.has_ground()),
         );
-        let part = film.whole_part();
-        each!(&self.inner, prepared => {
+        let part = film.full_part();
+        each!(&self.prepared, prepared => {
             let camera = prepared.camera.with_larger_pixels(edge);
-            self.with_integrator((prepared, &camera), &settings, (&mut film, &part), observer);
+            self.render_with_integrator((prepared, &camera), &settings, (&mut film, &part), observer);
         });
-        RenderOutput::noisy(&film)
+        RenderOutput::from_film_without_denoising(&film)
     }
 
     /// Returns an empty film, to be rendered part by part. `scene` is a text that identifies the
     /// scene, for example a hash of its files: parts with different texts cannot be merged.
-    pub fn film(&self, scene: &str) -> Film {
-        Film::new(scene, &self.settings, self.plan())
+    pub fn new_film(&self, scene: &str) -> Film {
+        Film::new(scene, &self.settings, self.film_plan())
     }
 
     /// Renders the samples that `part` names and the film lacks, on the current thread pool, in
@@ -345,7 +354,7 @@ impl ReadyScene {
         part: &FilmPart,
         observer: &dyn Observer,
     ) -> Result<(), PartError> {
-        if let Some(label) = self.film(film.scene()).difference(film) {
+        if let Some(label) = self.new_film(film.scene()).find_difference(film) {
             return Err(PartError::Foreign { part: 0, label });
         }
         self.render_rounds(film, part, observer);
@@ -358,12 +367,12 @@ impl ReadyScene {
     fn render_rounds(&self, film: &mut Film, part: &FilmPart, observer: &dyn Observer) {
         loop {
             self.render_units(film, part, observer);
-            let aimed = self
+            let requested_error = self
                 .settings
                 .max_error
-                .filter(|_| film.lacking(&film.whole_part()) == 0);
-            if aimed.is_none_or(|error| {
-                film.advance_to_error(error, observer) != ErrorProgress::Further
+                .filter(|_| film.unfinished_tiles(&film.full_part()) == 0);
+            if requested_error.is_none_or(|error| {
+                film.advance_to_error(error, observer) != ErrorProgress::NeedsSamples
             }) {
                 return;
             }
@@ -371,17 +380,17 @@ impl ReadyScene {
     }
 
     fn render_units(&self, film: &mut Film, part: &FilmPart, observer: &dyn Observer) {
-        each!(&self.inner, prepared => self.with_integrator((prepared, &prepared.camera), &self.settings, (film, part), observer));
+        each!(&self.prepared, prepared => self.render_with_integrator((prepared, &prepared.camera), &self.settings, (film, part), observer));
     }
 
-    fn with_integrator<R: Real>(
+    fn render_with_integrator<R: Real>(
         &self,
-        prepared: (&Prepared<R>, &crate::camera::PreparedCamera<R>),
+        prepared: (&PreparedScene<R>, &crate::camera::PreparedCamera<R>),
         settings: &Settings,
         (film, part): (&mut Film, &FilmPart),
         observer: &dyn Observer,
     ) {
-        if self.follows_paths {
+        if self.is_path_traced {
             render::<R, PathTracer<'_, R>>(prepared, settings, film, part, observer);
         } else {
             render::<R, WhittedTracer<'_, R>>(prepared, settings, film, part, observer);
@@ -390,81 +399,82 @@ impl ReadyScene {
 
     /// Returns the radiance of the studio's backdrop; `None` if camera rays do not see a backdrop.
     pub fn backdrop(&self) -> Option<f64> {
-        each!(&self.inner, prepared => prepared.studio_backdrop)
+        each!(&self.prepared, prepared => prepared.studio_backdrop)
     }
 
     /// Returns the plan of a film: the division of the picture into tiles and replicates.
-    fn plan(&self) -> FilmPlan {
-        FilmPlan::new(&self.settings, self.is_by_chance(), self.has_ground())
+    fn film_plan(&self) -> FilmPlan {
+        FilmPlan::new(&self.settings, self.is_random(), self.has_ground())
     }
 
     fn has_ground(&self) -> bool {
-        each!(&self.inner, prepared => prepared.ground.is_some())
+        each!(&self.prepared, prepared => prepared.ground.is_some())
     }
 
     /// Whether the picture depends on the seed: by samples at random positions in their pixels, on
     /// a lens or on area lights, or by path tracing.
-    pub fn is_by_chance(&self) -> bool {
-        let drawn = each!(&self.inner, p => p.camera.has_lens() || !p.lights.emitters.is_empty());
-        drawn || self.follows_paths() || !self.settings.sampling.is_fixed()
+    pub fn is_random(&self) -> bool {
+        let drawn =
+            each!(&self.prepared, p => p.camera.has_lens() || !p.lights.emitters.is_empty());
+        drawn || self.is_path_traced() || !self.settings.sampling.is_fixed()
     }
 
     /// Whether the integrator is the path tracer, so that noise is the picture's largest error.
-    pub fn follows_paths(&self) -> bool {
-        self.follows_paths
+    pub fn is_path_traced(&self) -> bool {
+        self.is_path_traced
     }
 
     /// Returns the lights that contributed nothing to a film of this picture although many shadow
     /// rays were traced to them. Such a light is enclosed, or no random path has reached its few
     /// unoccluded positions. Empty for pictures that are not path traced. Samples that the film
     /// read from a file do not count.
-    pub fn shut_away(&self, film: &Film) -> Vec<UnreachedLight> {
-        each!(&self.inner, p => p.shut_away(film.usage()))
+    pub fn find_unreached_lights(&self, film: &Film) -> Vec<UnreachedLight> {
+        each!(&self.prepared, p => p.find_unreached_lights(film.light_usage()))
     }
 
     /// Returns the pairs of objects between which this precision closes a gap. Only gaps crossed by
     /// straight rays through the picture's pixels are found.
-    pub fn closed_gaps(&self) -> Vec<ClosedGap> {
-        each!(&self.inner, p => p.closed_gaps(self.settings.size))
+    pub fn find_closed_gaps(&self) -> Vec<UnresolvedGap> {
+        each!(&self.prepared, p => p.find_unresolved_gaps(self.settings.size))
     }
 
     /// Returns the lamps whose light passes through an opaque object because this precision cannot
     /// separate the lamp from the object. Only leaks onto points hit by rays through the picture's
     /// pixels are found.
-    pub fn light_leaks(&self) -> Vec<LightLeak> {
-        each!(&self.inner, p => p.light_leaks(self.settings.size))
+    pub fn find_light_leaks(&self) -> Vec<LightLeak> {
+        each!(&self.prepared, p => p.find_light_leaks(self.settings.size))
     }
 
     /// Runs a task on the prepared scene, in its precision.
-    pub(crate) fn work<W: PreparedWork>(&self, work: &W) -> W::Output {
-        each!(&self.inner, p => work.run(p))
+    pub(crate) fn run_task<W: PreparedSceneTask>(&self, work: &W) -> W::Output {
+        each!(&self.prepared, p => work.run(p))
     }
 
     /// Returns the memory in use, by its purpose.
-    pub fn memory(&self) -> Memory {
-        Memory {
-            film: self.plan().bytes(),
-            ..each!(&self.inner, p => p.memory())
+    pub fn memory(&self) -> MemoryUse {
+        MemoryUse {
+            film: self.film_plan().bytes(),
+            ..each!(&self.prepared, p => p.memory_use())
         }
     }
 
     /// Returns the sizes of the tables that effects need; zero for the table of an absent effect.
-    pub fn tables(&self) -> BuiltCounts {
-        each!(&self.inner, p => p.tables())
+    pub fn table_sizes(&self) -> TableCounts {
+        each!(&self.prepared, p => p.table_counts())
     }
 
     /// Returns the objects that are invisible because all triangles of their mesh collapse when
     /// rounded far from the storage origin: ascending indices among the scene's objects, generated
     /// objects last.
-    pub fn lost(&self) -> &[u32] {
-        each!(&self.inner, p => &p.lost)
+    pub fn invisible_objects(&self) -> &[u32] {
+        each!(&self.prepared, p => &p.collapsed_meshes)
     }
 
     /// Returns the first object so far from the storage origin that the precision cannot separate
     /// points a thousandth of the object's size apart: an index among the scene's objects,
     /// generated objects last.
-    pub fn unresolved(&self) -> Option<u32> {
-        each!(&self.inner, p => p.origin.unresolved)
+    pub fn first_unresolved_object(&self) -> Option<u32> {
+        each!(&self.prepared, p => p.origin.unresolved)
     }
 
     /// Returns the report of all effects: simulated, absent, or left out.

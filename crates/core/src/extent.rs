@@ -10,16 +10,16 @@ use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::shapes::{TransformedShape, Triangle};
 use raywright_bvh::{Aabb, Real, Shape as _, Vector};
 
-use crate::generate::all_about;
+use crate::generate::objects_relative_to;
 use crate::lookup::SceneLookup;
 use crate::origin::StorageOrigin;
 use crate::scene::{MeshData, Scene, Shape};
-use crate::shape::{map_about, own_shape, placed_shape};
+use crate::shape::{convert_in_own_space, convert_shape, map_relative_to};
 pub(crate) use uses::MeshUses;
 
 /// Extent of a scene: the box of its bounded objects, and the number of unbounded objects.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extent {
+pub struct SceneExtent {
     /// Box around all bounded objects; empty without objects.
     pub bounds: Aabb,
     /// Number of unbounded objects.
@@ -28,26 +28,26 @@ pub struct Extent {
 
 /// Returns the extent of a scene whose coordinates are stored as `R`. It equals the extent of the
 /// built geometry to the bit. Objects that cannot be built do not count.
-pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> Extent {
+pub(crate) fn scene_extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> SceneExtent {
     let origin = StorageOrigin::from_scene::<R>(scene, lookup).origin;
-    let uses = MeshUses::of(scene);
+    let uses = MeshUses::from_scene(scene);
     let mut shared: HashMap<&str, Aabb> = HashMap::new();
-    let mut extent = Extent {
+    let mut extent = SceneExtent {
         bounds: Aabb::EMPTY,
         unbounded: 0,
     };
-    for placed_object in all_about(scene, origin) {
+    for placed_object in objects_relative_to(scene, origin) {
         let (object, map, ends) = (
             placed_object.object,
-            placed_object.map(),
-            placed_object.ends(),
+            placed_object.object_to_world(),
+            placed_object.object_to_world_at_ends(),
         );
         // A moving point stays on the segment between its ends, so the union of the boxes at both
         // ends contains it.
         let instance = |own_bounds: Aabb, origin: DVec3| match ends
-            .map(|ends| ends.map(|end| map_about(end, origin)))
+            .map(|ends| ends.map(|end| map_relative_to(end, origin)))
         {
-            None => transform_bounds(&map_about(map, origin), &own_bounds),
+            None => transform_bounds(&map_relative_to(map, origin), &own_bounds),
             Some([start, end]) => {
                 transform_bounds(&start, &own_bounds).union(transform_bounds(&end, &own_bounds))
             }
@@ -57,28 +57,28 @@ pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> Extent
                 let Some(data) = lookup.mesh_data(name) else {
                     continue;
                 };
-                if uses.share(name, object.side) {
+                if uses.is_shared(name, object.side) {
                     let own_bounds = shared
                         .entry(name.as_str())
-                        .or_insert_with(|| around::<R>(data, None));
+                        .or_insert_with(|| mesh_bounds::<R>(data, None));
                     if !own_bounds.is_empty() {
-                        extent.include(Some(instance(*own_bounds, data.positions.origin())));
+                        extent.include_box(Some(instance(*own_bounds, data.positions.origin())));
                     }
                 } else {
-                    extent.include(Some(around::<R>(data, Some(map))));
+                    extent.include_box(Some(mesh_bounds::<R>(data, Some(map))));
                 }
             }
             shape if ends.is_some() => {
-                let Some((shape, origin)) = own_shape::<R>(shape) else {
+                let Some((shape, origin)) = convert_in_own_space::<R>(shape) else {
                     continue;
                 };
-                extent.include(shape.bounds().map(|bounds| instance(bounds, origin)));
+                extent.include_box(shape.bounds().map(|bounds| instance(bounds, origin)));
             }
-            shape => match placed_shape::<R>(shape, map) {
-                Some((shape, None)) => extent.include(shape.bounds()),
+            shape => match convert_shape::<R>(shape, map) {
+                Some((shape, None)) => extent.include_box(shape.bounds()),
                 Some((shape, Some(map))) => {
                     if let Some(transformed_shape) = TransformedShape::<R>::new(shape, map) {
-                        extent.include(transformed_shape.bounds());
+                        extent.include_box(transformed_shape.bounds());
                     }
                 }
                 None => {}
@@ -86,7 +86,7 @@ pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> Extent
         }
     }
     let Aabb { min, max } = extent.bounds;
-    Extent {
+    SceneExtent {
         bounds: Aabb {
             min: min + origin,
             max: max + origin,
@@ -95,13 +95,13 @@ pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> Extent
     }
 }
 
-impl Extent {
+impl SceneExtent {
     /// Adds the box of a primitive, as the construction of a geometry does. A primitive without a
     /// box, or whose box no tree can hold, counts as unbounded.
-    fn include(&mut self, bounds: Option<Aabb>) {
+    fn include_box(&mut self, bounds: Option<Aabb>) {
         match bounds {
             Some(bounds) if bounds.is_empty() => {}
-            Some(bounds) if bounds.padded().is_some() => self.bounds = self.bounds.union(bounds),
+            Some(bounds) if bounds.to_padded().is_some() => self.bounds = self.bounds.union(bounds),
             _ => self.unbounded += 1,
         }
     }
@@ -109,7 +109,7 @@ impl Extent {
 
 /// Returns the box around the triangles of a mesh as stored in `R`: transformed by a map, or
 /// relative to the mesh's own origin.
-fn around<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
+fn mesh_bounds<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
     let position = |i: u32| {
         let own = || DVec3::from(data.positions.offsets()[i as usize].map(f64::from));
         Vector::from_f64(map.map_or_else(own, |map| {

@@ -65,12 +65,13 @@ impl PixelFilter {
     }
 
     /// Returns the sampler of offsets along one axis; its table is computed once per process.
-    pub(crate) fn draws(self) -> FilterSampler {
-        static TENT: LazyLock<Box<FilterTable>> = LazyLock::new(|| inverse(PixelFilter::Tent));
+    pub(crate) fn sampler(self) -> FilterSampler {
+        static TENT: LazyLock<Box<FilterTable>> =
+            LazyLock::new(|| tabulate_inverse_cdf(PixelFilter::Tent));
         static GAUSSIAN: LazyLock<Box<FilterTable>> =
-            LazyLock::new(|| inverse(PixelFilter::Gaussian));
+            LazyLock::new(|| tabulate_inverse_cdf(PixelFilter::Gaussian));
         static BLACKMAN_HARRIS: LazyLock<Box<FilterTable>> =
-            LazyLock::new(|| inverse(PixelFilter::BlackmanHarris));
+            LazyLock::new(|| tabulate_inverse_cdf(PixelFilter::BlackmanHarris));
         FilterSampler(match self {
             Self::Box => None,
             Self::Tent => Some(&TENT),
@@ -99,15 +100,15 @@ impl FilterSampler {
     pub fn sample(&self, number: f32) -> f32 {
         match &self.0 {
             None => number,
-            Some(table) if number < 0.5 => 0.5 - between(table, number),
-            Some(table) => 0.5 + between(table, 1.0 - number),
+            Some(table) if number < 0.5 => 0.5 - interpolate_distance(table, number),
+            Some(table) => 0.5 + interpolate_distance(table, 1.0 - number),
         }
     }
 }
 
 /// Returns the distance from the centre beyond which one side of the filter has the given share of
 /// the filter's integral, at most a half. Interpolates the table linearly.
-fn between(table: &FilterTable, share: f32) -> f32 {
+fn interpolate_distance(table: &FilterTable, share: f32) -> f32 {
     let at = (2.0 * share).sqrt() * STEPS as f32;
     let step = (at as usize).min(STEPS - 1);
     let (near, far) = (table[step], table[step + 1]);
@@ -117,7 +118,7 @@ fn between(table: &FilterTable, share: f32) -> f32 {
 /// Tabulates the distances from the centre beyond which the filter has the shares s²/2 of its
 /// integral, for evenly spaced s. The integral is summed from the radius inwards by Simpson's rule,
 /// exact to twelve digits.
-fn inverse(filter: PixelFilter) -> Box<FilterTable> {
+fn tabulate_inverse_cdf(filter: PixelFilter) -> Box<FilterTable> {
     const FINE: usize = 1 << 14;
     let step = filter.radius() / FINE as f64;
     let mut integral = vec![0.0; FINE + 1];
@@ -149,7 +150,7 @@ mod tests {
     /// Returns the mean of a function of filter samples, relative to the pixel's centre, over
     /// evenly spaced numbers.
     fn mean(filter: PixelFilter, value_of: impl Fn(f64) -> f64) -> f64 {
-        let (filter_sampler, n) = (filter.draws(), 1 << 20);
+        let (filter_sampler, n) = (filter.sampler(), 1 << 20);
         (0..n)
             .map(|i| value_of(f64::from(filter_sampler.sample((i as f32 + 0.5) / n as f32)) - 0.5))
             .sum::<f64>()
@@ -209,7 +210,7 @@ mod tests {
                     within(limit)
                 );
             }
-            let filter_sampler = filter.draws();
+            let filter_sampler = filter.sampler();
             let ends =
                 [0.0, 1.0 - f32::EPSILON / 2.0].map(|u| f64::from(filter_sampler.sample(u)) - 0.5);
             assert!(
@@ -217,7 +218,7 @@ mod tests {
                 "{filter:?}: {ends:?}"
             );
         }
-        let tent = PixelFilter::Tent.draws();
+        let tent = PixelFilter::Tent.sampler();
         for u in [0.5_f32, 0.7, 0.9, 0.99] {
             let expected = 1.5 - (2.0 * (1.0 - u)).sqrt();
             assert!(
@@ -232,7 +233,7 @@ mod tests {
     /// their bits.
     #[test]
     fn the_box_changes_no_number() {
-        let filter_sampler = PixelFilter::Box.draws();
+        let filter_sampler = PixelFilter::Box.sampler();
         assert!(
             [0.0, 0.1, 0.5, 0.999_999_9]
                 .into_iter()

@@ -11,30 +11,30 @@ mod outline;
 use glam::DVec3;
 use raywright_bvh::Aabb;
 
-use crate::generate::all;
+use crate::generate::all_objects;
 use crate::lookup::SceneLookup;
 use crate::scene::{Camera, MeshData, Pinhole, Pose, Projection, Scene, Shape};
 use crate::studio::direction_from_angles;
-use outline::{FINE, Outlines, outermost};
+use outline::{FINE_CELLS, OutlinePoints, select_outermost_points};
 
 /// Share of the picture's tighter side that a framed silhouette fills.
-pub const FILL: f64 = 0.78;
+pub const FRAMED_SHARE: f64 = 0.78;
 
 /// Default vertical field of view of a framed camera, in degrees.
 pub const FIELD_OF_VIEW: f64 = 40.0;
 
 /// Direction from the target to a camera, as two angles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
+pub struct ViewAngles {
     /// Degrees about +y: 0 is on the +z side, 90 on the +x side.
     pub azimuth: f64,
     /// Degrees above the horizon, -90 to 90.
     pub elevation: f64,
 }
 
-impl View {
+impl ViewAngles {
     /// The default view: slightly from above and from the side.
-    pub const USUAL: Self = Self {
+    pub const DEFAULT: Self = Self {
         azimuth: 30.0,
         elevation: 20.0,
     };
@@ -93,7 +93,7 @@ impl View {
     ];
 
     /// Returns the unit vectors right, up and back of a camera with this view.
-    fn axes(self) -> [DVec3; 3] {
+    fn camera_axes(self) -> [DVec3; 3] {
         let back = direction_from_angles(self.azimuth.to_radians(), self.elevation.to_radians());
         let right = direction_from_angles((self.azimuth + 90.0).to_radians(), 0.0);
         [right, back.cross(right), back]
@@ -105,12 +105,12 @@ impl View {
 pub struct Silhouette {
     /// Points whose convex hull approximates the scene's.
     points: Vec<DVec3>,
-    faces: FacingAreas,
+    faces: AreaWeightedNormals,
 }
 
 /// Sums of surface normals, weighted by area, from which the default view is chosen.
 #[derive(Clone, Copy, Debug, Default)]
-struct FacingAreas {
+struct AreaWeightedNormals {
     /// Total area of the examined triangles.
     area: f64,
     /// Sum of the triangles' normals, weighted by area.
@@ -121,21 +121,27 @@ struct FacingAreas {
 }
 
 /// Approximate number of examined triangles.
-const FACES: usize = 1 << 18;
+const EXAMINED_TRIANGLES: usize = 1 << 18;
 
 impl Silhouette {
     /// Computes the silhouette of all bounded parts of a scene.
     pub fn from_scene(scene: &Scene) -> Self {
         let lookup = SceneLookup::new(scene);
-        let outlines = Outlines::of(scene, &lookup);
-        let points = outermost(|visit| outlines.visit(scene, visit), FINE);
+        let outlines = OutlinePoints::of(scene, &lookup);
+        let points =
+            select_outermost_points(|visit| outlines.visit_points(scene, visit), FINE_CELLS);
         let middle = Aabb::from_points(points.iter().copied()).centre();
-        let faces = FacingAreas::of(scene, &lookup, middle, outlines.triangles / FACES + 1);
+        let faces = AreaWeightedNormals::from_scene(
+            scene,
+            &lookup,
+            middle,
+            outlines.triangles / EXAMINED_TRIANGLES + 1,
+        );
         Self { points, faces }
     }
 
     /// Returns the silhouette of a box.
-    pub fn of_box(bounds: &Aabb) -> Self {
+    pub fn from_box(bounds: &Aabb) -> Self {
         let points = if bounds.is_empty() {
             Vec::new()
         } else {
@@ -143,27 +149,27 @@ impl Silhouette {
         };
         Self {
             points,
-            faces: FacingAreas::default(),
+            faces: AreaWeightedNormals::default(),
         }
     }
 
     /// Returns the default view of a scene: of flat objects from their front, of rooms through
     /// their open side, of all other scenes slightly from above and from the side.
-    pub fn front(&self) -> View {
+    pub fn default_view(&self) -> ViewAngles {
         let extent = Aabb::from_points(self.points.iter().copied()).extent();
-        let FacingAreas { area, sum, outward } = self.faces;
+        let AreaWeightedNormals { area, sum, outward } = self.faces;
         let across = |axis: usize| extent[(axis + 1) % 3].min(extent[(axis + 2) % 3]);
         let thin = |share: f64| (0..3).find(|&axis| extent[axis] < share * across(axis));
         let facing = |axis: usize| if sum[axis] < -0.05 * area { -1.0 } else { 1.0 };
         match thin(FLAT) {
             Some(0) => {
-                return View {
+                return ViewAngles {
                     azimuth: 90.0 * facing(0),
                     elevation: 0.0,
                 };
             }
             Some(2) => {
-                return View {
+                return ViewAngles {
                     azimuth: 90.0 - 90.0 * facing(2),
                     elevation: 0.0,
                 };
@@ -171,15 +177,15 @@ impl Silhouette {
             // A flat object that lies on its side is seen obliquely from above, and straight from
             // above only if its edges are too thin to be visible.
             Some(_) if thin(SHEET).is_some() => {
-                return View {
+                return ViewAngles {
                     azimuth: 0.0,
                     elevation: 90.0 * facing(1),
                 };
             }
             Some(_) => {
-                return View {
+                return ViewAngles {
                     elevation: 40.0,
-                    ..View::USUAL
+                    ..ViewAngles::DEFAULT
                 };
             }
             None => {}
@@ -199,7 +205,7 @@ impl Silhouette {
             true if level > (1.0 + 1e-6) * sum.y.abs() => {
                 let azimuth = libm::atan2(sum.x, sum.z).to_degrees();
                 let straight = 90.0 * (azimuth / 90.0).round();
-                View {
+                ViewAngles {
                     azimuth: if (azimuth - straight).abs() < 20.0 {
                         straight
                     } else {
@@ -208,19 +214,19 @@ impl Silhouette {
                     elevation: 0.0,
                 }
             }
-            true if sum.y > 0.0 => View {
+            true if sum.y > 0.0 => ViewAngles {
                 elevation: 40.0,
-                ..View::USUAL
+                ..ViewAngles::DEFAULT
             },
-            _ => View::USUAL,
+            _ => ViewAngles::DEFAULT,
         }
     }
 
     /// Returns the camera that shows everything from a view, with a vertical field of view in
-    /// degrees. The silhouette is centred and fills [`FILL`] of the picture's tighter side, for
+    /// degrees. The silhouette is centred and fills [`FRAMED_SHARE`] of the picture's tighter side, for
     /// every field of view and aspect ratio.
-    pub fn frame(&self, view: View, vertical_fov: f64, aspect: f64) -> Camera {
-        let corners = Aabb::around(DVec3::ZERO, DVec3::ONE).corners();
+    pub fn frame_camera(&self, view: ViewAngles, vertical_fov: f64, aspect: f64) -> Camera {
+        let corners = Aabb::from_centre(DVec3::ZERO, DVec3::ONE).corners();
         let points = if self.points.is_empty() {
             &corners[..]
         } else {
@@ -228,8 +234,8 @@ impl Silhouette {
         };
         let bounds = Aabb::from_points(points.iter().copied());
         let (centre, size) = (bounds.centre(), bounds.extent().max_element());
-        let [right, up, back] = view.axes();
-        let half = libm::tan(vertical_fov.to_radians() * 0.5) * FILL;
+        let [right, up, back] = view.camera_axes();
+        let half = libm::tan(vertical_fov.to_radians() * 0.5) * FRAMED_SHARE;
         let local: Vec<DVec3> = points
             .iter()
             .map(|&p| p - centre)
@@ -309,21 +315,21 @@ const SHEET: f64 = 0.02;
 const ROOM: f64 = 0.1;
 const RELIEF: f64 = 0.5;
 
-impl FacingAreas {
+impl AreaWeightedNormals {
     /// Sums the normals of every `step`-th triangle of a scene; `middle` is the scene's middle.
-    fn of(scene: &Scene, lookup: &SceneLookup<'_>, middle: DVec3, step: usize) -> Self {
+    fn from_scene(scene: &Scene, lookup: &SceneLookup<'_>, middle: DVec3, step: usize) -> Self {
         let mut faces = Self::default();
-        for placed_object in all(scene) {
+        for placed_object in all_objects(scene) {
             let Shape::Mesh(name) = &placed_object.object.shape else {
                 continue;
             };
             let Some(data) = lookup.mesh_data(name) else {
                 continue;
             };
-            let map = placed_object.map();
+            let map = placed_object.object_to_world();
             let mirrored = map.matrix3.determinant() < 0.0;
             for corners in data.indices.iter().step_by(step) {
-                let [a, b, c] = corners.map(|i| map.transform_point3(position(data, i)));
+                let [a, b, c] = corners.map(|i| map.transform_point3(vertex_position(data, i)));
                 let normal = 0.5 * (b - a).cross(c - a) * if mirrored { -1.0 } else { 1.0 };
                 if !normal.is_finite() {
                     continue;
@@ -337,7 +343,7 @@ impl FacingAreas {
     }
 }
 
-fn position(data: &MeshData, index: u32) -> DVec3 {
+fn vertex_position(data: &MeshData, index: u32) -> DVec3 {
     data.positions.position(index as usize)
 }
 

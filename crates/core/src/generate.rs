@@ -2,9 +2,9 @@
 
 use glam::{DAffine3, DVec3};
 
-use crate::affine::affine;
-use crate::hash::mix;
-use crate::motion::ends;
+use crate::affine::affine_from_steps;
+use crate::hash::splitmix64;
+use crate::motion::object_motion_ends;
 use crate::scene::{GeneratorKind, Object, Scene, TransformStep};
 
 /// An object of the scene: a listed object, or a generator's object with its offset. A million
@@ -21,31 +21,31 @@ pub(crate) struct PlacedObject<'a> {
 impl PlacedObject<'_> {
     /// Returns the map from the object's own space to the world: the object's own transform,
     /// followed by the generator's offset.
-    pub fn map(&self) -> DAffine3 {
-        let own = affine(&self.object.transform);
-        self.world_map(own)
+    pub fn object_to_world(&self) -> DAffine3 {
+        let own = affine_from_steps(&self.object.transform);
+        self.apply_offset(own)
     }
 
     /// Returns the maps from the object's own space to the world at the beginning and at the end of
     /// its motion; `None` for an object at rest. The generator's offset applies to both maps.
-    pub fn ends(&self) -> Option<[DAffine3; 2]> {
-        ends(self.object).map(|ends| ends.map(|end| self.world_map(end)))
+    pub fn object_to_world_at_ends(&self) -> Option<[DAffine3; 2]> {
+        object_motion_ends(self.object).map(|ends| ends.map(|end| self.apply_offset(end)))
     }
 
-    fn world_map(&self, own: DAffine3) -> DAffine3 {
+    fn apply_offset(&self, own: DAffine3) -> DAffine3 {
         self.position
             .map_or(own, |position| DAffine3::from_translation(position) * own)
     }
 }
 
 /// Iterates over the scene's objects: the listed ones, then those of each generator.
-pub(crate) fn all(scene: &Scene) -> impl Iterator<Item = PlacedObject<'_>> {
+pub(crate) fn all_objects(scene: &Scene) -> impl Iterator<Item = PlacedObject<'_>> {
     let listed = scene.objects.iter().map(|object| PlacedObject {
         object,
         position: None,
     });
     let made = scene.generators.iter().flat_map(|generator| {
-        places(&generator.kind).map(|position| PlacedObject {
+        generator_offsets(&generator.kind).map(|position| PlacedObject {
             object: &generator.object,
             position: Some(position),
         })
@@ -54,11 +54,14 @@ pub(crate) fn all(scene: &Scene) -> impl Iterator<Item = PlacedObject<'_>> {
 }
 
 /// Iterates over the scene's objects with positions relative to an origin.
-pub(crate) fn all_about(scene: &Scene, origin: DVec3) -> impl Iterator<Item = PlacedObject<'_>> {
+pub(crate) fn objects_relative_to(
+    scene: &Scene,
+    origin: DVec3,
+) -> impl Iterator<Item = PlacedObject<'_>> {
     let moved = move |placed_object: PlacedObject<'_>| {
         (origin != DVec3::ZERO).then(|| placed_object.position.unwrap_or_default() - origin)
     };
-    all(scene).map(move |placed_object| PlacedObject {
+    all_objects(scene).map(move |placed_object| PlacedObject {
         position: moved(placed_object).or(placed_object.position),
         ..placed_object
     })
@@ -66,20 +69,20 @@ pub(crate) fn all_about(scene: &Scene, origin: DVec3) -> impl Iterator<Item = Pl
 
 /// Iterates over the listed objects and one object of each generator, with the number of objects
 /// that each stands for. The objects of one generator differ in their offset alone.
-pub(crate) fn counted(scene: &Scene) -> impl Iterator<Item = (&Object, u64)> {
+pub(crate) fn objects_with_counts(scene: &Scene) -> impl Iterator<Item = (&Object, u64)> {
     let listed = scene.objects.iter().map(|object| (object, 1));
     listed.chain(
         scene
             .generators
             .iter()
-            .map(|generator| (&generator.object, count_of(&generator.kind))),
+            .map(|generator| (&generator.object, count_generated_objects(&generator.kind))),
     )
 }
 
 /// Returns a copy of every object of the scene. Generated objects come last, each with its own
 /// transform.
-pub fn expand(scene: &Scene) -> Vec<Object> {
-    all(scene)
+pub fn expand_generators(scene: &Scene) -> Vec<Object> {
+    all_objects(scene)
         .map(|placed_object| {
             let mut object = placed_object.object.clone();
             let place = placed_object
@@ -95,15 +98,15 @@ pub fn expand(scene: &Scene) -> Vec<Object> {
         .collect()
 }
 
-/// Returns the number of objects that [`expand`] returns.
-pub fn count(scene: &Scene) -> u64 {
-    counted(scene)
+/// Returns the number of objects that [`expand_generators`] returns.
+pub fn count_objects(scene: &Scene) -> u64 {
+    objects_with_counts(scene)
         .map(|(_, count)| count)
         .fold(0, u64::saturating_add)
 }
 
 /// Returns the number of objects of a generator.
-pub(crate) fn count_of(kind: &GeneratorKind) -> u64 {
+pub(crate) fn count_generated_objects(kind: &GeneratorKind) -> u64 {
     match kind {
         GeneratorKind::Grid { counts, .. } => counts
             .iter()
@@ -113,7 +116,7 @@ pub(crate) fn count_of(kind: &GeneratorKind) -> u64 {
 }
 
 /// Iterates over the offsets of a generator's objects, in the order of the objects.
-pub(crate) fn places(kind: &GeneratorKind) -> Box<dyn Iterator<Item = DVec3>> {
+pub(crate) fn generator_offsets(kind: &GeneratorKind) -> Box<dyn Iterator<Item = DVec3>> {
     match *kind {
         GeneratorKind::Grid {
             counts: [nx, ny, nz],
@@ -138,8 +141,10 @@ pub(crate) fn places(kind: &GeneratorKind) -> Box<dyn Iterator<Item = DVec3>> {
         } => {
             let (min, extent) = (DVec3::from(min), DVec3::from(max) - DVec3::from(min));
             Box::new((0..u64::from(count)).map(move |i| {
-                let unit =
-                    |axis: u64| (mix(seed ^ mix(i * 3 + axis)) >> 11) as f64 / (1_u64 << 53) as f64;
+                let unit = |axis: u64| {
+                    (splitmix64(seed ^ splitmix64(i * 3 + axis)) >> 11) as f64
+                        / (1_u64 << 53) as f64
+                };
                 min + extent * DVec3::new(unit(0), unit(1), unit(2))
             }))
         }

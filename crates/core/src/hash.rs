@@ -4,7 +4,7 @@
 /// 2014): a permutation of the 64-bit numbers in which every bit of the argument affects every bit
 /// of the result.
 #[inline(always)]
-pub(crate) fn mix(z: u64) -> u64 {
+pub(crate) fn splitmix64(z: u64) -> u64 {
     let z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -13,14 +13,14 @@ pub(crate) fn mix(z: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::mix;
+    use super::splitmix64;
 
     /// Protects: pictures and scattered objects stay the same. The expected values are the first
     /// numbers of SplitMix64 with seed 0, as printed by its authors' reference program.
     #[test]
     fn numbers_are_those_of_the_reference() {
         const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
-        let drawn = [0, STEP, STEP.wrapping_mul(2)].map(mix);
+        let drawn = [0, STEP, STEP.wrapping_mul(2)].map(splitmix64);
         assert_eq!(
             drawn,
             [

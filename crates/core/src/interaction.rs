@@ -8,7 +8,7 @@ use crate::scene::MOST_UV_SETS;
 use crate::texture::TexelFootprint;
 
 /// Interaction of a ray with a surface at a hit. Derived values are computed on demand:
-/// [`Self::inputs`] for an expression, [`Self::mirrored`] for a reflection, [`Self::frame`] for
+/// [`Self::expression_inputs`] for an expression, [`Self::mirrored_direction`] for a reflection, [`Self::frame`] for
 /// anisotropy.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interaction<R: Real> {
@@ -77,7 +77,7 @@ impl<R: Real> Default for LightInputs<R> {
 
 impl<R: Real> Interaction<R> {
     /// Placeholder, whose fields are set before use.
-    pub const NOWHERE: Self = Self {
+    pub const PLACEHOLDER: Self = Self {
         surface: Surface {
             point: <R::Vec3 as Vector<R>>::ZERO,
             above: <R::Vec3 as Vector<R>>::ZERO,
@@ -101,18 +101,18 @@ impl<R: Real> Interaction<R> {
 
     /// Returns the ray's direction, mirrored at the shading normal.
     #[inline(always)]
-    pub fn mirrored(&self) -> R::Vec3 {
+    pub fn mirrored_direction(&self) -> R::Vec3 {
         self.direction - self.normal * (R::from_f64(2.0) * self.direction.dot(self.normal))
     }
 
     /// Returns the values of an expression's variables at this point, for a given light.
     #[inline(always)]
-    pub fn inputs(&self, light_inputs: &LightInputs<R>) -> VariableValues<R> {
+    pub fn expression_inputs(&self, light_inputs: &LightInputs<R>) -> VariableValues<R> {
         VariableValues {
             p: self.surface.point,
             n: self.normal,
             d: self.direction,
-            r: self.mirrored(),
+            r: self.mirrored_direction(),
             l: light_inputs.direction,
             o: self.origin,
             u: self.uv[0][0],

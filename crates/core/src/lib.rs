@@ -51,7 +51,7 @@
 //! let ready = pool.install(|| prepare(&scene, &settings, &stop))?;
 //! assert!(pool.install(|| ready.render(&stop)).finished);
 //!
-//! stop.0.store(true, Ordering::Relaxed);
+//! stop.0.store_lanes(true, Ordering::Relaxed);
 //! assert!(!pool.install(|| ready.render(&stop)).finished);
 //! assert_eq!(pool.install(|| prepare(&scene, &settings, &stop)).err(), Some(PrepareError::Cancelled));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -83,11 +83,11 @@ pub mod material;
 pub mod memory;
 pub mod metrics;
 mod motion;
-mod nearby;
 pub mod noise;
 pub mod number;
 mod observer;
 mod origin;
+mod origin_grid;
 pub mod picture;
 pub mod prepare;
 pub mod render;
@@ -101,10 +101,12 @@ mod studio;
 pub mod suggest;
 mod texture;
 pub mod validate;
-pub use affine::affine;
-pub use dispatch::{ReadyScene, collapsed, estimate, extent, prepare};
+pub use affine::affine_from_steps;
+pub use dispatch::{
+    ReadyScene, estimate_scene_memory, find_collapsed_objects, measure_extent, prepare,
+};
 pub use lookup::SceneLookup;
-pub use memory::Memory;
+pub use memory::MemoryUse;
 pub use observer::Observer;
 pub use raywright_bvh as bvh;
 pub use render::{RenderOutput, RenderStage};

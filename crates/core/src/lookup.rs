@@ -10,18 +10,18 @@ use crate::scene::{Image, Material, Mesh, MeshData, MeshSource, Scene, Texture};
 #[derive(Clone, Debug)]
 pub struct SceneLookup<'a> {
     scene: &'a Scene,
-    pub(crate) images: NameList<'a>,
-    pub(crate) textures: NameList<'a>,
-    pub(crate) materials: NameList<'a>,
-    pub(crate) meshes: NameList<'a>,
+    pub(crate) images: NameIndex<'a>,
+    pub(crate) textures: NameIndex<'a>,
+    pub(crate) materials: NameIndex<'a>,
+    pub(crate) meshes: NameIndex<'a>,
 }
 
 /// Map from the names of a list to indices, in alphabetical order. Because the order is the same in
 /// every run, a message always suggests the same of several equally similar names.
 #[derive(Clone, Debug)]
-pub(crate) struct NameList<'a>(BTreeMap<&'a str, usize>);
+pub(crate) struct NameIndex<'a>(BTreeMap<&'a str, usize>);
 
-impl<'a> NameList<'a> {
+impl<'a> NameIndex<'a> {
     fn new<T>(things: &'a [T], name: impl Fn(&'a T) -> &'a String) -> Self {
         // In reverse order, an earlier item replaces a later item of the same name.
         Self(
@@ -35,7 +35,7 @@ impl<'a> NameList<'a> {
     }
 
     /// Returns the index of a name in the scene's list.
-    pub fn get(&self, name: &str) -> Option<usize> {
+    pub fn index_of(&self, name: &str) -> Option<usize> {
         self.0.get(name).copied()
     }
 
@@ -54,35 +54,39 @@ impl<'a> SceneLookup<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
-            images: NameList::new(&scene.images, |image| &image.name),
-            textures: NameList::new(&scene.textures, |texture| &texture.name),
-            materials: NameList::new(&scene.materials, |material| &material.name),
-            meshes: NameList::new(&scene.meshes, |mesh| &mesh.name),
+            images: NameIndex::new(&scene.images, |image| &image.name),
+            textures: NameIndex::new(&scene.textures, |texture| &texture.name),
+            materials: NameIndex::new(&scene.materials, |material| &material.name),
+            meshes: NameIndex::new(&scene.meshes, |mesh| &mesh.name),
         }
     }
 
     /// Returns the image with this name.
     pub fn image(&self, name: &str) -> Option<&'a Image> {
-        self.images.get(name).map(|index| &self.scene.images[index])
+        self.images
+            .index_of(name)
+            .map(|index| &self.scene.images[index])
     }
 
     /// Returns the texture with this name.
     pub fn texture(&self, name: &str) -> Option<&'a Texture> {
         self.textures
-            .get(name)
+            .index_of(name)
             .map(|index| &self.scene.textures[index])
     }
 
     /// Returns the material with this name, and its index in the scene's list.
     pub fn material(&self, name: &str) -> Option<(usize, &'a Material)> {
         self.materials
-            .get(name)
+            .index_of(name)
             .map(|index| (index, &self.scene.materials[index]))
     }
 
     /// Returns the mesh with this name.
     pub fn mesh(&self, name: &str) -> Option<&'a Mesh> {
-        self.meshes.get(name).map(|index| &self.scene.meshes[index])
+        self.meshes
+            .index_of(name)
+            .map(|index| &self.scene.meshes[index])
     }
 
     /// Returns the arrays of the mesh with this name; `None` if the mesh does not exist or its file
@@ -104,7 +108,7 @@ mod tests {
     fn names_lead_to_the_first_that_has_them() {
         let material = |name: &str| Material {
             name: name.to_owned(),
-            model: crate::scene::Model::Physical(Box::default()),
+            model: crate::scene::MaterialModel::Physical(Box::default()),
         };
         let mesh = |name: &str, source| Mesh {
             name: name.to_owned(),

@@ -1,14 +1,14 @@
 //! Memory of a render by purpose.
 
 use raywright_bvh::allocate_fallibly;
-pub use raywright_bvh::{Refusal, limit_heap, on_heap_refusal};
+pub use raywright_bvh::{AllocationRefusal, limit_heap, set_heap_refusal_handler};
 
 /// Memory of a render in bytes, by purpose.
 ///
 /// Not counted: expressions (about half a KiB compiled, and their text in the scene), the tiles in
 /// progress (one per thread), and the temporary memory of a tree's build.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Memory {
+pub struct MemoryUse {
     /// Primitives and accelerators; geometry shared by instances counts once.
     pub geometry: u64,
     /// Arrays of the meshes that objects show.
@@ -24,7 +24,7 @@ pub struct Memory {
 
 /// Whether the system can allocate a number of bytes at once. The test memory is freed again.
 /// Callers check before allocations whose failure would abort the program.
-pub fn is_available(bytes: u64) -> bool {
+pub fn can_allocate(bytes: u64) -> bool {
     let mut room = Vec::<u8>::new();
     let given = usize::try_from(bytes)
         .is_ok_and(|bytes| allocate_fallibly(|| room.try_reserve_exact(bytes).is_ok()));
@@ -33,16 +33,16 @@ pub fn is_available(bytes: u64) -> bool {
     given
 }
 
-impl Memory {
+impl MemoryUse {
     /// Returns the sum over all purposes in bytes.
     pub fn total(&self) -> u64 {
-        self.parts()
+        self.by_purpose()
             .into_iter()
             .fold(0, |sum, (_, bytes)| sum.saturating_add(bytes))
     }
 
     /// Returns the name and the bytes of each purpose.
-    pub fn parts(&self) -> [(&'static str, u64); 5] {
+    pub fn by_purpose(&self) -> [(&'static str, u64); 5] {
         let Self {
             geometry,
             meshes,
@@ -68,7 +68,7 @@ mod tests {
     /// available.
     #[test]
     fn the_system_is_asked() {
-        assert!(is_available(0) && is_available(1 << 20));
-        assert!(!is_available(u64::MAX) && !is_available(1 << 60));
+        assert!(can_allocate(0) && can_allocate(1 << 20));
+        assert!(!can_allocate(u64::MAX) && !can_allocate(1 << 60));
     }
 }

@@ -9,14 +9,14 @@ use std::borrow::Cow;
 use glam::DAffine3;
 use raywright_bvh::Motion;
 
-use crate::affine::affine;
+use crate::affine::affine_from_steps;
 use crate::effects::{Effect, EffectSet};
 use crate::scene::{Camera, Object, Pose, Scene, TransformStep};
 
 /// Returns the affine maps of a moving object at time 0 and at time 1; `None` for a static object.
-pub(crate) fn ends(object: &Object) -> Option<[DAffine3; 2]> {
-    let end = affine(object.transform_end.as_ref()?);
-    let start = affine(&object.transform);
+pub(crate) fn object_motion_ends(object: &Object) -> Option<[DAffine3; 2]> {
+    let end = affine_from_steps(object.transform_end.as_ref()?);
+    let start = affine_from_steps(&object.transform);
     (start != end).then_some([start, end])
 }
 
@@ -30,13 +30,13 @@ pub(crate) fn camera_moves(camera: &Camera) -> bool {
 
 /// Returns the opening and closing times of the camera's shutter, in [0, 1]; `None` without a
 /// shutter or if the two are equal.
-pub(crate) fn exposure(camera: &Camera) -> Option<[f64; 2]> {
+pub(crate) fn shutter_interval(camera: &Camera) -> Option<[f64; 2]> {
     camera.shutter.filter(|[open, close]| open < close)
 }
 
 /// Returns the opening time of the camera's shutter, 0 without a shutter. A picture without
 /// simulated motion shows this time.
-pub(crate) fn opening(camera: &Camera) -> f64 {
+pub(crate) fn shutter_opening(camera: &Camera) -> f64 {
     camera.shutter.map_or(0.0, |[open, _]| open)
 }
 
@@ -116,7 +116,7 @@ pub(crate) fn simulated_camera(camera: Camera, simulated: EffectSet) -> Camera {
     if simulated.has(Effect::Motion) {
         camera
     } else {
-        camera_at(&camera, opening(&camera))
+        camera_at(&camera, shutter_opening(&camera))
     }
 }
 
@@ -137,7 +137,7 @@ pub(crate) fn simulated_scene<'a>(
     {
         return Cow::Borrowed(scene);
     }
-    let (mut scene, time) = (scene.clone(), camera.map_or(0.0, opening));
+    let (mut scene, time) = (scene.clone(), camera.map_or(0.0, shutter_opening));
     let generated = scene
         .generators
         .iter_mut()
@@ -146,18 +146,18 @@ pub(crate) fn simulated_scene<'a>(
         .objects
         .iter_mut()
         .chain(generated)
-        .for_each(|object| stand(object, time));
+        .for_each(|object| freeze_object(object, time));
     Cow::Owned(scene)
 }
 
 /// Makes an object static, at its position at a time. An object with a singular motion stays
 /// unchanged, and the construction of its geometry reports the error.
-fn stand(object: &mut Object, time: f64) {
-    if let Some(ends) = ends(object) {
+fn freeze_object(object: &mut Object, time: f64) {
+    if let Some(ends) = object_motion_ends(object) {
         let Ok(motion) = Motion::new(ends) else {
             return;
         };
-        let map = motion.map(time);
+        let map = motion.map_at(time);
         let row = |i: usize| [map.x_axis[i], map.y_axis[i], map.z_axis[i], map.w_axis[i]];
         object.transform = vec![TransformStep::Matrix([row(0), row(1), row(2)])];
     }

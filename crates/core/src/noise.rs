@@ -22,9 +22,9 @@ static PERMUTATION: [u16; 1024] = permutation();
 
 /// Length-corrected gradient of each hash value, in f32 and f64. The length of the table is a power
 /// of two, as in [`PERMUTATION`].
-static GRADIENTS_F32: [[f32; 3]; 512] = narrow(gradients());
+static GRADIENTS_F32: [[f32; 3]; 512] = narrow_to_f32(gradients());
 static GRADIENTS_F64: [[f64; 3]; 512] = gradients();
-static PLANE_GRADIENTS_F32: [[f32; 2]; 512] = narrow(plane_gradients());
+static PLANE_GRADIENTS_F32: [[f32; 2]; 512] = narrow_to_f32(plane_gradients());
 static PLANE_GRADIENTS_F64: [[f64; 2]; 512] = plane_gradients();
 
 const fn permutation() -> [u16; 1024] {
@@ -94,7 +94,7 @@ const fn plane_gradients() -> [[f64; 2]; 512] {
     table
 }
 
-const fn narrow<const N: usize>(table: [[f64; N]; 512]) -> [[f32; N]; 512] {
+const fn narrow_to_f32<const N: usize>(table: [[f64; N]; 512]) -> [[f32; N]; 512] {
     let mut narrowed = [[0.0; N]; 512];
     let mut hash = 0;
     while hash < PERIOD {
@@ -111,7 +111,7 @@ const fn narrow<const N: usize>(table: [[f64; N]; 512]) -> [[f32; N]; 512] {
 /// Whether the scalar type is f32. The size of the type is a constant, so the compiler removes the
 /// other branch.
 #[inline(always)]
-const fn is_single<R: Real>() -> bool {
+const fn is_f32<R: Real>() -> bool {
     size_of::<R>() == size_of::<f32>()
 }
 
@@ -121,8 +121,8 @@ const fn is_single<R: Real>() -> bool {
 /// Beyond 2³¹ (2⁶³ for f64) every value is a whole number: the distance is zero, and the cell is
 /// arbitrary.
 #[inline(always)]
-fn cell<R: Real>(x: R) -> ([usize; 2], R) {
-    let (whole, below) = if is_single::<R>() {
+fn lattice_cell<R: Real>(x: R) -> ([usize; 2], R) {
+    let (whole, below) = if is_f32::<R>() {
         let truncated = x.to_f32() as i32;
         let lower = i32::from(R::from_f32(truncated as f32) > x);
         let whole = truncated.wrapping_sub(lower);
@@ -163,18 +163,18 @@ fn quintic<R: Real>(t: R) -> R {
 }
 
 #[inline(always)]
-fn blend<R: Real>(a: R, b: R, t: R) -> R {
+fn lerp<R: Real>(a: R, b: R, t: R) -> R {
     a + (b - a) * t
 }
 
 /// Returns gradient noise at a point of space, within about ±1.
 #[inline]
 pub fn noise3<R: Real>(p: R::Vec3) -> R {
-    let ([x0, x1], x) = cell(p.x());
-    let ([y0, y1], y) = cell(p.y());
-    let ([z0, z1], z) = cell(p.z());
+    let ([x0, x1], x) = lattice_cell(p.x());
+    let ([y0, y1], y) = lattice_cell(p.y());
+    let ([z0, z1], z) = lattice_cell(p.z());
     let corner = |hash: usize, x: R, y: R, z: R| {
-        if is_single::<R>() {
+        if is_f32::<R>() {
             let g = GRADIENTS_F32[hash & 511].map(R::from_f32);
             g[0] * x + g[1] * y + g[2] * z
         } else {
@@ -186,7 +186,7 @@ pub fn noise3<R: Real>(p: R::Vec3) -> R {
     let (fade_x, fade_y, fade_z) = (quintic(x), quintic(y), quintic(z));
     // Interpolates along z, for the hash of a corner's x and y.
     let row = |hash: usize, x: R, y: R| {
-        blend(
+        lerp(
             corner(permute(hash + z0), x, y, z),
             corner(permute(hash + z1), x, y, w),
             fade_z,
@@ -195,18 +195,18 @@ pub fn noise3<R: Real>(p: R::Vec3) -> R {
     let (hash0, hash1) = (permute(x0), permute(x1));
     let (hash00, hash01) = (permute(hash0 + y0), permute(hash0 + y1));
     let (hash10, hash11) = (permute(hash1 + y0), permute(hash1 + y1));
-    let face0 = blend(row(hash00, x, y), row(hash01, x, v), fade_y);
-    let face1 = blend(row(hash10, u, y), row(hash11, u, v), fade_y);
-    R::from_f64(2.2) * blend(face0, face1, fade_x)
+    let face0 = lerp(row(hash00, x, y), row(hash01, x, v), fade_y);
+    let face1 = lerp(row(hash10, u, y), row(hash11, u, v), fade_y);
+    R::from_f64(2.2) * lerp(face0, face1, fade_x)
 }
 
 /// Returns gradient noise at a point of a plane, within about ±1.
 #[inline]
 pub fn noise2<R: Real>(x: R, y: R) -> R {
-    let ([x0, x1], x) = cell(x);
-    let ([y0, y1], y) = cell(y);
+    let ([x0, x1], x) = lattice_cell(x);
+    let ([y0, y1], y) = lattice_cell(y);
     let corner = |hash: usize, x: R, y: R| {
-        if is_single::<R>() {
+        if is_f32::<R>() {
             let g = PLANE_GRADIENTS_F32[hash & 511].map(R::from_f32);
             g[0] * x + g[1] * y
         } else {
@@ -217,23 +217,23 @@ pub fn noise2<R: Real>(x: R, y: R) -> R {
     let (u, v) = (x - R::ONE, y - R::ONE);
     let (fade_x, fade_y) = (quintic(x), quintic(y));
     let (hash0, hash1) = (permute(x0), permute(x1));
-    let side0 = blend(
+    let side0 = lerp(
         corner(permute(hash0 + y0), x, y),
         corner(permute(hash0 + y1), x, v),
         fade_y,
     );
-    let side1 = blend(
+    let side1 = lerp(
         corner(permute(hash1 + y0), u, y),
         corner(permute(hash1 + y1), u, v),
         fade_y,
     );
-    R::from_f64(2.3) * blend(side0, side1, fade_x)
+    R::from_f64(2.3) * lerp(side0, side1, fade_x)
 }
 
 /// Returns the octave sum Σ n(2ⁱ) / 2ⁱ for i below `octaves`, where `noise` is n as a function of
 /// the frequency.
 #[inline(always)]
-fn sum<R: Real>(octaves: u32, mut noise: impl FnMut(R) -> R) -> R {
+fn sum_octaves<R: Real>(octaves: u32, mut noise: impl FnMut(R) -> R) -> R {
     let (mut total, mut frequency, mut amplitude) = (R::ZERO, R::ONE, R::ONE);
     let half = R::from_f32(0.5);
     for _ in 0..octaves.min(MAX_OCTAVES) {
@@ -247,23 +247,23 @@ fn sum<R: Real>(octaves: u32, mut noise: impl FnMut(R) -> R) -> R {
 /// Returns fractional Brownian motion at a point of space: Σ n(2ⁱ p) / 2ⁱ over i below `octaves`,
 /// with gradient noise n.
 pub fn fbm3<R: Real>(p: R::Vec3, octaves: u32) -> R {
-    sum(octaves, |frequency| noise3::<R>(p * frequency))
+    sum_octaves(octaves, |frequency| noise3::<R>(p * frequency))
 }
 
 /// Returns turbulence at a point of space: Σ |n(2ⁱ p)| / 2ⁱ over i below `octaves`, with gradient
 /// noise n.
 pub fn turbulence3<R: Real>(p: R::Vec3, octaves: u32) -> R {
-    sum(octaves, |frequency| noise3::<R>(p * frequency).abs())
+    sum_octaves(octaves, |frequency| noise3::<R>(p * frequency).abs())
 }
 
 /// Returns fractional Brownian motion at a point of a plane, as [`fbm3`] does in space.
 pub fn fbm2<R: Real>(x: R, y: R, octaves: u32) -> R {
-    sum(octaves, |frequency| noise2(x * frequency, y * frequency))
+    sum_octaves(octaves, |frequency| noise2(x * frequency, y * frequency))
 }
 
 /// Returns turbulence at a point of a plane, as [`turbulence3`] does in space.
 pub fn turbulence2<R: Real>(x: R, y: R, octaves: u32) -> R {
-    sum(octaves, |frequency| {
+    sum_octaves(octaves, |frequency| {
         noise2(x * frequency, y * frequency).abs()
     })
 }

@@ -17,7 +17,7 @@ pub trait Observer: Sync {
     }
     /// Returns true if the samples suffice, so that the render ends at the next tile. Called before
     /// each tile. `everywhere` is whether every rendered pixel has samples.
-    fn has_enough(&self, everywhere: bool) -> bool {
+    fn has_enough_samples(&self, everywhere: bool) -> bool {
         let _ = everywhere;
         false
     }

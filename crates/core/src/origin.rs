@@ -8,13 +8,13 @@ use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::{Aabb, Real, Shape as _};
 
-use crate::affine::affine;
-use crate::generate::all;
+use crate::affine::affine_from_steps;
+use crate::generate::all_objects;
 use crate::lookup::SceneLookup;
-use crate::motion::ends;
-use crate::nearby::{FAR, near};
+use crate::motion::object_motion_ends;
+use crate::origin_grid::{SCENE_DISTANCE_LIMIT, storage_origin_near};
 use crate::scene::{Camera, Light, LightKind, Object, Pose, Scene, Shape, Triple};
-use crate::shape::any_shape;
+use crate::shape::convert_moved_shape;
 
 /// Fraction of an object's size that stored coordinates must resolve.
 const RESOLVED: f64 = 1e-3;
@@ -35,13 +35,17 @@ impl StorageOrigin {
     /// objects. If only some objects are far and unresolved, the origin is near these, provided
     /// that more is resolved then.
     pub fn from_scene<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> Self {
-        let from_zero = OriginSurvey::from::<R>(DVec3::ZERO, scene, lookup);
-        let near_all = near(&from_zero.bounds, FAR);
+        let from_zero = ResolutionSurvey::survey::<R>(DVec3::ZERO, scene, lookup);
+        let near_all = storage_origin_near(&from_zero.bounds, SCENE_DISTANCE_LIMIT);
         let origin_survey = match near_all == DVec3::ZERO {
-            false => OriginSurvey::from::<R>(near_all, scene, lookup),
+            false => ResolutionSurvey::survey::<R>(near_all, scene, lookup),
             true if from_zero.unresolved == 0 => from_zero,
             true => {
-                let near_far = OriginSurvey::from::<R>(near(&from_zero.lost, FAR), scene, lookup);
+                let near_far = ResolutionSurvey::survey::<R>(
+                    storage_origin_near(&from_zero.unresolved_bounds, SCENE_DISTANCE_LIMIT),
+                    scene,
+                    lookup,
+                );
                 if near_far.unresolved < from_zero.unresolved {
                     near_far
                 } else {
@@ -51,48 +55,48 @@ impl StorageOrigin {
         };
         Self {
             origin: origin_survey.origin,
-            unresolved: origin_survey.first,
+            unresolved: origin_survey.first_unresolved,
         }
     }
 }
 
 /// Survey of the objects that coordinates relative to an origin resolve.
 #[derive(Clone, Copy)]
-struct OriginSurvey {
+struct ResolutionSurvey {
     origin: DVec3,
     /// Box around all bounded objects, in scene coordinates.
     bounds: Aabb,
     /// Box around the unresolved objects, in scene coordinates.
-    lost: Aabb,
+    unresolved_bounds: Aabb,
     /// Number of unresolved triangles and shapes.
     unresolved: u64,
     /// Index of the first unresolved object.
-    first: Option<u32>,
+    first_unresolved: Option<u32>,
 }
 
-impl OriginSurvey {
+impl ResolutionSurvey {
     /// Surveys all objects of a scene for the scalar `R`.
-    fn from<R: Real>(origin: DVec3, scene: &Scene, lookup: &SceneLookup<'_>) -> Self {
+    fn survey<R: Real>(origin: DVec3, scene: &Scene, lookup: &SceneLookup<'_>) -> Self {
         let mut origin_survey = Self {
             origin,
             bounds: Aabb::EMPTY,
-            lost: Aabb::EMPTY,
+            unresolved_bounds: Aabb::EMPTY,
             unresolved: 0,
-            first: None,
+            first_unresolved: None,
         };
         let mut meshes: HashMap<&str, Aabb> = HashMap::new();
         // The objects of a generator differ only in their offset, so the last box is reused.
-        let mut last: Option<(&Object, Option<OwnBox>)> = None;
-        for (index, placed_object) in all(scene).enumerate() {
+        let mut last: Option<(&Object, Option<ObjectBox>)> = None;
+        for (index, placed_object) in all_objects(scene).enumerate() {
             let own = match last {
                 Some((object, own)) if core::ptr::eq(object, placed_object.object) => own,
-                _ => OwnBox::of(placed_object.object, lookup, &mut meshes),
+                _ => ObjectBox::from_object(placed_object.object, lookup, &mut meshes),
             };
             last = Some((placed_object.object, own));
-            let Some(OwnBox {
+            let Some(ObjectBox {
                 bounds,
                 size,
-                parts,
+                primitives: parts,
             }) = own
             else {
                 continue;
@@ -109,9 +113,10 @@ impl OriginSurvey {
                 .max_element();
             // The left side is the spacing of the scalar at the farthest coordinate.
             if 2.0 * R::ROUNDOFF.to_f64() * farthest > RESOLVED * size && size > 0.0 {
-                origin_survey.lost = origin_survey.lost.union(bounds);
+                origin_survey.unresolved_bounds = origin_survey.unresolved_bounds.union(bounds);
                 origin_survey.unresolved = origin_survey.unresolved.saturating_add(parts);
-                origin_survey.first = origin_survey.first.or(u32::try_from(index).ok());
+                origin_survey.first_unresolved =
+                    origin_survey.first_unresolved.or(u32::try_from(index).ok());
             }
         }
         origin_survey
@@ -120,18 +125,18 @@ impl OriginSurvey {
 
 /// Box around an object over its whole motion, without the offset of a generator.
 #[derive(Clone, Copy)]
-struct OwnBox {
+struct ObjectBox {
     bounds: Aabb,
     /// Longest edge of the box at time 0.
     size: f64,
     /// Number of triangles; one for a shape.
-    parts: u64,
+    primitives: u64,
 }
 
-impl OwnBox {
+impl ObjectBox {
     /// Computes the box of an object; `None` for an unbounded or empty object. `meshes` caches the
     /// boxes of meshes.
-    fn of<'a>(
+    fn from_object<'a>(
         object: &'a Object,
         lookup: &SceneLookup<'_>,
         meshes: &mut HashMap<&'a str, Aabb>,
@@ -146,32 +151,33 @@ impl OwnBox {
                     data.indices.len() as u64,
                 )
             }
-            shape => (any_shape::<f64>(shape, DVec3::ZERO)?.bounds()?, 1),
+            shape => (convert_moved_shape::<f64>(shape, DVec3::ZERO)?.bounds()?, 1),
         };
-        let [start, end] = ends(object).unwrap_or_else(|| [affine(&object.transform); 2]);
+        let [start, end] =
+            object_motion_ends(object).unwrap_or_else(|| [affine_from_steps(&object.transform); 2]);
         let at = |map: DAffine3| {
-            Some(transform_bounds(&map, &own_bounds)).filter(|bounds| bounds.padded().is_some())
+            Some(transform_bounds(&map, &own_bounds)).filter(|bounds| bounds.to_padded().is_some())
         };
         let (start, end) = (at(start).filter(|_| !own_bounds.is_empty())?, at(end)?);
         Some(Self {
             bounds: start.union(end),
             size: start.extent().max_element(),
-            parts,
+            primitives: parts,
         })
     }
 }
 
 /// Returns a point relative to an origin.
-fn less(point: Triple, origin: DVec3) -> Triple {
+fn subtract_origin(point: Triple, origin: DVec3) -> Triple {
     (DVec3::from(point) - origin).into()
 }
 
 /// Returns a light with its position relative to an origin.
-pub(crate) fn light_about(origin: DVec3, light: &Light) -> Light {
+pub(crate) fn light_relative_to(origin: DVec3, light: &Light) -> Light {
     let mut light = light.clone();
     match &mut light.kind {
         LightKind::Point { position, .. } | LightKind::Spot { position, .. } => {
-            *position = less(*position, origin)
+            *position = subtract_origin(*position, origin)
         }
         LightKind::Directional { .. } => {}
     }
@@ -179,13 +185,16 @@ pub(crate) fn light_about(origin: DVec3, light: &Light) -> Light {
 }
 
 /// Returns a camera with its poses relative to an origin.
-pub(crate) fn camera_about(origin: DVec3, camera: &Camera) -> Camera {
+pub(crate) fn camera_relative_to(origin: DVec3, camera: &Camera) -> Camera {
     let about = |pose: &mut Pose| match pose {
         Pose::LookAt { eye, target, .. } => {
-            (*eye, *target) = (less(*eye, origin), less(*target, origin))
+            (*eye, *target) = (
+                subtract_origin(*eye, origin),
+                subtract_origin(*target, origin),
+            )
         }
-        Pose::Orbit { target, .. } => *target = less(*target, origin),
-        Pose::Axes { eye, .. } => *eye = less(*eye, origin),
+        Pose::Orbit { target, .. } => *target = subtract_origin(*target, origin),
+        Pose::Axes { eye, .. } => *eye = subtract_origin(*eye, origin),
     };
     let mut camera = camera.clone();
     about(&mut camera.pose);

@@ -19,7 +19,7 @@ pub struct Picture {
     /// of the coverage.
     pub shadow: Option<Vec<f32>>,
     /// Additional channels, in no particular order; names are unique.
-    pub layers: Vec<Layer>,
+    pub layers: Vec<PictureLayer>,
     /// Position of a crop in the whole picture; `None` for a whole picture.
     pub window: Option<DataWindow>,
 }
@@ -36,7 +36,7 @@ pub struct DataWindow {
 
 /// Additional channel of a picture.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Layer {
+pub struct PictureLayer {
     /// Channel name as in files, for example `depth.Z` or `albedo.R`.
     pub name: String,
     /// One number per pixel, row by row. Integers, such as object indices, are exact up to 2²⁴.
@@ -59,7 +59,7 @@ impl Picture {
         Self {
             width,
             height,
-            rgb: vec![[0.0; 3]; pixel_count(width, height)],
+            rgb: vec![[0.0; 3]; pixels_of_size(width, height)],
             alpha: None,
             shadow: None,
             layers: Vec::new(),
@@ -68,8 +68,8 @@ impl Picture {
     }
 
     /// Returns the number of pixels.
-    pub fn pixels(&self) -> usize {
-        pixel_count(self.width, self.height)
+    pub fn pixel_count(&self) -> usize {
+        pixels_of_size(self.width, self.height)
     }
 
     /// Returns the colour of the pixel in column `x`, row `y` from the top, or `None` outside the
@@ -86,10 +86,10 @@ impl Picture {
     /// Returns the picture with unassociated (straight) alpha: colours divided by the coverage;
     /// black without coverage.
     #[must_use]
-    pub fn straight(&self) -> Self {
+    pub fn to_straight_alpha(&self) -> Self {
         let mut straight = self.clone();
         for (rgb, &alpha) in straight.rgb.iter_mut().zip(self.alpha.iter().flatten()) {
-            *rgb = straight_colour(*rgb, alpha);
+            *rgb = unpremultiply(*rgb, alpha);
         }
         straight
     }
@@ -112,7 +112,7 @@ impl Picture {
     /// Returns the picture without the ground's shadow, with the coverage of surfaces alone.
     #[must_use]
     pub fn without_shadow(&self) -> Self {
-        let surfaces = (0..self.pixels()).map(|pixel| self.coverage(pixel)[0]);
+        let surfaces = (0..self.pixel_count()).map(|pixel| self.coverage(pixel)[0]);
         Self {
             alpha: self.alpha.as_ref().map(|_| surfaces.collect()),
             shadow: None,
@@ -127,12 +127,12 @@ impl Picture {
             return Some(self.rgb[pixel]);
         }
         let [surfaces, _] = self.coverage(pixel);
-        (surfaces > 0.0).then(|| straight_colour(self.rgb[pixel], surfaces))
+        (surfaces > 0.0).then(|| unpremultiply(self.rgb[pixel], surfaces))
     }
 
     /// Returns the picture composited over a linear background colour. The result has no coverage.
     #[must_use]
-    pub fn over(&self, colour: [f64; 3]) -> Self {
+    pub fn composite_over(&self, colour: [f64; 3]) -> Self {
         let mut over = Self {
             alpha: None,
             shadow: None,
@@ -146,13 +146,13 @@ impl Picture {
     }
 
     /// Returns the layer with this name, or `None`.
-    pub fn layer(&self, name: &str) -> Option<&Layer> {
+    pub fn layer(&self, name: &str) -> Option<&PictureLayer> {
         self.layers.iter().find(|layer| layer.name == name)
     }
 
     /// Whether every buffer has one entry per pixel, as all users of a picture require.
     pub fn is_consistent(&self) -> bool {
-        let n = self.pixels();
+        let n = self.pixel_count();
         self.rgb.len() == n
             && self.alpha.as_ref().is_none_or(|alpha| alpha.len() == n)
             && self
@@ -164,7 +164,7 @@ impl Picture {
 }
 
 /// Returns a colour divided by its coverage `alpha`; black without coverage.
-fn straight_colour(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
+fn unpremultiply(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
     if alpha > 0.0 {
         rgb.map(|x| x / alpha)
     } else {
@@ -172,7 +172,7 @@ fn straight_colour(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
     }
 }
 
-fn pixel_count(width: u32, height: u32) -> usize {
+fn pixels_of_size(width: u32, height: u32) -> usize {
     width as usize * height as usize
 }
 
@@ -189,7 +189,7 @@ mod tests {
         assert_eq!(picture.pixel(1, 1), Some([1.0, 2.0, 3.0]));
         assert_eq!(picture.pixel(3, 0), None);
         assert_eq!(picture.pixel(0, 2), None);
-        assert_eq!(picture.pixels(), 6);
+        assert_eq!(picture.pixel_count(), 6);
     }
 
     /// Protects: a buffer of the wrong length is detected, whichever buffer it is.
@@ -211,7 +211,7 @@ mod tests {
             }
             .is_consistent()
         );
-        let layer = Layer {
+        let layer = PictureLayer {
             name: "depth.Z".into(),
             samples: vec![0.0; 5],
         };

@@ -21,12 +21,12 @@
 mod grid;
 mod sobol;
 
-use crate::hash::mix;
+use crate::hash::splitmix64;
 use crate::settings::SamplerKind;
 
 /// Purpose of random numbers. Each purpose has its own sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Purpose {
+pub enum SamplePurpose {
     /// Position in the pixel.
     Pixel = 0,
     /// Position on the lens.
@@ -77,7 +77,7 @@ pub struct SampleAddress {
 
 /// Kind of a path's side branch, beside the main path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Branch {
+pub enum PathBranch {
     /// The reflection of a surface that also refracts.
     Reflected = 1,
     /// The path behind a partly transparent surface.
@@ -101,7 +101,7 @@ impl SampleAddress {
         SampleHash(
             words
                 .into_iter()
-                .fold(mix(self.seed), |hash, word| mix(hash ^ word)),
+                .fold(splitmix64(self.seed), |hash, word| splitmix64(hash ^ word)),
         )
     }
 
@@ -111,8 +111,9 @@ impl SampleAddress {
     /// at any depth. Among n vertices of one sample, two share an address with a probability of
     /// n²/2⁶⁵.
     #[must_use]
-    pub fn aside(self, branch: Branch) -> Self {
-        let branch = mix(self.branch ^ mix(u64::from(self.bounce) << 8 | branch as u64));
+    pub fn side_branch(self, branch: PathBranch) -> Self {
+        let branch =
+            splitmix64(self.branch ^ splitmix64(u64::from(self.bounce) << 8 | branch as u64));
         Self {
             bounce: self.bounce + 1,
             branch,
@@ -123,27 +124,31 @@ impl SampleAddress {
 
 /// Sequence of points for the samples of one replicate at one vertex and for one purpose.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sequence {
+pub(crate) struct SampleSequence {
     scramble: u32,
     sampler: SamplerKind,
 }
 
-impl Sequence {
+impl SampleSequence {
     /// Returns the sequence of an address and a purpose. All samples of a pixel in one replicate
     /// share a sequence until its points are used up, so bulk callers compute it once.
     #[inline]
-    pub fn of(address: SampleAddress, purpose: Purpose) -> Self {
-        Self::on(address.sample_hash(), address, purpose)
+    pub fn from_address(address: SampleAddress, purpose: SamplePurpose) -> Self {
+        Self::from_sample_hash(address.sample_hash(), address, purpose)
     }
 
-    /// Returns the sequence as [`Self::of`] does, with a known [`SampleAddress::sample_hash`].
+    /// Returns the sequence as [`Self::from_address`] does, with a known [`SampleAddress::sample_hash`].
     #[inline(always)]
-    pub fn on(SampleHash(hash): SampleHash, address: SampleAddress, purpose: Purpose) -> Self {
+    pub fn from_sample_hash(
+        SampleHash(hash): SampleHash,
+        address: SampleAddress,
+        purpose: SamplePurpose,
+    ) -> Self {
         let vertex = u64::from(address.bounce)
             | u64::from(address.index / SEQUENCE) << 32
             | (purpose as u64) << 56;
         Self {
-            scramble: mix(mix(hash ^ vertex) ^ address.branch) as u32,
+            scramble: splitmix64(splitmix64(hash ^ vertex) ^ address.branch) as u32,
             sampler: address.sampler,
         }
     }
@@ -151,40 +156,40 @@ impl Sequence {
     /// Returns four numbers in [0, 1) that are stratified together, at little more than the cost of
     /// one: the point `index` of the sequence.
     #[inline]
-    fn four(self, index: u32) -> [f32; 4] {
+    fn sample_4d(self, index: u32) -> [f32; 4] {
         let (index, scramble) = (index % SEQUENCE, self.scramble);
         match self.sampler {
-            SamplerKind::Sobol => sobol::point(sobol::SobolPoint { index, scramble }),
-            SamplerKind::Stratified => grid::stratified(index, scramble),
-            SamplerKind::Independent => grid::independent(index, scramble),
+            SamplerKind::Sobol => sobol::eval_point(sobol::SobolIndex { index, scramble }),
+            SamplerKind::Stratified => grid::stratified_point(index, scramble),
+            SamplerKind::Independent => grid::independent_point(index, scramble),
         }
     }
 }
 
 /// Appends four numbers in [0, 1) for each of many sequences and indices, in order; faster than
-/// [`Sequence::four`] for each.
-pub(crate) fn fours(
-    requested: impl Iterator<Item = (Sequence, u32)> + Clone,
+/// [`SampleSequence::sample_4d`] for each.
+pub(crate) fn sample_4d_batch(
+    requested: impl Iterator<Item = (SampleSequence, u32)> + Clone,
     out: &mut Vec<[f32; 4]>,
 ) {
     match requested.clone().next() {
         Some((first, _)) if first.sampler == SamplerKind::Sobol => {
-            sobol::points(
-                requested.map(|(sequence, index)| sobol::SobolPoint {
+            sobol::eval_points(
+                requested.map(|(sequence, index)| sobol::SobolIndex {
                     index: index % SEQUENCE,
                     scramble: sequence.scramble,
                 }),
                 out,
             );
         }
-        _ => out.extend(requested.map(|(sequence, index)| sequence.four(index))),
+        _ => out.extend(requested.map(|(sequence, index)| sequence.sample_4d(index))),
     }
 }
 
 /// Returns two numbers in [0, 1) for one purpose at one vertex of a sample's path: the first two of
 /// four that are stratified together.
-pub fn pair(address: SampleAddress, purpose: Purpose) -> [f32; 2] {
-    let [x, y, ..] = Sequence::of(address, purpose).four(address.index);
+pub fn sample_2d(address: SampleAddress, purpose: SamplePurpose) -> [f32; 2] {
+    let [x, y, ..] = SampleSequence::from_address(address, purpose).sample_4d(address.index);
     [x, y]
 }
 
@@ -208,14 +213,14 @@ mod tests {
             u32::MAX,
         ] {
             for pixel in [[0, 0], [1, 0], [0, 1], [65535, 65535]] {
-                let p = pair(
+                let p = sample_2d(
                     SampleAddress {
                         pixel,
                         index,
                         seed: 5,
                         ..SampleAddress::default()
                     },
-                    Purpose::Pixel,
+                    SamplePurpose::Pixel,
                 );
                 assert!(p.iter().all(|x| (0.0..1.0).contains(x)), "{p:?}");
             }
@@ -256,21 +261,21 @@ mod tests {
             },
         ];
         let purposes = [
-            Purpose::Pixel,
-            Purpose::Lens,
-            Purpose::Emitter,
-            Purpose::EmitterPoint,
-            Purpose::Time,
-            Purpose::Light,
-            Purpose::Scatter,
-            Purpose::Coverage,
-            Purpose::Wavelength,
-            Purpose::Ground,
+            SamplePurpose::Pixel,
+            SamplePurpose::Lens,
+            SamplePurpose::Emitter,
+            SamplePurpose::EmitterPoint,
+            SamplePurpose::Time,
+            SamplePurpose::Light,
+            SamplePurpose::Scatter,
+            SamplePurpose::Coverage,
+            SamplePurpose::Wavelength,
+            SamplePurpose::Ground,
         ];
         let numbers = others
             .iter()
-            .map(|&address| pair(address, Purpose::Pixel))
-            .chain(purposes.map(|purpose| pair(base, purpose)));
+            .map(|&address| sample_2d(address, SamplePurpose::Pixel))
+            .chain(purposes.map(|purpose| sample_2d(base, purpose)));
         let distinct: BTreeSet<_> = numbers.map(|p| p.map(f32::to_bits)).collect();
         assert_eq!(distinct.len(), others.len() + purposes.len());
     }
@@ -290,12 +295,16 @@ mod tests {
                 sampler,
                 ..SampleAddress::default()
             };
-            let requested =
-                (0..10_000).map(|index| (Sequence::of(at(index), Purpose::Scatter), index));
+            let requested = (0..10_000).map(|index| {
+                (
+                    SampleSequence::from_address(at(index), SamplePurpose::Scatter),
+                    index,
+                )
+            });
             let mut many = Vec::new();
-            fours(requested.clone(), &mut many);
+            sample_4d_batch(requested.clone(), &mut many);
             for x in requested
-                .map(|(sequence, index)| sequence.four(index))
+                .map(|(sequence, index)| sequence.sample_4d(index))
                 .chain(many)
                 .flatten()
             {
@@ -319,12 +328,12 @@ mod tests {
             .chain((1..16).flat_map(|bit| [[1 << bit, 0], [0, 1 << bit]]))
             .collect();
         let scramble = |&pixel: &[u32; 2]| {
-            Sequence::of(
+            SampleSequence::from_address(
                 SampleAddress {
                     pixel,
                     ..SampleAddress::default()
                 },
-                Purpose::Pixel,
+                SamplePurpose::Pixel,
             )
             .scramble
         };
@@ -352,8 +361,8 @@ mod tests {
                         bounce: address.bounce + 1,
                         ..address
                     },
-                    address.aside(Branch::Reflected),
-                    address.aside(Branch::Behind),
+                    address.side_branch(PathBranch::Reflected),
+                    address.side_branch(PathBranch::Behind),
                 ]
             };
             level = level.iter().flat_map(children).collect();
@@ -375,7 +384,7 @@ mod tests {
                     seed: 1,
                     ..SampleAddress::default()
                 };
-                let [x, y] = pair(address, Purpose::Pixel);
+                let [x, y] = sample_2d(address, SamplePurpose::Pixel);
                 cells[(x * 4.0) as usize + 4 * (y * 4.0) as usize] += 1;
             }
             assert_eq!(cells, [1; 16]);

@@ -6,13 +6,15 @@ mod rungs;
 use raywright_bvh::{AcceleratorKind, BuildQuality};
 use serde::{Deserialize, Serialize};
 
-use crate::display::Output;
+use crate::display::OutputFormat;
 use crate::effects::EffectSet;
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
-use crate::scene::{Camera, Integrator, Pattern, Scene};
+use crate::scene::{Camera, Integrator, SamplePattern, Scene};
 pub use check::SettingsError;
-pub use rungs::{AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind};
+pub use rungs::{
+    AreaShadows, LightSampling, MicrofacetEnergy, PrecisionChoice, RouletteStart, SamplerKind,
+};
 
 /// Returns the default number of replicates, into which the samples of a pixel are divided for the
 /// error estimate. As few as possible are used, because the samples of a replicate are less uniform
@@ -22,7 +24,7 @@ pub use rungs::{AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulet
 /// samples on. Their single degree of freedom makes the intervals wide (Student's factor 12.7).
 /// From 64 samples on, four replicates of sixteen samples give intervals that hold (factor 3.18) at
 /// little cost. `benches/README.md` has the figures of 1 to 8 replicates.
-pub fn replicates(samples: u32) -> u32 {
+pub fn default_replicates(samples: u32) -> u32 {
     match samples {
         0..8 => 1,
         8..64 => 2,
@@ -34,7 +36,7 @@ pub fn replicates(samples: u32) -> u32 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
     /// A fixed pattern of positions, the same in every pixel.
-    Pattern(Pattern),
+    Pattern(SamplePattern),
     /// Number of samples at random positions, at least one.
     General(u32),
 }
@@ -43,26 +45,26 @@ impl Sampling {
     /// Returns the sampling of a scene with the number of samples of `--spp`; `None` keeps the
     /// scene's sampling. In a scene with a pattern, the pattern's own count keeps the pattern, one
     /// sample is the pixel's centre, and any other number uses random positions.
-    pub fn resolve(scene: &Scene, spp: Option<u32>) -> Self {
+    pub fn from_spp(scene: &Scene, spp: Option<u32>) -> Self {
         match (scene.render.pattern, spp) {
             (Some(pattern), None) => Self::Pattern(pattern),
-            (Some(pattern), Some(n)) if n == pattern.count() => Self::Pattern(pattern),
-            (Some(_), Some(1)) => Self::Pattern(Pattern::Centre),
+            (Some(pattern), Some(n)) if n == pattern.sample_count() => Self::Pattern(pattern),
+            (Some(_), Some(1)) => Self::Pattern(SamplePattern::Centre),
             (_, Some(n)) => Self::General(n),
             (None, None) => Self::General(scene.render.samples),
         }
     }
 
     /// Returns the number of samples per pixel.
-    pub fn count(self) -> u32 {
+    pub fn samples_per_pixel(self) -> u32 {
         match self {
-            Self::Pattern(pattern) => pattern.count(),
+            Self::Pattern(pattern) => pattern.sample_count(),
             Self::General(n) => n,
         }
     }
 
     /// Returns the fixed pattern of sample positions; `None` for random positions.
-    pub fn pattern(self) -> Option<Pattern> {
+    pub fn pattern(self) -> Option<SamplePattern> {
         match self {
             Self::Pattern(pattern) => Some(pattern),
             Self::General(_) => None,
@@ -171,15 +173,15 @@ pub struct Settings {
     /// Rule for the Fresnel reflectance of surfaces.
     pub fresnel: FresnelRule,
     /// Treatment of light scattered between microfacets.
-    pub microfacets: Microfacets,
+    pub microfacets: MicrofacetEnergy,
     /// Point of an area light that must be visible for its light to arrive.
     pub area_shadows: AreaShadows,
     /// Start of Russian roulette.
-    pub roulette: Roulette,
+    pub roulette: RouletteStart,
     /// Source of the random numbers.
     pub sampler: SamplerKind,
     /// Output format of files; pictures do not depend on it.
-    pub output: Output,
+    pub output: OutputFormat,
     /// Seed of the random numbers.
     pub seed: u64,
     /// Frame number in an animation, which gives neighbouring frames different noise.
@@ -242,18 +244,18 @@ impl Settings {
             size: scene.render.size,
             crop: None,
             camera: scene.cameras.first().cloned(),
-            sampling: Sampling::resolve(scene, None),
+            sampling: Sampling::from_spp(scene, None),
             filter: scene.render.filter,
             max_depth: scene.render.max_depth,
             clamp: None,
             integrator: scene.render.integrator,
             light_sampling: LightSampling::default(),
             fresnel: FresnelRule::default(),
-            microfacets: Microfacets::default(),
+            microfacets: MicrofacetEnergy::default(),
             area_shadows: AreaShadows::default(),
-            roulette: Roulette::default(),
+            roulette: RouletteStart::default(),
             sampler: SamplerKind::default(),
-            output: Output::default(),
+            output: OutputFormat::default(),
             seed: scene.render.seed,
             frame: 0,
             replicates: None,
@@ -285,8 +287,8 @@ mod tests {
             } else {
                 4 - 2 * u32::from(samples < 64)
             };
-            assert_eq!(replicates(samples), expected, "{samples}");
+            assert_eq!(default_replicates(samples), expected, "{samples}");
         }
-        assert_eq!(replicates(u32::MAX), 4);
+        assert_eq!(default_replicates(u32::MAX), 4);
     }
 }

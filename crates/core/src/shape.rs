@@ -8,40 +8,42 @@ use raywright_bvh::shapes::{
 };
 use raywright_bvh::{Real, Shape as _, Vector};
 
-use crate::nearby::{FAR_FROM_OWN, near};
+use crate::origin_grid::{MESH_DISTANCE_LIMIT, storage_origin_near};
 use crate::scene::{Shape, Triple};
 
 /// Converts a shape with a transform. A pure translation is applied to the shape's own numbers.
 /// With any other transform the shape is stored in its own space, relative to an origin near it,
 /// together with the map from there to the world. `None` for a mesh.
-pub(crate) fn placed_shape<R: Real>(
+pub(crate) fn convert_shape<R: Real>(
     shape: &Shape,
     map: DAffine3,
 ) -> Option<(AnyShape<R>, Option<DAffine3>)> {
     if map.matrix3 == DMat3::IDENTITY {
-        return Some((any_shape(shape, map.translation)?, None));
+        return Some((convert_moved_shape(shape, map.translation)?, None));
     }
-    let (stored, origin) = own_shape(shape)?;
-    Some((stored, Some(map_about(map, origin))))
+    let (stored, origin) = convert_in_own_space(shape)?;
+    Some((stored, Some(map_relative_to(map, origin))))
 }
 
 /// Converts a shape in its own space, relative to an origin near it, and returns that origin;
 /// `None` for a mesh.
-pub(crate) fn own_shape<R: Real>(shape: &Shape) -> Option<(AnyShape<R>, DVec3)> {
-    let origin = own_origin(shape);
-    Some((any_shape(shape, -origin)?, origin))
+pub(crate) fn convert_in_own_space<R: Real>(shape: &Shape) -> Option<(AnyShape<R>, DVec3)> {
+    let origin = shape_origin(shape);
+    Some((convert_moved_shape(shape, -origin)?, origin))
 }
 
 /// Returns the origin near a shape, in the shape's own space, relative to which the shape is
 /// stored.
-pub(crate) fn own_origin(shape: &Shape) -> DVec3 {
-    any_shape::<f64>(shape, DVec3::ZERO)
+pub(crate) fn shape_origin(shape: &Shape) -> DVec3 {
+    convert_moved_shape::<f64>(shape, DVec3::ZERO)
         .and_then(|shape| shape.bounds())
-        .map_or(DVec3::ZERO, |bounds| near(&bounds, FAR_FROM_OWN))
+        .map_or(DVec3::ZERO, |bounds| {
+            storage_origin_near(&bounds, MESH_DISTANCE_LIMIT)
+        })
 }
 
 /// Returns a map adapted to points that are stored relative to an origin.
-pub(crate) fn map_about(map: DAffine3, origin: DVec3) -> DAffine3 {
+pub(crate) fn map_relative_to(map: DAffine3, origin: DVec3) -> DAffine3 {
     if origin == DVec3::ZERO {
         map
     } else {
@@ -51,7 +53,7 @@ pub(crate) fn map_about(map: DAffine3, origin: DVec3) -> DAffine3 {
 
 /// Converts a shape, moved by an offset, to a primitive in a precision; `None` for a mesh, which
 /// consists of many primitives.
-pub(crate) fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
+pub(crate) fn convert_moved_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
     let at = |p: Triple| DVec3::from(p) + offset;
     let v = |p: Triple| DVec3::from(p);
     Some(match *shape {

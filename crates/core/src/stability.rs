@@ -3,16 +3,16 @@
 //! Cases that are functions in this module are also measured by programs.
 
 mod cameras;
+mod formula_cost;
 mod fresnel;
 mod microfacets;
-mod price;
 mod sampling;
 mod shading;
 
-pub use price::{CasePrice, contest, price};
+pub use formula_cost::{CaseCost, formula_contest, time_case};
 pub use raywright_bvh::stability::Measurement;
-pub use raywright_bvh::stability::contest::Contest;
-pub use raywright_bvh::stability::judge::{Outcome, RayCount};
+pub use raywright_bvh::stability::cost_comparison::CostComparison;
+pub use raywright_bvh::stability::verdicts::{CaseOutcome, RayCount};
 
 /// Hard case of numerics, with its difficulty and its bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +21,7 @@ pub struct HardCase {
     /// sampling, F camera and film) and two digits.
     pub number: &'static str,
     /// Difficulty of the case, in words.
-    pub hard: &'static str,
+    pub difficulty: &'static str,
     /// Bound that the result must keep, in words.
     pub bound: &'static str,
     /// Part of the case that does not apply to this program, with the reason; `None` if the whole
@@ -40,7 +40,7 @@ pub fn hard_cases() -> impl Iterator<Item = HardCase> {
         let (number, hard, bound) = (next(), next(), next());
         HardCase {
             number,
-            hard,
+            difficulty: hard,
             bound,
             left_out: parts.next(),
         }
@@ -49,7 +49,7 @@ pub fn hard_cases() -> impl Iterator<Item = HardCase> {
 
 /// Measures the hard case with this number, in both precisions and, for a tree traversal, with
 /// every kernel of the processor; `None` for a case that is only a test.
-pub fn measure(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
+pub fn measure_case(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
     /// Measures a case in both precisions.
     macro_rules! both {
         ($module:ident::$of:ident) => {
@@ -57,21 +57,21 @@ pub fn measure(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
         };
     }
     Some(match number {
-        "S09" => both!(shading::frames),
-        "S10" => both!(shading::lengths),
-        "S11" => both!(shading::mirrors),
-        "S13" => fresnel::matched_indices(rays),
-        "S14" => fresnel::exact_equations(rays),
-        "S15" => fresnel::schlick(rays),
-        "S17" => both!(microfacets::narrow_lobes),
-        "S18" => both!(microfacets::visible_normals),
-        "M01" => sampling::below_one(rays),
-        "M02" => both!(sampling::warps),
-        "M11" => sampling::stratified(rays),
-        "F01" => both!(cameras::degenerate_views),
-        "F02" => both!(cameras::symmetric_views),
-        "F03" => both!(cameras::lenses),
-        _ => return raywright_bvh::stability::measure(number, rays),
+        "S09" => both!(shading::measure_frames),
+        "S10" => both!(shading::measure_normalisation),
+        "S11" => both!(shading::measure_mirror_bounces),
+        "S13" => fresnel::measure_matched_indices(rays),
+        "S14" => fresnel::measure_fresnel(rays),
+        "S15" => fresnel::measure_schlick(rays),
+        "S17" => both!(microfacets::measure_narrow_lobes),
+        "S18" => both!(microfacets::measure_visible_normals),
+        "M01" => sampling::measure_random_range(rays),
+        "M02" => both!(sampling::measure_warps),
+        "M11" => sampling::measure_stratification(rays),
+        "F01" => both!(cameras::measure_degenerate_views),
+        "F02" => both!(cameras::measure_symmetric_views),
+        "F03" => both!(cameras::measure_lenses),
+        _ => return raywright_bvh::stability::measure_case(number, rays),
     })
 }
 

@@ -17,15 +17,15 @@
 //!     "materials": [{ "name": "paint", "model": { "physical": { "base_colour": 1.5 } } }],
 //!     "objects": [{ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "paint" }]
 //! }"#)?;
-//! let report = stress(&scene, &Settings::from_scene(&scene), &StressEffort::default(), &())?;
-//! assert!(report.findings.iter().any(|finding| finding.code == FindingCode::EnergyMade && finding.severity == Severity::PictureWrong));
+//! let sort_findings = stress(&scene, &Settings::from_scene(&scene), &StressEffort::default(), &())?;
+//! assert!(sort_findings.findings.iter().any(|finding| finding.code == FindingCode::EnergyMade && finding.severity == Severity::PictureWrong));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod aimed;
 mod bodies;
 mod cameras;
-mod causes;
+mod consequences;
 mod coplanar;
 mod count;
 mod duplicates;
@@ -34,7 +34,7 @@ mod facts;
 mod fans;
 mod finding;
 mod furnace;
-mod lamps;
+mod lights;
 mod materials;
 mod meshes;
 mod ray_survey;
@@ -42,7 +42,7 @@ mod rays;
 mod samples;
 mod seams;
 mod sightlines;
-mod stored;
+mod storage;
 mod textures;
 mod topology;
 mod triangles;
@@ -53,25 +53,25 @@ use core::time::Duration;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use aimed::{AimedRays, EdgeAim};
+use aimed::{AimedRayResult, AimedRayTask};
 pub(crate) use facts::SceneFacts;
 pub use finding::{
-    CheckRun, FindingCode, FindingSubject, Severity, StressFinding, counted, decimal,
+    CheckRun, FindingCode, FindingSubject, Severity, StressFinding, count_with_unit, format_decimal,
 };
 use ray_survey::RaySurvey;
-use rays::PictureRays;
+use rays::RaySurveyTask;
 
-use crate::dispatch::{ReadyScene, collapsed, extent, prepare};
+use crate::dispatch::{ReadyScene, find_collapsed_objects, measure_extent, prepare};
 use crate::framing::{FIELD_OF_VIEW, Silhouette};
 use crate::observer::Observer;
 use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::{Aov, Sampling, Settings};
-use bodies::Bodies;
-use cameras::CameraPicture;
-use coplanar::{Overlaps, Resolution};
-use duplicates::Doubles;
-use samples::SmallPicture;
+use bodies::BodyChecks;
+use cameras::CameraView;
+use coplanar::{DepthResolution, OverlapTable};
+use duplicates::DuplicateObjects;
+use samples::SmallRender;
 use topology::Topology;
 
 /// Cameras whose rays are sent; a scene with more has its first ones looked at.
@@ -113,13 +113,13 @@ pub struct StressSummary {
 
 impl StressSummary {
     /// The worst that was found.
-    pub fn worst(&self) -> Option<Severity> {
+    pub fn worst_severity(&self) -> Option<Severity> {
         self.findings.first().map(|finding| finding.severity)
     }
 
     /// Whether time ended some check.
-    pub fn is_cut(&self) -> bool {
-        self.checks.iter().any(CheckRun::is_cut)
+    pub fn is_cut_short(&self) -> bool {
+        self.checks.iter().any(CheckRun::is_cut_short)
     }
 }
 
@@ -140,14 +140,14 @@ impl Observer for RayDeadline<'_> {
         self.observer.is_cancelled()
     }
 
-    fn has_enough(&self, _everywhere: bool) -> bool {
+    fn has_enough_samples(&self, _everywhere: bool) -> bool {
         self.is_over()
     }
 }
 
 /// Checks a validated scene as its settings would render it, on the current thread pool. What is
 /// found depends on scene, settings and seed, and on the clock only where
-/// [`StressSummary::is_cut`].
+/// [`StressSummary::is_cut_short`].
 ///
 /// # Errors
 /// See [`PrepareError`]; shapes of which storing leaves nothing are findings.
@@ -167,7 +167,7 @@ pub fn stress(
         observer,
         deadline,
     };
-    session.run()
+    session.check()
 }
 
 struct StressSession<'a> {
@@ -178,85 +178,109 @@ struct StressSession<'a> {
 }
 
 impl StressSession<'_> {
-    fn run(&self) -> Result<StressSummary, PrepareError> {
+    fn check(&self) -> Result<StressSummary, PrepareError> {
         let (scene, settings) = (self.scene, self.settings);
-        let lost = collapsed(scene, settings.precision);
+        let lost = find_collapsed_objects(scene, settings.precision);
         let size = settings.size;
-        let scene_facts = SceneFacts::new(scene, extent(scene, settings.precision).bounds);
-        let views = self.views();
+        let scene_facts = SceneFacts::new(scene, measure_extent(scene, settings.precision).bounds);
+        let views = self.camera_pictures();
         if !lost.is_empty() {
             // It can't be prepared, so that no ray can be sent.
-            let mut findings = stored::lost_shapes(scene, &lost);
+            let mut findings = storage::lost_shape_findings(scene, &lost);
             findings.extend(
-                textures::check(&scene_facts)
+                textures::check_textures(&scene_facts)
                     .into_iter()
-                    .chain(lamps::check(&scene_facts, &views)),
+                    .chain(lights::check_lights(&scene_facts, &views)),
             );
             return Ok(StressSummary {
                 cameras: [0, scene.cameras.len().max(1)],
-                ..report(&scene_facts, &views, None, findings)
+                ..sort_findings(&scene_facts, &views, None, findings)
             });
         }
         let steps = 2 + views.len() as u64 * 3;
         let progress = |done: u64| self.observer.progress(done, steps);
-        let resolution = Resolution {
+        let resolution = DepthResolution {
             precision: settings.precision,
             views: &views,
         };
-        let topologies = meshes::topologies(&scene_facts);
-        let overlaps = coplanar::overlaps(&scene_facts, &topologies, &resolution);
-        let doubles = Doubles::of(&scene_facts);
+        let topologies = meshes::mesh_topologies(&scene_facts);
+        let overlaps = coplanar::find_overlaps(&scene_facts, &topologies, &resolution);
+        let doubles = DuplicateObjects::from_scene(&scene_facts);
         crate::prepare::check_cancelled(self.observer)?;
         progress(1);
-        let mut looks = CameraSightings::default();
-        let small = self.small(&views[0]);
+        let mut looks = CameraResults::default();
+        let small = self.small_picture_settings(&views[0]);
         let mut ready = prepare(scene, &small, self.observer)?;
         let mut findings = Vec::new();
         for (done, view) in views.iter().enumerate() {
-            if done > 0 && !ready.turn_to(scene, &view.data) {
-                ready = prepare(scene, &self.small(view), self.observer)?;
+            if done > 0 && !ready.replace_camera(scene, &view.data) {
+                ready = prepare(scene, &self.small_picture_settings(view), self.observer)?;
             }
-            self.look(
+            self.trace_camera(
                 &ready,
                 (&scene_facts, &topologies, &overlaps),
                 view,
                 &mut looks,
             );
-            let (gaps, leaks) = (ready.closed_gaps(), ready.light_leaks());
-            findings.extend(bodies::closed(&scene_facts, &doubles, &gaps, &leaks));
+            let (gaps, leaks) = (ready.find_closed_gaps(), ready.find_light_leaks());
+            findings.extend(bodies::closed_gap_findings(
+                &scene_facts,
+                &doubles,
+                &gaps,
+                &leaks,
+            ));
             crate::prepare::check_cancelled(self.observer)?;
             progress(2 + 3 * done as u64);
         }
-        let (furnaces, total) = furnace::measure(&scene_facts, settings, &self.deadline);
+        let (furnaces, total) = furnace::measure_furnaces(&scene_facts, settings, &self.deadline);
         let survey = looks
             .rays
             .iter()
             .cloned()
-            .reduce(RaySurvey::plus)
+            .reduce(RaySurvey::combine)
             .unwrap_or_default();
-        findings.extend(stored::check(&scene_facts, &ready, &survey, &views));
-        findings.extend(meshes::check(&scene_facts, &topologies, &survey, &views));
-        findings.extend(duplicates::check(&scene_facts, &doubles, &survey));
-        let bodies = Bodies {
+        findings.extend(storage::check_storage(
+            &scene_facts,
+            &ready,
+            &survey,
+            &views,
+        ));
+        findings.extend(meshes::check_meshes(
+            &scene_facts,
+            &topologies,
+            &survey,
+            &views,
+        ));
+        findings.extend(duplicates::check_duplicates(
+            &scene_facts,
+            &doubles,
+            &survey,
+        ));
+        let bodies = BodyChecks {
             scene_facts: &scene_facts,
             topologies: &topologies,
             doubles: &doubles,
             survey: &survey,
             resolution: &resolution,
         };
-        findings.extend(bodies.check(&looks.aimed));
-        findings.extend(coplanar::check(
+        findings.extend(bodies.check_bodies(&looks.aimed));
+        findings.extend(coplanar::check_overlaps(
             &scene_facts,
             &overlaps,
             &survey,
             &resolution,
-            |pair| doubles.are_one(pair) || bodies.flickers(pair),
+            |pair| doubles.are_duplicates(pair) || bodies.is_flickering_pair(pair),
         ));
-        findings.extend(samples::check(&scene_facts, &looks.pictures, size));
-        findings.extend(materials::check(&scene_facts, settings, &survey, &furnaces));
-        findings.extend(textures::check(&scene_facts));
-        findings.extend(lamps::check(&scene_facts, &views));
-        findings.extend(cameras::check(&scene_facts, &views, &looks.rays));
+        findings.extend(samples::check_samples(&scene_facts, &looks.pictures, size));
+        findings.extend(materials::check_materials(
+            &scene_facts,
+            settings,
+            &survey,
+            &furnaces,
+        ));
+        findings.extend(textures::check_textures(&scene_facts));
+        findings.extend(lights::check_lights(&scene_facts, &views));
+        findings.extend(cameras::check_cameras(&scene_facts, &views, &looks.rays));
         progress(steps);
         let furnaces = CheckRun {
             name: "furnaces",
@@ -265,19 +289,19 @@ impl StressSession<'_> {
             planned: total as u64,
         };
         Ok(StressSummary {
-            checks: looks.checks(furnaces),
+            checks: looks.merge_check_runs(furnaces),
             cameras: [views.len(), scene.cameras.len().max(1)],
-            ..report(&scene_facts, &views, Some(&ready), findings)
+            ..sort_findings(&scene_facts, &views, Some(&ready), findings)
         })
     }
 
     /// The cameras that are checked, each with a picture of the size in the settings.
-    fn views(&self) -> Vec<CameraPicture> {
+    fn camera_pictures(&self) -> Vec<CameraView> {
         let (scene, size) = (self.scene, self.settings.size);
         let cameras = scene.cameras.iter().enumerate().take(CAMERAS);
-        let mut views: Vec<CameraPicture> = cameras
+        let mut views: Vec<CameraView> = cameras
             .map(|(index, camera)| {
-                CameraPicture::new(
+                CameraView::new(
                     index,
                     FindingSubject::Camera(Some(index)),
                     camera.clone(),
@@ -288,14 +312,14 @@ impl StressSession<'_> {
         if views.is_empty() {
             let silhouette = Silhouette::from_scene(scene);
             let framed = || {
-                silhouette.frame(
-                    silhouette.front(),
+                silhouette.frame_camera(
+                    silhouette.default_view(),
                     FIELD_OF_VIEW,
                     f64::from(size[0]) / f64::from(size[1]),
                 )
             };
             let camera = self.settings.camera.clone().unwrap_or_else(framed);
-            views.push(CameraPicture::new(
+            views.push(CameraView::new(
                 0,
                 FindingSubject::Camera(None),
                 camera,
@@ -306,7 +330,7 @@ impl StressSession<'_> {
     }
 
     /// The settings of a small picture.
-    fn small(&self, view: &CameraPicture) -> Settings {
+    fn small_picture_settings(&self, view: &CameraView) -> Settings {
         let [width, height] = view.size.map(f64::from);
         let scale = (PIXELS / (width * height)).sqrt().min(1.0);
         let sampling = match self.settings.sampling {
@@ -326,27 +350,27 @@ impl StressSession<'_> {
     }
 
     /// Sends rays of a camera.
-    fn look(
+    fn trace_camera(
         &self,
         ready: &ReadyScene,
         (scene_facts, topologies, overlaps): (
             &SceneFacts<'_>,
             &BTreeMap<usize, Topology>,
-            &Overlaps,
+            &OverlapTable,
         ),
-        view: &CameraPicture,
-        looks: &mut CameraSightings,
+        view: &CameraView,
+        looks: &mut CameraResults,
     ) {
         let seed = self.settings.seed;
         let deadline = &self.deadline;
-        looks.rays.push(ready.work(&PictureRays {
+        looks.rays.push(ready.run_task(&RaySurveyTask {
             scene_facts,
             overlaps,
             size: ready.settings().size,
             seed,
             deadline,
         }));
-        looks.aimed.push(ready.work(&EdgeAim {
+        looks.aimed.push(ready.run_task(&AimedRayTask {
             scene_facts,
             topologies,
             seed,
@@ -354,23 +378,23 @@ impl StressSession<'_> {
         }));
         looks
             .pictures
-            .push(SmallPicture::of(ready, view.index, &self.deadline));
+            .push(SmallRender::render(ready, view.index, &self.deadline));
     }
 }
 
 /// What rays of each camera saw.
 #[derive(Default)]
-struct CameraSightings {
+struct CameraResults {
     rays: Vec<RaySurvey>,
-    aimed: Vec<AimedRays>,
-    pictures: Vec<SmallPicture>,
+    aimed: Vec<AimedRayResult>,
+    pictures: Vec<SmallRender>,
 }
 
-impl CameraSightings {
+impl CameraResults {
     /// The checks of all cameras together.
-    fn checks(&self, furnaces: CheckRun) -> Vec<CheckRun> {
-        let rays = self.rays.iter().map(RaySurvey::run);
-        let aimed = self.aimed.iter().map(AimedRays::run);
+    fn merge_check_runs(&self, furnaces: CheckRun) -> Vec<CheckRun> {
+        let rays = self.rays.iter().map(RaySurvey::check_run);
+        let aimed = self.aimed.iter().map(AimedRayResult::check_run);
         let mut sums: Vec<CheckRun> = Vec::new();
         for run in rays
             .chain(aimed)
@@ -393,15 +417,15 @@ impl CameraSightings {
 const KEPT: usize = 16;
 
 /// The findings, the worst first, each cause once, with the pixels in which they are.
-fn report(
+fn sort_findings(
     scene_facts: &SceneFacts<'_>,
-    views: &[CameraPicture],
+    views: &[CameraView],
     ready: Option<&ReadyScene>,
     mut findings: Vec<StressFinding>,
 ) -> StressSummary {
-    findings.extend(nothing_left(scene_facts));
-    let findings = causes::without_consequences(scene_facts, findings);
-    let mut findings = together(views, findings);
+    findings.extend(empty_scene_finding(scene_facts));
+    let findings = consequences::remove_consequences(scene_facts, findings);
+    let mut findings = merge_findings(views, findings);
     findings.sort_by(|a, b| {
         (a.severity, a.code, a.subject, &a.reason).cmp(&(b.severity, b.code, b.subject, &b.reason))
     });
@@ -413,7 +437,7 @@ fn report(
     });
     let left_out = all - findings.len();
     if let Some(ready) = ready {
-        sightlines::set_pixels(scene_facts, ready, views, &mut findings);
+        sightlines::assign_pixels(scene_facts, ready, views, &mut findings);
     }
     StressSummary {
         findings,
@@ -425,7 +449,7 @@ fn report(
 }
 
 /// That there is no object.
-fn nothing_left(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
+fn empty_scene_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
     let reason =
         "it has no object: the file has none, or nothing was left of them when it was read";
     let remedy = "look at the warnings of reading, and whether the file's scene has a mesh with finite corners";
@@ -436,7 +460,7 @@ fn nothing_left(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
 }
 
 /// Findings of one kind and cause as one, at the place that is nearest to a camera.
-fn together(views: &[CameraPicture], mut findings: Vec<StressFinding>) -> Vec<StressFinding> {
+fn merge_findings(views: &[CameraView], mut findings: Vec<StressFinding>) -> Vec<StressFinding> {
     findings.sort_by(|a, b| {
         (a.severity, a.code, &a.reason, &a.remedy, a.subject)
             .cmp(&(b.severity, b.code, &b.reason, &b.remedy, b.subject))
@@ -451,12 +475,14 @@ fn together(views: &[CameraPicture], mut findings: Vec<StressFinding>) -> Vec<St
                     &finding.reason,
                     &finding.remedy,
                 )
-                && last.subject.is_alike(finding.subject)
+                && last.subject.is_same_kind(finding.subject)
         };
         match groups.last_mut().filter(is_one) {
             // Of several cameras.
             Some(last) if last.subject == finding.subject => {}
-            Some(last) => last.join(finding, |place| cameras::nearness(views, place.into())),
+            Some(last) => last.merge(finding, |place| {
+                cameras::view_distance_key(views, place.into())
+            }),
             None => groups.push(finding),
         }
     }

@@ -9,7 +9,7 @@ use core::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::motion::{opening, pose_at};
+use crate::motion::{pose_at, shutter_opening};
 use crate::scene::{Camera, Colour, Pose, Sky, Studio, Sun};
 
 /// Radiance of the gradient from straight below and from straight above.
@@ -52,8 +52,8 @@ const LIGHTS: [SoftLight; 3] = [
 ];
 
 /// Returns the sky with the studio's lights, turned to a camera.
-pub(crate) fn lights(studio: &Studio, camera: &Camera) -> Sky {
-    let turn = azimuth(camera) - studio.rotation.to_radians();
+pub(crate) fn studio_sky(studio: &Studio, camera: &Camera) -> Sky {
+    let turn = camera_azimuth(camera) - studio.rotation.to_radians();
     let suns = LIGHTS.iter().map(|light| Sun {
         direction: direction_from_angles(
             turn + light.azimuth.to_radians(),
@@ -82,8 +82,8 @@ pub(crate) fn direction_from_angles(azimuth: f64, elevation: f64) -> DVec3 {
 
 /// Returns the azimuth of a camera about its target, in radians. For a view straight down or up, it
 /// is the azimuth after the camera is tilted to the horizon.
-fn azimuth(camera: &Camera) -> f64 {
-    let (back, up) = match pose_at(camera, opening(camera)) {
+fn camera_azimuth(camera: &Camera) -> f64 {
+    let (back, up) = match pose_at(camera, shutter_opening(camera)) {
         Pose::LookAt { eye, target, up } => {
             (DVec3::from(eye) - DVec3::from(target), DVec3::from(up))
         }

@@ -4,21 +4,24 @@
 /// three characters (a single edit for shorter words). An edit inserts, removes or replaces a
 /// character or swaps two neighbours. Case does not count, nor does the choice between `-`, `_` and
 /// space.
-pub fn closest<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub fn closest_word<'a>(
+    wrong: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
     // The time for an edit distance is the product of both lengths, and no mistyped word is longer
     // than this.
     const LONGEST: usize = 64;
     if wrong.len() > LONGEST {
         return None;
     }
-    let wrong = plain(wrong);
+    let wrong = normalize_word(wrong);
     let edits = (wrong.chars().count() / 3).max(1);
     candidates
         .into_iter()
         .filter(|candidate| candidate.len() <= LONGEST)
         .map(|candidate| {
             (
-                strsim::damerau_levenshtein(&wrong, &plain(candidate)),
+                strsim::damerau_levenshtein(&wrong, &normalize_word(candidate)),
                 candidate,
             )
         })
@@ -28,7 +31,7 @@ pub fn closest<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a str>) -
 }
 
 /// Returns a word in lower case with `_` in place of `-` and space.
-fn plain(word: &str) -> String {
+fn normalize_word(word: &str) -> String {
     word.chars()
         .map(|c| {
             if matches!(c, '-' | ' ') {
@@ -42,7 +45,7 @@ fn plain(word: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::closest;
+    use super::closest_word;
 
     /// Protects: typing errors and other spellings find their word.
     #[test]
@@ -55,7 +58,7 @@ mod tests {
             ("RADIUS", "radius"),
             ("vertical-fov", "vertical_fov"),
         ] {
-            assert_eq!(closest(wrong, words), Some(right), "{wrong}");
+            assert_eq!(closest_word(wrong, words), Some(right), "{wrong}");
         }
     }
 
@@ -63,7 +66,11 @@ mod tests {
     #[test]
     fn what_is_not_near_gets_no_suggestion() {
         for wrong in ["banana", "x", "", &"radius".repeat(100)] {
-            assert_eq!(closest(wrong, ["colour", "radius", "u"]), None, "{wrong}");
+            assert_eq!(
+                closest_word(wrong, ["colour", "radius", "u"]),
+                None,
+                "{wrong}"
+            );
         }
     }
 }

@@ -4,21 +4,21 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use raywright_core::scene::{
-    AlphaMode, Colour, Image, ImageData, Model, Physical, Pixels, Scene, TextureRef,
+    AlphaMode, Colour, Image, ImageData, MaterialModel, Physical, PixelData, Scene, TextureRef,
 };
 
 /// Base colour of clay: a neutral grey.
 const CLAY: f64 = 0.6;
 
 /// Alpha cut-off of a blended surface with an alpha texture, which clay renders as a mask.
-const HALF: f64 = 0.5;
+const BLEND_CUTOFF: f64 = 0.5;
 
 /// Returns a matte neutral material.
-pub(crate) fn model() -> Model {
-    Model::Physical(Box::new(matte(Physical::default())))
+pub(crate) fn clay_model() -> MaterialModel {
+    MaterialModel::Physical(Box::new(make_matte(Physical::default())))
 }
 
-fn matte(physical: Physical) -> Physical {
+fn make_matte(physical: Physical) -> Physical {
     Physical {
         base_colour: Colour([CLAY; 3]).into(),
         specular: 0.0.into(),
@@ -29,40 +29,45 @@ fn matte(physical: Physical) -> Physical {
 /// Replaces every material of a scene by matte grey clay. Uniform emission stays, because it may be
 /// the only light. Alpha masks stay unchanged. A blended surface with an alpha texture becomes a
 /// mask with cut-off 0.5. Other blended surfaces and glass become opaque.
-pub(crate) fn apply(scene: &mut Scene) {
-    let mut cuts = Cutouts::default();
+pub(crate) fn apply_clay(scene: &mut Scene) {
+    let mut cutouts = CutoutTextures::default();
     for material in &mut scene.materials {
-        let emission = material.even_emission().unwrap_or(Colour::BLACK).into();
+        let emission = material.uniform_emission().unwrap_or(Colour::BLACK).into();
         let cut = match &material.model {
-            Model::Physical(model) => cuts.of(model),
-            Model::Classic(_) => Physical::default(),
+            MaterialModel::Physical(model) => cutouts.cut_out_settings(model),
+            MaterialModel::Classic(_) => Physical::default(),
         };
-        material.model = Model::Physical(Box::new(Physical {
+        material.model = MaterialModel::Physical(Box::new(Physical {
             emission,
-            ..matte(cut)
+            ..make_matte(cut)
         }));
     }
-    cuts.add_to(scene);
+    cutouts.add_to_scene(scene);
     scene.unread.clear();
 }
 
 /// White copies of the textures that clay needs for alpha only. The map leads from the name of an
 /// original texture to the name of its copy.
 #[derive(Default)]
-struct Cutouts(BTreeMap<String, String>);
+struct CutoutTextures(BTreeMap<String, String>);
 
-impl Cutouts {
+impl CutoutTextures {
     /// Returns a default material with the alpha settings of `model`: mode, opacity and a white
     /// texture.
-    fn of(&mut self, model: &Physical) -> Physical {
+    fn cut_out_settings(&mut self, model: &Physical) -> Physical {
         let texture = model.base_colour_texture.as_ref();
         let (alpha, opacity) = match (model.alpha, texture) {
             (AlphaMode::Mask { .. }, _) => (model.alpha, model.opacity.clone()),
-            (AlphaMode::Blend, Some(_)) => (AlphaMode::Mask { cutoff: HALF }, 1.0.into()),
+            (AlphaMode::Blend, Some(_)) => (
+                AlphaMode::Mask {
+                    cutoff: BLEND_CUTOFF,
+                },
+                1.0.into(),
+            ),
             _ => return Physical::default(),
         };
         let white = |texture: &TextureRef| TextureRef {
-            name: self.white(&texture.name),
+            name: self.register_white_copy(&texture.name),
             factor: Colour::WHITE,
             ..texture.clone()
         };
@@ -74,7 +79,7 @@ impl Cutouts {
         }
     }
 
-    fn white(&mut self, name: &str) -> String {
+    fn register_white_copy(&mut self, name: &str) -> String {
         self.0
             .entry(name.to_owned())
             .or_insert_with(|| format!("{name} (white)"))
@@ -83,7 +88,7 @@ impl Cutouts {
 
     /// Adds the white copies to the scene's textures and images. Each image keeps the alpha of its
     /// original.
-    fn add_to(self, scene: &mut Scene) {
+    fn add_to_scene(self, scene: &mut Scene) {
         for (name, white) in self.0 {
             let Some(texture) = scene
                 .textures
@@ -100,7 +105,10 @@ impl Cutouts {
             else {
                 continue;
             };
-            let data = image.data.as_deref().map(|data| Arc::new(whitened(data)));
+            let data = image
+                .data
+                .as_deref()
+                .map(|data| Arc::new(whiten_image(data)));
             scene.images.push(Image {
                 name: white.clone(),
                 data,
@@ -116,15 +124,15 @@ impl Cutouts {
 }
 
 /// Returns a copy of an image with white pixels and the original alpha.
-fn whitened(data: &ImageData) -> ImageData {
+fn whiten_image(data: &ImageData) -> ImageData {
     let pixels = match &data.pixels {
-        Pixels::Codes(pixels) => Pixels::Codes(
+        PixelData::Codes(pixels) => PixelData::Codes(
             pixels
                 .iter()
                 .map(|&[.., alpha]| [255, 255, 255, alpha])
                 .collect(),
         ),
-        Pixels::Linear(pixels) => Pixels::Linear(
+        PixelData::Linear(pixels) => PixelData::Linear(
             pixels
                 .iter()
                 .map(|&[.., alpha]| [1.0, 1.0, 1.0, alpha])
@@ -159,27 +167,35 @@ mod tests {
         let mut scene: Scene = serde_json::from_value(json!({ "format": 1, "materials": materials,
             "images": [{ "name": "leaf", "path": "leaf.png" }], "textures": [{ "name": "leaf", "image": "leaf" }] }))
         .expect("a scene");
-        let pixels = Pixels::Codes(vec![[10, 200, 30, 255], [10, 200, 30, 0]]);
+        let pixels = PixelData::Codes(vec![[10, 200, 30, 255], [10, 200, 30, 0]]);
         scene.images[0].data = Some(Arc::new(ImageData {
             width: 2,
             height: 1,
             pixels,
         }));
-        apply(&mut scene);
+        apply_clay(&mut scene);
         let physicals: Vec<Physical> = scene
             .materials
             .iter()
             .map(|material| match &material.model {
-                Model::Physical(model) => (**model).clone(),
-                Model::Classic(_) => panic!("{} is classic", material.name),
+                MaterialModel::Physical(model) => (**model).clone(),
+                MaterialModel::Classic(_) => panic!("{} is classic", material.name),
             })
             .collect();
-        let clay = matte(Physical::default());
+        let clay = make_matte(Physical::default());
         assert_eq!([&physicals[0], &physicals[1], &physicals[4]], [&clay; 3]);
         let alphas =
             [&physicals[2], &physicals[3]].map(|model| (model.alpha, model.opacity.clone()));
         assert_eq!(alphas[0], (AlphaMode::Mask { cutoff: 0.3 }, 0.9.into()));
-        assert_eq!(alphas[1], (AlphaMode::Mask { cutoff: HALF }, 1.0.into()));
+        assert_eq!(
+            alphas[1],
+            (
+                AlphaMode::Mask {
+                    cutoff: BLEND_CUTOFF
+                },
+                1.0.into()
+            )
+        );
         let names = [&physicals[2], &physicals[3]].map(|model| {
             model
                 .base_colour_texture
@@ -194,7 +210,7 @@ mod tests {
             .and_then(|image| image.data.clone());
         assert_eq!(
             white.map(|data| data.pixels.clone()),
-            Some(Pixels::Codes(vec![[255; 4], [255, 255, 255, 0]]))
+            Some(PixelData::Codes(vec![[255; 4], [255, 255, 255, 0]]))
         );
         assert_eq!(physicals[5].emission, Colour([5.0, 4.0, 3.0]).into());
         assert_eq!(physicals[6].emission, Colour([1.0, 0.0, 0.0]).into());

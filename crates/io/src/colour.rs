@@ -2,7 +2,7 @@
 //! converted to linear values.
 
 use css_color::Srgb;
-use raywright_core::display::curve::decode;
+use raywright_core::display::curve::decode_transfer;
 use raywright_core::scene::TransferCurve;
 
 /// Parses an opaque CSS colour to linear values from 0 to 1. Returns `None` for any other text,
@@ -24,7 +24,7 @@ pub fn parse_colour(text: &str) -> Option<[f64; 3]> {
     // Codes are whole numbers in all three notations.
     Some([colour.red, colour.green, colour.blue].map(|share| {
         let code = (f64::from(share) * 255.0).round();
-        decode(TransferCurve::Srgb, code / 255.0)
+        decode_transfer(TransferCurve::Srgb, code / 255.0)
     }))
 }
 

@@ -8,7 +8,7 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use crate::error_kind::ErrorKind;
 
 /// Largest number of problems rendered in full; a text in another format can have thousands.
-const SHOWN: usize = 20;
+const MAX_SHOWN: usize = 20;
 
 /// Bytes of a long line that are shown before a problem; up to three times as many are shown after
 /// the start of the problem.
@@ -61,13 +61,13 @@ impl Diagnostics {
         let mut blocks: Vec<String> = self
             .problems
             .iter()
-            .take(SHOWN)
-            .map(|problem| self.block(problem, renderer))
+            .take(MAX_SHOWN)
+            .map(|problem| self.render_problem(problem, renderer))
             .collect();
         if let Some(more) = self
             .problems
             .len()
-            .checked_sub(SHOWN)
+            .checked_sub(MAX_SHOWN)
             .filter(|&more| more > 0)
         {
             let noun = if more == 1 { "problem" } else { "problems" };
@@ -76,9 +76,9 @@ impl Diagnostics {
         blocks.join("\n\n")
     }
 
-    fn block(&self, problem: &Diagnostic, renderer: &Renderer) -> String {
+    fn render_problem(&self, problem: &Diagnostic, renderer: &Renderer) -> String {
         let Some(span) = &problem.span else {
-            return plain(
+            return render_message(
                 &format!("{}: {}", self.file, problem.message),
                 problem.hint.as_deref(),
                 renderer,
@@ -88,18 +88,18 @@ impl Diagnostics {
         let title = Level::ERROR.primary_title(&problem.message);
         // The renderer gets only the line of the problem, or a piece of that line: a long file
         // costs no more than a short one.
-        let place = TextPosition::of(&self.text, span);
+        let place = TextPosition::from_span(&self.text, span);
         let label = Some(problem.label.as_str()).filter(|label| !label.is_empty());
         let annotation = AnnotationKind::Primary
-            .span(place.within.clone())
+            .span(place.span_in_shown.clone())
             .label(label);
-        let snippet = Snippet::source(&self.text[place.shown.clone()])
+        let snippet = Snippet::source(&self.text[place.shown_range.clone()])
             .line_start(place.line)
             .path(&self.file)
             .annotation(annotation);
         let shown = renderer.render(&[Group::with_title(title).element(snippet).elements(hint)]);
         // The renderer counts columns from the beginning of the piece.
-        let [within, of_text] = [place.column_within, place.column]
+        let [within, of_text] = [place.column_in_shown, place.column]
             .map(|column| format!("{}:{}:{column}", self.file, place.line));
         if within == of_text {
             shown
@@ -110,7 +110,7 @@ impl Diagnostics {
 }
 
 /// Renders a message without a position, and the advice, if any.
-pub(crate) fn plain(message: &str, hint: Option<&str>, renderer: &Renderer) -> String {
+pub(crate) fn render_message(message: &str, hint: Option<&str>, renderer: &Renderer) -> String {
     let error = renderer.render(&[Group::with_title(Level::ERROR.primary_title(message))]);
     let help =
         hint.map(|hint| renderer.render(&[Group::with_title(Level::HELP.secondary_title(hint))]));
@@ -126,17 +126,17 @@ pub struct TextPosition {
     /// Column in characters, from 1.
     pub column: usize,
     /// Byte range of the text that is shown: the whole line, or a piece of a long line.
-    shown: Range<usize>,
+    shown_range: Range<usize>,
     /// The span, relative to the start of the shown range.
-    within: Range<usize>,
+    span_in_shown: Range<usize>,
     /// Column relative to the start of the shown range, in characters from 1.
-    column_within: usize,
+    column_in_shown: usize,
 }
 
 impl TextPosition {
     /// Computes the position of a byte span. An offset beyond the text is moved to the end of the
     /// text, and an offset inside a character to the start of that character.
-    pub fn of(text: &str, span: &Range<usize>) -> Self {
+    pub fn from_span(text: &str, span: &Range<usize>) -> Self {
         let mut start = text.floor_char_boundary(span.start.min(text.len()));
         // The end of a text with a final line break belongs to its last line.
         if start == text.len() && text.ends_with('\n') {
@@ -162,9 +162,9 @@ impl TextPosition {
         Self {
             line,
             column,
-            shown: from..to,
-            within: start - from..end - from,
-            column_within,
+            shown_range: from..to,
+            span_in_shown: start - from..end - from,
+            column_in_shown: column_within,
         }
     }
 }

@@ -7,14 +7,14 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use raywright_core::Scene;
-use raywright_core::effects::{has_light, lights_reach, neutral_sky};
+use raywright_core::effects::{emits_light, lights_reach_surfaces, neutral_sky};
 use raywright_core::scene::{Colour, Image, Sky, SkyMap, Studio};
 
 use crate::error::Error;
 use crate::folder::{Folder, read_file};
 use crate::image_file::{self, DecodedImage};
 use crate::import::FaultKind;
-use crate::limits::{Limits, human_bytes};
+use crate::limits::{Limits, format_bytes};
 use crate::source::SceneFormat;
 use crate::warning::{Warning, WarningCode};
 
@@ -22,7 +22,7 @@ use crate::warning::{Warning, WarningCode};
 /// without light gets the neutral sky, and a model without effective lights gets the default
 /// studio.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Environment {
+pub struct EnvironmentOptions {
     /// Replacement of the scene's own sky.
     pub source: Option<EnvironmentSource>,
     /// Ground of a studio.
@@ -74,16 +74,16 @@ pub enum LightShortage {
 /// # Errors
 /// An unreadable file, a file that is no picture or exceeds a limit, and a sky that cannot be
 /// rotated or scaled.
-pub(crate) fn apply(
+pub(crate) fn apply_environment(
     scene: &mut Scene,
     format: SceneFormat,
-    wish: &Environment,
+    options: &EnvironmentOptions,
     folder: &Folder,
     limits: &Limits,
     warnings: &mut Vec<Warning>,
 ) -> Result<Option<LightShortage>, Error> {
     let studio = || Sky::Studio(Studio::default());
-    match &wish.source {
+    match &options.source {
         None => {}
         Some(EnvironmentSource::None) => scene.sky = None,
         Some(EnvironmentSource::Default) => scene.sky = Some(neutral_sky()),
@@ -91,47 +91,52 @@ pub(crate) fn apply(
             scene.sky = Some(studio());
             scene.lights.clear();
         }
-        Some(EnvironmentSource::File(path)) => picture(scene, path, folder, limits, warnings)?,
+        Some(EnvironmentSource::File(path)) => {
+            load_sky_picture(scene, path, folder, limits, warnings)?
+        }
     }
-    if wish.source.is_some() {
-        folder.record(format!("environment {:?}", wish.source).as_bytes());
+    if options.source.is_some() {
+        folder.add_to_hash(format!("environment {:?}", options.source).as_bytes());
     }
-    let shortage = if wish.source.is_some() {
+    let shortage = if options.source.is_some() {
         None
     } else {
-        shortage(scene, format)
+        detect_light_shortage(scene, format)
     };
     let is_model = !matches!(format, SceneFormat::Native(_));
     if shortage.is_some() && is_model {
         scene.sky = Some(studio());
     }
-    if wish.ground == GroundRule::None {
-        folder.record(b"ground none");
+    if options.ground == GroundRule::None {
+        folder.add_to_hash(b"ground none");
         if let Some(Sky::Studio(studio)) = &mut scene.sky {
             studio.ground = false;
         }
     }
-    if let Some(radiance) = wish.backdrop {
-        folder.record(b"backdrop");
-        folder.record(&radiance.to_le_bytes());
+    if let Some(radiance) = options.backdrop {
+        folder.add_to_hash(b"backdrop");
+        folder.add_to_hash(&radiance.to_le_bytes());
         if let Some(Sky::Studio(studio)) = &mut scene.sky {
             studio.backdrop = Some(radiance);
         }
     }
-    for (key, value) in [("rotation", wish.rotation), ("strength", wish.strength)] {
+    for (key, value) in [
+        ("rotation", options.rotation),
+        ("strength", options.strength),
+    ] {
         let Some(value) = value else { continue };
-        folder.record(key.as_bytes());
-        folder.record(&value.to_le_bytes());
+        folder.add_to_hash(key.as_bytes());
+        folder.add_to_hash(&value.to_le_bytes());
         let Some(sky) = &mut scene.sky else {
-            let error = Error::usage(format!(
+            let error = Error::invalid_usage(format!(
                 "--env-{key} changes the environment, and the scene has none"
             ));
             return Err(error.with_hint("add one: --env default, or --env FILE"));
         };
         if key == "rotation" {
-            turn(sky, value)?
+            rotate_sky(sky, value)?
         } else {
-            weigh(sky, value)?
+            scale_sky(sky, value)?
         }
     }
     if shortage.is_some() && !is_model {
@@ -143,55 +148,60 @@ pub(crate) fn apply(
 /// Returns the shortage of light in a scene, if any. A native scene lacks light only if nothing in
 /// the scene emits, because its author may want a dark picture. A model also lacks light if its
 /// lights are too faint, because its emissive surfaces rarely light the other surfaces.
-fn shortage(scene: &Scene, format: SceneFormat) -> Option<LightShortage> {
+fn detect_light_shortage(scene: &Scene, format: SceneFormat) -> Option<LightShortage> {
     match format {
-        SceneFormat::Native(_) => (!has_light(scene)).then_some(LightShortage::NoLight),
+        SceneFormat::Native(_) => (!emits_light(scene)).then_some(LightShortage::NoLight),
         _ if scene.sky.is_some() => None,
         _ if scene.lights.is_empty() => Some(LightShortage::NoLight),
-        _ => (!lights_reach(scene)).then_some(LightShortage::TooDim),
+        _ => (!lights_reach_surfaces(scene)).then_some(LightShortage::TooDim),
     }
 }
 
-fn picture(
+fn load_sky_picture(
     scene: &mut Scene,
     path: &Path,
     folder: &Folder,
     limits: &Limits,
     warnings: &mut Vec<Warning>,
 ) -> Result<(), Error> {
-    let unreadable = |cause: std::io::Error| Error::read(path, &cause);
-    folder.note_file(path);
+    let unreadable = |cause: std::io::Error| Error::unreadable(path, &cause);
+    folder.record_scene_file(path);
     // A pipe could block the reader for ever, and a folder has no content.
     if path.exists() && !path.is_file() {
-        return Err(Error::input(path.display(), "is not a regular file"));
+        return Err(Error::invalid_input(
+            path.display(),
+            "is not a regular file",
+        ));
     }
     let bytes =
         read_file(&File::open(path).map_err(unreadable)?, limits.file_bytes).map_err(unreadable)?;
     let larger = || {
-        Error::limit(
+        Error::over_limit(
             path.display(),
             format!(
                 "the file is larger than the limit of {}",
-                human_bytes(limits.file_bytes)
+                format_bytes(limits.file_bytes)
             ),
         )
     };
     let bytes = bytes.ok_or_else(larger)?;
-    folder.record(&bytes);
+    folder.add_to_hash(&bytes);
     let DecodedImage {
         image,
         remarks,
-        repaired,
+        repaired_count: repaired,
     } = image_file::decode(&bytes, limits).map_err(|fault| match fault.kind {
-        FaultKind::Limit => Error::limit(path.display(), fault.message),
-        FaultKind::Input | FaultKind::Choice => Error::input(path.display(), fault.message)
+        FaultKind::Limit => Error::over_limit(path.display(), fault.message),
+        FaultKind::Input | FaultKind::Choice => Error::invalid_input(path.display(), fault.message)
             .with_hint("an environment is an equirectangular .hdr or .exr picture"),
     })?;
-    warnings.extend(
-        remarks
-            .into_iter()
-            .map(|remark| Warning::new(WarningCode::of_image(repaired), path.display(), remark)),
-    );
+    warnings.extend(remarks.into_iter().map(|remark| {
+        Warning::new(
+            WarningCode::from_repaired_texels(repaired),
+            path.display(),
+            remark,
+        )
+    }));
     let mut name = "environment".to_owned();
     while scene.images.iter().any(|image| image.name == name) {
         name.push('\'');
@@ -210,7 +220,7 @@ fn picture(
     Ok(())
 }
 
-fn turn(sky: &mut Sky, degrees: f64) -> Result<(), Error> {
+fn rotate_sky(sky: &mut Sky, degrees: f64) -> Result<(), Error> {
     match sky {
         Sky::Constant(_) => {}
         Sky::Map(map) => map.rotation += degrees,
@@ -223,12 +233,12 @@ fn turn(sky: &mut Sky, degrees: f64) -> Result<(), Error> {
                 sun.direction = (turn * DVec3::from(sun.direction)).to_array();
             }
         }
-        Sky::Expression(_) => return Err(computed("turned", "--env-rotation")),
+        Sky::Expression(_) => return Err(expression_sky_error("turned", "--env-rotation")),
     }
     Ok(())
 }
 
-fn weigh(sky: &mut Sky, factor: f64) -> Result<(), Error> {
+fn scale_sky(sky: &mut Sky, factor: f64) -> Result<(), Error> {
     let scaled = |colour: &mut Colour| colour.0.iter_mut().for_each(|channel| *channel *= factor);
     match sky {
         Sky::Constant(colour) => scaled(colour),
@@ -238,13 +248,13 @@ fn weigh(sky: &mut Sky, factor: f64) -> Result<(), Error> {
             [bottom, top].into_iter().for_each(scaled);
             suns.iter_mut().for_each(|sun| sun.weight *= factor);
         }
-        Sky::Expression(_) => return Err(computed("weighed", "--env-strength")),
+        Sky::Expression(_) => return Err(expression_sky_error("weighed", "--env-strength")),
     }
     Ok(())
 }
 
-fn computed(label: &str, flag: &str) -> Error {
-    let error = Error::usage(format!(
+fn expression_sky_error(label: &str, flag: &str) -> Error {
+    let error = Error::invalid_usage(format!(
         "{flag}: the scene's sky is an expression, which can't be {label} from outside"
     ));
     error.with_hint("change the expression, or take another environment with --env")
@@ -254,19 +264,19 @@ fn computed(label: &str, flag: &str) -> Error {
 mod tests {
     use super::*;
     use crate::ErrorKind;
-    use crate::native::Notation;
+    use crate::native::SceneNotation;
     use raywright_core::scene::{ColourInput, Light, LightKind, Sun};
 
-    fn under(sky: Option<Sky>, wish: Environment) -> Result<Scene, Error> {
+    fn under(sky: Option<Sky>, options: EnvironmentOptions) -> Result<Scene, Error> {
         let mut scene = Scene {
             sky,
             ..Scene::default()
         };
-        apply(
+        apply_environment(
             &mut scene,
             SceneFormat::Glb,
-            &wish,
-            &Folder::none(1 << 20),
+            &options,
+            &Folder::without_files(1 << 20),
             &Limits::default(),
             &mut Vec::new(),
         )
@@ -291,15 +301,15 @@ mod tests {
     /// was along +x.
     #[test]
     fn skies_are_turned_and_weighed() {
-        let wish = || Environment {
+        let options = || EnvironmentOptions {
             rotation: Some(90.0),
             strength: Some(0.5),
-            ..Environment::default()
+            ..EnvironmentOptions::default()
         };
         let Ok(Scene {
             sky: Some(Sky::Gradient { bottom, suns, .. }),
             ..
-        }) = under(Some(gradient()), wish())
+        }) = under(Some(gradient()), options())
         else {
             panic!("a gradient")
         };
@@ -322,20 +332,20 @@ mod tests {
         let Ok(Scene {
             sky: Some(Sky::Map(map)),
             ..
-        }) = under(Some(map), wish())
+        }) = under(Some(map), options())
         else {
             panic!("a map")
         };
         assert_eq!((map.rotation, map.strength), (120.0, 1.5));
         let error = under(
             Some(Sky::Expression(ColourInput::Expression("d".to_owned()))),
-            wish(),
+            options(),
         )
         .expect_err("an expression");
         assert_eq!(error.kind(), ErrorKind::Usage);
-        let none = Environment {
+        let none = EnvironmentOptions {
             source: Some(EnvironmentSource::None),
-            ..wish()
+            ..options()
         };
         let error = under(None, none).expect_err("no sky").to_string();
         assert!(
@@ -358,7 +368,7 @@ mod tests {
             specular: true,
         };
         let (native, studio) = (
-            SceneFormat::Native(Notation::Toml),
+            SceneFormat::Native(SceneNotation::Toml),
             Sky::Studio(Studio::default()),
         );
         for (brightness, format, expected) in [
@@ -380,13 +390,13 @@ mod tests {
                 lights: brightness.map(light).into_iter().collect(),
                 ..Scene::default()
             };
-            let lit = |wish: &Environment| {
+            let lit = |options: &EnvironmentOptions| {
                 let mut scene = bare.clone();
-                let added = apply(
+                let added = apply_environment(
                     &mut scene,
                     format,
-                    wish,
-                    &Folder::none(1 << 20),
+                    options,
+                    &Folder::without_files(1 << 20),
                     &Limits::default(),
                     &mut Vec::new(),
                 )
@@ -395,13 +405,13 @@ mod tests {
             };
             let (why, sky) = expected.unzip();
             assert_eq!(
-                lit(&Environment::default()),
+                lit(&EnvironmentOptions::default()),
                 (why, sky, bare.lights.len()),
                 "{brightness:?}, {format:?}"
             );
-            let with = |source| Environment {
+            let with = |source| EnvironmentOptions {
                 source: Some(source),
-                ..Environment::default()
+                ..EnvironmentOptions::default()
             };
             assert_eq!(
                 lit(&with(EnvironmentSource::None)),
@@ -421,11 +431,11 @@ mod tests {
     /// be omitted.
     #[test]
     fn a_studio_is_turned_and_weighed() {
-        let wish = Environment {
+        let options = EnvironmentOptions {
             rotation: Some(30.0),
             strength: Some(0.5),
             ground: GroundRule::None,
-            ..Environment::default()
+            ..EnvironmentOptions::default()
         };
         let expected = Studio {
             rotation: 30.0,
@@ -434,7 +444,7 @@ mod tests {
             backdrop: None,
         };
         assert_eq!(
-            under(None, wish).expect("a studio").sky,
+            under(None, options).expect("a studio").sky,
             Some(Sky::Studio(expected))
         );
     }
@@ -443,9 +453,9 @@ mod tests {
     /// its path.
     #[test]
     fn skies_are_replaced() {
-        let with = |source| Environment {
+        let with = |source| EnvironmentOptions {
             source: Some(source),
-            ..Environment::default()
+            ..EnvironmentOptions::default()
         };
         assert_eq!(
             under(Some(gradient()), with(EnvironmentSource::None))

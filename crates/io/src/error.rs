@@ -5,7 +5,7 @@ use std::path::Path;
 
 use annotate_snippets::Renderer;
 
-use crate::diagnostic::{Diagnostics, plain};
+use crate::diagnostic::{Diagnostics, render_message};
 use crate::error_kind::ErrorKind;
 
 /// A failure, whose `Display` is the complete message for a user in plain text: position, cause and
@@ -27,43 +27,51 @@ pub enum Error {
 
 impl Error {
     /// Creates the error for wrong content in a file other than a native scene.
-    pub fn input(path: impl fmt::Display, message: impl fmt::Display) -> Self {
-        Self::plain(ErrorKind::Input, format!("{path}: {message}"))
+    pub fn invalid_input(path: impl fmt::Display, message: impl fmt::Display) -> Self {
+        Self::with_kind(ErrorKind::Input, format!("{path}: {message}"))
     }
 
     /// Creates the error for a file beyond a limit.
-    pub fn limit(path: impl fmt::Display, message: impl fmt::Display) -> Self {
-        Self::plain(ErrorKind::Limit, format!("{path}: {message}"))
+    pub fn over_limit(path: impl fmt::Display, message: impl fmt::Display) -> Self {
+        Self::with_kind(ErrorKind::Limit, format!("{path}: {message}"))
     }
 
     /// Creates the error for a name that does not exist, such as a preset, a camera or a parameter.
-    pub fn usage(message: impl fmt::Display) -> Self {
-        Self::plain(ErrorKind::Usage, message.to_string())
+    pub fn invalid_usage(message: impl fmt::Display) -> Self {
+        Self::with_kind(ErrorKind::Usage, message.to_string())
     }
 
     /// Creates the error for a file that cannot be read, or that exceeds the available memory.
-    pub fn read(path: &Path, cause: &std::io::Error) -> Self {
+    pub fn unreadable(path: &Path, cause: &std::io::Error) -> Self {
         if cause.kind() == std::io::ErrorKind::OutOfMemory {
-            return Self::limit(
+            return Self::over_limit(
                 path.display(),
                 "the system has no memory for the whole file",
             );
         }
-        Self::plain(
+        Self::with_kind(
             ErrorKind::File,
-            format!("cannot read {}: {}", path.display(), reason(cause)),
+            format!(
+                "cannot read {}: {}",
+                path.display(),
+                describe_io_error(cause)
+            ),
         )
     }
 
     /// Creates the error for a file that cannot be written.
-    pub fn write(path: &Path, cause: &std::io::Error) -> Self {
-        Self::plain(
+    pub fn unwritable(path: &Path, cause: &std::io::Error) -> Self {
+        Self::with_kind(
             ErrorKind::File,
-            format!("cannot write {}: {}", path.display(), reason(cause)),
+            format!(
+                "cannot write {}: {}",
+                path.display(),
+                describe_io_error(cause)
+            ),
         )
     }
 
-    fn plain(kind: ErrorKind, message: String) -> Self {
+    fn with_kind(kind: ErrorKind, message: String) -> Self {
         Self::Plain {
             kind,
             message,
@@ -109,7 +117,9 @@ impl Error {
         };
         match self {
             Self::Scene(diagnostics) => diagnostics.render(&renderer),
-            Self::Plain { message, hint, .. } => plain(message, hint.as_deref(), &renderer),
+            Self::Plain { message, hint, .. } => {
+                render_message(message, hint.as_deref(), &renderer)
+            }
         }
     }
 }
@@ -124,7 +134,7 @@ impl std::error::Error for Error {}
 
 /// Describes the cause of a failed file operation in plain words. Rare causes are described in the
 /// operating system's words, with the number of the error.
-pub(crate) fn reason(cause: &std::io::Error) -> String {
+pub(crate) fn describe_io_error(cause: &std::io::Error) -> String {
     use std::io::ErrorKind as Cause;
     match cause.kind() {
         Cause::NotFound => "no such file or folder".to_owned(),

@@ -13,10 +13,10 @@ use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 use std::rc::Rc;
 
-use crate::error::reason;
+use crate::error::describe_io_error;
 use crate::hash::SceneHash;
 use crate::inputs::InputFiles;
-use crate::limits::human_bytes;
+use crate::limits::format_bytes;
 
 /// Error of a file named inside a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,17 +41,17 @@ impl fmt::Display for ReadError {
 
 /// Location of the files that a scene names.
 #[derive(Clone, Debug)]
-enum Root {
+enum FolderRoot {
     /// Below a folder, given by its canonical path.
     Disk(PathBuf),
     /// In a caller's resolver. The prefix of all paths is empty or ends in `/`.
     Resolver(Resolver, String),
     /// No location: every reference is refused, for this reason.
-    Nowhere(&'static str),
+    NoFiles(&'static str),
 }
 
 /// Location of a file that a scene names.
-enum Location<'f> {
+enum FileLocation<'f> {
     Disk(PathBuf),
     Resolver(&'f Resolver, String),
 }
@@ -60,9 +60,9 @@ enum Location<'f> {
 /// or named.
 #[derive(Debug)]
 pub struct Folder {
-    root: Root,
+    root: FolderRoot,
     /// Whether files outside the folder may be read, by the user's choice.
-    outside: bool,
+    allows_outside: bool,
     file_bytes: u64,
     hash: RefCell<SceneHash>,
     /// Files read or named. The list is shared with the folders of files read from this folder.
@@ -75,14 +75,14 @@ impl Folder {
     ///
     /// # Errors
     /// If the folder does not exist or cannot be accessed.
-    pub fn around(file: &Path, file_bytes: u64) -> std::io::Result<Self> {
+    pub fn parent_of(file: &Path, file_bytes: u64) -> std::io::Result<Self> {
         let parent = match file.parent() {
             Some(parent) if parent != Path::new("") => parent,
             _ => Path::new("."),
         };
         Ok(Self {
-            root: Root::Disk(parent.canonicalize()?),
-            ..Self::none(file_bytes)
+            root: FolderRoot::Disk(parent.canonicalize()?),
+            ..Self::without_files(file_bytes)
         })
     }
 
@@ -91,40 +91,40 @@ impl Folder {
     /// # Errors
     /// [`ReadError::Refused`] for a reference that may not be followed, [`ReadError::Unreadable`]
     /// for a missing file.
-    pub fn beside(&self, reference: &str) -> Result<Self, ReadError> {
+    pub fn folder_of_reference(&self, reference: &str) -> Result<Self, ReadError> {
         let root = match self.resolve(reference)? {
-            Location::Disk(path) => path
-                .parent()
-                .map_or(self.root.clone(), |parent| Root::Disk(parent.to_owned())),
-            Location::Resolver(resolver, name) => {
+            FileLocation::Disk(path) => path.parent().map_or(self.root.clone(), |parent| {
+                FolderRoot::Disk(parent.to_owned())
+            }),
+            FileLocation::Resolver(resolver, name) => {
                 let prefix = name
                     .rsplit_once('/')
                     .map(|(folder, _)| format!("{folder}/"));
-                Root::Resolver(resolver.clone(), prefix.unwrap_or_default())
+                FolderRoot::Resolver(resolver.clone(), prefix.unwrap_or_default())
             }
         };
         Ok(Self {
             root,
             inputs: Rc::clone(&self.inputs),
-            outside: self.outside,
-            ..Self::none(self.file_bytes)
+            allows_outside: self.allows_outside,
+            ..Self::without_files(self.file_bytes)
         })
     }
 
     /// Sets whether references may lead outside the folder.
-    pub fn allowing_outside(self, allowed: bool) -> Self {
+    pub fn with_outside_access(self, allowed: bool) -> Self {
         Self {
-            outside: allowed,
+            allows_outside: allowed,
             ..self
         }
     }
 
     /// Creates the folder of a built-in scene, which has no files.
-    pub fn none(file_bytes: u64) -> Self {
-        let root = Root::Nowhere("a built-in scene cannot read files");
+    pub fn without_files(file_bytes: u64) -> Self {
+        let root = FolderRoot::NoFiles("a built-in scene cannot read files");
         Self {
             root,
-            outside: false,
+            allows_outside: false,
             file_bytes,
             hash: RefCell::default(),
             inputs: Rc::default(),
@@ -132,16 +132,16 @@ impl Folder {
     }
 
     /// Creates the folder of a scene given as bytes: a caller's resolver, or no folder.
-    pub fn of_bytes(resolver: Option<&Resolver>, file_bytes: u64) -> Self {
+    pub fn from_resolver(resolver: Option<&Resolver>, file_bytes: u64) -> Self {
         let root = match resolver {
-            Some(resolver) => Root::Resolver(resolver.clone(), String::new()),
-            None => Root::Nowhere(
+            Some(resolver) => FolderRoot::Resolver(resolver.clone(), String::new()),
+            None => FolderRoot::NoFiles(
                 "what comes through a pipe lies in no folder to find it in; name the scene's file instead",
             ),
         };
         Self {
             root,
-            ..Self::none(file_bytes)
+            ..Self::without_files(file_bytes)
         }
     }
 
@@ -151,13 +151,16 @@ impl Folder {
     /// # Errors
     /// [`ReadError`] for a refused, unreadable or oversized file.
     pub fn read(&self, reference: &str) -> Result<Vec<u8>, ReadError> {
-        self.name(reference);
+        self.record_reference(reference);
         let unreadable = |cause: std::io::Error| {
-            ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause)))
+            ReadError::Unreadable(format!(
+                "cannot read `{reference}`: {}",
+                describe_io_error(&cause)
+            ))
         };
         let bytes = match self.resolve(reference)? {
-            Location::Disk(path) => {
-                self.inputs.borrow_mut().read(&path);
+            FileLocation::Disk(path) => {
+                self.inputs.borrow_mut().record_read(&path);
                 // A pipe or a device could block the reader for ever, a pipe even when it is
                 // opened.
                 if !path.is_file() {
@@ -168,34 +171,36 @@ impl Folder {
                 let file = File::open(&path).map_err(unreadable)?;
                 read_file(&file, self.file_bytes).map_err(unreadable)?
             }
-            Location::Resolver(resolver, name) => Some(resolver.read(&name).map_err(unreadable)?)
-                .filter(|bytes| bytes.len() as u64 <= self.file_bytes),
+            FileLocation::Resolver(resolver, name) => {
+                Some(resolver.read(&name).map_err(unreadable)?)
+                    .filter(|bytes| bytes.len() as u64 <= self.file_bytes)
+            }
         };
         let bytes = bytes.ok_or_else(|| {
             ReadError::TooLarge(format!(
                 "`{reference}` is larger than the limit of {}",
-                human_bytes(self.file_bytes)
+                format_bytes(self.file_bytes)
             ))
         })?;
-        self.record(reference.as_bytes());
-        self.record(&bytes);
+        self.add_to_hash(reference.as_bytes());
+        self.add_to_hash(&bytes);
         Ok(bytes)
     }
 
     /// Records the scene's own file, which is not read through this gate.
-    pub(crate) fn note_file(&self, path: &Path) {
-        self.inputs.borrow_mut().read(path);
+    pub(crate) fn record_scene_file(&self, path: &Path) {
+        self.inputs.borrow_mut().record_read(path);
     }
 
     /// Records a file that the scene names, even if the file is missing, refused or never read.
-    pub fn name(&self, reference: &str) {
+    pub fn record_reference(&self, reference: &str) {
         // An output picture with the name of a missing texture would become that texture in the
         // next render.
         let path = Path::new(reference.strip_prefix("file://").unwrap_or(reference));
-        if let Root::Disk(root) = &self.root
+        if let FolderRoot::Disk(root) = &self.root
             && !reference.is_empty()
         {
-            self.inputs.borrow_mut().name(&root.join(path));
+            self.inputs.borrow_mut().record_named(&root.join(path));
         }
     }
 
@@ -205,8 +210,8 @@ impl Folder {
     }
 
     /// Adds bytes to the hash that were not read by [`Self::read`].
-    pub fn record(&self, bytes: &[u8]) {
-        self.hash.borrow_mut().note(bytes);
+    pub fn add_to_hash(&self, bytes: &[u8]) {
+        self.hash.borrow_mut().add(bytes);
     }
 
     /// Returns the hash of all bytes added since the last call, in order, and starts a new hash.
@@ -215,12 +220,12 @@ impl Folder {
         self.hash.take()
     }
 
-    fn resolve(&self, reference: &str) -> Result<Location<'_>, ReadError> {
+    fn resolve(&self, reference: &str) -> Result<FileLocation<'_>, ReadError> {
         let refuse = |why: &str| Err(ReadError::Refused(format!("`{reference}` {why}")));
         if reference.is_empty() || reference.contains('\0') {
             return refuse("names no file");
         }
-        let local = if self.outside {
+        let local = if self.allows_outside {
             reference.strip_prefix("file://").unwrap_or(reference)
         } else {
             reference
@@ -229,35 +234,39 @@ impl Folder {
             return refuse("is an address, and only files in the scene's own folder are read");
         }
         let root = match &self.root {
-            Root::Disk(root) => root,
-            Root::Resolver(resolver, prefix) => {
-                let Some(name) = inside(local) else {
+            FolderRoot::Disk(root) => root,
+            FolderRoot::Resolver(resolver, prefix) => {
+                let Some(name) = normalise_reference(local) else {
                     return refuse("leads out of the scene's folder");
                 };
                 let parts: Vec<_> = name.iter().map(|part| part.to_string_lossy()).collect();
-                return Ok(Location::Resolver(
+                return Ok(FileLocation::Resolver(
                     resolver,
                     prefix.clone() + &parts.join("/"),
                 ));
             }
-            Root::Nowhere(why) => return refuse(&format!("is a file, and {why}")),
+            FolderRoot::NoFiles(why) => return refuse(&format!("is a file, and {why}")),
         };
         const OUT: &str = "leads out of the scene's folder, and only files in it are read (--allow-outside reads others)";
-        let path = match inside(local) {
+        let path = match normalise_reference(local) {
             Some(relative) => root.join(relative),
-            None if self.outside => root.join(local),
+            None if self.allows_outside => root.join(local),
             None => return refuse(OUT),
         };
-        let unreadable =
-            |cause| ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause)));
+        let unreadable = |cause| {
+            ReadError::Unreadable(format!(
+                "cannot read `{reference}`: {}",
+                describe_io_error(&cause)
+            ))
+        };
         let there = path
             .canonicalize()
-            .or_else(|cause| in_any_case(root, local).ok_or(cause));
+            .or_else(|cause| find_ignoring_case(root, local).ok_or(cause));
         let path = there
-            .inspect_err(|_| self.inputs.borrow_mut().miss(&path))
+            .inspect_err(|_| self.inputs.borrow_mut().record_missing(&path))
             .map_err(unreadable)?;
-        match self.outside || path.starts_with(root) {
-            true => Ok(Location::Disk(path)),
+        match self.allows_outside || path.starts_with(root) {
+            true => Ok(FileLocation::Disk(path)),
             false => refuse(
                 "is a link that leads out of the scene's folder (--allow-outside follows it)",
             ),
@@ -267,7 +276,7 @@ impl Folder {
 
 /// Resolves `.` and `..` in a reference without file access. Returns `None` for an absolute path,
 /// and for a path that leaves the folder, even if the path returns to the folder later.
-fn inside(reference: &str) -> Option<PathBuf> {
+fn normalise_reference(reference: &str) -> Option<PathBuf> {
     // Windows paths are refused on every system, so that a scene is accepted by all machines or by
     // none.
     let on_drive =
@@ -292,9 +301,9 @@ fn inside(reference: &str) -> Option<PathBuf> {
 
 /// Finds the only file below `root` whose path equals a reference except for letter case; `None` if
 /// no file or several files match. Many models were written on systems that ignore case.
-fn in_any_case(root: &Path, reference: &str) -> Option<PathBuf> {
+fn find_ignoring_case(root: &Path, reference: &str) -> Option<PathBuf> {
     let mut path = root.to_owned();
-    for part in &inside(reference)? {
+    for part in &normalise_reference(reference)? {
         let requested = part.to_str()?.to_lowercase();
         let names = path
             .read_dir()

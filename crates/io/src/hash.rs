@@ -8,41 +8,41 @@ use sha2::{Digest, Sha256};
 
 /// Largest number of buffered bytes. If a piece does not fit, the buffer and the piece are hashed
 /// at once.
-const ASIDE: usize = 1 << 20;
+const BUFFER_BYTES: usize = 1 << 20;
 
 /// SHA-256 of a sequence of byte pieces, each preceded by its length; displayed as 64 hexadecimal
 /// digits. On processors without SHA instructions, hashing takes fifty instructions per byte;
 /// therefore up to a megabyte is buffered until the hash is displayed.
 #[derive(Clone, Debug, Default)]
 pub struct SceneHash {
-    so_far: Sha256,
+    hasher: Sha256,
     /// Buffered bytes, which follow the bytes already hashed.
-    aside: Vec<u8>,
+    buffer: Vec<u8>,
     /// The 64 digits, once computed.
     digits: OnceLock<String>,
 }
 
 impl SceneHash {
     /// Adds a piece of bytes.
-    pub(crate) fn note(&mut self, bytes: &[u8]) {
+    pub(crate) fn add(&mut self, bytes: &[u8]) {
         self.digits.take();
         let length = (bytes.len() as u64).to_le_bytes();
-        if self.aside.len() + length.len() + bytes.len() <= ASIDE {
-            self.aside.extend(length);
-            self.aside.extend(bytes);
+        if self.buffer.len() + length.len() + bytes.len() <= BUFFER_BYTES {
+            self.buffer.extend(length);
+            self.buffer.extend(bytes);
             return;
         }
-        self.so_far.update(&self.aside);
-        self.aside.clear();
-        self.so_far.update(length);
-        self.so_far.update(bytes);
+        self.hasher.update(&self.buffer);
+        self.buffer.clear();
+        self.hasher.update(length);
+        self.hasher.update(bytes);
     }
 }
 
 impl fmt::Display for SceneHash {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.digits.get_or_init(|| {
-            let all = self.so_far.clone().chain_update(&self.aside).finalize();
+            let all = self.hasher.clone().chain_update(&self.buffer).finalize();
             all.iter().map(|byte| format!("{byte:02x}")).collect()
         }))
     }
@@ -74,21 +74,21 @@ mod tests {
                 .map(|byte| format!("{byte:02x}"))
                 .collect::<String>()
         };
-        let large = vec![7; ASIDE];
-        let half = vec![9; ASIDE / 2];
+        let large = vec![7; BUFFER_BYTES];
+        let half = vec![9; BUFFER_BYTES / 2];
         let lists: [&[&[u8]]; 5] = [
             &[],
             &[b"a", b""],
             &[b"a", &large, b"b"],
             &[&half, &half, &half, b"c"],
-            &[&large[..ASIDE - 8], b"d"],
+            &[&large[..BUFFER_BYTES - 8], b"d"],
         ];
         for pieces in lists {
             let mut hash = SceneHash::default();
             for (i, piece) in pieces.iter().enumerate() {
                 assert_eq!(hash.to_string(), expected(&pieces[..i]));
-                hash.note(piece);
-                assert!(hash.aside.len() <= ASIDE);
+                hash.add(piece);
+                assert!(hash.buffer.len() <= BUFFER_BYTES);
             }
             assert_eq!(hash.to_string(), expected(pieces));
         }

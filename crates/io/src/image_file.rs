@@ -4,17 +4,17 @@
 //! Only pixels are read: colour profiles, gamma chunks and camera orientation are ignored, as glTF
 //! 2.0 requires (section 3.8.3).
 
-mod light;
 mod open_exr;
 mod radiance;
+mod radiance_repair;
 mod size;
 
 use std::io::Cursor;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
-use raywright_core::scene::{ImageData, Pixels};
+use raywright_core::scene::{ImageData, PixelData};
 
-use crate::import::{DecodeBudget, Fault, Outcome, ask_system};
+use crate::import::{DecodeBudget, Fault, ImportResult, check_available_memory};
 use crate::{Limits, ktx2};
 
 pub(crate) use self::size::check_size;
@@ -34,7 +34,7 @@ pub(crate) enum ImageKind {
 }
 
 /// Detects the format from the first bytes, because file names and media types may be wrong.
-pub(crate) fn sniff(bytes: &[u8]) -> ImageKind {
+pub(crate) fn detect_format(bytes: &[u8]) -> ImageKind {
     const SIGNATURES: [(&[u8], ImageKind); 8] = [
         (b"\x89PNG\r\n\x1a\n", ImageKind::Png),
         (b"\xff\xd8\xff", ImageKind::Jpeg),
@@ -64,7 +64,7 @@ pub(crate) struct DecodedImage {
     /// Remarks for the user, each a sentence with the picture as its subject.
     pub remarks: Vec<String>,
     /// Number of infinite and NaN channel values, all of which were replaced.
-    pub repaired: u64,
+    pub repaired_count: u64,
 }
 
 impl From<ImageData> for DecodedImage {
@@ -72,25 +72,27 @@ impl From<ImageData> for DecodedImage {
         Self {
             image,
             remarks: Vec::new(),
-            repaired: 0,
+            repaired_count: 0,
         }
     }
 }
 
 /// Decodes a whole image file.
 ///
-/// PNG, JPEG, WebP and KTX2 become [`Pixels::Codes`] (grey and palettes expanded to RGBA, 16-bit
-/// samples rounded to 8 bits), HDR and EXR become [`Pixels::Linear`].
+/// PNG, JPEG, WebP and KTX2 become [`PixelData::Codes`] (grey and palettes expanded to RGBA, 16-bit
+/// samples rounded to 8 bits), HDR and EXR become [`PixelData::Linear`].
 ///
 /// # Errors
 /// A fault of kind limit for a header beyond `limits`, before any allocation; of kind input for an
 /// unsupported format and for broken data.
-pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<DecodedImage> {
-    let kind = sniff(bytes);
+pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage> {
+    let kind = detect_format(bytes);
     if !matches!(kind, ImageKind::Foreign(_) | ImageKind::Unknown) {
         // The decoder's buffer, and the stored picture of the same size.
-        let [width, height] = size(bytes, limits)?;
-        ask_system(2 * u64::from(width) * u64::from(height) * bytes_a_pixel(kind) as u64)?;
+        let [width, height] = read_size(bytes, limits)?;
+        check_available_memory(
+            2 * u64::from(width) * u64::from(height) * bytes_per_pixel(kind) as u64,
+        )?;
     }
     match kind {
         ImageKind::Png => match decode_palette(bytes, limits) {
@@ -102,10 +104,10 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<DecodedImage> {
         ImageKind::Hdr => radiance::decode(bytes, limits),
         ImageKind::Exr => open_exr::decode(bytes, limits),
         ImageKind::Ktx2 => ktx2::decode(bytes, limits).map(DecodedImage::from),
-        ImageKind::Foreign(name) => Err(Fault::input(format!(
+        ImageKind::Foreign(name) => Err(Fault::invalid_input(format!(
             "is a {name} picture; PNG, JPEG, WebP, KTX2, HDR and EXR are read"
         ))),
-        ImageKind::Unknown => Err(Fault::input(
+        ImageKind::Unknown => Err(Fault::invalid_input(
             "is no picture that is read here (PNG, JPEG, WebP, KTX2, HDR, EXR)",
         )),
     }
@@ -115,15 +117,19 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<DecodedImage> {
 ///
 /// # Errors
 /// As [`decode`], for all faults that a header shows; of kind limit when the budget is exceeded.
-pub(crate) fn claim(bytes: &[u8], limits: &Limits, budget: &mut DecodeBudget) -> Outcome<()> {
-    let [width, height] = size(bytes, limits)?;
-    budget.memory(
+pub(crate) fn reserve_memory(
+    bytes: &[u8],
+    limits: &Limits,
+    budget: &mut DecodeBudget,
+) -> ImportResult<()> {
+    let [width, height] = read_size(bytes, limits)?;
+    budget.reserve_memory(
         width as usize * height as usize,
-        bytes_a_pixel(sniff(bytes)),
+        bytes_per_pixel(detect_format(bytes)),
     )
 }
 
-fn bytes_a_pixel(kind: ImageKind) -> usize {
+fn bytes_per_pixel(kind: ImageKind) -> usize {
     match kind {
         ImageKind::Hdr | ImageKind::Exr => size_of::<[f32; 4]>(),
         _ => size_of::<[u8; 4]>(),
@@ -131,19 +137,19 @@ fn bytes_a_pixel(kind: ImageKind) -> usize {
 }
 
 /// Reads width and height from a header.
-fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
+fn read_size(bytes: &[u8], limits: &Limits) -> ImportResult<[u32; 2]> {
     let size = |format| {
-        opened(format, bytes, limits)
+        open_decoder(format, bytes, limits)
             .map(|decoder| decoder.dimensions())
             .map(|(width, height)| [width, height])
     };
-    match sniff(bytes) {
+    match detect_format(bytes) {
         ImageKind::Png => size(ImageFormat::Png),
         ImageKind::Jpeg => size(ImageFormat::Jpeg),
         ImageKind::WebP => size(ImageFormat::WebP),
-        ImageKind::Hdr => radiance::size(bytes, limits),
-        ImageKind::Exr => open_exr::size(bytes, limits),
-        ImageKind::Ktx2 => ktx2::size(bytes, limits),
+        ImageKind::Hdr => radiance::read_size(bytes, limits),
+        ImageKind::Exr => open_exr::read_size(bytes, limits),
+        ImageKind::Ktx2 => ktx2::read_size(bytes, limits),
         // For these formats, decoding returns the error.
         ImageKind::Foreign(_) | ImageKind::Unknown => {
             decode(bytes, limits).map(|decoded| [decoded.image.width, decoded.image.height])
@@ -152,18 +158,18 @@ fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
 }
 
 /// Converts an error of the `image` crate to a fault.
-fn broken(error: image::ImageError) -> Fault {
+fn decoder_fault(error: image::ImageError) -> Fault {
     match error {
-        image::ImageError::Limits(e) => Fault::limit(format!(
+        image::ImageError::Limits(e) => Fault::over_limit(format!(
             "is a picture that takes too much memory to read ({e})"
         )),
-        e => Fault::input(format!("is a broken picture ({e})")),
+        e => Fault::invalid_input(format!("is a broken picture ({e})")),
     }
 }
 
 /// Returns the length in bytes of a PNG's palette if the length is invalid: not three bytes for
 /// each of up to 256 colours. The decoder (`png` 0.18.1) should refuse such a palette, but panics.
-fn broken_palette(bytes: &[u8]) -> Option<usize> {
+fn invalid_palette_length(bytes: &[u8]) -> Option<usize> {
     let mut chunks = bytes.get(8..)?;
     while let Some((head, rest)) = chunks.split_first_chunk::<8>() {
         let [a, b, c, d, kind @ ..] = *head;
@@ -179,15 +185,15 @@ fn broken_palette(bytes: &[u8]) -> Option<usize> {
 }
 
 /// Opens the decoder of a picture within the limits.
-fn opened<'b>(
+fn open_decoder<'b>(
     format: ImageFormat,
     bytes: &'b [u8],
     limits: &Limits,
-) -> Outcome<impl ImageDecoder + 'b> {
+) -> ImportResult<impl ImageDecoder + 'b> {
     if format == ImageFormat::Png
-        && let Some(length) = broken_palette(bytes)
+        && let Some(length) = invalid_palette_length(bytes)
     {
-        return Err(Fault::input(format!(
+        return Err(Fault::invalid_input(format!(
             "is a broken picture (its palette has {length} bytes, which is not three for each of up to 256 colours)"
         )));
     }
@@ -196,20 +202,20 @@ fn opened<'b>(
     let mut own = image::Limits::default();
     own.max_alloc = Some(limits.image_pixels.saturating_mul(16));
     reader.limits(own);
-    let decoder = reader.into_decoder().map_err(broken)?;
+    let decoder = reader.into_decoder().map_err(decoder_fault)?;
     let (width, height) = decoder.dimensions();
     check_size(u64::from(width), u64::from(height), limits)?;
     Ok(decoder)
 }
 
-fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
-    let decoder = opened(format, bytes, limits)?;
+fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> ImportResult<ImageData> {
+    let decoder = open_decoder(format, bytes, limits)?;
     let (width, height) = decoder.dimensions();
-    let picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(decoder_fault)?;
     let pixels = match picture {
         // RGB with 8 bits is converted directly, because the general conversion examines the colour
         // space of every pixel.
-        DynamicImage::ImageRgb8(picture) => Pixels::Codes(
+        DynamicImage::ImageRgb8(picture) => PixelData::Codes(
             picture
                 .as_raw()
                 .as_chunks()
@@ -218,7 +224,7 @@ fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<Im
                 .map(|&[r, g, b]| [r, g, b, 255])
                 .collect(),
         ),
-        picture => Pixels::Codes(picture.into_rgba8().as_raw().as_chunks().0.to_vec()),
+        picture => PixelData::Codes(picture.into_rgba8().as_raw().as_chunks().0.to_vec()),
     };
     Ok(ImageData {
         width,
@@ -234,7 +240,7 @@ fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<Im
 fn decode_palette(bytes: &[u8], limits: &Limits) -> Option<ImageData> {
     // Depth and colour type are at fixed offsets of the first chunk.
     if bytes.get(24..26) != Some(&[png::BitDepth::Eight as u8, png::ColorType::Indexed as u8])
-        || broken_palette(bytes).is_some()
+        || invalid_palette_length(bytes).is_some()
     {
         return None;
     }
@@ -273,7 +279,7 @@ fn decode_palette(bytes: &[u8], limits: &Limits) -> Option<ImageData> {
     (pixels.len() == count).then_some(ImageData {
         width,
         height,
-        pixels: Pixels::Codes(pixels),
+        pixels: PixelData::Codes(pixels),
     })
 }
 

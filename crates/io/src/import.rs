@@ -5,12 +5,12 @@ use std::collections::HashSet;
 use std::fmt;
 
 use raywright_core::Scene;
-use raywright_core::memory::is_available;
+use raywright_core::memory::can_allocate;
 use raywright_core::validate::validate;
 
 use crate::folder::ReadError;
 use crate::warning::WarningCode;
-use crate::{Error, Limits, Warning, human_bytes};
+use crate::{Error, Limits, Warning, format_bytes};
 
 /// File name extensions of model files, for messages.
 pub(crate) const MODELS: &str = ".stl, .ply, .obj, .gltf and .glb";
@@ -34,14 +34,14 @@ pub(crate) struct Fault {
 }
 
 /// Result of an importer's step.
-pub(crate) type Outcome<T> = Result<T, Fault>;
+pub(crate) type ImportResult<T> = Result<T, Fault>;
 
 /// A scene from a foreign file, with the warnings of its import.
 pub(crate) type ImportedScene = (Scene, Vec<Warning>);
 
 impl Fault {
     /// Creates a fault for wrong content.
-    pub fn input(message: impl Into<String>) -> Self {
+    pub fn invalid_input(message: impl Into<String>) -> Self {
         Self {
             kind: FaultKind::Input,
             message: message.into(),
@@ -49,7 +49,7 @@ impl Fault {
     }
 
     /// Creates a fault for content beyond the limits.
-    pub fn limit(message: impl Into<String>) -> Self {
+    pub fn over_limit(message: impl Into<String>) -> Self {
         Self {
             kind: FaultKind::Limit,
             message: message.into(),
@@ -57,7 +57,7 @@ impl Fault {
     }
 
     /// Creates a fault for a choice that the content lacks.
-    pub fn choice(message: impl Into<String>) -> Self {
+    pub fn missing_choice(message: impl Into<String>) -> Self {
         Self {
             kind: FaultKind::Choice,
             message: message.into(),
@@ -73,9 +73,9 @@ impl Fault {
     /// Converts the fault to an error about a file.
     pub fn into_error(self, file: impl fmt::Display) -> Error {
         match self.kind {
-            FaultKind::Input => Error::input(file, self.message),
-            FaultKind::Limit => Error::limit(file, self.message),
-            FaultKind::Choice => Error::usage(format_args!("{file}: {}", self.message)),
+            FaultKind::Input => Error::invalid_input(file, self.message),
+            FaultKind::Limit => Error::over_limit(file, self.message),
+            FaultKind::Choice => Error::invalid_usage(format_args!("{file}: {}", self.message)),
         }
     }
 }
@@ -83,9 +83,11 @@ impl Fault {
 impl From<ReadError> for Fault {
     fn from(error: ReadError) -> Self {
         match error {
-            ReadError::TooLarge(_) => Self::limit(error.to_string()),
+            ReadError::TooLarge(_) => Self::over_limit(error.to_string()),
             // A missing or refused file is a fault in the content of the file that names it.
-            ReadError::Refused(_) | ReadError::Unreadable(_) => Self::input(error.to_string()),
+            ReadError::Refused(_) | ReadError::Unreadable(_) => {
+                Self::invalid_input(error.to_string())
+            }
         }
     }
 }
@@ -94,7 +96,7 @@ impl From<ReadError> for Fault {
 ///
 /// # Errors
 /// A fault of any other kind.
-pub(crate) fn endurable<T>(outcome: Outcome<T>) -> Outcome<Result<T, String>> {
+pub(crate) fn tolerate_invalid<T>(outcome: ImportResult<T>) -> ImportResult<Result<T, String>> {
     match outcome {
         Ok(value) => Ok(Ok(value)),
         Err(Fault {
@@ -109,10 +111,10 @@ pub(crate) fn endurable<T>(outcome: Outcome<T>) -> Outcome<Result<T, String>> {
 ///
 /// # Errors
 /// A fault of kind input with the first problem.
-pub(crate) fn checked(scene: Scene) -> Outcome<Scene> {
+pub(crate) fn validate_scene(scene: Scene) -> ImportResult<Scene> {
     match validate(&scene).first() {
         None => Ok(scene),
-        Some(problem) => Err(Fault::input(format!(
+        Some(problem) => Err(Fault::invalid_input(format!(
             "{} (of the scene made from it): {}",
             problem.path, problem.message
         ))),
@@ -120,7 +122,7 @@ pub(crate) fn checked(scene: Scene) -> Outcome<Scene> {
 }
 
 /// Formats text of a file for messages: on one line and of bounded length.
-pub(crate) fn printable(text: &str) -> String {
+pub(crate) fn sanitise_text(text: &str) -> String {
     const MOST: usize = 100;
     let clean = |c: char| if c.is_control() { '\u{fffd}' } else { c };
     let more = text.chars().nth(MOST).map(|_| '…');
@@ -128,7 +130,7 @@ pub(crate) fn printable(text: &str) -> String {
 }
 
 /// Formats a number of a file for messages, without long rows of zeros.
-pub(crate) fn number(value: f64) -> String {
+pub(crate) fn format_number(value: f64) -> String {
     if value == 0.0 || (1e-6..1e6).contains(&value.abs()) {
         value.to_string()
     } else {
@@ -161,7 +163,7 @@ impl Warnings {
     }
 
     /// Clamps a number of a file to a range, with a warning if the number is outside.
-    pub fn clamped(
+    pub fn clamp(
         &mut self,
         value: f64,
         [minimum, maximum]: [f64; 2],
@@ -176,7 +178,7 @@ impl Warnings {
         } else {
             value.clamp(minimum, maximum)
         };
-        let [message, least, most, taken] = [value, minimum, maximum, clamped].map(number);
+        let [message, least, most, taken] = [value, minimum, maximum, clamped].map(format_number);
         self.add(
             WarningCode::Range,
             format!("{place}: {label} {message} is outside {least} to {most}; {taken} was taken"),
@@ -185,7 +187,7 @@ impl Warnings {
     }
 
     /// Returns the warnings about a file. Omitted warnings are counted in a final warning.
-    pub fn finish(mut self, file: impl fmt::Display) -> Vec<Warning> {
+    pub fn into_list(mut self, file: impl fmt::Display) -> Vec<Warning> {
         if self.left_out > 0 {
             self.list.push((
                 WarningCode::More,
@@ -208,7 +210,7 @@ pub(crate) struct UniqueNames {
 
 impl UniqueNames {
     /// Returns the requested name, or that name with a number.
-    pub fn unique(&mut self, wish: &str) -> String {
+    pub fn make_unique(&mut self, wish: &str) -> String {
         let wish = if wish.is_empty() { "unnamed" } else { wish };
         let mut name = wish.to_owned();
         while !self.taken.insert(name.clone()) {
@@ -223,19 +225,19 @@ impl UniqueNames {
 
 /// Size in bytes from which an allocation is checked against the system's memory. A system without
 /// room for a smaller allocation has no room for the program at all.
-const LARGE: u64 = 1 << 20;
+const CHECKED_BYTES: u64 = 1 << 20;
 
 /// Checks that the system has this much memory, before an allocation.
 ///
 /// # Errors
 /// A fault of kind limit if the system has less memory.
-pub(crate) fn ask_system(bytes: u64) -> Outcome<()> {
-    if bytes < LARGE || is_available(bytes) {
+pub(crate) fn check_available_memory(bytes: u64) -> ImportResult<()> {
+    if bytes < CHECKED_BYTES || can_allocate(bytes) {
         return Ok(());
     }
-    Err(Fault::limit(format!(
+    Err(Fault::over_limit(format!(
         "needs {} of memory, and the system does not give as much",
-        human_bytes(bytes)
+        format_bytes(bytes)
     )))
 }
 
@@ -263,44 +265,44 @@ impl DecodeBudget {
     ///
     /// # Errors
     /// A fault of kind limit when the budget is exceeded.
-    pub fn memory(&mut self, count: usize, bytes_each: usize) -> Outcome<()> {
+    pub fn reserve_memory(&mut self, count: usize, bytes_each: usize) -> ImportResult<()> {
         let bytes = (count as u64).saturating_mul(bytes_each as u64);
         let total = self.limits.memory_bytes;
         self.bytes = self.bytes.checked_sub(bytes).ok_or_else(|| {
-            Fault::limit(format!(
+            Fault::over_limit(format!(
                 "needs more memory than the limit of {} ({} more)",
-                human_bytes(total),
-                human_bytes(bytes)
+                format_bytes(total),
+                format_bytes(bytes)
             ))
         })?;
-        ask_system(bytes)
+        check_available_memory(bytes)
     }
 
     /// Reserves triangles and the memory of their indices.
     ///
     /// # Errors
     /// A fault of kind limit when the budget is exceeded.
-    pub fn triangles(&mut self, count: usize) -> Outcome<()> {
+    pub fn reserve_triangles(&mut self, count: usize) -> ImportResult<()> {
         let total = self.limits.triangles;
         self.triangles = self
             .triangles
             .checked_sub(count as u64)
-            .ok_or_else(|| Fault::limit(format!("has more than {total} triangles")))?;
-        self.memory(count, size_of::<[u32; 3]>())
+            .ok_or_else(|| Fault::over_limit(format!("has more than {total} triangles")))?;
+        self.reserve_memory(count, size_of::<[u32; 3]>())
     }
 
     /// Reserves an object.
     ///
     /// # Errors
     /// A fault of kind limit for too many objects.
-    pub fn object(&mut self) -> Outcome<()> {
+    pub fn reserve_object(&mut self) -> ImportResult<()> {
         let total = self.limits.objects;
         self.objects = self
             .objects
             .checked_sub(1)
-            .ok_or_else(|| Fault::limit(format!("has more than {total} objects")))?;
+            .ok_or_else(|| Fault::over_limit(format!("has more than {total} objects")))?;
         // 128 bytes for the texts of its names.
-        self.memory(1, size_of::<raywright_core::scene::Object>() + 128)
+        self.reserve_memory(1, size_of::<raywright_core::scene::Object>() + 128)
     }
 }
 
@@ -314,7 +316,7 @@ mod tests {
         let mut names = UniqueNames::default();
         let made: Vec<_> = ["a", "a", "a (1)", "a", ""]
             .iter()
-            .map(|wish| names.unique(wish))
+            .map(|wish| names.make_unique(wish))
             .collect();
         let distinct: HashSet<_> = made.iter().collect();
         assert_eq!(distinct.len(), made.len(), "{made:?}");
@@ -329,13 +331,13 @@ mod tests {
         for i in 0..1000 {
             warnings.add(WarningCode::Format, format!("w{}", i % 500));
         }
-        assert_eq!(warnings.finish("f").len(), Warnings::MOST + 1);
+        assert_eq!(warnings.into_list("f").len(), Warnings::MOST + 1);
         let mut warnings = Warnings::default();
         ["a", "b", "a", "b", "b"]
             .into_iter()
             .for_each(|message| warnings.add(WarningCode::Format, message));
         let messages: Vec<_> = warnings
-            .finish("f")
+            .into_list("f")
             .into_iter()
             .map(|warning| warning.message)
             .collect();
@@ -350,21 +352,24 @@ mod tests {
             triangles: 3,
             ..Limits::default()
         });
-        assert!(budget.memory(10, 2).is_ok());
+        assert!(budget.reserve_memory(10, 2).is_ok());
         assert_eq!(
-            budget.memory(usize::MAX, usize::MAX).unwrap_err().kind,
+            budget
+                .reserve_memory(usize::MAX, usize::MAX)
+                .unwrap_err()
+                .kind,
             FaultKind::Limit
         );
-        assert!(budget.triangles(4).is_err());
-        assert!(budget.triangles(3).is_ok());
-        assert!(budget.memory(45, 1).is_err());
-        assert!(budget.memory(44, 1).is_ok());
+        assert!(budget.reserve_triangles(4).is_err());
+        assert!(budget.reserve_triangles(3).is_ok());
+        assert!(budget.reserve_memory(45, 1).is_err());
+        assert!(budget.reserve_memory(44, 1).is_ok());
     }
 
     /// Protects: a name in a hostile file neither fills the terminal nor controls it.
     #[test]
     fn shown_text_is_short_and_clean() {
-        assert_eq!(printable("a\x1b[31m\nb"), "a\u{fffd}[31m\u{fffd}b");
-        assert_eq!(printable(&"x".repeat(100_000)).chars().count(), 101);
+        assert_eq!(sanitise_text("a\x1b[31m\nb"), "a\u{fffd}[31m\u{fffd}b");
+        assert_eq!(sanitise_text(&"x".repeat(100_000)).chars().count(), 101);
     }
 }

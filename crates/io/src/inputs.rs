@@ -7,7 +7,7 @@ use std::path::{Component, Path, PathBuf};
 use same_file::Handle;
 
 use crate::hash::SceneHash;
-use crate::output::{OutputPlace, fingerprint};
+use crate::output::{OutputPath, file_fingerprint};
 
 /// Files that were read, and paths that a scene names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -37,28 +37,28 @@ impl InputFiles {
     pub fn content_hash(&self) -> String {
         let mut hash = SceneHash::default();
         for path in self.files() {
-            hash.note(path.to_string_lossy().as_bytes());
+            hash.add(path.to_string_lossy().as_bytes());
             match std::fs::read(path) {
-                Ok(bytes) => hash.note(&bytes),
-                Err(cause) => hash.note(format!("unread: {:?}", cause.kind()).as_bytes()),
+                Ok(bytes) => hash.add(&bytes),
+                Err(cause) => hash.add(format!("unread: {:?}", cause.kind()).as_bytes()),
             }
         }
         hash.to_string()
     }
 
     /// Adds a file that was read.
-    pub fn read(&mut self, path: &Path) {
+    pub fn record_read(&mut self, path: &Path) {
         self.read.insert(path.to_owned());
     }
 
     /// Adds a file that was opened without success.
-    pub fn miss(&mut self, path: &Path) {
+    pub fn record_missing(&mut self, path: &Path) {
         self.absent.insert(path.to_owned());
     }
 
     /// Adds an absolute path that a scene names, whether or not the file exists.
-    pub fn name(&mut self, path: &Path) {
-        self.named.insert(plain(path));
+    pub fn record_named(&mut self, path: &Path) {
+        self.named.insert(normalise_path(path));
     }
 
     /// Returns the files that were read or found missing, ordered by name.
@@ -71,21 +71,21 @@ impl InputFiles {
     /// in one call, so that each input is opened only once.
     pub fn first_clash<'a>(
         &self,
-        places: impl IntoIterator<Item = (&'a OutputPlace, Option<u64>)>,
+        places: impl IntoIterator<Item = (&'a OutputPath, Option<u64>)>,
     ) -> Option<(usize, PathClash)> {
         let prints: HashSet<u64> = self
             .read
             .iter()
-            .filter_map(|path| fingerprint(path))
+            .filter_map(|path| file_fingerprint(path))
             .collect();
         places
             .into_iter()
             .enumerate()
             .find_map(|(i, (place, there))| {
                 let is_read = there.is_some_and(|there| prints.contains(&there))
-                    || place.is_among(&self.read);
-                let clash = if is_read || place.is_among(&self.named) {
-                    self.clash(place)
+                    || place.is_one_of(&self.read);
+                let clash = if is_read || place.is_one_of(&self.named) {
+                    self.find_clash(place)
                 } else {
                     None
                 };
@@ -94,8 +94,8 @@ impl InputFiles {
     }
 
     /// Returns the input file that a write to an output path would overwrite.
-    pub fn clash(&self, place: &OutputPlace) -> Option<PathClash> {
-        let there = place.existing();
+    pub fn find_clash(&self, place: &OutputPath) -> Option<PathClash> {
+        let there = place.open_existing();
         // Opening the pipe of a piped scene would block, and no output replaces a pipe.
         let handle = |path: &Path| {
             if path.is_file() {
@@ -104,8 +104,7 @@ impl InputFiles {
                 None
             }
         };
-        let same =
-            |path: &Path| place.is_spelled(path) || (there.is_some() && handle(path) == there);
+        let same = |path: &Path| place.is_path(path) || (there.is_some() && handle(path) == there);
         let read = self
             .read
             .iter()
@@ -115,7 +114,7 @@ impl InputFiles {
         read.or_else(|| {
             self.named
                 .iter()
-                .find(|path| place.is_spelled(path))
+                .find(|path| place.is_path(path))
                 .cloned()
                 .map(PathClash::Named)
         })
@@ -123,7 +122,7 @@ impl InputFiles {
 }
 
 /// Removes `.` and `..` from a path, as text.
-fn plain(path: &Path) -> PathBuf {
+fn normalise_path(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for part in path.components() {
         match part {
@@ -143,8 +142,8 @@ mod tests {
 
     use super::*;
 
-    fn input_place(path: &Path) -> OutputPlace {
-        OutputPlace::check(path).expect("a place that can be written to")
+    fn input_place(path: &Path) -> OutputPath {
+        OutputPath::resolve(path).expect("a place that can be written to")
     }
 
     /// Protects: a file is recognised under every spelling, through symbolic and hard links, and
@@ -164,7 +163,7 @@ mod tests {
         fs::hard_link(&wood, folder.join("hard.png")).unwrap();
         fs::write(folder.join("copy.png"), "wood").unwrap();
         let mut inputs = InputFiles::default();
-        inputs.read(&wood);
+        inputs.record_read(&wood);
         for name in [
             "wood.png",
             "./wood.png",
@@ -175,22 +174,22 @@ mod tests {
             "hard.png",
         ] {
             assert_eq!(
-                inputs.clash(&input_place(&folder.join(name))),
+                inputs.find_clash(&input_place(&folder.join(name))),
                 Some(PathClash::Read(wood.clone())),
                 "{name}"
             );
         }
         for name in ["copy.png", "new.png", "sub/wood.png"] {
             assert_eq!(
-                inputs.clash(&input_place(&folder.join(name))),
+                inputs.find_clash(&input_place(&folder.join(name))),
                 None,
                 "{name}"
             );
         }
         // The reverse: read through a link, written under the file's own name.
         let mut linked = InputFiles::default();
-        linked.read(&folder.join("link to link.png"));
-        assert!(linked.clash(&input_place(&wood)).is_some());
+        linked.record_read(&folder.join("link to link.png"));
+        assert!(linked.find_clash(&input_place(&wood)).is_some());
     }
 
     /// Protects: the first of many places that clashes is reported, for each reason that alone
@@ -202,12 +201,12 @@ mod tests {
         fs::write(at("wood.png"), "wood").unwrap();
         fs::hard_link(at("wood.png"), at("hard.png")).unwrap();
         let mut inputs = InputFiles::default();
-        inputs.read(&at("wood.png"));
-        inputs.read(&at("gone.png"));
-        inputs.name(&at("named.png"));
+        inputs.record_read(&at("wood.png"));
+        inputs.record_read(&at("gone.png"));
+        inputs.record_named(&at("named.png"));
         let clash = |name: &str| {
             let places = [input_place(&at("free.png")), input_place(&at(name))];
-            inputs.first_clash(places.iter().map(|place| (place, place.fingerprint())))
+            inputs.first_clash(places.iter().map(|place| (place, place.file_fingerprint())))
         };
         assert_eq!(clash("other.png"), None);
         assert_eq!(
@@ -234,13 +233,13 @@ mod tests {
         let outer = tempfile::tempdir().unwrap();
         let wood = outer.path().canonicalize().unwrap().join("wood.png");
         let mut inputs = InputFiles::default();
-        inputs.read(&wood);
+        inputs.record_read(&wood);
         assert_eq!(
-            inputs.clash(&input_place(&wood)),
+            inputs.find_clash(&input_place(&wood)),
             Some(PathClash::Read(wood.clone()))
         );
         assert_eq!(
-            inputs.clash(&input_place(&wood.with_extension("exr"))),
+            inputs.find_clash(&input_place(&wood.with_extension("exr"))),
             None
         );
     }
@@ -252,11 +251,14 @@ mod tests {
         let outer = tempfile::tempdir().unwrap();
         let folder = outer.path().canonicalize().unwrap();
         let mut inputs = InputFiles::default();
-        inputs.name(&folder.join("scene/./../wood.png"));
+        inputs.record_named(&folder.join("scene/./../wood.png"));
         assert_eq!(
-            inputs.clash(&input_place(&folder.join("wood.png"))),
+            inputs.find_clash(&input_place(&folder.join("wood.png"))),
             Some(PathClash::Named(folder.join("wood.png")))
         );
-        assert_eq!(inputs.clash(&input_place(&folder.join("wood2.png"))), None);
+        assert_eq!(
+            inputs.find_clash(&input_place(&folder.join("wood2.png"))),
+            None
+        );
     }
 }

@@ -6,13 +6,13 @@
 //! them.
 
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
-use raywright_core::scene::{ImageData, Pixels};
+use raywright_core::scene::{ImageData, PixelData};
 use ruzstd::StreamingDecoder;
 use ruzstd::io::Read as _;
 
 use crate::Limits;
 use crate::image_file::check_size;
-use crate::import::{Fault, Outcome};
+use crate::import::{Fault, ImportResult};
 
 /// The first bytes of every KTX 2.0 file.
 pub(crate) const SIGNATURE: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
@@ -31,24 +31,29 @@ const UASTC: u8 = 166;
 
 /// Encoding of the pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Coding {
+enum PixelCoding {
     /// A Basis Universal picture.
     Basis,
     /// Uncompressed, with eight bits a channel.
-    Plain {
+    Uncompressed {
         /// Number of channels: 3, or 4 with alpha.
         channels: usize,
         /// Whether the channel order is blue, green, red.
-        reversed: bool,
+        is_bgr: bool,
     },
 }
 
-impl Coding {
+impl PixelCoding {
     /// Returns the coding of a `VkFormat` number (Vulkan 1.3, section 34.1.1). UNORM and SRGB
     /// formats share a coding: the texture chooses the transfer curve, as for every other picture
     /// format.
-    fn of(format: u32) -> Option<Self> {
-        let plain = |channels, reversed| Some(Self::Plain { channels, reversed });
+    fn from_vk_format(format: u32) -> Option<Self> {
+        let plain = |channels, reversed| {
+            Some(Self::Uncompressed {
+                channels,
+                is_bgr: reversed,
+            })
+        };
         match format {
             0 => Some(Self::Basis),
             23 | 29 => plain(3, false),
@@ -65,7 +70,7 @@ impl Coding {
 struct Ktx2Container<'b> {
     width: u32,
     height: u32,
-    coding: Coding,
+    coding: PixelCoding,
     /// Stored bytes of the largest mip level.
     level: &'b [u8],
     compressed: bool,
@@ -76,48 +81,51 @@ struct Ktx2Container<'b> {
 /// # Errors
 /// A fault of kind input for a broken file and for an unsupported layout or coding, of kind limit
 /// for a picture larger than `limits` allow.
-pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
+pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<ImageData> {
     let container = Ktx2Container::read(bytes, limits)?;
     let Ktx2Container { width, height, .. } = container;
     let pixels = match container.coding {
-        Coding::Basis => transcoded(bytes)?,
-        Coding::Plain { channels, reversed } => container.plain(channels, reversed)?,
+        PixelCoding::Basis => transcode_basis(bytes)?,
+        PixelCoding::Uncompressed {
+            channels,
+            is_bgr: reversed,
+        } => container.decode_uncompressed(channels, reversed)?,
     };
     if pixels.len() as u64 != u64::from(width) * u64::from(height) {
-        return Err(broken("its size"));
+        return Err(ktx2_fault("its size"));
     }
     Ok(ImageData {
         width,
         height,
-        pixels: Pixels::Codes(pixels),
+        pixels: PixelData::Codes(pixels),
     })
 }
 
 /// Transcodes a Basis Universal picture.
-fn transcoded(bytes: &[u8]) -> Outcome<Vec<[u8; 4]>> {
-    let transcoder = Transcoder::new(bytes).map_err(|_| broken("its codebooks"))?;
+fn transcode_basis(bytes: &[u8]) -> ImportResult<Vec<[u8; 4]>> {
+    let transcoder = Transcoder::new(bytes).map_err(|_| ktx2_fault("its codebooks"))?;
     let codes = transcoder
         .transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE)
-        .map_err(|e| broken(&format!("{e:?}")))?;
+        .map_err(|e| ktx2_fault(&format!("{e:?}")))?;
     Ok(codes.as_chunks().0.to_vec())
 }
 
-fn broken(reason: &str) -> Fault {
-    Fault::input(format!("is a broken KTX2 picture ({reason})"))
+fn ktx2_fault(reason: &str) -> Fault {
+    Fault::invalid_input(format!("is a broken KTX2 picture ({reason})"))
 }
 
 /// Reads width and height of a file's largest mip level from its header.
 ///
 /// # Errors
 /// As [`decode`], for all faults that the header shows.
-pub(crate) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
+pub(crate) fn read_size(bytes: &[u8], limits: &Limits) -> ImportResult<[u32; 2]> {
     Ktx2Container::read(bytes, limits).map(|Ktx2Container { width, height, .. }| [width, height])
 }
 
 impl<'b> Ktx2Container<'b> {
-    fn read(bytes: &'b [u8], limits: &Limits) -> Outcome<Self> {
-        let short = || Fault::input("is a KTX2 picture that ends inside its header");
-        let word = |index: u64| word(bytes, index).ok_or_else(short);
+    fn read(bytes: &'b [u8], limits: &Limits) -> ImportResult<Self> {
+        let short = || Fault::invalid_input("is a KTX2 picture that ends inside its header");
+        let word = |index: u64| read_u32(bytes, index).ok_or_else(short);
         let long = |index: u64| {
             Ok::<u64, Fault>(u64::from(word(index)?) | u64::from(word(index + 4)?) << 32)
         };
@@ -133,55 +141,57 @@ impl<'b> Ktx2Container<'b> {
         ];
         check_size(u64::from(width), u64::from(height), limits)?;
         if (depth, layers.max(1), faces) != (0, 1, 1) || levels > MOST_LEVELS {
-            return Err(Fault::input(
+            return Err(Fault::invalid_input(
                 "is a KTX2 picture, but no flat one of one layer",
             ));
         }
-        let coding = Coding::of(format).ok_or_else(|| {
+        let coding = PixelCoding::from_vk_format(format).ok_or_else(|| {
             let read = "ETC1S, UASTC (KHR_texture_basisu) and eight bits in three or four channels are read";
-            Fault::input(format!("is a KTX2 picture of VkFormat {format}; {read}"))
+            Fault::invalid_input(format!("is a KTX2 picture of VkFormat {format}; {read}"))
         })?;
         for (start, length) in [
             (word(48)?.into(), word(52)?.into()),
             (word(56)?.into(), word(60)?.into()),
             (long(64)?, long(72)?),
         ] {
-            range(bytes, start, length)?;
+            byte_range(bytes, start, length)?;
         }
-        let model = model(bytes).ok_or_else(short)?;
-        if coding == Coding::Basis && ![ETC1S, UASTC].contains(&model) {
-            return Err(Fault::input(format!(
+        let model = colour_model(bytes).ok_or_else(short)?;
+        if coding == PixelCoding::Basis && ![ETC1S, UASTC].contains(&model) {
+            return Err(Fault::invalid_input(format!(
                 "is a KTX2 picture of colour model {model}; ETC1S and UASTC are read"
             )));
         }
-        let etc1s = coding == Coding::Basis && model == ETC1S;
+        let etc1s = coding == PixelCoding::Basis && model == ETC1S;
         if etc1s != (scheme == BASIS_LZ) || scheme > ZSTANDARD {
-            return Err(Fault::input(format!(
+            return Err(Fault::invalid_input(format!(
                 "is a KTX2 picture whose coding is not read with supercompression {scheme}"
             )));
         }
         let mut largest = None;
         for number in 0..u64::from(levels.max(1)) {
             let index = HEADER + 24 * number;
-            let level = range(bytes, long(index)?, long(index + 8)?)?;
+            let level = byte_range(bytes, long(index)?, long(index + 8)?)?;
             let side = |pixels: u32| u64::from((pixels >> number.min(31)).max(1));
             let whole = match coding {
                 // Blocks of sixteen bytes for 4×4 pixels.
-                Coding::Basis => side(width).div_ceil(4) * side(height).div_ceil(4) * 16,
-                Coding::Plain { channels, .. } => side(width) * side(height) * channels as u64,
+                PixelCoding::Basis => side(width).div_ceil(4) * side(height).div_ceil(4) * 16,
+                PixelCoding::Uncompressed { channels, .. } => {
+                    side(width) * side(height) * channels as u64
+                }
             };
             let reported = if scheme == ZSTANDARD {
                 long(index + 16)?
             } else {
                 level.len() as u64
             };
-            if reported != whole && (scheme == ZSTANDARD || coding != Coding::Basis) {
-                return Err(broken(&format!("level {number} is of another size")));
+            if reported != whole && (scheme == ZSTANDARD || coding != PixelCoding::Basis) {
+                return Err(ktx2_fault(&format!("level {number} is of another size")));
             }
             largest = largest.or(Some(level));
         }
         if etc1s {
-            codebooks(bytes, long(64)?, long(72)?, levels.max(1))?;
+            check_codebooks(bytes, long(64)?, long(72)?, levels.max(1))?;
         }
         Ok(Self {
             width,
@@ -193,7 +203,7 @@ impl<'b> Ktx2Container<'b> {
     }
 
     /// Decodes uncompressed pixels; pictures without alpha are opaque.
-    fn plain(&self, channels: usize, reversed: bool) -> Outcome<Vec<[u8; 4]>> {
+    fn decode_uncompressed(&self, channels: usize, reversed: bool) -> ImportResult<Vec<[u8; 4]>> {
         let mut unpacked = Vec::new();
         let level = match self.compressed {
             false => self.level,
@@ -201,10 +211,10 @@ impl<'b> Ktx2Container<'b> {
                 // The size was checked against the pixels and the limits.
                 unpacked.resize(self.width as usize * self.height as usize * channels, 0);
                 let mut decoder =
-                    StreamingDecoder::new(self.level).map_err(|e| broken(&e.to_string()))?;
+                    StreamingDecoder::new(self.level).map_err(|e| ktx2_fault(&e.to_string()))?;
                 decoder
                     .read_exact(&mut unpacked)
-                    .map_err(|_| broken("its compressed data"))?;
+                    .map_err(|_| ktx2_fault("its compressed data"))?;
                 &unpacked
             }
         };
@@ -220,14 +230,18 @@ impl<'b> Ktx2Container<'b> {
 }
 
 /// Colour model of the first data format descriptor.
-fn model(bytes: &[u8]) -> Option<u8> {
+fn colour_model(bytes: &[u8]) -> Option<u8> {
     bytes
-        .get(usize::try_from(word(bytes, 48)?).ok()?.checked_add(12)?)
+        .get(
+            usize::try_from(read_u32(bytes, 48)?)
+                .ok()?
+                .checked_add(12)?,
+        )
         .copied()
 }
 
 /// Returns a range of the file's bytes.
-fn range(bytes: &[u8], start: u64, length: u64) -> Outcome<&[u8]> {
+fn byte_range(bytes: &[u8], start: u64, length: u64) -> ImportResult<&[u8]> {
     let end = start
         .checked_add(length)
         .and_then(|end| usize::try_from(end).ok());
@@ -236,7 +250,7 @@ fn range(bytes: &[u8], start: u64, length: u64) -> Outcome<&[u8]> {
         .zip(end)
         .and_then(|(start, end)| bytes.get(start..end))
         .ok_or_else(|| {
-            Fault::input(format!(
+            Fault::invalid_input(format!(
                 "is a KTX2 picture cut off: {length} bytes from byte {start} are missing"
             ))
         })
@@ -244,9 +258,10 @@ fn range(bytes: &[u8], start: u64, length: u64) -> Outcome<&[u8]> {
 
 /// Checks that the parts of BasisLZ's global data lie inside the range of that data (KTX 2.0,
 /// section 3.12.2).
-fn codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> Outcome<()> {
-    let broken = || Fault::input("is a broken KTX2 picture (its codebooks reach beyond it)");
-    let word = |index: u64| word(bytes, index).map(u64::from).ok_or_else(broken);
+fn check_codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> ImportResult<()> {
+    let broken =
+        || Fault::invalid_input("is a broken KTX2 picture (its codebooks reach beyond it)");
+    let word = |index: u64| read_u32(bytes, index).map(u64::from).ok_or_else(broken);
     let whole = 20
         + 20 * u64::from(images)
         + word(start + 4)?
@@ -260,7 +275,7 @@ fn codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> Outcome<()> 
 }
 
 /// Reads a little-endian 32-bit number at a byte position; `None` beyond the end.
-fn word(bytes: &[u8], index: u64) -> Option<u32> {
+fn read_u32(bytes: &[u8], index: u64) -> Option<u32> {
     let position = usize::try_from(index).ok()?;
     bytes
         .get(position..position.checked_add(4)?)?
@@ -377,7 +392,7 @@ mod tests {
                         colours.map(|[r, g, b, a]| [r, g, b, if channels == 4 { a } else { 255 }]);
                     assert_eq!(
                         (image.width, image.height, image.pixels),
-                        (3, 2, Pixels::Codes(expected.to_vec())),
+                        (3, 2, PixelData::Codes(expected.to_vec())),
                         "{format}"
                     );
                     // Sizes that need more or fewer pixels than the data has.
@@ -415,7 +430,7 @@ mod tests {
         ];
         for zstandard in [false, true] {
             let image = decode(&uastc([6, 5], &colours, zstandard), &Limits::default()).unwrap();
-            let Pixels::Codes(codes) = image.pixels else {
+            let PixelData::Codes(codes) = image.pixels else {
                 panic!("codes")
             };
             let expected = |i: usize| colours[(i / 6 / 4) * 2 + (i % 6) / 4];

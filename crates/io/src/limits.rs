@@ -32,7 +32,7 @@ impl Default for Limits {
 }
 
 /// Formats bytes for people: `64 MiB`, `1.5 GiB`, `300 bytes`.
-pub fn human_bytes(bytes: u64) -> String {
+pub fn format_bytes(bytes: u64) -> String {
     const UNITS: [(&str, u32); 3] = [("GiB", 30), ("MiB", 20), ("KiB", 10)];
     match UNITS.iter().find(|(_, shift)| bytes >> shift > 0) {
         Some((unit, shift)) => {
@@ -46,7 +46,7 @@ pub fn human_bytes(bytes: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::human_bytes;
+    use super::format_bytes;
 
     /// Protects: sizes are formatted with a short number and unit.
     #[test]
@@ -60,7 +60,7 @@ mod tests {
             (1 << 30, "1 GiB"),
         ];
         for (bytes, text) in cases {
-            assert_eq!(human_bytes(bytes), text);
+            assert_eq!(format_bytes(bytes), text);
         }
     }
 }

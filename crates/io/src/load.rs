@@ -8,18 +8,18 @@ use raywright_core::scene::MeshSource;
 use raywright_core::{Observer, Scene, generate};
 
 use crate::clay;
-use crate::environment::{self, Environment, LightShortage};
+use crate::environment::{self, EnvironmentOptions, LightShortage};
 use crate::error::Error;
 use crate::folder::{Folder, Resolver, read_file, read_limited};
 use crate::gltf::{ImportedModel, ModelChoice, ModelContents};
 use crate::hash::SceneHash;
 use crate::import::MODELS;
 use crate::inputs::InputFiles;
-use crate::limits::{Limits, human_bytes};
-use crate::native::{self, Notation, Overrides};
-use crate::section::{self, Section};
-use crate::source::{SceneFormat, SourceInfo, foreign};
-use crate::up::{UpAxis, turn};
+use crate::limits::{Limits, format_bytes};
+use crate::native::{self, ParameterOverrides, SceneNotation};
+use crate::section::{self, SectionPlane};
+use crate::source::{SceneFormat, SourceInfo, unsupported_format};
+use crate::up_axis::{UpAxis, rotate_to_y_up};
 use crate::warning::Warning;
 use crate::{model_file, presets};
 
@@ -47,9 +47,9 @@ impl Input {
     /// # Errors
     /// An error of kind file if reading fails, of kind limit for more bytes than a file may have.
     pub fn from_reader(name: &str, source: impl Read, limits: &Limits) -> Result<Self, Error> {
-        let bytes = limited(
+        let bytes = check_input_size(
             Path::new(name),
-            read_limited(source, 0, most(limits)),
+            read_limited(source, 0, max_input_bytes(limits)),
             limits,
         )?;
         Ok(Self::Bytes {
@@ -60,9 +60,9 @@ impl Input {
     }
 
     /// Name without folders and extensions, for naming pictures.
-    pub fn stem(&self) -> String {
+    pub fn file_stem(&self) -> String {
         match self {
-            Self::Path(path) => stem(path),
+            Self::Path(path) => file_stem(path),
             Self::Bytes { name, .. } => name.replace(' ', "-"),
             Self::Preset(name) => name.clone(),
         }
@@ -74,15 +74,15 @@ impl Input {
 pub struct LoadOptions {
     /// Time and parameters that replace the file's values. For a model, the time of its animations;
     /// `None`: the rest pose.
-    pub overrides: Overrides,
+    pub overrides: ParameterOverrides,
     /// Choices among a model's contents.
     pub model: ModelOptions,
     /// Environment in place of the scene's own.
-    pub environment: Environment,
+    pub environment: EnvironmentOptions,
     /// Whether every surface gets a neutral clay material.
     pub clay: bool,
     /// Section plane, applied after the up axis.
-    pub section: Option<Section>,
+    pub section: Option<SectionPlane>,
     /// Whether files outside the scene's folder may be read. If not, such files are refused.
     pub allow_outside: bool,
     /// Limits above which input is refused.
@@ -107,7 +107,7 @@ pub struct ModelOptions {
 
 /// A loaded and validated scene.
 #[derive(Clone, Debug)]
-pub struct Loaded {
+pub struct LoadedScene {
     /// The scene, with every expression evaluated and every image and mesh in memory.
     pub scene: Scene,
     /// Warnings for the user.
@@ -131,14 +131,14 @@ pub struct Loaded {
 }
 
 /// Loads, validates and completes a scene. A scene without light gets the neutral sky, and a model
-/// whose own lights are absent or too faint gets the default studio (see [`Loaded::added_sky`]).
+/// whose own lights are absent or too faint gets the default studio (see [`LoadedScene::added_sky`]).
 /// Without a camera, preparation frames the whole scene.
 ///
 /// # Errors
 /// [`Error`] has one of the kinds content, file, limit, or usage for an unknown preset or
 /// parameter.
 #[doc(alias("import", "ParseFiles"))]
-pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
+pub fn load(input: &Input, options: &LoadOptions) -> Result<LoadedScene, Error> {
     load_observed(input, options, &())
 }
 
@@ -151,39 +151,39 @@ pub fn load_observed(
     input: &Input,
     options: &LoadOptions,
     observer: &dyn Observer,
-) -> Result<Loaded, Error> {
+) -> Result<LoadedScene, Error> {
     match input {
         Input::Preset(name) => {
-            refuse_choice(&format!("preset:{name}"), &options.model)?;
-            refuse_axis(&format!("preset:{name}"), &options.model)?;
+            refuse_model_choices(&format!("preset:{name}"), &options.model)?;
+            refuse_up_axis(&format!("preset:{name}"), &options.model)?;
             let preset = presets::get(name)?;
-            let folder = Folder::none(options.limits.file_bytes);
-            native_scene(
+            let folder = Folder::without_files(options.limits.file_bytes);
+            load_native_scene(
                 &format!("preset:{name}"),
                 name,
                 preset.text,
-                Notation::Toml,
+                SceneNotation::Toml,
                 &folder,
                 options,
             )
         }
         Input::Path(path) => {
-            let bytes = read(path, &options.limits)?;
-            let folder = Folder::around(path, options.limits.file_bytes)
-                .map_err(|cause| Error::read(path, &cause))?;
-            let folder = folder.allowing_outside(options.allow_outside);
-            folder.note_file(path);
-            content(path, &input.stem(), bytes, &folder, options, observer)
+            let bytes = read_input_file(path, &options.limits)?;
+            let folder = Folder::parent_of(path, options.limits.file_bytes)
+                .map_err(|cause| Error::unreadable(path, &cause))?;
+            let folder = folder.with_outside_access(options.allow_outside);
+            folder.record_scene_file(path);
+            load_content(path, &input.file_stem(), bytes, &folder, options, observer)
         }
         Input::Bytes {
             name,
             bytes,
             resolver,
         } => {
-            let folder = Folder::of_bytes(resolver.as_ref(), options.limits.file_bytes);
-            content(
+            let folder = Folder::from_resolver(resolver.as_ref(), options.limits.file_bytes);
+            load_content(
                 Path::new(name),
-                &input.stem(),
+                &input.file_stem(),
                 bytes.clone(),
                 &folder,
                 options,
@@ -194,28 +194,28 @@ pub fn load_observed(
 }
 
 /// Loads a scene or model from its bytes.
-fn content(
+fn load_content(
     path: &Path,
     stem: &str,
     bytes: Vec<u8>,
     folder: &Folder,
     options: &LoadOptions,
     observer: &dyn Observer,
-) -> Result<Loaded, Error> {
+) -> Result<LoadedScene, Error> {
     let name = path.display().to_string();
-    match format_of(path, &bytes)? {
+    match detect_format(path, &bytes)? {
         SceneFormat::Native(notation) => {
-            refuse_choice(&name, &options.model)?;
-            refuse_axis(&name, &options.model)?;
-            let text = native::text(&name, bytes, options.limits.text_bytes)?;
-            native_scene(&name, stem, &text, notation, folder, options)
+            refuse_model_choices(&name, &options.model)?;
+            refuse_up_axis(&name, &options.model)?;
+            let text = native::decode_utf8(&name, bytes, options.limits.text_bytes)?;
+            load_native_scene(&name, stem, &text, notation, folder, options)
         }
-        format => model(path, stem, bytes, format, folder, options, observer),
+        format => load_model(path, stem, bytes, format, folder, options, observer),
     }
 }
 
 /// Refuses a scene, variant or animation that is chosen for a file of another format than glTF.
-fn refuse_choice(name: &str, model: &ModelOptions) -> Result<(), Error> {
+fn refuse_model_choices(name: &str, model: &ModelOptions) -> Result<(), Error> {
     let wishes = [
         ("scene", &model.scene),
         ("variant", &model.variant),
@@ -228,21 +228,22 @@ fn refuse_choice(name: &str, model: &ModelOptions) -> Result<(), Error> {
         return Ok(());
     };
     let message = format!("{name} has no {label}s to choose from, so none is `{wish}`");
-    Err(Error::usage(message).with_hint(format!("only glTF and GLB files have {label}s")))
+    Err(Error::invalid_usage(message).with_hint(format!("only glTF and GLB files have {label}s")))
 }
 
 /// Refuses an up axis for native scenes, which state all positions themselves.
-fn refuse_axis(name: &str, model: &ModelOptions) -> Result<(), Error> {
+fn refuse_up_axis(name: &str, model: &ModelOptions) -> Result<(), Error> {
     let Some(up) = model.up else { return Ok(()) };
     let message = format!(
         "{name}: only models are turned, so {} is not made its up axis",
         up.name()
     );
-    Err(Error::usage(message).with_hint("a camera is turned by three numbers, such as --up 0,0,1"))
+    Err(Error::invalid_usage(message)
+        .with_hint("a camera is turned by three numbers, such as --up 0,0,1"))
 }
 
 /// Loads a model as a complete scene.
-fn model(
+fn load_model(
     path: &Path,
     stem: &str,
     bytes: Vec<u8>,
@@ -250,14 +251,16 @@ fn model(
     folder: &Folder,
     options: &LoadOptions,
     observer: &dyn Observer,
-) -> Result<Loaded, Error> {
+) -> Result<LoadedScene, Error> {
     let name = path.display().to_string();
     if let Some((parameter, _)) = options.overrides.set.first() {
         let hint = "only native scenes (.scene.toml, .scene.json) have parameters";
-        return Err(Error::usage(format!("{name} has no parameter `{parameter}`")).with_hint(hint));
+        return Err(
+            Error::invalid_usage(format!("{name} has no parameter `{parameter}`")).with_hint(hint),
+        );
     }
-    folder.record(&bytes);
-    note_overrides(folder, &options.overrides);
+    folder.add_to_hash(&bytes);
+    hash_overrides(folder, &options.overrides);
     let ModelOptions {
         scene,
         variant,
@@ -274,11 +277,11 @@ fn model(
         wish.iter().for_each(|wish| {
             [kind, wish]
                 .iter()
-                .for_each(|text| folder.record(text.as_bytes()))
+                .for_each(|text| folder.add_to_hash(text.as_bytes()))
         });
     }
     if !format.has_choices() {
-        refuse_choice(&name, &options.model)?;
+        refuse_model_choices(&name, &options.model)?;
     }
     let time = options.overrides.time.or(animation.as_ref().map(|_| 0.0));
     let choice = ModelChoice {
@@ -299,17 +302,17 @@ fn model(
         &choice,
         observer,
     )?;
-    within_limits(&name, &scene, &options.limits)?;
+    check_scene_limits(&name, &scene, &options.limits)?;
     let own = if format == SceneFormat::Stl {
         UpAxis::Z
     } else {
         UpAxis::Y
     };
-    turn(&mut scene, up.unwrap_or(own));
-    warnings.extend(restyle(&mut scene, options, &name, folder));
-    within_limits(&name, &scene, &options.limits)?;
+    rotate_to_y_up(&mut scene, up.unwrap_or(own));
+    warnings.extend(apply_clay_and_section(&mut scene, options, &name, folder));
+    check_scene_limits(&name, &scene, &options.limits)?;
     let assumed_up = (up.is_none() && own != UpAxis::Y).then_some(own);
-    let added_sky = environment::apply(
+    let added_sky = environment::apply_environment(
         &mut scene,
         format,
         &options.environment,
@@ -318,7 +321,7 @@ fn model(
         &mut warnings,
     )?;
     let source = SourceInfo::new(name, stem, format, None);
-    Ok(Loaded {
+    Ok(LoadedScene {
         scene,
         warnings,
         hash: folder.take_hash(),
@@ -330,25 +333,25 @@ fn model(
     })
 }
 
-fn native_scene(
+fn load_native_scene(
     name: &str,
     stem: &str,
     text: &str,
-    notation: Notation,
+    notation: SceneNotation,
     folder: &Folder,
     options: &LoadOptions,
-) -> Result<Loaded, Error> {
-    folder.record(text.as_bytes());
-    note_overrides(folder, &options.overrides);
+) -> Result<LoadedScene, Error> {
+    folder.add_to_hash(text.as_bytes());
+    hash_overrides(folder, &options.overrides);
     let mut parsed = native::parse(name, text, notation, &options.overrides)?;
-    within_limits(name, &parsed.scene, &options.limits)?;
-    let mut warnings = native::files::read(&mut parsed, folder, &options.limits)?;
+    check_scene_limits(name, &parsed.scene, &options.limits)?;
+    let mut warnings = native::files::read_files(&mut parsed, folder, &options.limits)?;
     let mut scene = parsed.scene;
-    within_limits(name, &scene, &options.limits)?;
-    warnings.extend(restyle(&mut scene, options, name, folder));
-    within_limits(name, &scene, &options.limits)?;
+    check_scene_limits(name, &scene, &options.limits)?;
+    warnings.extend(apply_clay_and_section(&mut scene, options, name, folder));
+    check_scene_limits(name, &scene, &options.limits)?;
     let format = SceneFormat::Native(notation);
-    let added_sky = environment::apply(
+    let added_sky = environment::apply_environment(
         &mut scene,
         format,
         &options.environment,
@@ -358,7 +361,7 @@ fn native_scene(
     )?;
     let source = SourceInfo::new(name, stem, format, Some(text.into()));
     let contents = ModelContents::default();
-    Ok(Loaded {
+    Ok(LoadedScene {
         scene,
         warnings,
         hash: folder.take_hash(),
@@ -371,23 +374,28 @@ fn native_scene(
 }
 
 /// Applies the options for clay and section to a scene, and returns the warnings of the section.
-fn restyle(scene: &mut Scene, options: &LoadOptions, name: &str, folder: &Folder) -> Vec<Warning> {
+fn apply_clay_and_section(
+    scene: &mut Scene,
+    options: &LoadOptions,
+    name: &str,
+    folder: &Folder,
+) -> Vec<Warning> {
     if options.clay {
-        folder.record(b"clay");
-        clay::apply(scene);
+        folder.add_to_hash(b"clay");
+        clay::apply_clay(scene);
     }
     let Some(section) = &options.section else {
         return Vec::new();
     };
-    folder.record(format!("{section:?}").as_bytes());
-    section::cut(scene, section, name)
+    folder.add_to_hash(format!("{section:?}").as_bytes());
+    section::cut_scene(scene, section, name)
 }
 
 /// Refuses scenes with more objects or triangles than the limits allow, before anything is built.
-fn within_limits(name: &str, scene: &Scene, limits: &Limits) -> Result<(), Error> {
-    let objects = generate::count(scene);
+fn check_scene_limits(name: &str, scene: &Scene, limits: &Limits) -> Result<(), Error> {
+    let objects = generate::count_objects(scene);
     if objects > limits.objects {
-        return Err(Error::limit(
+        return Err(Error::over_limit(
             name,
             format!(
                 "the scene has {objects} objects, more than the limit of {}",
@@ -401,7 +409,7 @@ fn within_limits(name: &str, scene: &Scene, limits: &Limits) -> Result<(), Error
     });
     let triangles: u64 = inline.sum();
     if triangles > limits.triangles {
-        return Err(Error::limit(
+        return Err(Error::over_limit(
             name,
             format!(
                 "the scene has {triangles} triangles, more than the limit of {}",
@@ -413,47 +421,47 @@ fn within_limits(name: &str, scene: &Scene, limits: &Limits) -> Result<(), Error
 }
 
 /// Adds the time and the overridden parameters to the scene's hash.
-fn note_overrides(folder: &Folder, overrides: &Overrides) {
+fn hash_overrides(folder: &Folder, overrides: &ParameterOverrides) {
     if let Some(t) = overrides.time {
-        folder.record(b"t");
-        folder.record(&t.to_le_bytes());
+        folder.add_to_hash(b"t");
+        folder.add_to_hash(&t.to_le_bytes());
     }
     for (name, value) in &overrides.set {
-        folder.record(name.as_bytes());
-        folder.record(&value.to_le_bytes());
+        folder.add_to_hash(name.as_bytes());
+        folder.add_to_hash(&value.to_le_bytes());
     }
 }
 
-fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Error> {
-    let file = File::open(path).map_err(|cause| Error::read(path, &cause))?;
-    limited(path, read_file(&file, most(limits)), limits)
+fn read_input_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, Error> {
+    let file = File::open(path).map_err(|cause| Error::unreadable(path, &cause))?;
+    check_input_size(path, read_file(&file, max_input_bytes(limits)), limits)
 }
 
 /// Size limit for input whose format is not known yet, in bytes.
-fn most(limits: &Limits) -> u64 {
+fn max_input_bytes(limits: &Limits) -> u64 {
     limits.file_bytes.max(limits.text_bytes)
 }
 
 /// Returns the bytes of a read, or the error for a failed or oversized read.
-fn limited(
+fn check_input_size(
     path: &Path,
     read: std::io::Result<Option<Vec<u8>>>,
     limits: &Limits,
 ) -> Result<Vec<u8>, Error> {
-    read.map_err(|cause| Error::read(path, &cause))?
+    read.map_err(|cause| Error::unreadable(path, &cause))?
         .ok_or_else(|| {
-            Error::limit(
+            Error::over_limit(
                 path.display(),
                 format!(
                     "the file is larger than the limit of {}",
-                    human_bytes(most(limits))
+                    format_bytes(max_input_bytes(limits))
                 ),
             )
         })
 }
 
 /// File name without folders and extensions.
-fn stem(path: &Path) -> String {
+fn file_stem(path: &Path) -> String {
     let name = path
         .file_name()
         .map(|name| name.to_string_lossy().into_owned())
@@ -476,10 +484,11 @@ fn stem(path: &Path) -> String {
 }
 
 /// Detects the format of an input.
-fn format_of(path: &Path, bytes: &[u8]) -> Result<SceneFormat, Error> {
-    SceneFormat::of(path, bytes).ok_or_else(|| {
-        if let Some((format, remedy)) = foreign(path) {
-            return Error::input(path.display(), format!("{format} is not read")).with_hint(remedy);
+fn detect_format(path: &Path, bytes: &[u8]) -> Result<SceneFormat, Error> {
+    SceneFormat::detect(path, bytes).ok_or_else(|| {
+        if let Some((format, remedy)) = unsupported_format(path) {
+            return Error::invalid_input(path.display(), format!("{format} is not read"))
+                .with_hint(remedy);
         }
         let message = if bytes.is_empty() {
             "is empty"
@@ -488,7 +497,7 @@ fn format_of(path: &Path, bytes: &[u8]) -> Result<SceneFormat, Error> {
         };
         let hint =
             format!("scenes are read from .scene.toml and .scene.json files, models from {MODELS}");
-        Error::input(path.display(), message).with_hint(hint)
+        Error::invalid_input(path.display(), message).with_hint(hint)
     })
 }
 

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use glam::{DAffine3, DVec3, Vec3};
-use raywright_core::scene::{MeshData, ModelPart, Shape};
-use raywright_core::{Scene, SceneLookup, affine};
+use raywright_core::scene::{MeshData, ModelSelection, Shape};
+use raywright_core::{Scene, SceneLookup, affine_from_steps};
 
 use crate::error::Error;
 use crate::folder::Folder;
@@ -16,23 +16,23 @@ use crate::source::SceneFormat;
 use crate::warning::Warning;
 
 /// Reads a model file as a single mesh in world space, for the chosen scene and time.
-pub(crate) fn read(
+pub(crate) fn read_mesh(
     file: &Path,
     bytes: &[u8],
     folder: &Folder,
     limits: &Limits,
-    model: &ModelPart,
+    model: &ModelSelection,
 ) -> Result<(MeshData, Vec<Warning>), Error> {
-    let format = SceneFormat::of_model(file).ok_or_else(|| {
-        Error::input(
+    let format = SceneFormat::from_model_path(file).ok_or_else(|| {
+        Error::invalid_input(
             file.display(),
             format!("meshes are read from {MODELS} files"),
         )
     })?;
-    if !format.has_choices() && *model != ModelPart::default() {
-        return Err(Error::input(
+    if !format.has_choices() && *model != ModelSelection::default() {
+        return Err(Error::invalid_input(
             file.display(),
-            format!("{} has no scenes and no time", format.file()),
+            format!("{} has no scenes and no time", format.file_description()),
         ));
     }
     let choice = ModelChoice {
@@ -42,11 +42,11 @@ pub(crate) fn read(
         time: model.time,
     };
     let model = model_file::load(format, file, bytes, (folder, limits), &choice, &())?;
-    Ok((merged(&model.scene), model.warnings))
+    Ok((merge_meshes(&model.scene), model.warnings))
 }
 
 /// Merges the meshes of all objects in world space, with a copy for each object.
-fn merged(scene: &Scene) -> MeshData {
+fn merge_meshes(scene: &Scene) -> MeshData {
     let lookup = SceneLookup::new(scene);
     let shown = scene
         .objects
@@ -54,7 +54,7 @@ fn merged(scene: &Scene) -> MeshData {
         .filter_map(|object| match &object.shape {
             Shape::Mesh(name) => lookup
                 .mesh_data(name)
-                .map(|part| (&**part, affine(&object.transform))),
+                .map(|part| (&**part, affine_from_steps(&object.transform))),
             _ => None,
         });
     let parts: Vec<(&MeshData, DAffine3)> = shown.collect();
@@ -64,9 +64,13 @@ fn merged(scene: &Scene) -> MeshData {
     let (mut mesh_data, mut positions) = (MeshData::default(), Vec::new());
     for (part, transform) in parts {
         if smooth && part.normals.is_empty() {
-            append((&mut mesh_data, &mut positions), &faceted(part), &transform);
+            append_mesh(
+                (&mut mesh_data, &mut positions),
+                &make_faceted(part),
+                &transform,
+            );
         } else {
-            append((&mut mesh_data, &mut positions), part, &transform);
+            append_mesh((&mut mesh_data, &mut positions), part, &transform);
         }
     }
     mesh_data.positions = positions.into();
@@ -78,9 +82,9 @@ fn merged(scene: &Scene) -> MeshData {
 
 /// Returns a copy of a mesh with three separate vertices for each triangle, whose normals are the
 /// facet normals.
-fn faceted(part: &MeshData) -> MeshData {
+fn make_faceted(part: &MeshData) -> MeshData {
     let corners = || part.indices.iter().flatten().map(|index| *index as usize);
-    let positions = part.positions.select(corners());
+    let positions = part.positions.subset(corners());
     let normal = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).normalize_or(Vec3::Y).to_array();
     let triangles = positions
         .offsets()
@@ -109,7 +113,7 @@ fn faceted(part: &MeshData) -> MeshData {
     }
 }
 
-fn append(
+fn append_mesh(
     (mesh_data, positions): (&mut MeshData, &mut Vec<DVec3>),
     part: &MeshData,
     transform: &DAffine3,
@@ -218,7 +222,7 @@ mod tests {
             if !bare_first {
                 parts.reverse();
             }
-            let mesh_data = merged(&file(parts));
+            let mesh_data = merge_meshes(&file(parts));
             let [bare, own] = if bare_first { [0, 3] } else { [3, 0] };
             assert_eq!(
                 (mesh_data.positions.len(), mesh_data.indices.as_slice()),
@@ -241,14 +245,18 @@ mod tests {
                 ([0.0; 2], [0.75, 1.0])
             );
         }
-        assert!(merged(&file(vec![(leaf(), Vec::new())])).normals.is_empty());
+        assert!(
+            merge_meshes(&file(vec![(leaf(), Vec::new())]))
+                .normals
+                .is_empty()
+        );
     }
 
     /// Protects: a part has the transform of its node; normals stay perpendicular under non-uniform
     /// scale, and a reflection does not reverse triangles.
     #[test]
     fn parts_stand_where_they_are_put() {
-        let stretched = merged(&file(vec![(
+        let stretched = merge_meshes(&file(vec![(
             full(),
             vec![TransformStep::Scale([1.0, 3.0, 4.0])],
         )]));
@@ -263,7 +271,7 @@ mod tests {
             "{:?}",
             stretched.normals
         );
-        let mirrored = merged(&file(vec![(
+        let mirrored = merge_meshes(&file(vec![(
             leaf(),
             vec![TransformStep::Scale([-1.0, 1.0, 1.0])],
         )]));

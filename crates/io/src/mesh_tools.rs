@@ -34,7 +34,7 @@ pub(crate) fn transform_steps(transform: &DAffine3) -> Vec<TransformStep> {
 
 /// Applies a singular transform to a mesh. Normals and tangents are dropped, because they would
 /// need the inverse transform; facet normals replace the normals.
-pub(crate) fn squeezed(mesh: &MeshData, transform: &DAffine3) -> MeshData {
+pub(crate) fn apply_singular_transform(mesh: &MeshData, transform: &DAffine3) -> MeshData {
     let moved: Vec<DVec3> = mesh
         .positions
         .iter()
@@ -50,7 +50,7 @@ pub(crate) fn squeezed(mesh: &MeshData, transform: &DAffine3) -> MeshData {
 
 /// Drops triangles with a non-finite or excessively distant vertex, and moves each such vertex to
 /// the first valid vertex, so that bounds stay finite. Returns the number of dropped triangles.
-pub(crate) fn drop_unusable(mesh: &mut MeshData) -> usize {
+pub(crate) fn drop_non_finite_triangles(mesh: &mut MeshData) -> usize {
     let unusable: Vec<bool> = mesh
         .positions
         .iter()
@@ -83,12 +83,12 @@ pub(crate) fn drop_unusable(mesh: &mut MeshData) -> usize {
 
 /// Converts the colour of a vertex or face, in a format without colour management, from sRGB values
 /// in 0..1 to linear RGBA. A NaN channel becomes 1.
-pub(crate) fn painted(rgb: [f32; 3]) -> [f32; 4] {
+pub(crate) fn decode_vertex_colour(rgb: [f32; 3]) -> [f32; 4] {
     let linear = |c: f32| {
         if c.is_nan() {
             1.0
         } else {
-            curve::decode(TransferCurve::Srgb, f64::from(c.clamp(0.0, 1.0))) as f32
+            curve::decode_transfer(TransferCurve::Srgb, f64::from(c.clamp(0.0, 1.0))) as f32
         }
     };
     let [r, g, b] = rgb.map(linear);
@@ -97,7 +97,7 @@ pub(crate) fn painted(rgb: [f32; 3]) -> [f32; 4] {
 
 /// Normalises the normals of a mesh. A zero or non-finite normal is replaced by the area-weighted
 /// mean normal of the vertex's facets.
-pub(crate) fn mend_normals(mesh: &mut MeshData) {
+pub(crate) fn repair_normals(mesh: &mut MeshData) {
     let mend = |(i, normal): (usize, &mut [f32; 3])| match Vec3::from_array(*normal)
         .as_dvec3()
         .try_normalize()
@@ -118,7 +118,7 @@ pub(crate) fn mend_normals(mesh: &mut MeshData) {
     if lacking.is_empty() {
         return;
     }
-    let facets = facet_means(mesh);
+    let facets = sum_facet_normals(mesh);
     for i in lacking {
         let mean = facets
             .get(i)
@@ -129,7 +129,7 @@ pub(crate) fn mend_normals(mesh: &mut MeshData) {
 }
 
 /// Sums the area-weighted facet normals at each vertex.
-fn facet_means(mesh: &MeshData) -> Vec<DVec3> {
+fn sum_facet_normals(mesh: &MeshData) -> Vec<DVec3> {
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
     for triangle in &mesh.indices {
         let corner = |k: usize| {
@@ -172,7 +172,7 @@ mod tests {
                 [0.0, 1.0, 0.0],
                 [1.0, 1.0, 0.0],
             ]);
-            assert_eq!(drop_unusable(&mut mesh), 1, "{bad}");
+            assert_eq!(drop_non_finite_triangles(&mut mesh), 1, "{bad}");
             assert_eq!(mesh.indices, [[2, 1, 3]]);
             assert_eq!(mesh.positions.offsets()[0], [1.0, 0.0, 0.0]);
         }
@@ -194,7 +194,7 @@ mod tests {
             [f32::NAN, 0.0, 0.0],
             [0.0, 0.0, -1.0],
         ];
-        mend_normals(&mut mesh);
+        repair_normals(&mut mesh);
         assert_eq!(
             mesh.normals,
             [
@@ -253,7 +253,7 @@ mod tests {
         ]);
         mesh.normals = vec![[0.0, 0.0, 1.0]; 4];
         mesh.uvs = vec![vec![[0.5; 2]; 4]];
-        let flat = squeezed(
+        let flat = apply_singular_transform(
             &mesh,
             &DAffine3::from_scale_rotation_translation(
                 DVec3::new(2.0, 0.0, 1.0),

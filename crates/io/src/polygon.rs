@@ -3,40 +3,47 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::import::{DecodeBudget, Fault, Outcome};
+use crate::import::{DecodeBudget, Fault, ImportResult};
 
 /// Largest number of comparisons for the concave polygons of a file, about a second of work.
 const MOST_WORK: u64 = 300_000_000;
 
 /// Triangulates polygons, with bounded work.
-pub(crate) struct Clipper {
-    work: u64,
+pub(crate) struct EarClipper {
+    work_left: u64,
     /// Corners of the largest polygon whose memory was reserved.
-    largest: usize,
+    reserved_corners: usize,
 }
 
 /// Memory per corner during triangulation, in bytes: a 3D point, its 2D projection, an index of the
 /// outline and a triangle, in lists whose capacity may be twice their length.
 const BYTES_A_CORNER: usize = 160;
 
-impl Default for Clipper {
+impl Default for EarClipper {
     /// Creates a clipper with the full amount of work.
     fn default() -> Self {
         Self {
-            work: MOST_WORK,
-            largest: 0,
+            work_left: MOST_WORK,
+            reserved_corners: 0,
         }
     }
 }
 
-impl Clipper {
+impl EarClipper {
     /// Reserves the memory to triangulate a polygon; smaller polygons reuse the reservation.
     ///
     /// # Errors
     /// A fault of kind limit when the budget is exceeded.
-    pub fn claim(&mut self, corners: usize, budget: &mut DecodeBudget) -> Outcome<()> {
-        budget.memory(corners.saturating_sub(self.largest), BYTES_A_CORNER)?;
-        self.largest = self.largest.max(corners);
+    pub fn reserve_memory(
+        &mut self,
+        corners: usize,
+        budget: &mut DecodeBudget,
+    ) -> ImportResult<()> {
+        budget.reserve_memory(
+            corners.saturating_sub(self.reserved_corners),
+            BYTES_A_CORNER,
+        )?;
+        self.reserved_corners = self.reserved_corners.max(corners);
         Ok(())
     }
 
@@ -45,31 +52,34 @@ impl Clipper {
     ///
     /// # Errors
     /// A fault of kind limit when the concave polygons of the file take too much work.
-    pub fn triangulate(&mut self, points: &[DVec3], out: &mut Vec<[usize; 3]>) -> Outcome<()> {
+    pub fn triangulate(&mut self, points: &[DVec3], out: &mut Vec<[usize; 3]>) -> ImportResult<()> {
         if points.len() <= 3 {
             out.extend((points.len() == 3).then_some([0, 1, 2]));
             return Ok(());
         }
-        let normal = normal(points);
-        let flat: Vec<DVec2> = points.iter().map(|p| project(*p, normal)).collect();
+        let normal = newell_normal(points);
+        let flat: Vec<DVec2> = points
+            .iter()
+            .map(|p| project_to_plane(*p, normal))
+            .collect();
         if is_convex(&flat) || !normal.is_finite() {
             out.extend((2..points.len()).map(|i| [0, i - 1, i]));
             return Ok(());
         }
-        self.clip(&flat, out)
+        self.clip_ears(&flat, out)
     }
 
-    fn clip(&mut self, points: &[DVec2], out: &mut Vec<[usize; 3]>) -> Outcome<()> {
+    fn clip_ears(&mut self, points: &[DVec2], out: &mut Vec<[usize; 3]>) -> ImportResult<()> {
         let mut left: Vec<usize> = (0..points.len()).collect();
         let (mut position, mut failed) = (0, 0);
         while left.len() > 3 {
             let n = left.len();
             let tip = (position + 1) % n;
             let ear = [left[position], left[tip], left[(position + 2) % n]];
-            self.work = self
-                .work
+            self.work_left = self
+                .work_left
                 .checked_sub(n as u64)
-                .ok_or_else(|| Fault::limit("its concave polygons are too large"))?;
+                .ok_or_else(|| Fault::over_limit("its concave polygons are too large"))?;
             // A self-intersecting polygon may have no ear left; then any corner is cut off, and the
             // loop still ends.
             if failed > n || is_ear(points, &left, ear) {
@@ -90,7 +100,7 @@ impl Clipper {
 
 /// Twice the polygon's area, as a vector along its normal (Newell's method; Sutherland, Sproull,
 /// Schumacker 1974).
-pub(crate) fn normal(points: &[DVec3]) -> DVec3 {
+pub(crate) fn newell_normal(points: &[DVec3]) -> DVec3 {
     let Some(&first) = points.first() else {
         return DVec3::ZERO;
     };
@@ -101,7 +111,7 @@ pub(crate) fn normal(points: &[DVec3]) -> DVec3 {
 }
 
 /// Projects along the axis closest to the normal, so that the polygon is counter-clockwise.
-fn project(p: DVec3, normal: DVec3) -> DVec2 {
+fn project_to_plane(p: DVec3, normal: DVec3) -> DVec2 {
     let size = normal.abs();
     let (a, b, along) = if size.x >= size.y && size.x >= size.z {
         (p.y, p.z, normal.x)
@@ -134,7 +144,7 @@ fn is_convex(points: &[DVec2]) -> bool {
 /// the triangle.
 fn is_ear(points: &[DVec2], left: &[usize], ear: [usize; 3]) -> bool {
     let [a, b, c] = ear.map(|i| points[i]);
-    if side(a, b, c) <= 0.0 {
+    if orient2d(a, b, c) <= 0.0 {
         return false;
     }
     left.iter().all(|&i| {
@@ -143,14 +153,14 @@ fn is_ear(points: &[DVec2], left: &[usize], ear: [usize; 3]) -> bool {
         p == a
             || p == b
             || p == c
-            || side(a, b, p) < 0.0
-            || side(b, c, p) < 0.0
-            || side(c, a, p) < 0.0
+            || orient2d(a, b, p) < 0.0
+            || orient2d(b, c, p) < 0.0
+            || orient2d(c, a, p) < 0.0
     })
 }
 
 /// Returns twice the signed area of a triangle, positive if p lies left of the line from a to b.
-fn side(a: DVec2, b: DVec2, p: DVec2) -> f64 {
+fn orient2d(a: DVec2, b: DVec2, p: DVec2) -> f64 {
     (b - a).perp_dot(p - a)
 }
 
@@ -161,14 +171,14 @@ mod tests {
 
     fn triangulated(points: &[DVec3]) -> Vec<[usize; 3]> {
         let mut out = Vec::new();
-        Clipper::default().triangulate(points, &mut out).unwrap();
+        EarClipper::default().triangulate(points, &mut out).unwrap();
         out
     }
 
     fn area(points: &[DVec3], triangles: &[[usize; 3]]) -> f64 {
         triangles
             .iter()
-            .map(|t| normal(&t.map(|i| points[i])).length() / 2.0)
+            .map(|t| newell_normal(&t.map(|i| points[i])).length() / 2.0)
             .sum()
     }
 
@@ -199,11 +209,11 @@ mod tests {
                     (area(&points, &triangles) - 3.0).abs() < 1e-12,
                     "{start} {mirrored} {triangles:?}"
                 );
-                let facing = normal(&points);
+                let facing = newell_normal(&points);
                 assert!(
                     triangles
                         .iter()
-                        .all(|t| normal(&t.map(|i| points[i])).dot(facing) > 0.0),
+                        .all(|t| newell_normal(&t.map(|i| points[i])).dot(facing) > 0.0),
                     "{triangles:?}"
                 );
             }
@@ -256,7 +266,11 @@ mod tests {
         };
         let points: Vec<_> = (0..200_000).map(tooth).collect();
         let mut out = Vec::new();
-        assert!(Clipper::default().triangulate(&points, &mut out).is_err());
+        assert!(
+            EarClipper::default()
+                .triangulate(&points, &mut out)
+                .is_err()
+        );
     }
 
     proptest! {
@@ -272,7 +286,7 @@ mod tests {
             let points: Vec<_> = radii.iter().enumerate().map(point).collect();
             let triangles = triangulated(&points);
             prop_assert_eq!(triangles.len(), points.len() - 2);
-            let whole = normal(&points).length() / 2.0;
+            let whole = newell_normal(&points).length() / 2.0;
             prop_assert!((area(&points, &triangles) - whole).abs() < 1e-9 * whole);
         }
     }

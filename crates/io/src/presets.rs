@@ -1,6 +1,6 @@
 //! Built-in scenes: the files of `scenes/` at the time of the build.
 
-use raywright_core::suggest::closest;
+use raywright_core::suggest::closest_word;
 
 use crate::error::Error;
 use crate::native;
@@ -24,7 +24,7 @@ pub fn list() -> Vec<Preset> {
         .iter()
         .map(|&(name, text)| Preset {
             name,
-            title: native::title(text),
+            title: native::read_title(text),
             text,
         })
         .collect()
@@ -44,16 +44,16 @@ pub fn get(name: &str) -> Result<Preset, Error> {
     if let Some(&(name, text)) = PRESETS.iter().find(|(known, _)| *known == name) {
         return Ok(Preset {
             name,
-            title: native::title(text),
+            title: native::read_title(text),
             text,
         });
     }
-    let hint = match closest(name, names()) {
+    let hint = match closest_word(name, names()) {
         Some(word) => format!("did you mean `preset:{word}`?"),
         None if PRESETS.is_empty() => "this program was built without presets".to_owned(),
         None => format!("the presets: {}", names().collect::<Vec<_>>().join(", ")),
     };
-    Err(Error::usage(format!("there is no preset `{name}`")).with_hint(hint))
+    Err(Error::invalid_usage(format!("there is no preset `{name}`")).with_hint(hint))
 }
 
 /// Returns a built-in asset of the presets: `embedded:NAME` in a scene.

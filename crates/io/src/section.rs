@@ -14,35 +14,35 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::DVec3;
-use raywright_core::affine;
+use raywright_core::affine_from_steps;
 use raywright_core::scene::{
-    Material, Mesh, MeshData, MeshSource, Model, Object, Scene, Shape, SideRule,
+    Material, MaterialModel, Mesh, MeshData, MeshSource, Object, Scene, Shape, SideRule,
 };
 
 use crate::clay;
 use crate::warning::{Warning, WarningCode};
-use clip::{CutMesh, MeshCut, MeshCutter};
+use clip::{CutMesh, MeshCutResult, MeshCutter};
 
 /// A plane perpendicular to an axis, and its kept side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Section {
+pub struct SectionPlane {
     /// 0 for x, 1 for y, 2 for z.
     axis: usize,
     /// Whether the side of greater coordinates is kept.
     keeps_above: bool,
-    position: Position,
+    position: PlanePosition,
 }
 
 /// Position of a plane on its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Position {
+enum PlanePosition {
     /// In units of the model.
     Coordinate(f64),
     /// As a fraction of the bounding box of all meshes, from its least coordinate.
-    Share(f64),
+    Fraction(f64),
 }
 
-impl FromStr for Section {
+impl FromStr for SectionPlane {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -67,8 +67,8 @@ impl FromStr for Section {
                 .ok_or_else(expected)
         };
         let position = match place.trim().strip_suffix('%') {
-            Some(share) => Position::Share(number(share)? / 100.0),
-            None => Position::Coordinate(number(place)?),
+            Some(share) => PlanePosition::Fraction(number(share)? / 100.0),
+            None => PlanePosition::Coordinate(number(place)?),
         };
         Ok(Self {
             axis,
@@ -78,67 +78,67 @@ impl FromStr for Section {
     }
 }
 
-impl fmt::Display for Section {
+impl fmt::Display for SectionPlane {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (side, axis) = (
             if self.keeps_above { "-" } else { "" },
             ["x", "y", "z"][self.axis],
         );
         match self.position {
-            Position::Coordinate(at) => write!(f, "{side}{axis}={at}"),
-            Position::Share(share) => write!(f, "{side}{axis}={}%", 100.0 * share),
+            PlanePosition::Coordinate(at) => write!(f, "{side}{axis}={at}"),
+            PlanePosition::Fraction(share) => write!(f, "{side}{axis}={}%", 100.0 * share),
         }
     }
 }
 
-impl Section {
+impl SectionPlane {
     /// 1 where the side of lesser coordinates is kept, -1 otherwise.
-    fn sign(&self) -> f64 {
+    fn side_sign(&self) -> f64 {
         if self.keeps_above { -1.0 } else { 1.0 }
     }
 }
 
 /// Tolerance for a vertex in the plane, relative to the largest coordinate: four units in the last
 /// place, in f32, of half that coordinate.
-const SAME: f64 = 2.5e-7;
+const COORDINATE_TOLERANCE: f64 = 2.5e-7;
 
 /// Cuts all meshes of a scene by a plane, and adds caps to closed meshes. Returns the warnings,
 /// which call the scene `name`.
-pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warning> {
-    let meshes = meshes_of(scene);
-    let mut warnings: Vec<Warning> = not_cut(scene, &meshes, name).into_iter().collect();
-    let Some([minimum, maximum]) = extent(scene, &meshes, section.axis) else {
+pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -> Vec<Warning> {
+    let meshes = meshes_to_cut(scene);
+    let mut warnings: Vec<Warning> = uncut_warning(scene, &meshes, name).into_iter().collect();
+    let Some([minimum, maximum]) = coordinate_range(scene, &meshes, section.axis) else {
         return warnings;
     };
     let plane = match section.position {
-        Position::Coordinate(at) => at,
-        Position::Share(share) => minimum + share * (maximum - minimum),
+        PlanePosition::Coordinate(at) => at,
+        PlanePosition::Fraction(share) => minimum + share * (maximum - minimum),
     };
-    let tolerance = SAME * minimum.abs().max(maximum.abs());
+    let tolerance = COORDINATE_TOLERANCE * minimum.abs().max(maximum.abs());
     let height = |point: DVec3| {
-        let height = section.sign() * (point[section.axis] - plane);
+        let height = section.side_sign() * (point[section.axis] - plane);
         if height.abs() <= tolerance {
             0.0
         } else {
             height
         }
     };
-    let (mut kept, mut open, mut materials) = (Vec::new(), 0, CapMaterials::of(scene));
+    let (mut kept, mut open, mut materials) = (Vec::new(), 0, CapMaterials::from_scene(scene));
     for (mut object, data) in core::mem::take(&mut scene.objects).into_iter().zip(meshes) {
         let Some(data) = data else {
             kept.push(object);
             continue;
         };
-        let map = affine(&object.transform);
+        let map = affine_from_steps(&object.transform);
         let heights: Vec<f64> = data
             .positions
             .iter()
             .map(|point| height(map.transform_point3(point)))
             .collect();
         match MeshCutter::new(&data, &heights, map, section).cut() {
-            MeshCut::Kept => {}
-            MeshCut::Gone => continue,
-            MeshCut::Through(cut) => {
+            MeshCutResult::Unchanged => {}
+            MeshCutResult::Removed => continue,
+            MeshCutResult::Partial(cut) => {
                 let CutMesh { mesh, cap, is_open } = *cut;
                 if is_open {
                     // The inside is visible now.
@@ -147,8 +147,8 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
                 }
                 if !cap.indices.is_empty() {
                     let (shape, material) = (
-                        shape_of(scene, &object, cap),
-                        materials.add(scene, &object.material),
+                        replace_mesh(scene, &object, cap),
+                        materials.add_cap_material(scene, &object.material),
                     );
                     kept.push(Object {
                         shape,
@@ -156,7 +156,7 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
                         ..object.clone()
                     });
                 }
-                object.shape = shape_of(scene, &object, mesh);
+                object.shape = replace_mesh(scene, &object, mesh);
             }
         }
         kept.push(object);
@@ -181,7 +181,7 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
 
 /// Adds a cut mesh to the scene, under a name derived from the object's mesh, and returns the shape
 /// of the new mesh.
-fn shape_of(scene: &mut Scene, object: &Object, data: MeshData) -> Shape {
+fn replace_mesh(scene: &mut Scene, object: &Object, data: MeshData) -> Shape {
     let own = if let Shape::Mesh(own) = &object.shape {
         own
     } else {
@@ -204,10 +204,10 @@ struct CapMaterials {
 }
 
 impl CapMaterials {
-    fn of(scene: &Scene) -> Self {
+    fn from_scene(scene: &Scene) -> Self {
         let varies = |material: &Material| {
             let is_coloured =
-                matches!(&material.model, Model::Physical(model) if model.vertex_colours);
+                matches!(&material.model, MaterialModel::Physical(model) if model.vertex_colours);
             (
                 material.name.clone(),
                 is_coloured || material.textures().next().is_some(),
@@ -219,7 +219,7 @@ impl CapMaterials {
     }
 
     /// Returns the name of a cap's material. A new material is added to the scene.
-    fn add(&mut self, scene: &mut Scene, body: &str) -> String {
+    fn add_cap_material(&mut self, scene: &mut Scene, body: &str) -> String {
         if self.varies.get(body) != Some(&true) {
             return body.to_owned();
         }
@@ -227,7 +227,7 @@ impl CapMaterials {
         if self.varies.insert(grey.clone(), false).is_none() {
             scene.materials.push(Material {
                 name: grey.clone(),
-                model: clay::model(),
+                model: clay::clay_model(),
             });
         }
         grey
@@ -235,7 +235,7 @@ impl CapMaterials {
 }
 
 /// Mesh of each object that is cut; `None` for moving objects and other shapes.
-fn meshes_of(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
+fn meshes_to_cut(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
     let inline = |mesh: &Mesh| {
         if let MeshSource::Inline(data) = &mesh.source {
             Some(Arc::clone(data))
@@ -263,9 +263,13 @@ fn meshes_of(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
 }
 
 /// Least and greatest world coordinate of all cut meshes on an axis; `None` without such a mesh.
-fn extent(scene: &Scene, meshes: &[Option<Arc<MeshData>>], axis: usize) -> Option<[f64; 2]> {
+fn coordinate_range(
+    scene: &Scene,
+    meshes: &[Option<Arc<MeshData>>],
+    axis: usize,
+) -> Option<[f64; 2]> {
     let along = |(object, data): (&Object, &Option<Arc<MeshData>>)| {
-        let (data, map) = (data.as_ref()?, affine(&object.transform));
+        let (data, map) = (data.as_ref()?, affine_from_steps(&object.transform));
         let coordinates = data
             .positions
             .iter()
@@ -285,7 +289,7 @@ fn extent(scene: &Scene, meshes: &[Option<Arc<MeshData>>], axis: usize) -> Optio
 }
 
 /// Returns the warning about objects that are not cut, if any.
-fn not_cut(scene: &Scene, meshes: &[Option<Arc<MeshData>>], name: &str) -> Option<Warning> {
+fn uncut_warning(scene: &Scene, meshes: &[Option<Arc<MeshData>>], name: &str) -> Option<Warning> {
     let count = meshes.iter().filter(|mesh| mesh.is_none()).count() + scene.generators.len();
     let message = format!(
         "{count} objects are not cut by the section: only triangle meshes are that stand still"

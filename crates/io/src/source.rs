@@ -7,15 +7,15 @@ use raywright_core::validate::Problem;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, TextPosition};
 use crate::error::Error;
-use crate::native::{self, Notation};
-use crate::text::{lines, without_mark};
+use crate::native::{self, SceneNotation};
+use crate::text::{split_lines, strip_byte_order_mark};
 use crate::{ply, stl};
 
 /// Format of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SceneFormat {
     /// A native scene.
-    Native(Notation),
+    Native(SceneNotation),
     /// glTF 2.0 as text, with its buffers in files or embedded.
     Gltf,
     /// glTF 2.0 as a single binary file.
@@ -30,7 +30,7 @@ pub enum SceneFormat {
 
 /// Returns the name of the unsupported format with the path's extension, and advice how to convert
 /// the file.
-pub(crate) fn foreign(path: &Path) -> Option<(&'static str, &'static str)> {
+pub(crate) fn unsupported_format(path: &Path) -> Option<(&'static str, &'static str)> {
     const BLENDER: &str = "Blender imports it and exports glTF: File, Export, glTF 2.0 (.glb)";
     const FOREIGN: [(&[&str], &str, &str); 12] = [
         (&["usd", "usda", "usdc", "usdz"], "USD", BLENDER),
@@ -87,7 +87,7 @@ pub(crate) fn foreign(path: &Path) -> Option<(&'static str, &'static str)> {
 
 impl SceneFormat {
     /// Format of a model file with this name.
-    pub(crate) fn of_model(file: &Path) -> Option<Self> {
+    pub(crate) fn from_model_path(file: &Path) -> Option<Self> {
         let ending = file.extension()?.to_string_lossy().to_ascii_lowercase();
         match ending.as_str() {
             "gltf" => Some(Self::Gltf),
@@ -105,7 +105,7 @@ impl SceneFormat {
     }
 
     /// Description of a file in this format for messages.
-    pub(crate) fn file(self) -> &'static str {
+    pub(crate) fn file_description(self) -> &'static str {
         match self {
             Self::Native(_) => "a scene file",
             Self::Gltf | Self::Glb => "a glTF file",
@@ -116,21 +116,21 @@ impl SceneFormat {
     }
 
     /// Format of an input, from its extension or otherwise from its content.
-    pub(crate) fn of(file: &Path, bytes: &[u8]) -> Option<Self> {
+    pub(crate) fn detect(file: &Path, bytes: &[u8]) -> Option<Self> {
         let ending = file
             .extension()
             .map(|ending| ending.to_string_lossy().to_ascii_lowercase())
             .unwrap_or_default();
         match ending.as_str() {
             _ if bytes.starts_with(b"glTF") => Some(Self::Glb),
-            "toml" => Some(Self::Native(Notation::Toml)),
-            "json" => Some(Self::Native(Notation::Json)),
-            _ => Self::of_model(file).or_else(|| Self::of_content(bytes)),
+            "toml" => Some(Self::Native(SceneNotation::Toml)),
+            "json" => Some(Self::Native(SceneNotation::Json)),
+            _ => Self::from_model_path(file).or_else(|| Self::detect_in_content(bytes)),
         }
     }
 
-    fn of_content(bytes: &[u8]) -> Option<Self> {
-        let start = without_mark(bytes).trim_ascii_start();
+    fn detect_in_content(bytes: &[u8]) -> Option<Self> {
+        let start = strip_byte_order_mark(bytes).trim_ascii_start();
         if ply::is_ply(bytes) {
             return Some(Self::Ply);
         }
@@ -142,12 +142,12 @@ impl SceneFormat {
             return Some(if is_gltf {
                 Self::Gltf
             } else {
-                Self::Native(Notation::Json)
+                Self::Native(SceneNotation::Json)
             });
         }
         // The first line that is no comment distinguishes the two text formats: a key with a value
         // in TOML, or a keyword in OBJ.
-        let mut statements = lines(start)
+        let mut statements = split_lines(start)
             .map(|line| line.trim_ascii())
             .filter(|line| !line.is_empty() && !line.starts_with(b"#"));
         let first = statements.next().unwrap_or_default();
@@ -163,12 +163,12 @@ impl SceneFormat {
         }
         let is_toml =
             first.starts_with(b"format") || first.starts_with(b"[") || start.starts_with(b"#");
-        is_toml.then_some(Self::Native(Notation::Toml))
+        is_toml.then_some(Self::Native(SceneNotation::Toml))
     }
 }
 
 /// Names of the scenes and models in a folder, in order; empty for an unreadable folder.
-pub fn models_in(folder: &Path) -> Vec<String> {
+pub fn list_models(folder: &Path) -> Vec<String> {
     /// Larger folders are not searched for similar names.
     const MOST: usize = 10_000;
     let folder = if folder == Path::new("") {
@@ -194,7 +194,7 @@ pub fn is_scene_or_model(file: &Path) -> bool {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     name.ends_with(".scene.toml")
         || name.ends_with(".scene.json")
-        || SceneFormat::of_model(file).is_some()
+        || SceneFormat::from_model_path(file).is_some()
 }
 
 /// Origin of a scene.
@@ -209,7 +209,7 @@ pub struct SourceInfo {
     /// The text of a native scene.
     pub text: Option<Arc<str>>,
     /// Syntax tree of the text, built on first use.
-    tree: OnceLock<Option<native::TextTree>>,
+    tree: OnceLock<Option<native::SyntaxTree>>,
 }
 
 impl SourceInfo {
@@ -230,7 +230,7 @@ impl SourceInfo {
 
     /// Creates the error for a scene's problems, each at its position in the text. Without a text,
     /// each problem has its path in the scene.
-    pub fn error(&self, problems: Vec<Problem>) -> Error {
+    pub fn error_at_problems(&self, problems: Vec<Problem>) -> Error {
         let message = |problem: &Problem| format!("{}: {}", problem.path, problem.message);
         if let (Some(text), SceneFormat::Native(_)) = (&self.text, self.format) {
             let span = |path: &str| self.tree().and_then(|tree| tree.span(path));
@@ -247,7 +247,7 @@ impl SourceInfo {
             ));
         }
         let hint = problems.iter().find_map(|problem| problem.hint.clone());
-        let error = Error::input(
+        let error = Error::invalid_input(
             &self.name,
             problems.iter().map(message).collect::<Vec<_>>().join("; "),
         );
@@ -255,12 +255,12 @@ impl SourceInfo {
     }
 
     /// Syntax tree of the text; `None` without a text.
-    fn tree(&self) -> Option<&native::TextTree> {
+    fn tree(&self) -> Option<&native::SyntaxTree> {
         let (Some(text), SceneFormat::Native(notation)) = (&self.text, self.format) else {
             return None;
         };
         self.tree
-            .get_or_init(|| native::TextTree::new(text, notation))
+            .get_or_init(|| native::SyntaxTree::new(text, notation))
             .as_ref()
     }
 
@@ -273,7 +273,7 @@ impl SourceInfo {
         };
         match self.tree().and_then(|tree| tree.span(path)) {
             Some(span) => {
-                let place = TextPosition::of(text, &span);
+                let place = TextPosition::from_span(text, &span);
                 format!("{}:{}:{}", self.name, place.line, place.column)
             }
             None => self.name.clone(),
@@ -290,8 +290,14 @@ mod tests {
     #[test]
     fn places_are_told_as_well_as_they_can_be() {
         let text = "format = 1\n[render]\n  samples = 4\n";
-        let native =
-            |text| SourceInfo::new("a.toml", "a", SceneFormat::Native(Notation::Toml), text);
+        let native = |text| {
+            SourceInfo::new(
+                "a.toml",
+                "a",
+                SceneFormat::Native(SceneNotation::Toml),
+                text,
+            )
+        };
         assert_eq!(
             native(Some(text.into())).locate("render.samples"),
             "a.toml:3:13"

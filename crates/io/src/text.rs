@@ -1,22 +1,22 @@
 //! Shared parts of the text formats for models: lines, words and numbers.
 
-use crate::import::{Fault, MODELS, Outcome, printable};
+use crate::import::{Fault, ImportResult, MODELS, sanitise_text};
 
 /// Refuses input other than ASCII-based text: UTF-16 or binary data.
 ///
 /// # Errors
 /// A fault of kind input that names the detected content.
-pub(crate) fn refuse_foreign(bytes: &[u8]) -> Outcome<()> {
+pub(crate) fn refuse_non_text(bytes: &[u8]) -> ImportResult<()> {
     let head = bytes.get(..bytes.len().min(4096)).unwrap_or_default();
     let paired =
         |odd: usize| head.len() > 3 && head.iter().skip(odd).step_by(2).all(|&byte| byte == 0);
     if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") || paired(0) || paired(1) {
-        return Err(Fault::input(
+        return Err(Fault::invalid_input(
             "is UTF-16 text; models are read as ASCII or UTF-8, so convert it (iconv -t UTF-8)",
         ));
     }
     if head.contains(&0) {
-        return Err(Fault::input(format!(
+        return Err(Fault::invalid_input(format!(
             "is a binary file and no OBJ text; models are read from {MODELS} files"
         )));
     }
@@ -24,12 +24,12 @@ pub(crate) fn refuse_foreign(bytes: &[u8]) -> Outcome<()> {
 }
 
 /// Removes the UTF-8 byte order mark that some editors write.
-pub(crate) fn without_mark(bytes: &[u8]) -> &[u8] {
+pub(crate) fn strip_byte_order_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
 /// Splits a text into lines, which may end in a line feed, a carriage return or both.
-pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+pub(crate) fn split_lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = Some(bytes);
     std::iter::from_fn(move || {
         let text = rest?;
@@ -44,7 +44,7 @@ pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
 
 /// Parses the longest numeric prefix of a word, as C's `strtod` does: files contain `1.0f` and
 /// `3.1+e2`. A number with a decimal comma is refused, because `strtod` would lose its fraction.
-pub(crate) fn number(word: &str) -> Option<(&str, f64)> {
+pub(crate) fn parse_number_prefix(word: &str) -> Option<(&str, f64)> {
     if let Ok(value) = word.parse() {
         return Some((word, value));
     }
@@ -71,15 +71,15 @@ pub(crate) fn has_decimal_comma(word: &str) -> bool {
 }
 
 /// Fault for a word in place of a number.
-pub(crate) fn message_for_no_number(keyword: &str, word: &str) -> Fault {
+pub(crate) fn not_a_number_fault(keyword: &str, word: &str) -> Fault {
     let remedy = if has_decimal_comma(word) {
         "; decimals have a point, so export it again with points in place of commas"
     } else {
         ""
     };
-    Fault::input(format!(
+    Fault::invalid_input(format!(
         "{keyword}: `{}` is no number{remedy}",
-        printable(word)
+        sanitise_text(word)
     ))
 }
 
@@ -91,10 +91,13 @@ mod tests {
     /// once.
     #[test]
     fn lines_end_in_three_ways() {
-        let found: Vec<&[u8]> = lines(b"a\rb\nc\r\n\r\nd\n\re").collect();
+        let found: Vec<&[u8]> = split_lines(b"a\rb\nc\r\n\r\nd\n\re").collect();
         assert_eq!(found, [b"a".as_slice(), b"b", b"c", b"", b"d", b"", b"e"]);
-        assert_eq!(lines(b"").collect::<Vec<_>>(), [b""]);
-        assert_eq!(lines(b"a\r").collect::<Vec<_>>(), [b"a".as_slice(), b""]);
+        assert_eq!(split_lines(b"").collect::<Vec<_>>(), [b""]);
+        assert_eq!(
+            split_lines(b"a\r").collect::<Vec<_>>(),
+            [b"a".as_slice(), b""]
+        );
     }
 
     /// Protects: numbers are parsed in the forms that other programs write.
@@ -108,14 +111,22 @@ mod tests {
             ("1.5f", 1.5),
             ("3.1+e2", 3.1),
         ] {
-            assert_eq!(number(word).map(|n| n.1), Some(value), "{word}");
+            assert_eq!(
+                parse_number_prefix(word).map(|n| n.1),
+                Some(value),
+                "{word}"
+            );
         }
-        assert_eq!(number("1,").map(|n| n.1), Some(1.0), "the comma of a list");
+        assert_eq!(
+            parse_number_prefix("1,").map(|n| n.1),
+            Some(1.0),
+            "the comma of a list"
+        );
         for word in ["1,0", "-0,25", "1,5e3", "1.000,5", ",5"] {
-            assert_eq!(number(word), None, "{word}");
+            assert_eq!(parse_number_prefix(word), None, "{word}");
         }
-        assert_eq!(number("x"), None);
-        assert_eq!(number(""), None);
-        assert_eq!(number("é1"), None);
+        assert_eq!(parse_number_prefix("x"), None);
+        assert_eq!(parse_number_prefix(""), None);
+        assert_eq!(parse_number_prefix("é1"), None);
     }
 }

@@ -8,7 +8,7 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use percent_encoding::percent_decode_str;
 
 use crate::folder::{Folder, ReadError};
-use crate::import::{Fault, Outcome, printable};
+use crate::import::{Fault, ImportResult, sanitise_text};
 
 /// Base64 decoder that accepts any padding, because programs pad data differently and the content
 /// is always unambiguous.
@@ -20,16 +20,16 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 );
 
 /// Whether a reference embeds its data.
-pub(crate) fn is_data(uri: &str) -> bool {
+pub(crate) fn is_data_uri(uri: &str) -> bool {
     uri.get(..5)
         .is_some_and(|head| head.eq_ignore_ascii_case("data:"))
 }
 
 /// Records the file that a reference names, without reading the file.
-pub(crate) fn name(folder: &Folder, uri: &str) {
-    if !is_data(uri) {
-        folder.name(&percent_decode_str(uri).decode_utf8_lossy());
-        folder.name(uri);
+pub(crate) fn record_reference(folder: &Folder, uri: &str) {
+    if !is_data_uri(uri) {
+        folder.record_reference(&percent_decode_str(uri).decode_utf8_lossy());
+        folder.record_reference(uri);
     }
 }
 
@@ -38,14 +38,14 @@ pub(crate) fn name(folder: &Folder, uri: &str) {
 /// # Errors
 /// A fault of kind input: broken base64, a percent escape that is not UTF-8, or a file that
 /// [`Folder::read`] refuses.
-pub(crate) fn read(folder: &Folder, uri: &str) -> Outcome<Vec<u8>> {
-    if is_data(uri) {
-        return data(uri.get(5..).unwrap_or_default());
+pub(crate) fn read_reference(folder: &Folder, uri: &str) -> ImportResult<Vec<u8>> {
+    if is_data_uri(uri) {
+        return decode_data_uri(uri.get(5..).unwrap_or_default());
     }
     let decoded = percent_decode_str(uri).decode_utf8().map_err(|_| {
-        Fault::input(format!(
+        Fault::invalid_input(format!(
             "`{}` has a percent escape that is not UTF-8",
-            printable(uri)
+            sanitise_text(uri)
         ))
     })?;
     // Some writers do not escape, so that a file may be called `50%25.png`; others separate folders
@@ -65,11 +65,11 @@ pub(crate) fn read(folder: &Folder, uri: &str) -> Outcome<Vec<u8>> {
     }
 }
 
-/// Decodes an embedded reference after its `data:`.
-fn data(text: &str) -> Outcome<Vec<u8>> {
+/// Decodes an embedded reference after its `decode_data_uri:`.
+fn decode_data_uri(text: &str) -> ImportResult<Vec<u8>> {
     let (head, body) = text
         .split_once(',')
-        .ok_or_else(|| Fault::input("a data: reference without a comma"))?;
+        .ok_or_else(|| Fault::invalid_input("a data: reference without a comma"))?;
     let bytes: Cow<[u8]> = percent_decode_str(body).into();
     if !head
         .split(';')
@@ -78,7 +78,7 @@ fn data(text: &str) -> Outcome<Vec<u8>> {
         return Ok(bytes.into_owned());
     }
     // Embedded buffers may have a gigabyte: they are copied only if they have line breaks.
-    let packed = match bytes.iter().any(u8::is_ascii_whitespace) {
+    let base64 = match bytes.iter().any(u8::is_ascii_whitespace) {
         true => bytes
             .iter()
             .copied()
@@ -87,8 +87,8 @@ fn data(text: &str) -> Outcome<Vec<u8>> {
         false => bytes,
     };
     BASE64
-        .decode(packed)
-        .map_err(|e| Fault::input(format!("a data: reference with broken base64 ({e})")))
+        .decode(base64)
+        .map_err(|e| Fault::invalid_input(format!("a data: reference with broken base64 ({e})")))
 }
 
 #[cfg(test)]
@@ -107,13 +107,13 @@ mod tests {
             ",ABC",
             ",%41BC",
         ] {
-            assert_eq!(data(text), Ok(b"ABC".to_vec()), "{text}");
+            assert_eq!(decode_data_uri(text), Ok(b"ABC".to_vec()), "{text}");
         }
         for text in [";base64,QQ==", ";base64,QQ", ";base64,QQ%3D%3D"] {
-            assert_eq!(data(text), Ok(b"A".to_vec()), "{text}");
+            assert_eq!(decode_data_uri(text), Ok(b"A".to_vec()), "{text}");
         }
         for text in [";base64", ";base64,@@@", ";base64,Q"] {
-            assert!(data(text).is_err(), "{text}");
+            assert!(decode_data_uri(text).is_err(), "{text}");
         }
     }
 
@@ -123,12 +123,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("a b.bin"), "1").unwrap();
         std::fs::write(folder.path().join("50%25.bin"), "2").unwrap();
-        let folder = Folder::around(&folder.path().join("x.gltf"), 100).unwrap();
-        assert_eq!(read(&folder, "a%20b.bin"), Ok(b"1".to_vec()));
-        assert_eq!(read(&folder, "a b.bin"), Ok(b"1".to_vec()));
-        assert_eq!(read(&folder, "50%25.bin"), Ok(b"2".to_vec()));
+        let folder = Folder::parent_of(&folder.path().join("x.gltf"), 100).unwrap();
+        assert_eq!(read_reference(&folder, "a%20b.bin"), Ok(b"1".to_vec()));
+        assert_eq!(read_reference(&folder, "a b.bin"), Ok(b"1".to_vec()));
+        assert_eq!(read_reference(&folder, "50%25.bin"), Ok(b"2".to_vec()));
         assert_eq!(
-            read(&folder, ".\\a%20b.bin"),
+            read_reference(&folder, ".\\a%20b.bin"),
             Ok(b"1".to_vec()),
             "as Windows parts folders"
         );
@@ -141,7 +141,7 @@ mod tests {
             "..\\x",
             "%5Cetc%5Cpasswd",
         ] {
-            assert!(read(&folder, uri).is_err(), "{uri}");
+            assert!(read_reference(&folder, uri).is_err(), "{uri}");
         }
     }
 }

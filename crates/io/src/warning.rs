@@ -92,7 +92,7 @@ codes! {
 
 impl WarningCode {
     /// Code of a remark about an image with this number of replaced texels.
-    pub(crate) fn of_image(repaired: impl Into<u64>) -> Self {
+    pub(crate) fn from_repaired_texels(repaired: impl Into<u64>) -> Self {
         if repaired.into() > 0 {
             Self::Texels
         } else {
@@ -101,7 +101,7 @@ impl WarningCode {
     }
 
     /// Code with this name.
-    pub fn of(name: &str) -> Option<Self> {
+    pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|code| code.name() == name)
     }
 }
@@ -165,7 +165,7 @@ mod tests {
         assert!(
             WarningCode::ALL
                 .iter()
-                .all(|code| WarningCode::of(code.name()) == Some(*code))
+                .all(|code| WarningCode::from_name(code.name()) == Some(*code))
         );
         assert!(
             names.iter().all(|name| name

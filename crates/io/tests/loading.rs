@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use raywright_core::scene::{MeshSource, Scene, Triple};
 use raywright_io::{
-    Error, ErrorKind, Input, Limits, LoadOptions, Loaded, Notation, Overrides, SceneFormat, load,
-    presets,
+    Error, ErrorKind, Input, Limits, LoadOptions, LoadedScene, ParameterOverrides, SceneFormat,
+    SceneNotation, load, presets,
 };
 
 /// A temporary folder with a scene and further files of a test.
@@ -29,11 +29,11 @@ impl SceneFolder {
         path
     }
 
-    fn load(&self) -> Result<Loaded, Error> {
+    fn load(&self) -> Result<LoadedScene, Error> {
         self.load_with(&LoadOptions::default())
     }
 
-    fn load_with(&self, options: &LoadOptions) -> Result<Loaded, Error> {
+    fn load_with(&self, options: &LoadOptions) -> Result<LoadedScene, Error> {
         load(
             &Input::Path(self.folder.path().join("x.scene.toml")),
             options,
@@ -61,7 +61,7 @@ fn limits(limits: Limits) -> LoadOptions {
 
 fn at(t: f64) -> LoadOptions {
     LoadOptions {
-        overrides: Overrides {
+        overrides: ParameterOverrides {
             time: Some(t),
             set: Vec::new(),
         },
@@ -148,8 +148,8 @@ fn the_ending_decides_what_a_file_is_and_the_content_where_it_does_not() {
             .map(|loaded| (loaded.source.format, loaded.source.stem))
             .map_err(|error| error.to_string())
     };
-    let toml = SceneFormat::Native(Notation::Toml);
-    let json = SceneFormat::Native(Notation::Json);
+    let toml = SceneFormat::Native(SceneNotation::Toml);
+    let json = SceneFormat::Native(SceneNotation::Json);
     assert_eq!(
         format("a.scene.toml", b"format = 1"),
         Ok((toml, "a".to_owned()))
@@ -355,7 +355,7 @@ fn a_mesh_file_that_cannot_be_had_is_an_error_at_its_place() {
 fn a_model_has_no_parameters() {
     let place = SceneFolder::new("");
     gltf_triangle(&place);
-    let overrides = Overrides {
+    let overrides = ParameterOverrides {
         time: None,
         set: vec![("speed".to_owned(), 1.0)],
     };
@@ -421,7 +421,7 @@ fn values_of_parameters_count() {
             .map(|&(name, value)| (name.to_owned(), value))
             .collect();
         let options = LoadOptions {
-            overrides: Overrides { time: None, set },
+            overrides: ParameterOverrides { time: None, set },
             ..LoadOptions::default()
         };
         place.load_with(&options).expect("a scene")
@@ -462,8 +462,8 @@ fn a_scene_knows_its_files() {
         .unwrap_or_else(|error| panic!("{error}"))
         .inputs;
     let held = |name: &str| {
-        let file = output::OutputPlace::check(&place.folder.path().join(name)).expect("a place");
-        inputs.clash(&file).is_some()
+        let file = output::OutputPath::resolve(&place.folder.path().join(name)).expect("a place");
+        inputs.find_clash(&file).is_some()
     };
     for name in [
         "x.scene.toml",
@@ -564,12 +564,12 @@ fn endings_count_in_any_case() {
         (
             "A.Scene.TOML",
             b"format = 1".as_slice(),
-            (SceneFormat::Native(Notation::Toml), "A"),
+            (SceneFormat::Native(SceneNotation::Toml), "A"),
         ),
         (
             "B.JSON",
             b"{\"format\": 1}",
-            (SceneFormat::Native(Notation::Json), "B"),
+            (SceneFormat::Native(SceneNotation::Json), "B"),
         ),
         ("C.OBJ", model, (SceneFormat::Obj, "C")),
     ] {

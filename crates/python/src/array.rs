@@ -7,9 +7,9 @@ use pyo3::types::PyDict;
 use raywright_cli::embedded::FinishedPicture;
 
 /// Content of an array.
-pub enum Numbers {
+pub enum ArrayData {
     /// Displayed colours.
-    Shown(Arc<FinishedPicture>),
+    Displayed(Arc<FinishedPicture>),
     /// Sampled colours before denoising.
     Sampled(Arc<FinishedPicture>),
     /// Standard errors of the denoised colours.
@@ -29,13 +29,13 @@ pub enum Numbers {
 /// block is a view that keeps the block alive.
 #[pyclass(frozen, module = "raywright")]
 pub struct Array {
-    numbers: Numbers,
+    numbers: ArrayData,
     shape: Vec<usize>,
 }
 
 impl Array {
     /// Creates an array of this shape.
-    pub fn new(numbers: Numbers, shape: &[usize]) -> Self {
+    pub fn new(numbers: ArrayData, shape: &[usize]) -> Self {
         Self {
             numbers,
             shape: shape.to_vec(),
@@ -44,16 +44,16 @@ impl Array {
 
     /// Returns a read-only NumPy view.
     pub fn view(self, py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
-        numpy(py)?.call_method1("asarray", (self,))
+        import_numpy(py)?.call_method1("asarray", (self,))
     }
 
     /// Returns a NumPy copy that the caller owns.
     pub fn copy(self, py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
-        numpy(py)?.call_method1("array", (self,))
+        import_numpy(py)?.call_method1("array", (self,))
     }
 
     /// Address of the first number, and the type string of NumPy.
-    fn place(&self) -> (usize, &'static str) {
+    fn data_pointer(&self) -> (usize, &'static str) {
         const FLOAT: &str = if cfg!(target_endian = "little") {
             "<f4"
         } else {
@@ -71,19 +71,19 @@ impl Array {
         };
         let floats = |numbers: &[f32]| (numbers.as_ptr().addr(), FLOAT);
         match &self.numbers {
-            Numbers::Shown(of) => floats(of.shown_picture().rgb.as_flattened()),
-            Numbers::Sampled(of) => floats(of.rendered.picture.rgb.as_flattened()),
-            Numbers::Errors(of) => floats(
+            ArrayData::Displayed(of) => floats(of.shown_picture().rgb.as_flattened()),
+            ArrayData::Sampled(of) => floats(of.rendered.picture.rgb.as_flattened()),
+            ArrayData::Errors(of) => floats(
                 of.rendered
-                    .denoised()
+                    .denoise_output()
                     .map_or(&[], |denoised| denoised.standard_error.as_flattened()),
             ),
-            Numbers::Alpha(of) => floats(of.shown_picture().alpha.as_deref().unwrap_or_default()),
-            Numbers::Layer(of, i) => floats(&of.rendered.picture.layers[*i].samples),
-            Numbers::Floats(own) => floats(own),
-            Numbers::Doubles(own) => (own.as_ptr().addr(), DOUBLE),
-            Numbers::Integers(own) => (own.as_ptr().addr(), INTEGER),
-            Numbers::Booleans(own) => (own.as_ptr().addr(), "|b1"),
+            ArrayData::Alpha(of) => floats(of.shown_picture().alpha.as_deref().unwrap_or_default()),
+            ArrayData::Layer(of, i) => floats(&of.rendered.picture.layers[*i].samples),
+            ArrayData::Floats(own) => floats(own),
+            ArrayData::Doubles(own) => (own.as_ptr().addr(), DOUBLE),
+            ArrayData::Integers(own) => (own.as_ptr().addr(), INTEGER),
+            ArrayData::Booleans(own) => (own.as_ptr().addr(), "|b1"),
         }
     }
 }
@@ -92,7 +92,7 @@ impl Array {
 impl Array {
     #[getter]
     fn __array_interface__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let (address, kind) = self.place();
+        let (address, kind) = self.data_pointer();
         let interface = PyDict::new(py);
         interface.set_item("version", 3)?;
         interface.set_item("shape", pyo3::types::PyTuple::new(py, &self.shape)?)?;
@@ -103,6 +103,6 @@ impl Array {
 }
 
 /// Imports NumPy on first use.
-pub fn numpy(py: Python<'_>) -> PyResult<Bound<'_, PyModule>> {
+pub fn import_numpy(py: Python<'_>) -> PyResult<Bound<'_, PyModule>> {
     py.import("numpy")
 }

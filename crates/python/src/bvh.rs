@@ -11,12 +11,12 @@ use raywright_bvh::{
 use raywright_cli::failure::{Exit, Failure};
 use raywright_core::Observer;
 
-use crate::array::{Array, Numbers, numpy};
-use crate::failure::{raised, unfit};
-use crate::work::{self, Watch};
+use crate::array::{Array, ArrayData, import_numpy};
+use crate::failure::{invalid_array, to_exception};
+use crate::work::{self, WorkMonitor};
 
 /// Number of rays between checks for Ctrl-C.
-const TOGETHER: usize = 1024;
+const RAYS_PER_CHECK: usize = 1024;
 
 /// A bounding volume hierarchy over triangles, for ray queries.
 ///
@@ -24,22 +24,22 @@ const TOGETHER: usize = 1024;
 /// "robust" stores positions in single precision and computes hits in double; "reference" does both
 /// in double. Watertight: no ray passes between triangles with common vertices.
 #[pyclass(frozen, module = "raywright")]
-pub struct Bvh(Arc<Tree>);
+pub struct Bvh(Arc<PrecisionTree>);
 
-enum Tree {
+enum PrecisionTree {
     Robust(Geometry<f32>),
     Reference(Geometry<f64>),
 }
 
-impl Tree {
-    fn closest(&self, rays: &Rays, watch: &Watch) -> Result<Hits, Failure> {
+impl PrecisionTree {
+    fn closest(&self, rays: &RayBatch, watch: &WorkMonitor) -> Result<RayHits, Failure> {
         match self {
             Self::Robust(geometry) => rays.closest(geometry, watch),
             Self::Reference(geometry) => rays.closest(geometry, watch),
         }
     }
 
-    fn occluded(&self, rays: &Rays, watch: &Watch) -> Result<Vec<bool>, Failure> {
+    fn occluded(&self, rays: &RayBatch, watch: &WorkMonitor) -> Result<Vec<bool>, Failure> {
         match self {
             Self::Robust(geometry) => rays.occluded(geometry, watch),
             Self::Reference(geometry) => rays.occluded(geometry, watch),
@@ -49,23 +49,23 @@ impl Tree {
 
 /// Closest hits of rays: distances, triangles and barycentric coordinates.
 #[derive(Default)]
-struct Hits {
+struct RayHits {
     t: Vec<f64>,
     triangle: Vec<i64>,
     uv: Vec<f64>,
 }
 
 /// Origins and directions, six numbers per ray, and the range of distances.
-struct Rays {
+struct RayBatch {
     numbers: Vec<f64>,
     range: [f64; 2],
 }
 
-impl Rays {
+impl RayBatch {
     /// Evaluates a query for each ray, in order.
-    fn ask<T: Send, R: Real>(
+    fn map_rays<T: Send, R: Real>(
         &self,
-        watch: &Watch,
+        watch: &WorkMonitor,
         ask: impl Fn(&Ray<R>, Interval<R>) -> T + Sync,
     ) -> Result<Vec<T>, Failure> {
         let [min, max] = self.range.map(R::from_f64);
@@ -81,18 +81,26 @@ impl Rays {
             let requested = if watch.is_cancelled() { &[] } else { rays };
             requested.chunks_exact(6).map(compute).collect()
         };
-        let parts: Vec<Vec<T>> = self.numbers.par_chunks(6 * TOGETHER).map(some).collect();
+        let parts: Vec<Vec<T>> = self
+            .numbers
+            .par_chunks(6 * RAYS_PER_CHECK)
+            .map(some)
+            .collect();
         if watch.is_cancelled() {
             return Err(Failure::new(Exit::Interrupted, "interrupted"));
         }
         Ok(parts.into_iter().flatten().collect())
     }
 
-    fn closest<R: Real>(&self, geometry: &Geometry<R>, watch: &Watch) -> Result<Hits, Failure> {
-        let found_hits = self.ask(watch, |ray: &Ray<R>, range| {
+    fn closest<R: Real>(
+        &self,
+        geometry: &Geometry<R>,
+        watch: &WorkMonitor,
+    ) -> Result<RayHits, Failure> {
+        let found_hits = self.map_rays(watch, |ray: &Ray<R>, range| {
             geometry.closest(ray, range, &mut ())
         })?;
-        let mut hits = Hits::default();
+        let mut hits = RayHits::default();
         for hit in found_hits {
             hits.t.push(hit.map_or(f64::INFINITY, |hit| hit.t.to_f64()));
             hits.triangle
@@ -106,16 +114,16 @@ impl Rays {
     fn occluded<R: Real>(
         &self,
         geometry: &Geometry<R>,
-        watch: &Watch,
+        watch: &WorkMonitor,
     ) -> Result<Vec<bool>, Failure> {
-        self.ask(watch, |ray: &Ray<R>, range| {
-            geometry.any(ray, range, &mut |_| true, &mut ())
+        self.map_rays(watch, |ray: &Ray<R>, range| {
+            geometry.occluded(ray, range, &mut |_| true, &mut ())
         })
     }
 }
 
 /// Builds the hierarchy of a mesh in this precision.
-fn built<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R>, Failure> {
+fn build_tree<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R>, Failure> {
     let corner = |vertex: i64| {
         let place = usize::try_from(vertex)
             .ok()
@@ -127,7 +135,7 @@ fn built<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R>, Fa
         let [a, b, c] = [0, 1, 2].map(|i| triangles[3 * number + i]);
         match [a, b, c].map(corner) {
             [Some(a), Some(b), Some(c)] => Ok([a, b, c]),
-            _ => Err(unfit(format_args!(
+            _ => Err(invalid_array(format_args!(
                 "triangles[{number}] is {a}, {b}, {c}, and there are {} vertices",
                 vertices.len() / 3
             ))),
@@ -139,18 +147,18 @@ fn built<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R>, Fa
         .collect::<Result<Vec<_>, _>>()?;
     let mut set = PrimitiveSet::default();
     set.add_mesh(triangles, Visibility::default())
-        .map_err(unfit)?;
+        .map_err(invalid_array)?;
     Ok(Geometry::new(set, AcceleratorKind::default()))
 }
 
 /// Checks that an array has the shape (n, 3), and returns its row-major bytes.
-fn rows<'py>(of: &Bound<'py, PyAny>, name: &str, kind: &str) -> PyResult<Bound<'py, PyBytes>> {
+fn row_bytes<'py>(of: &Bound<'py, PyAny>, name: &str, kind: &str) -> PyResult<Bound<'py, PyBytes>> {
     let py = of.py();
     let shape: Vec<usize> = of.getattr("shape")?.extract()?;
     if shape.len() != 2 || shape[1] != 3 {
-        return Err(raised(
+        return Err(to_exception(
             py,
-            unfit(format_args!(
+            invalid_array(format_args!(
                 "{name} has the shape {shape:?}, and (n, 3) is expected"
             )),
         ));
@@ -161,7 +169,7 @@ fn rows<'py>(of: &Bound<'py, PyAny>, name: &str, kind: &str) -> PyResult<Bound<'
         .cast_into()?)
 }
 
-fn doubles(bytes: &[u8]) -> Vec<f64> {
+fn parse_doubles(bytes: &[u8]) -> Vec<f64> {
     bytes
         .as_chunks()
         .0
@@ -171,14 +179,14 @@ fn doubles(bytes: &[u8]) -> Vec<f64> {
 }
 
 /// Joins origins and directions; either may be a single vector for all rays.
-fn rays(
+fn join_rays(
     origins: &Bound<'_, PyAny>,
     directions: &Bound<'_, PyAny>,
     range: [f64; 2],
-) -> PyResult<Rays> {
+) -> PyResult<RayBatch> {
     let py = origins.py();
     let as_rows = |of: &Bound<'_, PyAny>| {
-        numpy(py)?
+        import_numpy(py)?
             .call_method1("atleast_2d", (of,))
             .map(Bound::unbind)
     };
@@ -186,21 +194,25 @@ fn rays(
         as_rows(origins)?.into_bound(py),
         as_rows(directions)?.into_bound(py),
     );
-    let pair = numpy(py)?.call_method1("broadcast_arrays", (&origins, &directions));
-    let pair =
-        pair.map_err(|_| raised(py, unfit("there are not as many directions as origins")))?;
+    let pair = import_numpy(py)?.call_method1("broadcast_arrays", (&origins, &directions));
+    let pair = pair.map_err(|_| {
+        to_exception(
+            py,
+            invalid_array("there are not as many directions as origins"),
+        )
+    })?;
     let [origins, directions] = [(0, "origins"), (1, "directions")]
-        .map(|(i, name)| rows(&pair.get_item(i)?, name, "float64"));
+        .map(|(i, name)| row_bytes(&pair.get_item(i)?, name, "float64"));
     let [origins, directions] = [
-        doubles(origins?.as_bytes()),
-        doubles(directions?.as_bytes()),
+        parse_doubles(origins?.as_bytes()),
+        parse_doubles(directions?.as_bytes()),
     ];
     let both = origins
         .as_chunks::<3>()
         .0
         .iter()
         .zip(directions.as_chunks::<3>().0);
-    Ok(Rays {
+    Ok(RayBatch {
         numbers: both
             .flat_map(|(origin, direction)| [*origin, *direction])
             .flatten()
@@ -220,10 +232,14 @@ impl Bvh {
         threads: Option<u32>,
     ) -> PyResult<Self> {
         let py = vertices.py();
-        let array =
-            |of: &Bound<'_, PyAny>| numpy(py)?.call_method1("asarray", (of,)).map(Bound::unbind);
-        let vertices = doubles(rows(array(vertices)?.bind(py), "vertices", "float64")?.as_bytes());
-        let triangles = rows(array(triangles)?.bind(py), "triangles", "int64")?;
+        let array = |of: &Bound<'_, PyAny>| {
+            import_numpy(py)?
+                .call_method1("asarray", (of,))
+                .map(Bound::unbind)
+        };
+        let vertices =
+            parse_doubles(row_bytes(array(vertices)?.bind(py), "vertices", "float64")?.as_bytes());
+        let triangles = row_bytes(array(triangles)?.bind(py), "triangles", "int64")?;
         let triangles: Vec<i64> = triangles
             .as_bytes()
             .as_chunks()
@@ -232,9 +248,9 @@ impl Bvh {
             .map(|&number| i64::from_ne_bytes(number))
             .collect();
         let precision = precision.to_owned();
-        let tree = work::run(py, threads, None, move |_| match precision.as_str() {
-            "robust" => Ok(Tree::Robust(built(&vertices, &triangles)?)),
-            "reference" => Ok(Tree::Reference(built(&vertices, &triangles)?)),
+        let tree = work::run_work(py, threads, None, move |_| match precision.as_str() {
+            "robust" => Ok(PrecisionTree::Robust(build_tree(&vertices, &triangles)?)),
+            "reference" => Ok(PrecisionTree::Reference(build_tree(&vertices, &triangles)?)),
             other => {
                 let failure =
                     Failure::new(Exit::Usage, format_args!("there is no precision `{other}`"));
@@ -261,16 +277,16 @@ impl Bvh {
     ) -> PyResult<Bound<'py, PyTuple>> {
         let (py, rays, tree) = (
             origins.py(),
-            rays(origins, directions, [tmin, tmax])?,
+            join_rays(origins, directions, [tmin, tmax])?,
             Arc::clone(&self.0),
         );
-        let Hits { t, triangle, uv } =
-            work::run(py, threads, None, move |watch| tree.closest(&rays, watch))?;
+        let RayHits { t, triangle, uv } =
+            work::run_work(py, threads, None, move |watch| tree.closest(&rays, watch))?;
         let count = t.len();
         let arrays = [
-            Array::new(Numbers::Doubles(t), &[count]).copy(py)?,
-            Array::new(Numbers::Integers(triangle), &[count]).copy(py)?,
-            Array::new(Numbers::Doubles(uv), &[count, 2]).copy(py)?,
+            Array::new(ArrayData::Doubles(t), &[count]).copy(py)?,
+            Array::new(ArrayData::Integers(triangle), &[count]).copy(py)?,
+            Array::new(ArrayData::Doubles(uv), &[count, 2]).copy(py)?,
         ];
         PyTuple::new(py, arrays)
     }
@@ -287,11 +303,11 @@ impl Bvh {
     ) -> PyResult<Bound<'py, PyAny>> {
         let (py, rays, tree) = (
             origins.py(),
-            rays(origins, directions, [tmin, tmax])?,
+            join_rays(origins, directions, [tmin, tmax])?,
             Arc::clone(&self.0),
         );
-        let hit = work::run(py, threads, None, move |watch| tree.occluded(&rays, watch))?;
+        let hit = work::run_work(py, threads, None, move |watch| tree.occluded(&rays, watch))?;
         let count = hit.len();
-        Array::new(Numbers::Booleans(hit), &[count]).copy(py)
+        Array::new(ArrayData::Booleans(hit), &[count]).copy(py)
     }
 }

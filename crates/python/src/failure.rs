@@ -6,7 +6,7 @@ use pyo3::types::PyType;
 use raywright_cli::failure::{Exit, Failure};
 
 /// Converts a failure to its exception.
-pub fn raised(py: Python<'_>, Failure { exit, message }: Failure) -> PyErr {
+pub fn to_exception(py: Python<'_>, Failure { exit, message }: Failure) -> PyErr {
     let name = match exit {
         Exit::Usage => "UsageError",
         Exit::Input => "InputError",
@@ -33,6 +33,6 @@ pub fn raised(py: Python<'_>, Failure { exit, message }: Failure) -> PyErr {
 }
 
 /// Creates the failure for an unsuitable array.
-pub fn unfit(message: impl std::fmt::Display) -> Failure {
+pub fn invalid_array(message: impl std::fmt::Display) -> Failure {
     Failure::new(Exit::Input, message)
 }

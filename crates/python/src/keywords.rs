@@ -1,4 +1,4 @@
-//! Conversion of keywords to flags: `max_error=.05` is `--max-error=0.05`.
+//! Conversion of keywords to flags: `parse_max_error=.05` is `--max-error=0.05`.
 
 use std::ffi::OsString;
 
@@ -16,7 +16,7 @@ const RENAMED: [(&str, &str); 3] = [
 /// Converts keywords to flags, in order. None and False omit the flag, and True gives the flag
 /// alone. A dict gives a flag for each entry. A list gives its items, separated by commas, or for a
 /// size by an x.
-pub fn words(keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<OsString>> {
+pub fn keywords_to_flags(keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<OsString>> {
     let mut words = Vec::new();
     for (name, value) in keywords.into_iter().flatten() {
         let name: String = name.extract()?;
@@ -36,7 +36,10 @@ pub fn words(keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<OsString>> {
             }
         } else {
             let mut word = OsString::from(format!("--{flag}="));
-            word.push(text(&value, if flag == "size" { "x" } else { "," })?);
+            word.push(format_value(
+                &value,
+                if flag == "size" { "x" } else { "," },
+            )?);
             words.push(word);
         }
     }
@@ -44,7 +47,7 @@ pub fn words(keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<OsString>> {
 }
 
 /// Formats a value for the command line.
-fn text(value: &Bound<'_, PyAny>, separator: &str) -> PyResult<OsString> {
+fn format_value(value: &Bound<'_, PyAny>, separator: &str) -> PyResult<OsString> {
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
         let parts = value
             .try_iter()?

@@ -6,18 +6,18 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyBytes, PyDict};
-use raywright_cli::embedded::{FinishedPicture, JudgedPicture};
+use raywright_cli::embedded::{ComparisonPicture, FinishedPicture};
 use raywright_io::output::pixel_hash;
 
-use crate::array::{Array, Numbers};
-use crate::failure::raised;
+use crate::array::{Array, ArrayData};
+use crate::failure::to_exception;
 
 /// Estimated error of a picture.
 ///
 /// `value` is the root of the mean squared relative error (root relMSE): 0.1 is grainy, 0.02 clean.
 /// In 95 of 100 pictures the true error lies between `low` and `high`. `rmse` is the same triple in
 /// radiance, not relative. `doubt` names a reason why the interval may not hold, or is None.
-/// `converged` says whether the requested `max_error` is reached, or is None without one.
+/// `converged` says whether the requested `parse_max_error` is reached, or is None without one.
 #[pyclass(frozen, get_all, module = "raywright")]
 #[derive(Clone)]
 pub struct ErrorEstimate {
@@ -63,18 +63,18 @@ impl Picture {
     }
 
     /// Picture and metadata for a comparison.
-    pub fn judged(&self) -> JudgedPicture {
+    pub fn to_judged_picture(&self) -> ComparisonPicture {
         let FinishedPicture {
             display, metadata, ..
         } = &*self.inner;
-        JudgedPicture::of(self.inner.shown_picture(), *display, metadata)
+        ComparisonPicture::from_memory(self.inner.shown_picture(), *display, metadata)
     }
 
     /// Returns a NumPy view of picture data, with `each` numbers per pixel.
-    fn view<'py>(
+    fn array_view<'py>(
         &self,
         py: Python<'py>,
-        value_of: impl FnOnce(Arc<FinishedPicture>) -> Numbers,
+        value_of: impl FnOnce(Arc<FinishedPicture>) -> ArrayData,
         each: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let picture = self.inner.shown_picture();
@@ -87,7 +87,7 @@ impl Picture {
 
     /// Collects the layers by name. A layer with a single channel is a view; several channels are
     /// joined in a copy.
-    fn collected<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn collect_layers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (layers, dict) = (&self.inner.rendered.picture.layers, PyDict::new(py));
         let names = layers.iter().map(|layer| {
             layer
@@ -104,19 +104,22 @@ impl Picture {
         }
         for (name, group) in groups {
             let numbers = |of: Arc<FinishedPicture>| match group.as_slice() {
-                [one] => Numbers::Layer(of, *one),
+                [one] => ArrayData::Layer(of, *one),
                 several => {
-                    let pixels = 0..of.shown_picture().pixels();
+                    let pixels = 0..of.shown_picture().pixel_count();
                     let channels =
                         |pixel: usize| several.iter().map(move |&i| layers[i].samples[pixel]);
-                    Numbers::Floats(pixels.flat_map(channels).collect())
+                    ArrayData::Floats(pixels.flat_map(channels).collect())
                 }
             };
-            dict.set_item(name, self.view(py, numbers, group.len())?)?;
+            dict.set_item(name, self.array_view(py, numbers, group.len())?)?;
         }
-        if self.inner.rendered.denoised().is_some() {
-            dict.set_item("denoised", self.view(py, Numbers::Shown, 3)?)?;
-            dict.set_item("denoised.stderr", self.view(py, Numbers::Errors, 3)?)?;
+        if self.inner.rendered.denoise_output().is_some() {
+            dict.set_item("denoised", self.array_view(py, ArrayData::Displayed, 3)?)?;
+            dict.set_item(
+                "denoised.stderr",
+                self.array_view(py, ArrayData::Errors, 3)?,
+            )?;
         }
         Ok(dict)
     }
@@ -128,13 +131,13 @@ impl Picture {
     /// denoised if requested. With an `alpha`, colours are premultiplied.
     #[getter]
     fn rgb<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.view(py, Numbers::Shown, 3)
+        self.array_view(py, ArrayData::Displayed, 3)
     }
 
     /// Radiance before denoising: R, G and B of an .exr file.
     #[getter]
     fn sampled<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.view(py, Numbers::Sampled, 3)
+        self.array_view(py, ArrayData::Sampled, 3)
     }
 
     /// Coverage from 0 to 1, float32 of shape (height, width, 1), or None if every pixel is
@@ -145,19 +148,19 @@ impl Picture {
             .shown_picture()
             .alpha
             .as_ref()
-            .map(|_| self.view(py, Numbers::Alpha, 1))
+            .map(|_| self.array_view(py, ArrayData::Alpha, 1))
             .transpose()
     }
 
     /// Further layers by name, float32 of shape (height, width, channels): the layers requested by
-    /// `layers`, and for a denoised picture also `denoised` and `denoised.stderr`. Depths are
+    /// `layers`, and for a denoised picture also `denoise_output` and `denoise_output.stderr`. Depths are
     /// distances along the ray in units of the scene; objects and materials are numbers; all are -1
     /// for the sky.
     #[getter]
     fn layers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         Ok(self
             .layers
-            .get_or_try_init(py, || self.collected(py).map(Bound::unbind))?
+            .get_or_try_init(py, || self.collect_layers(py).map(Bound::unbind))?
             .bind(py)
             .clone())
     }
@@ -213,8 +216,8 @@ impl Picture {
     /// The bytes of a PNG of the picture, with its tone map, curve and exposure.
     fn png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = py
-            .detach(|| self.inner.png())
-            .map_err(|failure| raised(py, failure))?;
+            .detach(|| self.inner.encode_png())
+            .map_err(|failure| to_exception(py, failure))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -222,7 +225,7 @@ impl Picture {
     /// values with all layers). The name only ever holds a finished picture.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         py.detach(|| self.inner.save(&path))
-            .map_err(|failure| raised(py, failure))
+            .map_err(|failure| to_exception(py, failure))
     }
 
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {

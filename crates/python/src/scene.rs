@@ -6,37 +6,41 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raywright_cli::embedded::{EmbeddedCommand, JudgedPicture, load};
+use raywright_cli::embedded::{ComparisonPicture, EmbeddedCommand, load};
 use raywright_cli::failure::Failure;
 use raywright_core::Observer;
-use raywright_io::{Input, LoadOptions, Loaded};
+use raywright_io::{Input, LoadOptions, LoadedScene};
 
-use crate::failure::raised;
-use crate::keywords::words;
+use crate::failure::to_exception;
+use crate::keywords::keywords_to_flags;
 use crate::picture::Picture;
 use crate::work;
 
 /// A loaded and validated scene or model.
 #[pyclass(frozen, module = "raywright")]
-pub struct Scene(Arc<Source>);
+pub struct Scene(Arc<SceneSource>);
 
 /// Input of a scene, and the scene as loaded last.
-struct Source {
+struct SceneSource {
     input: Input,
     /// Flags common to all requests.
     words: Vec<OsString>,
-    latest: Mutex<Option<(LoadOptions, Arc<Loaded>)>>,
+    latest_load: Mutex<Option<(LoadOptions, Arc<LoadedScene>)>>,
 }
 
-impl Source {
+impl SceneSource {
     /// Returns the scene loaded with these options. The scene is loaded again if the options differ
     /// from those of the last load.
-    fn loaded(
+    fn load_cached(
         &self,
         options: LoadOptions,
         observer: &dyn Observer,
-    ) -> Result<Arc<Loaded>, Failure> {
-        let latest = || self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+    ) -> Result<Arc<LoadedScene>, Failure> {
+        let latest = || {
+            self.latest_load
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+        };
         if let Some((_, loaded)) = latest().as_ref().filter(|(own, _)| *own == options) {
             return Ok(Arc::clone(loaded));
         }
@@ -45,27 +49,34 @@ impl Source {
         Ok(loaded)
     }
 
-    fn request(
+    fn parse_command(
         &self,
         py: Python<'_>,
         command: &str,
         keywords: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<EmbeddedCommand> {
-        let words = [self.words.clone(), words(keywords)?].concat();
-        EmbeddedCommand::new(command, words).map_err(|failure| raised(py, failure))
+        let words = [self.words.clone(), keywords_to_flags(keywords)?].concat();
+        EmbeddedCommand::new(command, words).map_err(|failure| to_exception(py, failure))
     }
 }
 
 /// Loads a scene from any input.
-fn read(py: Python<'_>, input: Input, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
-    let source = Arc::new(Source {
+fn load_scene(
+    py: Python<'_>,
+    input: Input,
+    keywords: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Scene> {
+    let source = Arc::new(SceneSource {
         input,
-        words: words(keywords)?,
-        latest: Mutex::default(),
+        words: keywords_to_flags(keywords)?,
+        latest_load: Mutex::default(),
     });
-    let (request, own) = (source.request(py, "render", None)?, Arc::clone(&source));
-    work::run(py, request.threads(), None, move |watch| {
-        own.loaded(request.options(), watch)
+    let (request, own) = (
+        source.parse_command(py, "render", None)?,
+        Arc::clone(&source),
+    );
+    work::run_work(py, request.threads(), None, move |watch| {
+        own.load_cached(request.load_options(), watch)
     })?;
     Ok(Scene(source))
 }
@@ -82,7 +93,7 @@ pub fn load_path(
         Some(preset) => Input::Preset(preset.to_owned()),
         None => Input::Path(path),
     };
-    read(py, input, keywords)
+    load_scene(py, input, keywords)
 }
 
 /// Loads the content of a file. The extension of `name`, if any, gives the format.
@@ -94,7 +105,7 @@ pub fn load_bytes(
     bytes: &[u8],
     keywords: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Scene> {
-    read(
+    load_scene(
         py,
         Input::Bytes {
             name,
@@ -115,49 +126,55 @@ pub fn compare<'py>(
     keywords: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = picture.py();
-    let request =
-        EmbeddedCommand::new("compare", words(keywords)?).map_err(|failure| raised(py, failure))?;
+    let request = EmbeddedCommand::new("compare", keywords_to_flags(keywords)?)
+        .map_err(|failure| to_exception(py, failure))?;
     let sides = [
-        side(picture, "the first picture")?,
-        side(reference, "the second picture")?,
+        comparison_side(picture, "the first picture")?,
+        comparison_side(reference, "the second picture")?,
     ];
-    let compared = work::run(py, None, None, move |_| {
+    let compared = work::run_work(py, None, None, move |_| {
         let [(name, picture), (other, reference)] = sides;
-        let judged = |side: Option<JudgedPicture>, name: &PathBuf| {
-            side.map_or_else(|| JudgedPicture::read(name), Ok)
+        let judged = |side: Option<ComparisonPicture>, name: &PathBuf| {
+            side.map_or_else(|| ComparisonPicture::read_with_errors(name), Ok)
         };
         let pair = [judged(picture, &name)?, judged(reference, &other)?];
-        request.comparison([name, other], &pair)
+        request.comparison_json([name, other], &pair)
     })?;
-    plain(py, &compared)
+    parse_json(py, &compared)
 }
 
 /// Returns a picture to compare: a rendered picture under the name `name`, or the path of a file.
-fn side(of: &Bound<'_, PyAny>, name: &str) -> PyResult<(PathBuf, Option<JudgedPicture>)> {
+fn comparison_side(
+    of: &Bound<'_, PyAny>,
+    name: &str,
+) -> PyResult<(PathBuf, Option<ComparisonPicture>)> {
     match of.cast::<Picture>() {
-        Ok(picture) => Ok((name.into(), Some(picture.get().judged()))),
+        Ok(picture) => Ok((name.into(), Some(picture.get().to_judged_picture()))),
         Err(_) => Ok((of.extract()?, None)),
     }
 }
 
 /// Parses JSON to dicts and lists.
-fn plain<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
+fn parse_json<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (json,))
 }
 
 impl Scene {
-    fn report<'py>(
+    fn run_report<'py>(
         &self,
         py: Python<'py>,
         command: &str,
         keywords: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (request, source) = (self.0.request(py, command, keywords)?, Arc::clone(&self.0));
-        let report = work::run(py, request.threads(), None, move |watch| {
-            let loaded = source.loaded(request.options(), watch)?;
-            request.report((*loaded).clone(), watch)
+        let (request, source) = (
+            self.0.parse_command(py, command, keywords)?,
+            Arc::clone(&self.0),
+        );
+        let report = work::run_work(py, request.threads(), None, move |watch| {
+            let loaded = source.load_cached(request.load_options(), watch)?;
+            request.report_json((*loaded).clone(), watch)
         })?;
-        plain(py, &report)
+        parse_json(py, &report)
     }
 }
 
@@ -192,12 +209,12 @@ impl Scene {
             own.update(keywords.as_mapping())?;
         }
         let (request, source) = (
-            self.0.request(py, "render", Some(&own))?,
+            self.0.parse_command(py, "render", Some(&own))?,
             Arc::clone(&self.0),
         );
-        let finished = work::run(py, request.threads(), progress.as_ref(), move |watch| {
-            let loaded = source.loaded(request.options(), &())?;
-            request.picture((*loaded).clone(), watch)
+        let finished = work::run_work(py, request.threads(), progress.as_ref(), move |watch| {
+            let loaded = source.load_cached(request.load_options(), &())?;
+            request.render_picture((*loaded).clone(), watch)
         })?;
         if let Some(progress) = progress {
             progress.call1((1.0,))?;
@@ -213,7 +230,7 @@ impl Scene {
         py: Python<'py>,
         keywords: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.report(py, "explain", keywords)
+        self.run_report(py, "explain", keywords)
     }
 
     /// The cost of accuracy in time on this scene, measured for `budget` seconds: the output of
@@ -230,13 +247,17 @@ impl Scene {
         if let Some(keywords) = keywords {
             own.update(keywords.as_mapping())?;
         }
-        self.report(py, "accuracy", Some(&own))
+        self.run_report(py, "accuracy", Some(&own))
     }
 
     /// Warnings about the scene, a sentence each.
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        let latest = self.0.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        let latest = self
+            .0
+            .latest_load
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         latest
             .iter()
             .flat_map(|(_, loaded)| &loaded.warnings)
@@ -245,7 +266,11 @@ impl Scene {
     }
 
     fn __repr__(&self) -> String {
-        let latest = self.0.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        let latest = self
+            .0
+            .latest_load
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         let name = latest
             .as_ref()
             .map_or("", |(_, loaded)| loaded.source.name.as_str());

@@ -7,35 +7,35 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
 
 use pyo3::prelude::*;
-use raywright_cli::embedded::refused;
+use raywright_cli::embedded::thread_start_failure;
 use raywright_cli::failure::Failure;
 use raywright_core::Observer;
 
-use crate::failure::raised;
+use crate::failure::to_exception;
 
 /// Interval of checks for Ctrl-C and for progress.
-const PAUSE: Duration = Duration::from_millis(20);
+const CHECK_INTERVAL: Duration = Duration::from_millis(20);
 /// Time to wait for stopped work. Work that takes longer, such as parsing, ends later, and its
 /// result is dropped.
 const GRACE: Duration = Duration::from_millis(100);
 /// Stack size of each thread in bytes, as usual for the main thread of a program.
-const STACK: usize = 8 << 20;
+const STACK_BYTES: usize = 8 << 20;
 
 /// Progress of the work, and its stop flag.
 #[derive(Default)]
-pub struct Watch {
+pub struct WorkMonitor {
     stop: AtomicBool,
     /// Largest finished share, as bits: non-negative floats are ordered like their bits.
     share: AtomicU64,
 }
 
-impl Watch {
+impl WorkMonitor {
     fn share(&self) -> f64 {
         f64::from_bits(self.share.load(Ordering::Relaxed))
     }
 }
 
-impl Observer for Watch {
+impl Observer for WorkMonitor {
     fn progress(&self, done: u64, total: u64) {
         let share = (done as f64 / total.max(1) as f64).min(1.0);
         self.share.fetch_max(share.to_bits(), Ordering::Relaxed);
@@ -51,19 +51,19 @@ impl Observer for Watch {
 ///
 /// # Errors
 /// Errors of the work, and exceptions of a signal handler or of `progress`.
-pub fn run<T: Send + 'static>(
+pub fn run_work<T: Send + 'static>(
     py: Python<'_>,
     threads: Option<u32>,
     progress: Option<&Bound<'_, PyAny>>,
-    work: impl FnOnce(&Watch) -> Result<T, Failure> + Send + 'static,
+    work: impl FnOnce(&WorkMonitor) -> Result<T, Failure> + Send + 'static,
 ) -> PyResult<T> {
     let count = threads.map_or(0, |count| count as usize);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(count)
-        .stack_size(STACK)
+        .stack_size(STACK_BYTES)
         .build();
-    let pool = pool.map_err(|cause| raised(py, refused(&cause)))?;
-    let (watch, (sender, mut receiver)) = (Arc::new(Watch::default()), mpsc::channel());
+    let pool = pool.map_err(|cause| to_exception(py, thread_start_failure(&cause)))?;
+    let (watch, (sender, mut receiver)) = (Arc::new(WorkMonitor::default()), mpsc::channel());
     let own = Arc::clone(&watch);
     pool.spawn(move || {
         // Sending fails if the receiver is gone, and the result is then not needed.
@@ -71,17 +71,17 @@ pub fn run<T: Send + 'static>(
     });
     let mut reported = -1.0;
     loop {
-        let (done, same) = py.detach(move || (receiver.recv_timeout(PAUSE), receiver));
+        let (done, same) = py.detach(move || (receiver.recv_timeout(CHECK_INTERVAL), receiver));
         receiver = same;
         match done {
             Ok(Ok(Ok(result))) => return Ok(result),
-            Ok(Ok(Err(failure))) => return Err(raised(py, failure)),
+            Ok(Ok(Err(failure))) => return Err(to_exception(py, failure)),
             Ok(Err(panic)) => resume_unwind(panic),
             Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {}
         }
         if let Err(interrupt) = py
             .check_signals()
-            .and_then(|()| tell(progress, watch.share(), &mut reported))
+            .and_then(|()| report_progress(progress, watch.share(), &mut reported))
         {
             watch.stop.store(true, Ordering::Relaxed);
             // The result is dropped; only the end of the work matters.
@@ -92,7 +92,11 @@ pub fn run<T: Send + 'static>(
 }
 
 /// Calls `progress` if `share` exceeds the last reported share.
-fn tell(progress: Option<&Bound<'_, PyAny>>, share: f64, reported: &mut f64) -> PyResult<()> {
+fn report_progress(
+    progress: Option<&Bound<'_, PyAny>>,
+    share: f64,
+    reported: &mut f64,
+) -> PyResult<()> {
     if let Some(progress) = progress.filter(|_| share > *reported) {
         *reported = share;
         progress.call1((share,))?;

@@ -76,7 +76,7 @@ fn a_colour_has_exactly_its_codes() {
                 );
             }
             let (exr, code) = (sandbox.picture("a.exr"), f64::from(expected[1]) / 255.0);
-            let linear = raywright::core::display::curve::decode(
+            let linear = raywright::core::display::curve::decode_transfer(
                 raywright::core::scene::TransferCurve::Srgb,
                 code,
             );
@@ -147,7 +147,7 @@ fn pages_show_what_backgrounds_show() {
             );
         }
         let linear = sandbox.picture("direct.exr");
-        let over = exr.over(linear.rgb[0].map(f64::from));
+        let over = exr.composite_over(linear.rgb[0].map(f64::from));
         let apart = over
             .rgb
             .iter()

@@ -279,7 +279,7 @@ fn the_display_is_the_files_own() {
 fn coverage_is_beyond_thresholds() {
     use raywright::core::display::Display;
     use raywright::core::picture::Picture;
-    use raywright::io::output::{Metadata, write_exr, write_png};
+    use raywright::io::output::{PictureMetadata, write_exr, write_png};
     let sandbox = Sandbox::new();
     let write = |name: &str, alpha: Option<f32>| {
         let mut picture = Picture::new(10, 10);
@@ -288,8 +288,8 @@ fn coverage_is_beyond_thresholds() {
             sandbox.path(format!("{name}.png")),
             sandbox.path(format!("{name}.exr")),
         );
-        write_png(&png, &picture, Display::PLAIN, &Metadata::default()).expect("a picture");
-        write_exr(&exr, &picture, &Metadata::default()).expect("a picture");
+        write_png(&png, &picture, Display::PLAIN, &PictureMetadata::default()).expect("a picture");
+        write_exr(&exr, &picture, &PictureMetadata::default()).expect("a picture");
     };
     write("cut", Some(0.0));
     write("filled", Some(1.0));
@@ -333,17 +333,22 @@ fn coverage_is_beyond_thresholds() {
 fn partly_covered_pictures_are_their_own_display_pictures() {
     use raywright::core::display::Display;
     use raywright::core::picture::Picture;
-    use raywright::io::output::{Metadata, write_exr, write_png};
+    use raywright::io::output::{PictureMetadata, write_exr, write_png};
     let sandbox = Sandbox::new();
     let mut picture = Picture::new(8, 8);
     picture.rgb.fill([0.2, 0.1, 0.05]);
     picture.alpha = Some(vec![0.25; 64]);
-    write_exr(&sandbox.path("a.exr"), &picture, &Metadata::default()).expect("a picture");
+    write_exr(
+        &sandbox.path("a.exr"),
+        &picture,
+        &PictureMetadata::default(),
+    )
+    .expect("a picture");
     write_png(
         &sandbox.path("a.png"),
         &picture,
         Display::PLAIN,
-        &Metadata::default(),
+        &PictureMetadata::default(),
     )
     .expect("a picture");
     // Codes are rounded, by half a code at most.
@@ -499,12 +504,22 @@ fn what_cannot_be_compared_is_explained() {
 #[test]
 fn numbers_that_are_none_pass_no_threshold() {
     use raywright::core::picture::Picture;
-    use raywright::io::output::{Metadata, write_exr};
+    use raywright::io::output::{PictureMetadata, write_exr};
     let sandbox = Sandbox::new();
     let mut picture = Picture::new(2, 1);
-    write_exr(&sandbox.path("black.exr"), &picture, &Metadata::default()).expect("a picture");
+    write_exr(
+        &sandbox.path("black.exr"),
+        &picture,
+        &PictureMetadata::default(),
+    )
+    .expect("a picture");
     picture.rgb[1][2] = f32::NAN;
-    write_exr(&sandbox.path("nan.exr"), &picture, &Metadata::default()).expect("a picture");
+    write_exr(
+        &sandbox.path("nan.exr"),
+        &picture,
+        &PictureMetadata::default(),
+    )
+    .expect("a picture");
     let run = sandbox.run(&["compare", "nan.exr", "black.exr"]);
     run.exits_with(0);
     assert!(run.text().contains("1 pixels, left out"), "{}", run.text());
@@ -530,7 +545,7 @@ fn numbers_that_are_none_pass_no_threshold() {
 fn the_table_has_the_figures() {
     use raywright::core::display::Display;
     use raywright::core::picture::Picture;
-    use raywright::io::output::{Metadata, write_png};
+    use raywright::io::output::{PictureMetadata, write_png};
     let sandbox = Sandbox::new();
     let mut picture = Picture::new(4, 2);
     picture.rgb = vec![[1.0, 0.0, 0.0]; 8];
@@ -539,7 +554,13 @@ fn the_table_has_the_figures() {
         ..Display::PLAIN
     };
     let write = |name: &str, picture: &Picture| {
-        write_png(&sandbox.path(name), picture, display, &Metadata::default()).expect("a picture")
+        write_png(
+            &sandbox.path(name),
+            picture,
+            display,
+            &PictureMetadata::default(),
+        )
+        .expect("a picture")
     };
     write("a.png", &picture);
     picture.rgb[6] = [1.0, 0.0, 51.0 / 255.0];

@@ -77,7 +77,7 @@ pub(super) fn bits(picture: &Picture) -> Vec<(String, Vec<u32>)> {
         "colour".to_owned(),
         picture.rgb.iter().flatten().map(|x| x.to_bits()).collect(),
     );
-    let layer = |layer: &raywright::core::picture::Layer| {
+    let layer = |layer: &raywright::core::picture::PictureLayer| {
         (
             layer.name.clone(),
             layer

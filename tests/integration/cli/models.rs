@@ -432,9 +432,9 @@ fn the_library_completes_what_the_program_completes() {
                     .concat(),
                 )
                 .exits_with(0);
-            let environment = Environment {
+            let environment = EnvironmentOptions {
                 source: source.clone(),
-                ..Environment::default()
+                ..EnvironmentOptions::default()
             };
             let options = LoadOptions {
                 environment,
@@ -444,7 +444,7 @@ fn the_library_completes_what_the_program_completes() {
             let own = Settings::from_scene(&loaded.scene);
             let settings = Settings {
                 size: [12, 8],
-                sampling: Sampling::resolve(&loaded.scene, Some(4)),
+                sampling: Sampling::from_spp(&loaded.scene, Some(4)),
                 ..own
             };
             let picture = prepare(&loaded.scene, &settings, &())

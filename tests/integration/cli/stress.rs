@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use raywright::core::picture::Picture;
 use raywright::core::settings::{Sampling, Settings};
-use raywright::io::output::{Metadata, write_exr};
+use raywright::io::output::{PictureMetadata, write_exr};
 use raywright::io::{Input, LoadOptions, load, presets};
 use raywright::stress::{FindingCode, Severity, StressEffort, stress};
 use serde_json::Value;
@@ -305,7 +305,7 @@ fn files_with_texels_that_are_no_light() {
         ..Picture::new(32, 16)
     };
     sky.rgb[100] = [f32::NAN, 0.3, 0.2];
-    write_exr(&sandbox.path("sky.exr"), &sky, &Metadata::default()).expect("a file");
+    write_exr(&sandbox.path("sky.exr"), &sky, &PictureMetadata::default()).expect("a file");
     let scene = FAULTS.replace(
         "sky.constant = 0.5",
         "sky.map = { image = \"sky\" }\nimages = [{ name = \"sky\", path = \"sky.exr\" }]",
@@ -378,12 +378,12 @@ fn no_preset_is_wrong() {
         let report =
             stress(&scene, &settings, &effort, &()).unwrap_or_else(|e| panic!("{preset}: {e}"));
         assert_ne!(
-            report.worst(),
+            report.worst_severity(),
             Some(Severity::PictureWrong),
             "{preset}: {:?}",
             report.findings
         );
-        assert!(!report.is_cut(), "{preset}");
+        assert!(!report.is_cut_short(), "{preset}");
     }
 }
 

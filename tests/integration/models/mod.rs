@@ -45,7 +45,7 @@ fn picture(scene: &Scene, camera: Option<Camera>, size: [u32; 2], samples: u32) 
     let settings = Settings {
         size,
         camera,
-        sampling: Sampling::resolve(scene, Some(samples)),
+        sampling: Sampling::from_spp(scene, Some(samples)),
         background: Background::Transparent,
         // The sample pictures have no indirect light.
         integrator: Integrator::Whitted,

@@ -12,10 +12,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use raywright::core::Scene;
-use raywright::core::display::curve::decode;
+use raywright::core::display::curve::decode_transfer;
 use raywright::core::picture::Picture;
 use raywright::core::scene::TransferCurve;
-use raywright::io::{Environment, EnvironmentSource, Input, LoadOptions, load};
+use raywright::io::{EnvironmentOptions, EnvironmentSource, Input, LoadOptions, load};
 use serde_json::Value;
 
 use super::{looking, picture};
@@ -71,9 +71,9 @@ fn pairs(folder: &Path) -> Vec<PicturePair> {
 
 /// A model's scene under the neutral sky, whose shading differs least from the samples'.
 fn evenly_lit(path: &Path) -> Scene {
-    let environment = Environment {
+    let environment = EnvironmentOptions {
         source: Some(EnvironmentSource::Default),
-        ..Environment::default()
+        ..EnvironmentOptions::default()
     };
     let options = LoadOptions {
         environment,
@@ -93,7 +93,7 @@ fn sampled(path: &Path) -> Vec<[f32; 3]> {
         "{}",
         path.display()
     );
-    let linear = |code: u8| decode(TransferCurve::Srgb, f64::from(code) / 255.0) as f32;
+    let linear = |code: u8| decode_transfer(TransferCurve::Srgb, f64::from(code) / 255.0) as f32;
     let block = |i: usize| {
         let (x, y) = (4 * (i % SIZE) as u32, 4 * (i / SIZE) as u32);
         let mut sum = [0.0_f32; 3];

@@ -6,7 +6,7 @@ use raywright::core::scene::{
 };
 use raywright::core::settings::{Background, Sampling};
 use raywright::core::{Settings, prepare};
-use raywright::io::{Environment, EnvironmentSource, Input, LoadOptions, load};
+use raywright::io::{EnvironmentOptions, EnvironmentSource, Input, LoadOptions, load};
 
 use crate::support::shared;
 
@@ -30,9 +30,9 @@ fn difference(
     // Each pixel of the test covers two by two of the reference.
     let size = [theirs.width() / 2, theirs.height() / 2];
     let file = EnvironmentSource::File(folder.join("lightroom_14b_1k_reconstructed.hdr"));
-    let environment = Environment {
+    let environment = EnvironmentOptions {
         source: Some(file),
-        ..Environment::default()
+        ..EnvironmentOptions::default()
     };
     let path = shared(model)?;
     let options = LoadOptions {

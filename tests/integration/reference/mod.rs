@@ -11,10 +11,10 @@ use std::path::{Path, PathBuf};
 
 use raywright::core::display::Display;
 use raywright::core::picture::Picture;
-use raywright::core::scene::{Classic, Model, ToneMap, TransferCurve};
+use raywright::core::scene::{ClassicMaterial, MaterialModel, ToneMap, TransferCurve};
 use raywright::core::{RenderOutput, Scene, Settings, prepare};
-use raywright::io::output::{Metadata, read_picture, write_png};
-use raywright::io::{Input, Limits, LoadOptions, Overrides, load};
+use raywright::io::output::{PictureMetadata, read_picture, write_png};
+use raywright::io::{Input, Limits, LoadOptions, ParameterOverrides, load};
 
 /// Reads a reference picture.
 pub fn read(path: &Path) -> Picture {
@@ -25,7 +25,7 @@ pub fn read(path: &Path) -> Picture {
 
 /// Loads a preset at a time with parameters.
 pub fn scene(preset: &str, at: f64, set: &[(&str, f64)]) -> Scene {
-    let overrides = Overrides {
+    let overrides = ParameterOverrides {
         time: Some(at),
         set: set.iter().map(|(n, v)| ((*n).to_owned(), *v)).collect(),
     };
@@ -130,7 +130,7 @@ pub fn keep(label: &str, ours: &Picture, theirs: &Picture) -> PathBuf {
             &folder.join(format!("{name}.png")),
             &plain,
             Display::PLAIN,
-            &Metadata::default(),
+            &PictureMetadata::default(),
         )
         .expect("a picture");
     }
@@ -147,14 +147,14 @@ pub fn object_ids(picture: &Picture, layer: &str) -> Vec<f32> {
 }
 
 /// Terms of a classic material in the preset.
-pub fn classic<'a>(scene: &'a mut Scene, name: &str) -> &'a mut Classic {
+pub fn classic<'a>(scene: &'a mut Scene, name: &str) -> &'a mut ClassicMaterial {
     let material = scene
         .materials
         .iter_mut()
         .find(|m| m.name == name)
         .expect("the preset has the material");
     match &mut material.model {
-        Model::Classic(m) => m,
-        Model::Physical(_) => panic!("{name} is classic"),
+        MaterialModel::Classic(m) => m,
+        MaterialModel::Physical(_) => panic!("{name} is classic"),
     }
 }

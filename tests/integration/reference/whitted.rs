@@ -4,7 +4,7 @@
 use raywright::core::picture::Picture;
 use raywright::core::prepare;
 use raywright::core::scene::{
-    ConstantOffset, OffsetDirection, Pattern, Scene, ShadowRule, SpawnRule, SpecularModel,
+    ConstantOffset, OffsetDirection, SamplePattern, Scene, ShadowRule, SpawnRule, SpecularModel,
     TransmissionChoice,
 };
 use raywright::core::settings::{Aov, PrecisionChoice, Sampling, Settings};
@@ -138,7 +138,7 @@ fn bounce_study() {
 fn quarter_points(t: f64, [width, height]: [u32; 2]) -> Picture {
     let fine = render("whitted", t, &[], |s| {
         s.size = [2 * width, 2 * height];
-        s.sampling = Sampling::Pattern(Pattern::Centre);
+        s.sampling = Sampling::Pattern(SamplePattern::Centre);
     });
     let mut coarse = Picture::new(width, height);
     for (i, pixel) in coarse.rgb.iter_mut().enumerate() {

@@ -3,8 +3,10 @@
 
 use std::sync::Arc;
 
-use raywright::bvh::stability::judge::CaseRng;
-use raywright::core::scene::{Mesh, MeshData, MeshSource, Model, Object, Scene, ShadowRule, Shape};
+use raywright::bvh::stability::verdicts::CaseRng;
+use raywright::core::scene::{
+    MaterialModel, Mesh, MeshData, MeshSource, Object, Scene, ShadowRule, Shape,
+};
 
 use super::twins::Symmetry;
 
@@ -23,12 +25,12 @@ pub fn retold(symmetry: Symmetry, mut scene: Scene, seed: u64) -> Scene {
 
 fn shuffle<T>(list: &mut [T], rng: &mut CaseRng) {
     for last in (1..list.len()).rev() {
-        list.swap(last, rng.bits() as usize % (last + 1));
+        list.swap(last, rng.next_bits() as usize % (last + 1));
     }
 }
 
 /// Whether an object's material has a property.
-fn is_of(scene: &Scene, object: &Object, property: impl Fn(&Model) -> bool) -> bool {
+fn is_of(scene: &Scene, object: &Object, property: impl Fn(&MaterialModel) -> bool) -> bool {
     scene
         .materials
         .iter()
@@ -43,11 +45,13 @@ fn shines(scene: &Scene, object: &Object) -> bool {
 }
 
 /// Whether rays enter and leave a body, which a division would open.
-fn is_body(model: &Model) -> bool {
+fn is_body(model: &MaterialModel) -> bool {
     match model {
-        Model::Classic(classic) => classic.transmission.is_some() || classic.mixture.is_some(),
-        Model::Physical(physical) => {
-            (physical.may_transmit() || physical.may_diffuse_through()) && !physical.thin_walled
+        MaterialModel::Classic(classic) => {
+            classic.transmission.is_some() || classic.mixture.is_some()
+        }
+        MaterialModel::Physical(physical) => {
+            (physical.may_transmit() || physical.may_transmit_diffusely()) && !physical.thin_walled
         }
     }
 }

@@ -5,7 +5,7 @@
 use raywright::core::picture::Picture;
 use raywright::core::settings::{Aov, PrecisionChoice};
 use raywright::core::{Scene, Settings, prepare};
-use raywright::io::{Input, LoadOptions, Overrides, load};
+use raywright::io::{Input, LoadOptions, ParameterOverrides, load};
 
 use crate::support::Sandbox;
 
@@ -13,7 +13,7 @@ const SCENE: &str = include_str!("scales.scene.toml");
 
 /// The scene with lengths times 2ᵏ.
 fn scaled(sandbox: &Sandbox, k: i32) -> Scene {
-    let overrides = Overrides {
+    let overrides = ParameterOverrides {
         time: None,
         set: vec![("s".to_owned(), 2.0_f64.powi(k))],
     };

@@ -4,9 +4,9 @@
 use core::fmt;
 
 use glam::DVec3;
-use raywright::bvh::stability::judge::CaseRng;
+use raywright::bvh::stability::verdicts::CaseRng;
 use raywright::core::picture::Picture;
-use raywright::core::scene::{Object, Pattern, Scene, Shape};
+use raywright::core::scene::{Object, SamplePattern, Scene, Shape};
 use raywright::core::settings::{Aov, PrecisionChoice, Sampling};
 use raywright::core::{Settings, prepare};
 
@@ -106,7 +106,7 @@ impl Symmetry {
             WorldContents::All
         };
         // From a millionth to a thousand million metres.
-        let unit = 2.0_f64.powi(rng.uniform(-20.0, 30.0) as i32);
+        let unit = 2.0_f64.powi(rng.next_uniform(-20.0, 30.0) as i32);
         let own = WorldLayout {
             unit,
             ..WorldLayout::default()
@@ -203,9 +203,9 @@ fn picture(shown: &TwinScene, symmetry: Symmetry, precision: PrecisionChoice) ->
     let scene = &shown.scene;
     let few = scene.render.pattern.is_none().then_some(2);
     let sampling = if symmetry.turns() {
-        Sampling::Pattern(Pattern::Centre)
+        Sampling::Pattern(SamplePattern::Centre)
     } else {
-        Sampling::resolve(scene, few)
+        Sampling::from_spp(scene, few)
     };
     let aovs = vec![Aov::Depth, Aov::Albedo];
     let settings = Settings {
@@ -230,7 +230,7 @@ fn channels(picture: &Picture, shown: &TwinScene, at: usize) -> Vec<f32> {
     } else {
         at
     };
-    let layer = |layer: &raywright::core::picture::Layer| {
+    let layer = |layer: &raywright::core::picture::PictureLayer| {
         // −1 without a hit.
         let is_depth = layer.name == "depth.Z" && layer.samples[at] > 0.0;
         if is_depth {

@@ -3,7 +3,7 @@
 //! of two and addition of whole units are exact.
 
 use glam::DVec3;
-use raywright::bvh::stability::judge::CaseRng;
+use raywright::bvh::stability::verdicts::CaseRng;
 use raywright::core::Scene;
 use serde_json::{Value, json};
 
@@ -100,7 +100,7 @@ struct WorldMaker<'a> {
 impl WorldMaker<'_> {
     /// A number in a range, a multiple of a 1024th.
     fn step(&mut self, low: f64, high: f64) -> f64 {
-        (self.rng.uniform(low, high) * 1024.0).round() / 1024.0
+        (self.rng.next_uniform(low, high) * 1024.0).round() / 1024.0
     }
     fn place(&mut self, reach: f64) -> DVec3 {
         DVec3::new(
@@ -121,10 +121,10 @@ impl WorldMaker<'_> {
         self.vector(0.5) + DVec3::new(0.75, 1.0, 0.625)
     }
     fn colour(&mut self) -> [f64; 3] {
-        [(); 3].map(|()| self.rng.uniform(0.1, 0.9))
+        [(); 3].map(|()| self.rng.next_uniform(0.1, 0.9))
     }
     fn chance(&mut self, of: f64) -> bool {
-        self.rng.unit() < of
+        self.rng.next_unit() < of
     }
 
     /// A shape of a kind at a position.
@@ -189,7 +189,7 @@ impl WorldMaker<'_> {
             9
         };
         let (place, layout) = (self.place(3.5), *self.layout);
-        let material = format!("m{}", self.rng.bits() as usize % materials);
+        let material = format!("m{}", self.rng.next_bits() as usize % materials);
         let is_mesh = self.chance(0.35);
         // The first mesh lies at zero and is shared by several transforms.
         let is_mapped = self.chance(0.4) || is_mesh && meshes.is_empty();
@@ -210,7 +210,7 @@ impl WorldMaker<'_> {
             }
             json!({ "mesh": name })
         } else {
-            let kind = self.rng.bits() as usize % kinds;
+            let kind = self.rng.next_bits() as usize % kinds;
             self.shape(kind, there, &from)
         };
         let transform = if is_mapped {
@@ -254,7 +254,7 @@ impl WorldMaker<'_> {
     /// A material; classic ones use no random samples.
     fn material(&mut self, name: String, is_classic: bool) -> Value {
         let colour = self.colour();
-        let kind = self.rng.bits() % 9;
+        let kind = self.rng.next_bits() % 9;
         let unit = self.layout.unit;
         let model = match kind {
             _ if is_classic && kind < 2 => {
@@ -323,7 +323,7 @@ impl WorldMaker<'_> {
         let target = self.vector(0.5) + DVec3::Y;
         let pose = json!({ "look_at": { "eye": layout.point(eye), "target": layout.point(target), "up": layout.direction(DVec3::Y) } });
         let pinhole = json!({ "vertical_fov": 42 });
-        let kind = self.rng.bits() % 4;
+        let kind = self.rng.next_bits() % 4;
         let projection = match kind {
             0 => json!({ "orthographic": { "height": 7.0 * unit } }),
             // Positions on a lens are sampled randomly.
@@ -348,7 +348,7 @@ pub fn world(seed: u64, contents: WorldContents, layout: &WorldLayout) -> Scene 
         .map(|i| maker.material(format!("m{i}"), is_classic))
         .collect();
     let mut meshes = Vec::new();
-    let count = 8 + maker.rng.bits() as usize % 8;
+    let count = 8 + maker.rng.next_bits() as usize % 8;
     let mut objects: Vec<Value> = (0..count)
         .map(|_| maker.object(materials.len(), &mut meshes))
         .collect();

@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-fn words(file: &str) -> Vec<[u8; 4]> {
+fn read_words(file: &str) -> Vec<[u8; 4]> {
     let bytes = std::fs::read(file).unwrap_or_else(|e| panic!("{file}: {e}"));
     bytes
         .chunks_exact(4)
@@ -13,8 +13,8 @@ fn words(file: &str) -> Vec<[u8; 4]> {
 
 /// Reads the triangles of a mesh file: two u32, the numbers of corners and of triangles, then three
 /// f32 per corner and three u32 per triangle, little endian.
-pub fn mesh(file: &str) -> Vec<[Vec3; 3]> {
-    let words = words(file);
+pub fn read_mesh(file: &str) -> Vec<[Vec3; 3]> {
+    let words = read_words(file);
     let whole = |position: usize| u32::from_le_bytes(words[position]) as usize;
     let (corners, triangles) = (whole(0), whole(1));
     let corner = |i: usize| {
@@ -25,8 +25,8 @@ pub fn mesh(file: &str) -> Vec<[Vec3; 3]> {
 }
 
 /// Reads the rays of a file: eight f32 per ray, little endian.
-pub fn rays(file: &str) -> Vec<[f32; 8]> {
-    let words = words(file);
+pub fn read_rays(file: &str) -> Vec<[f32; 8]> {
+    let words = read_words(file);
     words
         .chunks_exact(8)
         .map(|ray| core::array::from_fn(|i| f32::from_le_bytes(ray[i])))

@@ -12,24 +12,24 @@ use obvhs::ploc::{PlocBuilder, SortPrecision};
 use rayon::prelude::*;
 
 use super::curve::cell_extent;
-use super::piles::piled;
-use super::reinsertion::reinsert;
+use super::piles::merge_piles;
+use super::reinsertion::reinsert_subtrees;
 use super::{BuildQuality, StopCheck};
-use crate::aabb::{PIECE, PaddedBox};
+use crate::aabb::{PaddedBox, TASK_SIZE};
 use crate::binary::BinaryNode;
 
 /// Greatest number of boxes clustered at once. A call of `obvhs` then takes a tenth of a second.
-const MOST: usize = 1 << 18;
+const MAX_PIECE: usize = 1 << 18;
 /// Number of nodes of each piece's tree that the joining tree has as leaves.
-const TOPS: usize = 64;
+const TOP_NODES: usize = 64;
 
 /// Parameters of `obvhs` for a build quality.
 #[derive(Clone, Copy)]
 struct ClusteringOptions {
     /// Whether clustering examines 14 neighbours on either side, instead of 6.
-    far: bool,
+    wide_search: bool,
     /// Fractions of the nodes to reinsert, before and after the collapse to leaves.
-    moved: [f32; 2],
+    reinserted_shares: [f32; 2],
 }
 
 impl ClusteringOptions {
@@ -37,16 +37,16 @@ impl ClusteringOptions {
     fn new(quality: BuildQuality) -> Self {
         match quality {
             BuildQuality::Fast => Self {
-                far: false,
-                moved: [0.0, 0.05],
+                wide_search: false,
+                reinserted_shares: [0.0, 0.05],
             },
             BuildQuality::Medium => Self {
-                far: false,
-                moved: [0.03, 0.3],
+                wide_search: false,
+                reinserted_shares: [0.03, 0.3],
             },
             BuildQuality::High => Self {
-                far: true,
-                moved: [0.3, 1.0],
+                wide_search: true,
+                reinserted_shares: [0.3, 1.0],
             },
         }
     }
@@ -54,16 +54,16 @@ impl ClusteringOptions {
 
 /// A tree of `obvhs` whose leaves refer to ranges of an order of boxes, and the number of boxes
 /// visited to build it.
-pub(super) struct Clusters {
+pub(super) struct ClusteredTree {
     tree: Bvh2,
-    pub looks: u64,
+    pub boxes_visited: u64,
 }
 
-impl Clusters {
+impl ClusteredTree {
     /// Converts the nodes, without their boxes, which `obvhs` has scaled.
-    pub fn nodes(&self) -> Vec<BinaryNode> {
+    pub fn to_binary_nodes(&self) -> Vec<BinaryNode> {
         let node = |node: &Bvh2Node| BinaryNode {
-            bounds: PaddedBox::NOTHING,
+            bounds: PaddedBox::EMPTY,
             first: node.first_index,
             count: node.prim_count,
         };
@@ -74,11 +74,11 @@ impl Clusters {
 /// Input and parameters of a clustering.
 pub(super) struct Clustering<'a> {
     boxes: &'a [PaddedBox],
-    means: ClusteringOptions,
+    options: ClusteringOptions,
     /// Greatest number of boxes in a subtree that becomes one leaf.
-    leaf: u32,
+    max_leaf: u32,
     /// Greatest number of boxes in a piece.
-    most: usize,
+    max_piece: usize,
     /// Power of two by which boxes are scaled, so that no surface area leaves the range of f32.
     scale: f32,
     stop: StopCheck<'a>,
@@ -94,18 +94,18 @@ impl<'a> Clustering<'a> {
     ) -> Self {
         let around = boxes
             .par_iter()
-            .with_min_len(PIECE)
+            .with_min_len(TASK_SIZE)
             .copied()
-            .reduce(|| PaddedBox::NOTHING, |a, b| a.union(&b));
+            .reduce(|| PaddedBox::EMPTY, |a, b| a.union(&b));
         let extent = (around.max.as_dvec3() - around.min.as_dvec3()).max_element();
         // With this scale the greatest surface area is slightly above 2⁶⁰. That leaves room for
         // sums of areas, and boxes 2⁻⁹⁰ times as long still have distinct areas.
         let exponent = 30 - (extent.log2() as i32).clamp(-96, 156);
         Self {
             boxes,
-            means: ClusteringOptions::new(quality),
-            leaf: leaf as u32,
-            most: MOST,
+            options: ClusteringOptions::new(quality),
+            max_leaf: leaf as u32,
+            max_piece: MAX_PIECE,
             scale: 2.0_f32.powi(exponent),
             stop,
         }
@@ -113,47 +113,51 @@ impl<'a> Clustering<'a> {
 
     /// Builds the tree over boxes in the order of a curve, and permutes that order; `None` if
     /// cancelled.
-    pub fn run(&self, order: &mut [u32]) -> Option<Clusters> {
-        let size = order.len().div_ceil(order.len().div_ceil(self.most));
+    pub fn build_tree(&self, order: &mut [u32]) -> Option<ClusteredTree> {
+        let size = order.len().div_ceil(order.len().div_ceil(self.max_piece));
         let pieces: Vec<_> = order
             .par_chunks_mut(size)
-            .map(|order| self.piece(order))
+            .map(|order| self.cluster_piece(order))
             .collect();
         let mut pieces = pieces.into_iter().collect::<Option<Vec<_>>>()?;
         if pieces.len() == 1 {
             return pieces.pop();
         }
-        self.joined(pieces, size)
+        self.join_pieces(pieces, size)
     }
 
     /// Returns the scaled box with the given index, as a box of `obvhs`.
-    fn aabb(&self, index: u32) -> Aabb {
+    fn scaled_aabb(&self, index: u32) -> Aabb {
         let PaddedBox { min, max } = self.boxes[index as usize];
         Aabb::new((min * self.scale).into(), (max * self.scale).into())
     }
 
     /// Builds the tree of one piece of the curve, by all four steps.
-    fn piece(&self, order: &mut [u32]) -> Option<Clusters> {
-        let leaf =
-            |(position, &index): (usize, &u32)| Bvh2Node::new(self.aabb(index), 1, position as u32);
-        let leaves = piled(&order.iter().enumerate().map(leaf).collect::<Vec<_>>());
-        let Clusters {
+    fn cluster_piece(&self, order: &mut [u32]) -> Option<ClusteredTree> {
+        let leaf = |(position, &index): (usize, &u32)| {
+            Bvh2Node::new(self.scaled_aabb(index), 1, position as u32)
+        };
+        let leaves = merge_piles(&order.iter().enumerate().map(leaf).collect::<Vec<_>>());
+        let ClusteredTree {
             mut tree,
-            mut looks,
-        } = self.clustered(leaves)?;
-        let [before, after] = self.means.moved;
-        looks += self.moved(&mut tree, before)?;
+            boxes_visited: mut looks,
+        } = self.cluster_leaves(leaves)?;
+        let [before, after] = self.options.reinserted_shares;
+        looks += self.reinsert_unless_stopped(&mut tree, before)?;
         tree.primitive_indices = order.to_vec();
         // With this cost of a node, every small subtree becomes a leaf. The collapse to eight-wide
         // nodes decides by ray cost which leaves share a block.
-        collapse(&mut tree, self.leaf, self.leaf as f32);
+        collapse(&mut tree, self.max_leaf, self.max_leaf as f32);
         order.copy_from_slice(&tree.primitive_indices);
-        looks += self.moved(&mut tree, after)?;
-        Some(Clusters { tree, looks })
+        looks += self.reinsert_unless_stopped(&mut tree, after)?;
+        Some(ClusteredTree {
+            tree,
+            boxes_visited: looks,
+        })
     }
 
     /// Clusters leaves, given in the order of the curve, to a tree; `None` if cancelled.
-    fn clustered(&self, leaves: Vec<Bvh2Node>) -> Option<Clusters> {
+    fn cluster_leaves(&self, leaves: Vec<Bvh2Node>) -> Option<ClusteredTree> {
         if (self.stop)() {
             return None;
         }
@@ -167,7 +171,7 @@ impl<'a> Clustering<'a> {
         let mut builder = PlocBuilder::new();
         let mut tree = Bvh2::default();
         builder.current_nodes = leaves;
-        let neighbours = if self.means.far {
+        let neighbours = if self.options.wide_search {
             builder.build_ploc_from_leaves::<14, false>(&mut tree, around, SortPrecision::U64, 0);
             2 * 14
         } else {
@@ -178,19 +182,25 @@ impl<'a> Clustering<'a> {
         // some candidates, which does no harm. With the tree's true depth, the search would fail if
         // the tree grew deeper.
         tree.max_depth = DEFAULT_MAX_STACK_DEPTH / 2;
-        let looks = neighbours * waits(&tree);
-        Some(Clusters { tree, looks })
+        let looks = neighbours * count_waiting_passes(&tree);
+        Some(ClusteredTree {
+            tree,
+            boxes_visited: looks,
+        })
     }
 
     /// Reinserts a fraction of the nodes, and returns the number of nodes visited; `None` if
     /// cancelled.
-    fn moved(&self, tree: &mut Bvh2, share: f32) -> Option<u64> {
-        (!(self.stop)()).then(|| reinsert(tree, share))
+    fn reinsert_unless_stopped(&self, tree: &mut Bvh2, share: f32) -> Option<u64> {
+        (!(self.stop)()).then(|| reinsert_subtrees(tree, share))
     }
 
     /// Joins the trees of pieces of `size` boxes into one tree; `None` if cancelled.
-    fn joined(&self, pieces: Vec<Clusters>, size: usize) -> Option<Clusters> {
-        let tops: Vec<_> = pieces.iter().map(|piece| tops(&piece.tree)).collect();
+    fn join_pieces(&self, pieces: Vec<ClusteredTree>, size: usize) -> Option<ClusteredTree> {
+        let tops: Vec<_> = pieces
+            .iter()
+            .map(|piece| select_top_nodes(&piece.tree))
+            .collect();
         let all = pieces
             .iter()
             .zip(&tops)
@@ -200,17 +210,17 @@ impl<'a> Clustering<'a> {
                     Bvh2Node::new(*piece.tree.nodes[top].aabb(), number as u32 + 1, top as u32)
                 })
             });
-        let Clusters {
+        let ClusteredTree {
             mut tree,
-            mut looks,
-        } = self.clustered(all.collect())?;
-        looks += self.moved(&mut tree, 1.0)?;
+            boxes_visited: mut looks,
+        } = self.cluster_leaves(all.collect())?;
+        looks += self.reinsert_unless_stopped(&mut tree, 1.0)?;
         let mut bases = Vec::with_capacity(pieces.len());
         let joined = tree.nodes.len();
         for (number, piece) in pieces.into_iter().enumerate() {
             let base = tree.nodes.len() as u32;
             bases.push(base);
-            looks += piece.looks;
+            looks += piece.boxes_visited;
             tree.nodes.extend(piece.tree.nodes.into_iter().map(|node| {
                 let by = if node.is_leaf() {
                     (number * size) as u32
@@ -227,13 +237,16 @@ impl<'a> Clustering<'a> {
                     tree.nodes[(bases[node.prim_count as usize - 1] + node.first_index) as usize];
             }
         }
-        Some(Clusters { tree, looks })
+        Some(ClusteredTree {
+            tree,
+            boxes_visited: looks,
+        })
     }
 }
 
 /// Lower bound of the number of clustering passes that nodes waited for their siblings, summed over
 /// all nodes. Children come after their parents.
-fn waits(tree: &Bvh2) -> u64 {
+fn count_waiting_passes(tree: &Bvh2) -> u64 {
     let (mut passes, mut waits) = (vec![0_u32; tree.nodes.len()], 0);
     for (position, node) in tree
         .nodes
@@ -252,7 +265,7 @@ fn waits(tree: &Bvh2) -> u64 {
 /// Selects the nodes below which the tree of a piece stays unchanged when pieces are joined. From
 /// the root on, the largest selected node is replaced by its children until enough nodes are
 /// selected.
-fn tops(tree: &Bvh2) -> Vec<usize> {
+fn select_top_nodes(tree: &Bvh2) -> Vec<usize> {
     let mut tops = vec![0];
     let area = |&top: &usize| {
         if tree.nodes[top].is_leaf() {
@@ -261,7 +274,7 @@ fn tops(tree: &Bvh2) -> Vec<usize> {
             tree.nodes[top].aabb().half_area()
         }
     };
-    while tops.len() < TOPS {
+    while tops.len() < TOP_NODES {
         let greatest = (0..tops.len())
             .max_by(|&a, &b| area(&tops[a]).total_cmp(&area(&tops[b])))
             .unwrap_or(0);
@@ -310,21 +323,21 @@ mod tests {
             .build()
             .unwrap();
         pool.install(|| {
-            let (mut order, _) = curve::order(boxes);
+            let (mut order, _) = curve::order_along_curve(boxes);
             let clusters = Clustering {
-                most: maximum,
+                max_piece: maximum,
                 ..Clustering::new(boxes, quality, shared, &|| false)
             }
-            .run(&mut order)
+            .build_tree(&mut order)
             .unwrap();
             (
                 clusters
-                    .nodes()
+                    .to_binary_nodes()
                     .iter()
                     .map(|node| (node.first, node.count))
                     .collect(),
                 order,
-                clusters.looks,
+                clusters.boxes_visited,
             )
         })
     }
@@ -335,7 +348,7 @@ mod tests {
     fn trees_are_the_same_for_any_number_of_threads() {
         let boxes = boxes(30_000);
         for (quality, shared, maximum) in [
-            (BuildQuality::High, 4, MOST),
+            (BuildQuality::High, 4, MAX_PIECE),
             (BuildQuality::Medium, 1, 4096),
             (BuildQuality::Fast, 8, 500),
         ] {
@@ -378,12 +391,12 @@ mod tests {
             .map(|(_, own)| own)
             .collect();
         let cost = |maximum: usize| {
-            let (mut order, _) = curve::order(&boxes);
+            let (mut order, _) = curve::order_along_curve(&boxes);
             let clustering = Clustering {
-                most: maximum,
+                max_piece: maximum,
                 ..Clustering::new(&boxes, BuildQuality::Medium, 1, &|| false)
             };
-            let tree = clustering.run(&mut order).unwrap().tree;
+            let tree = clustering.build_tree(&mut order).unwrap().tree;
             let (mut cost, mut waiting) = (0.0, vec![0]);
             while let Some(node) = waiting.pop().map(|index: u32| tree.nodes[index as usize]) {
                 cost += f64::from(node.aabb().half_area())
@@ -397,7 +410,7 @@ mod tests {
             }
             cost
         };
-        let [whole, pieces] = [cost(MOST), cost(2000)];
+        let [whole, pieces] = [cost(MAX_PIECE), cost(2000)];
         assert!(pieces < 1.03 * whole, "{pieces} against {whole}");
     }
 }

@@ -4,16 +4,16 @@ use glam::DVec3;
 use obvhs::ploc::morton::morton_encode_u64;
 use rayon::prelude::*;
 
-use crate::aabb::{PIECE, PaddedBox};
+use crate::aabb::{PaddedBox, TASK_SIZE};
 
 /// Greatest index of a cell along an axis of the Morton curve.
-const CELLS: f64 = ((1 << 21) - 1) as f64;
+const MAX_CELL: f64 = ((1 << 21) - 1) as f64;
 
 /// Greatest ratio of an axis' extent to the longest extent at which the axis counts as flat. Cells
 /// of a flat axis have the length of the longest axis' cells. Otherwise clustering would look for
 /// neighbours of a terrain's triangles above and below the terrain, where no triangles are.
 /// Measured: `../../../../benches/runs`.
-const FLAT: f64 = 0.45;
+const FLAT_RATIO: f64 = 0.45;
 
 /// Position of a box on the curve: its Morton code, and its index.
 #[derive(Clone, Copy)]
@@ -23,12 +23,12 @@ struct CurvePosition {
 }
 
 /// Returns the indices of the boxes in the order of the curve, and the number of boxes visited.
-pub(super) fn order(boxes: &[PaddedBox]) -> (Vec<u32>, u64) {
+pub(super) fn order_along_curve(boxes: &[PaddedBox]) -> (Vec<u32>, u64) {
     let mut places: Vec<_> = (0..boxes.len() as u32)
         .into_par_iter()
         .map(|index| CurvePosition { code: 0, index })
         .collect();
-    let looks = sort(&mut places, boxes);
+    let looks = sort_along_curve(&mut places, boxes);
     (places.par_iter().map(|place| place.index).collect(), looks)
 }
 
@@ -36,24 +36,24 @@ pub(super) fn order(boxes: &[PaddedBox]) -> (Vec<u32>, u64) {
 /// extent.
 pub(super) fn cell_extent(extent: DVec3) -> DVec3 {
     let longest = DVec3::splat(extent.max_element());
-    DVec3::select(extent.cmplt(longest * FLAT), longest, extent)
+    DVec3::select(extent.cmplt(longest * FLAT_RATIO), longest, extent)
 }
 
 /// Returns twice the centre of a box, in f64, where the sum can't overflow.
-fn centre(bounds: &PaddedBox) -> DVec3 {
+fn doubled_centre(bounds: &PaddedBox) -> DVec3 {
     bounds.min.as_dvec3() + bounds.max.as_dvec3()
 }
 
 /// Sorts boxes along the curve through the box of all centres, and recursively the boxes in the
 /// same cell. Boxes with the same centre are sorted by size. Returns the number of boxes visited.
-fn sort(places: &mut [CurvePosition], boxes: &[PaddedBox]) -> u64 {
+fn sort_along_curve(places: &mut [CurvePosition], boxes: &[PaddedBox]) -> u64 {
     let bounds = |place: &CurvePosition| &boxes[place.index as usize];
-    let centre = |place: &CurvePosition| centre(bounds(place));
+    let centre = |place: &CurvePosition| doubled_centre(bounds(place));
     let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let both = |[a, b]: [DVec3; 2], [c, d]: [DVec3; 2]| [a.min(c), b.max(d)];
     let [low, high] = places
         .par_iter()
-        .with_min_len(PIECE)
+        .with_min_len(TASK_SIZE)
         .map(|place| [centre(place); 2])
         .reduce(|| none, both);
     let looks = places.len() as u64;
@@ -64,14 +64,20 @@ fn sort(places: &mut [CurvePosition], boxes: &[PaddedBox]) -> u64 {
         places.par_sort_unstable_by(|a, b| size(a).total_cmp(&size(b)).then(a.index.cmp(&b.index)));
         return looks;
     }
-    let scale = CELLS / cell_extent(high - low);
-    places.par_iter_mut().with_min_len(PIECE).for_each(|place| {
-        let cell = (centre(place) - low) * scale;
-        place.code = morton_encode_u64(cell.x as u32, cell.y as u32, cell.z as u32);
-    });
+    let scale = MAX_CELL / cell_extent(high - low);
+    places
+        .par_iter_mut()
+        .with_min_len(TASK_SIZE)
+        .for_each(|place| {
+            let cell = (centre(place) - low) * scale;
+            place.code = morton_encode_u64(cell.x as u32, cell.y as u32, cell.z as u32);
+        });
     places.par_sort_unstable_by_key(|place| (place.code, place.index));
     let alike = places
         .chunk_by_mut(|a, b| a.code == b.code)
         .filter(|alike| alike.len() > 1);
-    looks + alike.map(|alike| sort(alike, boxes)).sum::<u64>()
+    looks
+        + alike
+            .map(|alike| sort_along_curve(alike, boxes))
+            .sum::<u64>()
 }

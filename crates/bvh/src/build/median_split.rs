@@ -1,15 +1,15 @@
 //! Median splits, for sets that clustering can't handle: each split is near the median of the
 //! centres, along the axis of their greatest extent.
 
-use super::{LeafKind, LeafKindOf, StopCheck};
-use crate::aabb::{PIECE, PaddedBox};
+use super::{LeafKind, LeafKindLookup, StopCheck};
+use crate::aabb::{PaddedBox, TASK_SIZE};
 use crate::binary::BinaryNode;
 use crate::bvh8::WIDTH;
 
 /// Boxes to be divided by median splits, and their leaf kinds.
 pub(super) struct MedianSplit<'a> {
     pub boxes: &'a [PaddedBox],
-    pub kind: LeafKindOf<'a>,
+    pub kind: LeafKindLookup<'a>,
     /// Whether all boxes have one leaf kind.
     pub is_alike: bool,
     pub stop: StopCheck<'a>,
@@ -19,15 +19,15 @@ impl MedianSplit<'_> {
     /// Builds a tree over `order` by median splits. Node `slot` becomes its root, and its other
     /// nodes are appended. `first` is the position of `order` in the order of the whole tree.
     /// Returns the number of boxes visited. If cancelled, the tree is incomplete.
-    pub fn halve(
+    pub fn build_subtree(
         &self,
         nodes: &mut Vec<BinaryNode>,
         slot: usize,
         order: &mut [u32],
         first: usize,
     ) -> u64 {
-        if self.is_leaf(order) || order.len() >= PIECE && (self.stop)() {
-            let bounds = order.iter().fold(PaddedBox::NOTHING, |all, &index| {
+        if self.is_leaf(order) || order.len() >= TASK_SIZE && (self.stop)() {
+            let bounds = order.iter().fold(PaddedBox::EMPTY, |all, &index| {
                 all.union(&self.boxes[index as usize])
             });
             nodes[slot] = BinaryNode {
@@ -46,17 +46,17 @@ impl MedianSplit<'_> {
             half
         };
         let pair = nodes.len();
-        self.part(order, middle);
+        self.partition_by_centre(order, middle);
         nodes.extend(
             [BinaryNode {
-                bounds: PaddedBox::NOTHING,
+                bounds: PaddedBox::EMPTY,
                 first: 0,
                 count: 0,
             }; 2],
         );
         let (left, right) = order.split_at_mut(middle);
-        let looks = self.halve(nodes, pair, left, first)
-            + self.halve(nodes, pair + 1, right, first + middle);
+        let looks = self.build_subtree(nodes, pair, left, first)
+            + self.build_subtree(nodes, pair + 1, right, first + middle);
         let bounds = nodes[pair].bounds.union(&nodes[pair + 1].bounds);
         nodes[slot] = BinaryNode {
             bounds,
@@ -75,7 +75,7 @@ impl MedianSplit<'_> {
 
     /// Moves the boxes with the `middle` least centres to the front. If all centres are equal, the
     /// order stays.
-    fn part(&self, order: &mut [u32], middle: usize) {
+    fn partition_by_centre(&self, order: &mut [u32], middle: usize) {
         // The centre is the sum of half of each bound, since the sum of the bounds may overflow
         // f32.
         let centre = |index: u32| {
@@ -87,7 +87,7 @@ impl MedianSplit<'_> {
         };
         let around = order
             .iter()
-            .fold(PaddedBox::NOTHING, |all, &index| all.union(&point(index)));
+            .fold(PaddedBox::EMPTY, |all, &index| all.union(&point(index)));
         let extent = around.max * 0.5 - around.min * 0.5;
         let axis = extent.max_position();
         if extent[axis] > 0.0 {

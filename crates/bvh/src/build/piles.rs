@@ -7,25 +7,25 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::node::Bvh2Node;
 
 /// Least number of boxes that form a pile.
-const FEWEST: usize = 16;
+const MIN_BOXES: usize = 16;
 /// Least ratio of the mean surface area of a pile's boxes to the area of the box around them. For
 /// patches of a surface the ratio is an eighth or less.
-const SHARE: f64 = 0.25;
+const MIN_AREA_RATIO: f64 = 0.25;
 
 /// Replaces each pile among the leaves by one leaf. All coincident boxes become parts of piles,
 /// except fewer than 32 at either end of their sequence.
-pub(super) fn piled(leaves: &[Bvh2Node]) -> Vec<Bvh2Node> {
+pub(super) fn merge_piles(leaves: &[Bvh2Node]) -> Vec<Bvh2Node> {
     let mut kept = Vec::with_capacity(leaves.len());
-    keep(leaves, &mut kept);
+    append_merged(leaves, &mut kept);
     kept
 }
 
 /// Appends the leaves to `kept`, or one leaf if they form a pile. Returns the box around the leaves
 /// and the sum of their surface areas.
-fn keep(leaves: &[Bvh2Node], kept: &mut Vec<Bvh2Node>) -> (Aabb, f64) {
+fn append_merged(leaves: &[Bvh2Node], kept: &mut Vec<Bvh2Node>) -> (Aabb, f64) {
     let start = kept.len();
     let join = |(a, sum): (Aabb, f64), (b, more): (Aabb, f64)| (a.union(&b), sum + more);
-    let (bounds, sum) = if leaves.len() < 2 * FEWEST {
+    let (bounds, sum) = if leaves.len() < 2 * MIN_BOXES {
         kept.extend_from_slice(leaves);
         leaves
             .iter()
@@ -33,10 +33,11 @@ fn keep(leaves: &[Bvh2Node], kept: &mut Vec<Bvh2Node>) -> (Aabb, f64) {
             .fold((Aabb::INVALID, 0.0), join)
     } else {
         let (left, right) = leaves.split_at(leaves.len() / 2);
-        let left = keep(left, kept);
-        join(left, keep(right, kept))
+        let left = append_merged(left, kept);
+        join(left, append_merged(right, kept))
     };
-    if leaves.len() >= FEWEST && sum >= SHARE * leaves.len() as f64 * f64::from(bounds.half_area())
+    if leaves.len() >= MIN_BOXES
+        && sum >= MIN_AREA_RATIO * leaves.len() as f64 * f64::from(bounds.half_area())
     {
         kept.truncate(start);
         kept.push(Bvh2Node::new(
@@ -66,15 +67,18 @@ mod tests {
     #[test]
     fn what_lies_on_one_another_is_one_leaf() {
         for step in [0.0, 1e-3] {
-            let piled = piled(&leaves(100, |i| i as f32 * step));
+            let piled = merge_piles(&leaves(100, |i| i as f32 * step));
             assert!(
                 piled.len() == 1 && (piled[0].prim_count, piled[0].first_index) == (100, 0),
                 "{piled:?}"
             );
         }
-        assert_eq!(piled(&leaves(FEWEST - 1, |_| 0.0)).len(), FEWEST - 1);
-        assert_eq!(piled(&leaves(100, |i| i as f32)).len(), 100);
-        let some = piled(&leaves(128, |i| if i < 64 { 0.0 } else { i as f32 }));
+        assert_eq!(
+            merge_piles(&leaves(MIN_BOXES - 1, |_| 0.0)).len(),
+            MIN_BOXES - 1
+        );
+        assert_eq!(merge_piles(&leaves(100, |i| i as f32)).len(), 100);
+        let some = merge_piles(&leaves(128, |i| if i < 64 { 0.0 } else { i as f32 }));
         assert_eq!(
             (some.len(), some[0].prim_count, some[1].first_index),
             (65, 64, 64)

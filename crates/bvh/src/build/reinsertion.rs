@@ -9,85 +9,88 @@ use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 
 /// Number of nodes on which the cost of the search is measured.
-const TRIED: usize = 64;
+const TRIAL_NODES: usize = 64;
 /// Greatest mean number of steps per search for which the requested fraction of nodes is
 /// reinserted. Measured: 31 to 76 steps among random spheres and on grids, 59 to 121 among
 /// axis-aligned sticks, 200 to 2500 and more among crossing sticks.
-const STEPS: u64 = 150;
+const MAX_MEAN_STEPS: u64 = 150;
 
 /// Share of the reinserted nodes in each round. The last rounds reinsert only the largest boxes,
 /// and repair the unevenness that the first rounds left.
-const ROUNDS: [f32; 6] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125];
+const ROUND_SHARES: [f32; 6] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125];
 
 /// Reinserts the fraction `share` of the nodes, the largest first, and fewer in each later round.
 /// Returns the number of nodes visited.
-pub(super) fn reinsert(tree: &mut Bvh2, share: f32) -> u64 {
+pub(super) fn reinsert_subtrees(tree: &mut Bvh2, share: f32) -> u64 {
     if tree.nodes.len() < 3 || share <= 0.0 {
         return 0;
     }
     tree.init_parents_if_uninit();
-    let (share, steps) = affordable(tree, share);
-    ReinsertionOptimizer::default().run(tree, share, Some(ROUNDS.to_vec()));
+    let (share, steps) = limit_reinserted_share(tree, share);
+    ReinsertionOptimizer::default().run(tree, share, Some(ROUND_SHARES.to_vec()));
     steps
 }
 
 /// Returns the affordable fraction of nodes to reinsert, and its cost in visited nodes. It is the
 /// requested fraction if searches are short enough, otherwise less in proportion to their length.
 /// The tree's parents must be initialised.
-fn affordable(tree: &Bvh2, share: f32) -> (f32, u64) {
+fn limit_reinserted_share(tree: &Bvh2, share: f32) -> (f32, u64) {
     let nodes = tree.nodes.len();
     // The candidates are the largest of the first nodes, twice as many as will be reinserted.
     let candidates = ((nodes as f32 * share * 2.0) as usize).clamp(1, nodes) - 1;
-    let tried = TRIED.min(candidates / 16);
+    let tried = TRIAL_NODES.min(candidates / 16);
     if tried == 0 {
         return (share, 0);
     }
     let steps = (0..tried)
-        .map(|i| steps(tree, 1 + i * (candidates - 1) / tried))
+        .map(|i| count_search_steps(tree, 1 + i * (candidates - 1) / tried))
         .sum::<u64>();
     let mean = (steps / tried as u64).max(1);
-    let searches = |share: f32| (nodes as f32 * share * ROUNDS.iter().sum::<f32>()) as u64;
-    let affordable = if mean <= STEPS {
+    let searches = |share: f32| (nodes as f32 * share * ROUND_SHARES.iter().sum::<f32>()) as u64;
+    let affordable = if mean <= MAX_MEAN_STEPS {
         share
     } else {
-        share * STEPS as f32 / mean as f32
+        share * MAX_MEAN_STEPS as f32 / mean as f32
     };
     (affordable, steps + searches(affordable) * mean)
 }
 
 /// Counts the steps of the search for a better parent of a node, by the rules of `obvhs`, up to a
 /// limit.
-fn steps(tree: &Bvh2, node: usize) -> u64 {
+fn count_search_steps(tree: &Bvh2, node: usize) -> u64 {
     const MOST: u64 = 4096;
     let area = |aabb: &Aabb| aabb.half_area();
     let bounds = *tree.nodes[node].aabb();
     let parent = tree.parents[node] as usize;
-    let (mut best, mut steps, mut won) = (0.0, 0, area(tree.nodes[parent].aabb()));
+    let (mut best, mut steps, mut saved_area) = (0.0, 0, area(tree.nodes[parent].aabb()));
     let mut sibling = Bvh2Node::get_sibling_id(node);
     let mut around = *tree.nodes[sibling].aabb();
     let mut pivot = parent;
-    let mut waiting = Vec::new();
+    let mut pending_nodes = Vec::new();
     loop {
-        waiting.push((won, sibling));
-        while let Some((won, index)) = waiting.pop() {
+        pending_nodes.push((saved_area, sibling));
+        while let Some((saved_area, index)) = pending_nodes.pop() {
             steps += 1;
             if steps >= MOST {
                 return steps;
             }
-            if won - area(&bounds) <= best {
+            if saved_area - area(&bounds) <= best {
                 continue;
             }
-            let there = &tree.nodes[index];
-            let left = won - area(&there.aabb().union(&bounds));
+            let candidate = &tree.nodes[index];
+            let left = saved_area - area(&candidate.aabb().union(&bounds));
             best = left.max(best);
-            if !there.is_leaf() {
-                let (below, first) = (left + area(there.aabb()), there.first_index as usize);
-                waiting.extend([(below, first), (below, first + 1)]);
+            if !candidate.is_leaf() {
+                let (below, first) = (
+                    left + area(candidate.aabb()),
+                    candidate.first_index as usize,
+                );
+                pending_nodes.extend([(below, first), (below, first + 1)]);
             }
         }
         if pivot != parent {
             around = around.union(tree.nodes[sibling].aabb());
-            won += area(tree.nodes[pivot].aabb()) - area(&around);
+            saved_area += area(tree.nodes[pivot].aabb()) - area(&around);
         }
         if pivot == 0 {
             return steps;

@@ -10,23 +10,25 @@ use rayon::prelude::*;
 
 use super::{Bvh8, Bvh8Node, ChildRef, MAX_DEPTH, WIDTH};
 use crate::aabb::{PaddedBox, half_area};
-use crate::binary::Binary;
-use crate::build::{LeafKind, LeafKindOf};
+use crate::binary::BinaryTree;
+use crate::build::{LeafKind, LeafKindLookup};
 use crate::bvh8::row::{PrimitiveRow, RowKind};
 use crate::bvh8::triangle8::{LeafHeader, Triangle8};
-use crate::memory::{huge_page_vec, huge_page_vec_of};
-use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
+use crate::memory::{filled_huge_page_vec, huge_page_vec};
+use costs::{
+    AS_INNER, AS_LEAF, FEWER, SubtreeCosts, compute_all_costs, leaf_test_cost, left_lane_range,
+};
 
 /// Number of primitives below which a block is sparse: it is merged with a sibling if both fit into
 /// one block and the merged block costs rays less.
-const SPARSE: usize = 5;
+const SPARSE_BLOCK: usize = 5;
 
 /// Planned content of a lane: an inner node, one other primitive, or a leaf of one kind. Numbers
 /// are indices of binary nodes or of boxes.
 enum LaneRef {
     Inner(u32),
-    Other(u32),
-    Several(LeafKind, ArrayVec<u32, WIDTH>),
+    Single(u32),
+    Leaf(LeafKind, ArrayVec<u32, WIDTH>),
 }
 
 /// A lane of a node that is being built.
@@ -38,9 +40,9 @@ struct PlannedLane {
 type NodeLanes = ArrayVec<PlannedLane, WIDTH>;
 
 /// A binary tree that is being collapsed, with the costs of its subtrees.
-struct Collapse<'a> {
-    binary: &'a Binary,
-    costs: Vec<Costs>,
+struct TreeCollapse<'a> {
+    binary: &'a BinaryTree,
+    costs: Vec<SubtreeCosts>,
 }
 
 /// A finished part of the tree, numbered from zero, and the subtrees below it that other threads
@@ -58,26 +60,26 @@ struct CollapsedSubtree {
 /// A subtree that is collapsed separately: the node and lane that will refer to it, its root in the
 /// binary tree, and its level.
 struct SubtreeJob {
-    slot: usize,
+    node: usize,
     lane: usize,
     root: u32,
     depth: u32,
 }
 
-impl Collapse<'_> {
+impl TreeCollapse<'_> {
     /// Returns how many of `lanes` lanes the left child gets at the least cost.
-    fn to_left(&self, left: u32, lanes: usize) -> usize {
+    fn left_lane_count(&self, left: u32, lanes: usize) -> usize {
         let (l, r) = (&self.costs[left as usize], &self.costs[left as usize + 1]);
         let cost = |to_left: &usize| l.cost[to_left - 1] + r.cost[lanes - to_left - 1];
-        shares(l, r, lanes)
+        left_lane_range(l, r, lanes)
             .min_by(|a, b| cost(a).total_cmp(&cost(b)))
             .unwrap_or(1)
     }
 
     /// Appends the lanes of a subtree, at most `lanes` of them, as planned by its costs.
-    fn open(&self, node: u32, mut lanes: usize, out: &mut NodeLanes) {
+    fn append_subtree(&self, node: u32, mut lanes: usize, out: &mut NodeLanes) {
         let (pick, bounds) = (
-            &self.costs[node as usize].pick,
+            &self.costs[node as usize].choices,
             self.binary.nodes[node as usize].bounds,
         );
         while lanes > 1 && pick[lanes - 1] == FEWER {
@@ -86,55 +88,57 @@ impl Collapse<'_> {
         match pick[lanes - 1] {
             AS_LEAF => out.push(PlannedLane {
                 bounds,
-                content: self.leaf(node),
+                content: self.make_leaf_ref(node),
             }),
             AS_INNER if lanes == 1 => out.push(PlannedLane {
                 bounds,
                 content: LaneRef::Inner(node),
             }),
-            _ => self.divide(self.binary.nodes[node as usize].first, lanes, out),
+            _ => self.append_children(self.binary.nodes[node as usize].first, lanes, out),
         }
     }
 
     /// Appends the lanes of two siblings, `left` and the node after it.
-    fn divide(&self, left: u32, lanes: usize, out: &mut NodeLanes) {
+    fn append_children(&self, left: u32, lanes: usize, out: &mut NodeLanes) {
         let leaves = self.costs[left as usize].leaves + self.costs[left as usize + 1].leaves;
         let lanes = lanes.min(leaves.into());
-        let to_left = self.to_left(left, lanes);
-        self.open(left, to_left, out);
-        self.open(left + 1, lanes - to_left, out);
+        let to_left = self.left_lane_count(left, lanes);
+        self.append_subtree(left, to_left, out);
+        self.append_subtree(left + 1, lanes - to_left, out);
     }
 
     /// Returns the content of a lane that holds the subtree as a leaf.
-    fn leaf(&self, node: u32) -> LaneRef {
-        let Costs {
-            alike, leaf_kind, ..
+    fn make_leaf_ref(&self, node: u32) -> LaneRef {
+        let SubtreeCosts {
+            shared_count: alike,
+            leaf_kind,
+            ..
         } = self.costs[node as usize];
         if usize::from(alike) > WIDTH {
-            return LaneRef::Other(
+            return LaneRef::Single(
                 self.binary.order[self.binary.nodes[node as usize].first as usize],
             );
         }
         let mut places = ArrayVec::new();
-        self.places(node, &mut places);
-        LaneRef::Several(leaf_kind, places)
+        self.collect_primitives(node, &mut places);
+        LaneRef::Leaf(leaf_kind, places)
     }
 
     /// Appends the box indices of a small subtree's primitives.
-    fn places(&self, node: u32, out: &mut ArrayVec<u32, WIDTH>) {
+    fn collect_primitives(&self, node: u32, out: &mut ArrayVec<u32, WIDTH>) {
         let source = &self.binary.nodes[node as usize];
         if source.count > 0 {
             let range = source.first as usize..(source.first + source.count) as usize;
             out.extend(self.binary.order[range].iter().copied());
         } else {
-            self.places(source.first, out);
-            self.places(source.first + 1, out);
+            self.collect_primitives(source.first, out);
+            self.collect_primitives(source.first + 1, out);
         }
     }
 
     /// Collapses the tree below an inner node, except the subtrees whose roots are nodes from
     /// `tops` on: these become jobs. `None` if the tree is too deep.
-    fn piece(&self, root: u32, depth: u32, tops: usize) -> Option<CollapsedSubtree> {
+    fn collapse_subtree(&self, root: u32, depth: u32, tops: usize) -> Option<CollapsedSubtree> {
         let mut piece = CollapsedSubtree {
             nodes: vec![Bvh8Node::EMPTY],
             ..CollapsedSubtree::default()
@@ -146,9 +150,9 @@ impl Collapse<'_> {
             }
             piece.deepest = piece.deepest.max(depth);
             let mut lanes = NodeLanes::new();
-            self.divide(self.binary.nodes[root as usize].first, WIDTH, &mut lanes);
+            self.append_children(self.binary.nodes[root as usize].first, WIDTH, &mut lanes);
             let first = work.len();
-            join_sparse(&mut lanes);
+            merge_sparse_blocks(&mut lanes);
             // Any-hit rays visit lanes from last to first. So the lanes most likely to end them
             // come last: leaves, and large boxes.
             let value_of = |lane: &PlannedLane| {
@@ -167,7 +171,7 @@ impl Collapse<'_> {
                 let child = match content {
                     LaneRef::Inner(node) if node as usize >= tops => {
                         piece.jobs.push(SubtreeJob {
-                            slot,
+                            node: slot,
                             lane,
                             root: node,
                             depth: depth + 1,
@@ -179,13 +183,13 @@ impl Collapse<'_> {
                         piece.nodes.push(Bvh8Node::EMPTY);
                         ChildRef::new(ChildRef::INNER, piece.nodes.len() - 1)
                     }
-                    LaneRef::Other(index) => {
+                    LaneRef::Single(index) => {
                         piece.order.push(index);
                         ChildRef::new(ChildRef::OTHER, piece.order.len() - 1)
                     }
-                    LaneRef::Several(leaf_kind, places) => piece.leaf(leaf_kind, &places),
+                    LaneRef::Leaf(leaf_kind, places) => piece.push_leaf(leaf_kind, &places),
                 };
-                piece.nodes[slot].set(lane, &bounds, child);
+                piece.nodes[slot].set_child(lane, &bounds, child);
             }
             work[first..].reverse();
         }
@@ -196,13 +200,13 @@ impl Collapse<'_> {
 impl CollapsedSubtree {
     /// Adds a leaf of primitives of one kind, given by box indices, and returns the reference to
     /// it.
-    fn leaf(&mut self, leaf_kind: LeafKind, places: &[u32]) -> ChildRef {
+    fn push_leaf(&mut self, leaf_kind: LeafKind, places: &[u32]) -> ChildRef {
         let (first, count) = (self.order.len(), places.len());
         self.order.extend_from_slice(places);
         match leaf_kind {
             LeafKind::Spheres if count > 1 => {
                 self.rows
-                    .push(PrimitiveRow::room(RowKind::Spheres, first, count));
+                    .push(PrimitiveRow::with_count(RowKind::Spheres, first, count));
                 ChildRef::new(ChildRef::ROW, self.rows.len() - 1)
             }
             LeafKind::Triangles => {
@@ -220,21 +224,21 @@ impl Bvh8 {
     /// position of its leaves, and its depth. `None` if the depth exceeds the traversal stack, or
     /// if the binary tree has no inner node.
     pub(crate) fn collapse(
-        binary: &Binary,
-        leaf_kind: LeafKindOf<'_>,
+        binary: &BinaryTree,
+        leaf_kind: LeafKindLookup<'_>,
     ) -> Option<(Self, Vec<u32>, u32)> {
         if binary.nodes.first().is_none_or(|root| root.count > 0) {
             return None;
         }
-        let collapse = Collapse {
+        let collapse = TreeCollapse {
             binary,
-            costs: solve(binary, leaf_kind),
+            costs: compute_all_costs(binary, leaf_kind),
         };
-        let top = collapse.piece(0, 1, binary.tops())?;
+        let top = collapse.collapse_subtree(0, 1, binary.top_node_count())?;
         let pieces: Vec<_> = top
             .jobs
             .par_iter()
-            .map(|job| collapse.piece(job.root, job.depth, usize::MAX))
+            .map(|job| collapse.collapse_subtree(job.root, job.depth, usize::MAX))
             .collect();
         let pieces = pieces.into_iter().collect::<Option<Vec<_>>>()?;
         drop(collapse);
@@ -263,10 +267,10 @@ impl Bvh8 {
                 bvh.rows.len(),
             ];
             let bases @ [_, _, index, ..] = bases.map(|base| base as u32);
-            bvh.nodes[job.slot].children[job.lane] =
+            bvh.nodes[job.node].children[job.lane] =
                 ChildRef::new(ChildRef::INNER, bvh.nodes.len());
             let moved = |mut source: Bvh8Node| {
-                source.children = source.children.map(|child| child.moved(bases));
+                source.children = source.children.map(|child| child.offset_by(bases));
                 source
             };
             bvh.nodes.extend(piece.nodes.into_iter().map(moved));
@@ -286,24 +290,24 @@ impl Bvh8 {
             order.extend(piece.order);
             deepest = deepest.max(piece.deepest);
         }
-        bvh.blocks = huge_page_vec_of(bvh.leaf_headers.len(), Triangle8::EMPTY);
+        bvh.blocks = filled_huge_page_vec(bvh.leaf_headers.len(), Triangle8::EMPTY);
         Some((bvh, order, deepest))
     }
 }
 
 /// Merges sparse blocks of a node where the merged block costs rays less than two separate blocks.
-fn join_sparse(lanes: &mut NodeLanes) {
-    while let Some((into, from)) = pair(lanes) {
+fn merge_sparse_blocks(lanes: &mut NodeLanes) {
+    while let Some((into, from)) = find_mergeable_pair(lanes) {
         let PlannedLane {
             bounds,
-            content: LaneRef::Several(_, places),
+            content: LaneRef::Leaf(_, places),
         } = lanes.remove(from)
         else {
             break;
         };
         let into = &mut lanes[into - usize::from(from < into)];
         into.bounds = into.bounds.union(&bounds);
-        if let LaneRef::Several(_, own) = &mut into.content {
+        if let LaneRef::Leaf(_, own) = &mut into.content {
             own.extend(places);
         }
     }
@@ -311,14 +315,14 @@ fn join_sparse(lanes: &mut NodeLanes) {
 
 /// Finds the pair of blocks to merge: they fit into one block, the second is sparse, and their box
 /// grows least.
-fn pair(lanes: &[PlannedLane]) -> Option<(usize, usize)> {
+fn find_mergeable_pair(lanes: &[PlannedLane]) -> Option<(usize, usize)> {
     let count = |lane: usize| match &lanes[lane].content {
-        LaneRef::Several(leaf_kind, places) => Some((*leaf_kind, places.len())),
+        LaneRef::Leaf(leaf_kind, places) => Some((*leaf_kind, places.len())),
         _ => None,
     };
     let spent = |lane: usize| {
         let (leaf_kind, own) = count(lane)?;
-        Some(half_area(&lanes[lane].bounds) * weight(leaf_kind, own as u8))
+        Some(half_area(&lanes[lane].bounds) * leaf_test_cost(leaf_kind, own as u8))
     };
     // A merged block must cost rays less. A block of two opposite walls would be tested by every
     // ray in the room.
@@ -326,20 +330,20 @@ fn pair(lanes: &[PlannedLane]) -> Option<(usize, usize)> {
         let area = half_area(&lanes[a].bounds.union(&lanes[b].bounds));
         spent(a)
             .zip(spent(b))
-            .is_some_and(|(a, b)| area * weight(leaf_kind, together as u8) < a + b)
+            .is_some_and(|(a, b)| area * leaf_test_cost(leaf_kind, together as u8) < a + b)
     };
     let growth = |&(a, b): &(usize, usize)| {
         let [a, b] = [&lanes[a].bounds, &lanes[b].bounds];
         half_area(&a.union(b)) - half_area(a) - half_area(b)
     };
-    if !(0..lanes.len()).any(|lane| count(lane).is_some_and(|(_, own)| own < SPARSE)) {
+    if !(0..lanes.len()).any(|lane| count(lane).is_some_and(|(_, own)| own < SPARSE_BLOCK)) {
         return None;
     }
     let pairs = (0..lanes.len()).flat_map(|b| (0..lanes.len()).map(move |a| (a, b)));
     let fit = pairs.filter(|&(a, b)| {
         let fits = |((own_leaf_kind, into), (other, from))| {
             own_leaf_kind == other
-                && from < SPARSE
+                && from < SPARSE_BLOCK
                 && into + from <= WIDTH
                 && pays(a, b, own_leaf_kind, into + from)
         };
@@ -353,7 +357,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::build::{BuildQuality, build};
+    use crate::build::{BuildQuality, build_box_tree};
 
     /// Returns the triangles of each block of a tree over the given boxes, by box index.
     fn blocks(boxes: &[(Vec3, Vec3)]) -> Vec<Vec<u32>> {
@@ -364,7 +368,7 @@ mod tests {
                 max: min + size,
             })
             .collect();
-        let built = build(
+        let built = build_box_tree(
             &boxes,
             BuildQuality::Medium,
             &|_| LeafKind::Triangles,

@@ -53,18 +53,18 @@ use crate::math::simd::Simd;
 
 /// Multiple of its error bound that a determinant must exceed before the filter decides about the
 /// distance, in the symbols of this module. A triangle that the exact test treats as edge-on
-/// ([`crate::shapes::EDGE_ON`]) stays below: its D is below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|, and
+/// ([`crate::shapes::EDGE_ON_RATIO`]) stays below: its D is below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|, and
 /// including the error of f32 below 24 u E² |d|, while the filter requires 2 · 14 u E² |d|.
 ///
 /// With a factor of one, *beyond the range* would still be correct if the range ends above zero:
 /// |T| in f32 is below (12 + 12) u E² R for such a triangle, and e_T is 28 u E² R. A factor of two
 /// needs no such argument.
-const TOLD: f32 = 2.0;
+const EDGE_ON_FACTOR: f32 = 2.0;
 
 /// Upper bound of the errors from underflow, the constant `least` above.
 const UNDERFLOW: f32 = 512.0 * f32::MIN_POSITIVE;
 
-/// Mask of the lanes that need the exact test, and intermediate results for [`certain`].
+/// Mask of the lanes that need the exact test, and intermediate results for [`find_certain_hits`].
 #[derive(Clone, Copy)]
 pub(super) struct FilterCandidates<S: Simd> {
     pub lanes: u32,
@@ -100,7 +100,7 @@ pub(super) fn sub3<S: Simd>(s: S, a: [S::Floats; 3], b: [S::Floats; 3]) -> [S::F
 }
 
 #[inline(always)]
-pub(super) fn corner<S: Simd>(s: S, block: &Triangle8, index: usize) -> [S::Floats; 3] {
+pub(super) fn load_corner<S: Simd>(s: S, block: &Triangle8, index: usize) -> [S::Floats; 3] {
     [
         s.load(&block.corners[0][index]),
         s.load(&block.corners[1][index]),
@@ -149,16 +149,16 @@ impl<S: Simd> ErrorBounds<S> {
 /// from memory, one number at a time. Each load broadcasts the number to all lanes, so the
 /// traversal keeps its registers.
 #[inline(always)]
-pub(super) fn candidates<S: Simd>(
+pub(super) fn filter_block<S: Simd>(
     s: S,
     ray: &LeafRay,
     block: &Triangle8,
     far: f32,
 ) -> FilterCandidates<S> {
-    let a = corner(s, block, 0);
+    let a = load_corner(s, block, 0);
     let (ab, ac) = (
-        sub3(s, corner(s, block, 1), a),
-        sub3(s, corner(s, block, 2), a),
+        sub3(s, load_corner(s, block, 1), a),
+        sub3(s, load_corner(s, block, 2), a),
     );
     let from = sub3(s, a, splat_vector(s, ray.origin));
     let direction = splat_vector(s, ray.direction);
@@ -167,7 +167,7 @@ pub(super) fn candidates<S: Simd>(
     let v = s.negate(dot(s, ab, across));
     let along = dot(s, normal, direction);
     let bounds = ErrorBounds::new(s, ray, from, &block.longest, far);
-    undecided(
+    filter_lanes(
         s,
         [u, v, along],
         dot(s, normal, from),
@@ -179,7 +179,7 @@ pub(super) fn candidates<S: Simd>(
 /// Filters lanes by U, V, D and T: returns the lanes that are neither certainly missed nor
 /// certainly outside the range.
 #[inline(always)]
-pub(super) fn undecided<S: Simd>(
+pub(super) fn filter_lanes<S: Simd>(
     s: S,
     [u, v, along]: [S::Floats; 3],
     distance: S::Floats,
@@ -188,13 +188,16 @@ pub(super) fn undecided<S: Simd>(
 ) -> FilterCandidates<S> {
     let w = s.sub(s.sub(along, u), v);
     let (least, greatest) = (s.min(s.min(u, v), w), s.max(s.max(u, v), w));
-    let missed = s.less(least, s.negate(errors.weight)) & s.less(errors.weight, greatest);
+    let certain_misses = s.less(least, s.negate(errors.weight)) & s.less(errors.weight, greatest);
 
-    let (determinant, distance) = (s.abs(along), s.signed_by(distance, along));
+    let (determinant, distance) = (s.abs(along), s.flip_signs(distance, along));
     let before = s.less(distance, s.mul_sub(near, determinant, errors.before));
     let beyond = s.less(s.mul_add(far, determinant, errors.beyond), distance);
-    let told = s.less(s.mul(errors.determinant, s.splat(TOLD)), determinant);
-    let lanes = !(missed | (before | beyond) & told) & 0xff;
+    let is_signed = s.less(
+        s.mul(errors.determinant, s.splat(EDGE_ON_FACTOR)),
+        determinant,
+    );
+    let lanes = !(certain_misses | (before | beyond) & is_signed) & 0xff;
     FilterCandidates {
         lanes,
         least,
@@ -207,7 +210,12 @@ pub(super) fn undecided<S: Simd>(
 
 /// Returns the candidate lanes that the exact test certainly hits within the range.
 #[inline(always)]
-pub(super) fn certain<S: Simd>(s: S, found: &FilterCandidates<S>, near: f32, far: f32) -> u32 {
+pub(super) fn find_certain_hits<S: Simd>(
+    s: S,
+    filter_candidates: &FilterCandidates<S>,
+    near: f32,
+    far: f32,
+) -> u32 {
     const SLACK: f32 = 1e-6;
     let FilterCandidates {
         lanes,
@@ -216,7 +224,7 @@ pub(super) fn certain<S: Simd>(s: S, found: &FilterCandidates<S>, near: f32, far
         determinant,
         distance,
         ref errors,
-    } = *found;
+    } = *filter_candidates;
     let inside = s.less(errors.weight, least) | s.less(greatest, s.negate(errors.weight));
     let after = s.mul(
         s.splat(near.max(f32::MIN_POSITIVE) * (1.0 + SLACK)),
@@ -226,7 +234,10 @@ pub(super) fn certain<S: Simd>(s: S, found: &FilterCandidates<S>, near: f32, far
         s.splat(far * (1.0 - SLACK)),
         s.sub(determinant, errors.determinant),
     );
-    let signed = s.less(s.mul(errors.determinant, s.splat(TOLD)), determinant);
+    let signed = s.less(
+        s.mul(errors.determinant, s.splat(EDGE_ON_FACTOR)),
+        determinant,
+    );
     let after = s.less(after, s.sub(distance, errors.distance));
     let until = s.less(s.add(distance, errors.distance), until);
     lanes & inside & signed & after & until

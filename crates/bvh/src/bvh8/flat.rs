@@ -21,16 +21,16 @@ impl Bvh8 {
     /// Returns the positions of all primitives if the structure has neither nodes nor blocks nor
     /// rows, so that every primitive is tested alone.
     #[inline(always)]
-    pub fn places_alone(&self) -> Option<Range<usize>> {
-        (self.nodes.is_empty() && self.blocks.is_empty() && self.always == 0)
-            .then(|| self.others.clone())
+    pub fn single_positions(&self) -> Option<Range<usize>> {
+        (self.nodes.is_empty() && self.blocks.is_empty() && self.always_row_count == 0)
+            .then(|| self.single_positions.clone())
     }
 
     /// Upper bound of the number of primitives in a structure without nodes.
-    pub const MOST_FLAT: usize = LIMIT as usize / ROW as usize * WIDTH + 1;
+    pub const MAX_WITHOUT_NODES: usize = LIMIT as usize / ROW as usize * WIDTH + 1;
 
     /// Whether testing all of these primitives without nodes is at least as fast as a tree.
-    pub fn is_flat(spheres: u64, triangles: u64, others: u64) -> bool {
+    pub fn prefers_no_nodes(spheres: u64, triangles: u64, others: u64) -> bool {
         let eights = |count: u64, each: u64| count.div_ceil(WIDTH as u64).saturating_mul(each);
         others <= 1 && eights(spheres, ROW).saturating_add(eights(triangles, BLOCK)) <= LIMIT
     }

@@ -11,16 +11,18 @@
 
 use super::Bvh8;
 use super::ChildRef;
-use super::leaf::{blocks, rows, spheres, triangles};
-use super::packet::{self, PacketResult, PacketState, PacketVisitor};
+use super::leaf::{
+    intersect_all_blocks, intersect_always_rows, intersect_sphere_leaf, intersect_triangles,
+};
+use super::packet::{PacketResult, PacketState, PacketVisitor, traverse_packet};
 use super::projected_ray::{ProjectedRay, UncertainSign};
-use super::query::{HitVisitor, Mode, TraversalMode, TraversalQuery};
+use super::query::{HitVisitor, StaticMode, TraversalMode, TraversalQuery};
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traversal_simd::TraversalSimd;
 use super::traverse::{traverse, traverse_instance};
 use super::triangle8::Triangle8;
 use crate::aabb::BoundingSphere;
-use crate::instance::RoughInverse;
+use crate::instance::ApproximateInverse;
 use crate::math::simd::{Avx2, Avx512, Portable};
 use crate::shapes::{PreparedRay, TriangleHit};
 
@@ -41,20 +43,20 @@ impl Kernel {
     pub fn available() -> Vec<Self> {
         let all = [Self::Portable, Self::Avx2, Self::Avx512];
         all.into_iter()
-            .filter(|&kernel| ChosenKernel::new(kernel).is_some())
+            .filter(|&kernel| AvailableKernel::new(kernel).is_some())
             .collect()
     }
 }
 
 /// A kernel that this processor can run, with its token.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum ChosenKernel {
+pub(super) enum AvailableKernel {
     Portable(Portable),
     Avx2(Avx2),
     Avx512(Avx512),
 }
 
-impl ChosenKernel {
+impl AvailableKernel {
     pub fn new(kernel: Kernel) -> Option<Self> {
         match kernel {
             Kernel::Portable => Some(Self::Portable(Portable)),
@@ -65,7 +67,7 @@ impl ChosenKernel {
 }
 
 /// Selects the fastest kernel that this processor can run.
-impl Default for ChosenKernel {
+impl Default for AvailableKernel {
     fn default() -> Self {
         [Kernel::Avx512, Kernel::Avx2]
             .into_iter()
@@ -75,14 +77,14 @@ impl Default for ChosenKernel {
 }
 
 /// Evaluates an expression with the query's mode as a type. `$mapped` and `$counts` are literals,
-/// and `any` is read from the query.
-macro_rules! by_mode {
+/// and the kind of query is read from it.
+macro_rules! dispatch_mode {
     ($query:expr, $mapped:literal, $counts:literal, $mode:ident => $call:expr) => {
-        if $query.any {
-            type $mode = Mode<true, $mapped, $counts>;
+        if $query.ends_at_any_hit {
+            type $mode = StaticMode<true, $mapped, $counts>;
             $call
         } else {
-            type $mode = Mode<false, $mapped, $counts>;
+            type $mode = StaticMode<false, $mapped, $counts>;
             $call
         }
     };
@@ -91,16 +93,16 @@ macro_rules! by_mode {
 /// Calls an entry point with the token of a kernel and with the query's mode as a type. Counting
 /// queries always use the portable code: they are not timed, so they need no copy per instruction
 /// set.
-macro_rules! with {
+macro_rules! dispatch_kernel {
     ($kernel:expr, $query:expr, $mapped:literal, $token:ident, $mode:ident => $call:expr) => {
         match $kernel {
-            _ if $query.counts => {
+            _ if $query.counts_work => {
                 let $token = Portable;
-                by_mode!($query, $mapped, true, $mode => $call)
+                dispatch_mode!($query, $mapped, true, $mode => $call)
             }
-            ChosenKernel::Portable($token) => by_mode!($query, $mapped, false, $mode => $call),
-            ChosenKernel::Avx2($token) => by_mode!($query, $mapped, false, $mode => $call),
-            ChosenKernel::Avx512($token) => by_mode!($query, $mapped, false, $mode => $call),
+            AvailableKernel::Portable($token) => dispatch_mode!($query, $mapped, false, $mode => $call),
+            AvailableKernel::Avx2($token) => dispatch_mode!($query, $mapped, false, $mode => $call),
+            AvailableKernel::Avx512($token) => dispatch_mode!($query, $mapped, false, $mode => $call),
         }
     };
 }
@@ -112,7 +114,7 @@ impl Bvh8 {
     /// two numbers would wait for both stores of a caller that just wrote the ray.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "in registers")]
-    pub(crate) fn visit(
+    pub(crate) fn visit_hits(
         &self,
         ox: f32,
         oy: f32,
@@ -125,17 +127,17 @@ impl Bvh8 {
         visitor: &mut dyn HitVisitor,
     ) -> bool {
         // The rare case is a separate function, so that this function only forwards its registers.
-        if self.always > 0 || self.nodes.is_empty() {
-            return self.visit_flat(ox, oy, oz, dx, dy, dz, near, query, visitor);
+        if self.always_row_count > 0 || self.nodes.is_empty() {
+            return self.visit_without_nodes(ox, oy, oz, dx, dy, dz, near, query, visitor);
         }
-        with!(self.kernel, query, false, s, M => s.walk::<M>(self, ox, oy, oz, dx, dy, dz, near, query, visitor))
+        dispatch_kernel!(self.kernel, query, false, s, M => s.traverse::<M>(self, ox, oy, oz, dx, dy, dz, near, query, visitor))
     }
 
-    /// Passes hits as [`Self::visit`], in a structure with primitives outside nodes: rows first,
+    /// Passes hits as [`Self::visit_hits`], in a structure with primitives outside nodes: rows first,
     /// then the tree or, if it has no nodes, blocks and other primitives.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "in registers")]
-    fn visit_flat(
+    fn visit_without_nodes(
         &self,
         ox: f32,
         oy: f32,
@@ -147,92 +149,92 @@ impl Bvh8 {
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
-        if self.always > 0
-            && with!(self.kernel, query, false, s, M => s.rows::<M>(self, ox, oy, oz, dx, dy, dz, query, visitor))
+        if self.always_row_count > 0
+            && dispatch_kernel!(self.kernel, query, false, s, M => s.intersect_rows::<M>(self, ox, oy, oz, dx, dy, dz, query, visitor))
         {
             return true;
         }
         if !self.nodes.is_empty() {
-            return with!(self.kernel, query, false, s, M => s.walk::<M>(self, ox, oy, oz, dx, dy, dz, near, query, visitor));
+            return dispatch_kernel!(self.kernel, query, false, s, M => s.traverse::<M>(self, ox, oy, oz, dx, dy, dz, near, query, visitor));
         }
-        if self.blocks.is_empty() && self.others.is_empty() {
+        if self.blocks.is_empty() && self.single_positions.is_empty() {
             return false;
         }
         let leaf_ray = TraversalRay::new([ox, oy, oz], [dx, dy, dz], near).leaf_ray;
-        with!(self.kernel, query, false, s, M => s.blocks::<M>(self, &leaf_ray, query, visitor))
+        dispatch_kernel!(self.kernel, query, false, s, M => s.intersect_blocks::<M>(self, &leaf_ray, query, visitor))
     }
 
-    /// Passes hits as [`Self::visit`], for a ray in an instance's space, which f32 does not
-    /// represent exactly. `traversal_ray` is the result of [`TraversalRay::mapped`].
+    /// Passes hits as [`Self::visit_hits`], for a ray in an instance's space, which f32 does not
+    /// represent exactly. `traversal_ray` is the result of [`TraversalRay::from_f64_ray`].
     #[inline(never)]
-    pub(crate) fn visit_mapped(
+    pub(crate) fn visit_hits_of_mapped_ray(
         &self,
         traversal_ray: &TraversalRay,
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
-        if self.always > 0 || self.nodes.is_empty() {
-            return self.visit_flat_mapped(traversal_ray, query, visitor);
+        if self.always_row_count > 0 || self.nodes.is_empty() {
+            return self.visit_without_nodes_by_mapped_ray(traversal_ray, query, visitor);
         }
-        with!(self.kernel, query, true, s, M => s.walk_mapped::<M>(self, traversal_ray, query, visitor))
+        dispatch_kernel!(self.kernel, query, true, s, M => s.traverse_mapped::<M>(self, traversal_ray, query, visitor))
     }
 
-    /// Passes hits as [`Self::visit_mapped`], in a structure with primitives outside nodes.
+    /// Passes hits as [`Self::visit_hits_of_mapped_ray`], in a structure with primitives outside nodes.
     #[inline(never)]
-    fn visit_flat_mapped(
+    fn visit_without_nodes_by_mapped_ray(
         &self,
         traversal_ray: &TraversalRay,
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
-        if self.always > 0 {
-            let prepared_ray = *query.prepared();
-            if with!(self.kernel, query, true, s, M => s.rows_mapped::<M>(self, &prepared_ray, query, visitor))
+        if self.always_row_count > 0 {
+            let prepared_ray = *query.prepared_ray();
+            if dispatch_kernel!(self.kernel, query, true, s, M => s.intersect_rows_mapped::<M>(self, &prepared_ray, query, visitor))
             {
                 return true;
             }
         }
         if !self.nodes.is_empty() {
-            return with!(self.kernel, query, true, s, M => s.walk_mapped::<M>(self, traversal_ray, query, visitor));
+            return dispatch_kernel!(self.kernel, query, true, s, M => s.traverse_mapped::<M>(self, traversal_ray, query, visitor));
         }
-        with!(self.kernel, query, true, s, M => s.blocks::<M>(self, &traversal_ray.leaf_ray, query, visitor))
+        dispatch_kernel!(self.kernel, query, true, s, M => s.intersect_blocks::<M>(self, &traversal_ray.leaf_ray, query, visitor))
     }
 
-    /// Passes hits as [`Self::visit`], for a world-space ray that reaches an instance of this tree;
+    /// Passes hits as [`Self::visit_hits`], for a world-space ray that reaches an instance of this tree;
     /// `None` if the ray must be mapped in f64.
     #[inline(never)]
     pub(crate) fn visit_instance(
         &self,
-        inverse: &RoughInverse,
+        inverse: &ApproximateInverse,
         bounds: &BoundingSphere,
         ray: &PreparedRay,
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> Option<bool> {
-        if self.always > 0 || self.nodes.is_empty() {
+        if self.always_row_count > 0 || self.nodes.is_empty() {
             return None;
         }
-        with!(self.kernel, query, true, s, M => s.walk_instance::<M>(self, inverse, bounds, ray, query, visitor))
+        dispatch_kernel!(self.kernel, query, true, s, M => s.traverse_instance::<M>(self, inverse, bounds, ray, query, visitor))
     }
 
-    /// Traverses the tree with a packet. Primitives without a packet test are passed to `meets`.
+    /// Traverses the tree with a packet. Primitives without a packet test are passed to `visitor`.
     #[inline(never)]
     pub(crate) fn visit_packet(
         &self,
         packet_state: &mut PacketState,
-        meets: &mut dyn PacketVisitor,
+        visitor: &mut dyn PacketVisitor,
     ) -> PacketResult {
         match self.kernel {
-            ChosenKernel::Portable(s) => s.traverse_packet(self, packet_state, meets),
-            ChosenKernel::Avx2(s) => s.traverse_packet(self, packet_state, meets),
-            ChosenKernel::Avx512(s) => s.traverse_packet(self, packet_state, meets),
+            AvailableKernel::Portable(s) => s.traverse_packet(self, packet_state, visitor),
+            AvailableKernel::Avx2(s) => s.traverse_packet(self, packet_state, visitor),
+            AvailableKernel::Avx512(s) => s.traverse_packet(self, packet_state, visitor),
         }
     }
 }
 
 /// Defines entry points of an instruction set as methods of its token. Each method calls a function
 /// with the attribute that compiles it for the instruction set.
-macro_rules! entries {
+macro_rules! define_entry_points {
     ($token:ident, $compiled:meta: $(
         $(#[doc = $about:literal])*
         $visibility:vis fn $name:ident$(<$G:ident: $Bound:ident>)?($s:ident $(, $argument:ident: $kind:ty)*) { $body:expr } -> $out:ty;
@@ -255,34 +257,34 @@ macro_rules! entries {
 }
 
 /// Defines the entry points for the whole tree.
-macro_rules! traversals {
+macro_rules! define_traversals {
     ($token:ident, $compiled:meta) => {
-        entries! { $token, $compiled:
+        define_entry_points! { $token, $compiled:
             /// Traverses the tree by a world-space ray, exact in f32.
-            pub(super) fn walk<M: TraversalMode>(
+            pub(super) fn traverse<M: TraversalMode>(
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, near: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { traverse::<_, M>(s, bvh, &TraversalRay::new([ox, oy, oz], [dx, dy, dz], near), query, visitor) } -> bool;
             /// Traverses the tree by a ray in an instance's space.
-            pub(super) fn walk_mapped<M: TraversalMode>(s, bvh: &Bvh8, traversal_ray: &TraversalRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
+            pub(super) fn traverse_mapped<M: TraversalMode>(s, bvh: &Bvh8, traversal_ray: &TraversalRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
                 traverse::<_, M>(s, bvh, traversal_ray, query, visitor)
             } -> bool;
             /// Traverses the tree of an instance by a world-space ray; `None` if f32 is too
             /// imprecise to map the ray.
-            pub(super) fn walk_instance<M: TraversalMode>(
-                s, bvh: &Bvh8, inverse: &RoughInverse, bounds: &BoundingSphere, ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
+            pub(super) fn traverse_instance<M: TraversalMode>(
+                s, bvh: &Bvh8, inverse: &ApproximateInverse, bounds: &BoundingSphere, ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { traverse_instance::<_, M>(s, bvh, inverse, bounds, ray, query, visitor) } -> Option<bool>;
             /// Intersects a world-space ray with the rows that every query tests.
-            pub(super) fn rows<M: TraversalMode>(
+            pub(super) fn intersect_rows<M: TraversalMode>(
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
-            ) { rows::<_, M>(s, bvh, &PreparedRay::in_world([ox, oy, oz], [dx, dy, dz]), query, visitor) } -> bool;
+            ) { intersect_always_rows::<_, M>(s, bvh, &PreparedRay::from_world_ray([ox, oy, oz], [dx, dy, dz]), query, visitor) } -> bool;
             /// Intersects a ray in an instance's space with the rows that every query tests.
-            pub(super) fn rows_mapped<M: TraversalMode>(s, bvh: &Bvh8, prepared_ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { rows::<_, M>(s, bvh, prepared_ray, query, visitor) } -> bool;
+            pub(super) fn intersect_rows_mapped<M: TraversalMode>(s, bvh: &Bvh8, prepared_ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_always_rows::<_, M>(s, bvh, prepared_ray, query, visitor) } -> bool;
             /// Intersects a ray with all blocks and other primitives, for a structure without
             /// nodes.
-            pub(super) fn blocks<M: TraversalMode>(s, bvh: &Bvh8, leaf_ray: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { blocks::<_, M>(s, bvh, leaf_ray, query, visitor) } -> bool;
+            pub(super) fn intersect_blocks<M: TraversalMode>(s, bvh: &Bvh8, leaf_ray: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_all_blocks::<_, M>(s, bvh, leaf_ray, query, visitor) } -> bool;
             /// Traverses the tree with a packet of rays.
-            pub(super) fn traverse_packet(s, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut dyn PacketVisitor) {
-                packet::walk(s, bvh, pencil, meets)
+            pub(super) fn traverse_packet(s, bvh: &Bvh8, packet_state: &mut PacketState, visitor: &mut dyn PacketVisitor) {
+                traverse_packet(s, bvh, packet_state, visitor)
             } -> PacketResult;
         }
     };
@@ -290,41 +292,41 @@ macro_rules! traversals {
 
 /// Defines the entry points for leaf tests, and the exact test of a lane. The leaf tests are
 /// separate functions, which take no registers of the traversal.
-macro_rules! leaves {
-    ($token:ident, $compiled:meta, $crossing:expr) => {
+macro_rules! define_leaf_tests {
+    ($token:ident, $compiled:meta, $intersect_lane:expr) => {
         #[inline(always)]
-        fn crossing(self, block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, UncertainSign> {
+        fn intersect_lane(self, block: &Triangle8, lane: usize, projected_ray: &ProjectedRay) -> Result<Option<TriangleHit>, UncertainSign> {
             #[allow(unused_unsafe, reason = "what every processor has is safe to call")]
             // SAFETY: `self` exists, so the processor has what the function needs.
             unsafe {
-                $crossing(block, lane, sight)
+                $intersect_lane(block, lane, projected_ray)
             }
         }
-        entries! { $token, $compiled:
-            fn settle<M: TraversalMode>(s, bvh: &Bvh8, number: usize, lanes: u32, leaf_ray: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
-                triangles::<_, M>(s, bvh, number, lanes, leaf_ray, query, visitor)
+        define_entry_points! { $token, $compiled:
+            fn intersect_triangles<M: TraversalMode>(s, bvh: &Bvh8, number: usize, lanes: u32, leaf_ray: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
+                intersect_triangles::<_, M>(s, bvh, number, lanes, leaf_ray, query, visitor)
             } -> bool;
-            fn spheres<M: TraversalMode>(s, bvh: &Bvh8, leaf: ChildRef, leaf_ray: &LeafRay, prepared_ray: &mut Option<PreparedRay>, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
-                spheres::<_, M>(s, bvh, leaf, leaf_ray, prepared_ray, query, visitor)
+            fn intersect_sphere_leaf<M: TraversalMode>(s, bvh: &Bvh8, leaf: ChildRef, leaf_ray: &LeafRay, prepared_ray: &mut Option<PreparedRay>, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
+                intersect_sphere_leaf::<_, M>(s, bvh, leaf, leaf_ray, prepared_ray, query, visitor)
             } -> bool;
         }
     };
 }
 
 #[cfg(target_arch = "x86_64")]
-pub(super) use {entries, leaves};
+pub(super) use {define_entry_points, define_leaf_tests};
 
 impl Portable {
-    traversals!(Portable, cfg(all()));
+    define_traversals!(Portable, cfg(all()));
 }
 
 impl TraversalSimd for Portable {
-    leaves!(Portable, cfg(all()), |_, _, _| Err(UncertainSign));
+    define_leaf_tests!(Portable, cfg(all()), |_, _, _| Err(UncertainSign));
 }
 
 #[cfg(target_arch = "x86_64")]
 impl Avx2 {
-    traversals!(
+    define_traversals!(
         Avx2,
         target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")
     );
@@ -332,7 +334,7 @@ impl Avx2 {
 
 #[cfg(target_arch = "x86_64")]
 impl Avx512 {
-    traversals!(
+    define_traversals!(
         Avx512,
         target_feature(
             enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"

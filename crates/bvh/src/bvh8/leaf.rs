@@ -4,14 +4,14 @@
 //! whether a hit ended the traversal.
 
 use super::filter;
-use super::optimisation_barrier::in_memory;
+use super::optimisation_barrier::keep_in_memory;
 use super::projected_ray::{ProjectedRay, UncertainSign};
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
 use super::row::PrimitiveRow;
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traversal_simd::TraversalSimd;
 use super::triangle8::Triangle8;
-use super::{Bvh8, ChildRef, Lanes};
+use super::{Bvh8, ChildRef, MaskLanes};
 use crate::math::simd::Simd;
 use crate::shapes::{PreparedRay, TriangleHit};
 
@@ -19,7 +19,7 @@ use crate::shapes::{PreparedRay, TriangleHit};
 /// traversal. `far` is the greatest accepted distance, and `last` the same distance raised for box
 /// tests.
 #[inline(always)]
-pub(super) fn candidates<S: Simd, M: TraversalMode>(
+pub(super) fn filter_block_lanes<S: Simd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
     number: usize,
@@ -28,18 +28,18 @@ pub(super) fn candidates<S: Simd, M: TraversalMode>(
     query: &mut TraversalQuery<'_>,
 ) -> Option<u32> {
     query.count_leaf::<M>(|| bvh.leaf_headers[number].count);
-    let found = filter::candidates(s, leaf_ray, &bvh.blocks[number], last);
+    let found = filter::filter_block(s, leaf_ray, &bvh.blocks[number], last);
     if found.lanes == 0 {
         return Some(0);
     }
-    let [requested, ends] = query.lanes::<M>(&bvh.leaf_headers[number]);
-    let over = M::ANY && ends & filter::certain(s, &found, leaf_ray.near, far) != 0;
-    (!over).then_some(found.lanes & requested)
+    let [requested, ends] = query.block_lane_masks::<M>(&bvh.leaf_headers[number]);
+    let ended = M::ANY && ends & filter::find_certain_hits(s, &found, leaf_ray.near, far) != 0;
+    (!ended).then_some(found.lanes & requested)
 }
 
 /// Intersects some triangles of a block by the exact test.
 #[inline(always)]
-pub(super) fn triangles<S: TraversalSimd, M: TraversalMode>(
+pub(super) fn intersect_triangles<S: TraversalSimd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
     number: usize,
@@ -49,17 +49,17 @@ pub(super) fn triangles<S: TraversalSimd, M: TraversalMode>(
     visitor: &mut dyn HitVisitor,
 ) -> bool {
     let projected_ray = if M::MAPPED {
-        ProjectedRay::of(query.prepared())
+        ProjectedRay::from_prepared(query.prepared_ray())
     } else {
         ProjectedRay::new(leaf_ray.origin, leaf_ray.direction)
     };
     let (triangles, leaf_header) = (&bvh.blocks[number], &bvh.leaf_headers[number]);
-    for lane in Lanes(lanes) {
+    for lane in MaskLanes(lanes) {
         let triangle_hit = s
-            .crossing(triangles, lane, in_memory(&projected_ray))
-            .unwrap_or_else(|UncertainSign| alone(triangles, lane, query));
+            .intersect_lane(triangles, lane, keep_in_memory(&projected_ray))
+            .unwrap_or_else(|UncertainSign| intersect_single_triangle(triangles, lane, query));
         if triangle_hit.is_some_and(|triangle_hit| {
-            query.triangle::<M>(leaf_header, lane, &triangle_hit, visitor)
+            query.visit_triangle_hit::<M>(leaf_header, lane, &triangle_hit, visitor)
         }) {
             return true;
         }
@@ -69,17 +69,21 @@ pub(super) fn triangles<S: TraversalSimd, M: TraversalMode>(
 
 /// Intersects one triangle of a block by the single-triangle test.
 #[inline(never)]
-fn alone(block: &Triangle8, lane: usize, query: &mut TraversalQuery<'_>) -> Option<TriangleHit> {
+fn intersect_single_triangle(
+    block: &Triangle8,
+    lane: usize,
+    query: &mut TraversalQuery<'_>,
+) -> Option<TriangleHit> {
     block
         .triangle(lane)
-        .crossing(query.prepared())
+        .intersect_watertight(query.prepared_ray())
         .as_ref()
         .map(TriangleHit::from)
 }
 
 /// Intersects one row of spheres or planes.
 #[inline(always)]
-fn row<S: Simd, M: TraversalMode>(
+fn intersect_row<S: Simd, M: TraversalMode>(
     s: S,
     row: &PrimitiveRow,
     prepared_ray: &PreparedRay,
@@ -87,13 +91,14 @@ fn row<S: Simd, M: TraversalMode>(
     visitor: &mut dyn HitVisitor,
 ) -> bool {
     query.count_leaf::<M>(|| row.leaf_header.count);
-    let row_hits = row.hits(s, prepared_ray, query.range, query.culls);
-    row_hits.hits != 0 && query.row::<M>(&row.leaf_header, &row_hits.stored(s), visitor)
+    let row_hits = row.intersect(s, prepared_ray, query.range, query.is_camera_ray);
+    row_hits.hits != 0
+        && query.visit_row_hits::<M>(&row.leaf_header, &row_hits.to_arrays(s), visitor)
 }
 
 /// Intersects a leaf of spheres.
 #[inline(always)]
-pub(super) fn spheres<S: Simd, M: TraversalMode>(
+pub(super) fn intersect_sphere_leaf<S: Simd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
     leaf: ChildRef,
@@ -105,14 +110,14 @@ pub(super) fn spheres<S: Simd, M: TraversalMode>(
     // Prepared at the first row that the ray reaches.
     let prepared_ray = prepared_ray.get_or_insert_with(|| {
         if M::MAPPED {
-            *query.prepared()
+            *query.prepared_ray()
         } else {
-            PreparedRay::in_world(leaf_ray.origin, leaf_ray.direction)
+            PreparedRay::from_world_ray(leaf_ray.origin, leaf_ray.direction)
         }
     });
-    row::<S, M>(
+    intersect_row::<S, M>(
         s,
-        &bvh.rows[bvh.always + leaf.index()],
+        &bvh.rows[bvh.always_row_count + leaf.leaf_index()],
         prepared_ray,
         query,
         visitor,
@@ -121,21 +126,21 @@ pub(super) fn spheres<S: Simd, M: TraversalMode>(
 
 /// Intersects the rows that every query tests.
 #[inline(always)]
-pub(super) fn rows<S: Simd, M: TraversalMode>(
+pub(super) fn intersect_always_rows<S: Simd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
     prepared_ray: &PreparedRay,
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
-    bvh.rows[..bvh.always]
+    bvh.rows[..bvh.always_row_count]
         .iter()
-        .any(|one| row::<S, M>(s, one, prepared_ray, query, visitor))
+        .any(|one| intersect_row::<S, M>(s, one, prepared_ray, query, visitor))
 }
 
 /// Intersects all blocks, then all other primitives, for a structure without nodes.
 #[inline(always)]
-pub(super) fn blocks<S: TraversalSimd, M: TraversalMode>(
+pub(super) fn intersect_all_blocks<S: TraversalSimd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
     leaf_ray: &LeafRay,
@@ -143,22 +148,26 @@ pub(super) fn blocks<S: TraversalSimd, M: TraversalMode>(
     visitor: &mut dyn HitVisitor,
 ) -> bool {
     for number in 0..bvh.blocks.len() {
-        let far = query.far::<M>();
-        match candidates::<S, M>(
+        let far = query.max_distance::<M>();
+        match filter_block_lanes::<S, M>(
             s,
             bvh,
             number,
             leaf_ray,
-            [far, TraversalRay::last(far)],
+            [far, TraversalRay::widen_far(far)],
             query,
         ) {
             None => return true,
             Some(0) => {}
-            Some(lanes) if s.settle::<M>(bvh, number, lanes, leaf_ray, query, visitor) => {
+            Some(lanes)
+                if s.intersect_triangles::<M>(bvh, number, lanes, leaf_ray, query, visitor) =>
+            {
                 return true;
             }
             Some(_) => {}
         }
     }
-    bvh.others.clone().any(|index| visitor.other(query, index))
+    bvh.single_positions
+        .clone()
+        .any(|index| visitor.visit_other_primitive(query, index))
 }

@@ -27,7 +27,7 @@ pub(crate) fn optimisation_barrier(value: f32) -> f32 {
 /// read from memory where they are used, instead of being kept in registers or spilled to the stack
 /// as vectors.
 #[inline(always)]
-pub(super) fn in_memory<T>(place: &T) -> &T {
+pub(super) fn keep_in_memory<T>(place: &T) -> &T {
     #[cfg(target_arch = "x86_64")]
     {
         let mut place = core::ptr::from_ref(place);

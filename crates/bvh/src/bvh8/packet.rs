@@ -26,61 +26,64 @@ mod triangles;
 use glam::Vec3;
 
 use self::bundle::RayBundle;
-use self::triangles::{Rays8, block};
+use self::triangles::{Rays8, intersect_block};
 use super::row::{PrimitiveRow, RaysF64};
-use super::stack::Stack;
+use super::stack::TraversalStack;
 use super::traversal_ray::TraversalRay;
 use super::traversal_simd::TraversalSimd;
-use super::{Bvh8, ChildRef, Lanes, WIDTH};
+use super::{Bvh8, ChildRef, MaskLanes, WIDTH};
 use crate::math::simd::Simd;
 use crate::ray::Ray;
 
 /// Number of groups of eight rays in a packet.
 const GROUPS: usize = 2;
 /// Greatest number of rays in a packet.
-pub(crate) const RAYS: usize = GROUPS * WIDTH;
+pub(crate) const MAX_RAYS: usize = GROUPS * WIDTH;
 /// Least absolute value of a direction component. Below it, the packet may not lie on one side of
 /// the axis.
-const LEAST: f32 = 1e-30;
+const MIN_COMPONENT: f32 = 1e-30;
 
 /// A packet of rays, with the hits found so far.
 pub(crate) struct PacketState {
     origin: [f32; 3],
     /// Directions, one array per axis. Unused lanes repeat the first direction.
-    directions: [[f32; RAYS]; 3],
+    directions: [[f32; MAX_RAYS]; 3],
     /// Number of rays in the packet.
     pub count: usize,
     /// Lower end of the accepted distances, itself excluded.
     near: f32,
     /// Greatest accepted distance of each ray: the distance of its hit, if it has a hit.
-    pub far: [f32; RAYS],
+    pub far: [f32; MAX_RAYS],
     /// Both shape-specific numbers of each hit.
-    rest: [[f32; RAYS]; 2],
+    uv: [[f32; MAX_RAYS]; 2],
     /// Slot of each hit's primitive, and the slot in the instanced geometry.
-    slots: [[u32; RAYS]; 2],
+    slots: [[u32; MAX_RAYS]; 2],
     /// Whether the rays are camera rays, which pass through the inside of culled surfaces.
     culls: bool,
 }
 
 impl PacketState {
     /// Slot value of a ray without a hit.
-    const NOTHING: u32 = u32::MAX;
+    const NO_SLOT: u32 = u32::MAX;
 
-    /// Creates a packet from at most the first [`RAYS`] directions. Distances after `near`, up to
+    /// Creates a packet from at most the first [`MAX_RAYS`] directions. Distances after `near`, up to
     /// and including `last`, are accepted.
     #[inline(always)]
     pub fn new(origin: Vec3, directions: &[Vec3], [near, last]: [f32; 2], culls: bool) -> Self {
-        let count = directions.len().min(RAYS);
+        let count = directions.len().min(MAX_RAYS);
         let mut lanes = directions
             .first()
             .copied()
             .unwrap_or(Vec3::ONE)
             .to_array()
-            .map(|d| [d; RAYS]);
-        for (ray, direction) in directions.iter().take(RAYS).enumerate() {
+            .map(|d| [d; MAX_RAYS]);
+        for (ray, direction) in directions.iter().take(MAX_RAYS).enumerate() {
             (lanes[0][ray], lanes[1][ray], lanes[2][ray]) = (direction.x, direction.y, direction.z);
         }
-        let (mut far, slots) = ([f32::NEG_INFINITY; RAYS], [[Self::NOTHING; RAYS]; 2]);
+        let (mut far, slots) = (
+            [f32::NEG_INFINITY; MAX_RAYS],
+            [[Self::NO_SLOT; MAX_RAYS]; 2],
+        );
         far[..count].fill(last);
         Self {
             origin: origin.to_array(),
@@ -88,7 +91,7 @@ impl PacketState {
             count,
             near,
             far,
-            rest: [[0.0; RAYS]; 2],
+            uv: [[0.0; MAX_RAYS]; 2],
             slots,
             culls,
         }
@@ -97,11 +100,11 @@ impl PacketState {
     /// Returns the hit of a ray: its distance and shape-specific numbers, and its two slots.
     #[inline(always)]
     pub fn hit(&self, ray: usize) -> Option<([f32; 3], [u32; 2])> {
-        let ray = ray & (RAYS - 1);
-        let found = self.slots[0][ray] != Self::NOTHING;
+        let ray = ray & (MAX_RAYS - 1);
+        let found = self.slots[0][ray] != Self::NO_SLOT;
         found.then(|| {
             (
-                [self.far[ray], self.rest[0][ray], self.rest[1][ray]],
+                [self.far[ray], self.uv[0][ray], self.uv[1][ray]],
                 [self.slots[0][ray], self.slots[1][ray]],
             )
         })
@@ -109,32 +112,32 @@ impl PacketState {
 
     /// Returns the ray with the given index, at time 0.
     pub fn ray(&self, ray: usize) -> Ray<f32> {
-        let d = |axis: usize| self.directions[axis][ray & (RAYS - 1)];
+        let d = |axis: usize| self.directions[axis][ray & (MAX_RAYS - 1)];
         Ray::new(self.origin.into(), [d(0), d(1), d(2)].into())
     }
 
     /// Replaces the hit of a ray by a hit within the range that is nearer, or equally near and
     /// lower in the order of ties.
     #[inline(always)]
-    pub fn consider(
+    pub fn update_hit(
         &mut self,
         ray: usize,
         [t, u, v]: [f32; 3],
         [slot, inner]: [u32; 2],
         lower: impl FnOnce(u32, u32) -> bool,
     ) {
-        let ray = ray & (RAYS - 1);
+        let ray = ray & (MAX_RAYS - 1);
         let (best, found) = (self.far[ray], self.slots[0][ray]);
-        if t < best || t == best && (found == Self::NOTHING || lower(slot, found)) {
+        if t < best || t == best && (found == Self::NO_SLOT || lower(slot, found)) {
             self.far[ray] = t;
-            (self.rest[0][ray], self.rest[1][ray]) = (u, v);
+            (self.uv[0][ray], self.uv[1][ray]) = (u, v);
             (self.slots[0][ray], self.slots[1][ray]) = (slot, inner);
         }
     }
 
     /// Mask of the lanes of a group that hold rays.
     #[inline(always)]
-    fn asked(&self, group: usize) -> u32 {
+    fn ray_mask(&self, group: usize) -> u32 {
         let count = self.count.saturating_sub(group * WIDTH).min(WIDTH);
         (1 << count) - 1
     }
@@ -142,7 +145,7 @@ impl PacketState {
     /// Returns, for each axis, the direction components of least and of greatest absolute value;
     /// `None` if an axis has components of both signs or close to zero.
     #[inline(always)]
-    fn spans(&self) -> Option<[[f32; 3]; 2]> {
+    fn direction_bounds(&self) -> Option<[[f32; 3]; 2]> {
         let mut spans = [[0.0; 3]; 2];
         for (axis, directions) in self.directions.iter().enumerate() {
             let (mut minimum, mut greatest) = (f32::INFINITY, f32::NEG_INFINITY);
@@ -151,8 +154,8 @@ impl PacketState {
                 greatest = if d > greatest { d } else { greatest };
             }
             (spans[0][axis], spans[1][axis]) = match () {
-                () if minimum > LEAST => (minimum, greatest),
-                () if greatest < -LEAST => (greatest, minimum),
+                () if minimum > MIN_COMPONENT => (minimum, greatest),
+                () if greatest < -MIN_COMPONENT => (greatest, minimum),
                 () => return None,
             };
         }
@@ -163,35 +166,35 @@ impl PacketState {
 /// Receiver of the primitives that a packet traversal does not test itself.
 pub(crate) trait PacketVisitor {
     /// Whether the slot `slot` comes before `than` in the order of ties.
-    fn lower(&self, slot: u32, than: u32) -> bool;
+    fn comes_before(&self, slot: u32, than: u32) -> bool;
     /// Tests all rays of the packet against a primitive that has no packet test.
-    fn other(&mut self, index: usize, packet_state: &mut PacketState);
+    fn test_other_primitive(&mut self, index: usize, packet_state: &mut PacketState);
 }
 
 /// Outcome of a packet traversal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PacketResult {
     /// The traversal completed, and all hits are found.
-    Whole,
+    Complete,
     /// The traversal was given up, since the rays diverge and single traversals would cost less.
     /// The hits found so far are incomplete.
-    Parted,
+    Abandoned,
     /// The tree was not traversed, since the directions differ too much for a packet.
-    Unfit,
+    Unsuitable,
 }
 
 /// Number of leaves after which a packet traversal is given up. Testing them costs about as much as
 /// tracing all rays of the packet one by one. Measured:
 /// `../../../../benches/runs/2026-11-23-pencils.md`.
-const MOST_LEAVES: u32 = 32;
+const MAX_LEAVES: u32 = 32;
 
 /// Traverses the tree with a packet. Returns whether all hits were found.
 #[inline(always)]
-pub(super) fn walk<S: TraversalSimd>(
+pub(super) fn traverse_packet<S: TraversalSimd>(
     s: S,
     bvh: &Bvh8,
     packet_state: &mut PacketState,
-    meets: &mut dyn PacketVisitor,
+    visitor: &mut dyn PacketVisitor,
 ) -> PacketResult {
     let has_boxes = !(bvh.nodes.is_empty() && bvh.blocks.is_empty());
     let bundle = if has_boxes {
@@ -200,34 +203,34 @@ pub(super) fn walk<S: TraversalSimd>(
         None
     };
     if has_boxes && bundle.is_none() {
-        return PacketResult::Unfit;
+        return PacketResult::Unsuitable;
     }
-    if bvh.always > 0 {
-        rows_of_lanes(s, &bvh.rows[..bvh.always], packet_state, meets);
+    if bvh.always_row_count > 0 {
+        intersect_rows(s, &bvh.rows[..bvh.always_row_count], packet_state, visitor);
     }
     if let Some(bundle) = bundle {
         let mut exact = None;
         if bvh.nodes.is_empty() {
             for number in 0..bvh.blocks.len() {
-                block(s, bvh, number, &bundle, packet_state, &mut exact, meets);
+                intersect_block(s, bvh, number, &bundle, packet_state, &mut exact, visitor);
             }
-        } else if !down(s, bvh, &bundle, packet_state, &mut exact, meets) {
-            return PacketResult::Parted;
+        } else if !traverse_nodes(s, bvh, &bundle, packet_state, &mut exact, visitor) {
+            return PacketResult::Abandoned;
         }
     }
-    bvh.others
+    bvh.single_positions
         .clone()
-        .for_each(|index| meets.other(index, packet_state));
-    PacketResult::Whole
+        .for_each(|index| visitor.test_other_primitive(index, packet_state));
+    PacketResult::Complete
 }
 
 /// Intersects rows of spheres or planes with the packet, eight rays at a time.
 #[inline(always)]
-fn rows_of_lanes<S: Simd>(
+fn intersect_rows<S: Simd>(
     s: S,
     rows: &[PrimitiveRow],
     packet_state: &mut PacketState,
-    meets: &dyn PacketVisitor,
+    visitor: &dyn PacketVisitor,
 ) {
     let origin = Vec3::from(packet_state.origin).as_dvec3();
     for group in 0..GROUPS {
@@ -238,27 +241,27 @@ fn rows_of_lanes<S: Simd>(
         let row = |axis: usize| -> [f32; WIDTH] {
             core::array::from_fn(|lane| packet_state.directions[axis][first + lane])
         };
-        let lines = RaysF64::new(s, origin, [&row(0), &row(1), &row(2)], packet_state.culls);
+        let rays = RaysF64::new(s, origin, [&row(0), &row(1), &row(2)], packet_state.culls);
         for row in rows {
             for lane in 0..usize::from(row.leaf_header.count) {
                 let far: [f32; WIDTH] = core::array::from_fn(|lane| packet_state.far[first + lane]);
-                let row_hits = row.lane(s, lane, &lines, packet_state.near, s.load(&far));
+                let row_hits = row.intersect_lane(s, lane, &rays, packet_state.near, s.load(&far));
                 if row_hits.hits == 0 {
                     continue;
                 }
-                let quadratic_row_hits = row_hits.stored(s);
-                for ray in Lanes(row_hits.hits) {
-                    let v = if quadratic_row_hits.leaving >> ray & 1 == 0 {
+                let stored_row_hits = row_hits.to_arrays(s);
+                for ray in MaskLanes(row_hits.hits) {
+                    let v = if stored_row_hits.exits >> ray & 1 == 0 {
                         0.0
                     } else {
                         1.0
                     };
                     let slots = [row.leaf_header.first + lane as u32, u32::MAX];
-                    packet_state.consider(
+                    packet_state.update_hit(
                         first + ray,
-                        [quadratic_row_hits.t[ray], 0.0, v],
+                        [stored_row_hits.t[ray], 0.0, v],
                         slots,
-                        |a, b| meets.lower(a, b),
+                        |a, b| visitor.comes_before(a, b),
                     );
                 }
             }
@@ -268,53 +271,59 @@ fn rows_of_lanes<S: Simd>(
 
 /// Returns the greatest accepted distance of all rays, raised for box tests.
 #[inline(always)]
-fn greatest_far(packet_state: &PacketState) -> f32 {
+fn max_far(packet_state: &PacketState) -> f32 {
     let mut far = f32::NEG_INFINITY;
     for &one in &packet_state.far {
         far = if one > far { one } else { far };
     }
-    TraversalRay::last(far)
+    TraversalRay::widen_far(far)
 }
 
 /// Traverses the nodes of the tree. Returns false if the packet was given up.
 #[inline(always)]
-fn down<S: TraversalSimd>(
+fn traverse_nodes<S: TraversalSimd>(
     s: S,
     bvh: &Bvh8,
     bundle: &RayBundle<S>,
     packet_state: &mut PacketState,
     exact: &mut Option<[Rays8; GROUPS]>,
-    meets: &mut dyn PacketVisitor,
+    visitor: &mut dyn PacketVisitor,
 ) -> bool {
-    let (mut far, mut leaves) = (greatest_far(packet_state), 0);
-    let (mut stack, mut top, mut current) = (Stack::new(), 0, ChildRef(0));
+    let (mut far, mut leaves) = (max_far(packet_state), 0);
+    let (mut stack, mut top, mut current) = (TraversalStack::new(), 0, ChildRef(0));
     loop {
         if !current.is_leaf() {
-            let node = &bvh.nodes[current.node()];
-            let (entered, entry) = bundle.enter(s, node, s.splat(far));
+            let node = &bvh.nodes[current.node_index()];
+            let (entered, entry) = bundle.intersect_children(s, node, s.splat(far));
             if entered != 0 {
                 if entered & (entered - 1) == 0 {
                     current = node.children[entered.trailing_zeros() as usize & 7];
                     continue;
                 }
-                top = s.push_sorted(&mut stack, top, &node.children, entry, entered);
+                top = s.push_children_sorted(&mut stack, top, &node.children, entry, entered);
             }
         } else if current != ChildRef::NONE {
             leaves += 1;
-            if leaves > MOST_LEAVES {
+            if leaves > MAX_LEAVES {
                 return false;
             }
             match () {
-                () if current.is_block() => {
-                    block(s, bvh, current.index(), bundle, packet_state, exact, meets)
-                }
+                () if current.is_block() => intersect_block(
+                    s,
+                    bvh,
+                    current.leaf_index(),
+                    bundle,
+                    packet_state,
+                    exact,
+                    visitor,
+                ),
                 () if current.is_row() => {
-                    let row = bvh.always + current.index();
-                    rows_of_lanes(s, &bvh.rows[row..=row], packet_state, meets);
+                    let row = bvh.always_row_count + current.leaf_index();
+                    intersect_rows(s, &bvh.rows[row..=row], packet_state, visitor);
                 }
-                () => meets.other(current.index(), packet_state),
+                () => visitor.test_other_primitive(current.leaf_index(), packet_state),
             }
-            far = greatest_far(packet_state);
+            far = max_far(packet_state);
         }
         // SAFETY: every entry below the top was written.
         let Some(next) = (unsafe { stack.pop(&mut top, far) }) else {

@@ -15,7 +15,7 @@ pub(crate) struct ProjectedRay {
     /// Axis of the direction's largest component. The other two axes follow cyclically.
     pub major: usize,
     /// The numbers a, b, c and d of the projection.
-    pub across: [f64; 4],
+    pub projection: [f64; 4],
     pub inverse_length_squared: f64,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct UncertainSign;
 
 /// Returns the entries of an array for an axis and for the two axes after it, cyclically.
 #[inline(always)]
-pub(super) fn rotated_axes<T: Copy>([x, y, z]: [T; 3], major: usize) -> (T, T, T) {
+pub(super) fn rotate_axes<T: Copy>([x, y, z]: [T; 3], major: usize) -> (T, T, T) {
     let (around, major) = ([x, y, z, x, y], major.min(2));
     (around[major], around[major + 1], around[major + 2])
 }
@@ -35,13 +35,13 @@ impl ProjectedRay {
     #[inline(always)]
     pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
         let d = DVec3::from_array(direction.map(f64::from));
-        Self::with(origin.map(f64::from), d, 1.0 / d.dot(d))
+        Self::from_f64(origin.map(f64::from), d, 1.0 / d.dot(d))
     }
 
     /// Copies the values of a prepared ray.
     #[inline(always)]
-    pub fn of(prepared_ray: &PreparedRay) -> Self {
-        Self::with(
+    pub fn from_prepared(prepared_ray: &PreparedRay) -> Self {
+        Self::from_f64(
             prepared_ray.origin.to_array(),
             prepared_ray.direction,
             prepared_ray.inverse_length_squared,
@@ -49,19 +49,19 @@ impl ProjectedRay {
     }
 
     #[inline(always)]
-    fn with(origin: [f64; 3], d: DVec3, inverse_length_squared: f64) -> Self {
+    fn from_f64(origin: [f64; 3], d: DVec3, inverse_length_squared: f64) -> Self {
         let size = d.abs();
         // Computed without branches, which would often be mispredicted for bounced rays.
         let [first, second] =
             [(size.x > size.y) & (size.x > size.z), size.y > size.z].map(usize::from);
         let major = (1 - first) * (2 - second);
-        let (p, q, r) = rotated_axes([d.x, d.y, d.z], major);
+        let (p, q, r) = rotate_axes([d.x, d.y, d.z], major);
         let sign = 1.0_f64.copysign(p);
         Self {
             origin,
             direction: d.to_array(),
             major,
-            across: [p * sign, -q * sign, p, -r],
+            projection: [p * sign, -q * sign, p, -r],
             inverse_length_squared,
         }
     }

@@ -5,7 +5,7 @@
 use super::row::RowHits;
 use super::traversal_ray::RayReparametrisation;
 use super::triangle8::LeafHeader;
-use super::{Lanes, WIDTH};
+use super::{MaskLanes, WIDTH};
 use crate::ray::{Interval, Ray};
 use crate::shapes::{PreparedRay, Transform, TriangleHit};
 use crate::stats::TraversalStats;
@@ -14,8 +14,8 @@ use crate::stats::TraversalStats;
 pub(crate) trait TraversalMode {
     /// Whether any accepted hit ends the query. Children are then visited in any order.
     const ANY: bool;
-    /// Whether the ray was mapped and rounded, see [`super::TraversalRay::mapped`]. Exact tests
-    /// then use [`TraversalQuery::prepared`]. The primitives belong to an instance, or are stored
+    /// Whether the ray was mapped and rounded, see [`super::TraversalRay::from_f64_ray`]. Exact tests
+    /// then use [`TraversalQuery::prepared_ray`]. The primitives belong to an instance, or are stored
     /// in f64 without lanes, so every hit is passed to the visitor. Otherwise an opaque hit ends an
     /// any-hit query without a call.
     const MAPPED: bool;
@@ -24,10 +24,10 @@ pub(crate) trait TraversalMode {
 }
 
 /// Properties of a traversal as a type.
-pub(super) struct Mode<const ANY: bool, const MAPPED: bool, const COUNTS: bool>;
+pub(super) struct StaticMode<const ANY: bool, const MAPPED: bool, const COUNTS: bool>;
 
 impl<const ANY: bool, const MAPPED: bool, const COUNTS: bool> TraversalMode
-    for Mode<ANY, MAPPED, COUNTS>
+    for StaticMode<ANY, MAPPED, COUNTS>
 {
     const ANY: bool = ANY;
     const MAPPED: bool = MAPPED;
@@ -38,60 +38,67 @@ impl<const ANY: bool, const MAPPED: bool, const COUNTS: bool> TraversalMode
 #[derive(Clone, Copy)]
 pub(crate) enum RaySource<'a> {
     /// A stored ray, and whether it is prepared for triangles and quads too.
-    Stored(&'a Ray<f32>, bool),
+    StoredRay(&'a Ray<f32>, bool),
     /// The map of an instance, and a world-space ray.
-    Under(&'a Transform, &'a PreparedRay),
-    Prepared(&'a PreparedRay),
+    InInstance(&'a Transform, &'a PreparedRay),
+    PreparedRay(&'a PreparedRay),
 }
 
 /// Receiver of a traversal's hits. Each method returns whether the traversal ends, and may shorten
 /// the range of the query.
 pub(crate) trait HitVisitor {
     /// Handles the hit of a primitive in lanes within the range.
-    fn hit(&mut self, query: &mut TraversalQuery<'_>, slot: u32, t: f32, u: f32, v: f32) -> bool;
+    fn visit_hit(
+        &mut self,
+        query: &mut TraversalQuery<'_>,
+        slot: u32,
+        t: f32,
+        u: f32,
+        v: f32,
+    ) -> bool;
     /// Tests a primitive that is not in lanes.
-    fn other(&mut self, query: &mut TraversalQuery<'_>, index: usize) -> bool;
+    fn visit_other_primitive(&mut self, query: &mut TraversalQuery<'_>, index: usize) -> bool;
 }
 
 /// A query as the data of a traversal.
 pub(crate) struct TraversalQuery<'a> {
     /// Whether any accepted hit ends the query, see [`TraversalMode::ANY`].
-    pub any: bool,
-    pub counts: bool,
+    pub ends_at_any_hit: bool,
+    pub counts_work: bool,
     /// Open interval of accepted distances.
     pub range: Interval<f32>,
     /// Greatest accepted distance.
     pub far: f32,
     /// Whether the ray is a camera ray, which passes through the inside of culled surfaces.
-    pub culls: bool,
+    pub is_camera_ray: bool,
     pub source: RaySource<'a>,
     /// The ray for exact tests, made from `source` at its first use.
-    pub prepared: Option<PreparedRay>,
+    pub prepared_ray: Option<PreparedRay>,
     /// Conversion of distances, for a traversal by a mapped and rounded ray.
-    pub rebase: RayReparametrisation,
+    pub reparametrisation: RayReparametrisation,
     pub stats: TraversalStats,
 }
 
 impl TraversalQuery<'_> {
     /// Returns the ray for exact tests.
     #[inline(always)]
-    pub fn prepared(&mut self) -> &PreparedRay {
+    pub fn prepared_ray(&mut self) -> &PreparedRay {
         match self.source {
-            RaySource::Prepared(ray) => ray,
-            RaySource::Stored(ray, faces) => self
-                .prepared
-                .get_or_insert_with(|| PreparedRay::of(*ray, faces)),
-            RaySource::Under(transform, ray) => self
-                .prepared
-                .get_or_insert_with(|| transform.probe_to_object(ray)),
+            RaySource::PreparedRay(ray) => ray,
+            RaySource::StoredRay(ray, faces) => self
+                .prepared_ray
+                .get_or_insert_with(|| PreparedRay::from_ray(*ray, faces)),
+            RaySource::InInstance(transform, ray) => self
+                .prepared_ray
+                .get_or_insert_with(|| transform.ray_to_object(ray)),
         }
     }
 
     /// Returns the greatest accepted distance, converted to distances of the traversal.
     #[inline(always)]
-    pub(super) fn far<M: TraversalMode>(&self) -> f32 {
+    pub(super) fn max_distance<M: TraversalMode>(&self) -> f32 {
         if M::MAPPED {
-            self.rebase.far(self.far)
+            self.reparametrisation.rebase_far(self.far)
         } else {
             self.far
         }
@@ -115,9 +122,12 @@ impl TraversalQuery<'_> {
     /// Returns the mask of a leaf's lanes that the query considers, and the mask of lanes whose hit
     /// within the range always ends the traversal.
     #[inline(always)]
-    fn wanted<M: TraversalMode>(leaf_header: &LeafHeader) -> [u8; 2] {
+    fn query_lane_masks<M: TraversalMode>(leaf_header: &LeafHeader) -> [u8; 2] {
         if M::ANY && !M::MAPPED {
-            [leaf_header.opaque | leaf_header.asks, leaf_header.opaque]
+            [
+                leaf_header.opaque | leaf_header.filtered,
+                leaf_header.opaque,
+            ]
         } else {
             [u8::MAX, 0]
         }
@@ -126,12 +136,13 @@ impl TraversalQuery<'_> {
     /// Returns the mask of a block's lanes that the query considers, and the mask of lanes whose
     /// hit ends the traversal from either side.
     #[inline(always)]
-    pub(super) fn lanes<M: TraversalMode>(&self, leaf_header: &LeafHeader) -> [u32; 2] {
-        let [requested, ends] = Self::wanted::<M>(leaf_header);
+    pub(super) fn block_lane_masks<M: TraversalMode>(&self, leaf_header: &LeafHeader) -> [u32; 2] {
+        let [requested, ends] = Self::query_lane_masks::<M>(leaf_header);
         [
             requested.into(),
             if M::ANY {
-                (ends & !(leaf_header.outside_alone(self.culls) | leaf_header.inside)).into()
+                (ends & !(leaf_header.outside_only_lanes(self.is_camera_ray) | leaf_header.inside))
+                    .into()
             } else {
                 0
             },
@@ -141,19 +152,20 @@ impl TraversalQuery<'_> {
     /// Handles the hit of a triangle: tests its side and range, and passes it to the visitor.
     /// Returns whether the traversal ends.
     #[inline(always)]
-    pub(super) fn triangle<M: TraversalMode>(
+    pub(super) fn visit_triangle_hit<M: TraversalMode>(
         &mut self,
         leaf_header: &LeafHeader,
         lane: usize,
         hit: &TriangleHit,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
-        if !(leaf_header.accepts(lane, hit.from_outside, self.culls) && self.range.contains(hit.t))
+        if !(leaf_header.accepts(lane, hit.from_outside, self.is_camera_ray)
+            && self.range.contains(hit.t))
         {
             return false;
         }
-        let ends = Self::wanted::<M>(leaf_header)[1] >> lane & 1 != 0;
-        ends || visitor.hit(
+        let ends = Self::query_lane_masks::<M>(leaf_header)[1] >> lane & 1 != 0;
+        ends || visitor.visit_hit(
             self,
             leaf_header.first + lane as u32,
             hit.t,
@@ -165,21 +177,21 @@ impl TraversalQuery<'_> {
     /// Handles the hits of a row, all within the range: passes them to the visitor. Returns whether
     /// the traversal ends.
     #[inline(always)]
-    pub(super) fn row<M: TraversalMode>(
+    pub(super) fn visit_row_hits<M: TraversalMode>(
         &mut self,
         leaf_header: &LeafHeader,
         row_hits: &RowHits<[f32; WIDTH]>,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
-        let [requested, ends] = Self::wanted::<M>(leaf_header);
+        let [requested, ends] = Self::query_lane_masks::<M>(leaf_header);
         row_hits.hits & u32::from(ends) != 0
-            || Lanes(row_hits.hits & u32::from(requested)).any(|lane| {
-                let v = if row_hits.leaving >> lane & 1 == 0 {
+            || MaskLanes(row_hits.hits & u32::from(requested)).any(|lane| {
+                let v = if row_hits.exits >> lane & 1 == 0 {
                     0.0
                 } else {
                     1.0
                 };
-                visitor.hit(
+                visitor.visit_hit(
                     self,
                     leaf_header.first + lane as u32,
                     row_hits.t[lane],

@@ -5,11 +5,11 @@
 use glam::{DVec3, Vec3};
 
 use super::triangle8::LeafHeader;
-use super::{Lanes, WIDTH};
+use super::{MaskLanes, WIDTH};
 use crate::math::simd::{Simd, dot_f64, splat3_f64};
 use crate::ray::{Interval, Ray, Side, Visibility};
 use crate::scalar::Real;
-use crate::shapes::{FAR, PreparedRay, Shape, ShapeHit, Sphere};
+use crate::shapes::{FAR_RATIO, PreparedRay, Shape, ShapeHit, Sphere};
 
 /// A leaf of up to eight spheres or planes, which are tested in lanes. Unused lanes are NaN and
 /// never hit.
@@ -19,9 +19,9 @@ pub(crate) struct PrimitiveRow {
     kind: RowKind,
     pub leaf_header: LeafHeader,
     /// Centres of spheres, or points of planes, as `places[axis][lane]`.
-    places: [[f32; WIDTH]; 3],
+    positions: [[f32; WIDTH]; 3],
     /// Radii of spheres, repeated for each axis, or normals of planes, as `rest[axis][lane]`.
-    rest: [[f32; WIDTH]; 3],
+    radii_or_normals: [[f32; WIDTH]; 3],
 }
 
 /// Kind of the primitives in a row.
@@ -37,17 +37,17 @@ pub(crate) enum RowKind {
 #[derive(Clone, Copy)]
 pub(crate) struct RowHits<T> {
     pub hits: u32,
-    pub leaving: u32,
+    pub exits: u32,
     pub t: T,
 }
 
 impl<T: Copy> RowHits<T> {
     /// Copies the hits from registers to arrays.
     #[inline(always)]
-    pub(super) fn stored<S: Simd<Floats = T>>(&self, s: S) -> RowHits<[f32; WIDTH]> {
+    pub(super) fn to_arrays<S: Simd<Floats = T>>(&self, s: S) -> RowHits<[f32; WIDTH]> {
         RowHits {
             hits: self.hits,
-            leaving: self.leaving,
+            exits: self.exits,
             t: s.to_array(self.t),
         }
     }
@@ -61,30 +61,31 @@ impl PrimitiveRow {
         first: usize,
         own: impl Iterator<Item = ([Vec3; 2], Visibility)>,
     ) -> Self {
-        let mut row = Self::room(kind, first, 0);
+        let mut row = Self::with_count(kind, first, 0);
         for (lane, ([position, rest], visibility)) in own.take(WIDTH).enumerate() {
             for axis in 0..3 {
-                (row.places[axis][lane], row.rest[axis][lane]) = (position[axis], rest[axis]);
+                (row.positions[axis][lane], row.radii_or_normals[axis][lane]) =
+                    (position[axis], rest[axis]);
             }
-            row.leaf_header.set(lane, visibility);
+            row.leaf_header.set_visibility(lane, visibility);
             row.leaf_header.count += 1;
         }
         row
     }
 
     /// Creates an empty row for `count` primitives, whose slots are consecutive from `first` on.
-    pub(super) fn room(kind: RowKind, first: usize, count: usize) -> Self {
+    pub(super) fn with_count(kind: RowKind, first: usize, count: usize) -> Self {
         Self {
             kind,
             leaf_header: LeafHeader::new(first, count),
-            places: [[f32::NAN; WIDTH]; 3],
-            rest: [[f32::NAN; WIDTH]; 3],
+            positions: [[f32::NAN; WIDTH]; 3],
+            radii_or_normals: [[f32::NAN; WIDTH]; 3],
         }
     }
 
     /// Intersects a ray with all primitives of the row.
     #[inline(always)]
-    pub(super) fn hits<S: Simd>(
+    pub(super) fn intersect<S: Simd>(
         &self,
         s: S,
         prepared_ray: &PreparedRay,
@@ -95,30 +96,35 @@ impl PrimitiveRow {
             origin: splat3_f64(s, prepared_ray.origin),
             direction: splat3_f64(s, prepared_ray.direction),
             length_squared: s.splat_f64(prepared_ray.length_squared),
-            shortened: s.splat_f64(prepared_ray.shortened),
+            shortened: s.splat_f64(prepared_ray.lower_length_squared),
             inverse_length_squared: s.splat_f64(prepared_ray.inverse_length_squared),
         };
         let ends = [s.splat(range.min), s.splat(Real::next_down(range.max))];
         let sides = [
-            self.leaf_header.outside_alone(culls).into(),
+            self.leaf_header.outside_only_lanes(culls).into(),
             self.leaf_header.inside.into(),
         ];
         // Written out: the closure of a `map` would not be compiled for the instruction set of this
         // function.
         let places = [
-            s.widen(&self.places[0]),
-            s.widen(&self.places[1]),
-            s.widen(&self.places[2]),
+            s.widen(&self.positions[0]),
+            s.widen(&self.positions[1]),
+            s.widen(&self.positions[2]),
         ];
         // Copied: a captured reference would force the ray into memory, and the closure is called
         // only for distant spheres.
-        let ([x, y, z], prepared_ray) = (&self.rest, *prepared_ray);
+        let ([x, y, z], prepared_ray) = (&self.radii_or_normals, *prepared_ray);
         match self.kind {
-            RowKind::Spheres => spheres(s, places, s.widen(x), &rays, ends, sides, move |lane| {
-                self.sphere(lane)
-                    .intersect(&prepared_ray, range, self.side(lane, culls))
-            }),
-            RowKind::Planes => planes(
+            RowKind::Spheres => {
+                intersect_spheres(s, places, s.widen(x), &rays, ends, sides, move |lane| {
+                    self.sphere_in_lane(lane).intersect(
+                        &prepared_ray,
+                        range,
+                        self.side_of_lane(lane, culls),
+                    )
+                })
+            }
+            RowKind::Planes => intersect_planes(
                 s,
                 places,
                 [s.widen(x), s.widen(y), s.widen(z)],
@@ -132,7 +138,7 @@ impl PrimitiveRow {
     /// Intersects eight rays with the primitive in one lane, at distances from `near`, excluded, to
     /// `far`, included. Masks of the result have one bit per ray.
     #[inline(always)]
-    pub(super) fn lane<S: Simd>(
+    pub(super) fn intersect_lane<S: Simd>(
         &self,
         s: S,
         lane: usize,
@@ -146,16 +152,16 @@ impl PrimitiveRow {
         };
         let only = |side: u8| if side >> lane & 1 == 0 { 0 } else { 0xff };
         let sides = [
-            only(self.leaf_header.outside_alone(lines.culls)),
+            only(self.leaf_header.outside_only_lanes(lines.culls)),
             only(self.leaf_header.inside),
         ];
         let (places, rest, ends) = (
-            splat3_f64(s, value_of(&self.places)),
-            value_of(&self.rest),
+            splat3_f64(s, value_of(&self.positions)),
+            value_of(&self.radii_or_normals),
             [s.splat(near), far],
         );
         match self.kind {
-            RowKind::Spheres => spheres(
+            RowKind::Spheres => intersect_spheres(
                 s,
                 places,
                 s.splat_f64(rest.x),
@@ -167,28 +173,30 @@ impl PrimitiveRow {
                         min: near,
                         max: s.to_array(far)[ray].next_up(),
                     };
-                    self.sphere(lane).intersect(
+                    self.sphere_in_lane(lane).intersect(
                         &lines.prepared_ray(ray),
                         range,
-                        self.side(lane, lines.culls),
+                        self.side_of_lane(lane, lines.culls),
                     )
                 },
             ),
-            RowKind::Planes => planes(s, places, splat3_f64(s, rest), &lines.rays, ends, sides),
+            RowKind::Planes => {
+                intersect_planes(s, places, splat3_f64(s, rest), &lines.rays, ends, sides)
+            }
         }
     }
 
-    fn sphere(&self, lane: usize) -> Sphere<f32> {
-        let at = |axis: usize| self.places[axis][lane];
+    fn sphere_in_lane(&self, lane: usize) -> Sphere<f32> {
+        let at = |axis: usize| self.positions[axis][lane];
         Sphere {
             centre: Vec3::new(at(0), at(1), at(2)),
-            radius: self.rest[0][lane],
+            radius: self.radii_or_normals[0][lane],
         }
     }
 
-    fn side(&self, lane: usize, culls: bool) -> Side {
+    fn side_of_lane(&self, lane: usize, culls: bool) -> Side {
         match 1 << lane {
-            bit if self.leaf_header.outside_alone(culls) & bit != 0 => Side::Outside,
+            bit if self.leaf_header.outside_only_lanes(culls) & bit != 0 => Side::Outside,
             bit if self.leaf_header.inside & bit != 0 => Side::Inside,
             _ => Side::Both,
         }
@@ -205,7 +213,7 @@ struct RayLanes<S: Simd> {
 }
 
 #[inline(always)]
-fn difference<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> [S::Doubles; 3] {
+fn sub3_f64<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> [S::Doubles; 3] {
     [
         s.sub_f64(a[0], b[0]),
         s.sub_f64(a[1], b[1]),
@@ -213,20 +221,20 @@ fn difference<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> [S::Doub
     ]
 }
 
-/// Intersects a ray with a sphere in each lane. `outside_alone` and `inside_alone` are the lanes
-/// whose sphere can be hit from that side only. `alone` repeats the test of one lane with the
+/// Intersects a ray with a sphere in each lane. `outside_only_lanes` and `inside_alone` are the lanes
+/// whose sphere can be hit from that side only. `test_single` repeats the test of one lane with the
 /// single-sphere test.
 #[inline(always)]
-fn spheres<S: Simd>(
+fn intersect_spheres<S: Simd>(
     s: S,
     centres: [S::Doubles; 3],
     radii: S::Doubles,
     rays: &RayLanes<S>,
     [first, last]: [S::Floats; 2],
     [outside_alone, inside_alone]: [u32; 2],
-    alone: impl Fn(usize) -> Option<ShapeHit<f32>>,
+    test_single: impl Fn(usize) -> Option<ShapeHit<f32>>,
 ) -> RowHits<S::Floats> {
-    let f = difference(s, rays.origin, centres);
+    let f = sub3_f64(s, rays.origin, centres);
     let (b, room) = (dot_f64(s, f, rays.direction), s.mul_f64(radii, radii));
     let (outside, squared) = (s.sub_f64(dot_f64(s, f, f), room), s.mul_f64(b, b));
     let zero = s.splat_f64(0.0);
@@ -234,7 +242,7 @@ fn spheres<S: Simd>(
     if may_meet == 0 {
         return RowHits {
             hits: 0,
-            leaving: 0,
+            exits: 0,
             t: first,
         };
     }
@@ -250,17 +258,22 @@ fn spheres<S: Simd>(
         hit_lanes & s.less(first, far) & s.at_most(far, last) & !outside_alone & !entering;
     let hits = RowHits {
         hits: entering | leaving,
-        leaving,
+        exits: leaving,
         t: s.select(leaving, near, far),
     };
-    let far_away = may_meet & s.greater_f64(outside, s.mul_f64(room, s.splat_f64(FAR * FAR)));
+    let far_away =
+        may_meet & s.greater_f64(outside, s.mul_f64(room, s.splat_f64(FAR_RATIO * FAR_RATIO)));
     if far_away == 0 {
         return hits;
     }
-    let RowHits { hits, leaving, t } = one_by_one(far_away, hits.stored(s), alone);
+    let RowHits {
+        hits,
+        exits: leaving,
+        t,
+    } = retest_far_spheres(far_away, hits.to_arrays(s), test_single);
     RowHits {
         hits,
-        leaving,
+        exits: leaving,
         t: s.load(&t),
     }
 }
@@ -269,26 +282,26 @@ fn spheres<S: Simd>(
 /// formula for them.
 #[cold]
 #[inline(never)]
-fn one_by_one(
+fn retest_far_spheres(
     lanes: u32,
     mut row_hits: RowHits<[f32; WIDTH]>,
-    alone: impl Fn(usize) -> Option<ShapeHit<f32>>,
+    test_single: impl Fn(usize) -> Option<ShapeHit<f32>>,
 ) -> RowHits<[f32; WIDTH]> {
-    for lane in Lanes(lanes) {
+    for lane in MaskLanes(lanes) {
         let bit = 1 << lane;
-        (row_hits.hits, row_hits.leaving) = (row_hits.hits & !bit, row_hits.leaving & !bit);
-        if let Some(hit) = alone(lane) {
+        (row_hits.hits, row_hits.exits) = (row_hits.hits & !bit, row_hits.exits & !bit);
+        if let Some(hit) = test_single(lane) {
             row_hits.hits |= bit;
-            row_hits.leaving |= if hit.leaves() { bit } else { 0 };
+            row_hits.exits |= if hit.is_exit() { bit } else { 0 };
             row_hits.t[lane] = hit.t;
         }
     }
     row_hits
 }
 
-/// Intersects a ray with a plane in each lane; parameters as for [`spheres`].
+/// Intersects a ray with a plane in each lane; parameters as for [`intersect_spheres`].
 #[inline(always)]
-fn planes<S: Simd>(
+fn intersect_planes<S: Simd>(
     s: S,
     points: [S::Doubles; 3],
     normals: [S::Doubles; 3],
@@ -297,17 +310,14 @@ fn planes<S: Simd>(
     [outside_alone, inside_alone]: [u32; 2],
 ) -> RowHits<S::Floats> {
     let slope = dot_f64(s, normals, rays.direction);
-    let t = s.narrow(s.div_f64(
-        dot_f64(s, normals, difference(s, points, rays.origin)),
-        slope,
-    ));
+    let t = s.narrow(s.div_f64(dot_f64(s, normals, sub3_f64(s, points, rays.origin)), slope));
     // For a ray in the plane the distance is 0/0 or x/0, which no open range contains.
     let within = s.less(first, t) & s.at_most(t, last) & s.less(t, s.splat(f32::INFINITY));
     let finite = within & s.less(s.splat(f32::NEG_INFINITY), t);
     let against = s.greater_f64(s.splat_f64(0.0), slope);
     RowHits {
         hits: finite & !(outside_alone & !against) & !(inside_alone & against),
-        leaving: 0,
+        exits: 0,
         t,
     }
 }
@@ -327,7 +337,7 @@ impl<S: Simd> RaysF64<S> {
         let direction = [s.widen(x), s.widen(y), s.widen(z)];
         let length_squared = dot_f64(s, direction, direction);
         let inverse_length_squared = s.div_f64(s.splat_f64(1.0), length_squared);
-        let shortened = s.mul_f64(length_squared, s.splat_f64(PreparedRay::SHORTER));
+        let shortened = s.mul_f64(length_squared, s.splat_f64(PreparedRay::LOWER_BOUND_FACTOR));
         let rays = RayLanes {
             origin: splat3_f64(s, origin),
             direction,
@@ -345,6 +355,6 @@ impl<S: Simd> RaysF64<S> {
 
     fn prepared_ray(&self, ray: usize) -> PreparedRay {
         let d = Vec3::new(self.rows[0][ray], self.rows[1][ray], self.rows[2][ray]);
-        PreparedRay::of(Ray::<f32>::new(self.origin.as_vec3(), d), false)
+        PreparedRay::from_ray(Ray::<f32>::new(self.origin.as_vec3(), d), false)
     }
 }

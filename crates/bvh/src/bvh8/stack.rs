@@ -6,7 +6,7 @@
 
 use core::mem::MaybeUninit;
 
-use super::{ChildRef, Lanes, STACK, WIDTH};
+use super::{ChildRef, MaskLanes, STACK_SIZE, WIDTH};
 
 /// A stack entry: a child, with its entry distance in the upper half of the integer. Nonnegative
 /// distances sort like integers. Negative distances do not, which costs time but no correctness.
@@ -26,25 +26,25 @@ impl StackEntry {
     }
 
     #[inline(always)]
-    pub fn entry(self) -> f32 {
+    pub fn entry_distance(self) -> f32 {
         f32::from_bits((self.0 >> 32) as u32)
     }
 }
 
 /// Entries of the traversal stack. The traversal keeps their number in a register. If the number
 /// were stored beside the entries, every step would wait for memory.
-pub(super) struct Stack([MaybeUninit<StackEntry>; STACK]);
+pub(super) struct TraversalStack([MaybeUninit<StackEntry>; STACK_SIZE]);
 
-impl Stack {
+impl TraversalStack {
     #[inline(always)]
     pub fn new() -> Self {
-        Self([MaybeUninit::uninit(); STACK])
+        Self([MaybeUninit::uninit(); STACK_SIZE])
     }
 
     /// Writes the entry at an index.
     #[inline(always)]
-    pub fn set(&mut self, index: usize, waiting: StackEntry) {
-        self.0[index].write(waiting);
+    pub fn set_entry(&mut self, index: usize, stack_entry: StackEntry) {
+        self.0[index].write(stack_entry);
     }
 
     /// Pops entries until an entry distance is at most `last`, and returns that child; `None` if no
@@ -57,9 +57,9 @@ impl Stack {
         while *top > 0 {
             *top -= 1;
             // SAFETY: the caller guarantees that every entry below the top was written.
-            let waiting = unsafe { self.0[*top].assume_init() };
-            if waiting.entry() <= last {
-                return Some(waiting.child());
+            let stack_entry = unsafe { self.0[*top].assume_init() };
+            if stack_entry.entry_distance() <= last {
+                return Some(stack_entry.child());
             }
         }
         None
@@ -67,7 +67,7 @@ impl Stack {
 
     /// Returns the storage for the eight entries of a node, possibly uninitialised.
     #[inline(always)]
-    pub fn eight(&mut self, index: usize) -> &mut [MaybeUninit<StackEntry>; WIDTH] {
+    pub fn eight_entries(&mut self, index: usize) -> &mut [MaybeUninit<StackEntry>; WIDTH] {
         let Some(eight) = self.0[index..].first_chunk_mut() else {
             panic!("the builder keeps to the depth")
         };
@@ -84,20 +84,20 @@ impl Stack {
         entries: &[f32; WIDTH],
         mask: u32,
     ) -> usize {
-        let (room, mut count) = (self.eight(base), 0);
-        for lane in Lanes(mask) {
-            let waiting = StackEntry::new(children[lane], entries[lane]);
+        let (room, mut count) = (self.eight_entries(base), 0);
+        for lane in MaskLanes(mask) {
+            let stack_entry = StackEntry::new(children[lane], entries[lane]);
             let mut hole = count;
             while hole > 0 {
                 // SAFETY: `hole` is at most `count`, below which every entry was written.
                 let before = unsafe { room[(hole - 1) % WIDTH].assume_init() };
-                if before.0 >= waiting.0 {
+                if before.0 >= stack_entry.0 {
                     break;
                 }
                 room[hole % WIDTH].write(before);
                 hole -= 1;
             }
-            room[hole % WIDTH].write(waiting);
+            room[hole % WIDTH].write(stack_entry);
             count += 1;
         }
         base + count
@@ -108,7 +108,7 @@ impl Stack {
     /// # Safety
     /// Both entries must have been written.
     #[inline(always)]
-    pub unsafe fn last_two(&self, top: usize) -> [ChildRef; 2] {
+    pub unsafe fn top_two_children(&self, top: usize) -> [ChildRef; 2] {
         let Some(two) = self.0[..top].last_chunk::<2>() else {
             panic!("two are waiting")
         };

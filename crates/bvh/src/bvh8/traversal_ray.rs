@@ -3,24 +3,24 @@
 use glam::DVec3;
 
 use super::optimisation_barrier::optimisation_barrier;
-use super::triangle8::LARGE;
+use super::triangle8::LARGE_COORDINATE;
 use crate::aabb::{Aabb, BoundingSphere};
-use crate::instance::RoughInverse;
+use crate::instance::ApproximateInverse;
 use crate::shapes::PreparedRay;
 
-/// Upper bound of a direction's length for which the filter decides; the lower bound is 2/`LONG`.
+/// Upper bound of a direction's length for which the filter decides; the lower bound is 2/`MAX_LENGTH`.
 /// Beyond either bound f32 might overflow or underflow, so every triangle gets the exact test.
-const LONG: f32 = (1 << 20) as f32;
+const MAX_LENGTH: f32 = (1 << 20) as f32;
 /// Unit roundoffs of f32 and f64: 2⁻²⁴ and 2⁻⁵³.
 const U: f32 = 5.960_464_5e-8;
 const W: f32 = 1.110_223e-16;
 /// Least absolute value of a component of a scaled direction.
-const LEAST: f64 = 1e-20;
+const MIN_COMPONENT: f64 = 1e-20;
 /// Least squared length of a direction that is mapped in f32; the inverse is the greatest squared
 /// length.
-const SHORT: f32 = 1e-24;
+const MIN_LENGTH_SQUARED: f32 = 1e-24;
 /// Factor that covers the rounding errors in the computation of a bound.
-const ROUNDED: f32 = 1.000_01;
+const ROUNDING_FACTOR: f32 = 1.000_01;
 
 /// A ray for the traversal of a tree, all in f32: the parts for boxes and for leaves.
 #[derive(Clone, Copy)]
@@ -30,13 +30,13 @@ pub(crate) struct TraversalRay {
 }
 
 /// Result of mapping a world-space ray to an instance's space in f32.
-pub(crate) enum RoughRay {
+pub(crate) enum ApproximateRay {
     /// The ray misses the bounding sphere of the instanced geometry.
-    Misses,
+    Miss,
     /// The mapped ray, and the distance at which it starts.
-    Meets(TraversalRay, f32),
+    Hit(TraversalRay, f32),
     /// The error of the mapped ray may exceed one percent of the bounding sphere's radius.
-    TooRough,
+    Imprecise,
 }
 
 /// Values of a ray for box tests, besides the origin and the near end. A traversal keeps them in
@@ -45,12 +45,12 @@ pub(crate) enum RoughRay {
 pub(crate) struct BoxRay {
     pub inverse: [f32; 3],
     /// Inverse direction for the exit planes, slightly greater in absolute value.
-    pub widened: [f32; 3],
+    pub exit_inverse: [f32; 3],
     /// Amount, per axis, by which entry distances are lowered; zero unless the ray was mapped.
-    pub early: [f32; 3],
+    pub entry_margin: [f32; 3],
     /// Amount, per axis, by which exit distances are raised: `early`, plus a margin for negative
     /// distances, which a greater inverse would lower.
-    pub late: [f32; 3],
+    pub exit_margin: [f32; 3],
     /// Side on which the ray enters a box in each axis, 0 for the minima: the sign bit of the
     /// direction. That bit is known before the inverse and equals its sign, also for −0. If the
     /// inverse is zero or NaN, both sides give the same result.
@@ -76,17 +76,17 @@ pub(crate) struct LeafRay {
 /// Returns the greater number, or the second if the first is NaN: a single instruction. NaN needs
 /// no care, since a ray with a NaN gets the exact test.
 #[inline(always)]
-fn greater(a: f32, b: f32) -> f32 {
+fn max_or_second(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
 #[inline(always)]
-fn greatest_of(v: [f32; 3]) -> f32 {
-    greater(v[0].abs(), greater(v[1].abs(), v[2].abs()))
+fn max_abs_component(v: [f32; 3]) -> f32 {
+    max_or_second(v[0].abs(), max_or_second(v[1].abs(), v[2].abs()))
 }
 
 #[inline(always)]
-fn least_of(v: [f32; 3]) -> f32 {
+fn min_abs_component(v: [f32; 3]) -> f32 {
     let lesser = |a: f32, b: f32| if a < b { a } else { b };
     lesser(v[0].abs(), lesser(v[1].abs(), v[2].abs()))
 }
@@ -99,24 +99,25 @@ impl TraversalRay {
             direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2];
         // An upper bound of the length for directions shorter or longer than one, computed without
         // a square root. It is tight, since directions have unit length up to rounding.
-        let length = optimisation_barrier(greater(squared, 1.0)) * ROUNDED;
-        let sane =
-            squared < LONG * LONG && squared > 4.0 / (LONG * LONG) && greatest_of(origin) < LARGE;
+        let length = optimisation_barrier(max_or_second(squared, 1.0)) * ROUNDING_FACTOR;
+        let is_in_range = squared < MAX_LENGTH * MAX_LENGTH
+            && squared > 4.0 / (MAX_LENGTH * MAX_LENGTH)
+            && max_abs_component(origin) < LARGE_COORDINATE;
         let box_ray = BoxRay {
             inverse,
-            widened: inverse.map(|i| optimisation_barrier(i * (1.0 + 8.0 * U))),
-            early: [0.0; 3],
-            late: [greater(-near, 0.0) * (16.0 * U); 3],
+            exit_inverse: inverse.map(|i| optimisation_barrier(i * (1.0 + 8.0 * U))),
+            entry_margin: [0.0; 3],
+            exit_margin: [max_or_second(-near, 0.0) * (16.0 * U); 3],
             side: direction.map(|d| (d.to_bits() >> 31) as usize),
         };
         let leaf_ray = LeafRay {
             origin,
             direction,
             near,
-            reach: optimisation_barrier(if sane { 1e-30 } else { f32::INFINITY }),
+            reach: optimisation_barrier(if is_in_range { 1e-30 } else { f32::INFINITY }),
             weight: optimisation_barrier(50.0 * U * length),
             determinant: optimisation_barrier(14.0 * U * length),
-            distance: optimisation_barrier(2.0 * ROUNDED * least_of(inverse)),
+            distance: optimisation_barrier(2.0 * ROUNDING_FACTOR * min_abs_component(inverse)),
         };
         Self { box_ray, leaf_ray }
     }
@@ -130,7 +131,7 @@ impl TraversalRay {
     /// that error. In the bounds of [`super::filter`], the distance R of the corners is increased
     /// until the bounds also cover the errors of the mapped ray: 1.8 u E |d| of a weight per unit,
     /// and 2.5 u E² of D and of T.
-    pub fn mapped(
+    pub fn from_f64_ray(
         origin: DVec3,
         direction: DVec3,
         near: f64,
@@ -143,41 +144,44 @@ impl TraversalRay {
         // Tiny components are replaced by a slightly larger number, so that no error bound is
         // infinite.
         let scaled = scaled.map(|d| {
-            if d.abs() < LEAST {
-                LEAST.copysign(d)
+            if d.abs() < MIN_COMPONENT {
+                MIN_COMPONENT.copysign(d)
             } else {
                 d
             }
         });
-        let wrong = moved.abs() * f64::from(U)
+        let origin_error = moved.abs() * f64::from(U)
             + (origin.abs() + (direction * rebase.start).abs()) * (8.0 * f64::from(W))
-            + farthest * (2.0 * LEAST);
-        let near = greater(rebase.rebased(near).next_down(), 0.0);
+            + farthest * (2.0 * MIN_COMPONENT);
+        let near = max_or_second(rebase.rebase_distance(near).next_down(), 0.0);
         let traversal_ray = Self::new(
             moved.as_vec3().to_array(),
             scaled.as_vec3().to_array(),
             near,
         );
         (
-            traversal_ray.widened(wrong.as_vec3().to_array(), wrong.element_sum() as f32),
+            traversal_ray.widen_bounds(
+                origin_error.as_vec3().to_array(),
+                origin_error.element_sum() as f32,
+            ),
             rebase,
         )
     }
 
-    /// Computes the ray of [`TraversalRay::mapped`] from a world-space ray, in f32 alone, and the
+    /// Computes the ray of [`TraversalRay::from_f64_ray`] from a world-space ray, in f32 alone, and the
     /// distance at which it starts. The error `wrong` is larger here, since it includes the
     /// rounding of the map. The error of the direction is larger too. It acts over the distance to
     /// the part and through the part, and is multiplied by E² in a determinant.
     #[inline(always)]
-    pub fn roughly_mapped(
-        inverse: &RoughInverse,
+    pub fn map_in_f32(
+        inverse: &ApproximateInverse,
         ray: &PreparedRay,
         near: f32,
         bounds: &BoundingSphere,
-    ) -> RoughRay {
+    ) -> ApproximateRay {
         let stored = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32];
         let ([o, d], [origin_error, direction_error]) =
-            inverse.ray(stored(ray.origin), stored(ray.direction));
+            inverse.map_ray(stored(ray.origin), stored(ray.direction));
         let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let (squared, [x, y, z]) = (dot(d, d), bounds.centre);
         let shorter = 1.0 / squared.sqrt();
@@ -186,10 +190,13 @@ impl TraversalRay {
             dot([x - o[0], y - o[1], z - o[2]], d) * (shorter * shorter),
             bounds.radius * shorter,
         );
-        let start = greater(middle - half, near - near.abs() * (4.0 * U));
-        let wrong = origin_error + direction_error * (start.abs() + 2.0 * half);
-        if !(wrong <= bounds.radius * 0.01 && squared > SHORT && squared < 1.0 / SHORT) {
-            return RoughRay::TooRough;
+        let start = max_or_second(middle - half, near - near.abs() * (4.0 * U));
+        let ray_error = origin_error + direction_error * (start.abs() + 2.0 * half);
+        if !(ray_error <= bounds.radius * 0.01
+            && squared > MIN_LENGTH_SQUARED
+            && squared < 1.0 / MIN_LENGTH_SQUARED)
+        {
+            return ApproximateRay::Imprecise;
         }
         let nearest = [
             o[0] + d[0] * middle - x,
@@ -197,18 +204,22 @@ impl TraversalRay {
             o[2] + d[2] * middle - z,
         ];
         if dot(nearest, nearest) > bounds.radius * bounds.radius {
-            return RoughRay::Misses;
+            return ApproximateRay::Miss;
         }
         let moved = [
             o[0] + d[0] * start,
             o[1] + d[1] * start,
             o[2] + d[2] * start,
         ];
-        let direction = d.map(|d| greater(d.abs(), LEAST as f32).copysign(d));
-        let traversal_ray = Self::new(moved, direction, greater((near - start).next_down(), 0.0))
-            .widened([wrong; 3], 3.0 * wrong);
+        let direction = d.map(|d| max_or_second(d.abs(), MIN_COMPONENT as f32).copysign(d));
+        let traversal_ray = Self::new(
+            moved,
+            direction,
+            max_or_second((near - start).next_down(), 0.0),
+        )
+        .widen_bounds([ray_error; 3], 3.0 * ray_error);
         let determinant = traversal_ray.leaf_ray.determinant + 6.0 * direction_error;
-        RoughRay::Meets(
+        ApproximateRay::Hit(
             Self {
                 leaf_ray: LeafRay {
                     determinant,
@@ -221,22 +232,22 @@ impl TraversalRay {
     }
 
     /// Widens the error bounds of the ray for an origin that is off by up to `wrong` in each axis.
-    /// `all` is the sum over the axes.
+    /// `total_error` is the sum over the axes.
     #[inline(always)]
-    fn widened(self, wrong: [f32; 3], all: f32) -> Self {
+    fn widen_bounds(self, origin_error: [f32; 3], total_error: f32) -> Self {
         let Self { box_ray, leaf_ray } = self;
         let early: [f32; 3] =
-            core::array::from_fn(|axis| wrong[axis] * 2.01 * box_ray.inverse[axis].abs());
+            core::array::from_fn(|axis| origin_error[axis] * 2.01 * box_ray.inverse[axis].abs());
         let box_ray = BoxRay {
-            widened: box_ray.inverse.map(|i| i * (1.0 + 16.0 * U)),
-            early,
-            late: early.map(|early| early + box_ray.late[0]),
+            exit_inverse: box_ray.inverse.map(|i| i * (1.0 + 16.0 * U)),
+            entry_margin: early,
+            exit_margin: early.map(|early| early + box_ray.exit_margin[0]),
             ..box_ray
         };
         Self {
             box_ray,
             leaf_ray: LeafRay {
-                reach: leaf_ray.reach + all * (0.1 * ROUNDED / U),
+                reach: leaf_ray.reach + total_error * (0.1 * ROUNDING_FACTOR / U),
                 ..leaf_ray
             },
         }
@@ -244,7 +255,7 @@ impl TraversalRay {
 
     /// Raises a far end by the rounding error of box distances, for box tests.
     #[inline(always)]
-    pub fn last(far: f32) -> f32 {
+    pub fn widen_far(far: f32) -> f32 {
         far + far.abs() * (8.0 * U)
     }
 }
@@ -274,8 +285,8 @@ impl RayReparametrisation {
         let start = sphere.max(near - near.abs() * (2.0 * f64::from(U)));
         // The greatest power of two up to the length has the same exponent bits, and no others.
         let scale = f64::from_bits(length.to_bits() & 0x7ff << 52);
-        let sane = start.is_finite() && scale.is_normal();
-        if sane {
+        let is_in_range = start.is_finite() && scale.is_normal();
+        if is_in_range {
             Self { start, scale }
         } else {
             Self {
@@ -286,15 +297,15 @@ impl RayReparametrisation {
     }
 
     /// Converts a distance along the ray to a distance of the traversal, rounded to nearest.
-    pub fn rebased(&self, t: f64) -> f32 {
+    pub fn rebase_distance(&self, t: f64) -> f32 {
         ((t - self.start) * self.scale) as f32
     }
 
     /// Converts a far end to a distance of the traversal beyond every distance that rounds to at
     /// most `t`.
-    pub fn far(&self, t: f32) -> f32 {
+    pub fn rebase_far(&self, t: f32) -> f32 {
         let t = f64::from(t);
-        self.rebased(t + (t.abs() + self.start.abs()) * (2.0 * f64::from(U)))
+        self.rebase_distance(t + (t.abs() + self.start.abs()) * (2.0 * f64::from(U)))
             .next_up()
     }
 }

@@ -3,10 +3,10 @@
 
 use super::projected_ray::{ProjectedRay, UncertainSign};
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
-use super::stack::{Stack, StackEntry};
+use super::stack::{StackEntry, TraversalStack};
 use super::traversal_ray::LeafRay;
 use super::triangle8::Triangle8;
-use super::{Bvh8, ChildRef, Lanes, WIDTH};
+use super::{Bvh8, ChildRef, MaskLanes, WIDTH};
 use crate::math::simd::Simd;
 use crate::shapes::{PreparedRay, TriangleHit};
 
@@ -15,7 +15,7 @@ use crate::shapes::{PreparedRay, TriangleHit};
 pub(super) trait TraversalSimd: Simd {
     /// Returns the stack entries of the two children in a mask with two bits.
     #[inline(always)]
-    fn two(
+    fn two_stack_entries(
         self,
         children: &[ChildRef; WIDTH],
         entries: Self::Floats,
@@ -34,17 +34,17 @@ pub(super) trait TraversalSimd: Simd {
     /// Writes stack entries for the children of a mask from `top` on, in any order. Returns the new
     /// top.
     #[inline(always)]
-    fn push(
+    fn push_children(
         self,
-        stack: &mut Stack,
+        stack: &mut TraversalStack,
         mut top: usize,
         children: &[ChildRef; WIDTH],
         entries: Self::Floats,
         mask: u32,
     ) -> usize {
         let entries = self.to_array(entries);
-        for lane in Lanes(mask) {
-            stack.set(top, StackEntry::new(children[lane], entries[lane]));
+        for lane in MaskLanes(mask) {
+            stack.set_entry(top, StackEntry::new(children[lane], entries[lane]));
             top += 1;
         }
         top
@@ -52,9 +52,9 @@ pub(super) trait TraversalSimd: Simd {
     /// Writes stack entries for the children of a mask from `base` on, the nearest child last.
     /// Returns the new top.
     #[inline(always)]
-    fn push_sorted(
+    fn push_children_sorted(
         self,
-        stack: &mut Stack,
+        stack: &mut TraversalStack,
         base: usize,
         children: &[ChildRef; WIDTH],
         entries: Self::Floats,
@@ -65,7 +65,7 @@ pub(super) trait TraversalSimd: Simd {
     /// Intersects the triangle in a lane by the exact test of this instruction set. Returns an
     /// error if the single-triangle test must decide, or if the instruction set has no exact test
     /// of its own.
-    fn crossing(
+    fn intersect_lane(
         self,
         block: &Triangle8,
         lane: usize,
@@ -73,7 +73,7 @@ pub(super) trait TraversalSimd: Simd {
     ) -> Result<Option<TriangleHit>, UncertainSign>;
     /// Runs [`super::leaf::triangles`], compiled for this instruction set. It is a separate
     /// function, so that it takes no registers of the traversal.
-    fn settle<M: TraversalMode>(
+    fn intersect_triangles<M: TraversalMode>(
         self,
         bvh: &Bvh8,
         number: usize,
@@ -82,8 +82,8 @@ pub(super) trait TraversalSimd: Simd {
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool;
-    /// Runs [`super::leaf::spheres`], compiled for this instruction set as a separate function.
-    fn spheres<M: TraversalMode>(
+    /// Runs [`super::leaf::intersect_sphere_leaf`], compiled for this instruction set as a separate function.
+    fn intersect_sphere_leaf<M: TraversalMode>(
         self,
         bvh: &Bvh8,
         leaf: ChildRef,
@@ -199,7 +199,7 @@ mod tests {
             } else {
                 long(state)
             };
-            block.set(round % WIDTH, corners.map(turn));
+            block.set_triangle(round % WIDTH, corners.map(turn));
             let tilt =
                 Vec3::new(next(state) as f32, next(state) as f32, 0.0) * [0.0, 1e-20][round % 2];
             let (origin, direction) = (
@@ -208,9 +208,10 @@ mod tests {
             );
             let alone = block
                 .triangle(round % WIDTH)
-                .crossing(&PreparedRay::new(Ray::<f32>::new(origin, direction)));
+                .intersect_watertight(&PreparedRay::new(Ray::<f32>::new(origin, direction)));
             let projected_ray = ProjectedRay::new(origin.to_array(), direction.to_array());
-            let Ok(triangle_hit) = avx2.crossing(&block, round % WIDTH, &projected_ray) else {
+            let Ok(triangle_hit) = avx2.intersect_lane(&block, round % WIDTH, &projected_ray)
+            else {
                 left += 1;
                 continue;
             };

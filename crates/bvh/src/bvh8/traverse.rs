@@ -11,43 +11,43 @@
 use core::marker::PhantomData;
 
 use super::filter::splat_vector;
-use super::leaf::candidates;
-use super::optimisation_barrier::in_memory;
+use super::leaf::filter_block_lanes;
+use super::optimisation_barrier::keep_in_memory;
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
-use super::stack::{Stack, StackEntry};
-use super::traversal_ray::{RayReparametrisation, RoughRay, TraversalRay};
+use super::stack::{StackEntry, TraversalStack};
+use super::traversal_ray::{ApproximateRay, RayReparametrisation, TraversalRay};
 use super::traversal_simd::TraversalSimd;
 use super::{Bvh8, Bvh8Node, ChildRef, WIDTH};
 use crate::aabb::BoundingSphere;
-use crate::instance::RoughInverse;
+use crate::instance::ApproximateInverse;
 use crate::math::simd::Simd;
 use crate::processor::prefetch_line;
 use crate::shapes::PreparedRay;
 
 /// Greatest accepted distance: the value itself for triangles, `last` raised for box tests, and
-/// `boxes` as `last` in all lanes.
+/// `box_lanes` as `last` in all lanes.
 #[derive(Clone, Copy)]
-struct RayEnd<S: Simd> {
+struct FarEnd<S: Simd> {
     value: f32,
-    last: f32,
-    boxes: S::Floats,
+    box_value: f32,
+    box_lanes: S::Floats,
 }
 
-impl<S: Simd> RayEnd<S> {
+impl<S: Simd> FarEnd<S> {
     #[inline(always)]
     fn new(s: S, value: f32) -> Self {
-        let last = TraversalRay::last(value);
+        let last = TraversalRay::widen_far(value);
         Self {
             value,
-            last,
-            boxes: s.splat(last),
+            box_value: last,
+            box_lanes: s.splat(last),
         }
     }
 }
 
 /// The ray in all lanes, for box tests. The origin is negated, since an addition can take its other
 /// operand from memory.
-struct Slabs<S: Simd, M> {
+struct SlabTest<S: Simd, M> {
     minus_origin: [S::Floats; 3],
     inverse: [S::Floats; 3],
     widened: [S::Floats; 3],
@@ -57,7 +57,7 @@ struct Slabs<S: Simd, M> {
     mode: PhantomData<M>,
 }
 
-impl<S: Simd, M: TraversalMode> Slabs<S, M> {
+impl<S: Simd, M: TraversalMode> SlabTest<S, M> {
     #[inline(always)]
     fn new(s: S, traversal_ray: &TraversalRay) -> Self {
         let TraversalRay { box_ray, leaf_ray } = traversal_ray;
@@ -65,9 +65,9 @@ impl<S: Simd, M: TraversalMode> Slabs<S, M> {
         Self {
             minus_origin: splat_vector(s, [-ox, -oy, -oz]),
             inverse: splat_vector(s, box_ray.inverse),
-            widened: splat_vector(s, box_ray.widened),
-            early: splat_vector(s, box_ray.early),
-            late: splat_vector(s, box_ray.late),
+            widened: splat_vector(s, box_ray.exit_inverse),
+            early: splat_vector(s, box_ray.entry_margin),
+            late: splat_vector(s, box_ray.exit_margin),
             near: s.splat(leaf_ray.near),
             mode: PhantomData,
         }
@@ -75,17 +75,17 @@ impl<S: Simd, M: TraversalMode> Slabs<S, M> {
 
     /// Distances, along an axis, from the ray's origin to eight planes of a node from `index` on.
     #[inline(always)]
-    fn offset(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
+    fn plane_offset(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
         s.add(
             self.minus_origin[axis],
-            s.load_from(&node.planes[axis], index),
+            s.load_from_index(&node.planes[axis], index),
         )
     }
 
     /// Distances along the ray at which it enters the slabs of eight children.
     #[inline(always)]
-    fn entry(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
-        let offset = self.offset(s, node, axis, index);
+    fn entry_distance(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
+        let offset = self.plane_offset(s, node, axis, index);
         if M::MAPPED {
             s.mul_sub(offset, self.inverse[axis], self.early[axis])
         } else {
@@ -95,21 +95,25 @@ impl<S: Simd, M: TraversalMode> Slabs<S, M> {
 
     /// Distances along the ray at which it leaves the slabs of eight children.
     #[inline(always)]
-    fn exit(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
+    fn exit_distance(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
         let late = self.late[if M::MAPPED { axis } else { 0 }];
-        s.mul_add(self.offset(s, node, axis, index), self.widened[axis], late)
+        s.mul_add(
+            self.plane_offset(s, node, axis, index),
+            self.widened[axis],
+            late,
+        )
     }
 }
 
 /// Prefetches a child that is visited after its nearer sibling: a whole node, or most of a block.
 #[inline(always)]
-fn fetch(bvh: &Bvh8, child: ChildRef) {
+fn prefetch_child(bvh: &Bvh8, child: ChildRef) {
     let lines =
         |start: *const u8| (0..4).for_each(|line| prefetch_line(start.wrapping_add(64 * line)));
     if !child.is_leaf() {
-        lines(bvh.nodes.as_ptr().wrapping_add(child.node()).cast());
+        lines(bvh.nodes.as_ptr().wrapping_add(child.node_index()).cast());
     } else if child.is_block() {
-        lines(bvh.blocks.as_ptr().wrapping_add(child.index()).cast());
+        lines(bvh.blocks.as_ptr().wrapping_add(child.leaf_index()).cast());
     }
 }
 
@@ -119,19 +123,19 @@ fn fetch(bvh: &Bvh8, child: ChildRef) {
 pub(super) fn traverse_instance<S: TraversalSimd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
-    inverse: &RoughInverse,
+    inverse: &ApproximateInverse,
     bounds: &BoundingSphere,
     ray: &PreparedRay,
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> Option<bool> {
     let (traversal_ray, start) =
-        match TraversalRay::roughly_mapped(inverse, ray, query.range.min, bounds) {
-            RoughRay::Misses => return Some(false),
-            RoughRay::Meets(traversal_ray, start) => (traversal_ray, start),
-            RoughRay::TooRough => return None,
+        match TraversalRay::map_in_f32(inverse, ray, query.range.min, bounds) {
+            ApproximateRay::Miss => return Some(false),
+            ApproximateRay::Hit(traversal_ray, start) => (traversal_ray, start),
+            ApproximateRay::Imprecise => return None,
         };
-    query.rebase = RayReparametrisation {
+    query.reparametrisation = RayReparametrisation {
         start: start.into(),
         scale: 1.0,
     };
@@ -148,31 +152,34 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
-    let slabs = Slabs::<S, M>::new(s, traversal_ray);
+    let slabs = SlabTest::<S, M>::new(s, traversal_ray);
     // Offsets of the entry planes of each axis in a node, see [`Bvh8Node`].
     let [sx, sy, sz] = traversal_ray.box_ray.side.map(|side| (side & 1) * WIDTH);
     // Only the values for leaves are copied to memory. The values for boxes stay in registers.
     let leaf_ray = traversal_ray.leaf_ray;
-    let mut far = RayEnd::new(s, query.far::<M>());
-    let (mut stack, mut prepared_ray) = (Stack::new(), None);
+    let mut far = FarEnd::new(s, query.max_distance::<M>());
+    let (mut stack, mut prepared_ray) = (TraversalStack::new(), None);
     let (mut top, mut current) = (0, ChildRef(0));
     loop {
         // Descends to a leaf with triangles that need the exact test, or with other primitives.
         // This loop contains no call, so the ray keeps its registers.
-        let left = loop {
+        let candidate_lanes = loop {
             if !current.is_leaf() {
-                let node = &bvh.nodes[current.node()];
+                let node = &bvh.nodes[current.node_index()];
                 query.count_node::<M>();
                 let entry = s.max(
-                    s.max(slabs.entry(s, node, 0, sx), slabs.entry(s, node, 1, sy)),
-                    s.max(slabs.entry(s, node, 2, sz), slabs.near),
+                    s.max(
+                        slabs.entry_distance(s, node, 0, sx),
+                        slabs.entry_distance(s, node, 1, sy),
+                    ),
+                    s.max(slabs.entry_distance(s, node, 2, sz), slabs.near),
                 );
                 let exit = s.min(
                     s.min(
-                        slabs.exit(s, node, 0, WIDTH - sx),
-                        slabs.exit(s, node, 1, WIDTH - sy),
+                        slabs.exit_distance(s, node, 0, WIDTH - sx),
+                        slabs.exit_distance(s, node, 1, WIDTH - sy),
                     ),
-                    s.min(slabs.exit(s, node, 2, WIDTH - sz), far.boxes),
+                    s.min(slabs.exit_distance(s, node, 2, WIDTH - sz), far.box_lanes),
                 );
                 let entered = s.at_most(entry, exit);
                 if entered & entered.wrapping_sub(1) == 0 {
@@ -182,37 +189,37 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                     }
                 } else {
                     if entered.count_ones() == 2 {
-                        let [a, b] = s.two(&node.children, entry, entered);
-                        stack.set(top, StackEntry(a.0.max(b.0)));
+                        let [a, b] = s.two_stack_entries(&node.children, entry, entered);
+                        stack.set_entry(top, StackEntry(a.0.max(b.0)));
                         top += 1;
                         current = ChildRef(a.0.min(b.0) as u32);
                         // Only the farther child is prefetched, since the nearer child is read
                         // next.
-                        fetch(bvh, ChildRef(a.0.max(b.0) as u32));
+                        prefetch_child(bvh, ChildRef(a.0.max(b.0) as u32));
                         continue;
                     }
                     top = if M::ANY {
-                        s.push(&mut stack, top, &node.children, entry, entered)
+                        s.push_children(&mut stack, top, &node.children, entry, entered)
                     } else {
-                        s.push_sorted(&mut stack, top, &node.children, entry, entered)
+                        s.push_children_sorted(&mut stack, top, &node.children, entry, entered)
                     };
                     // SAFETY: at least two entries were just written.
-                    let [next, nearest] = unsafe { stack.last_two(top) };
+                    let [next, nearest] = unsafe { stack.top_two_children(top) };
                     (current, top) = (nearest, top - 1);
-                    fetch(bvh, next);
+                    prefetch_child(bvh, next);
                     continue;
                 }
             } else if current.is_block() {
                 // The tree's pointers are reloaded for each block: the traversal has no registers
                 // left for them.
-                let bvh = in_memory(bvh);
-                prefetch_line(bvh.leaf_headers.as_ptr().wrapping_add(current.index()));
-                match candidates::<S, M>(
+                let bvh = keep_in_memory(bvh);
+                prefetch_line(bvh.leaf_headers.as_ptr().wrapping_add(current.leaf_index()));
+                match filter_block_lanes::<S, M>(
                     s,
                     bvh,
-                    current.index(),
-                    in_memory(&leaf_ray),
-                    [far.value, far.last],
+                    current.leaf_index(),
+                    keep_in_memory(&leaf_ray),
+                    [far.value, far.box_value],
                     query,
                 ) {
                     None => return true,
@@ -223,26 +230,38 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                 break 0;
             }
             // SAFETY: every entry below the top was written.
-            let Some(next) = (unsafe { stack.pop(&mut top, far.last) }) else {
+            let Some(next) = (unsafe { stack.pop(&mut top, far.box_value) }) else {
                 return false;
             };
             current = next;
         };
-        let over = match left {
-            0 if current.is_row() => {
-                s.spheres::<M>(bvh, current, &leaf_ray, &mut prepared_ray, query, visitor)
-            }
-            0 => visitor.other(query, current.index()),
-            lanes => s.settle::<M>(bvh, current.index(), lanes, &leaf_ray, query, visitor),
+        let ended = match candidate_lanes {
+            0 if current.is_row() => s.intersect_sphere_leaf::<M>(
+                bvh,
+                current,
+                &leaf_ray,
+                &mut prepared_ray,
+                query,
+                visitor,
+            ),
+            0 => visitor.visit_other_primitive(query, current.leaf_index()),
+            lanes => s.intersect_triangles::<M>(
+                bvh,
+                current.leaf_index(),
+                lanes,
+                &leaf_ray,
+                query,
+                visitor,
+            ),
         };
-        if over {
+        if ended {
             return true;
         }
-        if !M::ANY && query.far::<M>() != far.value {
-            far = RayEnd::new(s, query.far::<M>());
+        if !M::ANY && query.max_distance::<M>() != far.value {
+            far = FarEnd::new(s, query.max_distance::<M>());
         }
         // SAFETY: every entry below the top was written.
-        let Some(next) = (unsafe { stack.pop(&mut top, far.last) }) else {
+        let Some(next) = (unsafe { stack.pop(&mut top, far.box_value) }) else {
             return false;
         };
         current = next;

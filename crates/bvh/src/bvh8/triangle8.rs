@@ -9,7 +9,7 @@ use crate::shapes::Triangle;
 
 /// Coordinate from which products of three lengths might leave the range of f32. Triangles with
 /// such corners always get the exact test.
-pub(super) const LARGE: f32 = (1_u64 << 38) as f32;
+pub(super) const LARGE_COORDINATE: f32 = (1_u64 << 38) as f32;
 
 /// A block of up to eight triangles, with one array per coordinate: `corners[axis][corner][lane]`,
 /// unchanged from the input.
@@ -30,7 +30,7 @@ impl Triangle8 {
     };
 
     /// Stores a triangle in a lane. A triangle without extent can't be hit.
-    pub fn set(&mut self, lane: usize, vertices: [Vec3; 3]) {
+    pub fn set_triangle(&mut self, lane: usize, vertices: [Vec3; 3]) {
         for (corner, position) in vertices.into_iter().enumerate() {
             for axis in 0..3 {
                 self.corners[axis][corner][lane] = position[axis];
@@ -41,7 +41,9 @@ impl Triangle8 {
             .length_squared()
             .max((c - a).length_squared())
             .sqrt();
-        let large = vertices.iter().any(|p| p.abs().max_element() >= LARGE);
+        let large = vertices
+            .iter()
+            .any(|p| p.abs().max_element() >= LARGE_COORDINATE);
         self.longest[lane] = match () {
             () if vertices[0] == vertices[1] && vertices[0] == vertices[2] => f32::NEG_INFINITY,
             () if large => f32::INFINITY,
@@ -76,7 +78,7 @@ pub(crate) struct LeafHeader {
     /// Mask of the lanes whose hits end an any-hit query.
     pub opaque: u8,
     /// Mask of the lanes for whose hits an any-hit query calls the filter.
-    pub asks: u8,
+    pub filtered: u8,
     /// Mask of the lanes that rays can hit from outside only.
     pub outside: u8,
     /// Mask of the lanes that rays can hit from inside only.
@@ -96,12 +98,12 @@ impl LeafHeader {
     }
 
     /// Records the visibility of a lane.
-    pub fn set(&mut self, lane: usize, visibility: Visibility) {
+    pub fn set_visibility(&mut self, lane: usize, visibility: Visibility) {
         let bit = 1 << lane;
         match visibility.occlusion {
             Occlusion::None => {}
             Occlusion::Opaque => self.opaque |= bit,
-            Occlusion::Ask => self.asks |= bit,
+            Occlusion::Filtered => self.filtered |= bit,
         }
         match visibility.side {
             Side::Both => {}
@@ -113,7 +115,7 @@ impl LeafHeader {
 
     /// Mask of the lanes that a camera ray (`culls`) or any other ray can hit from outside only.
     #[inline(always)]
-    pub fn outside_alone(&self, culls: bool) -> u8 {
+    pub fn outside_only_lanes(&self, culls: bool) -> u8 {
         if culls {
             self.outside | self.culled
         } else {
@@ -127,7 +129,7 @@ impl LeafHeader {
         (if from_outside {
             self.inside
         } else {
-            self.outside_alone(culls)
+            self.outside_only_lanes(culls)
         }) >> lane
             & 1
             == 0

@@ -16,11 +16,11 @@ mod exact;
 
 use core::arch::x86_64::*;
 
-use super::kernel::{entries, leaves};
-use super::leaf::{spheres, triangles};
+use super::kernel::{define_entry_points, define_leaf_tests};
+use super::leaf::{intersect_sphere_leaf, intersect_triangles};
 use super::projected_ray::{ProjectedRay, UncertainSign};
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
-use super::stack::{Stack, StackEntry};
+use super::stack::{StackEntry, TraversalStack};
 use super::traversal_ray::LeafRay;
 use super::traversal_simd::TraversalSimd;
 use super::triangle8::Triangle8;
@@ -29,27 +29,32 @@ use crate::math::simd::{Avx2, Avx512, Simd};
 use crate::shapes::{PreparedRay, TriangleHit};
 
 impl TraversalSimd for Avx2 {
-    leaves!(
+    define_leaf_tests!(
         Avx2,
         target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt"),
-        exact::crossing
+        exact::intersect_lane
     );
 }
 
 impl TraversalSimd for Avx512 {
-    leaves!(
+    define_leaf_tests!(
         Avx512,
         target_feature(
             enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"
         ),
-        exact::crossing
+        exact::intersect_lane
     );
 
     #[inline(always)]
-    fn two(self, children: &[ChildRef; WIDTH], entries: __m256, mask: u32) -> [StackEntry; 2] {
+    fn two_stack_entries(
+        self,
+        children: &[ChildRef; WIDTH],
+        entries: __m256,
+        mask: u32,
+    ) -> [StackEntry; 2] {
         // SAFETY: `self` proves that the processor has AVX-512F and VL and AVX2.
         unsafe {
-            let first = _mm256_castsi256_si128(pack(children, entries, mask)[0]);
+            let first = _mm256_castsi256_si128(pack_children(children, entries, mask)[0]);
             [
                 StackEntry(_mm_cvtsi128_si64(first) as u64),
                 StackEntry(_mm_extract_epi64::<1>(first) as u64),
@@ -57,21 +62,21 @@ impl TraversalSimd for Avx512 {
         }
     }
     #[inline(always)]
-    fn push(
+    fn push_children(
         self,
-        stack: &mut Stack,
+        stack: &mut TraversalStack,
         top: usize,
         children: &[ChildRef; WIDTH],
         entries: __m256,
         mask: u32,
     ) -> usize {
-        let room = stack.eight(top);
+        let room = stack.eight_entries(top);
         // SAFETY: `self` proves that the processor has AVX-512F and VL and AVX2. `StackEntry` is a
         // transparent u64. The slice has room for eight entries, all of which are written, four at
         // a time.
         unsafe {
             let ([low, high], place) = (
-                pack(children, entries, mask),
+                pack_children(children, entries, mask),
                 room.as_mut_ptr().cast::<__m256i>(),
             );
             let (first, last) = (
@@ -84,9 +89,9 @@ impl TraversalSimd for Avx512 {
         top + mask.count_ones() as usize
     }
     #[inline(always)]
-    fn push_sorted(
+    fn push_children_sorted(
         self,
-        stack: &mut Stack,
+        stack: &mut TraversalStack,
         base: usize,
         children: &[ChildRef; WIDTH],
         entries: __m256,
@@ -95,14 +100,14 @@ impl TraversalSimd for Avx512 {
         if mask.count_ones() > 4 {
             return stack.push_sorted(base, children, &self.to_array(entries), mask);
         }
-        let room = stack.eight(base);
+        let room = stack.eight_entries(base);
         // SAFETY: `self` proves that the processor has AVX-512F and VL and AVX2. `StackEntry` is a
         // transparent u64. The slice has room for eight entries, the first four of which are
         // written.
         unsafe {
-            let [low, high] = pack(children, entries, mask);
+            let [low, high] = pack_children(children, entries, mask);
             let four = _mm256_permute2x128_si256::<0x20>(low, high);
-            _mm256_storeu_si256(room.as_mut_ptr().cast::<__m256i>(), falling(four));
+            _mm256_storeu_si256(room.as_mut_ptr().cast::<__m256i>(), sort_descending(four));
         }
         base + mask.count_ones() as usize
     }
@@ -112,17 +117,18 @@ impl TraversalSimd for Avx512 {
 /// children is nearer is unpredictable.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
-fn falling(four: __m256i) -> __m256i {
-    let four = ordered::<0b1010>(four, _mm256_shuffle_epi32::<0b01_00_11_10>(four));
-    let four = ordered::<0b1100>(four, _mm256_permute4x64_epi64::<0b01_00_11_10>(four));
-    ordered::<0b0100>(four, _mm256_permute4x64_epi64::<0b11_01_10_00>(four))
+fn sort_descending(four: __m256i) -> __m256i {
+    let four = min_max_with_partner::<0b1010>(four, _mm256_shuffle_epi32::<0b01_00_11_10>(four));
+    let four =
+        min_max_with_partner::<0b1100>(four, _mm256_permute4x64_epi64::<0b01_00_11_10>(four));
+    min_max_with_partner::<0b0100>(four, _mm256_permute4x64_epi64::<0b11_01_10_00>(four))
 }
 
 /// Returns, in each lane, the lesser of the lane and its partner if the lane's bit is set in
 /// `LESSER`, otherwise the greater.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
-fn ordered<const LESSER: u8>(four: __m256i, partners: __m256i) -> __m256i {
+fn min_max_with_partner<const LESSER: u8>(four: __m256i, partners: __m256i) -> __m256i {
     _mm256_mask_min_epu64(_mm256_max_epu64(four, partners), LESSER, four, partners)
 }
 
@@ -131,7 +137,7 @@ fn ordered<const LESSER: u8>(four: __m256i, partners: __m256i) -> __m256i {
 /// since some processors lower their clock for wider vectors.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
-fn pack(children: &[ChildRef; WIDTH], entries: __m256, mask: u32) -> [__m256i; 2] {
+fn pack_children(children: &[ChildRef; WIDTH], entries: __m256, mask: u32) -> [__m256i; 2] {
     // SAFETY: eight children are read, each a transparent u32, at any alignment.
     let children = unsafe { _mm256_loadu_si256(children.as_ptr().cast()) };
     let children = _mm256_maskz_compress_epi32(mask as u8, children);

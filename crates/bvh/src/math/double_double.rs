@@ -7,25 +7,25 @@ use core::ops::{Add, Mul};
 /// Product", Ogita, Rump, Oishi 2005), unless a number overflows or underflows.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct DoubleDouble {
-    most: f64,
-    rest: f64,
+    high: f64,
+    low: f64,
 }
 
 impl DoubleDouble {
     /// Creates the exact product a·b.
     #[inline(always)]
-    pub fn product(a: f64, b: f64) -> Self {
+    pub fn from_product(a: f64, b: f64) -> Self {
         let maximum = a * b;
         Self {
-            most: maximum,
-            rest: a.mul_add(b, -maximum),
+            high: maximum,
+            low: a.mul_add(b, -maximum),
         }
     }
 
     /// Rounds to the nearest f64.
     #[inline(always)]
-    pub fn rounded(self) -> f64 {
-        self.most
+    pub fn to_f64(self) -> f64 {
+        self.high
     }
 }
 
@@ -33,8 +33,8 @@ impl From<f64> for DoubleDouble {
     #[inline(always)]
     fn from(maximum: f64) -> Self {
         Self {
-            most: maximum,
-            rest: 0.0,
+            high: maximum,
+            low: 0.0,
         }
     }
 }
@@ -44,13 +44,13 @@ impl Add for DoubleDouble {
 
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        let total = self.most + other.most;
-        let part = total - self.most;
-        let rest = (self.most - (total - part)) + (other.most - part) + (self.rest + other.rest);
+        let total = self.high + other.high;
+        let part = total - self.high;
+        let rest = (self.high - (total - part)) + (other.high - part) + (self.low + other.low);
         let maximum = total + rest;
         Self {
-            most: maximum,
-            rest: rest - (maximum - total),
+            high: maximum,
+            low: rest - (maximum - total),
         }
     }
 }
@@ -60,6 +60,6 @@ impl Mul<f64> for DoubleDouble {
 
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
-        Self::product(self.most, factor) + Self::from(self.rest * factor)
+        Self::from_product(self.high, factor) + Self::from(self.low * factor)
     }
 }

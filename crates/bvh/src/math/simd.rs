@@ -33,7 +33,7 @@ pub(crate) trait Simd: Copy {
     fn load(self, values: &[f32; WIDTH]) -> Self::Floats;
     /// Loads eight numbers from index `first` on; zeros if fewer than eight are left.
     #[inline(always)]
-    fn load_from(self, values: &[f32], first: usize) -> Self::Floats {
+    fn load_from_index(self, values: &[f32], first: usize) -> Self::Floats {
         self.load(values[first..].first_chunk().unwrap_or(&[0.0; WIDTH]))
     }
     fn to_array(self, a: Self::Floats) -> [f32; WIDTH];
@@ -50,7 +50,7 @@ pub(crate) trait Simd: Copy {
     fn abs(self, a: Self::Floats) -> Self::Floats;
     fn negate(self, a: Self::Floats) -> Self::Floats;
     /// Flips the sign of `a` in lanes where the sign bit of `b` is set.
-    fn signed_by(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn flip_signs(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn less(self, a: Self::Floats, b: Self::Floats) -> u32;
     fn at_most(self, a: Self::Floats, b: Self::Floats) -> u32;
     /// Selects `set` in lanes whose mask bit is set, `unset` in the others.
@@ -76,9 +76,9 @@ pub(crate) trait Simd: Copy {
 
 /// Iterator over the lanes whose mask bits are set, in ascending order.
 #[derive(Clone, Copy)]
-pub(crate) struct Lanes(pub u32);
+pub(crate) struct MaskLanes(pub u32);
 
-impl Iterator for Lanes {
+impl Iterator for MaskLanes {
     type Item = usize;
 
     #[inline(always)]

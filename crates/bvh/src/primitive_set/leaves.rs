@@ -9,12 +9,12 @@ use crate::build::LeafKind;
 use crate::bvh8::{Bvh8, PrimitiveRow, RowKind, WIDTH};
 use crate::scalar::{Real, Vector};
 use crate::shapes::{AnyShape, Triangle};
-use crate::slot::{PrimitiveKind, Slot};
+use crate::slot::{PrimitiveKind, PrimitiveSlot};
 
 impl<R: Real> PrimitiveSet<R> {
     /// Returns the leaf kind of a primitive. Cuboids have no leaves in lanes: the node test already
     /// intersects eight of their boxes, and nearly every cuboid whose box is hit is hit too.
-    pub(crate) fn leaf_kind(&self, slot: &Slot) -> LeafKind {
+    pub(crate) fn leaf_kind(&self, slot: &PrimitiveSlot) -> LeafKind {
         match slot.kind {
             // Leaves in lanes exist only for primitives stored in f32.
             _ if !R::IS_SINGLE => LeafKind::None,
@@ -37,8 +37,12 @@ impl<R: Real> PrimitiveSet<R> {
     /// Sorts the arrays of spheres and triangles in the order of the slots, so that primitives
     /// tested in sequence are adjacent in memory. Does nothing for triangles that were moved to
     /// blocks.
-    pub(crate) fn follow(&mut self) {
-        fn follow<T: Copy>(list: &mut Vec<T>, slots: &mut [Slot], kind: PrimitiveKind) {
+    pub(crate) fn sort_by_slot(&mut self) {
+        fn sort_list_by_slot<T: Copy>(
+            list: &mut Vec<T>,
+            slots: &mut [PrimitiveSlot],
+            kind: PrimitiveKind,
+        ) {
             let before = take(list);
             list.reserve_exact(before.len());
             for slot in slots
@@ -49,8 +53,8 @@ impl<R: Real> PrimitiveSet<R> {
                 slot.index = list.len() as u32 - 1;
             }
         }
-        follow(&mut self.spheres, &mut self.slots, PrimitiveKind::Sphere);
-        follow(
+        sort_list_by_slot(&mut self.spheres, &mut self.slots, PrimitiveKind::Sphere);
+        sort_list_by_slot(
             &mut self.triangles,
             &mut self.slots,
             PrimitiveKind::Triangle,
@@ -59,12 +63,12 @@ impl<R: Real> PrimitiveSet<R> {
 
     /// Moves the triangles into the tree's blocks, if it has blocks, which then hold the only copy.
     /// The slots from `first` on are in the tree's order.
-    pub(crate) fn move_triangles(&mut self, bvh: &mut Bvh8, first: usize) {
+    pub(crate) fn move_triangles_to_blocks(&mut self, bvh: &mut Bvh8, first: usize) {
         if !bvh.has_blocks() {
             return;
         }
         let triangles = take(&mut self.triangles);
-        bvh.fill(&mut self.slots, first, |slot| {
+        bvh.fill_blocks(&mut self.slots, first, |slot| {
             let triangle = triangles[slot.index as usize];
             (
                 Triangle {
@@ -79,22 +83,28 @@ impl<R: Real> PrimitiveSet<R> {
     /// slots, and of the `spheres` slots from `first` on, eight primitives to a row. The other
     /// spheres fill the rows of the tree's leaves. The slots from `first` on are in the tree's
     /// order, spheres first.
-    pub(crate) fn make_rows(&self, bvh: &mut Bvh8, planes: usize, first: usize, spheres: usize) {
+    pub(crate) fn build_primitive_rows(
+        &self,
+        bvh: &mut Bvh8,
+        planes: usize,
+        first: usize,
+        spheres: usize,
+    ) {
         for (kind, slots) in [
             (RowKind::Planes, 0..planes),
             (RowKind::Spheres, first..first + spheres),
         ] {
             let firsts = slots.clone().step_by(WIDTH);
-            bvh.test_always(
-                firsts.map(|first| self.row(kind, first..slots.end.min(first + WIDTH))),
+            bvh.add_always_tested_rows(
+                firsts.map(|first| self.build_row(kind, first..slots.end.min(first + WIDTH))),
             );
         }
-        bvh.fill_rows(first, |slots| self.row(RowKind::Spheres, slots));
+        bvh.fill_leaf_rows(first, |slots| self.build_row(RowKind::Spheres, slots));
     }
 
     /// Builds the row of up to eight spheres or planes in the given slots.
-    fn row(&self, kind: RowKind, slots: Range<usize>) -> PrimitiveRow {
-        let own = |slot: &Slot| {
+    fn build_row(&self, kind: RowKind, slots: Range<usize>) -> PrimitiveRow {
+        let own = |slot: &PrimitiveSlot| {
             let index = slot.index as usize;
             let numbers = match kind {
                 RowKind::Spheres => [

@@ -2,14 +2,14 @@
 //! together, and each ray finds the same hit as alone.
 
 use super::SlotHit;
-use crate::bvh8::{PacketResult, PacketState, PacketVisitor, RAYS};
+use crate::bvh8::{MAX_RAYS, PacketResult, PacketState, PacketVisitor};
 use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::PreparedRay;
 
 /// Least number of rays in a packet. Fewer rays are traced one by one.
-const FEWEST: usize = 4;
+const MIN_PACKET_RAYS: usize = 4;
 
 /// Rays with a common origin.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +22,7 @@ pub struct RayPacket<'a, R: Real> {
     pub directions: &'a [R::Vec3],
     /// Time of all rays, see [`Ray::time`].
     pub time: R,
-    /// Whether these are camera rays, see [`Ray::culls`].
+    /// Whether these are camera rays, see [`Ray::is_camera_ray`].
     pub culls: bool,
     /// Open interval of accepted distances, for all rays.
     pub range: Interval<R>,
@@ -30,10 +30,10 @@ pub struct RayPacket<'a, R: Real> {
 
 impl<R: Real> RayPacket<'_, R> {
     /// Creates the single ray with one of the directions.
-    fn ray(&self, direction: R::Vec3) -> Ray<R> {
+    fn build_ray(&self, direction: R::Vec3) -> Ray<R> {
         Ray {
-            culls: self.culls,
-            ..Ray::new(self.origin, direction).at_time(self.time)
+            is_camera_ray: self.culls,
+            ..Ray::new(self.origin, direction).with_time(self.time)
         }
     }
 }
@@ -45,31 +45,31 @@ impl<R: Real> RayPacket<'_, R> {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PacketBackoff {
     /// Number of groups of rays still to be traced one by one.
-    alone: u32,
+    single_turns: u32,
     /// Number of groups that were traced one by one after the last failure.
     pause: u32,
 }
 
 impl PacketBackoff {
     /// Greatest number of groups traced one by one after a failure.
-    const LONGEST: u32 = 64;
+    const MAX_PAUSE: u32 = 64;
 
     /// Decides whether the next group of rays is traced as a packet.
-    fn tries(&mut self) -> bool {
-        let tries = self.alone == 0;
-        self.alone = self.alone.saturating_sub(1);
+    fn should_try_packet(&mut self) -> bool {
+        let tries = self.single_turns == 0;
+        self.single_turns = self.single_turns.saturating_sub(1);
         tries
     }
 
     /// Adapts the number of groups to the outcome of a packet.
-    fn learn(&mut self, requested: PacketResult) {
-        match requested {
-            PacketResult::Whole => self.pause = 0,
-            PacketResult::Parted => {
-                self.pause = (2 * self.pause).clamp(1, Self::LONGEST);
-                self.alone = self.pause;
+    fn record_result(&mut self, packet_result: PacketResult) {
+        match packet_result {
+            PacketResult::Complete => self.pause = 0,
+            PacketResult::Abandoned => {
+                self.pause = (2 * self.pause).clamp(1, Self::MAX_PAUSE);
+                self.single_turns = self.pause;
             }
-            PacketResult::Unfit => {}
+            PacketResult::Unsuitable => {}
         }
     }
 }
@@ -79,7 +79,7 @@ impl<R: Real> Geometry<R> {
     /// equal those of [`Geometry::closest`] bit for bit. Consecutive calls with similar rays should
     /// pass the same `backoff`.
     #[doc(alias("rtcIntersect8", "rtcIntersect16"))]
-    pub fn closest_from(
+    pub fn closest_of_packet(
         &self,
         rays: &RayPacket<'_, R>,
         backoff: &mut PacketBackoff,
@@ -87,35 +87,35 @@ impl<R: Real> Geometry<R> {
     ) {
         hits.clear();
         hits.reserve(rays.directions.len());
-        for some in rays.directions.chunks(RAYS) {
-            let requested = if some.len() >= FEWEST && backoff.tries() {
-                self.together(rays, some, hits)
-            } else {
-                PacketResult::Unfit
-            };
-            backoff.learn(requested);
-            if requested != PacketResult::Whole {
-                hits.extend(
-                    some.iter()
-                        .map(|&direction| self.closest(&rays.ray(direction), rays.range, &mut ())),
-                );
+        for directions in rays.directions.chunks(MAX_RAYS) {
+            let packet_result =
+                if directions.len() >= MIN_PACKET_RAYS && backoff.should_try_packet() {
+                    self.trace_packet(rays, directions, hits)
+                } else {
+                    PacketResult::Unsuitable
+                };
+            backoff.record_result(packet_result);
+            if packet_result != PacketResult::Complete {
+                hits.extend(directions.iter().map(|&direction| {
+                    self.closest(&rays.build_ray(direction), rays.range, &mut ())
+                }));
             }
         }
     }
 
-    /// Traces up to [`RAYS`] rays together. Appends their hits only if the packet traversal
+    /// Traces up to [`MAX_RAYS`] rays together. Appends their hits only if the packet traversal
     /// completed.
     #[inline(never)]
-    fn together(
+    fn trace_packet(
         &self,
         rays: &RayPacket<'_, R>,
         directions: &[R::Vec3],
         hits: &mut Vec<Option<Hit<R>>>,
     ) -> PacketResult {
-        let Some(bvh) = self.lanes() else {
-            return PacketResult::Unfit;
+        let Some(bvh) = self.simd_tree() else {
+            return PacketResult::Unsuitable;
         };
-        let mut stored = [glam::Vec3::ZERO; RAYS];
+        let mut stored = [glam::Vec3::ZERO; MAX_RAYS];
         stored
             .iter_mut()
             .zip(directions)
@@ -127,22 +127,22 @@ impl<R: Real> Geometry<R> {
             [rays.range.min.to_f32(), last],
             rays.culls,
         );
-        let mut asking = PacketQuery {
+        let mut packet_query = PacketQuery {
             geometry: self,
             rays,
             directions,
         };
-        let requested = bvh.visit_packet(&mut packet_state, &mut asking);
-        if requested != PacketResult::Whole {
-            return requested;
+        let packet_result = bvh.visit_packet(&mut packet_state, &mut packet_query);
+        if packet_result != PacketResult::Complete {
+            return packet_result;
         }
         for slot in self.planes..self.unbounded {
-            asking.one_by_one(slot, &mut packet_state);
+            packet_query.test_ray_by_ray(slot, &mut packet_state);
         }
         let number = R::from_f32;
         hits.extend((0..packet_state.count).map(|ray| {
             let ([t, u, v], [slot, inner]) = packet_state.hit(ray)?;
-            Some(self.named(&SlotHit {
+            Some(self.to_hit(&SlotHit {
                 t: number(t),
                 u: number(u),
                 v: number(v),
@@ -150,7 +150,7 @@ impl<R: Real> Geometry<R> {
                 inner,
             }))
         }));
-        requested
+        packet_result
     }
 }
 
@@ -164,25 +164,25 @@ struct PacketQuery<'a, 'r, R: Real> {
 impl<R: Real> PacketQuery<'_, '_, R> {
     /// Tests all rays of the packet, one by one, against a primitive that has no packet test.
     #[inline(never)]
-    fn one_by_one(&self, slot: usize, packet_state: &mut PacketState) {
+    fn test_ray_by_ray(&self, slot: usize, packet_state: &mut PacketState) {
         let geometry = self.geometry;
         for (ray, &direction) in self.directions.iter().enumerate() {
-            let prepared_ray: PreparedRay = geometry.prepare(self.rays.ray(direction));
+            let prepared_ray: PreparedRay = geometry.prepare_ray(self.rays.build_ray(direction));
             let range = Interval {
                 min: self.rays.range.min,
                 max: R::from_f32(packet_state.far[ray]).next_up(),
             };
-            let own = (slot as u32, &geometry.group.slots[slot]);
+            let own = (slot as u32, &geometry.primitives.slots[slot]);
             if let Some(SlotHit {
                 t,
                 u,
                 v,
                 slot,
                 inner,
-            }) = geometry.test(own, &prepared_ray, range, &mut ())
+            }) = geometry.intersect_slot(own, &prepared_ray, range, &mut ())
             {
-                packet_state.consider(ray, [t, u, v].map(Real::to_f32), [slot, inner], |a, b| {
-                    self.lower(a, b)
+                packet_state.update_hit(ray, [t, u, v].map(Real::to_f32), [slot, inner], |a, b| {
+                    self.comes_before(a, b)
                 });
             }
         }
@@ -191,13 +191,13 @@ impl<R: Real> PacketQuery<'_, '_, R> {
 
 impl<R: Real> PacketVisitor for PacketQuery<'_, '_, R> {
     #[inline(always)]
-    fn lower(&self, slot: u32, than: u32) -> bool {
-        let order = |slot: u32| self.geometry.group.slots[slot as usize].order();
+    fn comes_before(&self, slot: u32, than: u32) -> bool {
+        let order = |slot: u32| self.geometry.primitives.slots[slot as usize].tie_order();
         order(slot) < order(than)
     }
 
-    fn other(&mut self, index: usize, packet_state: &mut PacketState) {
-        self.one_by_one(self.geometry.unbounded + index, packet_state);
+    fn test_other_primitive(&mut self, index: usize, packet_state: &mut PacketState) {
+        self.test_ray_by_ray(self.geometry.unbounded + index, packet_state);
     }
 }
 
@@ -216,20 +216,20 @@ mod tests {
     fn failed_packets_double_the_pause() {
         let mut backoff = PacketBackoff::default();
         for turns in [1, 2, 4, 8, 16, 32, 64, 64, 64] {
-            assert!(backoff.tries());
-            backoff.learn(PacketResult::Parted);
+            assert!(backoff.should_try_packet());
+            backoff.record_result(PacketResult::Abandoned);
             for _ in 0..turns {
-                assert!(!backoff.tries());
-                backoff.learn(PacketResult::Unfit);
+                assert!(!backoff.should_try_packet());
+                backoff.record_result(PacketResult::Unsuitable);
             }
         }
-        assert!(backoff.tries());
-        backoff.learn(PacketResult::Unfit);
-        assert!(backoff.tries());
-        backoff.learn(PacketResult::Whole);
-        assert!(backoff.tries());
-        backoff.learn(PacketResult::Parted);
-        assert!([backoff.tries(), backoff.tries()] == [false, true]);
+        assert!(backoff.should_try_packet());
+        backoff.record_result(PacketResult::Unsuitable);
+        assert!(backoff.should_try_packet());
+        backoff.record_result(PacketResult::Complete);
+        assert!(backoff.should_try_packet());
+        backoff.record_result(PacketResult::Abandoned);
+        assert!([backoff.should_try_packet(), backoff.should_try_packet()] == [false, true]);
     }
 
     /// Protects: a packet of sixteen rays at sixteen distant triangles of a mesh is given up, but a
@@ -273,11 +273,11 @@ mod tests {
                 range: Interval::positive(),
             };
             let (mut backoff, mut hits) = (PacketBackoff::default(), Vec::new());
-            ground.closest_from(&requested, &mut backoff, &mut hits);
+            ground.closest_of_packet(&requested, &mut backoff, &mut hits);
             assert_eq!(backoff.pause > 0, parts, "{spacing} apart");
             let alone: Vec<_> = directions
                 .iter()
-                .map(|&d| ground.closest(&requested.ray(d), requested.range, &mut ()))
+                .map(|&d| ground.closest(&requested.build_ray(d), requested.range, &mut ()))
                 .collect();
             assert!(hits == alone && hits.iter().all(Option::is_some));
         }

@@ -2,7 +2,7 @@
 
 use core::any::Any;
 
-use super::{NO_PART, SlotHit};
+use super::{NO_INNER_SLOT, SlotHit};
 use crate::bvh8::{
     Bvh8, HitVisitor, RayReparametrisation, RaySource, TraversalQuery, TraversalRay,
     optimisation_barrier,
@@ -13,7 +13,7 @@ use crate::processor::prefetch;
 use crate::ray::{Interval, Occlusion, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::PreparedRay;
-use crate::slot::{PrimitiveKind, Slot};
+use crate::slot::{PrimitiveKind, PrimitiveSlot};
 use crate::stats::{TraversalCounter, TraversalStats};
 
 /// Kind of query: closest hit or any hit, with its state and its reaction to a hit.
@@ -23,26 +23,26 @@ pub(super) trait QueryKind<R: Real>: Sized {
     /// Open interval of accepted distances.
     fn range(&self) -> Interval<R>;
     /// Greatest accepted distance.
-    fn far(&self) -> R;
+    fn max_distance(&self) -> R;
     /// Adapts the query to the ray mapped into another space.
     #[inline(always)]
-    fn in_space_of(self, _ray: &PreparedRay) -> Self {
+    fn adapt_to_ray(self, _ray: &PreparedRay) -> Self {
         self
     }
     /// Handles a hit within the range. Returns whether the query ends.
-    fn accept(&mut self, geometry: &Geometry<R>, slot_hit: SlotHit<R>) -> bool;
+    fn accept_hit(&mut self, geometry: &Geometry<R>, slot_hit: SlotHit<R>) -> bool;
     /// Tests one primitive and handles its hit, if any. Returns whether the query ends.
     #[inline(always)]
-    fn test<T: TraversalCounter>(
+    fn test_primitive<T: TraversalCounter>(
         &mut self,
         geometry: &Geometry<R>,
-        slot: (u32, &Slot),
+        slot: (u32, &PrimitiveSlot),
         ray: &PreparedRay,
         stats: &mut T,
     ) -> bool {
         geometry
-            .test(slot, ray, self.range(), stats)
-            .is_some_and(|slot_hit| self.accept(geometry, slot_hit))
+            .intersect_slot(slot, ray, self.range(), stats)
+            .is_some_and(|slot_hit| self.accept_hit(geometry, slot_hit))
     }
 }
 
@@ -53,39 +53,39 @@ pub(super) trait QueryKind<R: Real>: Sized {
 /// depend on the shape's test, so either of two coincident surfaces could win. For f64, `range.max`
 /// is therefore kept as far beyond the best distance as rounding may reach, and `is_contested`
 /// records whether another hit came that close.
-pub(super) struct ClosestHit<R: Real> {
+pub(super) struct ClosestHitQuery<R: Real> {
     pub range: Interval<R>,
     pub slot_hit: Option<SlotHit<R>>,
     /// Greatest coordinate of the ray's origin, in units of distance (lengths of the direction).
     /// Zero for f32.
-    pub origin: R,
+    pub origin_size: R,
     pub is_contested: bool,
 }
 
-impl<R: Real> ClosestHit<R> {
+impl<R: Real> ClosestHitQuery<R> {
     /// Greatest relative difference of distances that count as equal: some hundred roundings of
     /// f64. An intersection test makes about ten, and a ray within two degrees of a surface
     /// multiplies them.
-    const EQUAL: f64 = 1.0 / (1_u64 << 44) as f64;
+    const TIE_RATIO: f64 = 1.0 / (1_u64 << 44) as f64;
 
     #[inline(always)]
     pub fn new(range: Interval<R>) -> Self {
         Self {
             range,
             slot_hit: None,
-            origin: R::ZERO,
+            origin_size: R::ZERO,
             is_contested: false,
         }
     }
 
     /// Greatest difference from `t` of a distance that equals `t` up to rounding.
     #[inline(always)]
-    fn slack(&self, t: R) -> R {
-        (self.origin + t.abs()) * R::from_f64(Self::EQUAL)
+    fn tie_tolerance(&self, t: R) -> R {
+        (self.origin_size + t.abs()) * R::from_f64(Self::TIE_RATIO)
     }
 }
 
-impl<R: Real> QueryKind<R> for ClosestHit<R> {
+impl<R: Real> QueryKind<R> for ClosestHitQuery<R> {
     const ANY: bool = false;
 
     #[inline(always)]
@@ -93,7 +93,7 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
         self.range
     }
     #[inline(always)]
-    fn far(&self) -> R {
+    fn max_distance(&self) -> R {
         // In f64, hits slightly beyond the nearest hit count too.
         if !R::IS_SINGLE {
             return self.range.max;
@@ -103,22 +103,25 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
             .map_or_else(|| self.range.max.next_down(), |slot_hit| slot_hit.t)
     }
     #[inline(always)]
-    fn in_space_of(self, ray: &PreparedRay) -> Self {
+    fn adapt_to_ray(self, ray: &PreparedRay) -> Self {
         if R::IS_SINGLE {
             return self;
         }
         Self {
-            origin: R::from_f64(ray.origin.abs().max_element() * ray.inverse_length_squared.sqrt()),
+            origin_size: R::from_f64(
+                ray.origin.abs().max_element() * ray.inverse_length_squared.sqrt(),
+            ),
             ..self
         }
     }
     #[inline(always)]
-    fn accept(&mut self, geometry: &Geometry<R>, slot_hit: SlotHit<R>) -> bool {
-        let order = |slot_hit: &SlotHit<R>| geometry.group.slots[slot_hit.slot as usize].order();
+    fn accept_hit(&mut self, geometry: &Geometry<R>, slot_hit: SlotHit<R>) -> bool {
+        let order =
+            |slot_hit: &SlotHit<R>| geometry.primitives.slots[slot_hit.slot as usize].tie_order();
         // Whether distances are stored in f64, without rounding to f32.
         let is_exact = !R::IS_SINGLE;
         if is_exact && let Some(best) = &self.slot_hit {
-            self.is_contested |= (slot_hit.t - best.t).abs() <= self.slack(best.t);
+            self.is_contested |= (slot_hit.t - best.t).abs() <= self.tie_tolerance(best.t);
         }
         let better = match &self.slot_hit {
             None => true,
@@ -128,7 +131,7 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
         };
         if better {
             let equal = if is_exact {
-                slot_hit.t + self.slack(slot_hit.t)
+                slot_hit.t + self.tie_tolerance(slot_hit.t)
             } else {
                 slot_hit.t
             };
@@ -146,12 +149,12 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
 /// A query for any accepted hit. With `BY_VISIBILITY` the object's occlusion decides, and an opaque
 /// hit ends the query without a call of `accept`. Otherwise every hit is passed to `accept`, as for
 /// the contents of an instance, for which the instance's visibility decides.
-pub(super) struct AnyHit<'f, R: Real, const BY_VISIBILITY: bool> {
+pub(super) struct AnyHitQuery<'f, R: Real, const BY_VISIBILITY: bool> {
     pub range: Interval<R>,
     pub accept: &'f mut dyn FnMut(SlotHit<R>) -> bool,
 }
 
-impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIBILITY> {
+impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHitQuery<'_, R, BY_VISIBILITY> {
     const ANY: bool = true;
 
     #[inline(always)]
@@ -159,18 +162,18 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIB
         self.range
     }
     #[inline(always)]
-    fn far(&self) -> R {
+    fn max_distance(&self) -> R {
         self.range.max.next_down()
     }
     #[inline(always)]
-    fn accept(&mut self, _: &Geometry<R>, slot_hit: SlotHit<R>) -> bool {
+    fn accept_hit(&mut self, _: &Geometry<R>, slot_hit: SlotHit<R>) -> bool {
         (self.accept)(slot_hit)
     }
     #[inline(always)]
-    fn test<T: TraversalCounter>(
+    fn test_primitive<T: TraversalCounter>(
         &mut self,
         geometry: &Geometry<R>,
-        slot: (u32, &Slot),
+        slot: (u32, &PrimitiveSlot),
         ray: &PreparedRay,
         stats: &mut T,
     ) -> bool {
@@ -188,7 +191,7 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIB
                     ..slot_hit
                 })
             };
-            let query = AnyHit::<_, false> {
+            let query = AnyHitQuery::<_, false> {
                 range,
                 accept: &mut accepts,
             };
@@ -196,21 +199,23 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIB
                 .visit_instance(own_slot.index as usize, ray, query, stats)
                 .0;
         }
-        geometry.test(slot, ray, range, stats).is_some_and(accepts)
+        geometry
+            .intersect_slot(slot, ray, range, stats)
+            .is_some_and(accepts)
     }
 }
 
 impl<R: Real> Geometry<R> {
     /// Runs a query by a ray in f32, the scalar of the tree. Returns whether a hit ended the query.
     #[inline(always)]
-    pub(super) fn visit_stored<Q: QueryKind<R>, T: TraversalCounter>(
+    pub(super) fn visit_f32_ray<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
         bvh: &Bvh8,
         ray: &Ray<R>,
-        visitor: &mut Visitor<'_, R, Q, T>,
+        visitor: &mut QueryVisitor<'_, R, Q, T>,
     ) -> bool {
         if self.unbounded > self.planes
-            && self.visit_unbounded(ray, &mut visitor.query, visitor.stats)
+            && self.visit_unbounded_primitives(ray, &mut visitor.query, visitor.stats)
         {
             return true;
         }
@@ -218,85 +223,92 @@ impl<R: Real> Geometry<R> {
         let Some(single) = (ray as &dyn Any).downcast_ref() else {
             return false;
         };
-        let mut query = visitor.traversal(ray.culls, RaySource::Stored(single, self.faces));
+        let mut query = visitor.to_traversal_query(
+            ray.is_camera_ray,
+            RaySource::StoredRay(single, self.has_faces),
+        );
         let one = |axis: usize| {
             (
-                optimisation_barrier(ray.origin.axis(axis).to_f32()),
-                optimisation_barrier(ray.direction.axis(axis).to_f32()),
+                optimisation_barrier(ray.origin.component(axis).to_f32()),
+                optimisation_barrier(ray.direction.component(axis).to_f32()),
             )
         };
         let ([(ox, dx), (oy, dy), (oz, dz)], near) = ([one(0), one(1), one(2)], query.range.min);
-        let over = bvh.visit(ox, oy, oz, dx, dy, dz, near, &mut query, visitor);
-        visitor.count(&query);
-        over
+        let ended = bvh.visit_hits(ox, oy, oz, dx, dy, dz, near, &mut query, visitor);
+        visitor.add_counts(&query);
+        ended
     }
 
     /// Tests the unbounded primitives one by one, before the traversal. Returns whether a hit ended
     /// the query.
     #[inline(never)]
-    fn visit_unbounded<Q: QueryKind<R>, T: TraversalCounter>(
+    fn visit_unbounded_primitives<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
         ray: &Ray<R>,
         query: &mut Q,
         stats: &mut T,
     ) -> bool {
-        let ray = self.prepare(*ray);
-        self.unbounded()
-            .any(|slot| query.test(self, slot, &ray, stats))
+        let ray = self.prepare_ray(*ray);
+        self.unbounded_slots()
+            .any(|slot| query.test_primitive(self, slot, &ray, stats))
     }
 
     /// Runs a query by a prepared ray over all primitives. Returns whether a hit ended the query,
     /// and the query.
     #[inline(always)]
-    pub(super) fn visit_all<Q: QueryKind<R>, T: TraversalCounter>(
+    pub(super) fn run_query<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
         ray: &PreparedRay,
         mut query: Q,
         stats: &mut T,
     ) -> (bool, Q) {
-        let alone = self.bvh.places_alone();
+        let single_positions = self.bvh.single_positions();
         for slot in self
-            .unbounded()
-            .chain(self.bounded(alone.clone().unwrap_or(0..0)))
+            .unbounded_slots()
+            .chain(self.bounded_slots(single_positions.clone().unwrap_or(0..0)))
         {
-            if query.test(self, slot, ray, stats) {
+            if query.test_primitive(self, slot, ray, stats) {
                 return (true, query);
             }
         }
-        if alone.is_some() {
+        if single_positions.is_some() {
             (false, query)
         } else {
-            self.traverse(ray, query, stats)
+            self.traverse_f64_ray(ray, query, stats)
         }
     }
 
-    /// Traverses the tree by a prepared ray, for [`Self::visit_all`]. The ray is rounded to f32. To
+    /// Traverses the tree by a prepared ray, for [`Self::run_query`]. The ray is rounded to f32. To
     /// keep its error small, it is first moved along itself to the bounds of the tree, and box
     /// tests include the remaining error.
     #[inline(always)]
-    fn traverse<Q: QueryKind<R>, T: TraversalCounter>(
+    fn traverse_f64_ray<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
         ray: &PreparedRay,
         query: Q,
         stats: &mut T,
     ) -> (bool, Q) {
         let near = query.range().min.to_f64();
-        let (traversal_ray, rebase) =
-            TraversalRay::mapped(ray.origin, ray.direction, near, &self.bounded_part());
-        let mut visitor = Visitor {
+        let (traversal_ray, rebase) = TraversalRay::from_f64_ray(
+            ray.origin,
+            ray.direction,
+            near,
+            &self.bounded_primitives_box(),
+        );
+        let mut visitor = QueryVisitor {
             geometry: self,
             query,
             stats,
         };
         let mut query = TraversalQuery {
-            rebase,
-            ..visitor.traversal(ray.culls, RaySource::Prepared(ray))
+            reparametrisation: rebase,
+            ..visitor.to_traversal_query(ray.is_camera_ray, RaySource::PreparedRay(ray))
         };
-        let over = self
+        let ended = self
             .bvh
-            .visit_mapped(&traversal_ray, &mut query, &mut visitor);
-        visitor.count(&query);
-        (over, visitor.query)
+            .visit_hits_of_mapped_ray(&traversal_ray, &mut query, &mut visitor);
+        visitor.add_counts(&query);
+        (ended, visitor.query)
     }
 
     /// Runs a query inside an instance by a world-space ray. Returns whether a hit ended the query,
@@ -313,122 +325,133 @@ impl<R: Real> Geometry<R> {
         mut query: Q,
         stats: &mut T,
     ) -> (bool, Q) {
-        let instance = &self.group.instances[instance];
-        let part = &self.group.parts[instance.part as usize];
-        if let Some(bvh) = part.lanes()
+        let instance = &self.primitives.instances[instance];
+        let part = &self.primitives.parts[instance.part as usize];
+        if let Some(bvh) = part.simd_tree()
             && part.unbounded == 0
         {
-            let mut visitor = Visitor {
+            let mut visitor = QueryVisitor {
                 geometry: part,
                 query,
                 stats: &mut *stats,
             };
-            let mut traversal =
-                visitor.traversal(ray.culls, RaySource::Under(&instance.transform, ray));
-            let over = bvh.visit_instance(
+            let mut traversal = visitor.to_traversal_query(
+                ray.is_camera_ray,
+                RaySource::InInstance(&instance.transform, ray),
+            );
+            let ended = bvh.visit_instance(
                 &instance.to_object,
                 &part.sphere,
                 ray,
                 &mut traversal,
                 &mut visitor,
             );
-            visitor.count(&traversal);
-            if let Some(over) = over {
-                return (over, visitor.query);
+            visitor.add_counts(&traversal);
+            if let Some(ended) = ended {
+                return (ended, visitor.query);
             }
             query = visitor.query;
         }
-        self.visit_exactly(instance, ray, query, stats)
+        self.visit_instance_in_f64(instance, ray, query, stats)
     }
 
     /// Runs the query of [`Self::visit_instance`] by a ray that is mapped in f64.
     #[inline(never)]
-    fn visit_exactly<Q: QueryKind<R>, T: TraversalCounter>(
+    fn visit_instance_in_f64<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
         instance: &Instance,
         ray: &PreparedRay,
         query: Q,
         stats: &mut T,
     ) -> (bool, Q) {
-        let mut room = None;
-        let (transform, part) = self.group.shown(instance, ray.time, &mut room);
-        let ray = transform.probe_to_object(ray);
-        part.visit_all(&ray, query.in_space_of(&ray), stats)
+        let mut moving_transform = None;
+        let (transform, part) =
+            self.primitives
+                .resolve_instance(instance, ray.time, &mut moving_transform);
+        let ray = transform.ray_to_object(ray);
+        part.run_query(&ray, query.adapt_to_ray(&ray), stats)
     }
 }
 
 /// Visitor of a traversal that passes its hits to a query.
-pub(super) struct Visitor<'a, R: Real, Q, T> {
+pub(super) struct QueryVisitor<'a, R: Real, Q, T> {
     pub geometry: &'a Geometry<R>,
     pub query: Q,
     pub stats: &'a mut T,
 }
 
-impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> Visitor<'_, R, Q, T> {
+impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> QueryVisitor<'_, R, Q, T> {
     /// Describes the query as the data of a traversal.
     #[inline(always)]
-    fn traversal<'a>(&self, culls: bool, source: RaySource<'a>) -> TraversalQuery<'a> {
+    fn to_traversal_query<'a>(&self, culls: bool, source: RaySource<'a>) -> TraversalQuery<'a> {
         let Interval { min, max } = self.query.range();
         TraversalQuery {
-            any: Q::ANY,
-            counts: T::COUNTS,
+            ends_at_any_hit: Q::ANY,
+            counts_work: T::COUNTS,
             range: Interval {
                 min: min.to_f32(),
                 max: max.to_f32(),
             },
-            far: self.query.far().to_f32(),
-            culls,
+            far: self.query.max_distance().to_f32(),
+            is_camera_ray: culls,
             source,
-            prepared: None,
-            rebase: RayReparametrisation::default(),
+            prepared_ray: None,
+            reparametrisation: RayReparametrisation::default(),
             stats: TraversalStats::default(),
         }
     }
 
     /// Shortens the traversal's range to the range of the query, after a hit.
     #[inline(always)]
-    fn narrow(&self, query: &mut TraversalQuery<'_>) {
+    fn shorten_range(&self, query: &mut TraversalQuery<'_>) {
         if !Q::ANY {
             query.range.max = self.query.range().max.to_f32();
-            query.far = self.query.far().to_f32();
+            query.far = self.query.max_distance().to_f32();
         }
     }
 
     #[inline(always)]
-    fn count(&mut self, query: &TraversalQuery<'_>) {
+    fn add_counts(&mut self, query: &TraversalQuery<'_>) {
         if T::COUNTS {
             self.stats.count(query.stats);
         }
     }
 }
 
-impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> HitVisitor for Visitor<'_, R, Q, T> {
-    fn hit(&mut self, query: &mut TraversalQuery<'_>, slot: u32, t: f32, u: f32, v: f32) -> bool {
+impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> HitVisitor for QueryVisitor<'_, R, Q, T> {
+    fn visit_hit(
+        &mut self,
+        query: &mut TraversalQuery<'_>,
+        slot: u32,
+        t: f32,
+        u: f32,
+        v: f32,
+    ) -> bool {
         if !Q::ANY {
             // Prefetched, since the slot is read after the traversal.
-            prefetch(&self.geometry.group.slots, slot as usize);
+            prefetch(&self.geometry.primitives.slots, slot as usize);
         }
         let [t, u, v] = [t, u, v].map(R::from_f32);
-        let over = self.query.accept(
+        let ended = self.query.accept_hit(
             self.geometry,
             SlotHit {
                 t,
                 u,
                 v,
                 slot,
-                inner: NO_PART,
+                inner: NO_INNER_SLOT,
             },
         );
-        self.narrow(query);
-        over
+        self.shorten_range(query);
+        ended
     }
 
-    fn other(&mut self, query: &mut TraversalQuery<'_>, index: usize) -> bool {
-        let (geometry, ray) = (self.geometry, query.prepared());
-        let over = geometry
-            .bounded(index..index + 1)
-            .any(|slot| self.query.test(geometry, slot, ray, self.stats));
-        self.narrow(query);
-        over
+    fn visit_other_primitive(&mut self, query: &mut TraversalQuery<'_>, index: usize) -> bool {
+        let (geometry, ray) = (self.geometry, query.prepared_ray());
+        let ended = geometry
+            .bounded_slots(index..index + 1)
+            .any(|slot| self.query.test_primitive(geometry, slot, ray, self.stats));
+        self.shorten_range(query);
+        ended
     }
 }

@@ -4,8 +4,9 @@ use glam::DVec3;
 
 use super::cylinder::CylinderEnds;
 use super::{
-    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, OuterTransforms, Paraboloid, Parameters,
-    Plane, PreparedRay, Quad, SampleArea, Shape, ShapeHit, Sphere, SurfacePoint, Torus, Triangle,
+    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, OuterTransforms, Paraboloid, Plane,
+    PreparedRay, Quad, SampleArea, Shape, ShapeHit, Sphere, SurfacePoint, TextureCoordinates,
+    Torus, Triangle,
 };
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -70,8 +71,8 @@ macro_rules! each_finite {
 }
 
 impl<R: Real> Shape<R> for AnyShape<R> {
-    fn support(&self, direction: DVec3) -> Option<f64> {
-        each!(self, shape => shape.support(direction))
+    fn eval_support(&self, direction: DVec3) -> Option<f64> {
+        each!(self, shape => shape.eval_support(direction))
     }
 
     fn bounds(&self) -> Option<Aabb> {
@@ -88,17 +89,21 @@ impl<R: Real> Shape<R> for AnyShape<R> {
         each!(self, shape => shape.intersect(prepared_ray, range, side))
     }
 
-    fn locate_under(
+    fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
-        each!(self, shape => shape.locate_under(prepared_ray, hit, transform_chain))
+        each!(self, shape => shape.locate_under_transforms(prepared_ray, hit, transform_chain))
     }
 
-    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        each!(self, shape => shape.parameters(prepared_ray, hit))
+    fn texture_coordinates(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+    ) -> TextureCoordinates<R> {
+        each!(self, shape => shape.texture_coordinates(prepared_ray, hit))
     }
 }
 
@@ -113,7 +118,7 @@ impl<R: Real> AnyShape<R> {
             }
             // With an infinite slope the box would be finite: the box of a cylinder.
             AnyShape::Hyperboloid(h) if !h.slope.is_finite() => false,
-            shape => shape.bounds().is_some_and(|b| b.padded().is_some()),
+            shape => shape.bounds().is_some_and(|b| b.to_padded().is_some()),
         }
     }
 
@@ -127,9 +132,9 @@ impl<R: Real> AnyShape<R> {
         each_finite!(self, shape => shape.sample_area(u, v))
     }
 
-    /// Density of a sampled point as [`SampleArea::density`]; `None` for a shape of infinite area.
-    pub fn density(&self, point: &SurfacePoint) -> Option<f64> {
-        each_finite!(self, shape => shape.density(point))
+    /// Density of a sampled point as [`SampleArea::area_density`]; `None` for a shape of infinite area.
+    pub fn area_density(&self, point: &SurfacePoint) -> Option<f64> {
+        each_finite!(self, shape => shape.area_density(point))
     }
 }
 

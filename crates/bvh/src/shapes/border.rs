@@ -13,7 +13,7 @@ use glam::DVec3;
 
 /// Region of a plane that two edges span.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Face {
+pub(super) enum FaceKind {
     Triangle,
     Parallelogram,
 }
@@ -22,9 +22,9 @@ pub(super) enum Face {
 /// `ab` and `ac` span the face in object space; `at` holds the coordinates of the point along both
 /// edges.
 #[inline(never)]
-pub(super) fn off_border<R: Real>(
+pub(super) fn move_ray_origins_off_border<R: Real>(
     surface_point: SurfacePoint,
-    face: Face,
+    face: FaceKind,
     [ab, ac]: [DVec3; 2],
     at: [f64; 2],
     transform_chain: TransformChain<'_>,
@@ -33,7 +33,7 @@ pub(super) fn off_border<R: Real>(
     let inverse = 1.0 / normal.dot(normal);
     let (by_u, by_v) = (ac.cross(normal) * inverse, normal.cross(ab) * inverse);
     let by_both = by_u + by_v;
-    let spawn_offset = SpawnOffset::around::<R>(
+    let spawn_offset = SpawnOffset::from_surface_error::<R>(
         Some(transform_chain),
         surface_point.point,
         surface_point.error,
@@ -42,7 +42,7 @@ pub(super) fn off_border<R: Real>(
     let is_far = |share: f64, gradient: DVec3| {
         share > 0.0 && share * share > reach * reach * gradient.dot(gradient)
     };
-    let opposite = if face == Face::Triangle {
+    let opposite = if face == FaceKind::Triangle {
         is_far(1.0 - u - v, by_both)
     } else {
         is_far(1.0 - u, by_u) && is_far(1.0 - v, by_v)
@@ -53,17 +53,20 @@ pub(super) fn off_border<R: Real>(
     // The margin also covers the offset of the origin along the face's normal, so that the origin
     // stays inside a neighbour that leans over the face.
     let lean = spawn_offset.offset_along(surface_point.normal);
-    let least = [by_u, by_v, by_both]
+    let minimum_shares = [by_u, by_v, by_both]
         .map(|gradient| spawn_offset.offset_along(gradient) + lean * gradient.length());
-    let within = if face == Face::Triangle {
-        within_triangle
+    let within = if face == FaceKind::Triangle {
+        move_into_triangle
     } else {
-        within_parallelogram
+        move_into_parallelogram
     };
     let kept = within(
         at,
-        [spawn_offset.in_world(by_u), spawn_offset.in_world(by_v)],
-        least,
+        [
+            spawn_offset.gradient_to_world(by_u),
+            spawn_offset.gradient_to_world(by_v),
+        ],
+        minimum_shares,
     );
     let start = surface_point.point + ab * (kept[0] - u) + ac * (kept[1] - v);
     SurfacePoint {
@@ -76,34 +79,34 @@ pub(super) fn off_border<R: Real>(
 /// Returns the nearest barycentric weights that are all at least `least`. `u` and `v` are the
 /// weights of the second and third corner, and `by_u` and `by_v` are their gradients in world
 /// space, where distances are measured.
-fn within_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) -> [f64; 2] {
+fn move_into_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) -> [f64; 2] {
     let gradients = [by_u, by_v, -(by_u + by_v)];
     let mut shares = [u, v, 1.0 - u - v];
     let lack = |shares: &[f64; 3], i: usize| least[i] - shares[i];
-    let mut near = 0;
+    let mut nearest_edge = 0;
     for i in 1..3 {
-        near = if lack(&shares, i) > lack(&shares, near) {
+        nearest_edge = if lack(&shares, i) > lack(&shares, nearest_edge) {
             i
         } else {
-            near
+            nearest_edge
         };
     }
-    let lacks = lack(&shares, near);
+    let missing_share = lack(&shares, nearest_edge);
     let has_room = least[0] + least[1] + least[2] < 1.0;
-    if !has_room || lacks <= 0.0 {
+    if !has_room || missing_share <= 0.0 {
         return [u, v];
     }
     // A step perpendicular to the nearest edge.
-    let step = lacks / gradients[near].dot(gradients[near]);
+    let step = missing_share / gradients[nearest_edge].dot(gradients[nearest_edge]);
     for i in 0..3 {
-        shares[i] += gradients[i].dot(gradients[near]) * step;
+        shares[i] += gradients[i].dot(gradients[nearest_edge]) * step;
     }
-    for i in (0..3).filter(|&i| i != near) {
+    for i in (0..3).filter(|&i| i != nearest_edge) {
         if lack(&shares, i) > 0.0 {
             // Near a corner the point gets the required distance from both edges that end at the
             // corner.
-            (shares[near], shares[i]) = (least[near], least[i]);
-            shares[3 - near - i] = 1.0 - least[near] - least[i];
+            (shares[nearest_edge], shares[i]) = (least[nearest_edge], least[i]);
+            shares[3 - nearest_edge - i] = 1.0 - least[nearest_edge] - least[i];
             break;
         }
     }
@@ -113,7 +116,7 @@ fn within_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) 
 /// Returns the nearest coordinates in [0, 1]² with at least the distance `least_u` from the sides u
 /// = 0 and u = 1, and `least_v` from the sides v = 0 and v = 1. `by_u` and `by_v` are the gradients
 /// of u and v in world space, where distances are measured.
-fn within_parallelogram(
+fn move_into_parallelogram(
     [u, v]: [f64; 2],
     [by_u, by_v]: [DVec3; 2],
     [least_u, least_v, _]: [f64; 3],

@@ -2,11 +2,14 @@
 
 use glam::DVec3;
 
-use super::frame::{disk_support, length, split};
-use super::quadratic::{Crossings, Quadratic, Span, approach, point_at, tests_close};
+use super::frame::{eval_disk_support, length_2d, split_along_axis};
+use super::quadratic::{
+    Crossings, Quadratic, RaySpan, choose_reference_point, point_at_hit, uses_near_reference,
+};
 use super::revolution::{SurfaceOfRevolution, WALL};
 use super::{
-    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, slack,
+    OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
+    rounding_bound,
 };
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -39,12 +42,12 @@ impl<R: Real> Cone<R> {
 
     /// Intersects a ray with the nappe of nonnegative radius. The distances inside it are a single
     /// range, although the double cone may have two. `close` selects the reference point as in
-    /// [`approach`].
+    /// [`choose_reference_point`].
     #[inline(always)]
-    fn wall(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
+    fn intersect_wall(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (axis, d) = (self.axis.to_f64(), prepared_ray.direction);
         let (base_radius, top_radius) = (self.radius.to_f64(), self.top_radius.to_f64());
-        let (ahead, f) = approach(prepared_ray, self.base.to_f64(), close);
+        let (ahead, f) = choose_reference_point(prepared_ray, self.base.to_f64(), close);
         let squared = axis.dot(axis);
         let (m, n) = (d.cross(axis), f.cross(axis));
         // The radius at distance t, times the squared axis, is `reach + t·opening`.
@@ -62,7 +65,7 @@ impl<R: Real> Cone<R> {
             let crossings = quadratic.roots()?;
             // Both roots lie on one nappe, and the sign of the radius between the roots selects it.
             let middle = reach - opening * quadratic.b / quadratic.a;
-            return (middle >= 0.0).then(|| crossings.moved(ahead));
+            return (middle >= 0.0).then(|| crossings.shift(ahead));
         }
         // The ray is steeper than the wall, or parallel to it: everything beyond one root is
         // inside, on the side where the radius grows. Such a line always intersects the cone,
@@ -72,7 +75,7 @@ impl<R: Real> Cone<R> {
             ..quadratic
         }
         .roots()?;
-        let crossings = crossings.moved(ahead);
+        let crossings = crossings.shift(ahead);
         let grows = if quadratic.a < 0.0 {
             opening > 0.0
         } else {
@@ -92,27 +95,27 @@ impl<R: Real> Cone<R> {
     }
 
     /// Returns the range of the ray inside the solid. `close` selects the reference point as in
-    /// [`approach`].
+    /// [`choose_reference_point`].
     #[inline(always)]
-    fn span(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Span> {
-        let solid = self.solid();
+    fn intersect_solid(&self, prepared_ray: &PreparedRay, close: bool) -> Option<RaySpan> {
+        let solid = self.to_surface_of_revolution();
         // Equal radii have no nappe, and a ray along the axis has no crossing.
         let wall = if self.radius == self.top_radius {
-            solid.tube(prepared_ray, close)?
+            solid.intersect_infinite_tube(prepared_ray, close)?
         } else {
-            self.wall(prepared_ray, close)?
+            self.intersect_wall(prepared_ray, close)?
         };
-        solid.span(prepared_ray, wall)
+        solid.clip_wall_crossings(prepared_ray, wall)
     }
 
     #[inline(always)]
-    fn solid(&self) -> SurfaceOfRevolution {
+    fn to_surface_of_revolution(&self) -> SurfaceOfRevolution {
         SurfaceOfRevolution::new(self.base, self.axis, [self.radius, self.top_radius])
     }
 
     /// Evaluates the surface of the wall at the fraction `along` of the axis, in the direction
     /// `out` across the axis; the apex if `out` is zero.
-    fn on_wall(&self, along: f64, out: DVec3) -> SurfacePoint {
+    fn eval_wall_point(&self, along: f64, out: DVec3) -> SurfacePoint {
         let axis = self.axis.to_f64();
         let (height, distance) = (axis.length(), out.length());
         let has_side = distance > 0.0;
@@ -129,11 +132,15 @@ impl<R: Real> Cone<R> {
         } else {
             axis * 1.0_f64.copysign(-taper)
         };
-        SurfacePoint::new(point, normal.normalize(), slack(self.solid().scale(point)))
+        SurfacePoint::new(
+            point,
+            normal.normalize(),
+            rounding_bound(self.to_surface_of_revolution().error_scale(point)),
+        )
     }
 
     /// Returns the areas of the wall, the base and the other end.
-    fn areas(&self) -> [f64; 3] {
+    fn part_areas(&self) -> [f64; 3] {
         let (base, top, height) = (
             self.radius.to_f64(),
             self.top_radius.to_f64(),
@@ -141,7 +148,7 @@ impl<R: Real> Cone<R> {
         );
         let pi = core::f64::consts::PI;
         [
-            pi * (base + top) * length(height, base - top),
+            pi * (base + top) * length_2d(height, base - top),
             pi * base * base,
             pi * top * top,
         ]
@@ -149,9 +156,10 @@ impl<R: Real> Cone<R> {
 }
 
 impl<R: Real> Shape<R> for Cone<R> {
-    fn support(&self, direction: DVec3) -> Option<f64> {
+    fn eval_support(&self, direction: DVec3) -> Option<f64> {
         let (base, axis) = (self.base.to_f64(), self.axis.to_f64());
-        let end = |centre: DVec3, radius: R| disk_support(centre, axis, radius.to_f64(), direction);
+        let end =
+            |centre: DVec3, radius: R| eval_disk_support(centre, axis, radius.to_f64(), direction);
         let (base, top) = (end(base, self.radius), end(base + axis, self.top_radius));
         Some((base + top) * 0.0 + base.max(top))
     }
@@ -163,14 +171,14 @@ impl<R: Real> Shape<R> for Cone<R> {
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
-        self.span(
+        self.intersect_solid(
             prepared_ray,
-            tests_close(prepared_ray, self.base, self.radius.max(self.top_radius)),
+            uses_near_reference(prepared_ray, self.base, self.radius.max(self.top_radius)),
         )?
-        .nearest(range, side)
+        .nearest_hit(range, side)
     }
 
-    fn locate_under(
+    fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
@@ -178,26 +186,35 @@ impl<R: Real> Shape<R> for Cone<R> {
     ) -> SurfacePoint {
         let part = hit.u.to_f64() as u8;
         // The unrounded end of the range makes the fraction along the axis accurate.
-        let raw = point_at(
+        let raw = point_at_hit(
             prepared_ray,
-            self.span(prepared_ray, true).map(Span::crossings),
+            self.intersect_solid(prepared_ray, true)
+                .map(RaySpan::to_crossings),
             hit,
         );
-        let (along, out) = split(raw - self.base.to_f64(), self.axis.to_f64());
+        let (along, out) = split_along_axis(raw - self.base.to_f64(), self.axis.to_f64());
         let surface_point = if part == WALL {
-            self.on_wall(along, out)
+            self.eval_wall_point(along, out)
         } else {
-            self.solid().on_cap(part, out)
+            self.to_surface_of_revolution().eval_cap_point(part, out)
         };
-        self.solid()
-            .start_inside::<R>(surface_point, part, (along, out), transform_chain)
+        self.to_surface_of_revolution().move_inward_ray_base::<R>(
+            surface_point,
+            part,
+            (along, out),
+            transform_chain,
+        )
     }
 
     /// Texture coordinates in [0, 1]: u runs around the axis. v runs from the top to the base, and
     /// on a cap from its centre to its rim.
-    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        self.solid().parameters(
-            self.locate(prepared_ray, hit).point,
+    fn texture_coordinates(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+    ) -> TextureCoordinates<R> {
+        self.to_surface_of_revolution().texture_coordinates(
+            self.locate_surface_point(prepared_ray, hit).point,
             hit.u.to_f64() as u8,
             1.0,
         )
@@ -206,7 +223,7 @@ impl<R: Real> Shape<R> for Cone<R> {
 
 impl<R: Real> SampleArea<R> for Cone<R> {
     fn area(&self) -> f64 {
-        self.areas().iter().sum()
+        self.part_areas().iter().sum()
     }
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
@@ -219,12 +236,16 @@ impl<R: Real> SampleArea<R> for Cone<R> {
                 .sqrt();
             // The fraction along the axis, (radius − low)/(high − low), without cancellation.
             let along = (low + high) * share / (radius + low).max(f64::MIN_POSITIVE);
-            self.on_wall(along.min(1.0), out)
+            self.eval_wall_point(along.min(1.0), out)
         };
         let area = self.area();
         (
-            self.solid()
-                .sample(self.areas(), area, [u, v].map(Real::to_f64), on_wall),
+            self.to_surface_of_revolution().sample_surface(
+                self.part_areas(),
+                area,
+                [u, v].map(Real::to_f64),
+                on_wall,
+            ),
             1.0 / area,
         )
     }

@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use super::quadratic::{Span, point_at};
+use super::quadratic::{RaySpan, point_at_hit};
 use super::spawn_offset::SpawnOffset;
 use super::{
-    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint,
-    TransformChain, slack,
+    OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
+    TransformChain, rounding_bound,
 };
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -33,7 +33,7 @@ impl<R: Real> Cuboid<R> {
 
     /// Vector along an axis with the given component: with ±1 the outward unit normal of a face.
     #[inline(always)]
-    fn face<V: Vector<C>, C: Real>(axis: usize, sign: C) -> V {
+    fn face_normal<V: Vector<C>, C: Real>(axis: usize, sign: C) -> V {
         let at = |i: usize| if i == axis { sign } else { C::ZERO };
         V::new(at(0), at(1), at(2))
     }
@@ -41,18 +41,18 @@ impl<R: Real> Cuboid<R> {
     /// Intersects a ray with the slabs between all three pairs of faces. Returns the range of
     /// distances inside the box.
     #[inline(always)]
-    fn span(&self, prepared_ray: &PreparedRay) -> Option<Span> {
+    fn intersect_slabs(&self, prepared_ray: &PreparedRay) -> Option<RaySpan> {
         let (below, above) = (
             self.min.to_f64() - prepared_ray.origin,
             self.max.to_f64() - prepared_ray.origin,
         );
-        let mut span = Span::of(-f64::INFINITY, f64::INFINITY, 0);
+        let mut span = RaySpan::from_range(-f64::INFINITY, f64::INFINITY, 0);
         for axis in 0..3_u8 {
             let position = usize::from(axis);
             let (low, high, slope) = (
-                below.axis(position),
-                above.axis(position),
-                prepared_ray.direction.axis(position),
+                below.component(position),
+                above.component(position),
+                prepared_ray.direction.component(position),
             );
             // A ray perpendicular to this axis is either always or never between the two faces; the
             // sign of a zero component does not matter.
@@ -63,7 +63,7 @@ impl<R: Real> Cuboid<R> {
                 }
                 continue;
             }
-            span = span.cut(Span::between(
+            span = span.intersection(RaySpan::from_faces(
                 low / slope,
                 high / slope,
                 [2 * axis, 2 * axis + 1],
@@ -76,9 +76,9 @@ impl<R: Real> Cuboid<R> {
     /// Evaluates the surface of a face at a point close to it. The point is moved onto the face,
     /// and off the face's border by the rounding of storage.
     #[inline(always)]
-    fn surface_point(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
+    fn eval_face_point(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
         let at = |i: usize| {
-            let (min, max) = (self.min.axis(i), self.max.axis(i));
+            let (min, max) = (self.min.component(i), self.max.component(i));
             if i == axis {
                 return (if greater { max } else { min }).to_f64();
             }
@@ -87,8 +87,12 @@ impl<R: Real> Cuboid<R> {
                 .max(min.next_up().to_f64())
         };
         let size = self.min.abs().max(self.max.abs()).to_f64().max_element();
-        let normal = Self::face::<DVec3, f64>(axis, if greater { 1.0 } else { -1.0 });
-        SurfacePoint::new(DVec3::new(at(0), at(1), at(2)), normal, slack(size))
+        let normal = Self::face_normal::<DVec3, f64>(axis, if greater { 1.0 } else { -1.0 });
+        SurfacePoint::new(
+            DVec3::new(at(0), at(1), at(2)),
+            normal,
+            rounding_bound(size),
+        )
     }
 
     /// Computes the base point of inward rays from a point of a face, so that a rounded origin
@@ -96,22 +100,25 @@ impl<R: Real> Cuboid<R> {
     /// face is outside. Without maps, faces are perpendicular, and the point is already far enough
     /// from the other faces.
     #[inline(never)]
-    fn inwards(
+    fn inward_ray_base(
         &self,
         surface_point: &SurfacePoint,
         (axis, greater): (usize, bool),
         transform_chain: TransformChain<'_>,
     ) -> DVec3 {
-        let spawn_offset = SpawnOffset::around::<R>(
+        let spawn_offset = SpawnOffset::from_surface_error::<R>(
             Some(transform_chain),
             surface_point.point,
             surface_point.error,
         );
         let at = |i: usize| {
-            let (min, max) = (self.min.axis(i).to_f64(), self.max.axis(i).to_f64());
+            let (min, max) = (
+                self.min.component(i).to_f64(),
+                self.max.component(i).to_f64(),
+            );
             let (x, margin) = (
-                surface_point.point.axis(i),
-                spawn_offset.offset_along(Self::face(i, 1.0)),
+                surface_point.point.component(i),
+                spawn_offset.offset_along(Self::face_normal(i, 1.0)),
             );
             let (low, high) = (min + margin, max - margin);
             // A box thinner than the error of its points has no inside.
@@ -128,13 +135,13 @@ impl<R: Real> Cuboid<R> {
 }
 
 /// Decodes a face number into its axis and whether the face is at the greater coordinate.
-fn face_of<R: Real>(number: R) -> (usize, bool) {
+fn decode_face<R: Real>(number: R) -> (usize, bool) {
     let face = number.to_f64() as usize;
     ((face / 2).min(2), face % 2 == 1)
 }
 
 impl<R: Real> Shape<R> for Cuboid<R> {
-    fn support(&self, direction: DVec3) -> Option<f64> {
+    fn eval_support(&self, direction: DVec3) -> Option<f64> {
         let (min, max) = (self.min.to_f64(), self.max.to_f64());
         Some((0.5 * (min + max)).dot(direction) + (0.5 * (max - min)).dot(direction.abs()))
     }
@@ -150,28 +157,28 @@ impl<R: Real> Shape<R> for Cuboid<R> {
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
-        self.span(prepared_ray)?.nearest(range, side)
+        self.intersect_slabs(prepared_ray)?.nearest_hit(range, side)
     }
 
-    fn locate_under(
+    fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
-        let (axis, greater) = face_of(hit.u);
-        let span = if prepared_ray.mapped {
-            self.span(prepared_ray)
+        let (axis, greater) = decode_face(hit.u);
+        let span = if prepared_ray.is_mapped {
+            self.intersect_slabs(prepared_ray)
         } else {
             None
         };
-        let surface_point = self.surface_point(
-            point_at(prepared_ray, span.map(Span::crossings), hit),
+        let surface_point = self.eval_face_point(
+            point_at_hit(prepared_ray, span.map(RaySpan::to_crossings), hit),
             (axis, greater),
         );
         match transform_chain {
             Some(transform_chain) => SurfacePoint {
-                below: self.inwards(&surface_point, (axis, greater), transform_chain),
+                below: self.inward_ray_base(&surface_point, (axis, greater), transform_chain),
                 ..surface_point
             },
             None => surface_point,
@@ -181,10 +188,14 @@ impl<R: Real> Shape<R> for Cuboid<R> {
     /// Texture coordinates in [0, 1] on each face: u to the right and v down, as seen from outside.
     /// Vertical faces have +y up. The top is seen from above and the bottom from below, with x to
     /// the right.
-    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+    fn texture_coordinates(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+    ) -> TextureCoordinates<R> {
         let point = self.surface(prepared_ray, hit).point;
         let size: R::Vec3 = self.max - self.min;
-        let (axis, greater) = face_of(hit.u);
+        let (axis, greater) = decode_face(hit.u);
         // Axis of u, whether u decreases along it, axis of v, and whether v decreases along it.
         let (along_u, u_falls, along_v, v_falls) = [
             (2, greater, 1, true),
@@ -194,23 +205,23 @@ impl<R: Real> Shape<R> for Cuboid<R> {
         // Far from the origin a size may round to zero. All points then have the same coordinate.
         let share = |i: usize, falls: bool| {
             let distance = if falls {
-                self.max.axis(i) - point.axis(i)
+                self.max.component(i) - point.component(i)
             } else {
-                point.axis(i) - self.min.axis(i)
+                point.component(i) - self.min.component(i)
             };
-            if size.axis(i) > R::ZERO {
-                distance / size.axis(i)
+            if size.component(i) > R::ZERO {
+                distance / size.component(i)
             } else {
                 R::ZERO
             }
         };
         let length = if u_falls {
-            -size.axis(along_u)
+            -size.component(along_u)
         } else {
-            size.axis(along_u)
+            size.component(along_u)
         };
-        let dpdu = Self::face::<R::Vec3, R>(along_u, length);
-        Parameters {
+        let dpdu = Self::face_normal::<R::Vec3, R>(along_u, length);
+        TextureCoordinates {
             u: share(along_u, u_falls),
             v: share(along_v, v_falls),
             dpdu,
@@ -231,21 +242,21 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         let s = self.max.to_f64() - self.min.to_f64();
         let pairs = [s.y * s.z, s.z * s.x, s.x * s.y];
         let total = pairs[0] + pairs[1] + pairs[2];
-        let mut rest = u.to_f64() * total;
+        let mut remaining_area = u.to_f64() * total;
         let mut axis = 0;
-        while axis < 2 && rest >= pairs[axis] {
-            rest -= pairs[axis];
+        while axis < 2 && remaining_area >= pairs[axis] {
+            remaining_area -= pairs[axis];
             axis += 1;
         }
         // The side within the pair, and the position on that side.
-        let twice = (rest / pairs[axis]).min(1.0) * 2.0;
-        let greater = twice >= 1.0;
+        let side_and_position = (remaining_area / pairs[axis]).min(1.0) * 2.0;
+        let greater = side_and_position >= 1.0;
         let (along_u, along_v) = ((axis + 1) % 3, (axis + 2) % 3);
         let mut position = self.min.to_f64();
-        position[along_u] += s[along_u] * (twice - f64::from(u8::from(greater)));
+        position[along_u] += s[along_u] * (side_and_position - f64::from(u8::from(greater)));
         position[along_v] += s[along_v] * v.to_f64();
         (
-            self.surface_point(position, (axis, greater)),
+            self.eval_face_point(position, (axis, greater)),
             1.0 / self.area(),
         )
     }
@@ -263,7 +274,7 @@ mod tests {
         let plate = Cuboid::<f32>::new(DVec3::new(1e8, 0.0, 0.0), DVec3::new(1e8 + 1.0, 2.0, 2.0));
         assert_eq!(plate.min.x, plate.max.x);
         let prepared_ray = PreparedRay::new(Ray::<f32>::new(Vec3::new(1e8, 0.5, -1.0), Vec3::Z));
-        let found = plate.parameters(
+        let found = plate.texture_coordinates(
             &prepared_ray,
             ShapeHit {
                 t: 1.0,

@@ -2,12 +2,13 @@
 
 use glam::DVec3;
 
-use super::frame::{disk_support, split};
-use super::quadratic::{point_at, tests_close};
+use super::frame::{eval_disk_support, split_along_axis};
+use super::quadratic::{point_at_hit, uses_near_reference};
 use super::revolution::{SurfaceOfRevolution, WALL};
-use super::spawn_offset::off_bends;
+use super::spawn_offset::offset_for_curvature;
 use super::{
-    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, slack,
+    OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
+    rounding_bound,
 };
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -54,20 +55,24 @@ impl<R: Real> Cylinder<R> {
     }
 
     #[inline(always)]
-    fn solid(&self) -> SurfaceOfRevolution {
+    fn to_surface_of_revolution(&self) -> SurfaceOfRevolution {
         SurfaceOfRevolution::new(self.base, self.axis, [self.radius; 2])
     }
 
     /// Evaluates the surface of the wall at the fraction `along` of the axis, in the direction
     /// `out` from the axis, of any positive length.
-    fn on_wall(&self, along: f64, out: DVec3) -> SurfacePoint {
+    fn eval_wall_point(&self, along: f64, out: DVec3) -> SurfacePoint {
         let normal = out.normalize();
         let point = self.base.to_f64() + self.axis.to_f64() * along + normal * self.radius.to_f64();
-        SurfacePoint::new(point, normal, slack(self.solid().scale(point)))
+        SurfacePoint::new(
+            point,
+            normal,
+            rounding_bound(self.to_surface_of_revolution().error_scale(point)),
+        )
     }
 
     /// Returns the areas of the wall and of one cap.
-    fn areas(&self) -> (f64, f64) {
+    fn wall_and_cap_areas(&self) -> (f64, f64) {
         let (radius, height) = (self.radius.to_f64(), self.axis.to_f64().length());
         let cap = if self.ends == CylinderEnds::Capped {
             core::f64::consts::PI * radius * radius
@@ -79,9 +84,9 @@ impl<R: Real> Cylinder<R> {
 }
 
 impl<R: Real> Shape<R> for Cylinder<R> {
-    fn support(&self, direction: DVec3) -> Option<f64> {
+    fn eval_support(&self, direction: DVec3) -> Option<f64> {
         let (base, axis, radius) = (self.base.to_f64(), self.axis.to_f64(), self.radius.to_f64());
-        let end = |centre: DVec3| disk_support(centre, axis, radius, direction);
+        let end = |centre: DVec3| eval_disk_support(centre, axis, radius, direction);
         (self.ends != CylinderEnds::None).then(|| end(base) + axis.dot(direction).max(0.0))
     }
 
@@ -92,31 +97,43 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
-        let solid = self.solid();
-        let wall = solid.tube(
+        let solid = self.to_surface_of_revolution();
+        let wall = solid.intersect_infinite_tube(
             prepared_ray,
-            tests_close(prepared_ray, self.base, self.radius),
+            uses_near_reference(prepared_ray, self.base, self.radius),
         )?;
         match self.ends {
-            CylinderEnds::None => wall.nearest(range, side, |_| true),
+            CylinderEnds::None => wall.nearest_hit(range, side, |_| true),
             CylinderEnds::Open => {
-                let span = solid.between_ends(prepared_ray)?;
-                wall.nearest(range, side, |t| span.near <= t && t <= span.far)
+                let span = solid.clip_to_ends(prepared_ray)?;
+                wall.nearest_hit(range, side, |t| span.near <= t && t <= span.far)
             }
-            CylinderEnds::Capped => solid.span(prepared_ray, wall)?.nearest(range, side),
+            CylinderEnds::Capped => solid
+                .clip_wall_crossings(prepared_ray, wall)?
+                .nearest_hit(range, side),
         }
     }
 
-    fn locate_under(
+    fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
         let part = hit.u.to_f64() as u8;
-        let (solid, wall) = (self.solid(), self.solid().tube(prepared_ray, true));
-        let span = || Some(solid.span(prepared_ray, wall?)?.crossings());
-        let raw = point_at(
+        let (solid, wall) = (
+            self.to_surface_of_revolution(),
+            self.to_surface_of_revolution()
+                .intersect_infinite_tube(prepared_ray, true),
+        );
+        let span = || {
+            Some(
+                solid
+                    .clip_wall_crossings(prepared_ray, wall?)?
+                    .to_crossings(),
+            )
+        };
+        let raw = point_at_hit(
             prepared_ray,
             if self.ends == CylinderEnds::Capped {
                 span()
@@ -125,12 +142,12 @@ impl<R: Real> Shape<R> for Cylinder<R> {
             },
             hit,
         );
-        let (mut along, mut out) = split(raw - self.base.to_f64(), self.axis.to_f64());
+        let (mut along, mut out) = split_along_axis(raw - self.base.to_f64(), self.axis.to_f64());
         if self.ends == CylinderEnds::Capped && transform_chain.is_none() {
             // Without maps the wall and the caps are perpendicular, so only rounding can move an
             // origin across their seam. The point is kept off the seam by that rounding, for rays
             // that start inside.
-            let reach = solid.scale(raw) * R::ROUNDOFF.to_f64() * 4.0;
+            let reach = solid.error_scale(raw) * R::ROUNDOFF.to_f64() * 4.0;
             let margin = (reach / self.axis.to_f64().length()).min(0.5);
             along = along.max(margin).min(1.0 - margin);
             let (distance, rim) = (out.length(), self.radius.to_f64() - reach);
@@ -139,32 +156,38 @@ impl<R: Real> Shape<R> for Cylinder<R> {
             }
         }
         let surface_point = if part == WALL {
-            self.on_wall(along, out)
+            self.eval_wall_point(along, out)
         } else {
-            solid.on_cap(part, out)
+            solid.eval_cap_point(part, out)
         };
         let radius = self.radius.to_f64();
         if self.ends != CylinderEnds::Capped {
-            return off_bends::<R>(surface_point, transform_chain, || [f64::INFINITY, radius]);
+            return offset_for_curvature::<R>(surface_point, transform_chain, || {
+                [f64::INFINITY, radius]
+            });
         }
         if transform_chain.is_none() {
             surface_point
         } else {
-            solid.start_inside::<R>(surface_point, part, (along, out), transform_chain)
+            solid.move_inward_ray_base::<R>(surface_point, part, (along, out), transform_chain)
         }
     }
 
     /// Texture coordinates: u in [0, 1] around the axis. v runs from 0 at the top to 1 at the base,
     /// in world units from the base for an infinite cylinder, and from the centre to the rim on a
     /// cap.
-    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+    fn texture_coordinates(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+    ) -> TextureCoordinates<R> {
         let top = if self.ends == CylinderEnds::None {
             0.0
         } else {
             1.0
         };
-        self.solid().parameters(
-            self.locate(prepared_ray, hit).point,
+        self.to_surface_of_revolution().texture_coordinates(
+            self.locate_surface_point(prepared_ray, hit).point,
             hit.u.to_f64() as u8,
             top,
         )
@@ -175,16 +198,20 @@ impl<R: Real> Shape<R> for Cylinder<R> {
 /// height.
 impl<R: Real> SampleArea<R> for Cylinder<R> {
     fn area(&self) -> f64 {
-        let (wall, cap) = self.areas();
+        let (wall, cap) = self.wall_and_cap_areas();
         wall + 2.0 * cap
     }
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
-        let ((wall, cap), area) = (self.areas(), self.area());
-        let on_wall = |along, out| self.on_wall(along, out);
+        let ((wall, cap), area) = (self.wall_and_cap_areas(), self.area());
+        let on_wall = |along, out| self.eval_wall_point(along, out);
         (
-            self.solid()
-                .sample([wall, cap, cap], area, [u, v].map(Real::to_f64), on_wall),
+            self.to_surface_of_revolution().sample_surface(
+                [wall, cap, cap],
+                area,
+                [u, v].map(Real::to_f64),
+                on_wall,
+            ),
             1.0 / area,
         )
     }

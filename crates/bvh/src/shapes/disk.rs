@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use super::frame::{disk_support, spoke, turn};
-use super::plane::on_plane;
+use super::frame::{angle_coordinate, eval_disk_support, radial_direction};
+use super::plane::intersect_plane;
 use super::{
-    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, slack,
+    OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
+    rounding_bound,
 };
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -33,8 +34,8 @@ impl<R: Real> Disk<R> {
 }
 
 impl<R: Real> Shape<R> for Disk<R> {
-    fn support(&self, direction: DVec3) -> Option<f64> {
-        Some(disk_support(
+    fn eval_support(&self, direction: DVec3) -> Option<f64> {
+        Some(eval_disk_support(
             self.centre.to_f64(),
             self.normal.to_f64(),
             self.radius.to_f64(),
@@ -57,25 +58,29 @@ impl<R: Real> Shape<R> for Disk<R> {
         let t = R::from_f64(distance);
         let offset = f + prepared_ray.direction * distance;
         (range.contains(t) && offset.dot(offset) <= radius * radius && side.accepts(slope < 0.0))
-            .then_some(ShapeHit::at(t))
+            .then_some(ShapeHit::from_distance(t))
     }
 
-    fn locate_under(
+    fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         _: ShapeHit<R>,
         _: OuterTransforms<'_>,
     ) -> SurfacePoint {
         let normal = self.normal.to_f64();
-        let (point, error) = on_plane(prepared_ray, normal, self.centre.to_f64());
+        let (point, error) = intersect_plane(prepared_ray, normal, self.centre.to_f64());
         SurfacePoint::new(point, normal.normalize(), error)
     }
 
     /// Texture coordinates in [0, 1]: u runs around the normal, v from the centre to the rim.
-    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        let offset = self.locate(prepared_ray, hit).point - self.centre.to_f64();
-        let (u, dpdu) = turn(offset, self.normal.to_f64());
-        Parameters {
+    fn texture_coordinates(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+    ) -> TextureCoordinates<R> {
+        let offset = self.locate_surface_point(prepared_ray, hit).point - self.centre.to_f64();
+        let (u, dpdu) = angle_coordinate(offset, self.normal.to_f64());
+        TextureCoordinates {
             u,
             v: R::from_f64(offset.length()) / self.radius,
             dpdu,
@@ -92,8 +97,9 @@ impl<R: Real> SampleArea<R> for Disk<R> {
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let centre = self.centre.to_f64();
         let radius = self.radius.to_f64();
-        let point = centre + spoke(self.normal.to_f64(), u.to_f64()) * (radius * v.to_f64().sqrt());
-        let error = slack(centre.abs().max_element() + radius);
+        let point = centre
+            + radial_direction(self.normal.to_f64(), u.to_f64()) * (radius * v.to_f64().sqrt());
+        let error = rounding_bound(centre.abs().max_element() + radius);
         (
             SurfacePoint::new(point, self.normal.to_f64().normalize(), error),
             1.0 / self.area(),

@@ -12,7 +12,7 @@
 
 use glam::DVec3;
 
-use super::{PreparedRay, slack};
+use super::{PreparedRay, rounding_bound};
 use crate::scalar::Real;
 
 /// A corner of a face, projected along a ray.
@@ -65,13 +65,13 @@ impl From<&TriangleHit<f64>> for TriangleHit {
 /// padded and exit distances widened. A determinant of 2⁻²⁵ S Δ limits the error to 2⁻²⁴ R.
 ///
 /// For a smaller determinant the weights may be noise, so the hit distance is taken where the ray
-/// crosses an edge ([`entered`]). The crossing lies on the face, up to the face's lesser extent
+/// crosses an edge ([`find_edge_entry`]). The crossing lies on the face, up to the face's lesser extent
 /// across the ray. That extent is at most the determinant over the greater extent, and S is at most
 /// three times the greater extent. So the lesser extent is at most 3 · 2⁻²⁵ Δ. Boxes are padded by
 /// 2⁻²² of their greatest extent, which is at least Δ/√3. For any partition of the face, the ray is
 /// therefore within the padded box of the part that contains the crossing, and the hit does not
 /// depend on the order of traversal.
-pub(crate) const EDGE_ON: f64 = 1.0 / 33_554_432.0;
+pub(crate) const EDGE_ON_RATIO: f64 = 1.0 / 33_554_432.0;
 
 impl ProjectedCorner {
     /// Projects a corner along the ray.
@@ -80,29 +80,29 @@ impl ProjectedCorner {
         let offset = corner - prepared_ray.origin;
         Self {
             offset,
-            x: offset.dot(prepared_ray.across[0]),
-            y: offset.dot(prepared_ray.across[1]),
+            x: offset.dot(prepared_ray.projection_axes[0]),
+            y: offset.dot(prepared_ray.projection_axes[1]),
         }
     }
 
     /// Computes the edge function of the edge from `self` to `to`, with exact sign. It is positive
     /// if the ray has the edge on its right.
     #[inline(always)]
-    fn edge(&self, to: &Self) -> f64 {
-        exact_difference(to.x, self.y, to.y, self.x)
+    fn edge_function(&self, to: &Self) -> f64 {
+        difference_of_products(to.x, self.y, to.y, self.x)
     }
 }
 
 /// Intersects a ray with the triangle of three projected corners; hits on its edges and corners
 /// count. `None` for a triangle whose projection has no area: the ray hits its neighbours instead.
 #[inline(always)]
-pub(crate) fn cross(
+pub(crate) fn intersect_projected_triangle(
     prepared_ray: &PreparedRay,
     a: &ProjectedCorner,
     b: &ProjectedCorner,
     c: &ProjectedCorner,
 ) -> Option<TriangleHit<f64>> {
-    let (u, v, w) = (b.edge(c), c.edge(a), a.edge(b));
+    let (u, v, w) = (b.edge_function(c), c.edge_function(a), a.edge_function(b));
     // Evaluated without short-circuit: the edge by which most triangles are missed is
     // unpredictable. −0 counts as 0.
     if ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0)) {
@@ -110,8 +110,8 @@ pub(crate) fn cross(
     }
     // All edge functions have one sign, so their sum is zero only if all are zero.
     let determinant = u + v + w;
-    let seen = determinant.abs() > 0.0;
-    if !seen {
+    let has_area = determinant.abs() > 0.0;
+    if !has_area {
         return None;
     }
     let from_outside = determinant > 0.0;
@@ -122,9 +122,9 @@ pub(crate) fn cross(
     ];
     let sizes = a.x.abs() + a.y.abs() + b.x.abs() + b.y.abs() + c.x.abs() + c.y.abs();
     let depth = za.max(zb).max(zc) - za.min(zb).min(zc);
-    let told = determinant.abs() >= sizes * depth * EDGE_ON;
-    if !told {
-        let (along, [_, v, w]) = entered([a.x, b.x, c.x], [a.y, b.y, c.y], [za, zb, zc]);
+    let is_well_conditioned = determinant.abs() >= sizes * depth * EDGE_ON_RATIO;
+    if !is_well_conditioned {
+        let (along, [_, v, w]) = find_edge_entry([a.x, b.x, c.x], [a.y, b.y, c.y], [za, zb, zc]);
         return Some(TriangleHit {
             t: along * prepared_ray.inverse_length_squared,
             weights: [v, w],
@@ -149,7 +149,7 @@ pub(crate) fn cross(
 /// crossing is off the ray by at most the rounding of a corner plus the face's shorter extent.
 #[cold]
 #[inline(never)]
-fn entered(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> (f64, [f64; 3]) {
+fn find_edge_entry(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> (f64, [f64; 3]) {
     let extent = |[a, b, c]: [f64; 3]| a.max(b).max(c) - a.min(b).min(c);
     let across = if extent(x) >= extent(y) { x } else { y };
     let mut best = (f64::INFINITY, [1.0, 0.0, 0.0]);
@@ -176,8 +176,12 @@ fn entered(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> (f64, [f64; 3]) {
 /// determine the plane of a thin triangle less well, so the bound grows with `longest_squared`, the
 /// squared longest edge, over twice the area.
 #[inline(always)]
-pub(super) fn corner_slack(scale: f64, longest_squared: f64, inverse_twice_area: f64) -> f64 {
-    slack(scale) * (longest_squared * inverse_twice_area).min(1.0 / f64::ROUNDOFF)
+pub(super) fn flat_face_error_bound(
+    scale: f64,
+    longest_squared: f64,
+    inverse_twice_area: f64,
+) -> f64 {
+    rounding_bound(scale) * (longest_squared * inverse_twice_area).min(1.0 / f64::ROUNDOFF)
 }
 
 /// Computes a·b − c·d, rounded with exact sign, for products that are too close for the rounded
@@ -185,7 +189,7 @@ pub(super) fn corner_slack(scale: f64, longest_squared: f64, inverse_twice_area:
 /// method, with the sum of three terms computed without error as far as the sign depends on it).
 /// The result is exact unless the error of a product underflows.
 #[cold]
-fn exact_tail(a: f64, b: f64, c: f64, d: f64) -> f64 {
+fn difference_of_close_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let (p, q) = (a * b, c * d);
     let (p_error, q_error) = (a.mul_add(b, -p), c.mul_add(d, -q));
     // p − q is exact by Sterbenz' lemma. The difference of the two rounding errors is split into
@@ -201,7 +205,7 @@ fn exact_tail(a: f64, b: f64, c: f64, d: f64) -> f64 {
 /// are exact, as for f32 coordinates within nine orders of magnitude.
 pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
     let (p, q) = (b - a, c - a);
-    let minor = |a: f64, b: f64, c: f64, d: f64| exact_difference(a, b, c, d);
+    let minor = |a: f64, b: f64, c: f64, d: f64| difference_of_products(a, b, c, d);
     minor(p.y, q.z, p.z, q.y) == 0.0
         && minor(p.z, q.x, p.x, q.z) == 0.0
         && minor(p.x, q.y, p.y, q.x) == 0.0
@@ -209,7 +213,7 @@ pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
 
 /// Computes a·b − c·d with exact sign.
 #[inline(always)]
-fn exact_difference(a: f64, b: f64, c: f64, d: f64) -> f64 {
+fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let (p, q) = (a * b, c * d);
     let difference = p - q;
     // The error is at most u·(|p| + |q| + |difference|), and |q| is at most |p| + |difference|. So
@@ -217,12 +221,12 @@ fn exact_difference(a: f64, b: f64, c: f64, d: f64) -> f64 {
     if difference.abs() >= p.abs() * (f64::ROUNDOFF * 8.0) {
         return difference;
     }
-    exact_tail(a, b, c, d)
+    difference_of_close_products(a, b, c, d)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{entered, exact_difference};
+    use super::{difference_of_products, find_edge_entry};
 
     /// Next 64 random bits (SplitMix64).
     fn next(state: &mut u64) -> u64 {
@@ -242,14 +246,14 @@ mod tests {
         // The edge from (−1, 10) to (1, 20) crosses the ray at 15. The path through (3, 40) crosses
         // at 17.5.
         let (x, z) = ([-1.0, 1.0, 3.0], [10.0, 20.0, 40.0]);
-        assert_eq!(entered(x, noise, z), (15.0, [0.5, 0.5, 0.0]));
-        assert_eq!(entered(noise, x, z), (15.0, [0.5, 0.5, 0.0]));
+        assert_eq!(find_edge_entry(x, noise, z), (15.0, [0.5, 0.5, 0.0]));
+        assert_eq!(find_edge_entry(noise, x, z), (15.0, [0.5, 0.5, 0.0]));
         assert_eq!(
-            entered([1.0, 3.0, -1.0], noise, [20.0, 40.0, 10.0]),
+            find_edge_entry([1.0, 3.0, -1.0], noise, [20.0, 40.0, 10.0]),
             (15.0, [0.5, 0.0, 0.5])
         );
         assert_eq!(
-            entered([0.0, 0.0, 2.0], noise, [7.0, 5.0, 1.0]),
+            find_edge_entry([0.0, 0.0, 2.0], noise, [7.0, 5.0, 1.0]),
             (5.0, [0.0, 1.0, 0.0])
         );
     }
@@ -278,7 +282,7 @@ mod tests {
                 (x + step, y - other + jitter)
             };
             let exact = i128::from(x) * i128::from(y) - i128::from(c) * i128::from(d);
-            let found = exact_difference(x as f64, y as f64, c as f64, d as f64);
+            let found = difference_of_products(x as f64, y as f64, c as f64, d as f64);
             assert_eq!(
                 found.partial_cmp(&0.0),
                 Some(exact.cmp(&0)),

@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 
-use super::prepared_ray::FAR;
-use super::quadratic::{Crossings, Quadratic, approach, point_at, rarely};
-use super::sample::area_by_quadrature;
+use super::prepared_ray::FAR_RATIO;
+use super::quadratic::{Crossings, Quadratic, call_cold, choose_reference_point, point_at_hit};
+use super::sample::integrate_area;
 use super::spawn_offset::SpawnOffset;
-use super::sphere::{on_globe, sphere_direction};
+use super::sphere::{globe_coordinates, sample_sphere_direction};
 use super::{
-    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint,
-    TransformChain, slack,
+    OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
+    TransformChain, rounding_bound,
 };
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -35,18 +35,18 @@ impl<R: Real> Ellipsoid<R> {
     /// Intersects a ray with the ellipsoid in a space where the ellipsoid is a sphere. Each axis is
     /// scaled by the product of the other two semi-axes, so the sphere's radius is the product of
     /// all three. For semi-axes stored in f32 the scales are exact in f64. `close` selects the
-    /// reference point as in [`approach`].
+    /// reference point as in [`choose_reference_point`].
     #[inline(always)]
-    fn crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
+    fn find_crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let s = self.semi_axes.to_f64();
         let scale = DVec3::new(s.y * s.z, s.z * s.x, s.x * s.y);
-        let (ahead, f) = approach(prepared_ray, self.centre.to_f64(), close);
+        let (ahead, f) = choose_reference_point(prepared_ray, self.centre.to_f64(), close);
         let (d, f, radius) = (prepared_ray.direction * scale, f * scale, s.x * s.y * s.z);
         let (a, b) = (d.dot(d), d.dot(f));
         if !close {
             let (squared, room) = (f.dot(f), radius * radius);
-            if squared > room * (FAR * FAR) {
-                return rarely(move || self.crossings(prepared_ray, true));
+            if squared > room * (FAR_RATIO * FAR_RATIO) {
+                return call_cold(move || self.find_crossings(prepared_ray, true));
             }
             return Quadratic::new(a, b, squared - room).roots();
         }
@@ -67,20 +67,24 @@ impl<R: Real> Ellipsoid<R> {
 
     /// Evaluates the surface at a point close to it. `scale` is a length added to the sizes that
     /// bound the rounding error.
-    fn at(&self, point: DVec3, scale: f64) -> SurfacePoint {
+    fn eval_surface_point(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let (centre, s) = (self.centre.to_f64(), self.semi_axes.to_f64());
         let offset = point - centre;
         let gradient = offset / (s * s);
         let scale = scale + centre.abs().max_element() + s.max_element();
-        SurfacePoint::new(point, gradient.normalize(), slack(scale))
+        SurfacePoint::new(point, gradient.normalize(), rounding_bound(scale))
     }
 
     /// Computes the offset from a surface point to the base point of inward rays, as for the unit
-    /// sphere whose image is this ellipsoid (see [`super::spawn_offset::off_bends`]).
+    /// sphere whose image is this ellipsoid (see [`super::spawn_offset::offset_for_curvature`]).
     #[inline(never)]
-    fn inwards(&self, surface_point: &SurfacePoint, transform_chain: TransformChain<'_>) -> DVec3 {
+    fn inward_ray_offset(
+        &self,
+        surface_point: &SurfacePoint,
+        transform_chain: TransformChain<'_>,
+    ) -> DVec3 {
         let s = self.semi_axes.to_f64();
-        let spawn_offset = SpawnOffset::around::<R>(
+        let spawn_offset = SpawnOffset::from_surface_error::<R>(
             Some(transform_chain),
             surface_point.point,
             surface_point.error,
@@ -97,14 +101,14 @@ impl<R: Real> Ellipsoid<R> {
 
     /// Local ratio of the ellipsoid's area to the area of the unit sphere, at the sphere's unit
     /// normal `n`.
-    fn stretch(&self, n: DVec3) -> f64 {
+    fn area_ratio(&self, n: DVec3) -> f64 {
         let s = self.semi_axes.to_f64();
         DVec3::new(n.x * s.y * s.z, n.y * s.z * s.x, n.z * s.x * s.y).length()
     }
 }
 
 impl<R: Real> Shape<R> for Ellipsoid<R> {
-    fn support(&self, direction: DVec3) -> Option<f64> {
+    fn eval_support(&self, direction: DVec3) -> Option<f64> {
         Some(self.centre.to_f64().dot(direction) + (self.semi_axes.to_f64() * direction).length())
     }
 
@@ -115,22 +119,23 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
-        self.crossings(prepared_ray, !R::IS_SINGLE)?
-            .nearest(range, side, |_| true)
+        self.find_crossings(prepared_ray, !R::IS_SINGLE)?
+            .nearest_hit(range, side, |_| true)
     }
 
-    fn locate_under(
+    fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
-        let point = point_at(prepared_ray, self.crossings(prepared_ray, true), hit);
+        let point = point_at_hit(prepared_ray, self.find_crossings(prepared_ray, true), hit);
         let distance = (prepared_ray.origin - point).abs().max_element();
-        let surface_point = self.at(point, distance + point.abs().max_element());
+        let surface_point = self.eval_surface_point(point, distance + point.abs().max_element());
         match transform_chain {
             Some(transform_chain) => SurfacePoint {
-                below: surface_point.point + self.inwards(&surface_point, transform_chain),
+                below: surface_point.point
+                    + self.inward_ray_offset(&surface_point, transform_chain),
                 ..surface_point
             },
             None => surface_point,
@@ -138,12 +143,16 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
     }
 
     /// Texture coordinates in [0, 1] of the unit sphere whose image is this ellipsoid.
-    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+    fn texture_coordinates(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+    ) -> TextureCoordinates<R> {
         let (centre, s) = (self.centre.to_f64(), self.semi_axes.to_f64());
-        let n = ((self.locate(prepared_ray, hit).point - centre) / s).normalize();
-        let [u, v] = on_globe::<f64>(n).map(R::from_f64);
+        let n = ((self.locate_surface_point(prepared_ray, hit).point - centre) / s).normalize();
+        let [u, v] = globe_coordinates::<f64>(n).map(R::from_f64);
         let dpdu = R::Vec3::from_f64(DVec3::new(n.z, 0.0, -n.x) * s * core::f64::consts::TAU);
-        Parameters {
+        TextureCoordinates {
             u,
             v,
             dpdu,
@@ -156,20 +165,20 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
 /// the local area ratio of the map.
 impl<R: Real> SampleArea<R> for Ellipsoid<R> {
     fn area(&self) -> f64 {
-        area_by_quadrature(|u, v| {
-            4.0 * core::f64::consts::PI * self.stretch(sphere_direction(u, v))
+        integrate_area(|u, v| {
+            4.0 * core::f64::consts::PI * self.area_ratio(sample_sphere_direction(u, v))
         })
     }
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
-        let n = sphere_direction(u.to_f64(), v.to_f64());
+        let n = sample_sphere_direction(u.to_f64(), v.to_f64());
         let point = self.centre.to_f64() + self.semi_axes.to_f64() * n;
-        let density = 1.0 / (4.0 * core::f64::consts::PI * self.stretch(n));
-        (self.at(point, 0.0), density)
+        let density = 1.0 / (4.0 * core::f64::consts::PI * self.area_ratio(n));
+        (self.eval_surface_point(point, 0.0), density)
     }
 
-    fn density(&self, point: &SurfacePoint) -> f64 {
+    fn area_density(&self, point: &SurfacePoint) -> f64 {
         let n = ((point.point - self.centre.to_f64()) / self.semi_axes.to_f64()).normalize();
-        1.0 / (4.0 * core::f64::consts::PI * self.stretch(n))
+        1.0 / (4.0 * core::f64::consts::PI * self.area_ratio(n))
     }
 }

@@ -16,7 +16,7 @@ pub(crate) fn tangent(axis: DVec3) -> DVec3 {
 }
 
 /// Returns the tangent and the bitangent = tangent × axis of an axis of any length.
-fn across(axis: DVec3) -> (DVec3, DVec3) {
+fn tangent_and_bitangent(axis: DVec3) -> (DVec3, DVec3) {
     let axis = axis.normalize();
     let tangent = tangent(axis);
     (tangent, tangent.cross(axis))
@@ -26,8 +26,8 @@ fn across(axis: DVec3) -> (DVec3, DVec3) {
 /// derivative of the offset by that coordinate. Seen from outside with the axis up, the coordinate
 /// grows to the right, like the columns of an image. For an offset along the axis the results are
 /// one half and zero.
-pub(crate) fn turn<R: Real>(offset: DVec3, axis: DVec3) -> (R, R::Vec3) {
-    let (t, b) = across(axis);
+pub(crate) fn angle_coordinate<R: Real>(offset: DVec3, axis: DVec3) -> (R, R::Vec3) {
+    let (t, b) = tangent_and_bitangent(axis);
     let (x, y) = (offset.dot(t), offset.dot(b));
     let full = R::from_f64(core::f64::consts::TAU);
     let angle = R::from_f64(y).atan2(R::from_f64(x));
@@ -38,8 +38,8 @@ pub(crate) fn turn<R: Real>(offset: DVec3, axis: DVec3) -> (R, R::Vec3) {
 }
 
 /// Returns the unit vector perpendicular to an axis, at the fraction `u` of a turn around it.
-pub(crate) fn spoke(axis: DVec3, u: f64) -> DVec3 {
-    let (t, b) = across(axis);
+pub(crate) fn radial_direction(axis: DVec3, u: f64) -> DVec3 {
+    let (t, b) = tangent_and_bitangent(axis);
     let angle = u * core::f64::consts::TAU;
     t * libm::cos(angle) + b * libm::sin(angle)
 }
@@ -47,18 +47,18 @@ pub(crate) fn spoke(axis: DVec3, u: f64) -> DVec3 {
 /// Splits an offset into its component along an axis, as a fraction of the axis, and its component
 /// perpendicular to the axis.
 #[inline(always)]
-pub(crate) fn split(offset: DVec3, axis: DVec3) -> (f64, DVec3) {
+pub(crate) fn split_along_axis(offset: DVec3, axis: DVec3) -> (f64, DVec3) {
     let along = offset.dot(axis) / axis.dot(axis);
     (along, offset - axis * along)
 }
 
 /// Support function of a disk: the maximum of p·direction over all its points p.
-pub(crate) fn disk_support(centre: DVec3, axis: DVec3, radius: f64, direction: DVec3) -> f64 {
+pub(crate) fn eval_disk_support(centre: DVec3, axis: DVec3, radius: f64, direction: DVec3) -> f64 {
     centre.dot(direction) + radius * direction.cross(axis).length() / axis.length()
 }
 
 /// Length of the vector (x, y) by a square root. The platform's `hypot` is not used, so that the
 /// bits are equal everywhere.
-pub(crate) fn length(x: f64, y: f64) -> f64 {
+pub(crate) fn length_2d(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()
 }

@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 
-use super::frame::{disk_support, length, spoke, turn};
-use super::prepared_ray::FAR;
-use super::quadratic::{Crossings, Quadratic, approach, point_at, rarely};
-use super::spawn_offset::off_bends;
+use super::frame::{angle_coordinate, eval_disk_support, length_2d, radial_direction};
+use super::prepared_ray::FAR_RATIO;
+use super::quadratic::{Crossings, Quadratic, call_cold, choose_reference_point, point_at_hit};
+use super::spawn_offset::offset_for_curvature;
 use super::{
-    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint,
-    sample::area_by_quadrature, slack,
+    OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
+    rounding_bound, sample::integrate_area,
 };
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -40,11 +40,11 @@ impl<R: Real> Hyperboloid<R> {
     }
 
     /// Intersects a ray with the unclipped hyperboloid. `close` selects the reference point as in
-    /// [`approach`].
+    /// [`choose_reference_point`].
     #[inline(always)]
-    fn crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
+    fn find_crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
-        let (ahead, f) = approach(prepared_ray, self.centre.to_f64(), close);
+        let (ahead, f) = choose_reference_point(prepared_ray, self.centre.to_f64(), close);
         // The equation is multiplied by (a·c)², so that its terms are products of two stored
         // numbers, without a division.
         let scale = DVec3::new(slope, waist, slope);
@@ -54,8 +54,8 @@ impl<R: Real> Hyperboloid<R> {
         let (a, b) = (form(d, d), form(d, f));
         let quadratic = Quadratic::new(a, b, form(f, f) - unit);
         if !close {
-            if f.dot(f) > unit * (FAR * FAR) {
-                return rarely(move || self.crossings(prepared_ray, true));
+            if f.dot(f) > unit * (FAR_RATIO * FAR_RATIO) {
+                return call_cold(move || self.find_crossings(prepared_ray, true));
             }
             return quadratic.roots();
         }
@@ -67,40 +67,40 @@ impl<R: Real> Hyperboloid<R> {
             ..quadratic
         }
         .roots()
-        .map(|r| r.moved(ahead))
+        .map(|r| r.shift(ahead))
     }
 
     /// Evaluates the surface at a point close to it. `scale` is a length added to the sizes that
     /// bound the rounding error.
-    fn at(&self, point: DVec3, scale: f64) -> SurfacePoint {
+    fn eval_surface_point(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let centre = self.centre.to_f64();
         let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
         let offset = point - centre;
         let (across, up) = (slope * slope, waist * waist);
         let gradient = DVec3::new(offset.x * across, -offset.y * up, offset.z * across);
         let scale = scale + centre.abs().max_element() + point.abs().max_element() + waist;
-        SurfacePoint::new(point, gradient.normalize(), slack(scale))
+        SurfacePoint::new(point, gradient.normalize(), rounding_bound(scale))
     }
 
     /// Radius of the surface at the height `y` above the centre.
     fn radius_at(&self, y: f64) -> f64 {
-        self.waist.to_f64() * length(y / self.slope.to_f64(), 1.0)
+        self.waist.to_f64() * length_2d(y / self.slope.to_f64(), 1.0)
     }
 
     /// Inverse of the sampling density per area, at the height `y`: circumference times slant times
     /// the whole height.
-    fn inverse_density(&self, y: f64) -> f64 {
+    fn inverse_area_density(&self, y: f64) -> f64 {
         let (a, c, radius) = (self.waist.to_f64(), self.slope.to_f64(), self.radius_at(y));
         let lean = a * a * y / (c * c * radius);
-        2.0 * self.half_height.to_f64() * core::f64::consts::TAU * radius * length(lean, 1.0)
+        2.0 * self.half_height.to_f64() * core::f64::consts::TAU * radius * length_2d(lean, 1.0)
     }
 }
 
 impl<R: Real> Shape<R> for Hyperboloid<R> {
     /// Support function, from the two rims alone, since the surface curves inwards between them.
-    fn support(&self, direction: DVec3) -> Option<f64> {
+    fn eval_support(&self, direction: DVec3) -> Option<f64> {
         let height = self.half_height.to_f64();
-        let rim = disk_support(
+        let rim = eval_disk_support(
             self.centre.to_f64(),
             DVec3::Y,
             self.radius_at(height),
@@ -122,19 +122,20 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         if half_height == 0.0 {
             return None;
         }
-        self.crossings(prepared_ray, !R::IS_SINGLE)?
-            .nearest(range, side, clipped)
+        self.find_crossings(prepared_ray, !R::IS_SINGLE)?
+            .nearest_hit(range, side, clipped)
     }
 
-    fn locate_under(
+    fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
-        let point = point_at(prepared_ray, self.crossings(prepared_ray, true), hit);
-        let surface_point = self.at(point, (prepared_ray.origin - point).abs().max_element());
-        off_bends::<R>(surface_point, transform_chain, || {
+        let point = point_at_hit(prepared_ray, self.find_crossings(prepared_ray, true), hit);
+        let surface_point =
+            self.eval_surface_point(point, (prepared_ray.origin - point).abs().max_element());
+        offset_for_curvature::<R>(surface_point, transform_chain, || {
             // Both radii of curvature are least at the waist: the meridian's on the outer side, the
             // circle's on the inner side.
             let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
@@ -143,11 +144,15 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
     }
 
     /// Texture coordinates in [0, 1]: u runs around the axis, v from the upper rim to the lower.
-    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        let offset = self.locate(prepared_ray, hit).point - self.centre.to_f64();
-        let (u, dpdu) = turn(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
+    fn texture_coordinates(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+    ) -> TextureCoordinates<R> {
+        let offset = self.locate_surface_point(prepared_ray, hit).point - self.centre.to_f64();
+        let (u, dpdu) = angle_coordinate(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
         let v = R::from_f64(0.5) - R::from_f64(offset.y) / (self.half_height + self.half_height);
-        Parameters {
+        TextureCoordinates {
             u,
             v,
             dpdu,
@@ -159,19 +164,21 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
 /// Samples the height and the angle around the axis uniformly.
 impl<R: Real> SampleArea<R> for Hyperboloid<R> {
     fn area(&self) -> f64 {
-        area_by_quadrature(|u, _| self.inverse_density((2.0 * u - 1.0) * self.half_height.to_f64()))
+        integrate_area(|u, _| {
+            self.inverse_area_density((2.0 * u - 1.0) * self.half_height.to_f64())
+        })
     }
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let y = (2.0 * u.to_f64() - 1.0) * self.half_height.to_f64();
-        let offset = spoke(DVec3::Y, v.to_f64()) * self.radius_at(y) + DVec3::Y * y;
+        let offset = radial_direction(DVec3::Y, v.to_f64()) * self.radius_at(y) + DVec3::Y * y;
         (
-            self.at(self.centre.to_f64() + offset, 0.0),
-            1.0 / self.inverse_density(y),
+            self.eval_surface_point(self.centre.to_f64() + offset, 0.0),
+            1.0 / self.inverse_area_density(y),
         )
     }
 
-    fn density(&self, point: &SurfacePoint) -> f64 {
-        1.0 / self.inverse_density(point.point.y - self.centre.y().to_f64())
+    fn area_density(&self, point: &SurfacePoint) -> f64 {
+        1.0 / self.inverse_area_density(point.point.y - self.centre.y().to_f64())
     }
 }

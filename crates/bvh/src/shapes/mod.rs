@@ -2,7 +2,7 @@
 //!
 //! A shape is stored in f32 or f64, and its intersection test computes in f64. The test returns a
 //! distance and two shape-specific numbers. The surface point is computed once, by
-//! [`Shape::locate`], for the closest hit. Texture coordinates are computed only on demand.
+//! [`Shape::locate_surface_point`], for the closest hit. Texture coordinates are computed only on demand.
 
 mod any;
 mod border;
@@ -35,18 +35,18 @@ pub use cone::Cone;
 pub use cuboid::Cuboid;
 pub use cylinder::{Cylinder, CylinderEnds};
 pub use disk::Disk;
-pub(crate) use edges::{EDGE_ON, TriangleHit};
+pub(crate) use edges::{EDGE_ON_RATIO, TriangleHit};
 pub use ellipsoid::Ellipsoid;
 pub use hyperboloid::Hyperboloid;
 pub use paraboloid::Paraboloid;
 pub use plane::Plane;
-pub(crate) use prepared_ray::FAR;
+pub(crate) use prepared_ray::FAR_RATIO;
 pub use prepared_ray::PreparedRay;
 pub use quad::Quad;
 pub use sample::SampleArea;
 pub use spawn_offset::TransformChain;
-pub use sphere::{Sphere, equirectangular};
-pub use surface::{Parameters, Surface, SurfacePoint};
+pub use sphere::{Sphere, equirectangular_coordinates};
+pub use surface::{Surface, SurfacePoint, TextureCoordinates};
 pub use torus::Torus;
 pub use transform::{Transform, transform_bounds};
 pub use transformed_shape::TransformedShape;
@@ -61,7 +61,7 @@ use crate::scalar::Real;
 /// Rounding error bound of an intersection test on lengths up to `scale`: 16 roundings. The longest
 /// chain of operations of any shape has about ten.
 #[inline(always)]
-pub(crate) fn slack(scale: f64) -> f64 {
+pub(crate) fn rounding_bound(scale: f64) -> f64 {
     scale * (f64::ROUNDOFF * 16.0)
 }
 
@@ -82,7 +82,7 @@ pub struct ShapeHit<R> {
 impl<R: Real> ShapeHit<R> {
     /// Creates a hit at a distance; both shape-specific numbers are zero.
     #[inline(always)]
-    pub fn at(t: R) -> Self {
+    pub fn from_distance(t: R) -> Self {
         Self {
             t,
             u: R::ZERO,
@@ -92,7 +92,7 @@ impl<R: Real> ShapeHit<R> {
 
     /// Creates a hit at the distance where the ray leaves a solid.
     #[inline(always)]
-    pub fn leaving(t: R) -> Self {
+    pub fn from_exit_distance(t: R) -> Self {
         Self {
             t,
             u: R::ZERO,
@@ -102,7 +102,7 @@ impl<R: Real> ShapeHit<R> {
 
     /// Whether the ray leaves a solid at the hit.
     #[inline(always)]
-    pub fn leaves(&self) -> bool {
+    pub fn is_exit(&self) -> bool {
         self.v > R::ZERO
     }
 }
@@ -114,12 +114,12 @@ pub type OuterTransforms<'a> = Option<TransformChain<'a>>;
 pub trait Shape<R: Real> {
     /// Support function: the maximum of p·direction over all points p of the shape. `None` for an
     /// unbounded shape; NaN if a parameter of the shape is NaN.
-    fn support(&self, direction: DVec3) -> Option<f64>;
+    fn eval_support(&self, direction: DVec3) -> Option<f64>;
 
     /// Returns the smallest axis-aligned box around the shape; `None` for an unbounded shape, which
     /// no tree holds.
     fn bounds(&self) -> Option<Aabb> {
-        Aabb::from_support(|direction| self.support(direction))
+        Aabb::from_support(|direction| self.eval_support(direction))
     }
 
     /// Returns the nearest hit with a distance in the open interval `range`, by a ray from an
@@ -135,44 +135,48 @@ pub trait Shape<R: Real> {
     /// result is in f64, in the space of the ray. `transform_chain` holds the maps from that space
     /// to the world. The maps decide how far ray origins must keep away from edges and from curved
     /// surfaces.
-    fn locate_under(
+    fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint;
 
-    /// Computes the surface point as [`Shape::locate_under`], for a shape that is not mapped.
+    /// Computes the surface point as [`Shape::locate_under_transforms`], for a shape that is not mapped.
     #[inline(always)]
-    fn locate(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
-        self.locate_under(prepared_ray, hit, None)
+    fn locate_surface_point(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
+        self.locate_under_transforms(prepared_ray, hit, None)
     }
 
     /// Computes the texture coordinates at a hit that [`Shape::intersect`] returned for the same
     /// ray.
-    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R>;
+    fn texture_coordinates(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+    ) -> TextureCoordinates<R>;
 
     /// Computes the surface at a hit that [`Shape::intersect`] returned for the same ray, rounded
     /// to the stored scalar.
     #[inline]
     fn surface(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Surface<R> {
-        self.locate(prepared_ray, hit).to_scalar()
+        self.locate_surface_point(prepared_ray, hit).to_scalar()
     }
 }
 
 /// Selects the first of two ordered roots that is in the range and on an accepted side. A ray
 /// enters a closed shape at `near` and leaves it at `far`.
 #[inline(always)]
-pub(crate) fn first_root<R: Real>(
+pub(crate) fn first_accepted_root<R: Real>(
     near: R,
     far: R,
     range: Interval<R>,
     side: Side,
 ) -> Option<ShapeHit<R>> {
     if side.accepts(true) && range.contains(near) {
-        Some(ShapeHit::at(near))
+        Some(ShapeHit::from_distance(near))
     } else if side.accepts(false) && range.contains(far) {
-        Some(ShapeHit::leaving(far))
+        Some(ShapeHit::from_exit_distance(far))
     } else {
         None
     }

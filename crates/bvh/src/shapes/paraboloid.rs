@@ -2,12 +2,14 @@
 
 use glam::DVec3;
 
-use super::frame::{length, spoke, turn};
-use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
-use super::spawn_offset::off_bends;
+use super::frame::{angle_coordinate, length_2d, radial_direction};
+use super::quadratic::{
+    Crossings, Quadratic, choose_reference_point, point_at_hit, uses_near_reference,
+};
+use super::spawn_offset::offset_for_curvature;
 use super::{
-    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint,
-    sample::area_by_quadrature, slack,
+    OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
+    rounding_bound, sample::integrate_area,
 };
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -35,11 +37,11 @@ impl<R: Real> Paraboloid<R> {
     }
 
     /// Intersects a ray with the unclipped paraboloid. `close` selects the reference point as in
-    /// [`approach`].
+    /// [`choose_reference_point`].
     #[inline(always)]
-    fn crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
+    fn find_crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
-        let (ahead, f) = approach(prepared_ray, self.apex.to_f64(), close);
+        let (ahead, f) = choose_reference_point(prepared_ray, self.apex.to_f64(), close);
         let d = prepared_ray.direction;
         let flat = |p: DVec3, q: DVec3| p.x * q.x + p.z * q.z;
         let room = radius * radius;
@@ -48,32 +50,32 @@ impl<R: Real> Paraboloid<R> {
             height * flat(d, f) - room * d.y * 0.5,
             height * flat(f, f) - room * f.y,
         );
-        quadratic.roots().map(|r| r.moved(ahead))
+        quadratic.roots().map(|r| r.shift(ahead))
     }
 
     /// Evaluates the surface at a point close to it. `scale` is a length added to the sizes that
     /// bound the rounding error.
-    fn at(&self, point: DVec3, scale: f64) -> SurfacePoint {
+    fn eval_surface_point(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let apex = self.apex.to_f64();
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
         let offset = point - apex;
         let (steep, room) = (height + height, radius * radius);
         let gradient = DVec3::new(offset.x * steep, -room, offset.z * steep);
         let scale = scale + apex.abs().max_element() + point.abs().max_element() + radius + height;
-        SurfacePoint::new(point, gradient.normalize(), slack(scale))
+        SurfacePoint::new(point, gradient.normalize(), rounding_bound(scale))
     }
 
     /// Inverse of the sampling density per area, at a distance from the axis: the area of the rim's
     /// disk times the slant of the surface.
-    fn inverse_density(&self, distance: f64) -> f64 {
+    fn inverse_area_density(&self, distance: f64) -> f64 {
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
         let lean = 2.0 * height * distance / (radius * radius);
-        core::f64::consts::PI * radius * radius * length(lean, 1.0)
+        core::f64::consts::PI * radius * radius * length_2d(lean, 1.0)
     }
 }
 
 impl<R: Real> Shape<R> for Paraboloid<R> {
-    fn support(&self, direction: DVec3) -> Option<f64> {
+    fn eval_support(&self, direction: DVec3) -> Option<f64> {
         let (apex, radius, height) = (
             self.apex.to_f64(),
             self.radius.to_f64(),
@@ -82,7 +84,7 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
         // The support at the fraction s of the rim's radius is s·across + s²·up. It is greatest at
         // the rim, or where its derivative is zero.
         let (across, up) = (
-            radius * length(direction.x, direction.z),
+            radius * length_2d(direction.x, direction.z),
             height * direction.y,
         );
         let inner = across / (-2.0 * up);
@@ -102,24 +104,25 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
         if height == 0.0 {
             return None;
         }
-        self.crossings(
+        self.find_crossings(
             prepared_ray,
-            tests_close(prepared_ray, self.apex, self.radius.min(self.height)),
+            uses_near_reference(prepared_ray, self.apex, self.radius.min(self.height)),
         )?
-        .nearest(range, side, |t| {
+        .nearest_hit(range, side, |t| {
             above + prepared_ray.direction.y * t <= height
         })
     }
 
-    fn locate_under(
+    fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
-        let point = point_at(prepared_ray, self.crossings(prepared_ray, true), hit);
-        let surface_point = self.at(point, (prepared_ray.origin - point).abs().max_element());
-        off_bends::<R>(surface_point, transform_chain, || {
+        let point = point_at_hit(prepared_ray, self.find_crossings(prepared_ray, true), hit);
+        let surface_point =
+            self.eval_surface_point(point, (prepared_ray.origin - point).abs().max_element());
+        offset_for_curvature::<R>(surface_point, transform_chain, || {
             // The radius of curvature is least at the apex.
             let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
             [f64::INFINITY, radius * (radius / height) * 0.5]
@@ -127,10 +130,14 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
     }
 
     /// Texture coordinates in [0, 1]: u runs around the axis, v from the rim down to the apex.
-    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        let offset = self.locate(prepared_ray, hit).point - self.apex.to_f64();
-        let (u, dpdu) = turn(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
-        Parameters {
+    fn texture_coordinates(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+    ) -> TextureCoordinates<R> {
+        let offset = self.locate_surface_point(prepared_ray, hit).point - self.apex.to_f64();
+        let (u, dpdu) = angle_coordinate(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
+        TextureCoordinates {
             u,
             v: R::ONE - R::from_f64(offset.y) / self.height,
             dpdu,
@@ -142,21 +149,21 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
 /// Samples the disk of the rim uniformly and projects the point down to the surface.
 impl<R: Real> SampleArea<R> for Paraboloid<R> {
     fn area(&self) -> f64 {
-        area_by_quadrature(|u, _| self.inverse_density(u.sqrt() * self.radius.to_f64()))
+        integrate_area(|u, _| self.inverse_area_density(u.sqrt() * self.radius.to_f64()))
     }
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let distance = u.to_f64().sqrt() * self.radius.to_f64();
-        let offset =
-            spoke(DVec3::Y, v.to_f64()) * distance + DVec3::Y * (u.to_f64() * self.height.to_f64());
+        let offset = radial_direction(DVec3::Y, v.to_f64()) * distance
+            + DVec3::Y * (u.to_f64() * self.height.to_f64());
         (
-            self.at(self.apex.to_f64() + offset, 0.0),
-            1.0 / self.inverse_density(distance),
+            self.eval_surface_point(self.apex.to_f64() + offset, 0.0),
+            1.0 / self.inverse_area_density(distance),
         )
     }
 
-    fn density(&self, point: &SurfacePoint) -> f64 {
+    fn area_density(&self, point: &SurfacePoint) -> f64 {
         let offset = point.point - self.apex.to_f64();
-        1.0 / self.inverse_density(length(offset.x, offset.z))
+        1.0 / self.inverse_area_density(length_2d(offset.x, offset.z))
     }
 }

@@ -3,7 +3,9 @@
 use glam::DVec3;
 
 use super::frame::tangent;
-use super::{OuterTransforms, Parameters, PreparedRay, Shape, ShapeHit, SurfacePoint, slack};
+use super::{
+    OuterTransforms, PreparedRay, Shape, ShapeHit, SurfacePoint, TextureCoordinates, rounding_bound,
+};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -33,19 +35,23 @@ impl<R: Real> Plane<R> {
 /// Intersects a ray with the plane through a point. Returns the hit point and its error bound. The
 /// distance is not rounded, so only the rounding of stored coordinates remains.
 #[inline(always)]
-pub(super) fn on_plane(prepared_ray: &PreparedRay, normal: DVec3, through: DVec3) -> (DVec3, f64) {
+pub(super) fn intersect_plane(
+    prepared_ray: &PreparedRay,
+    normal: DVec3,
+    through: DVec3,
+) -> (DVec3, f64) {
     let height = normal.dot(through - prepared_ray.origin);
     let point = prepared_ray.origin
         + prepared_ray.direction * (height / normal.dot(prepared_ray.direction));
     let distance = (point - prepared_ray.origin).abs().max_element();
     (
         point,
-        slack(point.abs().max_element() + through.abs().max_element() + distance),
+        rounding_bound(point.abs().max_element() + through.abs().max_element() + distance),
     )
 }
 
 impl<R: Real> Shape<R> for Plane<R> {
-    fn support(&self, _: DVec3) -> Option<f64> {
+    fn eval_support(&self, _: DVec3) -> Option<f64> {
         None
     }
 
@@ -61,28 +67,33 @@ impl<R: Real> Shape<R> for Plane<R> {
         let height = normal.dot(self.point.to_f64() - prepared_ray.origin);
         // For a ray in the plane the distance is 0/0 or x/0, which no open range contains.
         let t = R::from_f64(height / slope);
-        (t.is_finite() && range.contains(t) && side.accepts(slope < 0.0)).then_some(ShapeHit::at(t))
+        (t.is_finite() && range.contains(t) && side.accepts(slope < 0.0))
+            .then_some(ShapeHit::from_distance(t))
     }
 
     #[inline]
-    fn locate_under(
+    fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         _: ShapeHit<R>,
         _: OuterTransforms<'_>,
     ) -> SurfacePoint {
         let normal = self.normal.to_f64();
-        let (point, error) = on_plane(prepared_ray, normal, self.point.to_f64());
+        let (point, error) = intersect_plane(prepared_ray, normal, self.point.to_f64());
         SurfacePoint::new(point, normal, error)
     }
 
     /// Texture coordinates in world units, relative to the plane's point: u along the tangent, v
     /// perpendicular to it. For a floor they are the world's x and z.
     #[inline]
-    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+    fn texture_coordinates(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+    ) -> TextureCoordinates<R> {
         let offset = self.surface(prepared_ray, hit).point - self.point;
         let bitangent = self.tangent.cross(self.normal);
-        Parameters {
+        TextureCoordinates {
             u: offset.dot(self.tangent),
             v: offset.dot(bitangent),
             dpdu: self.tangent,

@@ -7,7 +7,7 @@ use crate::scalar::{Real, Vector};
 
 /// Distance of a ray's origin from a shape, in multiples of the shape's size, from which the shape
 /// counts as far. At that distance f32 resolves distances to 2⁻¹⁴ of the size.
-pub(crate) const FAR: f64 = 1024.0;
+pub(crate) const FAR_RATIO: f64 = 1024.0;
 
 /// A ray in f64, the precision of all intersection tests, whether the ray is stored in f32 or in
 /// f64.
@@ -20,81 +20,81 @@ pub struct PreparedRay {
     pub direction: DVec3,
     /// Time, see [`Ray::time`].
     pub time: f64,
-    /// Whether this is a camera ray, see [`Ray::culls`].
-    pub culls: bool,
+    /// Whether this is a camera ray, see [`Ray::is_camera_ray`].
+    pub is_camera_ray: bool,
     /// Whether the ray was mapped into the space of a transformed shape or of an instance. The map
     /// back to the world may magnify the error of a rounded distance, so hit points are then
     /// computed from unrounded distances.
-    pub mapped: bool,
+    pub is_mapped: bool,
     /// Squared length of `direction`.
     pub length_squared: f64,
     /// Lower bound of `length_squared`, smaller by more than the rounding errors of a discriminant.
     /// If the discriminant with this bound is negative, then the exact discriminant and the
     /// discriminant with `length_squared` are negative too.
-    pub shortened: f64,
+    pub lower_length_squared: f64,
     /// The inverse of `length_squared`.
     pub inverse_length_squared: f64,
     /// Two vectors perpendicular to the direction: a basis of the plane onto which the tests of
     /// triangles and quads project. The system (first, second, direction) is right-handed. Each
     /// vector is at least as long as the direction's largest component. Both are zero if the ray is
     /// not prepared for triangles.
-    pub across: [DVec3; 2],
+    pub projection_axes: [DVec3; 2],
 }
 
 impl PreparedRay {
-    /// Ratio of [`PreparedRay::shortened`] to the squared length.
-    pub(crate) const SHORTER: f64 = 1.0 - f64::ROUNDOFF * 64.0;
+    /// Ratio of [`PreparedRay::lower_length_squared`] to the squared length.
+    pub(crate) const LOWER_BOUND_FACTOR: f64 = 1.0 - f64::ROUNDOFF * 64.0;
 
     /// Prepares a world-space ray for shapes of every kind.
     #[inline(always)]
     pub fn new<R: Real>(ray: Ray<R>) -> Self {
-        Self::of(ray, true)
+        Self::from_ray(ray, true)
     }
 
-    /// Prepares a world-space ray for spheres, planes and other shapes; if `faces` is set, also for
+    /// Prepares a world-space ray for spheres, planes and other shapes; if `for_faces` is set, also for
     /// triangles and quads.
     #[inline(always)]
-    pub(crate) fn of<R: Real>(ray: Ray<R>, faces: bool) -> Self {
+    pub(crate) fn from_ray<R: Real>(ray: Ray<R>, for_faces: bool) -> Self {
         let (origin, direction) = (ray.origin.to_f64(), ray.direction.to_f64());
         let length_squared = direction.dot(direction);
         let inverse_length_squared = 1.0 / length_squared;
-        let shortened = length_squared * Self::SHORTER;
-        let across = if faces {
-            across(direction)
+        let shortened = length_squared * Self::LOWER_BOUND_FACTOR;
+        let across = if for_faces {
+            projection_axes(direction)
         } else {
             [DVec3::ZERO; 2]
         };
-        let (time, culls, mapped) = (ray.time.to_f64(), ray.culls, false);
+        let (time, culls, mapped) = (ray.time.to_f64(), ray.is_camera_ray, false);
         Self {
             origin,
             direction,
             time,
-            culls,
-            mapped,
+            is_camera_ray: culls,
+            is_mapped: mapped,
             length_squared,
-            shortened,
+            lower_length_squared: shortened,
             inverse_length_squared,
-            across,
+            projection_axes: across,
         }
     }
 
     /// Prepares a world-space ray, stored in f32, for spheres and planes only.
     #[inline(always)]
-    pub(crate) fn in_world(origin: [f32; 3], direction: [f32; 3]) -> Self {
-        Self::of(Ray::<f32>::new(origin.into(), direction.into()), false)
+    pub(crate) fn from_world_ray(origin: [f32; 3], direction: [f32; 3]) -> Self {
+        Self::from_ray(Ray::<f32>::new(origin.into(), direction.into()), false)
     }
 
     /// Prepares a ray that was mapped into object space. The direction may have any length, and
     /// distances along the ray are in units of that length.
     #[inline(always)]
-    pub(crate) fn mapped(origin: DVec3, direction: DVec3, culls: bool) -> Self {
+    pub(crate) fn from_mapped_ray(origin: DVec3, direction: DVec3, culls: bool) -> Self {
         Self {
-            mapped: true,
+            is_mapped: true,
             ..Self::new(Ray {
                 origin,
                 direction,
                 time: 0.0,
-                culls,
+                is_camera_ray: culls,
             })
         }
     }
@@ -103,8 +103,8 @@ impl PreparedRay {
     /// distance `t`. This holds for every mapped ray. For other rays it holds where the rounding of
     /// `t` could move the point by 2⁻¹⁴ of the shape's `size`.
     #[inline(always)]
-    pub(crate) fn needs_unrounded<R: Real>(&self, t: R, size: R) -> bool {
-        self.mapped || t > size * R::from_f64(FAR)
+    pub(crate) fn needs_unrounded_distance<R: Real>(&self, t: R, size: R) -> bool {
+        self.is_mapped || t > size * R::from_f64(FAR_RATIO)
     }
 
     /// Returns the point of the ray at the stored distance `t`.
@@ -114,11 +114,11 @@ impl PreparedRay {
     }
 }
 
-/// Computes [`PreparedRay::across`] for a direction: the shear of "Watertight Ray/Triangle
+/// Computes [`PreparedRay::projection_axes`] for a direction: the shear of "Watertight Ray/Triangle
 /// Intersection" (Woop, Benthin, Wald 2013), multiplied by the direction's largest component to
 /// avoid a division.
 #[inline(always)]
-fn across(d: DVec3) -> [DVec3; 2] {
+fn projection_axes(d: DVec3) -> [DVec3; 2] {
     let size = d.abs();
     let sign = |major: f64| 1.0_f64.copysign(major);
     if size.x > size.y && size.x > size.z {

@@ -2,9 +2,11 @@
 
 use glam::DVec3;
 
-use super::border::{Face, off_border};
-use super::edges::{ProjectedCorner, corner_slack, cross};
-use super::{OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint};
+use super::border::{FaceKind, move_ray_origins_off_border};
+use super::edges::{ProjectedCorner, flat_face_error_bound, intersect_projected_triangle};
+use super::{
+    OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
+};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -48,7 +50,7 @@ impl<R: Real> Quad<R> {
     /// Evaluates the point with the given texture coordinates in [0, 1], on the half of the quad
     /// that contains it.
     #[inline(always)]
-    fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
+    fn eval_point(&self, [u, v]: [f64; 2]) -> DVec3 {
         let [a, b, c, d] = self.corners.map(Vector::to_f64);
         if u >= v {
             a + (b - a) * (u - v) + (c - a) * v
@@ -58,7 +60,7 @@ impl<R: Real> Quad<R> {
     }
 
     #[inline(always)]
-    fn scale(&self) -> R {
+    fn max_coordinate(&self) -> R {
         self.corners
             .iter()
             .fold(R::ZERO, |m, c| m.max(c.abs().max_element()))
@@ -66,26 +68,27 @@ impl<R: Real> Quad<R> {
 
     /// Error bound of the intersection test, as a length.
     #[inline(always)]
-    fn slack(&self) -> f64 {
+    fn intersection_error(&self) -> f64 {
         let [first, second] = self.diagonals();
         let longest = first.dot(first).max(second.dot(second));
-        corner_slack(
-            self.scale().to_f64(),
+        flat_face_error_bound(
+            self.max_coordinate().to_f64(),
             longest,
             1.0 / first.cross(second).length(),
         )
     }
 
     #[inline(always)]
-    fn error(&self) -> f64 {
+    fn point_error(&self) -> f64 {
         // The second term covers the rounding of the corners, which moves them off their common
         // plane.
-        self.slack() + (self.scale() * R::ROUNDOFF * R::from_f64(4.0)).to_f64()
+        self.intersection_error()
+            + (self.max_coordinate() * R::ROUNDOFF * R::from_f64(4.0)).to_f64()
     }
 
     /// Distance between the diagonals: rounding has moved the corners off a common plane by that
     /// distance.
-    fn fold(&self) -> f64 {
+    fn planarity_error(&self) -> f64 {
         let [a, b, ..] = self.corners.map(Vector::to_f64);
         self.normal().dot(b - a).abs()
     }
@@ -94,7 +97,7 @@ impl<R: Real> Quad<R> {
     /// test. Returns the distance, both texture coordinates, and whether the ray comes from
     /// outside.
     #[inline(always)]
-    fn watertight(&self, prepared_ray: &PreparedRay) -> Option<(f64, [f64; 2], bool)> {
+    fn intersect_watertight(&self, prepared_ray: &PreparedRay) -> Option<(f64, [f64; 2], bool)> {
         // Written out, since an array's `map` is not always inlined.
         let [a, b, c, d] = self.corners;
         let (a, b) = (
@@ -105,18 +108,18 @@ impl<R: Real> Quad<R> {
             ProjectedCorner::new(prepared_ray, c.to_f64()),
             ProjectedCorner::new(prepared_ray, d.to_f64()),
         );
-        if let Some(hit) = cross(prepared_ray, &a, &b, &c) {
+        if let Some(hit) = intersect_projected_triangle(prepared_ray, &a, &b, &c) {
             let [second, third] = hit.weights;
             return Some((hit.t, [second + third, third], hit.from_outside));
         }
-        let hit = cross(prepared_ray, &a, &c, &d)?;
+        let hit = intersect_projected_triangle(prepared_ray, &a, &c, &d)?;
         let [second, third] = hit.weights;
         Some((hit.t, [second, second + third], hit.from_outside))
     }
 }
 
 impl<R: Real> Shape<R> for Quad<R> {
-    fn support(&self, direction: DVec3) -> Option<f64> {
+    fn eval_support(&self, direction: DVec3) -> Option<f64> {
         // Written so that NaN propagates.
         let [a, b, c, d] = self.corners.map(|p| p.to_f64().dot(direction));
         Some((a + b + c + d) * 0.0 + a.max(b).max(c).max(d))
@@ -133,7 +136,7 @@ impl<R: Real> Shape<R> for Quad<R> {
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
-        let (t, [u, v], from_outside) = self.watertight(prepared_ray)?;
+        let (t, [u, v], from_outside) = self.intersect_watertight(prepared_ray)?;
         let t = R::from_f64(t);
         (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit {
             t,
@@ -142,7 +145,7 @@ impl<R: Real> Shape<R> for Quad<R> {
         })
     }
 
-    fn locate_under(
+    fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
@@ -152,12 +155,13 @@ impl<R: Real> Shape<R> for Quad<R> {
         let normal = self.normal();
         // The rounding of stored coordinates moves the point only within the plane. In a mapped
         // space that move may be large, so the coordinates are computed again.
-        let again = if prepared_ray.mapped {
-            self.watertight(prepared_ray)
+        let repeated_hit = if prepared_ray.is_mapped {
+            self.intersect_watertight(prepared_ray)
         } else {
             None
         };
-        let [u, v] = again.map_or_else(|| [hit.u.to_f64(), hit.v.to_f64()], |(_, place, _)| place);
+        let [u, v] =
+            repeated_hit.map_or_else(|| [hit.u.to_f64(), hit.v.to_f64()], |(_, place, _)| place);
         // The point is kept off the border by the rounding of its coordinates. A ray that starts at
         // a concave edge of a closed room then starts on the inner side of both walls.
         let reach = a.abs().max(b.abs()).max(d.abs()).max_element() * R::ROUNDOFF.to_f64() * 8.0;
@@ -166,11 +170,11 @@ impl<R: Real> Shape<R> for Quad<R> {
             x.max(margin).min(1.0 - margin)
         };
         let (u, v) = (keep(u, b - a), keep(v, d - a));
-        let surface_point = SurfacePoint::new(self.point([u, v]), normal, self.error());
+        let surface_point = SurfacePoint::new(self.eval_point([u, v]), normal, self.point_error());
         match transform_chain {
-            Some(transform_chain) => off_border::<R>(
+            Some(transform_chain) => move_ray_origins_off_border::<R>(
                 surface_point,
-                Face::Parallelogram,
+                FaceKind::Parallelogram,
                 [b - a, d - a],
                 [u, v],
                 transform_chain,
@@ -180,9 +184,9 @@ impl<R: Real> Shape<R> for Quad<R> {
     }
 
     /// Texture coordinates in [0, 1]: u along the first edge, v along the second.
-    fn parameters(&self, _: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+    fn texture_coordinates(&self, _: &PreparedRay, hit: ShapeHit<R>) -> TextureCoordinates<R> {
         let [a, b, _, _]: [R::Vec3; 4] = self.corners;
-        Parameters {
+        TextureCoordinates {
             u: hit.u,
             v: hit.v,
             dpdu: b - a,
@@ -198,8 +202,12 @@ impl<R: Real> SampleArea<R> for Quad<R> {
     }
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
-        let point = self.point([u.to_f64(), v.to_f64()]);
-        let surface_point = SurfacePoint::new(point, self.normal(), self.slack() + self.fold());
+        let point = self.eval_point([u.to_f64(), v.to_f64()]);
+        let surface_point = SurfacePoint::new(
+            point,
+            self.normal(),
+            self.intersection_error() + self.planarity_error(),
+        );
         (surface_point, 1.0 / self.area())
     }
 }

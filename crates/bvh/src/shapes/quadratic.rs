@@ -1,8 +1,8 @@
 //! Intersection of a ray with a quadric: the two roots of a·t² + 2b·t + c, one where the ray enters
 //! and one where it leaves.
 
-use super::prepared_ray::FAR;
-use super::{PreparedRay, ShapeHit, first_root};
+use super::prepared_ray::FAR_RATIO;
+use super::{PreparedRay, ShapeHit, first_accepted_root};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 use glam::DVec3;
@@ -67,7 +67,7 @@ impl Quadratic {
 impl Crossings {
     /// Adds `distance` to both crossings.
     #[inline(always)]
-    pub fn moved(self, distance: f64) -> Self {
+    pub fn shift(self, distance: f64) -> Self {
         Self {
             enter: self.enter + distance,
             leave: self.leave + distance,
@@ -77,7 +77,7 @@ impl Crossings {
     /// Returns the nearest crossing that lies in the range, on an accepted side, and satisfies
     /// `keep`.
     #[inline(always)]
-    pub fn nearest<R: Real>(
+    pub fn nearest_hit<R: Real>(
         &self,
         range: Interval<R>,
         side: Side,
@@ -89,16 +89,20 @@ impl Crossings {
         };
         match (candidate(self.enter, true), candidate(self.leave, false)) {
             // Unrounded distances are compared, since far away the stored distances may be equal.
-            (Some(_), Some(b)) if self.leave < self.enter => Some(ShapeHit::leaving(b)),
-            (Some(a), _) => Some(ShapeHit::at(a)),
-            (None, b) => b.map(ShapeHit::leaving),
+            (Some(_), Some(b)) if self.leave < self.enter => Some(ShapeHit::from_exit_distance(b)),
+            (Some(a), _) => Some(ShapeHit::from_distance(a)),
+            (None, b) => b.map(ShapeHit::from_exit_distance),
         }
     }
 
     /// Returns the unrounded distance of `hit`, which was made from these crossings.
     #[inline(always)]
-    pub fn unrounded<R: Real>(&self, hit: ShapeHit<R>) -> f64 {
-        if hit.leaves() { self.leave } else { self.enter }
+    pub fn unrounded_distance<R: Real>(&self, hit: ShapeHit<R>) -> f64 {
+        if hit.is_exit() {
+            self.leave
+        } else {
+            self.enter
+        }
     }
 }
 
@@ -113,7 +117,11 @@ impl Crossings {
 /// coordinate axis the discriminant is exact from any distance. Surface points always use the near
 /// reference.
 #[inline(always)]
-pub(crate) fn approach(prepared_ray: &PreparedRay, centre: DVec3, close: bool) -> (f64, DVec3) {
+pub(crate) fn choose_reference_point(
+    prepared_ray: &PreparedRay,
+    centre: DVec3,
+    close: bool,
+) -> (f64, DVec3) {
     let f = prepared_ray.origin - centre;
     if !close {
         return (0.0, f);
@@ -123,13 +131,17 @@ pub(crate) fn approach(prepared_ray: &PreparedRay, centre: DVec3, close: bool) -
 }
 
 /// Whether the intersection test of a shape at `centre` uses the near reference point of
-/// [`approach`]. For shapes stored in f32 the origin is faster, and precise enough up to [`FAR`]
+/// [`choose_reference_point`]. For shapes stored in f32 the origin is faster, and precise enough up to [`FAR_RATIO`]
 /// sizes away.
 #[inline(always)]
-pub(crate) fn tests_close<R: Real>(prepared_ray: &PreparedRay, centre: R::Vec3, size: R) -> bool {
+pub(crate) fn uses_near_reference<R: Real>(
+    prepared_ray: &PreparedRay,
+    centre: R::Vec3,
+    size: R,
+) -> bool {
     let far = || {
         let (f, size) = (prepared_ray.origin - centre.to_f64(), size.to_f64());
-        f.dot(f) > size * size * (FAR * FAR)
+        f.dot(f) > size * size * (FAR_RATIO * FAR_RATIO)
     };
     !R::IS_SINGLE || far()
 }
@@ -138,20 +150,20 @@ pub(crate) fn tests_close<R: Real>(prepared_ray: &PreparedRay, centre: R::Vec3, 
 /// the closure: a captured reference would force them into memory for all rays.
 #[cold]
 #[inline(never)]
-pub(crate) fn rarely<T>(work: impl FnOnce() -> T) -> T {
+pub(crate) fn call_cold<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
 /// Returns the point of the ray at a hit, at the unrounded distance if `crossings` are given,
 /// otherwise at the stored distance.
 #[inline(always)]
-pub(crate) fn point_at<R: Real>(
+pub(crate) fn point_at_hit<R: Real>(
     prepared_ray: &PreparedRay,
     crossings: Option<Crossings>,
     hit: ShapeHit<R>,
 ) -> DVec3 {
     match crossings {
-        Some(c) => prepared_ray.origin + prepared_ray.direction * c.unrounded(hit),
+        Some(c) => prepared_ray.origin + prepared_ray.direction * c.unrounded_distance(hit),
         None => prepared_ray.at(hit.t),
     }
 }
@@ -159,17 +171,17 @@ pub(crate) fn point_at<R: Real>(
 /// The range of distances that a ray spends inside a convex solid. Each end has the number of the
 /// surface part that bounds it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Span {
+pub(crate) struct RaySpan {
     pub near: f64,
     pub far: f64,
     pub near_part: u8,
     pub far_part: u8,
 }
 
-impl Span {
+impl RaySpan {
     /// Creates a range with the same surface part at both ends.
     #[inline(always)]
-    pub fn of(near: f64, far: f64, part: u8) -> Self {
+    pub fn from_range(near: f64, far: f64, part: u8) -> Self {
         Self {
             near,
             far,
@@ -181,7 +193,7 @@ impl Span {
     /// Creates the range between two parallel faces, each with its distance and part number. A
     /// rising ray enters through the low face, any other ray through the high face.
     #[inline(always)]
-    pub fn between(low: f64, high: f64, [low_part, high_part]: [u8; 2], rises: bool) -> Self {
+    pub fn from_faces(low: f64, high: f64, [low_part, high_part]: [u8; 2], rises: bool) -> Self {
         if rises {
             Self {
                 near: low,
@@ -201,7 +213,7 @@ impl Span {
 
     /// Returns the intersection of two ranges.
     #[inline(always)]
-    pub fn cut(self, other: Self) -> Self {
+    pub fn intersection(self, other: Self) -> Self {
         let (near, near_part) = if other.near > self.near {
             (other.near, other.near_part)
         } else {
@@ -222,7 +234,7 @@ impl Span {
 
     /// Converts the ends of the range to crossings.
     #[inline(always)]
-    pub fn crossings(self) -> Crossings {
+    pub fn to_crossings(self) -> Crossings {
         Crossings {
             enter: self.near,
             leave: self.far,
@@ -232,7 +244,7 @@ impl Span {
     /// Returns the first end of the solid's range that lies in the open interval `range` and on an
     /// accepted side. The hit's first number is the part at that end.
     #[inline(always)]
-    pub fn nearest<R: Real>(&self, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    pub fn nearest_hit<R: Real>(&self, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
         let covered = self.near < self.far;
         if !covered {
             return None;
@@ -241,8 +253,8 @@ impl Span {
         // rounding of distances.
         let near = R::from_f64(self.near);
         let far = R::from_f64(self.far).max(near.next_up());
-        let hit = first_root(near, far, range, side)?;
-        let part = if hit.leaves() {
+        let hit = first_accepted_root(near, far, range, side)?;
+        let part = if hit.is_exit() {
             self.far_part
         } else {
             self.near_part

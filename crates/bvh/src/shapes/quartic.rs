@@ -19,28 +19,28 @@ pub(crate) struct Quartic {
 
 impl Quartic {
     #[inline(always)]
-    fn value(&self, x: f64) -> f64 {
+    fn eval(&self, x: f64) -> f64 {
         ((x * x + self.p) * x + self.q) * x + self.w
     }
 
     /// Half of the derivative at `x`.
     #[inline(always)]
-    fn slope(&self, x: f64) -> f64 {
+    fn half_derivative(&self, x: f64) -> f64 {
         (x * x * 2.0 + self.p) * x + self.q * 0.5
     }
 
     /// Cuts the interval [−reach, reach] at the extrema of the quartic. Returns up to five points
     /// in ascending order, which bound four monotone pieces.
-    fn pieces(&self, reach: f64) -> ArrayVec<f64, 5> {
+    fn split_monotone(&self, reach: f64) -> ArrayVec<f64, 5> {
         let mut pieces = ArrayVec::from_iter([-reach]);
         // The derivative has its extrema at ±`knee`, and no extrema if the quartic is convex.
         let knee = (-self.p / 6.0).max(0.0).sqrt().min(reach);
         for (from, to) in [(-reach, -knee), (-knee, knee), (knee, reach)] {
-            let (at_from, at_to) = (self.slope(from), self.slope(to));
+            let (at_from, at_to) = (self.half_derivative(from), self.half_derivative(to));
             if (at_from < 0.0) != (at_to < 0.0) {
                 let slope_of_slope = |x: f64| x * x * 6.0 + self.p;
-                pieces.push(find(from, to, at_from, |x| {
-                    (self.slope(x), slope_of_slope(x))
+                pieces.push(find_zero(from, to, at_from, |x| {
+                    (self.half_derivative(x), slope_of_slope(x))
                 }));
             }
         }
@@ -51,23 +51,25 @@ impl Quartic {
     /// Calls `take` for each zero crossing in ascending order until `take` returns a result. Its
     /// arguments are the zero and whether the quartic falls at it. The quartic counts as positive
     /// at both ends of [−reach, reach].
-    pub fn crossings<T>(
+    pub fn find_crossings<T>(
         &self,
         reach: f64,
         mut take: impl FnMut(f64, bool) -> Option<T>,
     ) -> Option<T> {
-        let pieces = self.pieces(reach);
+        let pieces = self.split_monotone(reach);
         let mut at_from = 1.0;
         for (i, ends) in pieces.windows(2).enumerate() {
             let (from, to) = (ends[0], ends[1]);
             let at_to = if i + 2 == pieces.len() {
                 1.0
             } else {
-                self.value(to)
+                self.eval(to)
             };
             if (at_from < 0.0) != (at_to < 0.0) {
                 let falls = at_to < 0.0;
-                let root = find(from, to, at_from, |x| (self.value(x), self.slope(x) * 2.0));
+                let root = find_zero(from, to, at_from, |x| {
+                    (self.eval(x), self.half_derivative(x) * 2.0)
+                });
                 if let Some(taken) = take(root, falls) {
                     return Some(taken);
                 }
@@ -81,7 +83,7 @@ impl Quartic {
 /// Finds the zero of a monotone function that changes sign between two points, by Newton's method.
 /// `f` returns the value and the slope. A step that leaves the bracket, or gains less than
 /// bisection would, is replaced by bisection.
-fn find(from: f64, to: f64, at_from: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
+fn find_zero(from: f64, to: f64, at_from: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let rises = at_from < 0.0;
     let (mut low, mut high) = (from, to);
     let mut x = (from + to) * 0.5;

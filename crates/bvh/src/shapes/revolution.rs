@@ -1,10 +1,10 @@
 //! Common code of cylinders and cones: solids of revolution whose radius changes linearly between
 //! two ends.
 
-use super::frame::{split, spoke, tangent, turn};
-use super::quadratic::{Crossings, Quadratic, Span, approach};
+use super::frame::{angle_coordinate, radial_direction, split_along_axis, tangent};
+use super::quadratic::{Crossings, Quadratic, RaySpan, choose_reference_point};
 use super::spawn_offset::SpawnOffset;
-use super::{OuterTransforms, Parameters, PreparedRay, SurfacePoint, slack};
+use super::{OuterTransforms, PreparedRay, SurfacePoint, TextureCoordinates, rounding_bound};
 use crate::scalar::{Real, Vector};
 use glam::DVec3;
 
@@ -40,11 +40,15 @@ impl SurfaceOfRevolution {
     }
 
     /// Intersects a ray with the infinite wall of a solid of equal radii. Returns distances from
-    /// the ray's origin. `close` selects the reference point as in [`approach`].
+    /// the ray's origin. `close` selects the reference point as in [`choose_reference_point`].
     #[inline(always)]
-    pub fn tube(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
+    pub fn intersect_infinite_tube(
+        &self,
+        prepared_ray: &PreparedRay,
+        close: bool,
+    ) -> Option<Crossings> {
         let (axis, radius) = (self.axis, self.radii[0]);
-        let (ahead, f) = approach(prepared_ray, self.base, close);
+        let (ahead, f) = choose_reference_point(prepared_ray, self.base, close);
         let (m, n) = (prepared_ray.direction.cross(axis), f.cross(axis));
         let (length, room) = (axis.dot(axis), radius * radius);
         let (a, b, c) = (m.dot(m), m.dot(n), n.dot(n) - room * length);
@@ -65,13 +69,13 @@ impl SurfaceOfRevolution {
             discriminant,
         }
         .roots()
-        .map(|w| w.moved(ahead))
+        .map(|w| w.shift(ahead))
     }
 
     /// Returns the range of the ray between the planes of both ends, in distances from its origin;
     /// `None` if a ray parallel to these planes is outside them.
     #[inline(always)]
-    pub fn between_ends(&self, prepared_ray: &PreparedRay) -> Option<Span> {
+    pub fn clip_to_ends(&self, prepared_ray: &PreparedRay) -> Option<RaySpan> {
         let (height, slope) = (
             self.axis.dot(prepared_ray.origin - self.base),
             self.axis.dot(prepared_ray.direction),
@@ -79,9 +83,9 @@ impl SurfaceOfRevolution {
         let top = self.axis.dot(self.axis);
         if slope == 0.0 {
             return (0.0 <= height && height <= top)
-                .then(|| Span::of(-f64::INFINITY, f64::INFINITY, BASE));
+                .then(|| RaySpan::from_range(-f64::INFINITY, f64::INFINITY, BASE));
         }
-        Some(Span::between(
+        Some(RaySpan::from_faces(
             -height / slope,
             (top - height) / slope,
             [BASE, TOP],
@@ -92,32 +96,44 @@ impl SurfaceOfRevolution {
     /// Returns the range of the ray inside the solid: within the given crossings of the wall, and
     /// between the ends.
     #[inline(always)]
-    pub fn span(&self, prepared_ray: &PreparedRay, wall: Crossings) -> Option<Span> {
-        Some(Span::of(wall.enter, wall.leave, WALL).cut(self.between_ends(prepared_ray)?))
+    pub fn clip_wall_crossings(
+        &self,
+        prepared_ray: &PreparedRay,
+        wall: Crossings,
+    ) -> Option<RaySpan> {
+        Some(
+            RaySpan::from_range(wall.enter, wall.leave, WALL)
+                .intersection(self.clip_to_ends(prepared_ray)?),
+        )
     }
 
     /// Length to which the rounding error of a point of the surface is proportional.
     #[inline(always)]
-    pub fn scale(&self, point: DVec3) -> f64 {
+    pub fn error_scale(&self, point: DVec3) -> f64 {
         self.size + point.abs().max_element()
     }
 
     /// Evaluates the surface of a cap (`BASE` or `TOP`) at an offset from the cap's centre.
-    pub fn on_cap(&self, part: u8, offset: DVec3) -> SurfacePoint {
+    pub fn eval_cap_point(&self, part: u8, offset: DVec3) -> SurfacePoint {
         let (end, normal) = if part == TOP {
             (1.0, self.axis.normalize())
         } else {
             (0.0, -self.axis.normalize())
         };
         let point = self.base + self.axis * end + offset;
-        SurfacePoint::new(point, normal, slack(self.scale(point)))
+        SurfacePoint::new(point, normal, rounding_bound(self.error_scale(point)))
     }
 
     /// Texture coordinates at a point of a part. u runs around the axis. On the wall v is `top`
     /// minus the fraction along the axis; on a cap it runs from 0 at the centre to 1 at the rim.
-    pub fn parameters<R: Real>(&self, point: DVec3, part: u8, top: f64) -> Parameters<R> {
-        let (along, out) = split(point - self.base, self.axis);
-        let (u, dpdu) = turn(out, self.axis);
+    pub fn texture_coordinates<R: Real>(
+        &self,
+        point: DVec3,
+        part: u8,
+        top: f64,
+    ) -> TextureCoordinates<R> {
+        let (along, out) = split_along_axis(point - self.base, self.axis);
+        let (u, dpdu) = angle_coordinate(out, self.axis);
         let end_radius = R::from_f64(self.radii[usize::from(part == TOP)]);
         let v = if part == WALL {
             R::from_f64(top - along)
@@ -126,7 +142,7 @@ impl SurfaceOfRevolution {
         };
         // u has the same direction of rotation on both caps. The base faces away from the top, so u
         // runs to the left on the base.
-        Parameters {
+        TextureCoordinates {
             u,
             v,
             dpdu,
@@ -135,42 +151,45 @@ impl SurfaceOfRevolution {
     }
 
     /// Samples a point from two numbers in [0, 1). The areas are those of the wall, the base and
-    /// the other end, and `area` is their sum. `on_wall` returns the wall's point for a fraction of
+    /// the other end, and `area` is their sum. `eval_wall_point` returns the wall's point for a fraction of
     /// the wall's area and a direction from the axis.
-    pub fn sample(
+    pub fn sample_surface(
         &self,
         [wall, base, top]: [f64; 3],
         area: f64,
         [u, v]: [f64; 2],
         on_wall: impl FnOnce(f64, DVec3) -> SurfacePoint,
     ) -> SurfacePoint {
-        let (out, place) = (spoke(self.axis, u), v * area);
+        let (out, area_position) = (radial_direction(self.axis, u), v * area);
         let on_cap = |part, share: f64, radius: f64| {
-            self.on_cap(part, out * (share.clamp(0.0, 1.0).sqrt() * radius))
+            self.eval_cap_point(part, out * (share.clamp(0.0, 1.0).sqrt() * radius))
         };
-        if place < wall {
-            on_wall(place / wall, out)
-        } else if place < wall + base {
-            on_cap(BASE, (place - wall) / base, self.radii[0])
+        if area_position < wall {
+            on_wall(area_position / wall, out)
+        } else if area_position < wall + base {
+            on_cap(BASE, (area_position - wall) / base, self.radii[0])
         } else {
-            on_cap(TOP, (place - wall - base) / top, self.radii[1])
+            on_cap(TOP, (area_position - wall - base) / top, self.radii[1])
         }
     }
 
     /// Moves the base point of inward rays at a surface point to the inside of the solid, so that
     /// no map of the chain brings a rounded origin outside. `place` is the point's fraction along
     /// the axis and its offset across the axis.
-    pub fn start_inside<R: Real>(
+    pub fn move_inward_ray_base<R: Real>(
         &self,
         surface_point: SurfacePoint,
         part: u8,
-        place: (f64, DVec3),
+        position: (f64, DVec3),
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
-        let spawn_offset =
-            SpawnOffset::around::<R>(transform_chain, surface_point.point, surface_point.error);
+        let spawn_offset = SpawnOffset::from_surface_error::<R>(
+            transform_chain,
+            surface_point.point,
+            surface_point.error,
+        );
         SurfacePoint {
-            below: surface_point.point + self.inwards(part, place, spawn_offset),
+            below: surface_point.point + self.inward_ray_offset(part, position, spawn_offset),
             ..surface_point
         }
     }
@@ -183,7 +202,7 @@ impl SurfaceOfRevolution {
     /// outside. A solid thinner than the error of its points has no safe inside, and the base point
     /// stays. The point is given by its fraction along the axis and its offset across the axis.
     #[inline(never)]
-    fn inwards(
+    fn inward_ray_offset(
         &self,
         part: u8,
         (along, out): (f64, DVec3),

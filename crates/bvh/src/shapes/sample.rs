@@ -9,11 +9,11 @@ pub trait SampleArea<R: Real>: Shape<R> {
     fn area(&self) -> f64;
 
     /// Samples a point from two numbers in [0, 1). Returns its surface point and its density per
-    /// area, which is positive, finite, and equal to [`SampleArea::density`].
+    /// area, which is positive, finite, and equal to [`SampleArea::area_density`].
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64);
 
     /// Density, per area, with which a point of the surface is sampled; constant by default.
-    fn density(&self, _point: &SurfacePoint) -> f64 {
+    fn area_density(&self, _point: &SurfacePoint) -> f64 {
         1.0 / self.area()
     }
 }
@@ -22,7 +22,7 @@ pub trait SampleArea<R: Real>: Shape<R> {
 /// rule: for surfaces without a closed form, and for mapped shapes. The error is below 1e-3 for
 /// semi-axes up to 1:10, and below 1e-2 up to 1:1000. Only the choice between lights depends on the
 /// result, not any density.
-pub(crate) fn area_by_quadrature(inverse_density: impl Fn(f64, f64) -> f64) -> f64 {
+pub(crate) fn integrate_area(inverse_density: impl Fn(f64, f64) -> f64) -> f64 {
     const STEPS: u32 = 64;
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
     let sum: f64 = (0..STEPS)

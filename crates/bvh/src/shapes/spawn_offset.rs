@@ -20,7 +20,7 @@ pub struct TransformChain<'a> {
 
 impl<'a> TransformChain<'a> {
     fn to_world(self, surface_point: &SurfacePoint) -> SurfacePoint {
-        let mapped = self.map.located_to_world(surface_point);
+        let mapped = self.map.surface_point_to_world(surface_point);
         self.outer.map_or(mapped, |outer| outer.to_world(&mapped))
     }
 
@@ -42,7 +42,7 @@ impl<'a> TransformChain<'a> {
 /// world.
 #[derive(Clone, Copy)]
 pub(super) struct SpawnOffset<'a> {
-    by: f64,
+    world_offset: f64,
     transform_chain: Option<TransformChain<'a>>,
 }
 
@@ -56,7 +56,7 @@ impl<'a> SpawnOffset<'a> {
     /// intersection test exceeds the rounding, the total is below half as much. The remaining half
     /// covers the same uncertainty of the other faces.
     #[inline]
-    pub fn around<R: Real>(
+    pub fn from_surface_error<R: Real>(
         transform_chain: Option<TransformChain<'a>>,
         point: DVec3,
         error: f64,
@@ -68,14 +68,14 @@ impl<'a> SpawnOffset<'a> {
         });
         let rounding = located_surface_point.point.abs().max_element() * R::ROUNDOFF.to_f64();
         Self {
-            by: (located_surface_point.error + rounding) * 5.5,
+            world_offset: (located_surface_point.error + rounding) * 5.5,
             transform_chain,
         }
     }
 
     /// Maps a gradient, such as a plane's normal, from object space to the world.
     #[inline]
-    pub fn in_world(&self, gradient: DVec3) -> DVec3 {
+    pub fn gradient_to_world(&self, gradient: DVec3) -> DVec3 {
         self.transform_chain.map_or(gradient, |transform_chain| {
             transform_chain.gradient_to_world(gradient)
         })
@@ -85,14 +85,14 @@ impl<'a> SpawnOffset<'a> {
     /// origins p.
     #[inline]
     pub fn offset_along(&self, gradient: DVec3) -> f64 {
-        let g = self.in_world(gradient).abs();
-        (g.x + g.y + g.z) * self.by
+        let g = self.gradient_to_world(gradient).abs();
+        (g.x + g.y + g.z) * self.world_offset
     }
 
     /// Greatest drift in any direction, as a length in object space.
     #[inline]
     pub fn max_offset(&self) -> f64 {
-        self.by
+        self.world_offset
             * self
                 .transform_chain
                 .map_or(2.0, TransformChain::magnification)
@@ -108,25 +108,27 @@ impl<'a> SpawnOffset<'a> {
 /// from the point. After a move along the normal by r²/ρ, the origin lies in the ball of radius ρ,
 /// if r is below ρ: (ρ − r²/ρ)² + r² < ρ². A larger reach has no safe origin.
 #[inline(always)]
-pub(super) fn off_bends<R: Real>(
+pub(super) fn offset_for_curvature<R: Real>(
     surface_point: SurfacePoint,
     transform_chain: OuterTransforms<'_>,
     balls: impl FnOnce() -> [f64; 2],
 ) -> SurfacePoint {
     match transform_chain {
-        Some(transform_chain) => off_balls::<R>(&surface_point, transform_chain, balls()),
+        Some(transform_chain) => {
+            offset_into_tangent_balls::<R>(&surface_point, transform_chain, balls())
+        }
         None => surface_point,
     }
 }
 
-/// Moves the base points of rays into the balls of [`off_bends`], by reach²/radius on each side.
+/// Moves the base points of rays into the balls of [`offset_for_curvature`], by reach²/radius on each side.
 #[inline(never)]
-fn off_balls<R: Real>(
+fn offset_into_tangent_balls<R: Real>(
     surface_point: &SurfacePoint,
     transform_chain: TransformChain<'_>,
     balls: [f64; 2],
 ) -> SurfacePoint {
-    let reach = SpawnOffset::around::<R>(
+    let reach = SpawnOffset::from_surface_error::<R>(
         Some(transform_chain),
         surface_point.point,
         surface_point.error,

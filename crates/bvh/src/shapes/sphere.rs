@@ -1,11 +1,11 @@
 //! The sphere.
 
-use super::prepared_ray::FAR;
-use super::quadratic::{Crossings, approach, rarely};
-use super::spawn_offset::off_bends;
+use super::prepared_ray::FAR_RATIO;
+use super::quadratic::{Crossings, call_cold, choose_reference_point};
+use super::spawn_offset::offset_for_curvature;
 use super::{
-    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint,
-    first_root, slack,
+    OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
+    first_accepted_root, rounding_bound,
 };
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -22,12 +22,12 @@ pub struct Sphere<R: Real> {
 }
 
 impl<R: Real> Shape<R> for Sphere<R> {
-    fn support(&self, direction: DVec3) -> Option<f64> {
+    fn eval_support(&self, direction: DVec3) -> Option<f64> {
         Some(self.centre.to_f64().dot(direction) + self.radius.to_f64() * direction.length())
     }
 
     fn bounds(&self) -> Option<Aabb> {
-        Some(Aabb::around(
+        Some(Aabb::from_centre(
             self.centre.to_f64(),
             DVec3::splat(self.radius.to_f64()),
         ))
@@ -41,7 +41,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
     /// distance ("Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter
     /// 7).
     ///
-    /// A first test rejects most rays without the second form. It uses [`PreparedRay::shortened`]
+    /// A first test rejects most rays without the second form. It uses [`PreparedRay::lower_length_squared`]
     /// in place of the squared length. For an origin outside the sphere, this makes the textbook
     /// discriminant too great by 64 roundings of its terms, which is more than its error. For an
     /// origin inside, the discriminant can't be negative. So if the discriminant is negative here,
@@ -57,15 +57,15 @@ impl<R: Real> Shape<R> for Sphere<R> {
         let r = self.radius.to_f64();
         let (b, room) = (f.dot(prepared_ray.direction), r * r);
         let discriminant = if !R::IS_SINGLE {
-            self.near_discriminant(prepared_ray)
+            self.stable_discriminant(prepared_ray)
         } else {
             let outside = f.dot(f) - room;
-            let may_meet = b * b - outside * prepared_ray.shortened >= 0.0;
+            let may_meet = b * b - outside * prepared_ray.lower_length_squared >= 0.0;
             if !may_meet {
                 return None;
             }
-            if outside > room * (FAR * FAR) {
-                rarely(move || self.near_discriminant(prepared_ray))
+            if outside > room * (FAR_RATIO * FAR_RATIO) {
+                call_cold(move || self.stable_discriminant(prepared_ray))
             } else {
                 b * b - outside * prepared_ray.length_squared
             }
@@ -76,7 +76,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
             return None;
         }
         let (root, inverse) = (discriminant.sqrt(), prepared_ray.inverse_length_squared);
-        first_root(
+        first_accepted_root(
             R::from_f64((-b - root) * inverse),
             R::from_f64((root - b) * inverse),
             range,
@@ -85,17 +85,17 @@ impl<R: Real> Shape<R> for Sphere<R> {
     }
 
     #[inline]
-    fn locate_under(
+    fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
         let (centre, radius) = (self.centre.to_f64(), self.radius.to_f64());
-        if prepared_ray.needs_unrounded(hit.t, self.radius) {
+        if prepared_ray.needs_unrounded_distance(hit.t, self.radius) {
             // The roots are computed again: in a mapped space, or for a small distant sphere, the
             // rounding of the stored distance may be large.
-            let (ahead, l) = approach(prepared_ray, centre, true);
+            let (ahead, l) = choose_reference_point(prepared_ray, centre, true);
             let half = ((radius * radius - l.dot(l)).max(0.0)
                 * prepared_ray.inverse_length_squared)
                 .sqrt();
@@ -103,24 +103,31 @@ impl<R: Real> Shape<R> for Sphere<R> {
                 enter: ahead - half,
                 leave: ahead + half,
             }
-            .unrounded(hit);
-            let surface_point = self.at((l + prepared_ray.direction * (t - ahead)).normalize());
+            .unrounded_distance(hit);
+            let surface_point =
+                self.eval_surface_point((l + prepared_ray.direction * (t - ahead)).normalize());
             // Mapped rays always take this branch, so no other branch needs the maps.
-            return off_bends::<R>(surface_point, transform_chain, || [f64::INFINITY, radius]);
+            return offset_for_curvature::<R>(surface_point, transform_chain, || {
+                [f64::INFINITY, radius]
+            });
         }
-        self.at((prepared_ray.at(hit.t) - centre).normalize())
+        self.eval_surface_point((prepared_ray.at(hit.t) - centre).normalize())
     }
 
     /// Texture coordinates in [0, 1]: u runs around +y from the −x side, to the right as seen from
     /// outside, and v runs down from the top. An image wraps around the sphere like a map around a
     /// globe.
     #[inline]
-    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        let n = self.locate(prepared_ray, hit).normal;
-        let [u, v] = on_globe::<f64>(n).map(R::from_f64);
+    fn texture_coordinates(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+    ) -> TextureCoordinates<R> {
+        let n = self.locate_surface_point(prepared_ray, hit).normal;
+        let [u, v] = globe_coordinates::<f64>(n).map(R::from_f64);
         let around = self.radius.to_f64() * core::f64::consts::TAU;
         let dpdu = DVec3::new(n.z, 0.0, -n.x) * around;
-        Parameters {
+        TextureCoordinates {
             u,
             v,
             dpdu: R::Vec3::from_f64(dpdu),
@@ -133,7 +140,7 @@ impl<R: Real> Sphere<R> {
     /// Computes a quarter of the discriminant from the perpendicular distance of the centre to the
     /// ray, which is accurate from any distance.
     #[inline(always)]
-    fn near_discriminant(&self, prepared_ray: &PreparedRay) -> f64 {
+    fn stable_discriminant(&self, prepared_ray: &PreparedRay) -> f64 {
         let (f, r) = (
             prepared_ray.origin - self.centre.to_f64(),
             self.radius.to_f64(),
@@ -146,12 +153,12 @@ impl<R: Real> Sphere<R> {
     /// Evaluates the surface in the unit direction `normal` from the centre. It computes in f64, so
     /// that only the rounding of storage remains.
     #[inline(always)]
-    pub fn at(&self, normal: DVec3) -> SurfacePoint {
+    pub fn eval_surface_point(&self, normal: DVec3) -> SurfacePoint {
         let (centre, radius) = (self.centre.to_f64(), self.radius.to_f64());
         SurfacePoint::new(
             centre + normal * radius,
             normal,
-            slack(centre.abs().max_element() + radius),
+            rounding_bound(centre.abs().max_element() + radius),
         )
     }
 }
@@ -163,7 +170,7 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         (
-            self.at(sphere_direction(u.to_f64(), v.to_f64())),
+            self.eval_surface_point(sample_sphere_direction(u.to_f64(), v.to_f64())),
             1.0 / self.area(),
         )
     }
@@ -174,7 +181,7 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
 /// keep full precision, whereas an arc cosine would be precise only to the square root of the
 /// scalar's rounding.
 #[inline(always)]
-pub fn equirectangular<R: Real>(n: R::Vec3) -> [R; 2] {
+pub fn equirectangular_coordinates<R: Real>(n: R::Vec3) -> [R; 2] {
     let ring = (n.x() * n.x() + n.z() * n.z()).sqrt();
     [
         n.z().angle(n.x()) / R::from_f64(core::f64::consts::TAU) + R::from_f64(0.5),
@@ -184,13 +191,13 @@ pub fn equirectangular<R: Real>(n: R::Vec3) -> [R; 2] {
 
 /// Maps the unit normal of a sphere to texture coordinates. An equirectangular map is seen from
 /// inside and a globe from outside, so the first coordinate has the opposite direction.
-pub(super) fn on_globe<R: Real>(n: R::Vec3) -> [R; 2] {
-    let [u, v] = equirectangular::<R>(n);
+pub(super) fn globe_coordinates<R: Real>(n: R::Vec3) -> [R; 2] {
+    let [u, v] = equirectangular_coordinates::<R>(n);
     [R::ONE - u, v]
 }
 
 /// Samples a unit vector, uniform over the sphere, from two numbers in [0, 1).
-pub(super) fn sphere_direction(u: f64, v: f64) -> DVec3 {
+pub(super) fn sample_sphere_direction(u: f64, v: f64) -> DVec3 {
     let z = 1.0 - 2.0 * u;
     let (ring, angle) = ((1.0 - z * z).max(0.0).sqrt(), v * core::f64::consts::TAU);
     DVec3::new(ring * libm::cos(angle), ring * libm::sin(angle), z)
@@ -212,7 +219,7 @@ mod tests {
         let hit = shape
             .intersect(&prepared_ray, Interval::positive(), Side::Both)
             .expect("the ray meets the shape");
-        let found = shape.parameters(&prepared_ray, hit);
+        let found = shape.texture_coordinates(&prepared_ray, hit);
         (found.u.into(), found.v.into())
     }
 

@@ -71,7 +71,7 @@ pub struct Surface<R: Real> {
 
 /// Texture coordinates at a hit, and their derivative.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameters<R: Real> {
+pub struct TextureCoordinates<R: Real> {
     /// First texture coordinate.
     pub u: R,
     /// Second texture coordinate.
@@ -88,34 +88,37 @@ impl<R: Real> Surface<R> {
     /// error bound, to the side to which the direction points (outside for a tangent). Each
     /// coordinate is rounded away from the surface.
     #[inline(always)]
-    pub fn spawn(&self, direction: R::Vec3) -> R::Vec3 {
-        self.lifted(direction, self.error)
+    pub fn spawn_ray_origin(&self, direction: R::Vec3) -> R::Vec3 {
+        self.offset_ray_origin(direction, self.error)
     }
 
     /// Creates the shadow ray to a point that lies on no surface, such as a point light, and the
     /// open range of distances before the point. `None` at distance zero.
     #[inline]
-    pub fn spawn_to(&self, target: R::Vec3) -> Option<(Ray<R>, Interval<R>)> {
-        open(between(self.spawn(target - self.point), target))
+    pub fn spawn_ray_to_point(&self, target: R::Vec3) -> Option<(Ray<R>, Interval<R>)> {
+        with_open_range(ray_between_points(
+            self.spawn_ray_origin(target - self.point),
+            target,
+        ))
     }
 
     /// Creates the shadow ray to a point of another surface, and the open range of distances before
     /// that point, so that the ray hits neither surface. `None` if the points coincide.
     #[inline]
-    pub fn spawn_to_surface(&self, target: &Self) -> Option<(Ray<R>, Interval<R>)> {
-        open(self.way_to_surface(target))
+    pub fn spawn_ray_to_surface(&self, target: &Self) -> Option<(Ray<R>, Interval<R>)> {
+        with_open_range(self.spawn_unchecked_ray_to_surface(target))
     }
 
-    /// Creates the ray of [`Self::spawn_to_surface`] without a branch, and its length. Both are
+    /// Creates the ray of [`Self::spawn_ray_to_surface`] without a branch, and its length. Both are
     /// valid only if the length is positive and finite.
     #[inline(always)]
-    pub fn way_to_surface(&self, target: &Self) -> (Ray<R>, R) {
+    pub fn spawn_unchecked_ray_to_surface(&self, target: &Self) -> (Ray<R>, R) {
         let across = target.point - self.point;
         let (start, end) = (
-            self.lifted(across, self.error),
-            target.lifted(-across, target.error),
+            self.offset_ray_origin(across, self.error),
+            target.offset_ray_origin(-across, target.error),
         );
-        let (ray, distance) = between::<R>(start, end);
+        let (ray, distance) = ray_between_points::<R>(start, end);
         // The rounded unit direction makes the ray miss its end point slightly, so the ray ends at
         // the tangent plane of the target. The length of a ray almost parallel to that plane is
         // limited to little more than the distance of the points.
@@ -124,12 +127,15 @@ impl<R: Real> Surface<R> {
             normal.dot(end.to_f64() - start.to_f64()) / normal.dot(ray.direction.to_f64());
         (
             ray,
-            R::from_f64(f64::min(to_plane, distance.to_f64() * (1.0 + BESIDE))),
+            R::from_f64(f64::min(
+                to_plane,
+                distance.to_f64() * (1.0 + EXCESS_LENGTH),
+            )),
         )
     }
 
     #[inline(always)]
-    fn lifted(&self, direction: R::Vec3, error: R) -> R::Vec3 {
+    fn offset_ray_origin(&self, direction: R::Vec3, error: R) -> R::Vec3 {
         // Computed in f64, where products of f32 numbers are exact: a tangent must not count as an
         // inward ray.
         let inward = self.normal.to_f64().dot(direction.to_f64()) < 0.0;
@@ -151,12 +157,12 @@ impl<R: Real> Surface<R> {
 
 /// Greatest excess of a shadow ray's length over the distance of its points, relative to that
 /// distance.
-const BESIDE: f64 = 1.0 / 4096.0;
+const EXCESS_LENGTH: f64 = 1.0 / 4096.0;
 
 /// Returns the ray from `start` to `end`, and its length. The length is computed in f64, so that it
 /// neither underflows nor overflows.
 #[inline(always)]
-fn between<R: Real>(start: R::Vec3, end: R::Vec3) -> (Ray<R>, R) {
+fn ray_between_points<R: Real>(start: R::Vec3, end: R::Vec3) -> (Ray<R>, R) {
     let across = end.to_f64() - start.to_f64();
     let distance = across.length();
     (
@@ -168,6 +174,6 @@ fn between<R: Real>(start: R::Vec3, end: R::Vec3) -> (Ray<R>, R) {
 /// Adds the open range of distances from 0 to `max` to a ray; `None` if `max` is zero or not
 /// finite.
 #[inline(always)]
-fn open<R: Real>((ray, max): (Ray<R>, R)) -> Option<(Ray<R>, Interval<R>)> {
+fn with_open_range<R: Real>((ray, max): (Ray<R>, R)) -> Option<(Ray<R>, Interval<R>)> {
     (max > R::ZERO && max.is_finite()).then_some((ray, Interval { min: R::ZERO, max }))
 }

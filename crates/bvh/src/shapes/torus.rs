@@ -2,11 +2,12 @@
 
 use glam::DVec3;
 
-use super::frame::{disk_support, split, spoke, turn};
+use super::frame::{angle_coordinate, eval_disk_support, radial_direction, split_along_axis};
 use super::quartic::Quartic;
-use super::spawn_offset::off_bends;
+use super::spawn_offset::offset_for_curvature;
 use super::{
-    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, slack,
+    OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
+    rounding_bound,
 };
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -52,7 +53,7 @@ impl<R: Real> Torus<R> {
     /// that certainly misses: outside the bounding sphere, above or below the tube within the
     /// sphere, or through the hole.
     #[inline(always)]
-    fn profile(&self, prepared_ray: &PreparedRay) -> Option<TorusQuartic> {
+    fn build_quartic(&self, prepared_ray: &PreparedRay) -> Option<TorusQuartic> {
         let (axis, major) = (self.axis.to_f64(), self.major_radius.to_f64());
         let one_over = 1.0 / major;
         let f = prepared_ray.origin - self.centre.to_f64();
@@ -99,29 +100,29 @@ impl<R: Real> Torus<R> {
 
     /// Evaluates the surface at the unit vector `normal` from the centre of the tube. `spoke` is
     /// the unit vector from the torus's centre to that centre of the tube.
-    fn on_tube(&self, spoke: DVec3, normal: DVec3) -> SurfacePoint {
+    fn eval_tube_point(&self, spoke: DVec3, normal: DVec3) -> SurfacePoint {
         let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
         let point = self.centre.to_f64() + spoke * major + normal * minor;
         let size = self.centre.abs().max_element() + self.major_radius + self.minor_radius;
         SurfacePoint::new(
             point,
             normal,
-            slack(size.to_f64() + point.abs().max_element()),
+            rounding_bound(size.to_f64() + point.abs().max_element()),
         )
     }
 
     /// Inverse of the sampling density per area, at a point whose normal has the component `away`
     /// away from the axis.
-    fn inverse_density(&self, away: f64) -> f64 {
+    fn inverse_area_density(&self, away: f64) -> f64 {
         let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
         core::f64::consts::TAU * core::f64::consts::TAU * minor * (major + minor * away)
     }
 }
 
 impl<R: Real> Shape<R> for Torus<R> {
-    fn support(&self, direction: DVec3) -> Option<f64> {
+    fn eval_support(&self, direction: DVec3) -> Option<f64> {
         let (centre, axis) = (self.centre.to_f64(), self.axis.to_f64());
-        let ring = disk_support(centre, axis, self.major_radius.to_f64(), direction);
+        let ring = eval_disk_support(centre, axis, self.major_radius.to_f64(), direction);
         Some(ring + self.minor_radius.to_f64() * direction.length())
     }
 
@@ -131,20 +132,20 @@ impl<R: Real> Shape<R> for Torus<R> {
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
-        let profile = self.profile(prepared_ray)?;
-        profile.quartic.crossings(profile.reach, |x, enters| {
+        let profile = self.build_quartic(prepared_ray)?;
+        profile.quartic.find_crossings(profile.reach, |x, enters| {
             let t = R::from_f64(profile.middle + profile.scale * x);
             (range.contains(t) && side.accepts(enters)).then(|| {
                 if enters {
-                    ShapeHit::at(t)
+                    ShapeHit::from_distance(t)
                 } else {
-                    ShapeHit::leaving(t)
+                    ShapeHit::from_exit_distance(t)
                 }
             })
         })
     }
 
-    fn locate_under(
+    fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
@@ -154,13 +155,13 @@ impl<R: Real> Shape<R> for Torus<R> {
         // Unit vector from the centre to the nearest point of the circle, and the offset from that
         // point.
         let tube = |offset: DVec3| {
-            let spoke = split(offset, self.axis.to_f64()).1.normalize();
+            let spoke = split_along_axis(offset, self.axis.to_f64()).1.normalize();
             (spoke, offset - spoke * major)
         };
         // In a mapped space, or from far away, the rounding of the stored distance may be large, so
         // the root is computed again.
-        let profile = if prepared_ray.needs_unrounded(hit.t, self.minor_radius) {
-            self.profile(prepared_ray)
+        let profile = if prepared_ray.needs_unrounded_distance(hit.t, self.minor_radius) {
+            self.build_quartic(prepared_ray)
         } else {
             None
         };
@@ -172,8 +173,8 @@ impl<R: Real> Shape<R> for Torus<R> {
                  scale,
              }| {
                 let stored =
-                    |t: f64, enters: bool| R::from_f64(t) == hit.t && enters != hit.leaves();
-                quartic.crossings(reach, |x, enters| {
+                    |t: f64, enters: bool| R::from_f64(t) == hit.t && enters != hit.is_exit();
+                quartic.find_crossings(reach, |x, enters| {
                     Some(middle + scale * x).filter(|&t| stored(t, enters))
                 })
             },
@@ -182,10 +183,10 @@ impl<R: Real> Shape<R> for Torus<R> {
             || prepared_ray.at(hit.t),
             |t| prepared_ray.origin + prepared_ray.direction * t,
         );
-        let (spoke, off) = tube(raw - centre);
+        let (spoke, tube_offset) = tube(raw - centre);
         let minor = self.minor_radius.to_f64();
-        off_bends::<R>(
-            self.on_tube(spoke, off.normalize()),
+        offset_for_curvature::<R>(
+            self.eval_tube_point(spoke, tube_offset.normalize()),
             transform_chain,
             || [major - minor, minor],
         )
@@ -193,18 +194,22 @@ impl<R: Real> Shape<R> for Torus<R> {
 
     /// Texture coordinates in [0, 1]: u runs around the axis. v runs around the tube from its inner
     /// side, downwards on the outer side.
-    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        let surface_point = self.locate(prepared_ray, hit);
-        let (_, out) = split(
+    fn texture_coordinates(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+    ) -> TextureCoordinates<R> {
+        let surface_point = self.locate_surface_point(prepared_ray, hit);
+        let (_, out) = split_along_axis(
             surface_point.point - self.centre.to_f64(),
             self.axis.to_f64(),
         );
-        let (u, dpdu) = turn(out, self.axis.to_f64());
+        let (u, dpdu) = angle_coordinate(out, self.axis.to_f64());
         let axis = self.axis.to_f64().normalize();
         let up = R::from_f64(surface_point.normal.dot(axis));
         let away = R::from_f64(surface_point.normal.dot(out.normalize()));
         let full = R::from_f64(core::f64::consts::TAU);
-        Parameters {
+        TextureCoordinates {
             u,
             v: R::from_f64(0.5) - up.atan2(away) / full,
             dpdu,
@@ -216,21 +221,24 @@ impl<R: Real> Shape<R> for Torus<R> {
 /// Samples the angles around the axis and around the tube uniformly.
 impl<R: Real> SampleArea<R> for Torus<R> {
     fn area(&self) -> f64 {
-        self.inverse_density(0.0)
+        self.inverse_area_density(0.0)
     }
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
-        let out = spoke(self.axis.to_f64(), u.to_f64());
+        let out = radial_direction(self.axis.to_f64(), u.to_f64());
         let angle = v.to_f64() * core::f64::consts::TAU;
         let (away, up) = (libm::cos(angle), libm::sin(angle));
         let normal = out * away + self.axis.to_f64().normalize() * up;
-        (self.on_tube(out, normal), 1.0 / self.inverse_density(away))
+        (
+            self.eval_tube_point(out, normal),
+            1.0 / self.inverse_area_density(away),
+        )
     }
 
-    fn density(&self, point: &SurfacePoint) -> f64 {
+    fn area_density(&self, point: &SurfacePoint) -> f64 {
         let axis = self.axis.to_f64().normalize();
         let offset = point.point - self.centre.to_f64();
         let out = (offset - axis * axis.dot(offset)).normalize();
-        1.0 / self.inverse_density(point.normal.dot(out))
+        1.0 / self.inverse_area_density(point.normal.dot(out))
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Parameters, PreparedRay, SurfacePoint};
+use super::{PreparedRay, SurfacePoint, TextureCoordinates};
 use crate::aabb::{Aabb, BoundingSphere};
 use crate::math::double_double::DoubleDouble;
 use crate::scalar::{Real, Vector};
@@ -21,7 +21,7 @@ pub struct Transform {
 impl Transform {
     /// Creates the transform from an object-to-world map; `None` if the map has no finite inverse.
     pub fn new(to_world: DAffine3) -> Option<Self> {
-        let transform = Self::of_invertible(to_world);
+        let transform = Self::from_invertible(to_world);
         let invertible = to_world.matrix3.determinant() != 0.0
             && to_world.is_finite()
             && transform.inverse.is_finite();
@@ -30,8 +30,8 @@ impl Transform {
 
     /// Creates the transform from an object-to-world map that is known to be invertible. If
     /// rounding makes the map singular, mapped rays are NaN and hit nothing.
-    pub(crate) fn of_invertible(to_world: DAffine3) -> Self {
-        let inverse = accurate_inverse(to_world.matrix3);
+    pub(crate) fn from_invertible(to_world: DAffine3) -> Self {
+        let inverse = invert_accurately(to_world.matrix3);
         let magnification =
             inverse.x_axis.length() + inverse.y_axis.length() + inverse.z_axis.length();
         Self {
@@ -42,14 +42,14 @@ impl Transform {
     }
 
     /// Returns the world-space box around the image of an object-space sphere.
-    pub(crate) fn sphere_bounds(&self, sphere: &BoundingSphere) -> Aabb {
+    pub(crate) fn transform_sphere_bounds(&self, sphere: &BoundingSphere) -> Aabb {
         let DMat3 {
             x_axis: x,
             y_axis: y,
             z_axis: z,
         } = self.to_world.matrix3;
         let half = (x * x + y * y + z * z).map(f64::sqrt) * f64::from(sphere.radius);
-        Aabb::around(
+        Aabb::from_centre(
             self.to_world
                 .transform_point3(DVec3::from_array(sphere.centre.map(f64::from))),
             half,
@@ -59,14 +59,14 @@ impl Transform {
     /// Maps a world-space ray to object space. The direction is *not* normalised, so distances
     /// along the ray are the same numbers in both spaces, and hits and ranges need no conversion.
     #[inline]
-    pub fn probe_to_object(&self, prepared_ray: &PreparedRay) -> PreparedRay {
+    pub fn ray_to_object(&self, prepared_ray: &PreparedRay) -> PreparedRay {
         // The translation is subtracted first, so that the map does not magnify the rounding of a
         // cancelled sum.
         let origin = self.inverse * (prepared_ray.origin - self.to_world.translation);
-        PreparedRay::mapped(
+        PreparedRay::from_mapped_ray(
             origin,
             self.inverse * prepared_ray.direction,
-            prepared_ray.culls,
+            prepared_ray.is_camera_ray,
         )
     }
 
@@ -74,18 +74,18 @@ impl Transform {
     /// inverse transpose. The normal still points outward if the map reflects. The error bound
     /// includes the magnification and rounding of the map, and the rounding of the inverse map for
     /// a later ray from the point.
-    pub fn located_to_world(&self, s: &SurfacePoint) -> SurfacePoint {
+    pub fn surface_point_to_world(&self, s: &SurfacePoint) -> SurfacePoint {
         let DAffine3 {
             matrix3: matrix,
             translation,
         } = self.to_world;
-        let (sizes, there) = (matrix.abs(), matrix * s.point);
-        let there_and_back = sizes * (self.inverse.abs() * there.abs());
+        let (sizes, mapped_point) = (matrix.abs(), matrix * s.point);
+        let round_trip_size = sizes * (self.inverse.abs() * mapped_point.abs());
         let magnitude = sizes * s.point.abs().max(s.above.abs()).max(s.below.abs())
-            + there_and_back
+            + round_trip_size
             + translation.abs();
         SurfacePoint {
-            point: there + translation,
+            point: mapped_point + translation,
             above: matrix * s.above + translation,
             below: matrix * s.below + translation,
             normal: self.normal_to_world(s.normal).normalize(),
@@ -100,14 +100,17 @@ impl Transform {
     }
 
     /// Maps texture coordinates to the world: the derivative dp/du by the map's linear part.
-    pub fn parameters_to_world<R: Real>(&self, s: &Parameters<R>) -> Parameters<R> {
+    pub fn texture_coordinates_to_world<R: Real>(
+        &self,
+        s: &TextureCoordinates<R>,
+    ) -> TextureCoordinates<R> {
         let DMat3 {
             x_axis: x,
             y_axis: y,
             z_axis: z,
         } = self.to_world.matrix3;
         let dpdu = R::Vec3::from_f64(self.to_world.matrix3 * s.dpdu.to_f64());
-        Parameters {
+        TextureCoordinates {
             dpdu,
             mirrored: s.mirrored != (x.dot(y.cross(z)) < 0.0),
             ..*s
@@ -117,7 +120,7 @@ impl Transform {
 
 /// Greatest number of refinement steps. Each step gains as many correct digits as the first inverse
 /// has, which are few for a map that is barely invertible in f64.
-const MOST_STEPS: usize = 24;
+const MAX_REFINEMENTS: usize = 24;
 
 /// Condition number above which an inverse is refined.
 const ILL_CONDITIONED: f64 = 100.0;
@@ -129,7 +132,7 @@ const ILL_CONDITIONED: f64 = 100.0;
 /// and such a map magnifies that error again. So each column x of the inverse is refined: x grows
 /// by the first inverse times the column's residual, which is summed without rounding ("Accuracy
 /// and Stability of Numerical Algorithms", Higham, 2nd edition 2002, chapter 12).
-fn accurate_inverse(matrix: DMat3) -> DMat3 {
+fn invert_accurately(matrix: DMat3) -> DMat3 {
     let first = matrix.inverse();
     let norm = |m: DMat3| {
         (m.x_axis.length_squared() + m.y_axis.length_squared() + m.z_axis.length_squared()).sqrt()
@@ -138,8 +141,8 @@ fn accurate_inverse(matrix: DMat3) -> DMat3 {
         return first;
     }
     let refined = |mut x: DVec3, unit: DVec3| {
-        for _ in 0..MOST_STEPS {
-            let better = x + first * lacking(matrix, x, unit);
+        for _ in 0..MAX_REFINEMENTS {
+            let better = x + first * compute_residual(matrix, x, unit);
             if better == x {
                 break;
             }
@@ -155,11 +158,11 @@ fn accurate_inverse(matrix: DMat3) -> DMat3 {
 }
 
 /// Computes the residual b − M·x of a linear system, with exact products and a double-double sum.
-fn lacking(matrix: DMat3, x: DVec3, b: DVec3) -> DVec3 {
+fn compute_residual(matrix: DMat3, x: DVec3, b: DVec3) -> DVec3 {
     let row = |i: usize| {
         let taken =
-            |sum: DoubleDouble, j: usize| sum + DoubleDouble::product(-matrix.col(j)[i], x[j]);
-        (0..3).fold(DoubleDouble::from(b[i]), taken).rounded()
+            |sum: DoubleDouble, j: usize| sum + DoubleDouble::from_product(-matrix.col(j)[i], x[j]);
+        (0..3).fold(DoubleDouble::from(b[i]), taken).to_f64()
     };
     DVec3::new(row(0), row(1), row(2))
 }
@@ -217,7 +220,7 @@ mod tests {
                 continue;
             }
             let found =
-                accurate_inverse(DMat3::from_cols(columns[0], columns[1], columns[2])).transpose();
+                invert_accurately(DMat3::from_cols(columns[0], columns[1], columns[2])).transpose();
             let greatest = exact.iter().fold(0.0_f64, |greatest, row| {
                 greatest.max(row.abs().max_element())
             });

@@ -2,10 +2,10 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::sample::area_by_quadrature;
+use super::sample::integrate_area;
 use super::{
-    AnyShape, OuterTransforms, Parameters, PreparedRay, Shape, ShapeHit, SurfacePoint, Transform,
-    TransformChain,
+    AnyShape, OuterTransforms, PreparedRay, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
+    Transform, TransformChain,
 };
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -34,18 +34,18 @@ impl<R: Real> TransformedShape<R> {
     }
 
     /// Support function of the mapped shape in world space.
-    pub fn support(&self, direction: DVec3) -> Option<f64> {
+    pub fn eval_support(&self, direction: DVec3) -> Option<f64> {
         let DAffine3 {
             matrix3: matrix,
             translation,
         } = self.transform.to_world;
-        Some(self.shape.support(matrix.transpose() * direction)? + translation.dot(direction))
+        Some(self.shape.eval_support(matrix.transpose() * direction)? + translation.dot(direction))
     }
 
     /// Returns the smallest axis-aligned box around the mapped shape; `None` for an unbounded
     /// shape.
     pub fn bounds(&self) -> Option<Aabb> {
-        Aabb::from_support(|d| self.support(d))
+        Aabb::from_support(|d| self.eval_support(d))
     }
 
     /// Returns the nearest hit of a world-space ray, as [`Shape::intersect`].
@@ -57,17 +57,21 @@ impl<R: Real> TransformedShape<R> {
         side: Side,
     ) -> Option<ShapeHit<R>> {
         self.shape
-            .intersect(&self.transform.probe_to_object(prepared_ray), range, side)
+            .intersect(&self.transform.ray_to_object(prepared_ray), range, side)
     }
 
-    /// Computes the surface point of a hit in the world, as [`Shape::locate`].
-    pub fn locate(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
-        self.locate_under(prepared_ray, hit, None)
+    /// Computes the surface point of a hit in the world, as [`Shape::locate_surface_point`].
+    pub fn locate_surface_point(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+    ) -> SurfacePoint {
+        self.locate_under_transforms(prepared_ray, hit, None)
     }
 
     /// Computes the surface point of a hit in the space of the ray. `outer` holds the maps from
     /// that space to the world.
-    pub(crate) fn locate_under(
+    pub(crate) fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
@@ -77,48 +81,53 @@ impl<R: Real> TransformedShape<R> {
             map: &self.transform,
             outer: outer.as_ref(),
         };
-        self.transform.located_to_world(&self.shape.locate_under(
-            &self.transform.probe_to_object(prepared_ray),
-            hit,
-            Some(transform_chain),
-        ))
+        self.transform
+            .surface_point_to_world(&self.shape.locate_under_transforms(
+                &self.transform.ray_to_object(prepared_ray),
+                hit,
+                Some(transform_chain),
+            ))
     }
 
-    /// Computes the texture coordinates at a hit, as [`Shape::parameters`].
-    pub fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        self.transform.parameters_to_world(
+    /// Computes the texture coordinates at a hit, as [`Shape::texture_coordinates`].
+    pub fn texture_coordinates(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+    ) -> TextureCoordinates<R> {
+        self.transform.texture_coordinates_to_world(
             &self
                 .shape
-                .parameters(&self.transform.probe_to_object(prepared_ray), hit),
+                .texture_coordinates(&self.transform.ray_to_object(prepared_ray), hit),
         )
     }
 
     /// Local ratio of the mapped area to the object-space area, at a unit normal in object space.
-    fn stretch(&self, normal: DVec3) -> f64 {
+    fn area_ratio(&self, normal: DVec3) -> f64 {
         self.volume * self.transform.normal_to_world(normal).length()
     }
 
     /// Area of the mapped shape; `None` if it is infinite. It has a closed form for a similarity,
     /// for flat shapes and for boxes, and is integrated by quadrature otherwise.
     pub fn area(&self) -> Option<f64> {
-        let own = self.shape.area()?;
+        let shape_area = self.shape.area()?;
         if is_similarity(self.transform.to_world.matrix3) {
             let scale = libm::cbrt(self.volume);
-            return Some(own * scale * scale);
+            return Some(shape_area * scale * scale);
         }
         if matches!(
             self.shape,
             AnyShape::Disk(_) | AnyShape::Quad(_) | AnyShape::Triangle(_)
         ) {
-            let (anywhere, _) = self.shape.sample_area(R::from_f64(0.5), R::from_f64(0.5))?;
-            return Some(own * self.stretch(anywhere.normal));
+            let (any_point, _) = self.shape.sample_area(R::from_f64(0.5), R::from_f64(0.5))?;
+            return Some(shape_area * self.area_ratio(any_point.normal));
         }
         if let AnyShape::Cuboid(cuboid) = &self.shape {
             let s = cuboid.max.to_f64() - cuboid.min.to_f64();
             let faces = DVec3::new(s.y * s.z, s.z * s.x, s.x * s.y);
-            return Some(2.0 * faces.dot(DVec3::AXES.map(|axis| self.stretch(axis)).into()));
+            return Some(2.0 * faces.dot(DVec3::AXES.map(|axis| self.area_ratio(axis)).into()));
         }
-        Some(area_by_quadrature(|u, v| {
+        Some(integrate_area(|u, v| {
             self.sample_area(R::from_f64(u), R::from_f64(v))
                 .map_or(0.0, |(_, density)| 1.0 / density)
         }))
@@ -128,16 +137,16 @@ impl<R: Real> TransformedShape<R> {
     /// [`super::SampleArea::sample_area`]; `None` if the area is infinite.
     pub fn sample_area(&self, u: R, v: R) -> Option<(SurfacePoint, f64)> {
         let (surface_point, density) = self.shape.sample_area(u, v)?;
-        let stretch = self.stretch(surface_point.normal);
+        let stretch = self.area_ratio(surface_point.normal);
         Some((
-            self.transform.located_to_world(&surface_point),
+            self.transform.surface_point_to_world(&surface_point),
             density / stretch,
         ))
     }
 
     /// Density, per world-space area, with which a point of the mapped shape is sampled; `None` if
     /// the area is infinite.
-    pub fn density_at(&self, point: &SurfacePoint) -> Option<f64> {
+    pub fn area_density(&self, point: &SurfacePoint) -> Option<f64> {
         // The density needs no error bound, so the point is mapped by the inverse alone, and the
         // normal by the transpose.
         let Transform {
@@ -149,8 +158,8 @@ impl<R: Real> TransformedShape<R> {
             .normalize();
         let surface_point =
             SurfacePoint::new(*inverse * (point.point - to_world.translation), normal, 0.0);
-        let stretch = self.stretch(surface_point.normal);
-        Some(self.shape.density(&surface_point)? / stretch)
+        let stretch = self.area_ratio(surface_point.normal);
+        Some(self.shape.area_density(&surface_point)? / stretch)
     }
 
     /// Returns the shape in object space.

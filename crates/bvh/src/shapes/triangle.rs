@@ -2,9 +2,14 @@
 
 use glam::DVec3;
 
-use super::border::{Face, off_border};
-use super::edges::{ProjectedCorner, TriangleHit, are_collinear, corner_slack, cross};
-use super::{OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint};
+use super::border::{FaceKind, move_ray_origins_off_border};
+use super::edges::{
+    ProjectedCorner, TriangleHit, are_collinear, flat_face_error_bound,
+    intersect_projected_triangle,
+};
+use super::{
+    OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
+};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -39,10 +44,13 @@ impl<R: Real> Triangle<R> {
 
     /// Intersects the triangle with a ray by the watertight test, without a range of distances.
     #[inline(always)]
-    pub(crate) fn crossing(&self, prepared_ray: &PreparedRay) -> Option<TriangleHit<f64>> {
+    pub(crate) fn intersect_watertight(
+        &self,
+        prepared_ray: &PreparedRay,
+    ) -> Option<TriangleHit<f64>> {
         // Written out, since an array's `map` is not always inlined.
         let [a, b, c] = self.vertices;
-        cross(
+        intersect_projected_triangle(
             prepared_ray,
             &ProjectedCorner::new(prepared_ray, a.to_f64()),
             &ProjectedCorner::new(prepared_ray, b.to_f64()),
@@ -52,7 +60,7 @@ impl<R: Real> Triangle<R> {
 
     /// Evaluates the surface at the weights `u` and `v` of the second and third corner.
     #[inline(always)]
-    fn at([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> SurfacePoint {
+    fn eval_surface_point([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> SurfacePoint {
         let (ab, ac, bc) = (b - a, c - a, c - b);
         let (normal, scale) = (
             ab.cross(ac),
@@ -60,32 +68,35 @@ impl<R: Real> Triangle<R> {
         );
         let longest = ab.dot(ab).max(ac.dot(ac)).max(bc.dot(bc));
         let inverse = 1.0 / normal.length();
-        let error = corner_slack(scale, longest, inverse);
+        let error = flat_face_error_bound(scale, longest, inverse);
         SurfacePoint::new(a + ab * u + ac * v, normal * inverse, error)
     }
 
     /// Evaluates the surface at the weights of the second and third corner, after moving the point
     /// off the edges of the triangle by its rounding.
     #[inline(always)]
-    pub(crate) fn surface_point(&self, weights: [f64; 2]) -> SurfacePoint {
+    pub(crate) fn eval_inset_surface_point(&self, weights: [f64; 2]) -> SurfacePoint {
         let corners = self.vertices.map(Vector::to_f64);
-        Self::at(corners, inside::<R>(corners, weights))
+        Self::eval_surface_point(corners, move_weights_off_border::<R>(corners, weights))
     }
 
     /// Evaluates the surface as [`Self::surface_point`] does, but without a branch, for loops over
     /// several triangles in lanes. The flag tells whether the point is far enough from the edges.
     /// If it is not, the surface is invalid.
     #[inline(always)]
-    pub(crate) fn located_inside(corners: [DVec3; 3], weights: [f64; 2]) -> (SurfacePoint, bool) {
+    pub(crate) fn eval_interior_surface_point(
+        corners: [DVec3; 3],
+        weights: [f64; 2],
+    ) -> (SurfacePoint, bool) {
         (
-            Self::at(corners, weights),
-            BorderDistance::new::<R>(corners, weights).is_far(),
+            Self::eval_surface_point(corners, weights),
+            BorderDistance::new::<R>(corners, weights).is_beyond_margin(),
         )
     }
 }
 
 impl<R: Real> Shape<R> for Triangle<R> {
-    fn support(&self, direction: DVec3) -> Option<f64> {
+    fn eval_support(&self, direction: DVec3) -> Option<f64> {
         // Written so that NaN propagates.
         let [a, b, c] = self.vertices.map(|p| p.to_f64().dot(direction));
         Some((a + b + c) * 0.0 + a.max(b).max(c))
@@ -106,7 +117,7 @@ impl<R: Real> Shape<R> for Triangle<R> {
             t,
             weights: [u, v],
             from_outside,
-        } = self.crossing(prepared_ray)?;
+        } = self.intersect_watertight(prepared_ray)?;
         let t = R::from_f64(t);
         (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit {
             t,
@@ -116,7 +127,7 @@ impl<R: Real> Shape<R> for Triangle<R> {
     }
 
     #[inline]
-    fn locate_under(
+    fn locate_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
@@ -125,23 +136,23 @@ impl<R: Real> Shape<R> for Triangle<R> {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
         // The rounding of stored weights moves the point only within the plane. In a mapped space
         // that move may be large, so the weights are computed again.
-        let again = if prepared_ray.mapped {
-            self.crossing(prepared_ray)
+        let repeated_hit = if prepared_ray.is_mapped {
+            self.intersect_watertight(prepared_ray)
         } else {
             None
         };
-        let weights = again.map_or_else(
+        let weights = repeated_hit.map_or_else(
             || [hit.u.to_f64(), hit.v.to_f64()],
             |crossing| crossing.weights,
         );
         // A point computed from weights lies in the triangle's plane at any distance from the ray's
         // origin.
-        let weights = inside::<R>([a, b, c], weights);
-        let surface_point = Self::at([a, b, c], weights);
+        let weights = move_weights_off_border::<R>([a, b, c], weights);
+        let surface_point = Self::eval_surface_point([a, b, c], weights);
         match transform_chain {
-            Some(transform_chain) => off_border::<R>(
+            Some(transform_chain) => move_ray_origins_off_border::<R>(
                 surface_point,
-                Face::Triangle,
+                FaceKind::Triangle,
                 [b - a, c - a],
                 weights,
                 transform_chain,
@@ -150,9 +161,9 @@ impl<R: Real> Shape<R> for Triangle<R> {
         }
     }
 
-    fn parameters(&self, _: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+    fn texture_coordinates(&self, _: &PreparedRay, hit: ShapeHit<R>) -> TextureCoordinates<R> {
         let [a, b, _] = self.vertices;
-        Parameters {
+        TextureCoordinates {
             u: hit.u,
             v: hit.v,
             dpdu: b - a,
@@ -164,16 +175,16 @@ impl<R: Real> Shape<R> for Triangle<R> {
 /// Moves the weights of a point off the edges of its triangle by the rounding of the point. A ray
 /// that starts at a concave edge of a closed mesh then starts on the inner side of *both* faces.
 #[inline(always)]
-fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
+fn move_weights_off_border<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
     let border = BorderDistance::new::<R>([a, b, c], [u, v]);
-    if border.is_far() {
+    if border.is_beyond_margin() {
         return [u, v];
     }
     let BorderDistance {
-        least: minimum,
-        reach,
-        margin,
-        area,
+        least_weight: minimum,
+        rounding: reach,
+        scaled_margin_squared: margin,
+        twice_area_squared: area,
     } = border;
     let (ab, ac) = (b - a, c - a);
     // The point moves towards the centroid until its least weight equals the margin. The move is
@@ -192,13 +203,13 @@ fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
 /// Terms of the test whether a point of a triangle is too close to an edge.
 struct BorderDistance {
     /// Least of the point's three barycentric weights.
-    least: f64,
+    least_weight: f64,
     /// Upper bound of the point's rounding error in each axis.
-    reach: f64,
+    rounding: f64,
     /// Required distance from an edge times the longest edge, squared.
-    margin: f64,
+    scaled_margin_squared: f64,
     /// Twice the area of the triangle, squared.
-    area: f64,
+    twice_area_squared: f64,
 }
 
 impl BorderDistance {
@@ -209,10 +220,10 @@ impl BorderDistance {
         let reach = a.abs().max(b.abs()).max(c.abs()).max_element() * R::ROUNDOFF.to_f64();
         let longest = ab.dot(ab).max(ac.dot(ac)).max(bc.dot(bc));
         Self {
-            least: u.min(v).min(1.0 - u - v),
-            reach,
-            margin: reach * reach * 64.0 * longest,
-            area: normal.dot(normal),
+            least_weight: u.min(v).min(1.0 - u - v),
+            rounding: reach,
+            scaled_margin_squared: reach * reach * 64.0 * longest,
+            twice_area_squared: normal.dot(normal),
         }
     }
 
@@ -221,8 +232,9 @@ impl BorderDistance {
     /// over the longest edge. Squares are compared, so that only points near an edge need a square
     /// root.
     #[inline(always)]
-    fn is_far(&self) -> bool {
-        self.least * self.least.abs() * self.area >= self.margin
+    fn is_beyond_margin(&self) -> bool {
+        self.least_weight * self.least_weight.abs() * self.twice_area_squared
+            >= self.scaled_margin_squared
     }
 }
 
@@ -238,6 +250,9 @@ impl<R: Real> SampleArea<R> for Triangle<R> {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
         let root = u.to_f64().sqrt();
         let weights = [1.0 - root, v.to_f64() * root];
-        (Self::at([a, b, c], weights), 1.0 / self.area())
+        (
+            Self::eval_surface_point([a, b, c], weights),
+            1.0 / self.area(),
+        )
     }
 }

@@ -3,8 +3,11 @@
 
 use glam::DVec3;
 
-use super::judge::{CaseRng, RayCount, Verdict, exact, hex, judge, ray, ray_towards, to_scalar};
-use super::{Measurement, by_each_kernel, textbook};
+use super::verdicts::{
+    CaseRng, RayCount, Verdict, format_ray_bits, judge_rays, ray_towards, round_to_f32, to_scalar,
+    unnormalised_ray,
+};
+use super::{Measurement, measure_by_each_kernel, textbook};
 use crate::shapes::{AnyShape, Cuboid};
 use crate::{
     AcceleratorKind, Geometry, Hit, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
@@ -14,7 +17,7 @@ use crate::{
 type BoxCorners = [DVec3; 2];
 
 /// Builds a geometry of solid boxes.
-fn geometry<R: Real>(boxes: &[BoxCorners], kind: AcceleratorKind) -> Geometry<R> {
+fn build_boxes<R: Real>(boxes: &[BoxCorners], kind: AcceleratorKind) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for &[min, max] in boxes {
         group
@@ -28,14 +31,14 @@ fn geometry<R: Real>(boxes: &[BoxCorners], kind: AcceleratorKind) -> Geometry<R>
 }
 
 /// Returns the nearest hit in front of a ray's origin.
-fn closest<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> Option<Hit<R>> {
+fn closest_box<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> Option<Hit<R>> {
     geometry.closest(ray, Interval::positive(), &mut ())
 }
 
 /// Computes the interval of distances of a ray in a box, in units of the direction's length, in
 /// f64; `None` for a miss. For a zero component of the direction, the origin must be between both
 /// faces.
-fn slab(ray: &Ray<impl Real>, [min, max]: BoxCorners) -> Option<[f64; 2]> {
+fn intersect_slabs(ray: &Ray<impl Real>, [min, max]: BoxCorners) -> Option<[f64; 2]> {
     let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
     let mut range = [f64::NEG_INFINITY, f64::INFINITY];
     for axis in 0..3 {
@@ -53,36 +56,36 @@ fn slab(ray: &Ray<impl Real>, [min, max]: BoxCorners) -> Option<[f64; 2]> {
 }
 
 /// Creates `count` random boxes with edges from 0.1 to 1.1 in a cube of size 20.
-fn scattered(seed: u64, count: u64) -> Vec<BoxCorners> {
+fn scatter_boxes(seed: u64, count: u64) -> Vec<BoxCorners> {
     let one = |index| {
         let rng = &mut CaseRng::new(seed, index);
-        let (centre, half) = (rng.in_cube() * 10.0, (rng.in_cube() + 1.2) * 0.25);
-        [exact(centre - half), exact(centre + half)]
+        let (centre, half) = (rng.sample_cube() * 10.0, (rng.sample_cube() + 1.2) * 0.25);
+        [round_to_f32(centre - half), round_to_f32(centre + half)]
     };
     (0..count).map(one).collect()
 }
 
 /// Judges a ray: right if the tree's hit equals the hit of the scan, and if the ray, which enters
 /// the box `aimed_at`, hits something before it leaves that box.
-fn found<R: Real>(
+fn judge_target_hit<R: Real>(
     tree: &Geometry<R>,
     scan: &Geometry<R>,
     ray: &Ray<R>,
     aimed_at: BoxCorners,
 ) -> Verdict {
-    let (hit, expected) = (closest(tree, ray), closest(scan, ray));
-    let Some([_, leaves]) = slab(ray, aimed_at) else {
-        return Verdict::Skip;
+    let (hit, expected) = (closest_box(tree, ray), closest_box(scan, ray));
+    let Some([_, leaves]) = intersect_slabs(ray, aimed_at) else {
+        return Verdict::Skipped;
     };
     let is_early = hit.is_some_and(|hit| hit.t.to_f64() <= leaves * (1.0 + 1e-6));
-    Verdict::holds(is_early && hit == expected, || {
-        format!("{hit:?} instead of {expected:?}{}", hex(ray))
+    Verdict::from_condition(is_early && hit == expected, || {
+        format!("{hit:?} instead of {expected:?}{}", format_ray_bits(ray))
     })
 }
 
 /// T01: rays along an axis, close to a face parallel to them (at 1 − δ), towards a box that begins
 /// at distance L.
-pub fn along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_rays_along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let lengths: Vec<f64> = (0..=8).map(|k| 10_f64.powi(k)).collect();
     let boxes = |&length: &f64| -> Vec<BoxCorners> {
         let along = |axis: usize| {
@@ -90,43 +93,46 @@ pub fn along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
             // Far away, where neighbouring f32 numbers differ by more than one, the box is several
             // such spacings thick.
             (min[axis], max[axis]) = (length, length + (length * 1e-6).max(1.0));
-            [exact(min), exact(max)]
+            [round_to_f32(min), round_to_f32(max)]
         };
         // Further boxes behind the rays' origins, so that a tree is built.
-        let behind = scattered(210, 60)
+        let behind = scatter_boxes(210, 60)
             .into_iter()
             .map(|corners| corners.map(|p| p - DVec3::splat(20.0)));
         (0..3).map(along).chain(behind).collect()
     };
     let drawn = |rng: &mut CaseRng| {
-        let (axis, index) = (rng.bits() as usize % 3, rng.bits() as usize % lengths.len());
+        let (axis, index) = (
+            rng.next_bits() as usize % 3,
+            rng.next_bits() as usize % lengths.len(),
+        );
         let (mut o, mut d) = (DVec3::ZERO, DVec3::ZERO);
         d[axis] = 1.0;
         o[(axis + 1) % 3] = 1.0 - rng.choose(&[0.5, 1e-2, 1e-3, 1e-4, 1e-6]);
-        o[(axis + 2) % 3] = rng.uniform(0.01, 0.99);
-        (index, axis, ray::<R>(exact(o), d))
+        o[(axis + 2) % 3] = rng.next_uniform(0.01, 0.99);
+        (index, axis, unnormalised_ray::<R>(round_to_f32(o), d))
     };
     let trees: Vec<_> = lengths
         .iter()
-        .map(|length| geometry::<R>(&boxes(length), AcceleratorKind::default()))
+        .map(|length| build_boxes::<R>(&boxes(length), AcceleratorKind::default()))
         .collect();
-    let mut measured = by_each_kernel(trees, |trees| {
-        judge("T01", 201, 400_000, rays, |rng| {
+    let mut measured = measure_by_each_kernel(trees, |trees| {
+        judge_rays("T01", 201, 400_000, rays, |rng| {
             let (index, axis, ray) = drawn(rng);
-            let hit = closest(&trees[index], &ray);
+            let hit = closest_box(&trees[index], &ray);
             let is_found = hit
                 .is_some_and(|hit| hit.object as usize == axis && hit.t.to_f64() == lengths[index]);
-            Verdict::holds(is_found, || {
-                format!("{hit:?} at {:e}{}", lengths[index], hex(&ray))
+            Verdict::from_condition(is_found, || {
+                format!("{hit:?} at {:e}{}", lengths[index], format_ray_bits(&ray))
             })
         })
     });
-    let clamped = judge("T01", 201, 400_000, rays, |rng| {
+    let clamped = judge_rays("T01", 201, 400_000, rays, |rng| {
         let (index, axis, ray) = drawn(rng);
         let [min, max] = boxes(&lengths[index])[axis].map(DVec3::as_vec3);
         let ray = Ray::new(ray.origin.to_f32(), ray.direction.to_f32());
-        Verdict::holds(textbook::enters_clamped([min, max], &ray), || {
-            format!("culled{}", hex(&ray))
+        Verdict::from_condition(textbook::enters_box_clamped([min, max], &ray), || {
+            format!("culled{}", format_ray_bits(&ray))
         })
     });
     measured
@@ -136,35 +142,41 @@ pub fn along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
 }
 
 /// T02: rays with zero direction components of either sign, in the planes of box faces.
-pub fn signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let whole = |index| {
         let rng = &mut CaseRng::new(211, index);
-        let min = (rng.in_cube() * 8.0).round();
-        [min, min + ((rng.in_cube() + 1.0) * 1.5).floor() + 1.0]
+        let min = (rng.sample_cube() * 8.0).round();
+        [min, min + ((rng.sample_cube() + 1.0) * 1.5).floor() + 1.0]
     };
     let boxes: Vec<BoxCorners> = (0..1000).map(whole).collect();
-    let scan = geometry::<R>(&boxes, AcceleratorKind::Linear);
-    by_each_kernel(
-        vec![geometry(&boxes, AcceleratorKind::default())],
+    let scan = build_boxes::<R>(&boxes, AcceleratorKind::Linear);
+    measure_by_each_kernel(
+        vec![build_boxes(&boxes, AcceleratorKind::default())],
         |trees| {
-            judge("T02", 202, 40_000, rays, |rng| {
-                let (origin, zeros) = ((rng.in_cube() * 24.0).round() * 0.5, 1 + rng.bits() % 6);
+            judge_rays("T02", 202, 40_000, rays, |rng| {
+                let (origin, zeros) = (
+                    (rng.sample_cube() * 24.0).round() * 0.5,
+                    1 + rng.next_bits() % 6,
+                );
                 let is_zero = |axis: usize| zeros >> axis & 1 == 1;
-                let slope = exact(rng.in_cube());
+                let slope = round_to_f32(rng.sample_cube());
                 let with = |signs: usize| {
                     let component = |axis: usize| match (is_zero(axis), signs >> axis & 1) {
                         (true, 0) => 0.0,
                         (true, _) => -0.0,
                         _ => slope[axis],
                     };
-                    ray::<R>(origin, DVec3::new(component(0), component(1), component(2)))
+                    unnormalised_ray::<R>(
+                        origin,
+                        DVec3::new(component(0), component(1), component(2)),
+                    )
                 };
-                let expected = closest(&scan, &with(0));
+                let expected = closest_box(&scan, &with(0));
                 let wrong = (0..8)
                     .map(with)
-                    .find(|ray| closest(&trees[0], ray) != expected);
+                    .find(|ray| closest_box(&trees[0], ray) != expected);
                 wrong.map_or(Verdict::Right(0.0), |ray| {
-                    Verdict::Wrong(format!("not {expected:?}{}", hex(&ray)))
+                    Verdict::Wrong(format!("not {expected:?}{}", format_ray_bits(&ray)))
                 })
             })
         },
@@ -172,71 +184,74 @@ pub fn signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
 }
 
 /// T04: rays along an axis whose other direction components are close to zero.
-pub fn tiny_components<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    aimed::<R>("T04", 204, rays, |rng, target| {
-        let (axis, size) = (rng.bits() as usize % 3, rng.choose(&[1e-7, 1e-20, 1e-40]));
-        let mut d = rng.in_cube() * size;
-        d[axis] = rng.sign();
-        ray::<R>(exact(target - d * 30.0), exact(d))
+pub fn measure_tiny_components<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    measure_rays_at_boxes::<R>("T04", 204, rays, |rng, target| {
+        let (axis, size) = (
+            rng.next_bits() as usize % 3,
+            rng.choose(&[1e-7, 1e-20, 1e-40]),
+        );
+        let mut d = rng.sample_cube() * size;
+        d[axis] = rng.next_sign();
+        unnormalised_ray::<R>(round_to_f32(target - d * 30.0), round_to_f32(d))
     })
 }
 
 /// T05: rays with directions of any length, from 1e-20 to 1e20.
-pub fn any_length<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    aimed::<R>("T05", 205, rays, |rng, target| {
-        let d = rng.direction();
-        ray::<R>(
-            exact(target - d * 30.0),
-            exact(d * 10_f64.powf(rng.uniform(-20.0, 20.0))),
+pub fn measure_direction_lengths<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    measure_rays_at_boxes::<R>("T05", 205, rays, |rng, target| {
+        let d = rng.sample_direction();
+        unnormalised_ray::<R>(
+            round_to_f32(target - d * 30.0),
+            round_to_f32(d * 10_f64.powf(rng.next_uniform(-20.0, 20.0))),
         )
     })
 }
 
 /// Measures rays that `drawn` creates towards random points well within random boxes.
-fn aimed<R: Real>(
+fn measure_rays_at_boxes<R: Real>(
     case: &str,
     seed: u64,
     rays: RayCount,
     drawn: impl Fn(&mut CaseRng, DVec3) -> Ray<R> + Sync,
 ) -> Vec<Measurement> {
-    let boxes = scattered(seed + 10, 300);
-    let scan = geometry::<R>(&boxes, AcceleratorKind::Linear);
-    by_each_kernel(
-        vec![geometry(&boxes, AcceleratorKind::default())],
+    let boxes = scatter_boxes(seed + 10, 300);
+    let scan = build_boxes::<R>(&boxes, AcceleratorKind::Linear);
+    measure_by_each_kernel(
+        vec![build_boxes(&boxes, AcceleratorKind::default())],
         |trees| {
-            judge(case, seed, 80_000, rays, |rng| {
+            judge_rays(case, seed, 80_000, rays, |rng| {
                 let [min, max] = rng.choose(&boxes);
-                let target = min + (max - min) * (rng.in_cube() * 0.45 + 0.5);
-                found(&trees[0], &scan, &drawn(rng, target), [min, max])
+                let target = min + (max - min) * (rng.sample_cube() * 0.45 + 0.5);
+                judge_target_hit(&trees[0], &scan, &drawn(rng, target), [min, max])
             })
         },
     )
 }
 
 /// T08: boxes of size 1e-6 beside boxes of size 1e6, by rays from three diameters away.
-pub fn mixed_scales<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_mixed_scales<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let one = |index: u64| {
         let rng = &mut CaseRng::new(212, index);
         let size = if index.is_multiple_of(2) { 1e-6 } else { 1e6 };
         let (centre, half) = (
-            rng.in_cube() * (1000.0 * size),
-            (rng.in_cube() + 2.0) * (0.25 * size),
+            rng.sample_cube() * (1000.0 * size),
+            (rng.sample_cube() + 2.0) * (0.25 * size),
         );
-        [exact(centre - half), exact(centre + half)]
+        [round_to_f32(centre - half), round_to_f32(centre + half)]
     };
     let boxes: Vec<BoxCorners> = (0..2000).map(one).collect();
-    let scan = geometry::<R>(&boxes, AcceleratorKind::Linear);
-    by_each_kernel(
-        vec![geometry(&boxes, AcceleratorKind::default())],
+    let scan = build_boxes::<R>(&boxes, AcceleratorKind::Linear);
+    measure_by_each_kernel(
+        vec![build_boxes(&boxes, AcceleratorKind::default())],
         |trees| {
-            judge("T08", 208, 40_000, rays, |rng| {
+            judge_rays("T08", 208, 40_000, rays, |rng| {
                 let [min, max] = rng.choose(&boxes);
                 let centre = (min + max) * 0.5;
                 let ray = ray_towards::<R>(
-                    centre + rng.direction() * (3.0 * (max - min).max_element()),
+                    centre + rng.sample_direction() * (3.0 * (max - min).max_element()),
                     centre,
                 );
-                found(&trees[0], &scan, &ray, [min, max])
+                judge_target_hit(&trees[0], &scan, &ray, [min, max])
             })
         },
     )
@@ -244,43 +259,43 @@ pub fn mixed_scales<R: Real>(rays: RayCount) -> Vec<Measurement> {
 
 /// T16: rays that start on a face, or an ulp to either side of it, and go inwards, outwards or
 /// along the face.
-pub fn from_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let boxes = scattered(216, 300);
-    let scan = geometry::<R>(&boxes, AcceleratorKind::Linear);
-    by_each_kernel(
-        vec![geometry(&boxes, AcceleratorKind::default())],
+pub fn measure_rays_from_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let boxes = scatter_boxes(216, 300);
+    let scan = build_boxes::<R>(&boxes, AcceleratorKind::Linear);
+    measure_by_each_kernel(
+        vec![build_boxes(&boxes, AcceleratorKind::default())],
         |trees| {
-            judge("T16", 216, 200_000, rays, |rng| {
+            judge_rays("T16", 216, 200_000, rays, |rng| {
                 let corners = rng.choose(&boxes);
                 let [min, max] = corners;
-                let axis = rng.bits() as usize % 3;
-                let mut origin = exact(min + (max - min) * (rng.in_cube() * 0.45 + 0.5));
+                let axis = rng.next_bits() as usize % 3;
+                let mut origin = round_to_f32(min + (max - min) * (rng.sample_cube() * 0.45 + 0.5));
                 let face = rng.choose(&corners)[axis];
-                origin[axis] = match rng.bits() % 4 {
+                origin[axis] = match rng.next_bits() % 4 {
                     0 => face,
                     1 => R::from_f64(face).next_up().to_f64(),
                     2 => -R::from_f64(-face).next_up().to_f64(),
                     _ => origin[axis],
                 };
-                let mut d = rng.direction();
+                let mut d = rng.sample_direction();
                 d[axis] = rng.choose(&[d[axis], 0.0, -0.0]);
-                let ray = Ray::new(to_scalar::<R>(origin), to_scalar::<R>(exact(d)));
+                let ray = Ray::new(to_scalar::<R>(origin), to_scalar::<R>(round_to_f32(d)));
                 let everything = Interval {
                     min: -R::INFINITY,
                     max: R::INFINITY,
                 };
                 let either_way =
                     |geometry: &Geometry<R>| geometry.closest(&ray, everything, &mut ());
-                let (hit, expected) = (closest(&trees[0], &ray), closest(&scan, &ray));
+                let (hit, expected) = (closest_box(&trees[0], &ray), closest_box(&scan, &ray));
                 // Distance that the ray has left inside the box. A hit is required if this distance
                 // exceeds rounding.
-                let distance =
-                    slab(&ray, corners).map_or(0.0, |[enters, leaves]| leaves - enters.max(0.0));
+                let distance = intersect_slabs(&ray, corners)
+                    .map_or(0.0, |[enters, leaves]| leaves - enters.max(0.0));
                 let is_right = hit == expected
                     && either_way(&trees[0]) == either_way(&scan)
                     && (distance < 1e-3 || hit.is_some());
-                Verdict::holds(is_right, || {
-                    format!("{hit:?} instead of {expected:?}{}", hex(&ray))
+                Verdict::from_condition(is_right, || {
+                    format!("{hit:?} instead of {expected:?}{}", format_ray_bits(&ray))
                 })
             })
         },

@@ -3,30 +3,30 @@
 //! intersection function as a parameter, so that textbook and library can be compared.
 
 pub mod boxes;
-pub mod closed;
-pub mod contest;
-pub mod judge;
-pub mod many;
+pub mod closed_meshes;
+pub mod cost_comparison;
 pub mod planes;
 pub mod quadrics;
 pub mod shapes;
 pub mod sphere;
 pub mod textbook;
 pub mod torus;
+pub mod tree_and_scan;
 pub mod triangles;
+pub mod verdicts;
 
 use crate::shapes::AnyShape;
 use crate::{Geometry, Kernel, Ray, Real};
 
-use self::judge::{Outcome, RayCount};
+use self::verdicts::{CaseOutcome, RayCount};
 
 /// Intersection function under test: returns the distance of the closest hit of a ray with a shape,
 /// in front of the origin and from either side.
-pub type Intersect<R> = fn(&AnyShape<R>, &Ray<R>) -> Option<R>;
+pub type IntersectFunction<R> = fn(&AnyShape<R>, &Ray<R>) -> Option<R>;
 
 /// Returns the distance of the closest hit by the library.
-pub fn intersect<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>) -> Option<R> {
-    judge::hit(shape, ray).map(|hit| hit.t)
+pub fn library_intersect<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>) -> Option<R> {
+    verdicts::nearest_hit(shape, ray).map(|hit| hit.t)
 }
 
 /// Outcome of a case in one setting: a precision, and possibly a kernel.
@@ -36,15 +36,15 @@ pub struct Measurement {
     /// `robust, avx2`; for a part of a case, also the name of the part.
     pub setting: String,
     /// Outcome of the library's intersections.
-    pub outcome: Outcome,
+    pub outcome: CaseOutcome,
     /// Outcome of the textbook formulas on the same rays, if the case has such formulas.
-    pub textbook: Option<Outcome>,
+    pub textbook: Option<CaseOutcome>,
 }
 
 impl Measurement {
     /// Adds the name of a part of the case to the setting.
     #[must_use]
-    pub fn of_part(self, part: &str) -> Self {
+    pub fn with_part_name(self, part: &str) -> Self {
         Self {
             setting: format!("{}, {part}", self.setting),
             ..self
@@ -53,15 +53,15 @@ impl Measurement {
 }
 
 /// Returns the name of the precision that stores the scalar: `robust` for f32, `reference` for f64.
-fn precision<R: Real>() -> &'static str {
+fn precision_name<R: Real>() -> &'static str {
     if R::IS_SINGLE { "robust" } else { "reference" }
 }
 
 /// Creates the measurement of a case in one precision, for shapes that are intersected without a
 /// tree.
-pub fn by_shapes<R: Real>(outcome: Outcome) -> Measurement {
+pub fn measurement_without_kernels<R: Real>(outcome: CaseOutcome) -> Measurement {
     Measurement {
-        setting: precision::<R>().to_owned(),
+        setting: precision_name::<R>().to_owned(),
         outcome,
         textbook: None,
     }
@@ -69,9 +69,9 @@ pub fn by_shapes<R: Real>(outcome: Outcome) -> Measurement {
 
 /// Measures a case with each kernel that can traverse its trees. Trees of f64 have only one kernel.
 /// `judged` returns the outcome for the trees, with the kernel selected.
-pub fn by_each_kernel<R: Real>(
+pub fn measure_by_each_kernel<R: Real>(
     mut trees: Vec<Geometry<R>>,
-    judged: impl Fn(&[Geometry<R>]) -> Outcome,
+    judged: impl Fn(&[Geometry<R>]) -> CaseOutcome,
 ) -> Vec<Measurement> {
     let kernels = if R::IS_SINGLE {
         Kernel::available()
@@ -86,7 +86,7 @@ pub fn by_each_kernel<R: Real>(
             String::new()
         };
         Measurement {
-            setting: format!("{}{of_kernel}", precision::<R>()),
+            setting: format!("{}{of_kernel}", precision_name::<R>()),
             outcome: judged(&trees),
             textbook: None,
         }
@@ -96,7 +96,7 @@ pub fn by_each_kernel<R: Real>(
 
 /// Measures a case in both precisions and by every kernel of this processor; `None` for an unknown
 /// case number.
-pub fn measure(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
+pub fn measure_case(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
     /// Measures a case in both precisions.
     macro_rules! both {
         ($module:ident::$of:ident) => {
@@ -104,32 +104,32 @@ pub fn measure(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
         };
     }
     Some(match number {
-        "P01" => shapes::far_spheres(rays),
-        "P02" => shapes::drifts(rays),
-        "P07" => both!(planes::grazing),
-        "P08" => both!(planes::far_out),
-        "P13" => shapes::vanishing_coefficients(rays),
-        "P15" => shapes::extreme_ellipsoids(rays),
-        "P17" => shapes::far_tori(rays),
-        "P20" => both!(triangles::nearly_parallel),
-        "P21" => shapes::shared_edges(rays),
-        "P22" => shapes::turned_edges(rays),
-        "T01" => both!(boxes::along_faces),
-        "T02" => both!(boxes::signed_zeros),
-        "T03" => both!(closed::lattices),
-        "T04" => both!(boxes::tiny_components),
-        "T05" => both!(boxes::any_length),
-        "T06" => both!(closed::any_size),
-        "T07" => both!(closed::far_away),
-        "T08" => both!(boxes::mixed_scales),
-        "T10" => both!(closed::inflation),
-        "T12" => both!(many::nested),
-        "T14" => both!(many::planes),
-        "T15" => both!(many::few),
-        "T16" => both!(boxes::from_faces),
-        "T17" => both!(many::interval_ends),
-        "T19" => both!(many::within_the_interval),
-        "T20" => both!(many::tree_against_scan),
+        "P01" => shapes::measure_far_spheres(rays),
+        "P02" => shapes::measure_surface_points(rays),
+        "P07" => both!(planes::measure_grazing_planes),
+        "P08" => both!(planes::measure_distant_checkerboard),
+        "P13" => shapes::measure_vanishing_coefficients(rays),
+        "P15" => shapes::measure_extreme_ellipsoids(rays),
+        "P17" => shapes::measure_far_tori(rays),
+        "P20" => both!(triangles::measure_nearly_parallel_rays),
+        "P21" => shapes::measure_shared_edges(rays),
+        "P22" => shapes::measure_flipped_faces(rays),
+        "T01" => both!(boxes::measure_rays_along_faces),
+        "T02" => both!(boxes::measure_signed_zeros),
+        "T03" => both!(closed_meshes::measure_lattices),
+        "T04" => both!(boxes::measure_tiny_components),
+        "T05" => both!(boxes::measure_direction_lengths),
+        "T06" => both!(closed_meshes::measure_mesh_sizes),
+        "T07" => both!(closed_meshes::measure_distant_meshes),
+        "T08" => both!(boxes::measure_mixed_scales),
+        "T10" => both!(closed_meshes::measure_box_inflation),
+        "T12" => both!(tree_and_scan::measure_nested_boxes),
+        "T14" => both!(tree_and_scan::measure_plane_beside_tree),
+        "T15" => both!(tree_and_scan::measure_tiny_scenes),
+        "T16" => both!(boxes::measure_rays_from_faces),
+        "T17" => both!(tree_and_scan::measure_interval_ends),
+        "T19" => both!(tree_and_scan::measure_distances_in_interval),
+        "T20" => both!(tree_and_scan::measure_tree_against_scan),
         _ => return None,
     })
 }

@@ -5,20 +5,23 @@ use crate::shapes::{Cone, Ellipsoid, Hyperboloid};
 use crate::{Real, Vector};
 use glam::DVec3;
 
-use super::Intersect;
-use super::judge::{Outcome, RayCount, Verdict, exact, hex, judge, ray, to_scalar};
+use super::IntersectFunction;
+use super::verdicts::{
+    CaseOutcome, RayCount, Verdict, format_ray_bits, judge_rays, round_to_f32, to_scalar,
+    unnormalised_ray,
+};
 
 /// Judges the near root of a quadric whose leading coefficient nearly vanishes, by its relative
 /// error. `case` is `cone` or `hyperboloid`; `deviation` is the change of the generator's
 /// components.
-pub fn near_root<R: Real>(
+pub fn judge_near_root<R: Real>(
     case: &str,
     deviation: f64,
     bound: f64,
     rays: RayCount,
-    intersect: Intersect<R>,
-) -> Outcome {
-    judge(
+    intersect: IntersectFunction<R>,
+) -> CaseOutcome {
+    judge_rays(
         &format!("P13 {case} {deviation:e}"),
         23,
         200_000,
@@ -34,19 +37,19 @@ pub fn near_root<R: Real>(
                 DVec3::new(1.0, 1.0, 0.0)
             };
             let (d, tip) = (
-                exact(generator + DVec3::new(-deviation, deviation, 0.0) * rng.sign()),
+                round_to_f32(generator + DVec3::new(-deviation, deviation, 0.0) * rng.next_sign()),
                 DVec3::new(0.0, 4.0, 0.0),
             );
             let target = if cone {
-                let (low, angle) = (rng.uniform(0.05, 0.95), rng.uniform(1.0, 5.3));
+                let (low, angle) = (rng.next_uniform(0.05, 0.95), rng.next_uniform(1.0, 5.3));
                 tip - DVec3::Y * (4.0 * low)
                     + DVec3::new(angle.cos(), 0.0, angle.sin()) * (3.0 * low)
             } else {
-                let (y, angle) = (rng.uniform(-1.4, 1.4), rng.uniform(1.0, 5.3));
+                let (y, angle) = (rng.next_uniform(-1.4, 1.4), rng.next_uniform(1.0, 5.3));
                 DVec3::new(angle.cos(), 0.0, angle.sin()) * (1.0 + y * y).sqrt() + DVec3::Y * y
             };
-            let origin = exact(target - d * rng.uniform(0.5, 3.0));
-            let ray = ray::<R>(origin, d);
+            let origin = round_to_f32(target - d * rng.next_uniform(0.5, 3.0));
+            let ray = unnormalised_ray::<R>(origin, d);
             let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
             // The quadratic form of the shape, in f64; negative inside.
             let form = |a: DVec3, b: DVec3| {
@@ -64,7 +67,7 @@ pub fn near_root<R: Real>(
             );
             let discriminant = b * b - a * c;
             if discriminant < 1e-3 * b * b {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             }
             let q = -(b + discriminant.sqrt().copysign(b));
             let near = if (c / q).abs() < (q / a).abs() || a == 0.0 {
@@ -75,7 +78,7 @@ pub fn near_root<R: Real>(
             let y = f.y + d.y * near;
             let clip = if cone { -3.9..=-0.1 } else { -1.45..=1.45 };
             if near < 0.1 || !clip.contains(&y) {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             }
             // An earlier root or a cap would be another hit.
             let far = if a == 0.0 {
@@ -87,7 +90,7 @@ pub fn near_root<R: Real>(
             };
             let cap = if cone { (-4.0 - f.y) / d.y } else { -1.0 };
             if (far > 0.0 && far < near) || (cap > 0.0 && cap < near) {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             }
             let got = if cone {
                 let tip_cone = Cone::<R> {
@@ -108,11 +111,14 @@ pub fn near_root<R: Real>(
                 intersect(&sheet.into(), &ray)
             };
             match got {
-                None => Verdict::Wrong(format!("missed, root at {near}{}", hex::<R>(&ray))),
+                None => Verdict::Wrong(format!(
+                    "missed, root at {near}{}",
+                    format_ray_bits::<R>(&ray)
+                )),
                 Some(t) => {
                     let error = (t.to_f64() - near).abs() / near;
-                    Verdict::within_bound(error, bound, || {
-                        format!("root {t:?} instead of {near}{}", hex::<R>(&ray))
+                    Verdict::from_error(error, bound, || {
+                        format!("root {t:?} instead of {near}{}", format_ray_bits::<R>(&ray))
                     })
                 }
             }
@@ -122,7 +128,7 @@ pub fn near_root<R: Real>(
 
 /// Computes distance and point of an ellipsoid's hit in f64, in the space where the ellipsoid is
 /// the unit sphere. `s` holds the semi-axes.
-pub fn body(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, DVec3)> {
+pub fn intersect_ellipsoid_in_f64(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, DVec3)> {
     let (f, e) = (o / s, d / s);
     let middle = -f.dot(e) / e.length_squared();
     let l = f + e * middle;
@@ -133,53 +139,53 @@ pub fn body(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, DVec3)> {
 /// Judges rays from ten sizes away at an ellipsoid with the semi-axes 1, 1 and `k`, within the
 /// fraction `share` of its outline. `f` judges a ray from the semi-axes, the shape, the origin and
 /// the direction.
-pub fn extreme<R: Real>(
+pub fn judge_extreme_ellipsoid<R: Real>(
     k: f64,
     share: f64,
     rays: RayCount,
     f: impl Fn(DVec3, &Ellipsoid<R>, DVec3, DVec3) -> Verdict + Sync,
-) -> Outcome {
-    let semi = exact(DVec3::new(1.0, 1.0, k));
+) -> CaseOutcome {
+    let semi = round_to_f32(DVec3::new(1.0, 1.0, k));
     let shape = Ellipsoid::<R> {
         centre: to_scalar::<R>(DVec3::ZERO),
         semi_axes: to_scalar::<R>(semi),
     };
-    judge(
+    judge_rays(
         &format!("k = {k:e}"),
         25 + k.to_bits() % 97,
         200_000,
         rays,
         |rng| {
-            let out = rng.direction();
-            let origin = exact(out * (10.0 * semi.max_element()));
+            let out = rng.sample_direction();
+            let origin = round_to_f32(out * (10.0 * semi.max_element()));
             // The outline is the unit disc perpendicular to the ray, in the space where the
             // ellipsoid is the unit sphere.
-            let across = rng.in_disc((origin / semi).normalize(), share) * semi;
-            let d = exact((across - origin).normalize());
+            let across = rng.sample_disc((origin / semi).normalize(), share) * semi;
+            let d = round_to_f32((across - origin).normalize());
             f(semi, &shape, origin, d)
         },
     )
 }
 
-/// Judges hit distances of the ellipsoids of [`extreme`]. Wrong are misses, and errors above the
+/// Judges hit distances of the ellipsoids of [`judge_extreme_ellipsoid`]. Wrong are misses, and errors above the
 /// fraction `bound` of the least semi-axis.
-pub fn extreme_distance<R: Real>(
+pub fn judge_extreme_distance<R: Real>(
     k: f64,
     bound: f64,
     rays: RayCount,
-    intersect: Intersect<R>,
-) -> Outcome {
-    extreme::<R>(k, 0.98, rays, |semi, shape, o, d| {
-        let ray = ray::<R>(o, d);
-        let Some((t, _)) = body(o, d, semi) else {
-            return Verdict::Skip;
+    intersect: IntersectFunction<R>,
+) -> CaseOutcome {
+    judge_extreme_ellipsoid::<R>(k, 0.98, rays, |semi, shape, o, d| {
+        let ray = unnormalised_ray::<R>(o, d);
+        let Some((t, _)) = intersect_ellipsoid_in_f64(o, d, semi) else {
+            return Verdict::Skipped;
         };
         match intersect(&(*shape).into(), &ray) {
-            None => Verdict::Wrong(format!("missed{}", hex::<R>(&ray))),
+            None => Verdict::Wrong(format!("missed{}", format_ray_bits::<R>(&ray))),
             Some(found) => {
                 let error = (found.to_f64() - t).abs() / semi.min_element();
-                Verdict::within_bound(error, bound, || {
-                    format!("t {found:?} instead of {t}{}", hex::<R>(&ray))
+                Verdict::from_error(error, bound, || {
+                    format!("t {found:?} instead of {t}{}", format_ray_bits::<R>(&ray))
                 })
             }
         }

@@ -4,17 +4,18 @@ use crate::shapes::Sphere;
 use crate::{PreparedRay, Ray, Real, Shape, Surface, Vector};
 use glam::DVec3;
 
-use super::Intersect;
-use super::judge::{
-    Outcome, RayCount, Verdict, exact, hex, hit, judge, ray_towards, to_scalar, ulp,
+use super::IntersectFunction;
+use super::verdicts::{
+    CaseOutcome, RayCount, Verdict, format_ray_bits, judge_rays, nearest_hit, ray_towards,
+    round_to_f32, to_scalar, ulp,
 };
 
 /// Surface function under test: returns the surface where a ray hits a sphere.
-pub type Surfaces<R> = fn(&Sphere<R>, &Ray<R>) -> Option<Surface<R>>;
+pub type SurfaceFunction<R> = fn(&Sphere<R>, &Ray<R>) -> Option<Surface<R>>;
 
 /// Computes the surface where a ray hits a sphere by the library.
-pub fn surface<R: Real>(sphere: &Sphere<R>, ray: &Ray<R>) -> Option<Surface<R>> {
-    hit::<R>(sphere, ray).map(|hit| sphere.surface(&PreparedRay::new(*ray), hit))
+pub fn eval_library_surface<R: Real>(sphere: &Sphere<R>, ray: &Ray<R>) -> Option<Surface<R>> {
+    nearest_hit::<R>(sphere, ray).map(|hit| sphere.surface(&PreparedRay::new(*ray), hit))
 }
 
 /// Position of a ray's line relative to a sphere, computed in f64 from the perpendicular of the
@@ -28,7 +29,7 @@ pub struct ClosestApproach {
 }
 
 /// Computes the position of the line with origin `o` and direction `d` relative to a sphere.
-pub fn pass(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> ClosestApproach {
+pub fn closest_approach(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> ClosestApproach {
     let f = o - centre;
     let length = d.length();
     let middle = -f.dot(d) / d.length_squared();
@@ -41,7 +42,7 @@ pub fn pass(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> ClosestApproach {
 }
 
 /// Creates a sphere whose numbers are rounded to the stored scalar.
-pub fn sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
+pub fn build_sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
     Sphere {
         centre: to_scalar::<R>(centre),
         radius: R::from_f64(radius),
@@ -52,22 +53,22 @@ pub fn sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
 /// are points off the surface by more than `bound` of u·(D + C), with u the roundoff of the stored
 /// scalar, D the distance of the ray's origin and C the greatest coordinate. Wrong are also hits
 /// and misses that contradict the oracle beyond its margin.
-pub fn far_sphere<R: Real>(
+pub fn judge_far_sphere<R: Real>(
     ratio: f64,
     bound: f64,
     rays: RayCount,
-    intersect: Intersect<R>,
-) -> Outcome {
-    judge(
+    intersect: IntersectFunction<R>,
+) -> CaseOutcome {
+    judge_rays(
         &format!("P01 {ratio:e}"),
         1 + ratio as u64,
         200_000,
         rays,
         |rng| {
-            let out = rng.direction();
-            let ray = ray_towards::<R>(out * ratio, rng.in_disc(out, 1.05));
+            let out = rng.sample_direction();
+            let ray = ray_towards::<R>(out * ratio, rng.sample_disc(out, 1.05));
             let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-            let expected = pass(o, d, DVec3::ZERO, 1.0);
+            let expected = closest_approach(o, d, DVec3::ZERO, 1.0);
             // The specification of the case allows 8·u·(D + C), which far away is the whole sphere.
             // The margin here is stricter: for f32 storage the error of b² − c in f64 arithmetic,
             // and for f64 storage some roundings of the oracle itself.
@@ -78,25 +79,27 @@ pub fn far_sphere<R: Real>(
                 (ratio * ratio * f64::EPSILON).max(1e-12)
             };
             if (expected.distance - 1.0).abs() <= margin {
-                return Verdict::Band;
+                return Verdict::Undecidable;
             }
-            match intersect(&sphere::<R>(DVec3::ZERO, 1.0).into(), &ray) {
-                None => Verdict::holds(expected.roots.is_none(), || {
-                    format!("missed at {}{}", expected.distance, hex::<R>(&ray))
+            match intersect(&build_sphere::<R>(DVec3::ZERO, 1.0).into(), &ray) {
+                None => Verdict::from_condition(expected.roots.is_none(), || {
+                    format!(
+                        "missed at {}{}",
+                        expected.distance,
+                        format_ray_bits::<R>(&ray)
+                    )
                 }),
                 Some(_) if expected.roots.is_none() => Verdict::Wrong(format!(
                     "false hit at {}{}",
                     expected.distance,
-                    hex::<R>(&ray)
+                    format_ray_bits::<R>(&ray)
                 )),
                 Some(t) => {
                     let p = o + d * t.to_f64();
                     let scale = o.length() + o.abs().max_element().max(p.abs().max_element());
-                    Verdict::within_bound(
-                        (p.length() - 1.0).abs(),
-                        bound * roundoff * scale,
-                        || format!("off the surface{}", hex::<R>(&ray)),
-                    )
+                    Verdict::from_error((p.length() - 1.0).abs(), bound * roundoff * scale, || {
+                        format!("off the surface{}", format_ray_bits::<R>(&ray))
+                    })
                 }
             }
         },
@@ -105,34 +108,39 @@ pub fn far_sphere<R: Real>(
 
 /// Judges surface points of a sphere at distance `offset` from the origin, by rays from `ratio`
 /// radii away.
-pub fn drift<R: Real>(offset: f64, ratio: f64, rays: RayCount, surface: Surfaces<R>) -> Outcome {
-    judge(
+pub fn judge_surface_point<R: Real>(
+    offset: f64,
+    ratio: f64,
+    rays: RayCount,
+    surface: SurfaceFunction<R>,
+) -> CaseOutcome {
+    judge_rays(
         &format!("P02 at {offset:e}, {ratio:e} away"),
         2 + ratio as u64,
         50_000,
         rays,
         |rng| {
-            let centre = exact(rng.direction() * offset);
-            let out = rng.direction();
-            let ray = ray_towards::<R>(centre + out * ratio, centre + rng.in_disc(out, 0.98));
-            let Some(surface) = surface(&sphere::<R>(centre, 1.0), &ray) else {
-                return Verdict::Skip;
+            let centre = round_to_f32(rng.sample_direction() * offset);
+            let out = rng.sample_direction();
+            let ray = ray_towards::<R>(centre + out * ratio, centre + rng.sample_disc(out, 0.98));
+            let Some(surface) = surface(&build_sphere::<R>(centre, 1.0), &ray) else {
+                return Verdict::Skipped;
             };
             let p = surface.point.to_f64();
             let from = p - centre;
             let nearest = centre + from / from.length();
             let scale = p.abs().max_element().max(centre.abs().max_element());
             let error = (p - nearest).abs().max_element();
-            Verdict::within_bound(error, 4.0 * ulp(scale), || {
-                format!("off the surface{}", hex::<R>(&ray))
+            Verdict::from_error(error, 4.0 * ulp(scale), || {
+                format!("off the surface{}", format_ray_bits::<R>(&ray))
             })
             // The stated error bound must hold: the point is off the sphere, along the normal, by
             // at most the extent of the error box.
-            .and(|| {
+            .and_then(|| {
                 let off = (from.length() - 1.0).abs();
                 let reach = surface.error.to_f64() * surface.normal.to_f64().abs().element_sum();
-                Verdict::within_bound(off, reach, || {
-                    format!("beyond the stated bound{}", hex::<R>(&ray))
+                Verdict::from_error(off, reach, || {
+                    format!("beyond the stated bound{}", format_ray_bits::<R>(&ray))
                 })
             })
         },

@@ -14,14 +14,14 @@ type TextbookCrossings = [f32; 2];
 /// For a shape without a textbook formula.
 pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
     match shape {
-        AnyShape::Sphere(sphere) => first(self::sphere(sphere, ray)?, |_| true),
-        AnyShape::Ellipsoid(body) => first(ellipsoid(body, ray)?, |_| true),
-        AnyShape::Hyperboloid(sheet) => first(hyperboloid(sheet, ray)?, |t| {
+        AnyShape::Sphere(sphere) => nearest_ahead(self::intersect_sphere(sphere, ray)?, |_| true),
+        AnyShape::Ellipsoid(body) => nearest_ahead(intersect_ellipsoid(body, ray)?, |_| true),
+        AnyShape::Hyperboloid(sheet) => nearest_ahead(intersect_hyperboloid(sheet, ray)?, |t| {
             (ray.at(t).y - sheet.centre.y).abs() <= sheet.half_height
         }),
-        AnyShape::Cone(cone) => first(self::cone(cone, ray)?, |_| true),
-        AnyShape::Torus(ring) => torus(ring, ray),
-        AnyShape::Triangle(face) => triangle(face, ray),
+        AnyShape::Cone(cone) => nearest_ahead(self::intersect_cone(cone, ray)?, |_| true),
+        AnyShape::Torus(ring) => intersect_torus(ring, ray),
+        AnyShape::Triangle(face) => intersect_triangle(face, ray),
         // Only shapes that a case compares have a formula here.
         _ => panic!(
             "the textbook's formulas are those of sphere, ellipsoid, hyperboloid, cone, torus and triangle"
@@ -30,7 +30,7 @@ pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
 }
 
 /// Returns the nearer crossing that is in front of the origin and satisfies `keep`.
-fn first(crossings: TextbookCrossings, keep: impl Fn(f32) -> bool) -> Option<f32> {
+fn nearest_ahead(crossings: TextbookCrossings, keep: impl Fn(f32) -> bool) -> Option<f32> {
     let ahead = crossings
         .into_iter()
         .filter(|&t| t > 0.0 && t < f32::INFINITY && keep(t));
@@ -38,7 +38,7 @@ fn first(crossings: TextbookCrossings, keep: impl Fn(f32) -> bool) -> Option<f32
 }
 
 /// Computes the roots (−b ± √(b² − a·c))/a; `None` if they are not real.
-fn roots(a: f32, b: f32, c: f32) -> Option<TextbookCrossings> {
+fn quadratic_roots(a: f32, b: f32, c: f32) -> Option<TextbookCrossings> {
     let discriminant = b * b - a * c;
     (discriminant >= 0.0).then(|| {
         [
@@ -48,15 +48,15 @@ fn roots(a: f32, b: f32, c: f32) -> Option<TextbookCrossings> {
     })
 }
 
-fn sphere(sphere: &Sphere<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
+fn intersect_sphere(sphere: &Sphere<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     let (f, d) = (ray.origin - sphere.centre, ray.direction);
-    roots(d.dot(d), f.dot(d), f.dot(f) - sphere.radius * sphere.radius)
+    quadratic_roots(d.dot(d), f.dot(d), f.dot(f) - sphere.radius * sphere.radius)
 }
 
 /// Computes the surface where a ray hits a sphere: the point at the hit distance, and the normal
 /// from the centre to it, without an error bound.
-pub fn sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<Surface<f32>> {
-    let point = ray.at(first(sphere(shape, ray)?, |_| true)?);
+pub fn intersect_sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<Surface<f32>> {
+    let point = ray.at(nearest_ahead(intersect_sphere(shape, ray)?, |_| true)?);
     let normal = (point - shape.centre).normalize();
     Some(Surface {
         point,
@@ -69,7 +69,7 @@ pub fn sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<Surface<f32
 
 /// Intersects a ray with an ellipsoid in the space where it is a sphere: each axis is scaled by the
 /// product of the other two semi-axes.
-fn ellipsoid(body: &Ellipsoid<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
+fn intersect_ellipsoid(body: &Ellipsoid<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     let s = body.semi_axes;
     let scale = Vec3::new(s.y * s.z, s.z * s.x, s.x * s.y);
     let (d, f, radius) = (
@@ -77,19 +77,19 @@ fn ellipsoid(body: &Ellipsoid<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings>
         (ray.origin - body.centre) * scale,
         s.x * s.y * s.z,
     );
-    roots(d.dot(d), d.dot(f), f.dot(f) - radius * radius)
+    quadratic_roots(d.dot(d), d.dot(f), f.dot(f) - radius * radius)
 }
 
-fn hyperboloid(sheet: &Hyperboloid<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
+fn intersect_hyperboloid(sheet: &Hyperboloid<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     let (a, c) = (sheet.waist, sheet.slope);
     let scale = Vec3::new(c, a, c);
     let (d, f) = (ray.direction * scale, (ray.origin - sheet.centre) * scale);
     let form = |p: Vec3, q: Vec3| p.x * q.x + p.z * q.z - p.y * q.y;
-    roots(form(d, d), form(d, f), form(f, f) - (a * c) * (a * c))
+    quadratic_roots(form(d, d), form(d, f), form(f, f) - (a * c) * (a * c))
 }
 
 /// Intersects a ray with a cone: with the nappe of its wall, between both ends.
-fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
+fn intersect_cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     let (axis, d, f) = (cone.axis, ray.direction, ray.origin - cone.base);
     let (squared, taper) = (axis.dot(axis), cone.top_radius - cone.radius);
     let (m, n) = (d.cross(axis), f.cross(axis));
@@ -101,7 +101,7 @@ fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     let a = squared * m.dot(m) - opening * opening;
     let b = squared * m.dot(n) - reach * opening;
     let c = squared * n.dot(n) - reach * reach;
-    let [enter, leave] = roots(a, b, c)?;
+    let [enter, leave] = quadratic_roots(a, b, c)?;
     let wall = match () {
         () if a > 0.0 && reach - opening * b / a < 0.0 => return None,
         () if a > 0.0 => [enter, leave],
@@ -121,7 +121,7 @@ fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
 
 /// Intersects a ray with a torus by a quartic with coefficients relative to the ray's origin, whose
 /// cubic term is removed afterwards.
-fn torus(torus: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
+fn intersect_torus(torus: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
     let (major, tube, axis) = (
         torus.major_radius,
         torus.minor_radius,
@@ -141,14 +141,18 @@ fn torus(torus: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
     let p = c2 - 6.0 * s2;
     let q = c1 - 2.0 * shift * c2 + 8.0 * s2 * shift;
     let w = c0 - shift * c1 + s2 * c2 - 3.0 * s2 * s2;
-    quartic([p, q, w], (major + tube) * 1.001 / aa.sqrt(), |x| {
+    find_quartic_zero([p, q, w], (major + tube) * 1.001 / aa.sqrt(), |x| {
         (x - shift > 0.0).then_some(x - shift)
     })
 }
 
 /// Finds the first zero of x⁴ + p·x² + q·x + w in [−reach, reach] for which `take` returns a
 /// result, by bisection between the extrema.
-fn quartic([p, q, w]: [f32; 3], reach: f32, take: impl Fn(f32) -> Option<f32>) -> Option<f32> {
+fn find_quartic_zero(
+    [p, q, w]: [f32; 3],
+    reach: f32,
+    take: impl Fn(f32) -> Option<f32>,
+) -> Option<f32> {
     let value = |x: f32| ((x * x + p) * x + q) * x + w;
     let slope = |x: f32| (4.0 * x * x + 2.0 * p) * x + q;
     let knee = (-p / 6.0).max(0.0).sqrt().min(reach);
@@ -156,18 +160,18 @@ fn quartic([p, q, w]: [f32; 3], reach: f32, take: impl Fn(f32) -> Option<f32>) -
     turns.extend(
         [(-reach, -knee), (-knee, knee), (knee, reach)]
             .into_iter()
-            .filter_map(|piece| zero(piece, slope)),
+            .filter_map(|piece| find_zero(piece, slope)),
     );
     turns.push(reach);
     turns
         .windows(2)
-        .filter_map(|piece| zero((piece[0], piece[1]), value))
+        .filter_map(|piece| find_zero((piece[0], piece[1]), value))
         .find_map(take)
 }
 
 /// Finds the zero of a monotone function that changes sign between two points, by bisection; `None`
 /// without a change of sign.
-fn zero((mut low, mut high): (f32, f32), f: impl Fn(f32) -> f32) -> Option<f32> {
+fn find_zero((mut low, mut high): (f32, f32), f: impl Fn(f32) -> f32) -> Option<f32> {
     let rises = f(low) < 0.0;
     if rises == (f(high) < 0.0) {
         return None;
@@ -185,7 +189,7 @@ fn zero((mut low, mut high): (f32, f32), f: impl Fn(f32) -> f32) -> Option<f32> 
 
 /// Intersects a ray with a triangle ("Fast, Minimum Storage Ray/Triangle Intersection", Möller,
 /// Trumbore 1997).
-fn triangle(face: &Triangle<f32>, ray: &Ray<f32>) -> Option<f32> {
+fn intersect_triangle(face: &Triangle<f32>, ray: &Ray<f32>) -> Option<f32> {
     let [a, b, c] = face.vertices;
     let (ab, ac) = (b - a, c - a);
     let p = ray.direction.cross(ac);
@@ -204,12 +208,14 @@ fn triangle(face: &Triangle<f32>, ray: &Ray<f32>) -> Option<f32> {
 
 /// Whether a ray hits any of the triangles.
 pub fn hits_any(triangles: &[Triangle<f32>], ray: &Ray<f32>) -> bool {
-    triangles.iter().any(|face| triangle(face, ray).is_some())
+    triangles
+        .iter()
+        .any(|face| intersect_triangle(face, ray).is_some())
 }
 
 /// Whether a ray enters a box, by a slab test that clamps the reciprocal of each direction
 /// component to 2²³ in f32, to avoid a division by zero.
-pub fn enters_clamped([min, max]: [Vec3; 2], ray: &Ray<f32>) -> bool {
+pub fn enters_box_clamped([min, max]: [Vec3; 2], ray: &Ray<f32>) -> bool {
     const MOST: f32 = 8_388_608.0;
     let inverse = ray.direction.map(|d| (1.0 / d).clamp(-MOST, MOST));
     let (a, b) = ((min - ray.origin) * inverse, (max - ray.origin) * inverse);

@@ -4,11 +4,13 @@ use crate::shapes::Torus;
 use crate::{Real, Vector};
 use glam::DVec3;
 
-use super::Intersect;
-use super::judge::{Outcome, RayCount, Verdict, hex, judge, ray_towards, to_scalar};
+use super::IntersectFunction;
+use super::verdicts::{
+    CaseOutcome, RayCount, Verdict, format_ray_bits, judge_rays, ray_towards, to_scalar,
+};
 
 /// Creates a torus around the vertical axis with major radius 1.
-pub fn torus<R: Real>(tube: f64) -> Torus<R> {
+pub fn build_torus<R: Real>(tube: f64) -> Torus<R> {
     Torus {
         centre: to_scalar::<R>(DVec3::ZERO),
         axis: to_scalar::<R>(DVec3::Y),
@@ -18,7 +20,7 @@ pub fn torus<R: Real>(tube: f64) -> Torus<R> {
 }
 
 /// Signed distance of a point from the tube, negative inside.
-fn distance(p: DVec3, tube: f64) -> f64 {
+fn distance_to_tube(p: DVec3, tube: f64) -> f64 {
     let out = (p.x * p.x + p.z * p.z).sqrt() - 1.0;
     (out * out + p.y * p.y).sqrt() - tube
 }
@@ -26,7 +28,7 @@ fn distance(p: DVec3, tube: f64) -> f64 {
 /// Finds the first crossing of the tube by sphere tracing, starting at the bounding sphere. No step
 /// can jump over the tube. Returns the distance of the crossing, and the least distance from the
 /// tube along the ray.
-fn walk(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
+fn trace_distance_field(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
     let d = d / d.length();
     let middle = -o.dot(d);
     let near = o + d * middle;
@@ -36,7 +38,7 @@ fn walk(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
     }
     let (mut s, end, mut minimum) = (-room.sqrt(), room.sqrt(), f64::INFINITY);
     for _ in 0..5000 {
-        let free = distance(near + d * s, tube);
+        let free = distance_to_tube(near + d * s, tube);
         minimum = minimum.min(free);
         if free < 1e-12 {
             return (Some(middle + s), free);
@@ -51,60 +53,64 @@ fn walk(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
 
 /// Judges rays from the distance `far` over the bounding sphere of the torus. Wrong are misses,
 /// false hits, and points off the tube by more than `bound` of its radius.
-pub fn far_torus<R: Real>(
+pub fn judge_far_torus<R: Real>(
     tube: f64,
     far: f64,
     count: u32,
     rays: RayCount,
-    intersect: Intersect<R>,
-) -> Outcome {
+    intersect: IntersectFunction<R>,
+) -> CaseOutcome {
     let tube = f64::from(tube as f32);
     let bound = if tube < 0.05 { 1e-2 } else { 1e-3 };
-    judge(
+    judge_rays(
         &format!("P17 tube {tube:e} at {far:e}"),
         30 + far as u64,
         count,
         rays,
         |rng| {
-            let out = rng.direction();
+            let out = rng.sample_direction();
             // Half of the rays are aimed at the tube itself.
-            let target = if rng.sign() > 0.0 {
-                let ring = rng.in_disc(DVec3::Y, 1.0).normalize();
-                ring + rng.in_disc(out, 1.2 * tube)
+            let target = if rng.next_sign() > 0.0 {
+                let ring = rng.sample_disc(DVec3::Y, 1.0).normalize();
+                ring + rng.sample_disc(out, 1.2 * tube)
             } else {
-                rng.in_disc(out, 1.0 + tube)
+                rng.sample_disc(out, 1.0 + tube)
             };
             let ray = ray_towards::<R>(out * far, target);
             let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-            let (requested, minimum) = walk(o, d, tube);
-            match intersect(&torus::<R>(tube).into(), &ray) {
-                None if requested.is_none() => Verdict::Right(0.0),
+            let (expected, minimum) = trace_distance_field(o, d, tube);
+            match intersect(&build_torus::<R>(tube).into(), &ray) {
+                None if expected.is_none() => Verdict::Right(0.0),
                 None => {
                     // A ray that grazes the tube within the precision of f64 is undecidable.
-                    let inside = requested
-                        .map_or(0.0, |t| distance(o + d * ((t + 1e-7) / d.length()), tube));
+                    let inside = expected.map_or(0.0, |t| {
+                        distance_to_tube(o + d * ((t + 1e-7) / d.length()), tube)
+                    });
                     if inside > -1e-11 {
-                        Verdict::Band
+                        Verdict::Undecidable
                     } else {
-                        Verdict::Wrong(format!("missed{}", hex::<R>(&ray)))
+                        Verdict::Wrong(format!("missed{}", format_ray_bits::<R>(&ray)))
                     }
                 }
-                Some(_) if requested.is_none() && minimum < 1e-11 => Verdict::Band,
-                Some(_) if requested.is_none() => {
-                    Verdict::Wrong(format!("false hit, {minimum:e} off{}", hex::<R>(&ray)))
-                }
+                Some(_) if expected.is_none() && minimum < 1e-11 => Verdict::Undecidable,
+                Some(_) if expected.is_none() => Verdict::Wrong(format!(
+                    "false hit, {minimum:e} off{}",
+                    format_ray_bits::<R>(&ray)
+                )),
                 Some(found) => {
-                    let off = distance(o + d * found.to_f64(), tube).abs() / tube;
-                    let t = requested.unwrap_or(f64::INFINITY);
+                    let off = distance_to_tube(o + d * found.to_f64(), tube).abs() / tube;
+                    let t = expected.unwrap_or(f64::INFINITY);
                     // The hit must lie on the tube, and at the first crossing: the distance between
                     // two crossings far exceeds rounding.
                     let late = (found.to_f64() * d.length() - t).abs() / tube;
-                    Verdict::within_bound(off, bound, || format!("off the tube{}", hex::<R>(&ray)))
-                        .and(|| {
-                            Verdict::holds(late < 0.3, || {
-                                format!("not the first crossing{}", hex::<R>(&ray))
-                            })
+                    Verdict::from_error(off, bound, || {
+                        format!("off the tube{}", format_ray_bits::<R>(&ray))
+                    })
+                    .and_then(|| {
+                        Verdict::from_condition(late < 0.3, || {
+                            format!("not the first crossing{}", format_ray_bits::<R>(&ray))
                         })
+                    })
                 }
             }
         },

@@ -8,10 +8,11 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 
-use super::judge::{
-    Outcome, RayCount, Verdict, exact, hex, hit, judge, ray, ray_towards, to_scalar, ulp,
+use super::verdicts::{
+    CaseOutcome, RayCount, Verdict, format_ray_bits, judge_rays, nearest_hit, ray_towards,
+    round_to_f32, to_scalar, ulp, unnormalised_ray,
 };
-use super::{Measurement, by_shapes};
+use super::{Measurement, measurement_without_kernels};
 
 /// A closed mesh of corners and triangles.
 #[derive(Clone, Debug)]
@@ -73,7 +74,7 @@ pub fn icosphere(levels: u32) -> ClosedMesh {
 
 /// Creates the cube [−1, 1]³ with `n` × `n` cells per face, of two triangles each. Adjacent faces
 /// of the cube have the same bits of corners at their common edge.
-pub fn cube(n: usize) -> ClosedMesh {
+pub fn cube_mesh(n: usize) -> ClosedMesh {
     let mut mesh = ClosedMesh {
         corners: vec![],
         faces: vec![],
@@ -118,7 +119,7 @@ impl ClosedMesh {
 
     /// Flips the orientation of every `every`-th triangle.
     #[must_use]
-    pub fn flip_every(mut self, every: usize) -> Self {
+    pub fn flip_every_nth_face(mut self, every: usize) -> Self {
         for face in self.faces.iter_mut().step_by(every) {
             face.swap(1, 2);
         }
@@ -126,7 +127,7 @@ impl ClosedMesh {
     }
 
     /// Builds a tree over the triangles of the mesh.
-    pub fn geometry<R: Real>(&self) -> Geometry<R> {
+    pub fn build_tree<R: Real>(&self) -> Geometry<R> {
         let mut group = PrimitiveSet::<R>::default();
         for triangle in self.triangles() {
             group
@@ -151,57 +152,57 @@ pub enum RayTarget {
 }
 
 /// Judges rays from inside a closed mesh, each of which must hit; `hits` tests a ray.
-pub fn leaks<R: Real>(
+pub fn judge_leaks<R: Real>(
     name: &str,
     mesh: &ClosedMesh,
     ray_target: RayTarget,
     count: u32,
     rays: RayCount,
     hits: impl Fn(&Ray<R>) -> bool + Sync,
-) -> Outcome {
-    judge(
+) -> CaseOutcome {
+    judge_rays(
         &format!("P21 {name} {ray_target:?}"),
         60 + ray_target as u64,
         count,
         rays,
         |rng| {
-            let face = mesh.faces[(rng.bits() % mesh.faces.len() as u64) as usize];
+            let face = mesh.faces[(rng.next_bits() % mesh.faces.len() as u64) as usize];
             let corner = |i: usize| mesh.corners[face[i]].as_dvec3();
-            let along = rng.unit();
+            let along = rng.next_unit();
             let target = match ray_target {
                 RayTarget::Corner => corner(0),
                 RayTarget::Edge => corner(0) + (corner(1) - corner(0)) * along,
-                RayTarget::FromCentre if rng.sign() > 0.0 => corner(0),
+                RayTarget::FromCentre if rng.next_sign() > 0.0 => corner(0),
                 RayTarget::FromCentre => corner(0) + (corner(1) - corner(0)) * along,
-                RayTarget::Anywhere => rng.direction() * 2.0,
+                RayTarget::Anywhere => rng.sample_direction() * 2.0,
             };
             let origin = if ray_target == RayTarget::FromCentre {
                 DVec3::ZERO
             } else {
-                exact(rng.direction() * (0.9 * rng.unit()))
+                round_to_f32(rng.sample_direction() * (0.9 * rng.next_unit()))
             };
             // From the centre the unnormalised direction *is* the corner, so the ray passes exactly
             // through it.
             let ray = if ray_target == RayTarget::FromCentre {
-                ray::<R>(origin, target)
+                unnormalised_ray::<R>(origin, target)
             } else {
                 ray_towards::<R>(origin, target)
             };
-            Verdict::holds(hits(&ray), || format!("leak{}", hex::<R>(&ray)))
+            Verdict::from_condition(hits(&ray), || format!("leak{}", format_ray_bits::<R>(&ray)))
         },
     )
 }
 
 /// Judges rays from inside a closed mesh by the library's tree over the mesh: each must hit.
-pub fn leaks_of_library<R: Real>(
+pub fn judge_tree_leaks<R: Real>(
     name: &str,
     mesh: &ClosedMesh,
     ray_target: RayTarget,
     count: u32,
     rays: RayCount,
-) -> Outcome {
-    let geometry = mesh.geometry::<R>();
-    leaks(name, mesh, ray_target, count, rays, |ray| {
+) -> CaseOutcome {
+    let geometry = mesh.build_tree::<R>();
+    judge_leaks(name, mesh, ray_target, count, rays, |ray| {
         geometry
             .closest(ray, Interval::positive(), &mut ())
             .is_some()
@@ -210,25 +211,25 @@ pub fn leaks_of_library<R: Real>(
 
 /// P20: rays nearly in the plane of a thin distant triangle. Any hit must lie in the triangle's
 /// box.
-pub fn nearly_parallel<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let outcome = judge("P20", 52, 600_000, rays, |rng| {
-        let x = rng.direction();
-        let y = rng.in_disc(x, 1.0).normalize();
-        let point = rng.direction() * 600.0;
+pub fn measure_nearly_parallel_rays<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge_rays("P20", 52, 600_000, rays, |rng| {
+        let x = rng.sample_direction();
+        let y = rng.sample_disc(x, 1.0).normalize();
+        let point = rng.sample_direction() * 600.0;
         // A needle with a bounding box of 11.2 × 9.7 × 1.4, or a needle of about that length and
         // height in a random orientation.
         let diagonal = DVec3::new(11.2, 9.7, 1.4);
-        let corners = if rng.sign() > 0.0 {
+        let corners = if rng.next_sign() > 0.0 {
             [
                 point,
                 point + diagonal,
                 point
-                    + diagonal * rng.uniform(0.6, 0.9)
-                    + rng.in_cube() * DVec3::new(0.0, 0.5, 0.1),
+                    + diagonal * rng.next_uniform(0.6, 0.9)
+                    + rng.sample_cube() * DVec3::new(0.0, 0.5, 0.1),
             ]
-            .map(exact)
+            .map(round_to_f32)
         } else {
-            [point, point + x * 11.2, point + x * 9.65 + y * 0.98].map(exact)
+            [point, point + x * 11.2, point + x * 9.65 + y * 0.98].map(round_to_f32)
         };
         let (x, y) = {
             let x = (corners[1] - corners[0]).normalize();
@@ -239,17 +240,17 @@ pub fn nearly_parallel<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let normal = (corners[1] - corners[0])
             .cross(corners[2] - corners[0])
             .normalize();
-        let weights = (rng.unit(), rng.unit());
+        let weights = (rng.next_unit(), rng.next_unit());
         let target = corners[0]
             + (corners[1] - corners[0]) * weights.0
             + (corners[2] - corners[0]) * (weights.1 * (1.0 - weights.0));
-        let away = x * rng.uniform(-1.0, 1.0) + y * rng.uniform(-1.0, 1.0);
+        let away = x * rng.next_uniform(-1.0, 1.0) + y * rng.next_uniform(-1.0, 1.0);
         let origin = target + (away.normalize() + normal * angle) * 600.0;
-        let ray = ray_towards::<R>(origin, target + rng.in_cube() * 1e-3);
+        let ray = ray_towards::<R>(origin, target + rng.sample_cube() * 1e-3);
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
         let shape = Triangle::new(corners.map(to_scalar::<R>));
-        let Some(h) = hit::<R>(&shape, &ray) else {
-            return Verdict::Skip;
+        let Some(h) = nearest_hit::<R>(&shape, &ray) else {
+            return Verdict::Skipped;
         };
         let (low, high) = (
             corners[0].min(corners[1]).min(corners[2]),
@@ -259,14 +260,14 @@ pub fn nearly_parallel<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let on_plane = shape.surface(&PreparedRay::new(ray), h).point.to_f64();
         let scale = low.abs().max(high.abs()).max(o.abs()).max_element();
         let over = |p: DVec3| (low - p).max(p - high).max_element();
-        Verdict::within_bound(over(on_ray), 16.0 * ulp(scale), || {
-            format!("point of the ray{} {shape:?}", hex(&ray))
+        Verdict::from_error(over(on_ray), 16.0 * ulp(scale), || {
+            format!("point of the ray{} {shape:?}", format_ray_bits(&ray))
         })
-        .and(|| {
-            Verdict::within_bound(over(on_plane), 16.0 * ulp(scale), || {
-                format!("point of the surface{} {shape:?}", hex(&ray))
+        .and_then(|| {
+            Verdict::from_error(over(on_plane), 16.0 * ulp(scale), || {
+                format!("point of the surface{} {shape:?}", format_ray_bits(&ray))
             })
         })
     });
-    vec![by_shapes::<R>(outcome)]
+    vec![measurement_without_kernels::<R>(outcome)]
 }

@@ -79,9 +79,9 @@ fn map(rng: &mut ArrangementRng) -> DAffine3 {
 fn visibility(rng: &mut ArrangementRng) -> Visibility {
     let occlusion = [
         Occlusion::None,
-        Occlusion::Ask,
-        Occlusion::Ask,
-        Occlusion::Ask,
+        Occlusion::Filtered,
+        Occlusion::Filtered,
+        Occlusion::Filtered,
     ][rng.below(4)];
     Visibility {
         occlusion,
@@ -136,11 +136,11 @@ fn offered<R: Real>(
     range: Interval<R>,
 ) -> Vec<([u32; 3], u32, u64)> {
     let mut all = Vec::new();
-    geometry.any(
+    geometry.occluded(
         ray,
         range,
         &mut |hit| {
-            all.push((hit.order(), hit.instance, hit.t.to_f64().to_bits()));
+            all.push((hit.tie_order(), hit.instance, hit.t.to_f64().to_bits()));
             false
         },
         &mut (),

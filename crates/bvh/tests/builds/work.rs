@@ -20,10 +20,14 @@ fn work(items: &[Item], quality: BuildQuality) -> BuildWork {
 fn t11_no_family_is_slow() {
     let each = |quality: BuildQuality, count: usize| {
         let base = work(&random(count), quality)
-            .looks
-            .max(work(&uneven(count), quality).looks);
+            .boxes_visited
+            .max(work(&uneven(count), quality).boxes_visited);
         for (name, family) in FAMILIES {
-            let BuildWork { looks, depth, .. } = work(&family(count), quality);
+            let BuildWork {
+                boxes_visited: looks,
+                depth,
+                ..
+            } = work(&family(count), quality);
             assert!(
                 looks <= 3 * base,
                 "{name}, {count}, {quality:?}: {looks} against {base}"
@@ -49,7 +53,7 @@ fn work_grows_with_the_number() {
         .chain([("random", random as fn(usize) -> Vec<Item>)])
     {
         let looks = |count: usize| {
-            work(&family(count), BuildQuality::default()).looks as f64 / count as f64
+            work(&family(count), BuildQuality::default()).boxes_visited as f64 / count as f64
         };
         let (few, many) = (looks(1000), looks(32_000));
         assert!(
@@ -101,7 +105,8 @@ fn builds_can_be_given_up() {
         let given_up_after = |maximum: usize| {
             let requested = AtomicUsize::new(0);
             let stop = || requested.fetch_add(1, Ordering::Relaxed) >= maximum;
-            let geometry = Geometry::unless(group(&items), AcceleratorKind::Tree(quality), &stop);
+            let geometry =
+                Geometry::build_cancellable(group(&items), AcceleratorKind::Tree(quality), &stop);
             (
                 geometry.and_then(|geometry| geometry.build_work()),
                 requested.into_inner(),
@@ -128,7 +133,7 @@ fn builds_can_be_given_up() {
 #[test]
 fn better_trees_are_worked_on_more() {
     for items in [random(3000), uneven(3000)] {
-        let looks = BuildQuality::ALL.map(|quality| work(&items, quality).looks);
+        let looks = BuildQuality::ALL.map(|quality| work(&items, quality).boxes_visited);
         assert!(looks[0] < looks[1] && looks[1] < looks[2], "{looks:?}");
     }
 }

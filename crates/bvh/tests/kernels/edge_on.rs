@@ -78,7 +78,7 @@ fn compared(
                 "{kernel:?}, {kind:?}, from {origin:?} along {directions:?}: {triangles:?}"
             );
             let mut together = vec![];
-            tree.closest_from(
+            tree.closest_of_packet(
                 &RayPacket {
                     origin,
                     directions,

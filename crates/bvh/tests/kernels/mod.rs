@@ -21,7 +21,7 @@ fn group(mesh: &TriangleSoup, balls: bool) -> PrimitiveSet<f32> {
     let mut group = PrimitiveSet::default();
     for (i, part) in mesh.chunks(5).enumerate() {
         let side = [Side::Both, Side::Culled, Side::Outside, Side::Inside][i % 4];
-        let occlusion = [Occlusion::Ask, Occlusion::Opaque, Occlusion::None][i % 3];
+        let occlusion = [Occlusion::Filtered, Occlusion::Opaque, Occlusion::None][i % 3];
         group
             .add_mesh(part.iter().copied(), Visibility { side, occlusion })
             .unwrap();
@@ -43,7 +43,7 @@ fn group(mesh: &TriangleSoup, balls: bool) -> PrimitiveSet<f32> {
 
 /// The hit with all numbers as bits.
 fn bits(hit: Option<Hit<f32>>) -> Option<([u32; 3], [u32; 3])> {
-    hit.map(|hit| ([hit.t, hit.u, hit.v].map(f32::to_bits), hit.order()))
+    hit.map(|hit| ([hit.t, hit.u, hit.v].map(f32::to_bits), hit.tie_order()))
 }
 
 /// All hits passed to an any-hit filter, sorted, and whether an opaque object ended the query.
@@ -53,11 +53,11 @@ fn closest_hits(
     range: Interval<f32>,
 ) -> (bool, Vec<[u32; 3]>) {
     let mut hits = Vec::new();
-    let ended = geometry.any(
+    let ended = geometry.occluded(
         ray,
         range,
         &mut |hit| {
-            hits.push(hit.order());
+            hits.push(hit.tie_order());
             false
         },
         &mut (),
@@ -90,7 +90,7 @@ fn t20_kernels_find_what_the_scan_finds() {
                 let mut hits = 0;
                 for i in 0..1500 {
                     let ray = Ray {
-                        culls: i % 3 == 0,
+                        is_camera_ray: i % 3 == 0,
                         ..ray(rng, &mesh)
                     };
                     let label = format!("{name}, {quality:?}, {kernel:?}, ray {i}: {ray:?}");
@@ -158,7 +158,7 @@ fn t20_instances_show_what_the_scan_finds() {
                     .add_part(Geometry::new(group(&mesh, balls), kind))
                     .unwrap();
                 let visibility = Visibility {
-                    occlusion: Occlusion::Ask,
+                    occlusion: Occlusion::Filtered,
                     ..Visibility::default()
                 };
                 outer
@@ -254,7 +254,7 @@ fn p21_closed_meshes_do_not_leak() {
                 let origin = offset + rng.point() * 0.5;
                 let ray = Ray::new(origin, (target - origin).as_dvec3().normalize().as_vec3());
                 let is_hit = tree.closest(&ray, Interval::positive(), &mut ()).is_some();
-                let blocked = tree.any(&ray, Interval::positive(), &mut |_| false, &mut ());
+                let blocked = tree.occluded(&ray, Interval::positive(), &mut |_| false, &mut ());
                 leaks += usize::from(!is_hit) + usize::from(!blocked);
             }
             assert_eq!(leaks, 0, "{kernel:?} at {offset}");

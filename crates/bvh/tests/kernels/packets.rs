@@ -52,11 +52,11 @@ fn agree(
                 culls: i % 2 == 0,
                 range,
             };
-            geometry.closest_from(&requested, &mut PacketBackoff::default(), &mut hits);
+            geometry.closest_of_packet(&requested, &mut PacketBackoff::default(), &mut hits);
             assert_eq!(hits.len(), directions.len());
             for (&direction, hit) in directions.iter().zip(&hits) {
                 let ray = Ray {
-                    culls: requested.culls,
+                    is_camera_ray: requested.culls,
                     ..Ray::new(first.origin, direction)
                 };
                 let alone = scan.unwrap_or(geometry).closest(&ray, range, &mut ());
@@ -104,7 +104,7 @@ fn mixed<R: Real>(kind: AcceleratorKind, mesh: &TriangleSoup) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     let part = group.add_part(Geometry::new(part, kind)).unwrap();
     let ask = Visibility {
-        occlusion: Occlusion::Ask,
+        occlusion: Occlusion::Filtered,
         ..Visibility::default()
     };
     for shift in [DVec3::ZERO, DVec3::new(0.3, -0.1, 0.2)] {
@@ -171,7 +171,7 @@ fn packets_at_shapes_and_instances() {
         range: Interval::positive(),
     };
     let mut hits = vec![None; 3];
-    exact.closest_from(&requested, &mut PacketBackoff::default(), &mut hits);
+    exact.closest_of_packet(&requested, &mut PacketBackoff::default(), &mut hits);
     let alone =
         |&d: &DVec3| exact.closest(&Ray::new(requested.origin, d), requested.range, &mut ());
     assert_eq!(hits, directions.iter().map(alone).collect::<Vec<_>>());
@@ -192,7 +192,7 @@ fn empty_and_nan_packets() {
             culls: false,
             range: Interval::positive(),
         };
-        tree.closest_from(&requested, &mut PacketBackoff::default(), &mut hits);
+        tree.closest_of_packet(&requested, &mut PacketBackoff::default(), &mut hits);
         hits.len()
     };
     assert_eq!(from(&[]), 0);

@@ -54,8 +54,8 @@ fn visibility(i: usize) -> Visibility {
         Side::Inside,
     ][i % 6];
     let occlusion = [
-        Occlusion::Ask,
-        Occlusion::Ask,
+        Occlusion::Filtered,
+        Occlusion::Filtered,
         Occlusion::Opaque,
         Occlusion::None,
     ][i / 3 % 4];
@@ -212,7 +212,7 @@ fn agree(
             let to_world = |p: DVec3| map.transform_point3(p).as_vec3();
             let direction = map.transform_vector3(there.direction.as_dvec3()).as_vec3();
             let ray = Ray {
-                culls: i % 4 == 1,
+                is_camera_ray: i % 4 == 1,
                 ..Ray::new(to_world(there.origin.as_dvec3()), direction)
             };
             let label = format!("{name}, {kernel:?}, ray {i}: {ray:?}");
@@ -271,7 +271,7 @@ fn t20_rows_find_what_the_scan_finds() {
                 part,
                 turned,
                 Visibility {
-                    occlusion: Occlusion::Ask,
+                    occlusion: Occlusion::Filtered,
                     ..Visibility::default()
                 },
             );
@@ -339,9 +339,9 @@ fn leaves_of_many_are_shared() {
             Geometry::new(one, AcceleratorKind::default()),
         );
         assert!(
-            tree.bytes() < count * maximum,
+            tree.memory_bytes() < count * maximum,
             "{} bytes each",
-            tree.bytes() / count
+            tree.memory_bytes() / count
         );
         let hits = agree(
             &format!("{set:?}"),
@@ -380,11 +380,11 @@ fn packets_equal_single_rays_in_leaves() {
                     culls: i % 2 == 0,
                     range,
                 };
-                tree.closest_from(&requested, &mut PacketBackoff::default(), &mut found_hits);
+                tree.closest_of_packet(&requested, &mut PacketBackoff::default(), &mut found_hits);
                 for (&direction, hit) in directions.iter().zip(&found_hits) {
                     let alone = tree.closest(
                         &Ray {
-                            culls: requested.culls,
+                            is_camera_ray: requested.culls,
                             ..Ray::new(first.origin, direction)
                         },
                         range,
@@ -410,7 +410,7 @@ fn nothing_and_next_to_nothing() {
     let down = Ray::new(Vec3::Y, Vec3::NEG_Y);
     let empty = Geometry::<f32>::new(PrimitiveSet::default(), AcceleratorKind::default());
     assert_eq!(empty.closest(&down, Interval::positive(), &mut ()), None);
-    assert!(!empty.any(&down, Interval::positive(), &mut |_| true, &mut ()));
+    assert!(!empty.occluded(&down, Interval::positive(), &mut |_| true, &mut ()));
     let mut group = PrimitiveSet::<f32>::default();
     group
         .add_plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default())
@@ -422,7 +422,7 @@ fn nothing_and_next_to_nothing() {
             .map(|hit| hit.t),
         Some(1.0)
     );
-    assert!(plane.any(&down, Interval::positive(), &mut |_| false, &mut ()));
+    assert!(plane.occluded(&down, Interval::positive(), &mut |_| false, &mut ()));
 }
 
 /// Protects: a tangent ray hits a sphere at the point of contact, where its discriminant is exactly
@@ -466,7 +466,7 @@ fn rays_that_touch_hit() {
                 culls: false,
                 range,
             };
-            rows.closest_from(&requested, &mut PacketBackoff::default(), &mut together);
+            rows.closest_of_packet(&requested, &mut PacketBackoff::default(), &mut together);
             let together: Vec<_> = together.into_iter().map(hit).collect();
             assert_eq!(together, [Some((t, i)), None, Some((t, i))], "{kernel:?}");
         }

@@ -7,7 +7,8 @@ use raywright_bvh::shapes::{
 use raywright_bvh::{Interval, PreparedRay, Real, Shape, Side};
 
 use super::support::{
-    CaseRng, Expect, Verdict, exact, hex, hit, judge, ray, ray_towards, to_scalar, ulp,
+    CaseRng, Expect, Verdict, format_ray_bits, judge, nearest_hit, ray_towards, round_to_f32,
+    to_scalar, ulp, unnormalised_ray,
 };
 
 const STEPS: [f64; 7] = [0.0, 1.0, -1.0, 4.0, -4.0, 64.0, -64.0];
@@ -26,26 +27,26 @@ fn meet(o: DVec3, d: DVec3, through: DVec3, normal: DVec3) -> DVec3 {
 #[test]
 fn p09_quad_border() {
     judge("P09 quad", 9, 1_000_000, |rng| {
-        let corner = grid(rng.in_cube() * 10.0);
-        let (eu, ev) = (grid(rng.in_cube() * 2.0), grid(rng.in_cube() * 2.0));
+        let corner = grid(rng.sample_cube() * 10.0);
+        let (eu, ev) = (grid(rng.sample_cube() * 2.0), grid(rng.sample_cube() * 2.0));
         let normal = eu.cross(ev);
         if normal.length() < 0.3 * eu.length() * ev.length() {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         }
         let quad = Quad::<f32>::new(corner, eu, ev);
-        let along = rng.uniform(0.01, 0.99);
+        let along = rng.next_uniform(0.01, 0.99);
         let edge = rng.choose(&[(along, 0.0), (along, 1.0), (0.0, along), (1.0, along)]);
         let border = corner + eu * edge.0 + ev * edge.1;
         let scale = corner.abs().max((corner + eu + ev).abs()).max_element();
         let out = (border - (corner + (eu + ev) * 0.5)).normalize();
-        let origin = border + rng.direction() * rng.uniform(1.0, 10.0);
+        let origin = border + rng.sample_direction() * rng.next_uniform(1.0, 10.0);
         let ray = ray_towards::<f32>(origin, border + out * (rng.choose(&STEPS) * ulp(scale)));
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = scale.max(o.abs().max_element());
         if normal.dot(d).abs() < 0.05 * normal.length()
             || normal.dot(d) * normal.dot(border - o) < 0.0
         {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         }
         let q = meet(o, d, corner, normal) - corner;
         let w = normal / normal.length_squared();
@@ -54,13 +55,13 @@ fn p09_quad_border() {
         let heights = [normal.length() / ev.length(), normal.length() / eu.length()];
         let margin = (u.min(1.0 - u) * heights[0]).min(v.min(1.0 - v) * heights[1]);
         if margin.abs() < 4.0 * ulp(scale) {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         }
-        let got = hit::<f32>(&quad, &ray).is_some();
-        Verdict::holds(got == (margin > 0.0), || {
+        let got = nearest_hit::<f32>(&quad, &ray).is_some();
+        Verdict::from_condition(got == (margin > 0.0), || {
             format!(
                 "hit {got} at {margin:e} from the border{}",
-                hex::<f32>(&ray)
+                format_ray_bits::<f32>(&ray)
             )
         })
     })
@@ -71,16 +72,19 @@ fn p09_quad_border() {
 #[test]
 fn p09_disk_border() {
     judge("P09 disk", 10, 400_000, |rng| {
-        let (centre, normal) = (exact(rng.in_cube() * 10.0), exact(rng.direction()));
-        let radius = f64::from(rng.uniform(0.1, 3.0) as f32);
+        let (centre, normal) = (
+            round_to_f32(rng.sample_cube() * 10.0),
+            round_to_f32(rng.sample_direction()),
+        );
+        let radius = f64::from(rng.next_uniform(0.1, 3.0) as f32);
         let disk = Disk::<f32> {
             centre: to_scalar::<f32>(centre),
             normal: to_scalar::<f32>(normal),
             radius: radius as f32,
         };
-        let rim = rng.in_disc(normal.normalize(), 1.0).normalize();
+        let rim = rng.sample_disc(normal.normalize(), 1.0).normalize();
         let scale = centre.abs().max_element() + radius;
-        let origin = centre + rim * radius + rng.direction() * rng.uniform(1.0, 10.0);
+        let origin = centre + rim * radius + rng.sample_direction() * rng.next_uniform(1.0, 10.0);
         let ray = ray_towards::<f32>(
             origin,
             centre + rim * (radius + rng.choose(&STEPS) * ulp(scale)),
@@ -88,15 +92,18 @@ fn p09_disk_border() {
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = scale.max(o.abs().max_element());
         if normal.dot(d).abs() < 0.05 || normal.dot(d) * normal.dot(centre - o) < 0.0 {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         }
         let margin = radius - (meet(o, d, centre, normal) - centre).length();
         if margin.abs() < 4.0 * ulp(scale) {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         }
-        let got = hit::<f32>(&disk, &ray).is_some();
-        Verdict::holds(got == (margin > 0.0), || {
-            format!("hit {got} at {margin:e} from the rim{}", hex::<f32>(&ray))
+        let got = nearest_hit::<f32>(&disk, &ray).is_some();
+        Verdict::from_condition(got == (margin > 0.0), || {
+            format!(
+                "hit {got} at {margin:e} from the rim{}",
+                format_ray_bits::<f32>(&ray)
+            )
         })
     })
     .expect_right(100_000);
@@ -106,16 +113,17 @@ fn p09_disk_border() {
 #[test]
 fn p09_no_leak_between_quads() {
     judge("P09 seam", 11, 3_000_000, |rng| {
-        let point = rng.in_cube() * 10_f64.powf(rng.uniform(-2.0, 4.0));
-        let (corner, edge) = (exact(point), rng.in_cube());
-        let [left, right] = [rng.in_cube(), rng.in_cube()];
-        let end = exact(corner + edge);
+        let point = rng.sample_cube() * 10_f64.powf(rng.next_uniform(-2.0, 4.0));
+        let (corner, edge) = (round_to_f32(point), rng.sample_cube());
+        let [left, right] = [rng.sample_cube(), rng.sample_cube()];
+        let end = round_to_f32(corner + edge);
         // Both quads list the shared corners with the same bits, in opposite order.
         let a = Quad::<f32>::new(corner, end - corner, left);
         let b = Quad::<f32>::new(end, corner - end, right);
-        let target = corner + (end - corner) * rng.uniform(0.05, 0.95);
-        let away = -(left.normalize() + right.normalize()).normalize() + rng.direction() * 0.5;
-        let ray = ray_towards::<f32>(target + away * rng.uniform(0.5, 20.0), target);
+        let target = corner + (end - corner) * rng.next_uniform(0.05, 0.95);
+        let away =
+            -(left.normalize() + right.normalize()).normalize() + rng.sample_direction() * 0.5;
+        let ray = ray_towards::<f32>(target + away * rng.next_uniform(0.5, 20.0), target);
         // The ray must pass between the two far edges, as seen from its origin.
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let seam = end - corner;
@@ -126,10 +134,13 @@ fn p09_no_leak_between_quads() {
         let far_off = ulp(corner.abs().max_element().max(o.abs().max_element())) * 64.0
             > 0.05 * seam.length();
         if l * r >= 0.0 || !steep(left, l) || !steep(right, r) || behind || far_off {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         }
-        let is_hit = hit::<f32>(&a, &ray).is_some() || hit::<f32>(&b, &ray).is_some();
-        Verdict::holds(is_hit, || format!("leak{} {a:?} {b:?}", hex::<f32>(&ray)))
+        let is_hit =
+            nearest_hit::<f32>(&a, &ray).is_some() || nearest_hit::<f32>(&b, &ray).is_some();
+        Verdict::from_condition(is_hit, || {
+            format!("leak{} {a:?} {b:?}", format_ray_bits::<f32>(&ray))
+        })
     })
     .expect_right(1_000_000);
 }
@@ -146,7 +157,10 @@ pub fn depth(p: DVec3, base: DVec3, axis: DVec3, radii: [f64; 2]) -> f64 {
 
 /// A solid of revolution with a rim as a target.
 fn solid(rng: &mut CaseRng) -> (AnyShape<f32>, DVec3, DVec3, [f64; 2]) {
-    let (base, axis) = (exact(rng.in_cube() * 3.0), exact(rng.in_cube() * 2.0));
+    let (base, axis) = (
+        round_to_f32(rng.sample_cube() * 3.0),
+        round_to_f32(rng.sample_cube() * 2.0),
+    );
     let axis = if axis.length() < 0.3 { DVec3::Y } else { axis };
     let radii = rng.choose(&[[1.0, 1.0], [1.0, 0.0], [1.25, 0.5], [0.25, 0.75]]);
     let (b, a) = (to_scalar::<f32>(base), to_scalar::<f32>(axis));
@@ -176,20 +190,23 @@ fn solid(rng: &mut CaseRng) -> (AnyShape<f32>, DVec3, DVec3, [f64; 2]) {
 fn p11_cap_seam() {
     judge("P11", 12, 1_300_000, |rng| {
         let (shape, base, axis, radii) = solid(rng);
-        let top = rng.sign() > 0.0;
+        let top = rng.next_sign() > 0.0;
         let (end, radius) = if top {
             (base + axis, radii[1])
         } else {
             (base, radii[0])
         };
-        let out = rng.in_disc(axis.normalize(), 1.0).normalize();
+        let out = rng.sample_disc(axis.normalize(), 1.0).normalize();
         let scale = base.abs().max_element() + axis.abs().max_element() + 1.25;
-        let jitter = rng.in_cube() * (4.0 * ulp(scale));
+        let jitter = rng.sample_cube() * (4.0 * ulp(scale));
         let rim = end + out * radius + jitter;
-        let ray = ray_towards::<f32>(rim + rng.direction() * rng.uniform(3.0, 10.0), rim);
+        let ray = ray_towards::<f32>(
+            rim + rng.sample_direction() * rng.next_uniform(3.0, 10.0),
+            rim,
+        );
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3().normalize());
         if depth(o, base, axis, radii) > -1e-3 {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         }
         let prepared_ray = PreparedRay::new(ray);
         let all = Interval::positive();
@@ -198,7 +215,7 @@ fn p11_cap_seam() {
         if enters.is_some() != leaves.is_some() {
             return Verdict::Wrong(format!(
                 "enters {enters:?}, leaves {leaves:?}{} {shape:?}",
-                hex::<f32>(&ray)
+                format_ray_bits::<f32>(&ray)
             ));
         }
         // One by one, as a chain of queries finds them.
@@ -222,17 +239,23 @@ fn p11_cap_seam() {
             if deeper { high = b } else { low = a }
         }
         let deepest = depth(o + d * low, base, axis, radii);
-        Verdict::holds(count % 2 == 0 && count <= 2, || {
-            format!("{count} hits{} {shape:?}", hex::<f32>(&ray))
+        Verdict::from_condition(count % 2 == 0 && count <= 2, || {
+            format!("{count} hits{} {shape:?}", format_ray_bits::<f32>(&ray))
         })
-        .and(|| {
-            Verdict::holds(deepest < 4.0 * ulp(scale) || count == 2, || {
-                format!("leak at depth {deepest:e}{} {shape:?}", hex::<f32>(&ray))
+        .and_then(|| {
+            Verdict::from_condition(deepest < 4.0 * ulp(scale) || count == 2, || {
+                format!(
+                    "leak at depth {deepest:e}{} {shape:?}",
+                    format_ray_bits::<f32>(&ray)
+                )
             })
         })
-        .and(|| {
-            Verdict::holds(deepest > -4.0 * ulp(scale) || count == 0, || {
-                format!("false hit at {deepest:e}{} {shape:?}", hex::<f32>(&ray))
+        .and_then(|| {
+            Verdict::from_condition(deepest > -4.0 * ulp(scale) || count == 0, || {
+                format!(
+                    "false hit at {deepest:e}{} {shape:?}",
+                    format_ray_bits::<f32>(&ray)
+                )
             })
         })
     })
@@ -246,13 +269,13 @@ fn p14_empty_and_thin_clips() {
     let thin = f64::from(f32::EPSILON);
     judge("P14", 14, 300_000, |rng| {
         let height = rng.choose(&[0.0, thin, 2.0 * thin, 64.0 * thin, 0.5]);
-        let origin = exact(rng.direction() * rng.uniform(2.0, 5.0));
-        let angle = rng.unit() * core::f64::consts::TAU;
+        let origin = round_to_f32(rng.sample_direction() * rng.next_uniform(2.0, 5.0));
+        let angle = rng.next_unit() * core::f64::consts::TAU;
         let jitter = rng.choose(&STEPS) * thin;
         let waist = DVec3::new(angle.cos(), height + jitter, angle.sin());
-        let level = rng.unit() < 0.2;
+        let level = rng.next_unit() < 0.2;
         let origin = if level {
-            exact(DVec3::new(origin.x, 0.0, origin.z))
+            round_to_f32(DVec3::new(origin.x, 0.0, origin.z))
         } else {
             origin
         };
@@ -261,7 +284,7 @@ fn p14_empty_and_thin_clips() {
         } else {
             waist
         };
-        let ray = ray::<f32>(origin, exact((target - origin).normalize()));
+        let ray = unnormalised_ray::<f32>(origin, round_to_f32((target - origin).normalize()));
         let (one, zero, up) = (
             1.0_f32,
             <f32 as Real>::Vec3::ZERO,
@@ -307,11 +330,12 @@ fn p14_empty_and_thin_clips() {
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = o.abs().max_element().max(1.0);
         shapes.iter().fold(Verdict::Right(0.0), |verdict, shape| {
-            verdict.and(|| match hit::<f32>(shape, &ray) {
+            verdict.and_then(|| match nearest_hit::<f32>(shape, &ray) {
                 None => Verdict::Right(0.0),
-                Some(_) if height == 0.0 => {
-                    Verdict::Wrong(format!("hit nothing at all{} {shape:?}", hex::<f32>(&ray)))
-                }
+                Some(_) if height == 0.0 => Verdict::Wrong(format!(
+                    "hit nothing at all{} {shape:?}",
+                    format_ray_bits::<f32>(&ray)
+                )),
                 Some(h) => {
                     let y = o.y + d.y * f64::from(h.t);
                     let low = if matches!(shape, AnyShape::Hyperboloid(_)) {
@@ -320,8 +344,8 @@ fn p14_empty_and_thin_clips() {
                         0.0
                     };
                     let over = (y - height).max(low - y);
-                    Verdict::within_bound(over, 4.0 * ulp(scale), || {
-                        format!("beyond the clip{} {shape:?}", hex::<f32>(&ray))
+                    Verdict::from_error(over, 4.0 * ulp(scale), || {
+                        format!("beyond the clip{} {shape:?}", format_ray_bits::<f32>(&ray))
                     })
                 }
             })
@@ -345,10 +369,10 @@ impl OpenQuadric {
     fn any(rng: &mut CaseRng, point: DVec3) -> Self {
         let (centre, height) = (
             to_scalar::<f32>(point),
-            f64::from(rng.uniform(0.2, 2.0) as f32),
+            f64::from(rng.next_uniform(0.2, 2.0) as f32),
         );
         let (half, up) = (height as f32, to_scalar::<f32>(DVec3::Y * height));
-        match rng.bits() % 3 {
+        match rng.next_bits() % 3 {
             0 => Self {
                 shape: Hyperboloid {
                     centre,
@@ -403,18 +427,21 @@ impl OpenQuadric {
 #[test]
 fn p14_clips_are_exact() {
     judge("P14 border", 15, 600_000, |rng| {
-        let point = exact(rng.in_cube() * 3.0);
+        let point = round_to_f32(rng.sample_cube() * 3.0);
         let open = OpenQuadric::any(rng, point);
-        let y = if open.low.is_finite() && rng.sign() > 0.0 {
+        let y = if open.low.is_finite() && rng.next_sign() > 0.0 {
             open.low
         } else {
             open.high
         };
-        let (radius, angle) = (open.radius(y), rng.unit() * core::f64::consts::TAU);
+        let (radius, angle) = (open.radius(y), rng.next_unit() * core::f64::consts::TAU);
         let scale = point.abs().max_element() + radius + y.abs();
         let jitter = rng.choose(&STEPS) * ulp(scale);
         let rim = point + DVec3::new(radius * angle.cos(), y + jitter, radius * angle.sin());
-        let ray = ray_towards::<f32>(rim + rng.direction() * rng.uniform(1.0, 8.0), rim);
+        let ray = ray_towards::<f32>(
+            rim + rng.sample_direction() * rng.next_uniform(1.0, 8.0),
+            rim,
+        );
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = scale.max(o.abs().max_element());
         // All roots of the unclipped surface, in f64 relative to the ray's point nearest to the
@@ -431,7 +458,7 @@ fn p14_clips_are_exact() {
         );
         let discriminant = b * b - a * c;
         if discriminant < 1e-3 || a.abs() < 1e-3 {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         }
         let roots = [
             (-b - discriminant.sqrt()) / a + ahead,
@@ -443,7 +470,7 @@ fn p14_clips_are_exact() {
             .zip(margins)
             .any(|(t, m)| m.abs() < 4.0 * ulp(scale) || t.abs() < 1e-3)
         {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         }
         let expected = roots
             .iter()
@@ -451,12 +478,12 @@ fn p14_clips_are_exact() {
             .filter(|(t, m)| **t > 0.0 && *m > 0.0)
             .map(|r| *r.0)
             .fold(f64::INFINITY, f64::min);
-        let got = hit::<f32>(&open.shape, &ray).map_or(f64::INFINITY, |h| f64::from(h.t));
+        let got = nearest_hit::<f32>(&open.shape, &ray).map_or(f64::INFINITY, |h| f64::from(h.t));
         let same = got == expected || (got - expected).abs() < 1e-4;
-        Verdict::holds(same, || {
+        Verdict::from_condition(same, || {
             format!(
                 "{got} instead of {expected}, margins {margins:?}{} {:?}",
-                hex::<f32>(&ray),
+                format_ray_bits::<f32>(&ray),
                 open.shape
             )
         })

@@ -5,7 +5,9 @@ use glam::{DQuat, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Quad, Sphere, Triangle};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Surface, Visibility};
 
-use super::support::{CaseRng, Expect, Verdict, exact, hex, judge, ray_towards, to_scalar, ulp};
+use super::support::{
+    CaseRng, Expect, Verdict, format_ray_bits, judge, ray_towards, round_to_f32, to_scalar, ulp,
+};
 
 const GAP: f64 = 1e-4;
 
@@ -24,13 +26,13 @@ fn geometry(shapes: impl IntoIterator<Item = AnyShape<f32>>) -> Geometry<f32> {
 #[test]
 fn s04_thin_gap() {
     judge("S04 gap", 130, 400_000, |rng| {
-        let turn = DQuat::from_axis_angle(rng.direction(), rng.uniform(0.0, 6.0));
-        let turn = if rng.unit() < 0.25 {
+        let turn = DQuat::from_axis_angle(rng.sample_direction(), rng.next_uniform(0.0, 6.0));
+        let turn = if rng.next_unit() < 0.25 {
             DQuat::IDENTITY
         } else {
             turn
         };
-        let point = rng.in_cube();
+        let point = rng.sample_cube();
         let sheet = |height: f64| -> AnyShape<f32> {
             Quad::new(
                 point + turn * DVec3::new(-1.0, height, -1.0),
@@ -40,52 +42,57 @@ fn s04_thin_gap() {
             .into()
         };
         let geometry = geometry([sheet(0.0), sheet(GAP)]);
-        let inner =
-            |rng: &mut CaseRng| DVec3::new(rng.uniform(-0.9, 0.9), 0.0, rng.uniform(-0.9, 0.9));
+        let inner = |rng: &mut CaseRng| {
+            DVec3::new(
+                rng.next_uniform(-0.9, 0.9),
+                0.0,
+                rng.next_uniform(-0.9, 0.9),
+            )
+        };
         // A point on the upper side of the lower or of the upper sheet.
-        let lower = rng.sign() > 0.0;
+        let lower = rng.next_sign() > 0.0;
         let position = inner(rng);
         let (target, from) = if lower {
             // Seen from within the gap.
             (
                 position,
-                position + rng.in_disc(DVec3::Y, 0.05) + DVec3::Y * (0.7 * GAP),
+                position + rng.sample_disc(DVec3::Y, 0.05) + DVec3::Y * (0.7 * GAP),
             )
         } else {
             (
                 position + DVec3::Y * GAP,
-                position + rng.in_disc(DVec3::Y, 1.0) + DVec3::Y * rng.uniform(0.1, 2.0),
+                position + rng.sample_disc(DVec3::Y, 1.0) + DVec3::Y * rng.next_uniform(0.1, 2.0),
             )
         };
         let ray = ray_towards::<f32>(point + turn * from, point + turn * target);
         let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         };
         if (hit.object == 0) != lower {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         }
         let surface = geometry.surface(&ray, &hit);
         let beside = inner(rng);
-        let (light, dark) = match (lower, rng.sign() > 0.0) {
+        let (light, dark) = match (lower, rng.next_sign() > 0.0) {
             // In the gap, near enough for f32 to resolve the height.
             (true, true) => (
-                position + rng.in_disc(DVec3::Y, 0.05) + DVec3::Y * (0.5 * GAP),
+                position + rng.sample_disc(DVec3::Y, 0.05) + DVec3::Y * (0.5 * GAP),
                 false,
             ),
             (true, false) => (beside * 0.5 + DVec3::Y * (2.0 * GAP), true),
-            (false, true) => (beside + DVec3::Y * rng.uniform(2.0 * GAP, 1.0), false),
+            (false, true) => (beside + DVec3::Y * rng.next_uniform(2.0 * GAP, 1.0), false),
             (false, false) => (beside * 0.5 - DVec3::Y * GAP, true),
         };
         let light = point + turn * light;
-        let Some((shadow, range)) = surface.spawn_to(light.as_vec3()) else {
+        let Some((shadow, range)) = surface.spawn_ray_to_point(light.as_vec3()) else {
             return Verdict::Wrong("no shadow ray".into());
         };
-        let got = geometry.any(&shadow, range, &mut |_| true, &mut ());
-        Verdict::holds(got == dark, || {
+        let got = geometry.occluded(&shadow, range, &mut |_| true, &mut ());
+        Verdict::from_condition(got == dark, || {
             format!(
                 "shadow {got} on sheet {}{}",
                 hit.object,
-                hex::<f32>(&shadow)
+                format_ray_bits::<f32>(&shadow)
             )
         })
     })
@@ -111,7 +118,7 @@ fn interfaces(impact: f64, inner: f64) -> Vec<u32> {
 fn s04_thin_shell() {
     const ETA: f64 = 1.5;
     judge("S04 shell", 131, 400_000, |rng| {
-        let centre = exact(rng.in_cube() * rng.choose(&[0.0, 1.0, 10.0]));
+        let centre = round_to_f32(rng.sample_cube() * rng.choose(&[0.0, 1.0, 10.0]));
         let inner = f64::from((1.0 - GAP) as f32);
         let ball = |radius: f64| -> AnyShape<f32> {
             Sphere {
@@ -121,17 +128,17 @@ fn s04_thin_shell() {
             .into()
         };
         let geometry = geometry([ball(1.0), ball(inner)]);
-        let out = rng.direction();
+        let out = rng.sample_direction();
         let ray = ray_towards::<f32>(
-            centre + out * rng.uniform(1.5, 10.0),
-            centre + rng.in_disc(out, 1.0),
+            centre + out * rng.next_uniform(1.5, 10.0),
+            centre + rng.sample_disc(out, 1.0),
         );
         let (o, d) = (
             ray.origin.as_dvec3() - centre,
             ray.direction.as_dvec3().normalize(),
         );
         let impact = (o - d * o.dot(d)).length();
-        let bends = rng.sign() > 0.0;
+        let bends = rng.next_sign() > 0.0;
         // Without refraction, a grazing ray crosses the outer surface only.
         let straight = if impact < inner {
             vec![0, 1, 1, 0]
@@ -147,7 +154,7 @@ fn s04_thin_shell() {
         // position.
         let room = 64.0 * ulp(centre.abs().max_element() + 10.0);
         if (impact - inner).abs() < room || impact > 1.0 - room {
-            return Verdict::Band;
+            return Verdict::Undecidable;
         }
         let (mut ray, mut hit_primitives) = (ray, vec![]);
         while let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) {
@@ -162,12 +169,12 @@ fn s04_thin_shell() {
             } else {
                 d
             };
-            ray = Ray::new(surface.spawn(onward.as_vec3()), onward.as_vec3());
+            ray = Ray::new(surface.spawn_ray_origin(onward.as_vec3()), onward.as_vec3());
         }
-        Verdict::holds(hit_primitives == expected, || {
+        Verdict::from_condition(hit_primitives == expected, || {
             format!(
                 "met {hit_primitives:?}, not {expected:?}, impact {impact}{}",
-                hex::<f32>(&ray)
+                format_ray_bits::<f32>(&ray)
             )
         })
     })
@@ -219,15 +226,15 @@ fn faces(point: DVec3, edges: [DVec3; 3]) -> Vec<[Vec3; 4]> {
 fn room(kind: usize, seed: u64) -> (Geometry<f32>, DVec3, [DVec3; 3]) {
     let rng = &mut CaseRng::new(seed, 0);
     let (point, size) = (
-        exact(rng.in_cube() * 10.0),
-        DVec3::new(1.3, 0.7, 2.1) * rng.uniform(0.5, 2.0),
+        round_to_f32(rng.sample_cube() * 10.0),
+        DVec3::new(1.3, 0.7, 2.1) * rng.next_uniform(0.5, 2.0),
     );
     let turn = DQuat::from_axis_angle(
-        rng.direction(),
+        rng.sample_direction(),
         if kind == 0 {
             0.0
         } else {
-            rng.uniform(0.0, 6.0)
+            rng.next_uniform(0.0, 6.0)
         },
     );
     let edges = [DVec3::X * size.x, DVec3::Y * size.y, DVec3::Z * size.z].map(|e| turn * e);
@@ -268,12 +275,15 @@ fn onward(
     edges: [DVec3; 3],
 ) -> DVec3 {
     loop {
-        let d = match rng.bits() % 3 {
-            0 => rng.direction(),
-            1 => rng.direction() * DVec3::splat(1e-3) + rng.in_disc(inward, 1.0).normalize(),
+        let d = match rng.next_bits() % 3 {
+            0 => rng.sample_direction(),
+            1 => {
+                rng.sample_direction() * DVec3::splat(1e-3)
+                    + rng.sample_disc(inward, 1.0).normalize()
+            }
             _ => near_edge(rng, point, edges) - surface.point.as_dvec3(),
         };
-        let d = exact(d.normalize());
+        let d = round_to_f32(d.normalize());
         let rise = inward.dot(d);
         if rise != 0.0 {
             return d * rise.signum();
@@ -283,19 +293,23 @@ fn onward(
 
 /// A point of a wall at a distance of one unit in the last place to a thousandth from an edge.
 fn near_edge(rng: &mut CaseRng, point: DVec3, edges: [DVec3; 3]) -> DVec3 {
-    let along = (rng.bits() % 3) as usize;
+    let along = (rng.next_bits() % 3) as usize;
     let (b, c) = (edges[(along + 1) % 3], edges[(along + 2) % 3]);
     let end = |rng: &mut CaseRng, off: f64, edge: DVec3| {
         let share = off / edge.length();
-        edge * if rng.sign() > 0.0 { share } else { 1.0 - share }
+        edge * if rng.next_sign() > 0.0 {
+            share
+        } else {
+            1.0 - share
+        }
     };
     let minimum = ulp(point.abs().max_element());
-    let off = minimum * (1e-3 / minimum).powf(rng.unit());
+    let off = minimum * (1e-3 / minimum).powf(rng.next_unit());
     // Sometimes in a corner of three walls.
-    let position = if rng.unit() < 0.2 {
+    let position = if rng.next_unit() < 0.2 {
         end(rng, off, edges[along])
     } else {
-        edges[along] * rng.unit()
+        edges[along] * rng.next_unit()
     };
     point + position + end(rng, off, b) + end(rng, 0.0, c)
 }
@@ -309,11 +323,11 @@ fn s05_nothing_escapes() {
             let (geometry, point, edges) = room(kind, 140 + seed);
             let middle = point + (edges[0] + edges[1] + edges[2]) * 0.5;
             judge(&format!("S05 {name} {seed}"), 141 + seed, 250_000, |rng| {
-                let start = exact(
+                let start = round_to_f32(
                     middle
                         + edges
                             .into_iter()
-                            .map(|edge| edge * rng.uniform(-0.3, 0.3))
+                            .map(|edge| edge * rng.next_uniform(-0.3, 0.3))
                             .sum::<DVec3>(),
                 );
                 let mut ray = ray_towards::<f32>(start, near_edge(rng, point, edges));
@@ -321,7 +335,7 @@ fn s05_nothing_escapes() {
                     let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
                         return Verdict::Wrong(format!(
                             "escaped after {bounce} bounces{}",
-                            hex::<f32>(&ray)
+                            format_ray_bits::<f32>(&ray)
                         ));
                     };
                     let surface = geometry.surface(&ray, &hit);
@@ -329,11 +343,11 @@ fn s05_nothing_escapes() {
                     if inward.dot(middle - surface.point.as_dvec3()) <= 0.0 {
                         return Verdict::Wrong(format!(
                             "a wall from behind after {bounce} bounces{}",
-                            hex::<f32>(&ray)
+                            format_ray_bits::<f32>(&ray)
                         ));
                     }
                     let d = onward(rng, &surface, inward, point, edges);
-                    ray = Ray::new(surface.spawn(d.as_vec3()), d.as_vec3());
+                    ray = Ray::new(surface.spawn_ray_origin(d.as_vec3()), d.as_vec3());
                 }
                 Verdict::Right(0.0)
             })

@@ -27,7 +27,7 @@ pub struct EdgedShape<R: Real> {
 
 /// A random point of a circle perpendicular to an axis.
 fn rim(rng: &mut CaseRng, centre: DVec3, axis: DVec3, radius: f64) -> DVec3 {
-    centre + rng.in_disc(axis.normalize(), 1.0).normalize() * radius
+    centre + rng.sample_disc(axis.normalize(), 1.0).normalize() * radius
 }
 
 fn turned<R: Real>(name: &'static str, axis: DVec3, radii: [f64; 2], ball: f64) -> EdgedShape<R> {
@@ -52,7 +52,7 @@ fn turned<R: Real>(name: &'static str, axis: DVec3, radii: [f64; 2], ball: f64) 
         .into()
     };
     let edge = move |rng: &mut CaseRng| {
-        if rng.sign() > 0.0 {
+        if rng.next_sign() > 0.0 {
             rim(rng, base + axis, axis, radii[1])
         } else {
             rim(rng, base, axis, radii[0])
@@ -70,8 +70,12 @@ fn turned<R: Real>(name: &'static str, axis: DVec3, radii: [f64; 2], ball: f64) 
 
 /// A random point on the border of a polygon.
 fn border(corners: &[DVec3], rng: &mut CaseRng) -> DVec3 {
-    let i = (rng.bits() % corners.len() as u64) as usize;
-    let share = if rng.unit() < 0.3 { 0.0 } else { rng.unit() };
+    let i = (rng.next_bits() % corners.len() as u64) as usize;
+    let share = if rng.next_unit() < 0.3 {
+        0.0
+    } else {
+        rng.next_unit()
+    };
     corners[i] + (corners[(i + 1) % corners.len()] - corners[i]) * share
 }
 
@@ -107,14 +111,18 @@ pub fn edged<R: Real>() -> Vec<EdgedShape<R>> {
     let corner = DVec3::new(-0.5, -0.25, 0.125);
     let (eu, ev) = (DVec3::new(1.0, 0.25, 0.0), DVec3::new(0.25, 0.75, 0.5));
     let on_box = move |rng: &mut CaseRng| {
-        let along = (rng.bits() % 3) as usize;
+        let along = (rng.next_bits() % 3) as usize;
         let mut p = DVec3::from_array(core::array::from_fn(|i| {
-            if rng.sign() > 0.0 { min[i] } else { max[i] }
+            if rng.next_sign() > 0.0 {
+                min[i]
+            } else {
+                max[i]
+            }
         }));
-        p[along] = if rng.unit() < 0.3 {
+        p[along] = if rng.next_unit() < 0.3 {
             p[along]
         } else {
-            rng.uniform(min[along], max[along])
+            rng.next_uniform(min[along], max[along])
         };
         p
     };
@@ -168,7 +176,7 @@ pub fn edged<R: Real>() -> Vec<EdgedShape<R>> {
                 q.x * q.x + q.z * q.z - q.y * q.y - 0.25
             }),
             edge: Box::new(move |rng| {
-                let end = centre + DVec3::Y * (0.5 * rng.sign());
+                let end = centre + DVec3::Y * (0.5 * rng.next_sign());
                 rim(rng, end, DVec3::Y, 0.5_f64.sqrt())
             }),
             ball: 0.5,
@@ -207,7 +215,7 @@ pub fn round<R: Real>() -> Vec<EdgedShape<R>> {
             }
             .into(),
             height: Box::new(move |p| p.distance(centre) - 0.75),
-            edge: Box::new(move |rng| centre + rng.direction() * 0.75),
+            edge: Box::new(move |rng| centre + rng.sample_direction() * 0.75),
             ball: 0.75,
         },
         EdgedShape {
@@ -218,7 +226,7 @@ pub fn round<R: Real>() -> Vec<EdgedShape<R>> {
             }
             .into(),
             height: Box::new(move |p| ((p - centre) / semi_axes).length() - 1.0),
-            edge: Box::new(move |rng| centre + rng.direction() * semi_axes),
+            edge: Box::new(move |rng| centre + rng.sample_direction() * semi_axes),
             ball: 0.25,
         },
         EdgedShape {
@@ -231,7 +239,9 @@ pub fn round<R: Real>() -> Vec<EdgedShape<R>> {
             }
             .into(),
             height: Box::new(move |p| (p - centre).distance(ring(p - centre)) - 0.25),
-            edge: Box::new(move |rng| centre + ring(rng.direction()) + rng.direction() * 0.25),
+            edge: Box::new(move |rng| {
+                centre + ring(rng.sample_direction()) + rng.sample_direction() * 0.25
+            }),
             ball: 0.25,
         },
         EdgedShape {
@@ -245,7 +255,7 @@ pub fn round<R: Real>() -> Vec<EdgedShape<R>> {
             .into(),
             height: Box::new(move |p| (p - centre).with_y(0.0).length() - 0.5),
             edge: Box::new(move |rng| {
-                let along = rng.unit();
+                let along = rng.next_unit();
                 rim(rng, centre + DVec3::Y * along, DVec3::Y, 0.5)
             }),
             ball: 0.5,

@@ -11,7 +11,8 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
 use super::stated::shapes;
 use super::support::{
-    CaseRng, Expect, Outcome, U, Verdict, exact, hex, judge, ray_towards, to_scalar, ulp,
+    CaseOutcome, CaseRng, Expect, U, Verdict, format_ray_bits, judge, ray_towards, round_to_f32,
+    to_scalar, ulp,
 };
 
 /// The shapes whose tests solve an equation; flat shapes have other tests.
@@ -43,17 +44,19 @@ enum RayExactness {
 }
 
 fn from_afar<R: Real>(rng: &mut CaseRng, exactness: RayExactness, far: f64) -> Ray<R> {
-    let target = MIDDLE + rng.in_cube() * REACH;
+    let target = MIDDLE + rng.sample_cube() * REACH;
     let mut d = DVec3::ZERO;
-    let axis = (rng.bits() % 3) as usize;
+    let axis = (rng.next_bits() % 3) as usize;
     match exactness {
-        RayExactness::Any => return ray_towards::<R>(target + rng.direction() * far, target),
-        RayExactness::Axis => d[axis] = rng.sign(),
+        RayExactness::Any => {
+            return ray_towards::<R>(target + rng.sample_direction() * far, target);
+        }
+        RayExactness::Axis => d[axis] = rng.next_sign(),
         RayExactness::Plane => {
             // Few bits, so that the product that leads back to the axis is exact.
-            let (x, y) = (rng.uniform(-1.0, 1.0), rng.sign());
+            let (x, y) = (rng.next_uniform(-1.0, 1.0), rng.next_sign());
             (d[axis], d[(axis + 1) % 3]) = ((x * 64.0).round() / 64.0, y);
-            d = exact(d);
+            d = round_to_f32(d);
         }
     }
     let steps = far.log2().round().exp2();
@@ -98,7 +101,7 @@ fn judged(shape: &AnyShape<f64>, start: DVec3, d: DVec3) -> Option<(DVec3, DVec3
         },
         Side::Both,
     )?;
-    let surface_point = shape.locate(&prepared_ray, hit);
+    let surface_point = shape.locate_surface_point(&prepared_ray, hit);
     Some((surface_point.point, surface_point.normal))
 }
 
@@ -110,7 +113,7 @@ fn far<R: Real>(
     best: &AnyShape<f64>,
     exactness: RayExactness,
     far: f64,
-) -> Outcome {
+) -> CaseOutcome {
     let case = format!(
         "P01 {name}, {exactness:?}, {far:e} away in {}",
         std::any::type_name::<R>()
@@ -131,14 +134,16 @@ fn far<R: Real>(
             _ => false,
         });
         if !continued {
-            return Verdict::Band;
+            return Verdict::Undecidable;
         }
         let prepared_ray = PreparedRay::new(ray);
         let got = shape.intersect(&prepared_ray, Interval::positive(), Side::Both);
         match (got, expected) {
             (None, None) => Verdict::Right(0.0),
-            (None, Some((p, _))) => Verdict::Wrong(format!("missed at {p}{}", hex::<R>(&ray))),
-            (Some(_), None) => Verdict::Wrong(format!("false hit{}", hex::<R>(&ray))),
+            (None, Some((p, _))) => {
+                Verdict::Wrong(format!("missed at {p}{}", format_ray_bits::<R>(&ray)))
+            }
+            (Some(_), None) => Verdict::Wrong(format!("false hit{}", format_ray_bits::<R>(&ray))),
             (Some(hit), Some((p, n))) => {
                 let surface = shape.surface(&prepared_ray, hit);
                 let slant = n.dot(d.normalize()).abs();
@@ -154,14 +159,20 @@ fn far<R: Real>(
                     surface.point.to_f64().distance(p),
                     surface.normal.to_f64().distance(n),
                 );
-                Verdict::within_bound(off, bound, || {
-                    format!("{:?} instead of {p}{}", surface.point, hex::<R>(&ray))
+                Verdict::from_error(off, bound, || {
+                    format!(
+                        "{:?} instead of {p}{}",
+                        surface.point,
+                        format_ray_bits::<R>(&ray)
+                    )
                 })
                 // No surface here has a radius of curvature below a fifth of its size, except at a
                 // cone's apex.
-                .and(|| {
+                .and_then(|| {
                     let curved = if name == "cone" { 1e-2 } else { 5.0 * bound };
-                    Verdict::within_bound(turned, curved, || format!("normal{}", hex::<R>(&ray)))
+                    Verdict::from_error(turned, curved, || {
+                        format!("normal{}", format_ray_bits::<R>(&ray))
+                    })
                 })
             }
         }
@@ -194,12 +205,12 @@ fn stated_bounds_hold_far_from_the_origin() {
     for exponent in 1..=9 {
         let place = 10_f64.powi(exponent);
         judge(&format!("stated bounds at {place:e}"), 190, 20_000, |rng| {
-            let centre = rng.direction() * place;
+            let centre = rng.sample_direction() * place;
             let prepared_ray = PreparedRay::new(Ray::<f64>::new(
-                centre + rng.direction() * 5.0,
-                rng.direction(),
+                centre + rng.sample_direction() * 5.0,
+                rng.sample_direction(),
             ));
-            let target = (centre + rng.in_cube() - prepared_ray.origin).normalize();
+            let target = (centre + rng.sample_cube() - prepared_ray.origin).normalize();
             let prepared_ray = PreparedRay::new(Ray::<f64>::new(prepared_ray.origin, target));
             let ball = Sphere {
                 centre,
@@ -221,17 +232,17 @@ fn stated_bounds_hold_far_from_the_origin() {
             let off = |shape: &AnyShape<f64>, height: &dyn Fn(DVec3) -> f64| {
                 let Some(hit) = shape.intersect(&prepared_ray, Interval::positive(), Side::Both)
                 else {
-                    return Verdict::Skip;
+                    return Verdict::Skipped;
                 };
-                let surface_point = shape.locate(&prepared_ray, hit);
+                let surface_point = shape.locate_surface_point(&prepared_ray, hit);
                 let reach = surface_point.error * surface_point.normal.abs().element_sum();
-                Verdict::within_bound(height(surface_point.point).abs(), reach, || {
+                Verdict::from_error(height(surface_point.point).abs(), reach, || {
                     format!("{shape:?} {prepared_ray:?}")
                 })
             };
             match off(&ball.into(), &from_ball) {
                 Verdict::Right(a) => match off(&torus.into(), &from_ring) {
-                    Verdict::Skip => Verdict::Right(a),
+                    Verdict::Skipped => Verdict::Right(a),
                     verdict => verdict,
                 },
                 verdict => verdict,

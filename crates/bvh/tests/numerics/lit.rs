@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Surface, Visibility};
 
-use super::support::{CaseRng, Expect, Verdict, exact, hex, judge, ray_towards};
+use super::support::{CaseRng, Expect, Verdict, format_ray_bits, judge, ray_towards, round_to_f32};
 
 /// A light, the ceiling around it in the same plane, and a wall that crosses neither.
 struct LitRoom {
@@ -25,9 +25,9 @@ fn room(seed: u64) -> LitRoom {
     let turn = if seed == 0 {
         DQuat::IDENTITY
     } else {
-        DQuat::from_axis_angle(rng.direction(), rng.uniform(0.0, 6.0))
+        DQuat::from_axis_angle(rng.sample_direction(), rng.next_uniform(0.0, 6.0))
     };
-    let middle = exact(rng.in_cube() * if seed == 0 { 0.0 } else { 5.0 });
+    let middle = round_to_f32(rng.sample_cube() * if seed == 0 { 0.0 } else { 5.0 });
     let (x, z, down) = (turn * DVec3::X, turn * DVec3::Z, turn * DVec3::NEG_Y);
     let quad = |reach: f64| {
         Quad::new(
@@ -87,25 +87,25 @@ fn s06_no_shadow_by_the_light_or_its_holder() {
     for seed in 0..3 {
         let room = room(seed);
         judge(&format!("S06 {seed}"), 160 + seed, 400_000, |rng| {
-            let point =
-                room.half[0] * rng.uniform(-1.5, 1.5) + room.half[1] * rng.uniform(-1.5, 1.5);
+            let point = room.half[0] * rng.next_uniform(-1.5, 1.5)
+                + room.half[1] * rng.next_uniform(-1.5, 1.5);
             let position = room.middle + point + room.down * rng.choose(&DISTANCES);
             let Some(receiver) = receiver(position, -room.down) else {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             };
-            let target = drawn(&room, rng.unit(), rng.unit());
-            let Some((ray, range)) = receiver.spawn_to_surface(&target) else {
+            let target = drawn(&room, rng.next_unit(), rng.next_unit());
+            let Some((ray, range)) = receiver.spawn_ray_to_surface(&target) else {
                 return Verdict::Wrong(format!(
                     "no shadow ray from {:?} to {:?}",
                     receiver.point, target.point
                 ));
             };
-            let blocked = room.geometry.any(&ray, range, &mut |_| true, &mut ());
-            Verdict::holds(!blocked, || {
+            let blocked = room.geometry.occluded(&ray, range, &mut |_| true, &mut ());
+            Verdict::from_condition(!blocked, || {
                 format!(
                     "shadowed at {position:?}, {:?}{}",
                     target.point,
-                    hex::<f32>(&ray)
+                    format_ray_bits::<f32>(&ray)
                 )
             })
         })
@@ -145,22 +145,22 @@ fn s06_irradiance_is_the_form_factor() {
             let rng = &mut CaseRng::new(170, (distance * 1e6) as u64);
             let term = |rng: &mut CaseRng| {
                 if distance >= 0.1 {
-                    let target = drawn(&room, rng.unit(), rng.unit());
-                    let Some((ray, range)) = receiver.spawn_to_surface(&target) else {
+                    let target = drawn(&room, rng.next_unit(), rng.next_unit());
+                    let Some((ray, range)) = receiver.spawn_ray_to_surface(&target) else {
                         return f64::NAN;
                     };
-                    let seen = !room.geometry.any(&ray, range, &mut |_| true, &mut ());
+                    let seen = !room.geometry.occluded(&ray, range, &mut |_| true, &mut ());
                     let across = target.point.as_dvec3() - p;
                     let cosines = normal.dot(across) * -target.normal.as_dvec3().dot(across).abs()
                         / across.length().powi(4);
                     return if seen { cosines.abs() / PI } else { 0.0 };
                 }
                 // Malley's method.
-                let (r, angle) = (rng.unit().sqrt(), rng.unit() * TAU);
+                let (r, angle) = (rng.next_unit().sqrt(), rng.next_unit() * TAU);
                 let d = x * (r * angle.cos())
                     + z * (r * angle.sin())
                     + facing * (1.0 - r * r).max(0.0).sqrt();
-                let start = receiver.spawn(d.as_vec3());
+                let start = receiver.spawn_ray_origin(d.as_vec3());
                 let hit = room.geometry.closest(
                     &Ray::new(start, d.as_vec3()),
                     Interval::positive(),
@@ -192,20 +192,20 @@ fn s06_irradiance_is_the_form_factor() {
 fn s06_at_no_distance() {
     let room = room(1);
     judge("S06 touching", 175, 100_000, |rng| {
-        let target = drawn(&room, rng.unit(), rng.unit());
+        let target = drawn(&room, rng.next_unit(), rng.next_unit());
         let Some(receiver) = receiver(target.point.as_dvec3(), -room.down) else {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         };
         for (a, b) in [(&target, &target), (&receiver, &target)] {
-            let Some((ray, range)) = a.spawn_to_surface(b) else {
+            let Some((ray, range)) = a.spawn_ray_to_surface(b) else {
                 continue;
             };
             if !(ray.is_finite() && range.max.is_finite()) {
-                return Verdict::Wrong(format!("{range:?}{}", hex::<f32>(&ray)));
+                return Verdict::Wrong(format!("{range:?}{}", format_ray_bits::<f32>(&ray)));
             }
         }
-        let to_itself = target.spawn_to(target.point);
-        Verdict::holds(
+        let to_itself = target.spawn_ray_to_point(target.point);
+        Verdict::from_condition(
             to_itself.is_none_or(|(ray, range)| ray.is_finite() && range.max.is_finite()),
             || "not finite".into(),
         )
@@ -220,16 +220,19 @@ fn s06_at_no_distance() {
 fn s06_a_distant_lamp_is_not_in_its_own_light() {
     use raywright_bvh::shapes::SampleArea;
     judge("S06 distant lamp", 176, 200_000, |rng| {
-        let (out, distance) = (rng.direction(), 10_f64.powf(rng.uniform(1.0, 6.0)));
+        let (out, distance) = (
+            rng.sample_direction(),
+            10_f64.powf(rng.next_uniform(1.0, 6.0)),
+        );
         // Tilted, but facing the ray and large enough to be crossed by a ray that is off.
         let (eu, ev) = (
-            rng.in_cube() * distance * 1e-4,
-            rng.in_cube() * distance * 1e-4,
+            rng.sample_cube() * distance * 1e-4,
+            rng.sample_cube() * distance * 1e-4,
         );
         let lamp = Quad::<f32>::new((eu + ev) * -0.5, eu, ev);
         let normal = eu.cross(ev).normalize();
         if eu.cross(ev).length() < 0.3 * eu.length() * ev.length() || normal.dot(out).abs() < 0.1 {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         }
         let mut group = PrimitiveSet::<f32>::default();
         group
@@ -245,15 +248,18 @@ fn s06_a_distant_lamp_is_not_in_its_own_light() {
             normal: (-out).as_vec3(),
         };
         let target = lamp
-            .sample_area(rng.unit() as f32, rng.unit() as f32)
+            .sample_area(rng.next_unit() as f32, rng.next_unit() as f32)
             .0
             .to_scalar::<f32>();
-        let Some((ray, range)) = receiver.spawn_to_surface(&target) else {
+        let Some((ray, range)) = receiver.spawn_ray_to_surface(&target) else {
             return Verdict::Wrong("no ray".into());
         };
-        let dark = geometry.any(&ray, range, &mut |_| true, &mut ());
-        Verdict::holds(!dark, || {
-            format!("its own shadow from {distance:e}{}", hex::<f32>(&ray))
+        let dark = geometry.occluded(&ray, range, &mut |_| true, &mut ());
+        Verdict::from_condition(!dark, || {
+            format!(
+                "its own shadow from {distance:e}{}",
+                format_ray_bits::<f32>(&ray)
+            )
         })
     })
     .expect_right(50_000);

@@ -9,37 +9,41 @@ use raywright_bvh::{
     Visibility,
 };
 
-use super::support::{CaseRng, Expect, U, Verdict, exact, hex, judge, ray_towards, to_scalar};
+use super::support::{
+    CaseRng, Expect, U, Verdict, format_ray_bits, judge, ray_towards, round_to_f32, to_scalar,
+};
 
 /// Scales from 1e-3 to 1e3 in each axis, sheared, rotated and, every other time, reflected.
 fn map(rng: &mut CaseRng) -> DAffine3 {
     let scale = DVec3::from_array(core::array::from_fn(|_| {
-        10_f64.powf(rng.uniform(-3.0, 3.0)) * rng.sign()
+        10_f64.powf(rng.next_uniform(-3.0, 3.0)) * rng.next_sign()
     }));
     let mut shear = DMat3::IDENTITY;
     (shear.y_axis.x, shear.z_axis.x, shear.z_axis.y) = (
-        rng.uniform(-1.0, 1.0),
-        rng.uniform(-1.0, 1.0),
-        rng.uniform(-1.0, 1.0),
+        rng.next_uniform(-1.0, 1.0),
+        rng.next_uniform(-1.0, 1.0),
+        rng.next_uniform(-1.0, 1.0),
     );
-    let turn = |rng: &mut CaseRng| DMat3::from_axis_angle(rng.direction(), rng.uniform(0.0, 6.0));
+    let turn = |rng: &mut CaseRng| {
+        DMat3::from_axis_angle(rng.sample_direction(), rng.next_uniform(0.0, 6.0))
+    };
     let matrix = turn(rng) * shear * DMat3::from_diagonal(scale) * turn(rng);
     DAffine3 {
         matrix3: matrix,
-        translation: rng.direction() * 10_f64.powf(rng.uniform(-3.0, 3.0)),
+        translation: rng.sample_direction() * 10_f64.powf(rng.next_uniform(-3.0, 3.0)),
     }
 }
 
 /// A shape and one of its points, away from its edges.
 fn shape<R: Real>(rng: &mut CaseRng, kind: usize) -> (AnyShape<R>, DVec3) {
-    let v = |p: DVec3| to_scalar::<R>(exact(p));
+    let v = |p: DVec3| to_scalar::<R>(round_to_f32(p));
     let r = |x: f64| R::from_f64(f64::from(x as f32));
     let (centre, radius) = (
-        exact(rng.in_cube() * 2.0),
-        f64::from(rng.uniform(0.2, 2.0) as f32),
+        round_to_f32(rng.sample_cube() * 2.0),
+        f64::from(rng.next_uniform(0.2, 2.0) as f32),
     );
-    let (a, b) = (rng.uniform(0.1, 0.45), rng.uniform(0.1, 0.45));
-    let angle = rng.unit() * core::f64::consts::TAU;
+    let (a, b) = (rng.next_uniform(0.1, 0.45), rng.next_uniform(0.1, 0.45));
+    let angle = rng.next_unit() * core::f64::consts::TAU;
     let round = DVec3::new(angle.cos(), 0.0, angle.sin());
     match kind {
         0 => (
@@ -48,10 +52,11 @@ fn shape<R: Real>(rng: &mut CaseRng, kind: usize) -> (AnyShape<R>, DVec3) {
                 radius: r(radius),
             }
             .into(),
-            centre + rng.direction() * radius,
+            centre + rng.sample_direction() * radius,
         ),
         1 => {
-            let corners = [rng.in_cube(), rng.in_cube(), rng.in_cube()].map(exact);
+            let corners =
+                [rng.sample_cube(), rng.sample_cube(), rng.sample_cube()].map(round_to_f32);
             let target = corners[0] + (corners[1] - corners[0]) * a + (corners[2] - corners[0]) * b;
             (
                 Triangle {
@@ -63,9 +68,9 @@ fn shape<R: Real>(rng: &mut CaseRng, kind: usize) -> (AnyShape<R>, DVec3) {
         }
         2 => {
             let size = DVec3::new(radius, 0.5 * radius, 2.0 * radius);
-            let (min, max) = (exact(centre - size), exact(centre + size));
+            let (min, max) = (round_to_f32(centre - size), round_to_f32(centre + size));
             let target =
-                min + (max - min) * DVec3::new(a, if rng.sign() > 0.0 { 0.0 } else { 1.0 }, b);
+                min + (max - min) * DVec3::new(a, if rng.next_sign() > 0.0 { 0.0 } else { 1.0 }, b);
             (
                 Cuboid {
                     min: v(min),
@@ -76,7 +81,10 @@ fn shape<R: Real>(rng: &mut CaseRng, kind: usize) -> (AnyShape<R>, DVec3) {
             )
         }
         3 => {
-            let (eu, ev) = (exact(rng.in_cube()), exact(rng.in_cube()));
+            let (eu, ev) = (
+                round_to_f32(rng.sample_cube()),
+                round_to_f32(rng.sample_cube()),
+            );
             let corners = [centre, centre + eu, centre + eu + ev, centre + ev].map(v);
             (Quad { corners }.into(), centre + eu * a + ev * b)
         }
@@ -170,7 +178,7 @@ fn expected(shape: &AnyShape<f64>, map: DAffine3, o: DVec3, d: DVec3) -> Option<
         solved(m, d),
     ));
     let hit = shape.intersect(&prepared_ray, Interval::positive(), Side::Both)?;
-    let surface_point = shape.locate(&prepared_ray, hit);
+    let surface_point = shape.locate_surface_point(&prepared_ray, hit);
     let normal = solved(m.transpose(), surface_point.normal).normalize();
     Some(Expected {
         t: hit.t,
@@ -204,27 +212,27 @@ fn compare(
         .cross(expected.normal)
         .length()
         .atan2(normal.dot(expected.normal));
-    Verdict::within_bound(off.max_element(), 1.0, || {
+    Verdict::from_error(off.max_element(), 1.0, || {
         format!(
             "point {:?} for {:?}{}",
             surface.point,
             expected.point,
-            hex::<f32>(ray)
+            format_ray_bits::<f32>(ray)
         )
     })
-    .and(|| {
-        Verdict::within_bound(angle, turn, || {
+    .and_then(|| {
+        Verdict::from_error(angle, turn, || {
             format!(
                 "normal {normal:?} for {:?}{}",
                 expected.normal,
-                hex::<f32>(ray)
+                format_ray_bits::<f32>(ray)
             )
         })
     })
-    .and(|| {
+    .and_then(|| {
         let late = (f64::from(t) - expected.t).abs() * d.length();
-        Verdict::within_bound(late, 4.0 * U * expected.t * d.length(), || {
-            format!("t {t} for {}{}", expected.t, hex::<f32>(ray))
+        Verdict::from_error(late, 4.0 * U * expected.t * d.length(), || {
+            format!("t {t} for {}{}", expected.t, format_ray_bits::<f32>(ray))
         })
     })
 }
@@ -241,15 +249,15 @@ fn p23_mapped_shapes() {
         };
         judge(&format!("P23 {name}"), 70 + kind as u64, 60_000, |rng| {
             let map = map(rng);
-            let seed = rng.bits();
+            let seed = rng.next_bits();
             let (own, target) = shape::<f32>(&mut CaseRng::new(seed, 0), kind);
             let (best, _) = shape::<f64>(&mut CaseRng::new(seed, 0), kind);
             let target = map.transform_point3(target);
-            let away = rng.direction() * 10_f64.powf(rng.uniform(-1.0, 3.0));
+            let away = rng.sample_direction() * 10_f64.powf(rng.next_uniform(-1.0, 3.0));
             let ray = ray_towards::<f32>(target + away, target);
             let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
             let Some(wanted_value) = expected(&best, map, o, d) else {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             };
             // A ray whose hit changes when moved by the f64 error of a map of condition 1e6 is not
             // judged.
@@ -263,7 +271,7 @@ fn p23_mapped_shapes() {
                 .iter()
                 .any(|t| (t - wanted_value.t).abs() > 1e2 * step / steep)
             {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             }
             let transformed_shape =
                 TransformedShape::<f32>::new(own, map).expect("an invertible map");
@@ -276,15 +284,21 @@ fn p23_mapped_shapes() {
             let Some(hit) =
                 transformed_shape.intersect(&prepared_ray, Interval::positive(), outward)
             else {
-                return Verdict::Wrong(format!("missed from {outward:?}{}", hex::<f32>(&ray)));
+                return Verdict::Wrong(format!(
+                    "missed from {outward:?}{}",
+                    format_ray_bits::<f32>(&ray)
+                ));
             };
             let surface = transformed_shape
-                .locate(&prepared_ray, hit)
+                .locate_surface_point(&prepared_ray, hit)
                 .to_scalar::<f32>();
-            compare(turn, &wanted_value, map, hit.t, &surface, d, &ray).and(|| {
+            compare(turn, &wanted_value, map, hit.t, &surface, d, &ray).and_then(|| {
                 let geometry = instance(own, map);
                 let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
-                    return Verdict::Wrong(format!("instance missed{}", hex::<f32>(&ray)));
+                    return Verdict::Wrong(format!(
+                        "instance missed{}",
+                        format_ray_bits::<f32>(&ray)
+                    ));
                 };
                 compare(
                     turn,

@@ -6,7 +6,9 @@ use raywright_bvh::shapes::{Quad, Triangle};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vector, Visibility};
 
 use super::sharp::{back, flattening, is_thin};
-use super::support::{CaseRng, Expect, Outcome, Verdict, hex, judge, ray_towards, to_scalar};
+use super::support::{
+    CaseOutcome, CaseRng, Expect, Verdict, format_ray_bits, judge, ray_towards, to_scalar,
+};
 
 /// A convex body around the origin. Each face has three corners, or four for a parallelogram,
 /// counter-clockwise from outside.
@@ -144,7 +146,7 @@ fn least_circle(faces: &[Vec<DVec3>]) -> f64 {
 }
 
 /// Rays to both sides from hits near edges of a body, under maps that flatten by the factor `by`.
-fn starts<R: Real>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> Outcome {
+fn starts<R: Real>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> CaseOutcome {
     let label = if inside_out {
         "the inside of the"
     } else {
@@ -167,28 +169,36 @@ fn starts<R: Real>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> Ou
                 .add_instance(part, map, Visibility::default())
                 .expect("an invertible map");
             let geometry = Geometry::new(group, AcceleratorKind::default());
-            let face = &faces[(rng.bits() % faces.len() as u64) as usize];
-            let i = (rng.bits() % face.len() as u64) as usize;
-            let along = if rng.unit() < 0.3 { 0.0 } else { rng.unit() };
+            let face = &faces[(rng.next_bits() % faces.len() as u64) as usize];
+            let i = (rng.next_bits() % face.len() as u64) as usize;
+            let along = if rng.next_unit() < 0.3 {
+                0.0
+            } else {
+                rng.next_unit()
+            };
             let edge = face[i] + (face[(i + 1) % face.len()] - face[i]) * along;
-            let target =
-                map.transform_point3(edge + rng.in_cube() * 10_f64.powf(rng.uniform(-9.0, -0.5)));
+            let target = map.transform_point3(
+                edge + rng.sample_cube() * 10_f64.powf(rng.next_uniform(-9.0, -0.5)),
+            );
             let ray = ray_towards::<R>(
-                target + rng.direction() * rng.choose(&[0.5, 3.0, 30.0]),
+                target + rng.sample_direction() * rng.choose(&[0.5, 3.0, 30.0]),
                 target,
             );
             let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             };
             let surface = geometry.surface(&ray, &hit);
             if is_thin::<R>(ball, by, surface.point.to_f64(), hit.t.to_f64()) {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             }
             let normal = surface.normal.to_f64();
             let above = [normal, -normal].map(|direction| {
                 height(
                     faces,
-                    back(map, surface.spawn(to_scalar::<R>(direction)).to_f64()),
+                    back(
+                        map,
+                        surface.spawn_ray_origin(to_scalar::<R>(direction)).to_f64(),
+                    ),
                 )
             });
             let [out, into] = if inside_out {
@@ -196,8 +206,11 @@ fn starts<R: Real>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> Ou
             } else {
                 above
             };
-            Verdict::holds(out > 0.0 && into < 0.0, || {
-                format!("{out:e} {into:e} {surface:?} {map:?}{}", hex::<R>(&ray))
+            Verdict::from_condition(out > 0.0 && into < 0.0, || {
+                format!(
+                    "{out:e} {into:e} {surface:?} {map:?}{}",
+                    format_ray_bits::<R>(&ray)
+                )
             })
         },
     )

@@ -5,7 +5,7 @@ use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
 };
 
-use super::support::{Expect, Verdict, hex, judge, to_scalar};
+use super::support::{Expect, Verdict, format_ray_bits, judge, to_scalar};
 
 /// Units per metre of the ends of the motion.
 const UNIT: f64 = 4_294_967_296.0;
@@ -23,11 +23,11 @@ fn passing<R: Real>() {
         77,
         20_000,
         |rng| {
-            let time = 1 + i128::from(rng.bits() % (TIMES as u64 - 1));
-            let from = -i128::from(rng.bits() >> 12);
-            let to = -from * (TIMES - time) / time + i128::from(rng.bits() % UNIT as u64);
+            let time = 1 + i128::from(rng.next_bits() % (TIMES as u64 - 1));
+            let from = -i128::from(rng.next_bits() >> 12);
+            let to = -from * (TIMES - time) / time + i128::from(rng.next_bits() % UNIT as u64);
             if to >= 1 << 53 {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             }
             let height = (from * (TIMES - time) + to * time) as f64 / (UNIT * TIMES as f64);
             let end = |z: i128| DAffine3::from_translation(DVec3::Z * (z as f64 / UNIT));
@@ -49,14 +49,14 @@ fn passing<R: Real>() {
                 .expect("an invertible way");
             let geometry = Geometry::new(group, AcceleratorKind::Linear);
             let origin = DVec3::new(
-                rng.uniform(-0.5, 0.5),
-                rng.uniform(-0.5, 0.5),
-                height + rng.uniform(0.5, 2.0),
+                rng.next_uniform(-0.5, 0.5),
+                rng.next_uniform(-0.5, 0.5),
+                height + rng.next_uniform(0.5, 2.0),
             );
             let ray = Ray::new(to_scalar::<R>(origin), to_scalar::<R>(DVec3::NEG_Z))
-                .at_time(R::from_f64(time as f64 / TIMES as f64));
+                .with_time(R::from_f64(time as f64 / TIMES as f64));
             let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
-                return Verdict::Wrong(format!("no hit{}", hex::<R>(&ray)));
+                return Verdict::Wrong(format!("no hit{}", format_ray_bits::<R>(&ray)));
             };
             let (surface_point, surface) = (
                 geometry.surface_point(&ray, &hit),
@@ -65,12 +65,15 @@ fn passing<R: Real>() {
             let bound = surface_point.error.to_f64();
             // A bound that included the whole distance of the motion would hold trivially.
             if bound > 1e-13 {
-                return Verdict::Wrong(format!("{bound} is no bound{}", hex::<R>(&ray)));
+                return Verdict::Wrong(format!(
+                    "{bound} is no bound{}",
+                    format_ray_bits::<R>(&ray)
+                ));
             }
             let stored = (surface.point.to_f64().z - height).abs() / surface.error.to_f64();
             let off = (surface_point.point.to_f64().z - height).abs() / bound;
-            Verdict::within_bound(off.max(stored), 1.0, || {
-                format!("beyond the stated bound{}", hex::<R>(&ray))
+            Verdict::from_error(off.max(stored), 1.0, || {
+                format!("beyond the stated bound{}", format_ray_bits::<R>(&ray))
             })
         },
     )
@@ -113,12 +116,12 @@ fn mesh_normals_turn_with_moving_instances() {
             .add_moving_instance(sheet, map, Visibility::default())
             .expect("an invertible way");
         let geometry = Geometry::new(group, AcceleratorKind::Linear);
-        let ray = Ray::new(DVec3::new(0.1, -0.2, 5.0), DVec3::NEG_Z).at_time(time);
+        let ray = Ray::new(DVec3::new(0.1, -0.2, 5.0), DVec3::NEG_Z).with_time(time);
         let hit = geometry
             .closest(&ray, Interval::positive(), &mut ())
             .expect("the sheet is wide");
         geometry
-            .normal(&ray, &hit, DVec3::new(0.1, 0.2, 1.0))
+            .normal_to_world(&ray, &hit, DVec3::new(0.1, 0.2, 1.0))
             .normalize()
     };
     for time in [0.0, 0.25, 0.5, 0.75, 1.0] {

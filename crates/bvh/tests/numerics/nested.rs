@@ -6,7 +6,9 @@ use raywright_bvh::shapes::{AnyShape, Ellipsoid, Sphere};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vector, Visibility};
 
 use super::sharp::{back, flattening, is_thin};
-use super::support::{CaseRng, Expect, Outcome, Verdict, hex, judge, ray_towards, to_scalar};
+use super::support::{
+    CaseOutcome, CaseRng, Expect, Verdict, format_ray_bits, judge, ray_towards, to_scalar,
+};
 
 /// A sphere of radius 1, or an ellipsoid of at least that thickness, around the origin.
 fn round<R: Real>(semi_axes: DVec3) -> AnyShape<R> {
@@ -27,7 +29,7 @@ fn round<R: Real>(semi_axes: DVec3) -> AnyShape<R> {
 
 /// Rays to both sides from hits of the shape, whose own map flattens by `own` and whose instance
 /// flattens by `outer`.
-fn starts<R: Real>(semi_axes: DVec3, own: f64, outer: f64) -> Outcome {
+fn starts<R: Real>(semi_axes: DVec3, own: f64, outer: f64) -> CaseOutcome {
     let label = format!(
         "starts on {semi_axes}, flattened by {own:e} and {outer:e}, in {}",
         std::any::type_name::<R>()
@@ -49,29 +51,29 @@ fn starts<R: Real>(semi_axes: DVec3, own: f64, outer: f64) -> Outcome {
             .add_instance(part, outside, Visibility::default())
             .expect("an invertible map");
         let geometry = Geometry::new(group, AcceleratorKind::Linear);
-        let target = (outside * inner).transform_point3(rng.direction() * semi_axes);
+        let target = (outside * inner).transform_point3(rng.sample_direction() * semi_axes);
         let ray = ray_towards::<R>(
-            target + rng.direction() * rng.choose(&[0.5, 3.0, 30.0]),
+            target + rng.sample_direction() * rng.choose(&[0.5, 3.0, 30.0]),
             target,
         );
         let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         };
         let surface = geometry.surface(&ray, &hit);
         // Each map bounds the drift through all three axes by itself, so both together may count up
         // to √3 times as much drift as a single map.
         if is_thin::<R>(0.5, own * outer, surface.point.to_f64(), hit.t.to_f64()) {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         }
         let height =
             |start: DVec3| (back(inner, back(outside, start)) / semi_axes).length_squared() - 1.0;
         let normal = surface.normal.to_f64();
         let above = [normal, -normal]
-            .map(|direction| height(surface.spawn(to_scalar::<R>(direction)).to_f64()));
-        Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || {
+            .map(|direction| height(surface.spawn_ray_origin(to_scalar::<R>(direction)).to_f64()));
+        Verdict::from_condition(above[0] > 0.0 && above[1] < 0.0, || {
             format!(
                 "{above:?} {surface:?} {inner:?} {outside:?}{}",
-                hex::<R>(&ray)
+                format_ray_bits::<R>(&ray)
             )
         })
     })

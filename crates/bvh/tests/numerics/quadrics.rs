@@ -6,10 +6,13 @@ use raywright_bvh::shapes::{Cone, Cylinder, CylinderEnds, Ellipsoid};
 use raywright_bvh::{Interval, PreparedRay, Shape, Side};
 
 use super::support::{
-    Expect, U, Verdict, exact, hex, hit, judge, ray, ray_towards, rays, textbook_share, to_scalar,
+    Expect, U, Verdict, format_ray_bits, judge, nearest_hit, ray_towards, rays, round_to_f32,
+    textbook_share, to_scalar, unnormalised_ray,
 };
-use raywright_bvh::stability::quadrics::{body, extreme, extreme_distance, near_root};
-use raywright_bvh::stability::{intersect, textbook};
+use raywright_bvh::stability::quadrics::{
+    intersect_ellipsoid_in_f64, judge_extreme_distance, judge_extreme_ellipsoid, judge_near_root,
+};
+use raywright_bvh::stability::{library_intersect, textbook};
 
 /// Protects: rays nearly along a cylinder, from inside and outside, hit the wall; rays exactly
 /// along it hit the cap.
@@ -17,29 +20,30 @@ use raywright_bvh::stability::{intersect, textbook};
 fn p10_cylinder_along_its_axis() {
     judge("P10", 20, 400_000, |rng| {
         let angle = rng.choose(&[1e-1, 1e-3, 1e-5, 1e-8, 0.0]);
-        let radius = f64::from(rng.uniform(0.1, 10.0) as f32);
-        let height = f64::from(rng.uniform(0.5, 100.0) as f32);
-        let base = exact(DVec3::new(
-            rng.uniform(-5.0, 5.0),
-            rng.uniform(-5.0, 5.0),
-            rng.uniform(-5.0, 5.0),
+        let radius = f64::from(rng.next_uniform(0.1, 10.0) as f32);
+        let height = f64::from(rng.next_uniform(0.5, 100.0) as f32);
+        let base = round_to_f32(DVec3::new(
+            rng.next_uniform(-5.0, 5.0),
+            rng.next_uniform(-5.0, 5.0),
+            rng.next_uniform(-5.0, 5.0),
         ));
-        let inside = rng.sign() > 0.0;
+        let inside = rng.next_sign() > 0.0;
         let reach = if inside {
-            rng.uniform(0.0, 0.99)
+            rng.next_uniform(0.0, 0.99)
         } else {
-            rng.uniform(1.01, 3.0)
+            rng.next_uniform(1.01, 3.0)
         };
-        let out = rng.in_disc(DVec3::Y, 1.0).normalize();
-        let origin =
-            exact(base + out * (reach * radius) + DVec3::Y * (height * rng.uniform(0.01, 0.99)));
+        let out = rng.sample_disc(DVec3::Y, 1.0).normalize();
+        let origin = round_to_f32(
+            base + out * (reach * radius) + DVec3::Y * (height * rng.next_uniform(0.01, 0.99)),
+        );
         let toward = if inside {
-            rng.in_disc(DVec3::Y, 1.0).normalize()
+            rng.sample_disc(DVec3::Y, 1.0).normalize()
         } else {
             -out
         };
-        let d = exact((toward * angle + DVec3::Y * rng.sign()).normalize());
-        let ray = ray::<f32>(origin, d);
+        let d = round_to_f32((toward * angle + DVec3::Y * rng.next_sign()).normalize());
+        let ray = unnormalised_ray::<f32>(origin, d);
         let ends = rng.choose(&[CylinderEnds::None, CylinderEnds::Capped]);
         let shape = Cylinder::<f32> {
             base: to_scalar::<f32>(base),
@@ -48,7 +52,7 @@ fn p10_cylinder_along_its_axis() {
             ends,
         };
         let off = |p: DVec3| DVec3::new(p.x - base.x, 0.0, p.z - base.z).length() - radius;
-        let got = hit::<f32>(&shape, &ray);
+        let got = nearest_hit::<f32>(&shape, &ray);
         let along = d.x == 0.0 && d.z == 0.0;
         let Some(h) = got else {
             let hits = if ends == CylinderEnds::None {
@@ -56,18 +60,24 @@ fn p10_cylinder_along_its_axis() {
             } else {
                 off(origin) < 0.0
             };
-            return Verdict::holds(!hits, || {
-                format!("missed at angle {angle}{} {shape:?}", hex::<f32>(&ray))
+            return Verdict::from_condition(!hits, || {
+                format!(
+                    "missed at angle {angle}{} {shape:?}",
+                    format_ray_bits::<f32>(&ray)
+                )
             });
         };
         if along && ends == CylinderEnds::None {
-            return Verdict::Wrong(format!("wall hit along the axis{}", hex::<f32>(&ray)));
+            return Verdict::Wrong(format!(
+                "wall hit along the axis{}",
+                format_ray_bits::<f32>(&ray)
+            ));
         }
         let t = f64::from(h.t);
         let p = origin + d * t;
         let surface = shape.surface(&PreparedRay::new(ray), h);
         if !(surface.point.is_finite() && surface.normal.is_finite()) {
-            return Verdict::Wrong(format!("not finite{}", hex::<f32>(&ray)));
+            return Verdict::Wrong(format!("not finite{}", format_ray_bits::<f32>(&ray)));
         }
         let bound = 8.0 * U * (t + radius);
         // On the wall between the ends, or on an end within the wall.
@@ -78,12 +88,15 @@ fn p10_cylinder_along_its_axis() {
         } else {
             wall.abs().max(low).max(high).min(caps)
         };
-        Verdict::within_bound(error, bound, || {
-            format!("off at angle {angle}{} {shape:?}", hex::<f32>(&ray))
+        Verdict::from_error(error, bound, || {
+            format!(
+                "off at angle {angle}{} {shape:?}",
+                format_ray_bits::<f32>(&ray)
+            )
         })
-        .and(|| {
-            Verdict::holds(!along || surface.normal.y.abs() == 1.0, || {
-                format!("not the cap{}", hex::<f32>(&ray))
+        .and_then(|| {
+            Verdict::from_condition(!along || surface.normal.y.abs() == 1.0, || {
+                format!("not the cap{}", format_ray_bits::<f32>(&ray))
             })
         })
     })
@@ -96,10 +109,10 @@ fn p10_cylinder_along_its_axis() {
 fn p12_cone_tip_and_other_nappe() {
     judge("P12", 22, 600_000, |rng| {
         let (base, axis) = (
-            exact(rng.in_cube() * 3.0),
-            exact(rng.direction() * rng.uniform(0.3, 4.0)),
+            round_to_f32(rng.sample_cube() * 3.0),
+            round_to_f32(rng.sample_direction() * rng.next_uniform(0.3, 4.0)),
         );
-        let radius = f64::from(rng.uniform(0.05, 3.0) as f32);
+        let radius = f64::from(rng.next_uniform(0.05, 3.0) as f32);
         let cone = Cone::<f32> {
             base: to_scalar::<f32>(base),
             axis: to_scalar::<f32>(axis),
@@ -107,13 +120,16 @@ fn p12_cone_tip_and_other_nappe() {
             top_radius: 0.0,
         };
         let tip = base + axis;
-        let target = match rng.bits() % 3 {
+        let target = match rng.next_bits() % 3 {
             0 => tip,
-            1 => tip + rng.in_cube() * 1e-6,
+            1 => tip + rng.sample_cube() * 1e-6,
             // The opposite nappe: the cone mirrored at its apex.
-            _ => tip + axis * rng.unit() + rng.in_disc(axis.normalize(), radius),
+            _ => tip + axis * rng.next_unit() + rng.sample_disc(axis.normalize(), radius),
         };
-        let ray = ray_towards::<f32>(target + rng.direction() * rng.uniform(1.0, 8.0), target);
+        let ray = ray_towards::<f32>(
+            target + rng.sample_direction() * rng.next_uniform(1.0, 8.0),
+            target,
+        );
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let prepared_ray = PreparedRay::new(ray);
         for side in [Side::Both, Side::Outside, Side::Inside] {
@@ -127,12 +143,15 @@ fn p12_cone_tip_and_other_nappe() {
             if beyond > 4.0 * U * scale {
                 return Verdict::Wrong(format!(
                     "hit {beyond:e} beyond the tip{} {cone:?}",
-                    hex::<f32>(&ray)
+                    format_ray_bits::<f32>(&ray)
                 ));
             }
             let unit = (normal.length() - 1.0).abs() <= 2.0 * U;
             if !unit {
-                return Verdict::Wrong(format!("normal {normal:?}{} {cone:?}", hex::<f32>(&ray)));
+                return Verdict::Wrong(format!(
+                    "normal {normal:?}{} {cone:?}",
+                    format_ray_bits::<f32>(&ray)
+                ));
             }
         }
         Verdict::Right(0.0)
@@ -145,7 +164,8 @@ fn p12_cone_tip_and_other_nappe() {
 fn p13_vanishing_leading_coefficient() {
     for case in ["cone", "hyperboloid"] {
         for deviation in [1e-1, 1e-3, 1e-5, 1e-7, 0.0] {
-            near_root::<f32>(case, deviation, 1e-5, rays(), intersect).expect_right(5_000);
+            judge_near_root::<f32>(case, deviation, 1e-5, rays(), library_intersect)
+                .expect_right(5_000);
         }
     }
 }
@@ -158,7 +178,7 @@ const EXTREMES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
 #[test]
 fn p15_extreme_ellipsoids() {
     for k in EXTREMES {
-        extreme_distance::<f32>(k, 1e-3, rays(), intersect).expect_right(190_000);
+        judge_extreme_distance::<f32>(k, 1e-3, rays(), library_intersect).expect_right(190_000);
     }
 }
 
@@ -166,37 +186,43 @@ fn p15_extreme_ellipsoids() {
 #[test]
 fn p16_extreme_normals() {
     for k in EXTREMES {
-        let outcome = extreme::<f32>(k, 0.98, rays(), |semi, shape, o, d| {
-            let ray = ray::<f32>(o, d);
-            let Some((_, p)) = body(o, d, semi) else {
-                return Verdict::Skip;
+        let outcome = judge_extreme_ellipsoid::<f32>(k, 0.98, rays(), |semi, shape, o, d| {
+            let ray = unnormalised_ray::<f32>(o, d);
+            let Some((_, p)) = intersect_ellipsoid_in_f64(o, d, semi) else {
+                return Verdict::Skipped;
             };
             let gradient = (p / (semi * semi)).normalize();
-            let Some(h) = hit::<f32>(shape, &ray) else {
-                return Verdict::Wrong(format!("missed{}", hex::<f32>(&ray)));
+            let Some(h) = nearest_hit::<f32>(shape, &ray) else {
+                return Verdict::Wrong(format!("missed{}", format_ray_bits::<f32>(&ray)));
             };
             let n = shape.surface(&PreparedRay::new(ray), h).normal.as_dvec3();
             let angle = n.cross(gradient).length().atan2(n.dot(gradient));
-            Verdict::within_bound(angle, 1e-4, || {
-                format!("normal {n:?} instead of {gradient:?}{}", hex::<f32>(&ray))
+            Verdict::from_error(angle, 1e-4, || {
+                format!(
+                    "normal {n:?} instead of {gradient:?}{}",
+                    format_ray_bits::<f32>(&ray)
+                )
             })
-            .and(|| {
-                Verdict::within_bound((n.length() - 1.0).abs(), 2.0 * U, || {
-                    format!("length{}", hex::<f32>(&ray))
+            .and_then(|| {
+                Verdict::from_error((n.length() - 1.0).abs(), 2.0 * U, || {
+                    format!("length{}", format_ray_bits::<f32>(&ray))
                 })
             })
         });
         outcome.expect_right(190_000);
         // Straight at the pole and at the rim.
-        let semi = exact(DVec3::new(1.0, 1.0, k));
+        let semi = round_to_f32(DVec3::new(1.0, 1.0, k));
         let shape = Ellipsoid::<f32> {
             centre: to_scalar::<f32>(DVec3::ZERO),
             semi_axes: to_scalar::<f32>(semi),
         };
         for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
             for sign in [-1.0, 1.0] {
-                let ray = ray::<f32>(axis * (sign * 10.0 * semi.max_element()), axis * -sign);
-                let h = hit::<f32>(&shape, &ray).expect("aimed at the centre");
+                let ray = unnormalised_ray::<f32>(
+                    axis * (sign * 10.0 * semi.max_element()),
+                    axis * -sign,
+                );
+                let h = nearest_hit::<f32>(&shape, &ray).expect("aimed at the centre");
                 let n = shape.surface(&PreparedRay::new(ray), h).normal.as_dvec3();
                 assert!(
                     n.distance(axis * sign) <= 2.0 * U,
@@ -213,17 +239,17 @@ fn p16_extreme_normals() {
 fn textbook_loses_vanishing_coefficients_and_extremes() {
     let [hyperboloid, cone] = ["hyperboloid", "cone"].map(|case| {
         textbook_share([
-            near_root(case, 1e-7, 1e-5, rays(), textbook::intersect),
-            near_root::<f32>(case, 1e-7, 1e-5, rays(), intersect),
-            near_root::<f64>(case, 1e-7, 1e-5, rays(), intersect),
+            judge_near_root(case, 1e-7, 1e-5, rays(), textbook::intersect),
+            judge_near_root::<f32>(case, 1e-7, 1e-5, rays(), library_intersect),
+            judge_near_root::<f64>(case, 1e-7, 1e-5, rays(), library_intersect),
         ])
     });
     let worst = hyperboloid.max(cone);
     assert!(worst > 0.2, "P13 at 1e-7: only {worst} wrong");
     let extreme = textbook_share([
-        extreme_distance(1e-3, 1e-2, rays(), textbook::intersect),
-        extreme_distance::<f32>(1e-3, 1e-2, rays(), intersect),
-        extreme_distance::<f64>(1e-3, 1e-2, rays(), intersect),
+        judge_extreme_distance(1e-3, 1e-2, rays(), textbook::intersect),
+        judge_extreme_distance::<f32>(1e-3, 1e-2, rays(), library_intersect),
+        judge_extreme_distance::<f64>(1e-3, 1e-2, rays(), library_intersect),
     ]);
     assert!(extreme > 0.1, "P15 at 1e-3: only {extreme} wrong");
 }

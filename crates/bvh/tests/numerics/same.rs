@@ -9,12 +9,14 @@ use raywright_bvh::{
 };
 
 use super::stated::shapes;
-use super::support::{CaseRng, Expect, Verdict, exact, hex, judge, ray_towards, to_scalar};
+use super::support::{
+    CaseRng, Expect, Verdict, format_ray_bits, judge, ray_towards, round_to_f32, to_scalar,
+};
 
 /// Visibility that passes every hit to the filter.
 const ASKED: Visibility = Visibility {
     side: Side::Both,
-    occlusion: Occlusion::Ask,
+    occlusion: Occlusion::Filtered,
 };
 
 /// All hits passed to an any-hit filter, sorted.
@@ -25,10 +27,10 @@ fn offered<R: Real>(
 ) -> Vec<([u32; 3], u64)> {
     let mut all = vec![];
     let mut refuse = |h: &raywright_bvh::Hit<R>| {
-        all.push((h.order(), h.t.to_f64().to_bits()));
+        all.push((h.tie_order(), h.t.to_f64().to_bits()));
         false
     };
-    assert!(!geometry.any(ray, range, &mut refuse, &mut ()));
+    assert!(!geometry.occluded(ray, range, &mut refuse, &mut ()));
     all.sort_unstable();
     all
 }
@@ -76,7 +78,7 @@ fn agree<R: Real>(
                     if hit != nearest || among != hits {
                         return Verdict::Wrong(format!(
                             "{i}: {hit:?} for {nearest:?}, {among:?} for {hits:?}{}",
-                            hex::<R>(&ray)
+                            format_ray_bits::<R>(&ray)
                         ));
                     }
                 }
@@ -98,15 +100,15 @@ fn agree_everywhere<R: Real>() {
             group.add_shape(torus.into(), ASKED).expect("finite");
         }
         agree(&format!("tori from {away}"), &group, 40_000, |rng| {
-            let origin = exact(rng.direction() * away);
-            ray_towards::<R>(origin, rng.in_cube() * 2.0)
+            let origin = round_to_f32(rng.sample_direction() * away);
+            ray_towards::<R>(origin, rng.sample_cube() * 2.0)
         });
     }
     // False hits before the shape: spheres too far away for a textbook formula.
     let mut group = PrimitiveSet::<R>::default();
     let rng = &mut CaseRng::new(401, 0);
     let balls: Vec<DVec3> = (0..40)
-        .map(|_| exact(rng.direction() * (300.0 * 1000_f64.powf(rng.unit()))))
+        .map(|_| round_to_f32(rng.sample_direction() * (300.0 * 1000_f64.powf(rng.next_unit()))))
         .collect();
     for &centre in &balls {
         let ball = Sphere {
@@ -116,8 +118,8 @@ fn agree_everywhere<R: Real>() {
         group.add_sphere(ball, ASKED).expect("finite");
     }
     agree("far spheres", &group, 80_000, |rng| {
-        let target = rng.choose(&balls) + rng.in_cube() * 1.2;
-        ray_towards::<R>(rng.in_cube(), target)
+        let target = rng.choose(&balls) + rng.sample_cube() * 1.2;
+        ray_towards::<R>(rng.sample_cube(), target)
     });
 }
 
@@ -175,24 +177,27 @@ fn family<R: Real>() -> PrimitiveSet<R> {
 fn passing<R: Real>(rng: &mut CaseRng, bounds: &[raywright_bvh::Aabb]) -> Ray<R> {
     let away = rng.choose(&[3.0, 30.0, 300.0, 3000.0, 1e4]);
     let b = rng.choose(bounds);
-    if rng.unit() < 0.5 {
+    if rng.next_unit() < 0.5 {
         return ray_towards::<R>(
-            b.centre() + rng.direction() * away,
-            b.centre() + rng.in_cube() * b.extent() * 0.55,
+            b.centre() + rng.sample_direction() * away,
+            b.centre() + rng.sample_cube() * b.extent() * 0.55,
         );
     }
-    let (axis, side) = ((rng.bits() % 3) as usize, (rng.bits() % 2) as usize);
+    let (axis, side) = (
+        (rng.next_bits() % 3) as usize,
+        (rng.next_bits() % 2) as usize,
+    );
     let (along, across) = ((axis + 1 + side) % 3, (axis + 2 - side) % 3);
     let mut start = b.centre();
-    let edge = if rng.sign() > 0.0 {
+    let edge = if rng.next_sign() > 0.0 {
         b.max[axis]
     } else {
         b.min[axis]
     };
-    start[axis] = edge * (1.0 + rng.uniform(-4.0, 4.0) * f64::from(f32::EPSILON));
-    start[across] += b.extent()[across] * 1e-3 * rng.uniform(-1.0, 1.0);
+    start[axis] = edge * (1.0 + rng.next_uniform(-4.0, 4.0) * f64::from(f32::EPSILON));
+    start[across] += b.extent()[across] * 1e-3 * rng.next_uniform(-1.0, 1.0);
     let mut direction = DVec3::ZERO;
-    direction[along] = rng.sign();
+    direction[along] = rng.next_sign();
     Ray::new(
         to_scalar::<R>(start - direction * away),
         to_scalar::<R>(direction),
@@ -259,15 +264,15 @@ fn grazing_agrees<R: Real>() {
             &group,
             40_000,
             |rng| {
-                let axis = (rng.bits() % 3) as usize;
+                let axis = (rng.next_bits() % 3) as usize;
                 let (side, across) = ((axis + 1) % 3, (axis + 2) % 3);
-                let mut start =
-                    rng.choose(&centres) + DVec3::splat(4.0) * f64::from(rng.bits() as u32 % 2);
-                start[side] +=
-                    rng.sign() * (1.0 + 10_f64.powf(rng.uniform(-9.0, -2.0)) * rng.sign());
-                start[across] += 10_f64.powf(rng.uniform(-9.0, -1.0)) * rng.sign();
+                let mut start = rng.choose(&centres)
+                    + DVec3::splat(4.0) * f64::from(rng.next_bits() as u32 % 2);
+                start[side] += rng.next_sign()
+                    * (1.0 + 10_f64.powf(rng.next_uniform(-9.0, -2.0)) * rng.next_sign());
+                start[across] += 10_f64.powf(rng.next_uniform(-9.0, -1.0)) * rng.next_sign();
                 let mut direction = DVec3::ZERO;
-                direction[axis] = rng.sign();
+                direction[axis] = rng.next_sign();
                 Ray::new(
                     to_scalar::<R>(start - direction * far),
                     to_scalar::<R>(direction),

@@ -9,7 +9,7 @@ use raywright_bvh::{
 };
 
 use super::stated::sized;
-use super::support::{CaseRng, Expect, Verdict, exact, hex, judge, to_scalar};
+use super::support::{CaseRng, Expect, Verdict, format_ray_bits, judge, round_to_f32, to_scalar};
 
 /// Exponents of two from about 1e-9 to 1e9.
 const EXPONENTS: [i32; 8] = [-30, -20, -7, -1, 1, 7, 20, 30];
@@ -21,7 +21,7 @@ fn said<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>, size: f64) -> Option<[f64; 1
     let hit = shape.intersect(&prepared_ray, Interval::positive(), Side::Both)?;
     let (surface, parameters) = (
         shape.surface(&prepared_ray, hit),
-        shape.parameters(&prepared_ray, hit),
+        shape.texture_coordinates(&prepared_ray, hit),
     );
     let (p, n) = (surface.point.to_f64() / size, surface.normal.to_f64());
     let [t, u, v] = [hit.t, hit.u, hit.v].map(Real::to_f64);
@@ -51,14 +51,14 @@ fn said<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>, size: f64) -> Option<[f64; 1
 
 /// A ray at the shapes from one to a thousand sizes away, some along an axis.
 fn aimed(rng: &mut CaseRng) -> (DVec3, DVec3) {
-    let target = rng.in_cube() * 1.5;
-    let direction = if rng.bits().is_multiple_of(4) {
-        DVec3::AXES[rng.index() as usize % 3] * rng.sign()
+    let target = rng.sample_cube() * 1.5;
+    let direction = if rng.next_bits().is_multiple_of(4) {
+        DVec3::AXES[rng.ray_index() as usize % 3] * rng.next_sign()
     } else {
-        rng.direction()
+        rng.sample_direction()
     };
-    let origin = exact(target - direction * 10_f64.powf(rng.uniform(0.3, 3.0)));
-    (origin, exact(direction))
+    let origin = round_to_f32(target - direction * 10_f64.powf(rng.next_uniform(0.3, 3.0)));
+    (origin, round_to_f32(direction))
 }
 
 fn each_shape<R: Real>() {
@@ -81,8 +81,11 @@ fn each_shape<R: Real>() {
                     said::<R>(&scaled, &other, size),
                 );
                 let bits = |s: Option<[f64; 12]>| s.map(|s| s.map(f64::to_bits));
-                Verdict::holds(bits(expected) == bits(got), || {
-                    format!("{got:?} instead of {expected:?}{}", hex::<R>(&ray))
+                Verdict::from_condition(bits(expected) == bits(got), || {
+                    format!(
+                        "{got:?} instead of {expected:?}{}",
+                        format_ray_bits::<R>(&ray)
+                    )
                 })
             })
             .expect_right(3000);
@@ -104,7 +107,7 @@ fn crowd<R: Real>(size: f64) -> Geometry<R> {
     for (name, shape) in sized::<R>(size) {
         if let AnyShape::Sphere(s) = shape {
             for i in 0..40_u32 {
-                let position = exact(
+                let position = round_to_f32(
                     DVec3::new(f64::from(i % 4), f64::from(i / 4 % 4), f64::from(i / 16)) * 0.7,
                 ) * size;
                 let ball = Sphere {
@@ -151,7 +154,7 @@ fn powers_of_two_change_no_bit_of_a_tree() {
                         ))
                     };
                     let (expected, got) = (found(&plain, 1.0), found(&scaled, size));
-                    Verdict::holds(expected == got, || {
+                    Verdict::from_condition(expected == got, || {
                         format!("{got:?} instead of {expected:?}")
                     })
                 },

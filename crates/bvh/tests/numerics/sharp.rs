@@ -8,17 +8,18 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 use super::edged::{EdgedShape, edged, round};
 use super::mapped::solved;
 use super::support::{
-    CaseRng, Expect, Outcome, Verdict, exact, hex, judge, ray_towards, to_scalar,
+    CaseOutcome, CaseRng, Expect, Verdict, format_ray_bits, judge, ray_towards, round_to_f32,
+    to_scalar,
 };
 
 /// A map that flattens by a factor in a random direction, with rotation and translation.
 pub fn flattening(rng: &mut CaseRng, by: f64) -> DAffine3 {
-    let n = rng.direction();
+    let n = rng.sample_direction();
     let squeeze = DMat3::IDENTITY + DMat3::from_cols(n * n.x, n * n.y, n * n.z) * (by - 1.0);
-    let turn = DMat3::from_axis_angle(rng.direction(), rng.uniform(0.0, 6.0));
+    let turn = DMat3::from_axis_angle(rng.sample_direction(), rng.next_uniform(0.0, 6.0));
     DAffine3 {
         matrix3: turn * squeeze,
-        translation: exact(rng.in_cube() * rng.choose(&[0.0, 0.5, 10.0, 1000.0])),
+        translation: round_to_f32(rng.sample_cube() * rng.choose(&[0.0, 0.5, 10.0, 1000.0])),
     }
 }
 
@@ -46,7 +47,7 @@ const MAPPED: f64 = 2048.0;
 
 /// Rays to both sides from hits near edges, under maps that flatten by a factor; without a map for
 /// the factor one.
-fn starts<R: Real>(edged: &EdgedShape<R>, by: f64) -> Outcome {
+fn starts<R: Real>(edged: &EdgedShape<R>, by: f64) -> CaseOutcome {
     let EdgedShape {
         name,
         shape,
@@ -63,39 +64,39 @@ fn starts<R: Real>(edged: &EdgedShape<R>, by: f64) -> Outcome {
         50_000,
         |rng| {
             let map = if by == 1.0 {
-                DAffine3::from_translation(rng.in_cube().round())
+                DAffine3::from_translation(rng.sample_cube().round())
             } else {
                 flattening(rng, by)
             };
             let transformed_shape =
                 TransformedShape::<R>::new(*shape, map).expect("an invertible map");
-            let off = 10_f64.powf(rng.uniform(-9.0, -0.5));
-            let target = map.transform_point3(edge(rng) + rng.in_cube() * off);
+            let off = 10_f64.powf(rng.next_uniform(-9.0, -0.5));
+            let target = map.transform_point3(edge(rng) + rng.sample_cube() * off);
             let ray = ray_towards::<R>(
-                target + rng.direction() * rng.choose(&[0.5, 3.0, 30.0]),
+                target + rng.sample_direction() * rng.choose(&[0.5, 3.0, 30.0]),
                 target,
             );
             let prepared_ray = PreparedRay::new(ray);
             let Some(hit) =
                 transformed_shape.intersect(&prepared_ray, Interval::positive(), Side::Both)
             else {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             };
             let surface = transformed_shape
-                .locate(&prepared_ray, hit)
+                .locate_surface_point(&prepared_ray, hit)
                 .to_scalar::<R>();
             if is_thin::<R>(edged.ball, by, surface.point.to_f64(), hit.t.to_f64()) {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             }
             let normal = surface.normal.to_f64();
             for direction in [normal, -normal] {
-                let start = surface.spawn(to_scalar::<R>(direction)).to_f64();
+                let start = surface.spawn_ray_origin(to_scalar::<R>(direction)).to_f64();
                 let inward = direction == -normal;
                 let above = height(back(map, start));
                 if (above < 0.0) != inward {
                     return Verdict::Wrong(format!(
                         "{above:e} above, inward {inward}, {surface:?} {map:?}{}",
-                        hex::<R>(&ray)
+                        format_ray_bits::<R>(&ray)
                     ));
                 }
             }
@@ -139,9 +140,10 @@ fn s05_starts_beside_seams_are_on_the_right_side() {
                 421,
                 100_000,
                 |rng| {
-                    let target = edge(rng) + rng.in_cube() * 10_f64.powf(rng.uniform(-9.0, -0.5));
+                    let target =
+                        edge(rng) + rng.sample_cube() * 10_f64.powf(rng.next_uniform(-9.0, -0.5));
                     let ray = ray_towards::<R>(
-                        target + rng.direction() * rng.choose(&[0.5, 3.0, 30.0]),
+                        target + rng.sample_direction() * rng.choose(&[0.5, 3.0, 30.0]),
                         target,
                     );
                     let prepared_ray = PreparedRay::new(ray);
@@ -151,13 +153,16 @@ fn s05_starts_beside_seams_are_on_the_right_side() {
                         Interval::positive(),
                         Side::Both,
                     );
-                    let Some(hit) = hit else { return Verdict::Skip };
+                    let Some(hit) = hit else {
+                        return Verdict::Skipped;
+                    };
                     let surface = raywright_bvh::Shape::surface(shape, &prepared_ray, hit);
                     let normal = surface.normal.to_f64();
-                    let above = [normal, -normal]
-                        .map(|direction| height(surface.spawn(to_scalar::<R>(direction)).to_f64()));
-                    Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || {
-                        format!("{above:?} {surface:?}{}", hex::<R>(&ray))
+                    let above = [normal, -normal].map(|direction| {
+                        height(surface.spawn_ray_origin(to_scalar::<R>(direction)).to_f64())
+                    });
+                    Verdict::from_condition(above[0] > 0.0 && above[1] < 0.0, || {
+                        format!("{above:?} {surface:?}{}", format_ray_bits::<R>(&ray))
                     })
                 },
             )
@@ -184,7 +189,7 @@ fn far_starts_are_outside() {
                 422,
                 40_000,
                 |rng| {
-                    let centre = exact(rng.direction() * far);
+                    let centre = round_to_f32(rng.sample_direction() * far);
                     // Large enough to be resolved at that distance.
                     let size = if R::ROUNDOFF == real(super::support::U) {
                         f64::from((far * 1e-3).max(1.0) as f32)
@@ -192,7 +197,7 @@ fn far_starts_are_outside() {
                         1.0
                     };
                     let (c, axis) = (to_scalar::<R>(centre), to_scalar::<R>(DVec3::Y));
-                    let ring = rng.sign() > 0.0;
+                    let ring = rng.next_sign() > 0.0;
                     let shape: AnyShape<R> = if ring {
                         Torus {
                             centre: c,
@@ -209,8 +214,8 @@ fn far_starts_are_outside() {
                         .into()
                     };
                     let ray = ray_towards::<R>(
-                        centre + rng.direction() * size * 4.0,
-                        centre + rng.in_cube() * size,
+                        centre + rng.sample_direction() * size * 4.0,
+                        centre + rng.sample_cube() * size,
                     );
                     let prepared_ray = PreparedRay::new(ray);
                     let hit = raywright_bvh::Shape::intersect(
@@ -219,7 +224,9 @@ fn far_starts_are_outside() {
                         Interval::positive(),
                         Side::Both,
                     );
-                    let Some(hit) = hit else { return Verdict::Skip };
+                    let Some(hit) = hit else {
+                        return Verdict::Skipped;
+                    };
                     let surface = raywright_bvh::Shape::surface(&shape, &prepared_ray, hit);
                     let above = |p: DVec3| {
                         let q = p - centre;
@@ -231,10 +238,11 @@ fn far_starts_are_outside() {
                         }
                     };
                     let normal = surface.normal.to_f64();
-                    let above = [normal, -normal]
-                        .map(|direction| above(surface.spawn(to_scalar::<R>(direction)).to_f64()));
-                    Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || {
-                        format!("{above:?} {surface:?}{}", hex::<R>(&ray))
+                    let above = [normal, -normal].map(|direction| {
+                        above(surface.spawn_ray_origin(to_scalar::<R>(direction)).to_f64())
+                    });
+                    Verdict::from_condition(above[0] > 0.0 && above[1] < 0.0, || {
+                        format!("{above:?} {surface:?}{}", format_ray_bits::<R>(&ray))
                     })
                 },
             )
@@ -262,13 +270,13 @@ fn starts_under_ill_conditioned_maps_are_clear() {
                 423,
                 20_000,
                 |rng| {
-                    let by = 10_f64.powf(rng.uniform(-6.0, -3.0));
+                    let by = 10_f64.powf(rng.next_uniform(-6.0, -3.0));
                     let map = flattening(rng, by);
                     let transformed_shape =
                         TransformedShape::<R>::new(edged.shape, map).expect("an invertible map");
-                    let target = map.transform_point3(rng.in_cube() * 0.5);
+                    let target = map.transform_point3(rng.sample_cube() * 0.5);
                     let ray = ray_towards::<R>(
-                        target + rng.direction() * rng.choose(&[1.0, 30.0]),
+                        target + rng.sample_direction() * rng.choose(&[1.0, 30.0]),
                         target,
                     );
                     let prepared_ray = PreparedRay::new(ray);
@@ -277,22 +285,25 @@ fn starts_under_ill_conditioned_maps_are_clear() {
                         Interval::positive(),
                         Side::Outside,
                     ) else {
-                        return Verdict::Skip;
+                        return Verdict::Skipped;
                     };
                     let surface = transformed_shape
-                        .locate(&prepared_ray, hit)
+                        .locate_surface_point(&prepared_ray, hit)
                         .to_scalar::<R>();
                     if is_thin::<R>(edged.ball, by, surface.point.to_f64(), hit.t.to_f64()) {
-                        return Verdict::Skip;
+                        return Verdict::Skipped;
                     }
                     for _ in 0..20 {
-                        let d = exact(rng.direction());
+                        let d = round_to_f32(rng.sample_direction());
                         let d = if surface.normal.to_f64().dot(d) < 0.0 {
                             -d
                         } else {
                             d
                         };
-                        let leaving = Ray::new(surface.spawn(to_scalar::<R>(d)), to_scalar::<R>(d));
+                        let leaving = Ray::new(
+                            surface.spawn_ray_origin(to_scalar::<R>(d)),
+                            to_scalar::<R>(d),
+                        );
                         if let Some(again) = transformed_shape.intersect(
                             &PreparedRay::new(leaving),
                             Interval::positive(),
@@ -300,7 +311,7 @@ fn starts_under_ill_conditioned_maps_are_clear() {
                         ) {
                             return Verdict::Wrong(format!(
                                 "{again:?} {surface:?} {map:?}{}",
-                                hex::<R>(&leaving)
+                                format_ray_bits::<R>(&leaving)
                             ));
                         }
                     }
@@ -355,8 +366,9 @@ fn tips_point_outwards() {
                 // Origins beside the apex, above and below the wall.
                 let inside =
                     |p: DVec3| 1.0 - p.y * up - 2.0 * DVec3::new(p.x, 0.0, p.z).length() > 0.0;
-                let inward = [normal, -normal]
-                    .map(|direction| inside(surface.spawn(to_scalar::<R>(direction)).to_f64()));
+                let inward = [normal, -normal].map(|direction| {
+                    inside(surface.spawn_ray_origin(to_scalar::<R>(direction)).to_f64())
+                });
                 assert!(
                     inward == [false, true],
                     "{inward:?} beside the tip of {cone:?}"

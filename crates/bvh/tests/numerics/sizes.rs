@@ -9,7 +9,9 @@ use raywright_bvh::shapes::{
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
 use super::stated::shapes;
-use super::support::{CaseRng, Expect, Verdict, exact, hex, judge, ray_towards, to_scalar};
+use super::support::{
+    CaseRng, Expect, Verdict, format_ray_bits, judge, ray_towards, round_to_f32, to_scalar,
+};
 
 /// The shape with all lengths multiplied by a power of two, which is exact.
 fn times<R: Real>(shape: &AnyShape<R>, by: f64) -> AnyShape<R> {
@@ -94,8 +96,8 @@ fn times<R: Real>(shape: &AnyShape<R>, by: f64) -> AnyShape<R> {
 
 /// A ray at a shape of unit size at the origin, and the same ray in a scaled world.
 fn rays<R: Real>(rng: &mut CaseRng, by: f64) -> (Ray<R>, Ray<R>) {
-    let origin = rng.direction() * rng.choose(&[3.0, 10.0, 100.0]);
-    let ray = ray_towards::<R>(origin, rng.in_cube() * 1.2);
+    let origin = rng.sample_direction() * rng.choose(&[3.0, 10.0, 100.0]);
+    let ray = ray_towards::<R>(origin, rng.sample_cube() * 1.2);
     (ray, Ray::new(ray.origin * R::from_f64(by), ray.direction))
 }
 
@@ -121,8 +123,8 @@ fn alike<R: Real>() {
             410,
             3000,
             |rng| {
-                let seed = rng.bits();
-                let mut verdict = Verdict::Skip;
+                let seed = rng.next_bits();
+                let mut verdict = Verdict::Skipped;
                 for (by, shape, placed_transformed_shape) in &larger {
                     let (ray, scaled) = rays::<R>(&mut CaseRng::new(seed, 0), *by);
                     let (prepared_ray, many) = (PreparedRay::new(ray), PreparedRay::new(scaled));
@@ -146,7 +148,7 @@ fn alike<R: Real>() {
                     if t(hit, 1.0) != t(expected, *by) || t(hit_mapped, 1.0) != t(mapped, *by) {
                         return Verdict::Wrong(format!(
                             "{hit:?}, {hit_mapped:?} at {by:e}, {expected:?}, {mapped:?} at one{}",
-                            hex::<R>(&ray)
+                            format_ray_bits::<R>(&ray)
                         ));
                     }
                     let (Some(hit), Some(expected)) = (hit, expected) else {
@@ -165,7 +167,7 @@ fn alike<R: Real>() {
                     if !same {
                         return Verdict::Wrong(format!(
                             "{there:?} at {by:e}, {here:?} at one{}",
-                            hex::<R>(&ray)
+                            format_ray_bits::<R>(&ray)
                         ));
                     }
                     verdict = Verdict::Right(0.0);
@@ -189,9 +191,12 @@ fn count_hits<R: Real>(make: impl Fn(f64) -> AnyShape<R>, size: f64) -> usize {
     let shape = make(size);
     let meets = |i: u64| {
         let rng = &mut CaseRng::new(411, i);
-        let (origin, target) = (rng.direction() * 4.0 * size, rng.in_cube() * 0.9 * size);
+        let (origin, target) = (
+            rng.sample_direction() * 4.0 * size,
+            rng.sample_cube() * 0.9 * size,
+        );
         let ray = Ray::<R>::new(
-            to_scalar::<R>(exact(origin)),
+            to_scalar::<R>(round_to_f32(origin)),
             to_scalar::<R>((target - origin).normalize()),
         );
         shape

@@ -14,17 +14,18 @@ use raywright_bvh::{
 use raywright_bvh::stability::textbook;
 
 use super::support::{
-    CaseRng, Expect, Outcome, U, Verdict, exact, hex, judge, ray_towards, to_scalar,
+    CaseOutcome, CaseRng, Expect, U, Verdict, format_ray_bits, judge, ray_towards, round_to_f32,
+    to_scalar,
 };
 
 /// ± a power of ten with an exponent uniform in ±`decades`.
 fn power(rng: &mut CaseRng, decades: f64) -> f64 {
-    10_f64.powf(rng.uniform(-decades, decades)) * rng.sign()
+    10_f64.powf(rng.next_uniform(-decades, decades)) * rng.next_sign()
 }
 
 /// A point with coordinates of any magnitude from 1e-8 to 1e8.
 fn anywhere(rng: &mut CaseRng) -> DVec3 {
-    exact(DVec3::new(
+    round_to_f32(DVec3::new(
         power(rng, 8.0),
         power(rng, 8.0),
         power(rng, 8.0),
@@ -52,7 +53,7 @@ fn convex(rng: &mut CaseRng, kind: usize) -> AnyShape<f32> {
     let centre = point.as_vec3();
     let size = |rng: &mut CaseRng| power(rng, 4.0).abs() as f32;
     let (radius, other) = (size(rng), size(rng));
-    let direction = rng.direction();
+    let direction = rng.sample_direction();
     let axis = (direction * f64::from(size(rng))).as_vec3();
     match CONVEX[kind] {
         "sphere" => Sphere { centre, radius }.into(),
@@ -78,8 +79,8 @@ fn convex(rng: &mut CaseRng, kind: usize) -> AnyShape<f32> {
         .into(),
         "quad" => Quad::new(
             point,
-            rng.in_cube() * f64::from(radius),
-            rng.in_cube() * f64::from(other),
+            rng.sample_cube() * f64::from(radius),
+            rng.sample_cube() * f64::from(other),
         )
         .into(),
         "ellipsoid" => Ellipsoid {
@@ -88,7 +89,7 @@ fn convex(rng: &mut CaseRng, kind: usize) -> AnyShape<f32> {
         }
         .into(),
         "triangle" => Triangle::new(
-            [DVec3::ZERO, rng.in_cube(), rng.in_cube()]
+            [DVec3::ZERO, rng.sample_cube(), rng.sample_cube()]
                 .map(|p| (point + p * f64::from(radius)).as_vec3()),
         )
         .into(),
@@ -132,32 +133,35 @@ fn meets_again(
 ) -> Option<String> {
     let normal = surface.normal.as_dvec3();
     for _ in 0..1000 {
-        let d = exact(rng.direction());
+        let d = round_to_f32(rng.sample_direction());
         let d = if normal.dot(d) < 0.0 { -d } else { d };
-        let ray = Ray::new(surface.spawn(d.as_vec3()), d.as_vec3());
+        let ray = Ray::new(surface.spawn_ray_origin(d.as_vec3()), d.as_vec3());
         if let Some(t) = hit(&ray, Interval::positive()) {
-            return Some(format!("hit again at {t:e}{}", hex::<f32>(&ray)));
+            return Some(format!(
+                "hit again at {t:e}{}",
+                format_ray_bits::<f32>(&ray)
+            ));
         }
         let target = anywhere(rng);
         let across = target - surface.point.as_dvec3();
         // Beyond the tangent plane the surface itself would occlude the target; the target is
         // mirrored and rounded to f32, so the sign is checked again.
         let target = if normal.dot(across) < 0.0 {
-            exact(surface.point.as_dvec3() - across)
+            round_to_f32(surface.point.as_dvec3() - across)
         } else {
             target
         };
         if normal.dot(target - surface.point.as_dvec3()) <= f64::from(surface.error) * 4.0 {
             continue;
         }
-        let Some((ray, range)) = surface.spawn_to(target.as_vec3()) else {
+        let Some((ray, range)) = surface.spawn_ray_to_point(target.as_vec3()) else {
             continue;
         };
         if let Some(t) = hit(&ray, range) {
             return Some(format!(
                 "in its own shadow at {t:e} of {:e}{}",
                 range.max,
-                hex::<f32>(&ray)
+                format_ray_bits::<f32>(&ray)
             ));
         }
     }
@@ -172,13 +176,14 @@ fn arrival(
     bounds: raywright_bvh::Aabb,
 ) -> Option<Ray<f32>> {
     (0..1000).find_map(|i| {
-        let target = bounds.min + bounds.extent() * DVec3::new(rng.unit(), rng.unit(), rng.unit());
+        let target = bounds.min
+            + bounds.extent() * DVec3::new(rng.next_unit(), rng.next_unit(), rng.next_unit());
         // From random origins first, then from nearby, for shapes too small to be hit from far
         // away.
         let origin = if i < 200 {
             anywhere(rng)
         } else {
-            target + rng.direction() * (bounds.extent().length() * 4.0)
+            target + rng.sample_direction() * (bounds.extent().length() * 4.0)
         };
         let ray = ray_towards::<f32>(origin, target);
         shape(&ray).map(|_| ray)
@@ -192,7 +197,7 @@ fn s01_no_acne_on_convex_shapes() {
         judge(&format!("S01 {name}"), 80 + kind as u64, 3000, |rng| {
             let shape = convex(rng, kind);
             if !shape.is_finite() {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             }
             let any_side = |ray: &Ray<f32>, range| {
                 shape
@@ -205,7 +210,7 @@ fn s01_no_acne_on_convex_shapes() {
                     .map(|h| h.t)
             };
             let Some(ray) = arrival(rng, &outer, shape.bounds().expect("bounded")) else {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             };
             let prepared_ray = PreparedRay::new(ray);
             let hit = shape
@@ -213,8 +218,11 @@ fn s01_no_acne_on_convex_shapes() {
                 .expect("it arrived");
             let surface = shape.surface(&prepared_ray, hit);
             let again = meets_again(rng, &surface, any_side);
-            Verdict::holds(again.is_none(), || {
-                format!("{again:?} {surface:?} {shape:?} from{}", hex::<f32>(&ray))
+            Verdict::from_condition(again.is_none(), || {
+                format!(
+                    "{again:?} {surface:?} {shape:?} from{}",
+                    format_ray_bits::<f32>(&ray)
+                )
             })
         })
         .expect_right(1000);
@@ -233,18 +241,22 @@ fn s01_no_acne_on_mapped_shapes() {
             |rng| {
                 let shape = convex(rng, kind);
                 let stretch = DVec3::from_array(core::array::from_fn(|_| power(rng, 2.0)));
-                let map = DAffine3::from_axis_angle(rng.direction(), rng.uniform(0.0, 6.0))
-                    * DAffine3::from_scale(stretch)
-                    * DAffine3::from_axis_angle(rng.direction(), rng.uniform(0.0, 6.0))
-                    * DAffine3::from_translation(rng.direction() * power(rng, 4.0));
+                let map =
+                    DAffine3::from_axis_angle(rng.sample_direction(), rng.next_uniform(0.0, 6.0))
+                        * DAffine3::from_scale(stretch)
+                        * DAffine3::from_axis_angle(
+                            rng.sample_direction(),
+                            rng.next_uniform(0.0, 6.0),
+                        )
+                        * DAffine3::from_translation(rng.sample_direction() * power(rng, 4.0));
                 let Some(transformed_shape) = TransformedShape::<f32>::new(shape, map) else {
-                    return Verdict::Skip;
+                    return Verdict::Skipped;
                 };
                 let Some(bounds) = transformed_shape
                     .bounds()
-                    .filter(|b| shape.is_finite() && b.padded().is_some())
+                    .filter(|b| shape.is_finite() && b.to_padded().is_some())
                 else {
-                    return Verdict::Skip;
+                    return Verdict::Skipped;
                 };
                 let any_side = |ray: &Ray<f32>, range| {
                     transformed_shape
@@ -257,20 +269,20 @@ fn s01_no_acne_on_mapped_shapes() {
                         .map(|h| h.t)
                 };
                 let Some(ray) = arrival(rng, &outer, bounds) else {
-                    return Verdict::Skip;
+                    return Verdict::Skipped;
                 };
                 let prepared_ray = PreparedRay::new(ray);
                 let hit = transformed_shape
                     .intersect(&prepared_ray, Interval::positive(), Side::Outside)
                     .expect("it arrived");
                 let surface = transformed_shape
-                    .locate(&prepared_ray, hit)
+                    .locate_surface_point(&prepared_ray, hit)
                     .to_scalar::<f32>();
                 let again = meets_again(rng, &surface, any_side);
-                Verdict::holds(again.is_none(), || {
+                Verdict::from_condition(again.is_none(), || {
                     format!(
                         "{again:?} {surface:?} {shape:?} {map:?} from{}",
-                        hex::<f32>(&ray)
+                        format_ray_bits::<f32>(&ray)
                     )
                 })
             },
@@ -339,27 +351,27 @@ fn hidden(p: DVec3, light: DVec3, primitive: u32, s: f64) -> (bool, f64) {
 
 /// Rays at floor and sphere, many near the contact, each with a shadow ray to a light: a false
 /// shadow is acne, a missing shadow a leak.
-fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<HitRecord> + Sync) -> Outcome {
+fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<HitRecord> + Sync) -> CaseOutcome {
     judge(&format!("S02 at {s:e}"), 120, 200_000, |rng| {
-        let angle = rng.unit() * core::f64::consts::TAU;
+        let angle = rng.next_unit() * core::f64::consts::TAU;
         let round = DVec3::new(angle.cos(), 0.0, angle.sin());
-        let target = if rng.sign() > 0.0 {
-            round * (s * 10_f64.powf(rng.uniform(-2.7, 0.6)))
+        let target = if rng.next_sign() > 0.0 {
+            round * (s * 10_f64.powf(rng.next_uniform(-2.7, 0.6)))
         } else {
-            DVec3::Y * s + rng.direction() * (0.999 * s)
+            DVec3::Y * s + rng.sample_direction() * (0.999 * s)
         };
-        let mut out = rng.direction();
+        let mut out = rng.sample_direction();
         out.y = out.y.abs() + 0.05;
-        let ray = ray_towards::<f32>(target + out * (s * rng.uniform(2.0, 10.0)), target);
+        let ray = ray_towards::<f32>(target + out * (s * rng.next_uniform(2.0, 10.0)), target);
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         if (o - DVec3::Y * s).length() <= s {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         }
-        let mut above = rng.direction() * (s * rng.uniform(3.0, 10.0));
+        let mut above = rng.sample_direction() * (s * rng.next_uniform(3.0, 10.0));
         above.y = above.y.abs() + 0.01 * s;
-        let light = exact(above);
+        let light = round_to_f32(above);
         let Some(hit_record) = see(&ray, light) else {
-            return Verdict::Skip;
+            return Verdict::Skipped;
         };
         let (expected, margin) = hidden(
             hit_point(o, d, hit_record.object, s),
@@ -369,19 +381,19 @@ fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<HitRecord> + Sy
         );
         let scale = o.length().max(light.length());
         if margin <= 16.0 * U * (scale + o.abs().max_element()) {
-            return Verdict::Band;
+            return Verdict::Undecidable;
         }
         let Some(got) = hit_record.hidden else {
-            return Verdict::Wrong(format!("no shadow ray{}", hex::<f32>(&ray)));
+            return Verdict::Wrong(format!("no shadow ray{}", format_ray_bits::<f32>(&ray)));
         };
         // A surface facing away from the light is dark without a ray.
         let got = got || hit_record.normal.dot(light - hit_record.point) < 0.0;
         let label = if got { "acne" } else { "leak" };
-        Verdict::holds(got == expected, || {
+        Verdict::from_condition(got == expected, || {
             format!(
                 "{label} on {} by {margin:e}{}",
                 hit_record.object,
-                hex::<f32>(&ray)
+                format_ray_bits::<f32>(&ray)
             )
         })
     })
@@ -395,9 +407,9 @@ fn s02_shadows_at_every_scale() {
         let see = |ray: &Ray<f32>, light: DVec3| {
             let hit = geometry.closest(ray, Interval::positive(), &mut ())?;
             let surface = geometry.surface(ray, &hit);
-            let shadow = surface.spawn_to(light.as_vec3());
-            let hidden =
-                shadow.map(|(shadow, range)| geometry.any(&shadow, range, &mut |_| true, &mut ()));
+            let shadow = surface.spawn_ray_to_point(light.as_vec3());
+            let hidden = shadow
+                .map(|(shadow, range)| geometry.occluded(&shadow, range, &mut |_| true, &mut ()));
             Some(HitRecord {
                 object: hit.object,
                 point: surface.point.as_dvec3(),
@@ -450,7 +462,7 @@ fn textbook_offset_fails_at_scale() {
                 hidden,
             })
         };
-        ball_shadows(s, see).wrong_share()
+        ball_shadows(s, see).wrong_fraction()
     });
     eprintln!(
         "an offset of 0.002 is wrong for these shares of rays: {:?}",
@@ -475,31 +487,31 @@ fn s03_contact_shadow() {
         let s = f64::from(s as f32);
         let geometry = ball_on_floor::<f32>(s);
         judge(&format!("S03 at {s:e}"), 121, 100_000, |rng| {
-            let angle = rng.unit() * core::f64::consts::TAU;
-            let reach = s * 0.002 * 100_f64.powf(rng.unit());
+            let angle = rng.next_unit() * core::f64::consts::TAU;
+            let reach = s * 0.002 * 100_f64.powf(rng.next_unit());
             let target = DVec3::new(angle.cos(), 0.0, angle.sin()) * reach;
             // Seen from the side, below the equator of the sphere.
-            let away = DVec3::new(angle.cos(), 0.0, angle.sin()) + rng.in_cube() * 0.2;
+            let away = DVec3::new(angle.cos(), 0.0, angle.sin()) + rng.sample_cube() * 0.2;
             let origin =
-                target + DVec3::new(away.x, rng.uniform(0.05, 0.2) * reach / s, away.z) * s;
+                target + DVec3::new(away.x, rng.next_uniform(0.05, 0.2) * reach / s, away.z) * s;
             let ray = ray_towards::<f32>(origin, target);
             let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             };
             if hit.object != 0 {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             }
             let surface = geometry.surface(&ray, &hit);
             let light = Vec3::new(0.0, (10.0 * s) as f32, 0.0);
-            let Some((shadow, range)) = surface.spawn_to(light) else {
+            let Some((shadow, range)) = surface.spawn_ray_to_point(light) else {
                 return Verdict::Wrong("no shadow ray".into());
             };
-            let dark = geometry.any(&shadow, range, &mut |_| true, &mut ());
-            Verdict::holds(dark, || {
+            let dark = geometry.occluded(&shadow, range, &mut |_| true, &mut ());
+            Verdict::from_condition(dark, || {
                 format!(
                     "lit at {:e} from the contact{}",
                     reach / s,
-                    hex::<f32>(&shadow)
+                    format_ray_bits::<f32>(&shadow)
                 )
             })
         })

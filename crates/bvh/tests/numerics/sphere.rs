@@ -4,10 +4,13 @@ use glam::DVec3;
 use raywright_bvh::{Interval, PreparedRay, Shape, Side, Vector};
 
 use super::support::{
-    Expect, Verdict, exact, hex, hit, judge, ray_towards, rays, textbook_share, ulp,
+    Expect, Verdict, format_ray_bits, judge, nearest_hit, ray_towards, rays, round_to_f32,
+    textbook_share, ulp,
 };
-use raywright_bvh::stability::sphere::{drift, far_sphere, pass, sphere, surface};
-use raywright_bvh::stability::{intersect, textbook};
+use raywright_bvh::stability::sphere::{
+    build_sphere, closest_approach, eval_library_surface, judge_far_sphere, judge_surface_point,
+};
+use raywright_bvh::stability::{library_intersect, textbook};
 
 const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
@@ -16,8 +19,8 @@ const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 #[test]
 fn p01_far_sphere() {
     for ratio in RATIOS {
-        far_sphere::<f32>(ratio, 2.0, rays(), intersect).expect_right(199_000);
-        far_sphere::<f64>(ratio, 16.0, rays(), intersect).expect_right(199_000);
+        judge_far_sphere::<f32>(ratio, 2.0, rays(), library_intersect).expect_right(199_000);
+        judge_far_sphere::<f64>(ratio, 16.0, rays(), library_intersect).expect_right(199_000);
     }
 }
 
@@ -26,7 +29,8 @@ fn p01_far_sphere() {
 fn p02_hit_point_stays_on_the_sphere() {
     for offset in [0.0, 1e3, 1e5] {
         for ratio in RATIOS {
-            drift::<f32>(offset, ratio, rays(), surface).expect_right(49_000);
+            judge_surface_point::<f32>(offset, ratio, rays(), eval_library_surface)
+                .expect_right(49_000);
         }
     }
 }
@@ -35,26 +39,26 @@ fn p02_hit_point_stays_on_the_sphere() {
 /// place.
 #[test]
 fn p03_inside_a_huge_sphere() {
-    let sphere = sphere::<f32>(DVec3::ZERO, 1e6);
+    let sphere = build_sphere::<f32>(DVec3::ZERO, 1e6);
     judge("P03", 3, 400_000, |rng| {
-        let origin = rng.direction() * (0.5e6 * rng.unit().cbrt());
-        let ray = ray_towards::<f32>(origin, origin + rng.direction());
+        let origin = rng.sample_direction() * (0.5e6 * rng.next_unit().cbrt());
+        let ray = ray_towards::<f32>(origin, origin + rng.sample_direction());
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-        let Some([near, far]) = pass(o, d, DVec3::ZERO, 1e6).roots else {
+        let Some([near, far]) = closest_approach(o, d, DVec3::ZERO, 1e6).roots else {
             return Verdict::Wrong("oracle".into());
         };
         let prepared_ray = PreparedRay::new(ray);
         let outside = sphere.intersect(&prepared_ray, Interval::positive(), Side::Outside);
         let Some(hit) = sphere.intersect(&prepared_ray, Interval::positive(), Side::Both) else {
-            return Verdict::Wrong(format!("no root{}", hex::<f32>(&ray)));
+            return Verdict::Wrong(format!("no root{}", format_ray_bits::<f32>(&ray)));
         };
         let t = f64::from(hit.t) * d.length();
-        Verdict::holds(near < 0.0 && outside.is_none(), || {
-            format!("a second root{}", hex::<f32>(&ray))
+        Verdict::from_condition(near < 0.0 && outside.is_none(), || {
+            format!("a second root{}", format_ray_bits::<f32>(&ray))
         })
-        .and(|| {
-            Verdict::within_bound((t - far).abs(), 4.0 * ulp(far), || {
-                format!("root{}", hex::<f32>(&ray))
+        .and_then(|| {
+            Verdict::from_error((t - far).abs(), 4.0 * ulp(far), || {
+                format!("root{}", format_ray_bits::<f32>(&ray))
             })
         })
     })
@@ -67,49 +71,58 @@ fn p03_inside_a_huge_sphere() {
 fn p04_origin_on_the_surface() {
     let tilts = [0.0, 1e-3, -1e-3, 1e-6, -1e-6, 1.0, -1.0];
     judge("P04", 4, 500_000, |rng| {
-        let radius = exact(DVec3::splat(10_f64.powf(rng.uniform(-4.0, 4.0)))).x;
-        let centre = exact(rng.in_cube() * 10_f64.powf(rng.uniform(-4.0, 4.0)));
-        let sphere = sphere::<f32>(centre, radius);
-        let out = rng.direction();
+        let radius = round_to_f32(DVec3::splat(10_f64.powf(rng.next_uniform(-4.0, 4.0)))).x;
+        let centre = round_to_f32(rng.sample_cube() * 10_f64.powf(rng.next_uniform(-4.0, 4.0)));
+        let sphere = build_sphere::<f32>(centre, radius);
+        let out = rng.sample_direction();
         let first = ray_towards::<f32>(
             centre + out * (radius * 4.0),
-            centre + rng.in_disc(out, 0.95 * radius),
+            centre + rng.sample_disc(out, 0.95 * radius),
         );
-        let Some(shape_hit) = hit::<f32>(&sphere, &first) else {
-            return Verdict::Skip;
+        let Some(shape_hit) = nearest_hit::<f32>(&sphere, &first) else {
+            return Verdict::Skipped;
         };
         let surface = sphere.surface(&PreparedRay::new(first), shape_hit);
         let n = surface.normal.as_dvec3();
-        let tangent = rng.in_disc(n, 1.0).normalize();
+        let tangent = rng.sample_disc(n, 1.0).normalize();
         let tilt = rng.choose(&tilts);
-        let mut d = exact((tangent + n * tilt).normalize());
+        let mut d = round_to_f32((tangent + n * tilt).normalize());
         if tilt == 0.0 && n.dot(d) < 0.0 {
             // Rounded inward: the opposite tangent serves as well.
             d = -d;
         }
-        let ray = raywright_bvh::Ray::new(surface.spawn(d.as_vec3()), d.as_vec3());
-        let again = hit::<f32>(&sphere, &ray);
+        let ray = raywright_bvh::Ray::new(surface.spawn_ray_origin(d.as_vec3()), d.as_vec3());
+        let again = nearest_hit::<f32>(&sphere, &ray);
         if tilt >= 0.0 {
-            return Verdict::holds(again.is_none(), || {
-                format!("acne at tilt {tilt}, {again:?}{}", hex::<f32>(&ray))
+            return Verdict::from_condition(again.is_none(), || {
+                format!(
+                    "acne at tilt {tilt}, {again:?}{}",
+                    format_ray_bits::<f32>(&ray)
+                )
             });
         }
         let o = ray.origin.as_dvec3();
-        let Some([near, far]) = pass(o, d, centre, radius).roots else {
+        let Some([near, far]) = closest_approach(o, d, centre, radius).roots else {
             // The sphere is too small for its position: f32 has no number inside.
-            return Verdict::Skip;
+            return Verdict::Skipped;
         };
         if near >= 0.0 || far <= 0.0 {
-            return Verdict::holds(radius < 16.0 * ulp(centre.abs().max_element()), || {
-                format!("not inside: {near:e} {far:e}{}", hex::<f32>(&ray))
-            });
+            return Verdict::from_condition(
+                radius < 16.0 * ulp(centre.abs().max_element()),
+                || {
+                    format!(
+                        "not inside: {near:e} {far:e}{}",
+                        format_ray_bits::<f32>(&ray)
+                    )
+                },
+            );
         }
         let Some(again) = again else {
-            return Verdict::Wrong(format!("nothing inward{}", hex::<f32>(&ray)));
+            return Verdict::Wrong(format!("nothing inward{}", format_ray_bits::<f32>(&ray)));
         };
         let t = f64::from(again.t) * d.length();
-        Verdict::within_bound((t - far).abs(), 4.0 * ulp(far), || {
-            format!("far side at {far:e}{}", hex::<f32>(&ray))
+        Verdict::from_error((t - far).abs(), 4.0 * ulp(far), || {
+            format!("far side at {far:e}{}", format_ray_bits::<f32>(&ray))
         })
     })
     .expect_right(400_000);
@@ -118,7 +131,7 @@ fn p04_origin_on_the_surface() {
 /// The visible sphere: 0 none, 1 the tiny one, 2 the giant. In f64 with the giant's terms expanded,
 /// so that no numbers of size 1e12 are subtracted.
 fn seen(o: DVec3, d: DVec3, tiny: f64, giant: f64) -> u8 {
-    let first = pass(o, d, DVec3::new(0.0, tiny, 0.0), tiny)
+    let first = closest_approach(o, d, DVec3::new(0.0, tiny, 0.0), tiny)
         .roots
         .map_or(f64::INFINITY, |r| r[0]);
     // The giant is centred at (0, −giant, 0): f = o + (0, giant, 0).
@@ -143,21 +156,21 @@ fn seen(o: DVec3, d: DVec3, tiny: f64, giant: f64) -> u8 {
 fn p05_tiny_and_giant_together() {
     let (tiny, giant) = (f64::from(1e-6_f32), 1e6);
     let spheres = [
-        sphere::<f32>(DVec3::new(0.0, tiny, 0.0), tiny),
-        sphere::<f32>(DVec3::new(0.0, -giant, 0.0), giant),
+        build_sphere::<f32>(DVec3::new(0.0, tiny, 0.0), tiny),
+        build_sphere::<f32>(DVec3::new(0.0, -giant, 0.0), giant),
     ];
     const SIZE: u32 = 1000;
-    let eye = exact(DVec3::new(0.0, 2e-6, 5e-6));
+    let eye = round_to_f32(DVec3::new(0.0, 2e-6, 5e-6));
     let at = |i: i64, j: i64| {
         let (x, y) = (
             (i as f64 + 0.5) / f64::from(SIZE) * 2.0 - 1.0,
             (j as f64 + 0.5) / f64::from(SIZE) * 2.0 - 1.0,
         );
-        exact(DVec3::new(x, y, -1.0).normalize())
+        round_to_f32(DVec3::new(x, y, -1.0).normalize())
     };
     let outcome = judge("P05", 5, SIZE * SIZE, |rng| {
         // Every pixel once, so the count of rays is the image.
-        let index = rng.index();
+        let index = rng.ray_index();
         let (i, j) = (
             (index % u64::from(SIZE)) as i64,
             (index / u64::from(SIZE)) as i64,
@@ -165,7 +178,7 @@ fn p05_tiny_and_giant_together() {
         let ray = raywright_bvh::Ray::<f32>::new(eye.as_vec3(), at(i, j).as_vec3());
         let hits = spheres
             .each_ref()
-            .map(|s| hit::<f32>(s, &ray).map_or(f32::INFINITY, |h| h.t));
+            .map(|s| nearest_hit::<f32>(s, &ray).map_or(f32::INFINITY, |h| h.t));
         let got = if hits[0] < hits[1] {
             1
         } else {
@@ -175,7 +188,7 @@ fn p05_tiny_and_giant_together() {
         let near = around
             .map(|(a, b)| seen(eye, at(i + a, j + b), tiny, giant))
             .any(|expected| expected == got);
-        Verdict::holds(near, || format!("pixel {i} {j} shows {got}"))
+        Verdict::from_condition(near, || format!("pixel {i} {j} shows {got}"))
     });
     outcome.expect_right(1_000_000);
     let middle = |j: i64| seen(eye, at(500, j), tiny, giant);
@@ -190,15 +203,15 @@ fn p05_tiny_and_giant_together() {
 #[test]
 fn textbook_misses_far_spheres() {
     let missed = textbook_share([
-        far_sphere(1e4, 8.0, rays(), textbook::intersect),
-        far_sphere::<f32>(1e4, 8.0, rays(), intersect),
-        far_sphere::<f64>(1e4, 8.0, rays(), intersect),
+        judge_far_sphere(1e4, 8.0, rays(), textbook::intersect),
+        judge_far_sphere::<f32>(1e4, 8.0, rays(), library_intersect),
+        judge_far_sphere::<f64>(1e4, 8.0, rays(), library_intersect),
     ]);
     assert!(missed > 0.1, "P01 at 1e4: only {missed} wrong");
     let drifted = textbook_share([
-        drift(0.0, 1e4, rays(), textbook::sphere_surface),
-        drift::<f32>(0.0, 1e4, rays(), surface),
-        drift::<f64>(0.0, 1e4, rays(), surface),
+        judge_surface_point(0.0, 1e4, rays(), textbook::intersect_sphere_surface),
+        judge_surface_point::<f32>(0.0, 1e4, rays(), eval_library_surface),
+        judge_surface_point::<f64>(0.0, 1e4, rays(), eval_library_surface),
     ]);
     assert!(drifted > 0.5, "P02 at 1e4: only {drifted} wrong");
 }

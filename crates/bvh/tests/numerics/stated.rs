@@ -7,7 +7,9 @@ use raywright_bvh::shapes::{
 };
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 
-use super::support::{Expect, Outcome, Verdict, exact, hex, judge, ray_towards, to_scalar};
+use super::support::{
+    CaseOutcome, Expect, Verdict, format_ray_bits, judge, ray_towards, round_to_f32, to_scalar,
+};
 
 /// One of each shape, from the same f32 numbers in every precision.
 pub fn shapes<R: Real>() -> Vec<(&'static str, AnyShape<R>)> {
@@ -16,7 +18,7 @@ pub fn shapes<R: Real>() -> Vec<(&'static str, AnyShape<R>)> {
 
 /// The shapes with every length multiplied by a power of two.
 pub fn sized<R: Real>(size: f64) -> Vec<(&'static str, AnyShape<R>)> {
-    let v = |x: f64, y: f64, z: f64| to_scalar::<R>(exact(DVec3::new(x, y, z)) * size);
+    let v = |x: f64, y: f64, z: f64| to_scalar::<R>(round_to_f32(DVec3::new(x, y, z)) * size);
     let r = |x: f64| R::from_f64(f64::from(x as f32) * size);
     let (centre, axis) = (v(0.3, -0.2, 0.1), v(0.6, 1.3, -0.4));
     let vertices = [v(-1.1, -0.7, 0.2), v(1.3, -0.6, 0.4), v(0.1, 1.2, -0.3)];
@@ -39,7 +41,7 @@ pub fn sized<R: Real>(size: f64) -> Vec<(&'static str, AnyShape<R>)> {
             "plane",
             Plane::new(
                 centre,
-                to_scalar::<R>(exact(DVec3::new(0.3, 0.9, 0.2).normalize())),
+                to_scalar::<R>(round_to_f32(DVec3::new(0.3, 0.9, 0.2).normalize())),
             )
             .into(),
         ),
@@ -175,7 +177,7 @@ fn stated<R: Real>(
     best: AnyShape<f64>,
     size: f64,
     place: f64,
-) -> Outcome {
+) -> CaseOutcome {
     let map = DAffine3::from_translation(DVec3::new(0.6, -0.3, 0.9) * place)
         * DAffine3::from_scale(DVec3::new(size, -size, size));
     let transformed_shape = TransformedShape::<R>::new(shape, map).expect("an invertible map");
@@ -189,29 +191,29 @@ fn stated<R: Real>(
         3000,
         |rng| {
             let middle = map.translation;
-            let origin = middle + rng.direction() * (size * rng.choose(&[3.0, 10.0, 100.0]));
-            let ray = ray_towards::<R>(origin, middle + rng.in_cube() * size);
+            let origin = middle + rng.sample_direction() * (size * rng.choose(&[3.0, 10.0, 100.0]));
+            let ray = ray_towards::<R>(origin, middle + rng.sample_cube() * size);
             let prepared_ray = PreparedRay::new(ray);
             let Some(hit) =
                 transformed_shape.intersect(&prepared_ray, Interval::positive(), Side::Both)
             else {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             };
             let surface = transformed_shape
-                .locate(&prepared_ray, hit)
+                .locate_surface_point(&prepared_ray, hit)
                 .to_scalar::<R>();
             let (point, normal) = (surface.point.to_f64(), surface.normal.to_f64());
             let reach = surface.error.to_f64() * normal.abs().element_sum();
             // Near an edge, and where the surface curves within the bound, the normal gives no
             // distance.
             if reach > 1e-3 * size {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             }
             let Some(height) = height(&best, point, normal, 4.0 * reach) else {
-                return Verdict::Skip;
+                return Verdict::Skipped;
             };
-            Verdict::within_bound(height, reach, || {
-                format!("beyond the stated bound{}", hex::<R>(&ray))
+            Verdict::from_error(height, reach, || {
+                format!("beyond the stated bound{}", format_ray_bits::<R>(&ray))
             })
         },
     )

@@ -4,10 +4,11 @@
 use std::env;
 use std::sync::LazyLock;
 
-pub use raywright_bvh::stability::judge::{
-    CaseRng, Outcome, RayCount, U, Verdict, exact, hex, hit, ray, ray_towards, to_scalar, ulp,
+pub use raywright_bvh::stability::verdicts::{
+    CaseOutcome, CaseRng, RayCount, U, Verdict, format_ray_bits, nearest_hit, ray_towards,
+    round_to_f32, to_scalar, ulp, unnormalised_ray,
 };
-use raywright_bvh::stability::{Measurement, judge};
+use raywright_bvh::stability::{Measurement, verdicts};
 
 /// All rays if the variable `RAYS` is `all`, otherwise a quarter.
 pub fn rays() -> RayCount {
@@ -25,8 +26,8 @@ pub fn judge(
     seed: u64,
     count: u32,
     f: impl Fn(&mut CaseRng) -> Verdict + Sync,
-) -> Outcome {
-    judge::judge(case, seed, count, rays(), f)
+) -> CaseOutcome {
+    verdicts::judge_rays(case, seed, count, rays(), f)
 }
 
 /// An outcome to be checked.
@@ -36,14 +37,14 @@ pub trait Expect {
     fn expect_right(&self, minimum: u64);
 }
 
-impl Expect for Outcome {
+impl Expect for CaseOutcome {
     fn expect_right(&self, minimum: u64) {
         let Self {
             case,
             rays,
             shot,
             judged,
-            band,
+            undecidable: band,
             wrong,
             skipped,
             worst,
@@ -52,7 +53,7 @@ impl Expect for Outcome {
         eprintln!(
             "{case}: {judged} judged, {band} in the band, {skipped} skipped, {wrong} wrong, worst {worst:.3} of the bound"
         );
-        if let Some((index, message)) = &self.first {
+        if let Some((index, message)) = &self.first_wrong {
             panic!("{case}: {wrong} of {judged} wrong; first at {index}: {message}");
         }
         assert!(
@@ -69,7 +70,7 @@ impl Expect for Outcome {
 /// Asserts every measurement of a case, of which each precision has at least one, and returns them.
 pub fn expect_all(number: &str, minimum: u64) -> Vec<Measurement> {
     let measurements =
-        raywright_bvh::stability::measure(number, rays()).expect("a case of the library");
+        raywright_bvh::stability::measure_case(number, rays()).expect("a case of the library");
     for Measurement {
         setting, outcome, ..
     } in &measurements
@@ -90,13 +91,13 @@ pub fn expect_all(number: &str, minimum: u64) -> Vec<Measurement> {
 
 /// Fraction of rays that textbook formulas get wrong, printed beside those of `robust` and
 /// `reference` on the same rays.
-pub fn textbook_share(outcomes: [Outcome; 3]) -> f64 {
+pub fn textbook_share(outcomes: [CaseOutcome; 3]) -> f64 {
     let [textbook, robust, reference] = outcomes
         .each_ref()
-        .map(|outcome| 100.0 * outcome.wrong_share());
+        .map(|outcome| 100.0 * outcome.wrong_fraction());
     let case = &outcomes[0].case;
     eprintln!(
         "{case}: the textbook is wrong in {textbook:.3} %, robust in {robust:.3} %, reference in {reference:.3} %"
     );
-    outcomes[0].wrong_share()
+    outcomes[0].wrong_fraction()
 }

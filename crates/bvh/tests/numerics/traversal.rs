@@ -14,9 +14,9 @@ fn t01_rays_along_faces() {
         .find_map(|measurement| measurement.textbook)
         .expect("of the textbook");
     assert!(
-        textbook.wrong_share() > 0.05,
+        textbook.wrong_fraction() > 0.05,
         "T01: only {} wrong",
-        textbook.wrong_share()
+        textbook.wrong_fraction()
     );
 }
 
@@ -75,12 +75,12 @@ fn t10_inflation() {
 fn t10_pads_are_as_stated() {
     let outcome = judge("T10 pads", 232, 40_000, |rng| {
         let (centre, half) = (
-            rng.in_cube() * 10_f64.powf(rng.uniform(-6.0, 6.0)),
-            rng.in_cube().abs() * 10_f64.powf(rng.uniform(-6.0, 6.0)),
+            rng.sample_cube() * 10_f64.powf(rng.next_uniform(-6.0, 6.0)),
+            rng.sample_cube().abs() * 10_f64.powf(rng.next_uniform(-6.0, 6.0)),
         );
         let bounds = Aabb::from_points([centre - half, centre + half]);
-        let Some(padded) = bounds.padded() else {
-            return Verdict::Skip;
+        let Some(padded) = bounds.to_padded() else {
+            return Verdict::Skipped;
         };
         let ulp = f64::from(f32::EPSILON);
         // Four units of the coordinate, of which rounding to f32 may add or remove one half, and
@@ -98,7 +98,7 @@ fn t10_pads_are_as_stated() {
                     .cmple(pad(v, 4.6, 1.01) + f64::from(f32::MIN_POSITIVE) * 2.0)
                     .all()
         };
-        Verdict::holds(grown.into_iter().all(is_stated), || {
+        Verdict::from_condition(grown.into_iter().all(is_stated), || {
             format!("{bounds:?} to {padded:?}")
         })
     });

@@ -6,12 +6,12 @@ use raywright_bvh::shapes::Triangle;
 
 use raywright_bvh::stability::textbook;
 use raywright_bvh::stability::triangles::{
-    ClosedMesh, RayTarget, cube, icosphere, leaks, leaks_of_library,
+    ClosedMesh, RayTarget, cube_mesh, icosphere, judge_leaks, judge_tree_leaks,
 };
 
 use super::support::{
-    CaseRng, Expect, Outcome, Verdict, exact, expect_all, hex, hit, judge, ray_towards, rays,
-    textbook_share, to_scalar, ulp,
+    CaseOutcome, CaseRng, Expect, Verdict, expect_all, format_ray_bits, judge, nearest_hit,
+    ray_towards, rays, round_to_f32, textbook_share, to_scalar, ulp,
 };
 
 fn triangle<R: Real>(corners: [DVec3; 3]) -> Triangle<R> {
@@ -24,37 +24,44 @@ fn triangle<R: Real>(corners: [DVec3; 3]) -> Triangle<R> {
 fn p19_slivers() {
     judge("P19 no area", 50, 400_000, |rng| {
         // Integers: exactly collinear at any scale.
-        let whole = |rng: &mut CaseRng| (rng.in_cube() * 64.0).round();
+        let whole = |rng: &mut CaseRng| (rng.sample_cube() * 64.0).round();
         let (a, step) = (whole(rng), whole(rng));
-        let corners = match rng.bits() % 3 {
+        let corners = match rng.next_bits() % 3 {
             0 => [a, a + step, a + step * 2.0],
             1 => [a, a, a + step],
             _ => [a, a + step, a],
         };
-        let scale = 2_f64.powi((rng.bits() % 40) as i32 - 20);
+        let scale = 2_f64.powi((rng.next_bits() % 40) as i32 - 20);
         let corners = corners.map(|c| c * scale);
-        let target = corners[0] + (corners[2] - corners[0]) * rng.unit();
-        let target = if rng.sign() > 0.0 { target } else { corners[1] };
+        let target = corners[0] + (corners[2] - corners[0]) * rng.next_unit();
+        let target = if rng.next_sign() > 0.0 {
+            target
+        } else {
+            corners[1]
+        };
         let ray = ray_towards::<f32>(
             whole(rng) * (2.0 * scale) + DVec3::splat(200.0 * scale),
             target,
         );
-        let got = hit::<f32>(&triangle::<f32>(corners), &ray);
-        Verdict::holds(got.is_none(), || {
-            format!("{got:?}{} {corners:?}", hex::<f32>(&ray))
+        let got = nearest_hit::<f32>(&triangle::<f32>(corners), &ray);
+        Verdict::from_condition(got.is_none(), || {
+            format!("{got:?}{} {corners:?}", format_ray_bits::<f32>(&ray))
         })
     })
     .expect_right(400_000);
     judge("P19 sliver", 51, 400_000, |rng| {
-        let (a, along) = (rng.in_cube(), rng.direction());
-        let side = rng.in_disc(along, 1.0).normalize() * 1e-6;
+        let (a, along) = (rng.sample_cube(), rng.sample_direction());
+        let side = rng.sample_disc(along, 1.0).normalize() * 1e-6;
         // Edges 1, 1 and 1e-6, or 1, 1 and 1e-3 with the same height over the longest.
-        let corners = [a, a + along, a + along * rng.choose(&[0.0, 1e-3]) + side].map(exact);
-        let target = corners[0] + (corners[1] - corners[0]) * rng.unit();
-        let ray = ray_towards::<f32>(target + rng.direction() * rng.uniform(0.5, 5.0), target);
+        let corners = [a, a + along, a + along * rng.choose(&[0.0, 1e-3]) + side].map(round_to_f32);
+        let target = corners[0] + (corners[1] - corners[0]) * rng.next_unit();
+        let ray = ray_towards::<f32>(
+            target + rng.sample_direction() * rng.next_uniform(0.5, 5.0),
+            target,
+        );
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let Some(h) = hit::<f32>(&triangle::<f32>(corners), &ray) else {
-            return Verdict::Skip;
+        let Some(h) = nearest_hit::<f32>(&triangle::<f32>(corners), &ray) else {
+            return Verdict::Skipped;
         };
         let ts = corners.map(|c| (c - o).dot(d) / d.length_squared());
         let (low, high) = (
@@ -62,8 +69,8 @@ fn p19_slivers() {
             ts.iter().copied().fold(0.0, f64::max),
         );
         let (t, room) = (f64::from(h.t), ulp(high));
-        Verdict::holds(low - room <= t && t <= high + room, || {
-            format!("t {t} not in {low}..{high}{}", hex::<f32>(&ray))
+        Verdict::from_condition(low - room <= t && t <= high + room, || {
+            format!("t {t} not in {low}..{high}{}", format_ray_bits::<f32>(&ray))
         })
     })
     .expect_right(50_000);
@@ -85,9 +92,9 @@ const AIMS: [RayTarget; 4] = [
 /// Protects: no ray leaves a closed mesh through an edge or a corner.
 #[test]
 fn p21_no_leaks() {
-    for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube(16))] {
+    for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube_mesh(16))] {
         for ray_target in AIMS {
-            leaks_of_library::<f32>(name, &mesh, ray_target, 1_000_000, rays())
+            judge_tree_leaks::<f32>(name, &mesh, ray_target, 1_000_000, rays())
                 .expect_right(1_000_000);
         }
     }
@@ -96,9 +103,9 @@ fn p21_no_leaks() {
 /// Protects: the same in f64, where products are not exact any more.
 #[test]
 fn p21_no_leaks_in_reference() {
-    for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube(16))] {
+    for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube_mesh(16))] {
         for ray_target in AIMS {
-            leaks_of_library::<f64>(name, &mesh, ray_target, 100_000, rays()).expect_right(100_000);
+            judge_tree_leaks::<f64>(name, &mesh, ray_target, 100_000, rays()).expect_right(100_000);
         }
     }
 }
@@ -112,18 +119,18 @@ fn p22_no_leaks_in_either_winding() {
 /// Protects: the textbook test leaks where the specification says so, so the cases are hard.
 #[test]
 fn textbook_triangles_leak() {
-    let both = |leaks: &dyn Fn(&str, &ClosedMesh) -> Outcome| {
-        leaks("cube", &cube(16)).plus(leaks("icosphere", &icosphere(5)))
+    let both = |leaks: &dyn Fn(&str, &ClosedMesh) -> CaseOutcome| {
+        leaks("cube", &cube_mesh(16)).merge(leaks("icosphere", &icosphere(5)))
     };
     let leaking = textbook_share([
         both(&|name, mesh| {
             let triangles = mesh.triangles();
-            leaks(name, mesh, RayTarget::Corner, 100_000, rays(), |ray| {
+            judge_leaks(name, mesh, RayTarget::Corner, 100_000, rays(), |ray| {
                 textbook::hits_any(&triangles, ray)
             })
         }),
-        both(&|name, mesh| leaks_of_library::<f32>(name, mesh, RayTarget::Corner, 100_000, rays())),
-        both(&|name, mesh| leaks_of_library::<f64>(name, mesh, RayTarget::Corner, 100_000, rays())),
+        both(&|name, mesh| judge_tree_leaks::<f32>(name, mesh, RayTarget::Corner, 100_000, rays())),
+        both(&|name, mesh| judge_tree_leaks::<f64>(name, mesh, RayTarget::Corner, 100_000, rays())),
     ]);
     assert!(leaking > 0.01, "P21: only {leaking} leak");
 }

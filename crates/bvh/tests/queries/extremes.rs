@@ -37,7 +37,7 @@ fn t11_coincident_primitives() {
             let tree = built(many(count, corners));
             let work = tree.build_work().expect("a tree");
             assert!(
-                work.depth <= 64 && work.looks <= 3 * base.looks,
+                work.depth <= 64 && work.boxes_visited <= 3 * base.boxes_visited,
                 "{count} {name}, {quality:?}: {work:?} against {base:?}"
             );
             let point = corners[0] + (corners[1] + corners[2] - corners[0] * 2.0) * 0.25;
@@ -107,8 +107,8 @@ fn t13_not_finite_is_refused() {
             );
         }
         assert_eq!(
-            (repaired.len(), repaired.objects()),
-            (clean.len(), clean.objects())
+            (repaired.len(), repaired.object_count()),
+            (clean.len(), clean.object_count())
         );
         let disk = Disk::new(DVec3::ZERO, DVec3::Y, 1.0);
         for group in [&mut clean, &mut repaired] {
@@ -184,7 +184,7 @@ fn t18_rays_that_are_not_finite_hit_nothing() {
                 "{kind:?} {ray:?} {range:?}"
             );
             assert!(
-                !geometry.any(ray, range, &mut |_| true, &mut ()),
+                !geometry.occluded(ray, range, &mut |_| true, &mut ()),
                 "{kind:?} {ray:?} {range:?}"
             );
         };

@@ -31,7 +31,7 @@ impl QueryRng {
 /// Visibility that passes every hit to the filter.
 const ASKED: Visibility = Visibility {
     side: Side::Both,
-    occlusion: Occlusion::Ask,
+    occlusion: Occlusion::Filtered,
 };
 
 fn corners(rng: &mut QueryRng) -> [Vec3; 3] {
@@ -119,11 +119,11 @@ fn t20_tree_equals_scan() {
                 );
                 let lowest = |g: &Geometry<f32>| {
                     let mut lowest = [u32::MAX; 3];
-                    g.any(
+                    g.occluded(
                         &ray,
                         range,
                         &mut |h| {
-                            lowest = lowest.min(h.order());
+                            lowest = lowest.min(h.tie_order());
                             false
                         },
                         &mut (),
@@ -254,7 +254,7 @@ fn refused_meshes_leave_nothing() {
         Err(GeometryError::NotFinite)
     );
     assert_eq!(
-        (group.len(), group.objects(), group.triangles().len()),
+        (group.len(), group.object_count(), group.triangles().len()),
         (0, 0, 0)
     );
     assert_eq!(group.add_mesh([at(5.0)], Visibility::default()), Ok(0));
@@ -321,11 +321,11 @@ fn instances_of_instances_are_refused() {
     let mut outer = PrimitiveSet::default();
     assert_eq!(
         outer.add_part(Geometry::new(middle, AcceleratorKind::default())),
-        Err(GeometryError::Nested)
+        Err(GeometryError::NestedInstance)
     );
     assert_eq!(
         outer.add_instance(0, DAffine3::IDENTITY, Visibility::default()),
-        Err(GeometryError::NoPart)
+        Err(GeometryError::UnknownPart)
     );
     assert!(outer.is_empty());
 }

@@ -88,16 +88,16 @@ fn told<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> (Option<Hit<R>>, Strin
     let (range, mut shown) = (Interval::positive(), Vec::new());
     let hit = geometry.closest(ray, range, &mut ());
     let ask = &mut |hit: &Hit<R>| {
-        shown.push((hit.order(), hit.t.to_f64().to_bits()));
+        shown.push((hit.tie_order(), hit.t.to_f64().to_bits()));
         false
     };
-    assert!(!geometry.any(ray, range, ask, &mut ()));
+    assert!(!geometry.occluded(ray, range, ask, &mut ()));
     shown.sort_unstable();
     let place = hit.map(|hit| {
         (
             geometry.surface_point(ray, &hit),
             geometry.surface(ray, &hit),
-            geometry.parameters(ray, &hit),
+            geometry.texture_coordinates(ray, &hit),
         )
     });
     (hit, format!("{place:?} {shown:?}"))
@@ -118,7 +118,7 @@ fn met_where_they_are<R: Real>() {
         let from = target + rng.direction().as_dvec3() * f64::from(20.0 * rng.unit() + 0.1);
         let v = |v: DVec3| R::Vec3::from_f64(v);
         let ray = Ray::new(v(from), v((target - from).normalize()));
-        let timed = ray.at_time(R::from_f64(time));
+        let timed = ray.with_time(R::from_f64(time));
         let found = told(&scan, &timed);
         for other in &others {
             assert_eq!(told(other, &timed), found, "{timed:?}");
@@ -196,7 +196,7 @@ fn a_ball_on_its_way() {
             (7.0, 8.0),
             (f32::INFINITY, 8.0),
         ] {
-            let ray = down(x).at_time(time);
+            let ray = down(x).with_time(time);
             let hit = geometry
                 .closest(&ray, Interval::positive(), &mut ())
                 .unwrap();
@@ -207,17 +207,17 @@ fn a_ball_on_its_way() {
                 "{time}"
             );
             for beside in [x - 1.001, x + 1.001] {
-                let ray = down(beside).at_time(time);
+                let ray = down(beside).with_time(time);
                 assert_eq!(
                     geometry.closest(&ray, Interval::positive(), &mut ()),
                     None,
                     "{time}"
                 );
-                assert!(!geometry.any(&ray, Interval::positive(), &mut |_| true, &mut ()));
+                assert!(!geometry.occluded(&ray, Interval::positive(), &mut |_| true, &mut ()));
             }
-            assert!(geometry.any(&ray, Interval::positive(), &mut |_| false, &mut ()));
+            assert!(geometry.occluded(&ray, Interval::positive(), &mut |_| false, &mut ()));
         }
-        let never = down(0.0).at_time(f32::NAN);
+        let never = down(0.0).with_time(f32::NAN);
         assert_eq!(
             geometry.closest(&never, Interval::positive(), &mut ()),
             None
@@ -252,7 +252,7 @@ fn ties_go_to_the_lowest_object() {
             )
         });
         let geometry = Geometry::new(group, kind);
-        let ray = Ray::new(Vec3::new(4.0, 0.0, 3.0), Vec3::NEG_Z).at_time(0.5);
+        let ray = Ray::new(Vec3::new(4.0, 0.0, 3.0), Vec3::NEG_Z).with_time(0.5);
         let hit = geometry
             .closest(&ray, Interval::positive(), &mut ())
             .unwrap();
@@ -274,7 +274,7 @@ fn impossible_ways_are_refused() {
     let half_turn = DAffine3::from_rotation_y(core::f64::consts::PI);
     assert_eq!(
         refused(part, [DAffine3::IDENTITY, half_turn]),
-        GeometryError::SingularOnTheWay
+        GeometryError::SingularDuringMotion
     );
     assert_eq!(
         refused(part, [DAffine3::IDENTITY, flat]),
@@ -289,7 +289,7 @@ fn impossible_ways_are_refused() {
     let wide =
         [1.0, -1.0].map(|side| DAffine3::from_translation(DVec3::X * (side * 3.402_821_2e38)));
     assert_eq!(refused(part, wide), GeometryError::NotFinite);
-    assert_eq!(refused(part + 1, along_x(1.0)), GeometryError::NoPart);
+    assert_eq!(refused(part + 1, along_x(1.0)), GeometryError::UnknownPart);
     assert!(
         group.is_empty() && Geometry::new(group, AcceleratorKind::Linear).instance_count() == 0
     );
@@ -306,7 +306,7 @@ fn only_motion_takes_bytes() {
         let bytes = |count: usize| {
             let (mut group, part) = ball();
             assert!((0..count).all(|_| add(&mut group, part).is_ok()));
-            Geometry::new(group, AcceleratorKind::Linear).bytes()
+            Geometry::new(group, AcceleratorKind::Linear).memory_bytes()
         };
         bytes(9) - bytes(8)
     };

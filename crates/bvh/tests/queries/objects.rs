@@ -27,7 +27,7 @@ fn bytes_count_every_primitive() {
         let bytes = |count: usize| {
             let mut group = PrimitiveSet::default();
             assert!((0..count).all(|_| add(&mut group).is_ok()));
-            Geometry::new(group, AcceleratorKind::Linear).bytes()
+            Geometry::new(group, AcceleratorKind::Linear).memory_bytes()
         };
         bytes(9) - bytes(8)
     };
@@ -103,7 +103,7 @@ fn every_kind_casts_its_shadow() {
         }),
     ];
     let ray = Ray::new(Vec3::Y * 3.0, Vec3::NEG_Y);
-    let beings = [Occlusion::Opaque, Occlusion::Ask, Occlusion::None];
+    let beings = [Occlusion::Opaque, Occlusion::Filtered, Occlusion::None];
     for ((name, add), others, occlusion) in all.iter().flat_map(|adding| {
         [0, 40]
             .into_iter()
@@ -135,9 +135,10 @@ fn every_kind_casts_its_shadow() {
             let hit = geometry
                 .closest(&ray, Interval::positive(), &mut ())
                 .expect(&message);
-            assert_eq!(hit.outermost(), id, "{message}");
+            assert_eq!(hit.outermost_id(), id, "{message}");
             for (max, reached) in [(f32::INFINITY, true), (hit.t * 0.99, false)] {
-                let hidden = geometry.any(&ray, Interval { min: 0.0, max }, &mut |_| true, &mut ());
+                let hidden =
+                    geometry.occluded(&ray, Interval { min: 0.0, max }, &mut |_| true, &mut ());
                 assert_eq!(
                     hidden,
                     occlusion != Occlusion::None && reached,
@@ -205,7 +206,7 @@ fn unbounded_shapes_are_hit_through_instances() {
         );
         for (max, hidden) in [(f32::INFINITY, true), (7.9, false)] {
             assert_eq!(
-                geometry.any(&ray, Interval { min: 0.0, max }, &mut |_| false, &mut ()),
+                geometry.occluded(&ray, Interval { min: 0.0, max }, &mut |_| false, &mut ()),
                 hidden,
                 "{message} up to {max}"
             );
@@ -213,7 +214,7 @@ fn unbounded_shapes_are_hit_through_instances() {
     }
 }
 
-/// Protects: an opaque object ends a query without a call of the filter, an `Ask` object is passed
+/// Protects: an opaque object ends a query without a call of the filter, an `Filtered` object is passed
 /// hit by hit, and an object without occlusion is ignored; for an instance, its own occlusion
 /// decides.
 #[test]
@@ -229,7 +230,7 @@ fn occlusion_belongs_to_objects() {
         occlusion,
         ..Visibility::default()
     };
-    let all = [Occlusion::None, Occlusion::Opaque, Occlusion::Ask];
+    let all = [Occlusion::None, Occlusion::Opaque, Occlusion::Filtered];
     for (own, instanced) in all
         .into_iter()
         .flat_map(|own| all.map(|instanced| (own, instanced)))
@@ -248,10 +249,10 @@ fn occlusion_belongs_to_objects() {
             let geometry = Geometry::new(group, kind);
             let mut requested = Vec::new();
             let mut ask = |hit: &Hit<f32>| {
-                requested.push((hit.outermost(), hit.t));
+                requested.push((hit.outermost_id(), hit.t));
                 false
             };
-            let found = geometry.any(
+            let found = geometry.occluded(
                 &Ray::new(Vec3::ZERO, Vec3::Z),
                 Interval::positive(),
                 &mut ask,
@@ -265,7 +266,7 @@ fn occlusion_belongs_to_objects() {
             );
             if !found {
                 let shown = |occlusion, hits| {
-                    if occlusion == Occlusion::Ask {
+                    if occlusion == Occlusion::Filtered {
                         hits
                     } else {
                         Vec::new()
@@ -317,7 +318,7 @@ fn hits_name_their_objects() {
             .unwrap();
         let last = group.add_mesh(row(30.0), Visibility::default()).unwrap();
         assert_eq!(
-            (ball, instance, last, group.objects(), group.len()),
+            (ball, instance, last, group.object_count(), group.len()),
             (2, 3, 4, 5, 12)
         );
         let geometry = Geometry::new(group, kind);
@@ -372,7 +373,7 @@ fn the_outermost_object_decides_first() {
         geometry
             .closest(&ray, Interval::positive(), &mut ())
             .unwrap()
-            .order()
+            .tie_order()
     };
     let found = [
         (0.1, 0.0),
@@ -419,7 +420,7 @@ fn coordinates_of_instances_run_in_the_world() {
     let hit = geometry
         .closest(&ray, Interval::positive(), &mut ())
         .unwrap();
-    let parameters = geometry.parameters(&ray, &hit);
+    let parameters = geometry.texture_coordinates(&ray, &hit);
     assert_eq!(parameters.dpdu, Vec3::new(0.0, 6.0, 0.0));
     assert!((parameters.u - 0.25).abs() < 1e-6, "{}", parameters.u);
 }

@@ -65,12 +65,12 @@ fn samples_agree_with_lines() {
         };
         let lines = by_lines(|prepared_ray, from| {
             let hit = shape.intersect(prepared_ray, range(from), Side::Both)?;
-            let s = shape.locate(prepared_ray, hit);
+            let s = shape.locate_surface_point(prepared_ray, hit);
             Some((s.point, s.normal, hit.t))
         });
         let samples = by_samples(|u, v| {
             let (s, density) = shape.sample_area(u, v).unwrap();
-            let again = shape.density(&s).unwrap();
+            let again = shape.area_density(&s).unwrap();
             assert!(
                 (density / again - 1.0).abs() < 1e-9,
                 "{name}: densities {density} and {again}"
@@ -84,8 +84,8 @@ fn samples_agree_with_lines() {
         let transformed_shape = TransformedShape::<f64>::new(shape, map).unwrap();
         let lines = by_lines(|prepared_ray, from| {
             let hit = transformed_shape.intersect(prepared_ray, range(from), Side::Both)?;
-            let s = transformed_shape.locate(prepared_ray, hit);
-            let density = transformed_shape.density_at(&s).unwrap();
+            let s = transformed_shape.locate_surface_point(prepared_ray, hit);
+            let density = transformed_shape.area_density(&s).unwrap();
             assert!(
                 density.is_finite() && density > 0.0,
                 "{name}: density {density}"
@@ -146,7 +146,7 @@ fn m02_densities_are_those_of_small_squares() {
                     (covered * density - 1.0).abs() < 1e-5,
                     "{name} at {u}, {v}: density {density}, area {covered}"
                 );
-                let found = transformed_shape.density_at(&surface_point).unwrap();
+                let found = transformed_shape.area_density(&surface_point).unwrap();
                 assert!(
                     (found / density - 1.0).abs() < 1e-9,
                     "{name} at {u}, {v}: {found} and {density}"
@@ -327,7 +327,7 @@ fn rays_leave_drawn_points() {
             let s = surface_point.to_scalar::<f32>();
             let d = rng.direction().as_vec3();
             let d = if d.dot(s.normal) < 0.0 { -d } else { d };
-            let prepared_ray = PreparedRay::new(Ray::<f32>::new(s.spawn(d), d));
+            let prepared_ray = PreparedRay::new(Ray::<f32>::new(s.spawn_ray_origin(d), d));
             let again: Option<ShapeHit<f32>> =
                 shape.intersect(&prepared_ray, Interval::positive(), Side::Both);
             assert!(

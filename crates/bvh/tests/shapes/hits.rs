@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad, Shape, ShapeHit, TransformedShape};
 use raywright_bvh::{
-    Aabb, Interval, Parameters, PreparedRay, Ray, Real, Side, SurfacePoint, Vector,
+    Aabb, Interval, PreparedRay, Ray, Real, Side, SurfacePoint, TextureCoordinates, Vector,
 };
 
 use super::gallery::{Oracle, ShapeRng, gallery};
@@ -17,7 +17,7 @@ trait Subject<R: Real> {
         side: Side,
     ) -> Option<ShapeHit<R>>;
     fn at(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint;
-    fn coordinates(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R>;
+    fn coordinates(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> TextureCoordinates<R>;
     fn extent(&self) -> Option<Aabb>;
 }
 
@@ -31,10 +31,10 @@ impl<R: Real> Subject<R> for AnyShape<R> {
         self.intersect(prepared_ray, range, side)
     }
     fn at(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
-        self.locate(prepared_ray, hit)
+        self.locate_surface_point(prepared_ray, hit)
     }
-    fn coordinates(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        self.parameters(prepared_ray, hit)
+    fn coordinates(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> TextureCoordinates<R> {
+        self.texture_coordinates(prepared_ray, hit)
     }
     fn extent(&self) -> Option<Aabb> {
         self.bounds()
@@ -51,10 +51,10 @@ impl<R: Real> Subject<R> for TransformedShape<R> {
         self.intersect(prepared_ray, range, side)
     }
     fn at(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
-        self.locate(prepared_ray, hit)
+        self.locate_surface_point(prepared_ray, hit)
     }
-    fn coordinates(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        self.parameters(prepared_ray, hit)
+    fn coordinates(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> TextureCoordinates<R> {
+        self.texture_coordinates(prepared_ray, hit)
     }
     fn extent(&self) -> Option<Aabb> {
         self.bounds()
@@ -291,7 +291,7 @@ fn points_keep_from_borders_of_long_quads() {
             let Some(hit) = quad.intersect(&prepared_ray, Interval::positive(), Side::Both) else {
                 continue;
             };
-            let p = quad.locate(&prepared_ray, hit).point;
+            let p = quad.locate_surface_point(&prepared_ray, hit).point;
             let from_border = p.x.min(width - p.x).min(p.y).min(height - p.y);
             assert!(
                 (from_border / kept - 1.0).abs() < 1e-3,

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 use raywright_bvh::shapes::{AnyShape, TransformedShape};
-use raywright_bvh::{Interval, Parameters, PreparedRay, Ray, Side};
+use raywright_bvh::{Interval, PreparedRay, Ray, Side, TextureCoordinates};
 
 use super::gallery::{ShapeRng, gallery};
 
@@ -10,17 +10,17 @@ use super::gallery::{ShapeRng, gallery};
 struct HitParameters {
     point: DVec3,
     normal: DVec3,
-    parameters: Parameters<f64>,
+    parameters: TextureCoordinates<f64>,
 }
 
 fn found(shape: &TransformedShape<f64>, origin: DVec3, direction: DVec3) -> Option<HitParameters> {
     let prepared_ray = PreparedRay::new(Ray::<f64>::new(origin, direction));
     let hit = shape.intersect(&prepared_ray, Interval::positive(), Side::Both)?;
-    let surface_point = shape.locate(&prepared_ray, hit);
+    let surface_point = shape.locate_surface_point(&prepared_ray, hit);
     Some(HitParameters {
         point: surface_point.point,
         normal: surface_point.normal,
-        parameters: shape.parameters(&prepared_ray, hit),
+        parameters: shape.texture_coordinates(&prepared_ray, hit),
     })
 }
 

@@ -137,7 +137,7 @@ fn numbers_that_are_none_are_refused() {
                     );
                 }
             }
-            assert_eq!((group.len(), group.objects()), (1, 1), "{name}");
+            assert_eq!((group.len(), group.object_count()), (1, 1), "{name}");
         }
     }
 }

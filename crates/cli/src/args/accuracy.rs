@@ -37,15 +37,15 @@ pub struct AccuracyArgs {
     pub choices: ChoiceArgs,
 
     /// Integrator, the method that computes light [default: the scene's]
-    #[arg(long, value_name = "NAME", value_parser = names::variants::<Integrator>())]
+    #[arg(long, value_name = "NAME", value_parser = names::variant_parser::<Integrator>())]
     pub integrator: Option<Integrator>,
 
     /// Total time, such as 90s or 5min; renders end when the time is over
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "60s", value_parser = values::duration)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "60s", value_parser = values::parse_duration)]
     pub budget: Duration,
 
     /// Size of the picture in pixels [default: the scene's]
-    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::size)]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::parse_size)]
     pub size: Option<[u32; 2]>,
 
     /// Renders of each candidate setting, each with other random numbers, where all tiles of the
@@ -62,7 +62,7 @@ pub struct AccuracyArgs {
     pub threads: Option<u32>,
 
     /// Refuse a render that needs more memory: bytes, or with K, M, G [default: 8G]
-    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::bytes)]
+    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::parse_bytes)]
     pub max_memory: Option<u64>,
 
     /// Print JSON instead of a table

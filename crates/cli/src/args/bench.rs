@@ -4,9 +4,9 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use raywright_core::bench::GeneratedKind;
+use raywright_core::bench::GeneratedPrimitive;
 use raywright_core::bvh::BuildQuality;
-use raywright_core::ladder::{Ladder, build_quality};
+use raywright_core::ladder::{Ladder, build_quality_of_rung};
 
 use super::SceneArgs;
 use super::values;
@@ -40,14 +40,14 @@ pub struct BenchArgs {
         default_value_t,
         conflicts_with = "scene"
     )]
-    pub shape: Shapes,
+    pub shape: GeneratedShapes,
 
     /// Primitives in the largest generated scene, at most 10000000
     #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000), conflicts_with = "scene")]
     pub max_n: u32,
 
     /// Build of the tree: a rung of the ladder `build`, fast, medium or high
-    #[arg(long, value_name = "RUNG", default_value = "fast", value_parser = build)]
+    #[arg(long, value_name = "RUNG", default_value = "fast", value_parser = parse_build_quality)]
     pub build: BuildQuality,
 
     /// Number of measurements of each case, in turns; more measurements give a surer median and
@@ -57,7 +57,7 @@ pub struct BenchArgs {
 
     /// CPU seconds for the rays, approximately; builds take further time. Less time means shorter
     /// measurements, which are less certain, and leaves out the slowest scans
-    #[arg(long, value_name = "S", allow_hyphen_values = true, default_value_t = 40.0, value_parser = seconds)]
+    #[arg(long, value_name = "S", allow_hyphen_values = true, default_value_t = 40.0, value_parser = parse_seconds)]
     pub seconds: f64,
 
     /// Print JSON instead of a table
@@ -74,7 +74,7 @@ pub struct BenchArgs {
 }
 
 /// Parses a rung of the ladder `build`, such as `high`.
-fn build(text: &str) -> Result<BuildQuality, String> {
+fn parse_build_quality(text: &str) -> Result<BuildQuality, String> {
     let names = || {
         Ladder::Build
             .rungs()
@@ -83,12 +83,12 @@ fn build(text: &str) -> Result<BuildQuality, String> {
             .collect::<Vec<_>>()
             .join(", ")
     };
-    build_quality(text).ok_or_else(|| format!("expected one of {}", names()))
+    build_quality_of_rung(text).ok_or_else(|| format!("expected one of {}", names()))
 }
 
 /// Parses a measuring time in seconds, from 0.001 to 86400.
-fn seconds(text: &str) -> Result<f64, String> {
-    match values::number(text)? {
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    match values::parse_number(text)? {
         seconds if (0.001..=86_400.0).contains(&seconds) => Ok(seconds),
         _ => Err("expected seconds from 0.001 to 86400".to_owned()),
     }
@@ -96,7 +96,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 /// Primitives of generated scenes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Shapes {
+pub enum GeneratedShapes {
     /// Spheres only
     Spheres,
     /// Triangles only
@@ -106,13 +106,13 @@ pub enum Shapes {
     Both,
 }
 
-impl Shapes {
+impl GeneratedShapes {
     /// Returns the kinds of generated primitives to measure: one kind, or both.
-    pub fn kinds(self) -> Vec<GeneratedKind> {
+    pub fn generated_kinds(self) -> Vec<GeneratedPrimitive> {
         match self {
-            Self::Spheres => vec![GeneratedKind::Spheres],
-            Self::Triangles => vec![GeneratedKind::Triangles],
-            Self::Both => GeneratedKind::ALL.map(|(_, kind)| kind).to_vec(),
+            Self::Spheres => vec![GeneratedPrimitive::Spheres],
+            Self::Triangles => vec![GeneratedPrimitive::Triangles],
+            Self::Both => GeneratedPrimitive::ALL.map(|(_, kind)| kind).to_vec(),
         }
     }
 }

@@ -30,23 +30,23 @@ pub struct CompareArgs {
     pub reference: PathBuf,
 
     /// Fail if the root mean square error is above X
-    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::at_least_zero, help_heading = "Thresholds")]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::parse_non_negative, help_heading = "Thresholds")]
     pub max_rmse: Option<f64>,
 
     /// Fail if relMSE, the mean of (A - B)² / (B² + 0.01), is above X
-    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::at_least_zero, help_heading = "Thresholds")]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::parse_non_negative, help_heading = "Thresholds")]
     pub max_relmse: Option<f64>,
 
     /// Fail if relMSE without the worst 0.1 % of the pixels is above X
-    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::at_least_zero, help_heading = "Thresholds")]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::parse_non_negative, help_heading = "Thresholds")]
     pub max_relmse_trimmed: Option<f64>,
 
     /// Fail if the mean FLIP difference, from 0 (alike) to 1, is above X
-    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::at_least_zero, help_heading = "Thresholds")]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::parse_non_negative, help_heading = "Thresholds")]
     pub max_flip: Option<f64>,
 
     /// Fail if the peak signal-to-noise ratio, in decibels, is below DB
-    #[arg(long, value_name = "DB", allow_hyphen_values = true, value_parser = values::number, help_heading = "Thresholds")]
+    #[arg(long, value_name = "DB", allow_hyphen_values = true, value_parser = values::parse_number, help_heading = "Thresholds")]
     pub min_psnr: Option<f64>,
 
     /// Fail if the pictures differ by more than their noise. The noise is read from the layer
@@ -56,7 +56,7 @@ pub struct CompareArgs {
     pub noise: bool,
 
     /// Probability of a false alarm of --noise, over all tested blocks together
-    #[arg(long, value_name = "P", allow_hyphen_values = true, value_parser = values::level, default_value = "0.01", requires = "noise", help_heading = "Thresholds")]
+    #[arg(long, value_name = "P", allow_hyphen_values = true, value_parser = values::parse_significance_level, default_value = "0.01", requires = "noise", help_heading = "Thresholds")]
     pub level: f64,
 
     /// Write a picture of the differences, .png: black where the pictures are alike, lighter where
@@ -66,17 +66,17 @@ pub struct CompareArgs {
 
     /// Brighten .exr pictures by stops before the perceptual comparison [default: as their files
     /// say, or 0]
-    #[arg(long, value_name = "STOPS", value_parser = values::number, allow_hyphen_values = true, help_heading = "Display of .exr")]
+    #[arg(long, value_name = "STOPS", value_parser = values::parse_number, allow_hyphen_values = true, help_heading = "Display of .exr")]
     pub exposure: Option<f64>,
 
     /// Tone map of .exr pictures in the perceptual comparison [default: as their files say, or
     /// khronos-neutral]
-    #[arg(long, value_name = "NAME", value_parser = names::variants::<ToneMap>(), help_heading = "Display of .exr")]
+    #[arg(long, value_name = "NAME", value_parser = names::variant_parser::<ToneMap>(), help_heading = "Display of .exr")]
     pub tonemap: Option<ToneMap>,
 
     /// Transfer curve of .exr pictures in the perceptual comparison [default: as their files say,
     /// or srgb]
-    #[arg(long, value_name = "CURVE", value_parser = names::variants::<TransferCurve>(), help_heading = "Display of .exr")]
+    #[arg(long, value_name = "CURVE", value_parser = names::variant_parser::<TransferCurve>(), help_heading = "Display of .exr")]
     pub gamma: Option<TransferCurve>,
 
     /// Print JSON instead of a table

@@ -41,6 +41,6 @@ pub struct MergeArgs {
     pub display: DisplayArgs,
 
     /// Refuse work that needs more memory: bytes, or with K, M, G [default: 8G]
-    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::bytes)]
+    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::parse_bytes)]
     pub max_memory: Option<u64>,
 }

@@ -22,7 +22,8 @@ pub use compare::CompareArgs;
 pub use denoise::DenoiseArgs;
 pub use merge::MergeArgs;
 pub use pictures::{
-    BackgroundChoice, Exposure, Frames, MOST_SAMPLES, PictureShare, TevAddress, Views,
+    BackgroundChoice, ExposureChoice, FrameTimes, MOST_SAMPLES, NamedViews, PictureShare,
+    TevAddress,
 };
 pub use render::{
     Accelerator, DisplayArgs, FilmArgs, LightArgs, Precision, ProgressStyle, RenderArgs,
@@ -42,7 +43,7 @@ use crate::console::{ColorChoice, Verbosity};
 /// Name of the default preset, the only preset name that the program's code contains.
 pub const DEFAULT_PRESET: &str = "whitted";
 
-fn examples() -> String {
+fn format_examples() -> String {
     format!(
         "Examples:
   raywright                                 Render the preset {DEFAULT_PRESET}
@@ -54,7 +55,7 @@ fn examples() -> String {
     )
 }
 
-const SCHEMA_USE: &str = "\
+const SCHEMA_HELP: &str = "\
 An editor that is given the schema completes and checks scenes as they are written:
 
   raywright schema > scene.schema.json
@@ -65,7 +66,7 @@ For TOML, the first line of a scene may name it:
 
 /// Render a scene - a text file, a glTF, OBJ, STL or PLY model - to a picture.
 #[derive(Debug, Parser)]
-#[command(name = "raywright", version, propagate_version = false, after_help = examples(), max_term_width = 100)]
+#[command(name = "raywright", version, propagate_version = false, after_help = format_examples(), max_term_width = 100)]
 #[command(subcommand_value_name = "COMMAND", args_override_self = true)]
 #[command(override_usage = "raywright [OPTIONS] [COMMAND]\n       raywright [OPTIONS] FILE...")]
 pub struct Arguments {
@@ -146,7 +147,7 @@ pub enum Command {
     /// List the built-in scenes, or print one of them
     Presets(PresetsArgs),
     /// Print the JSON Schema of the scene format
-    #[command(after_help = SCHEMA_USE)]
+    #[command(after_help = SCHEMA_HELP)]
     Schema,
     /// Print a completion script for a shell
     Completions(CompletionsArgs),

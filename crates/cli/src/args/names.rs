@@ -9,14 +9,14 @@ use serde::de::{DeserializeOwned, IntoDeserializer};
 
 /// Returns a clap parser that accepts the serde names of the unit variants of `T`. Clap lists the
 /// names in the help and suggests the nearest name for a misspelled word.
-pub fn variants<T: DeserializeOwned + Clone + Send + Sync + 'static>()
+pub fn variant_parser<T: DeserializeOwned + Clone + Send + Sync + 'static>()
 -> impl TypedValueParser<Value = T> {
-    PossibleValuesParser::new(names::<T>())
-        .try_map(|name| parse::<T>(&name).map_err(|RefusedVariant(_)| UnknownName(name)))
+    PossibleValuesParser::new(variant_names::<T>())
+        .try_map(|name| parse_variant::<T>(&name).map_err(|RefusedVariant(_)| UnknownName(name)))
 }
 
 /// Returns a clap parser for the names of layers of an EXR picture.
-pub fn aov() -> impl TypedValueParser<Value = Aov> {
+pub fn aov_parser() -> impl TypedValueParser<Value = Aov> {
     let find = |name: String| {
         Aov::ALL
             .iter()
@@ -61,13 +61,13 @@ impl fmt::Display for UnknownName {
 impl std::error::Error for UnknownName {}
 
 /// Parses a variant of `T` by its serde name.
-pub(crate) fn parse<T: DeserializeOwned>(name: &str) -> Result<T, RefusedVariant> {
+pub(crate) fn parse_variant<T: DeserializeOwned>(name: &str) -> Result<T, RefusedVariant> {
     T::deserialize(IntoDeserializer::<RefusedVariant>::into_deserializer(name))
 }
 
 /// Returns the serde names of all variants of `T`, in the order of their declaration.
-fn names<T: DeserializeOwned>() -> &'static [&'static str] {
-    parse::<T>("")
+fn variant_names<T: DeserializeOwned>() -> &'static [&'static str] {
+    parse_variant::<T>("")
         .err()
         .map_or(&[], |RefusedVariant(names)| names)
 }
@@ -82,11 +82,14 @@ mod tests {
     #[test]
     fn names_are_those_of_the_scene_format() {
         assert_eq!(
-            names::<ToneMap>(),
+            variant_names::<ToneMap>(),
             ["none", "aces", "aces-hill", "agx", "khronos-neutral"]
         );
-        assert_eq!(names::<TransferCurve>(), ["srgb", "2.2", "none"]);
-        assert_eq!(parse::<ToneMap>("aces-hill").ok(), Some(ToneMap::AcesHill));
-        assert!(parse::<ToneMap>("filmic").is_err());
+        assert_eq!(variant_names::<TransferCurve>(), ["srgb", "2.2", "none"]);
+        assert_eq!(
+            parse_variant::<ToneMap>("aces-hill").ok(),
+            Some(ToneMap::AcesHill)
+        );
+        assert!(parse_variant::<ToneMap>("filmic").is_err());
     }
 }

@@ -1,14 +1,14 @@
 //! Values of flags that select the pictures of a run: samples, views, times and shares.
 
 use raywright_core::Settings;
-use raywright_core::framing::View;
+use raywright_core::framing::ViewAngles;
 
 /// Largest number of samples per pixel.
 pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
 
 /// Exposure, the scale of radiance before display, from `--exposure`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Exposure {
+pub enum ExposureChoice {
     /// A number of stops: 1 doubles the radiance.
     Stops(f64),
     /// Whole stops, chosen from the rendered picture.
@@ -28,12 +28,12 @@ pub enum BackgroundChoice {
 
 /// Views of `--views` with their names, in the order of the flag.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Views(pub Vec<(String, View)>);
+pub struct NamedViews(pub Vec<(String, ViewAngles)>);
 
 /// Times of `--frames` in seconds: from `from` up to `to` at a rate per second. An infinite `to`
 /// stands for the end of the animation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frames {
+pub struct FrameTimes {
     /// First time, in seconds.
     pub from: f64,
     /// End of the times in seconds, exclusive.
@@ -42,9 +42,9 @@ pub struct Frames {
     pub rate: f64,
 }
 
-impl Frames {
+impl FrameTimes {
     /// Largest number of times in a run.
-    pub const MOST: f64 = 1e5;
+    pub const MOST_TIMES: f64 = 1e5;
 
     /// Returns all times in seconds, in ascending order; at least one.
     pub fn times(self) -> impl Iterator<Item = f64> {

@@ -7,17 +7,19 @@ use std::time::Duration;
 use clap::{ArgAction, Args, ValueEnum};
 use raywright_core::Settings;
 use raywright_core::bvh::{AcceleratorKind, BuildQuality};
-use raywright_core::framing::View;
-use raywright_core::scene::{Fit, Integrator, ToneMap, TransferCurve};
+use raywright_core::framing::ViewAngles;
+use raywright_core::scene::{AspectFit, Integrator, ToneMap, TransferCurve};
 use raywright_core::settings::{Aov, Crop, PrecisionChoice};
 
 use super::DEFAULT_PRESET;
 use super::names;
-use super::pictures::{BackgroundChoice, Exposure, Frames, PictureShare, TevAddress, Views};
+use super::pictures::{
+    BackgroundChoice, ExposureChoice, FrameTimes, NamedViews, PictureShare, TevAddress,
+};
 use super::scene::{ChoiceArgs, SceneArgs};
 use super::values;
 
-fn examples() -> String {
+fn format_examples() -> String {
     format!(
         "Examples:
   raywright render                             The preset {DEFAULT_PRESET}
@@ -40,7 +42,7 @@ Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene or nothing to see of it, 4
 
 /// Arguments of `render`.
 #[derive(Clone, Debug, Default, Args)]
-#[command(after_help = examples())]
+#[command(after_help = format_examples())]
 pub struct RenderArgs {
     /// Scenes to render.
     #[arg(value_name = "SCENE", help = format!(
@@ -70,7 +72,7 @@ pub struct RenderArgs {
 
     /// Layers to add to an .exr output, separated by commas: albedo, normal, position, emission (of
     /// lamps and sky), depth, object, material, samples (their number), stderr (standard error)
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = names::aov(), hide_possible_values = true)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = names::aov_parser(), hide_possible_values = true)]
     pub aov: Vec<Aov>,
 
     /// Changes to the scene.
@@ -112,7 +114,7 @@ pub struct RenderArgs {
 pub struct ViewArgs {
     /// Width and height in pixels; the vertical field of view is kept [default: the scene's; models
     /// 1280x720]
-    #[arg(short, long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::size)]
+    #[arg(short, long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::parse_size)]
     pub size: Option<[u32; 2]>,
 
     /// Camera by name, or by index from 0 [default: the scene's first]
@@ -123,15 +125,15 @@ pub struct ViewArgs {
     /// azimuth and elevation in degrees (0,0 is the front, on the +z side, 90,0 the right)
     /// [default: the scene's camera; without a camera from slightly above and to the side, flat
     /// things and open rooms from their front]
-    #[arg(long, value_name = "VIEW|AZ,EL", value_parser = values::view, allow_hyphen_values = true,
+    #[arg(long, value_name = "VIEW|AZ,EL", value_parser = values::parse_view, allow_hyphen_values = true,
         conflicts_with_all = ["camera", "eye", "target"])]
-    pub view: Option<View>,
+    pub view: Option<ViewAngles>,
 
     /// One picture from each of these views, separated by commas. The files are named
     /// SCENE-VIEW.png, or numbered where the name of -o contains %04d
-    #[arg(long, value_name = "LIST", value_parser = values::views, allow_hyphen_values = true,
+    #[arg(long, value_name = "LIST", value_parser = values::parse_views, allow_hyphen_values = true,
         conflicts_with_all = ["view", "camera", "eye", "target", "turntable", "frames"])]
-    pub views: Option<Views>,
+    pub views: Option<NamedViews>,
 
     /// N pictures from a full circle around the whole scene, at the elevation of the current view
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=3600),
@@ -141,19 +143,19 @@ pub struct ViewArgs {
     /// One picture for each time from A up to, but not at, B seconds, at FPS pictures per second,
     /// such as 0..2:25; all:25 is the whole length of a model's animation. Each picture equals the
     /// picture of --at with the same time
-    #[arg(long, value_name = "A..B:FPS|all:FPS", value_parser = values::frames, allow_hyphen_values = true, conflicts_with = "at")]
-    pub frames: Option<Frames>,
+    #[arg(long, value_name = "A..B:FPS|all:FPS", value_parser = values::parse_frame_times, allow_hyphen_values = true, conflicts_with = "at")]
+    pub frames: Option<FrameTimes>,
 
     /// Enlarge the middle of the picture by this factor
-    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::zoom)]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::parse_zoom)]
     pub zoom: Option<f64>,
 
     /// Move the camera to this point
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::triple, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::parse_triple, allow_hyphen_values = true)]
     pub eye: Option<[f64; 3]>,
 
     /// Turn the camera to this point
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::triple, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::parse_triple, allow_hyphen_values = true)]
     pub target: Option<[f64; 3]>,
 
     /// Up vector of the camera, from `--up X,Y,Z`.
@@ -161,18 +163,18 @@ pub struct ViewArgs {
     pub up: Option<[f64; 3]>,
 
     /// Vertical field of view in degrees; --view still shows the whole scene
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::field_of_view)]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::parse_field_of_view)]
     pub fov: Option<f64>,
 
     /// Fit of a picture whose aspect ratio differs from the camera's: contain shows the camera's
     /// whole view and more at two sides, cover shows a part of the view [default: contain for glTF
     /// cameras; for others the scene's `fit`, or the vertical field of view is kept]
-    #[arg(long, value_name = "contain|cover", value_parser = values::fit, conflicts_with_all = ["view", "views", "turntable", "fov"])]
-    pub fit: Option<Fit>,
+    #[arg(long, value_name = "contain|cover", value_parser = values::parse_fit, conflicts_with_all = ["view", "views", "turntable", "fov"])]
+    pub fit: Option<AspectFit>,
 
     /// Render only this rectangle of pixels, counted from the top left; the pixels have the same
     /// values as in the whole picture
-    #[arg(long, value_name = "X,Y,W,H", allow_hyphen_values = true, value_parser = values::crop)]
+    #[arg(long, value_name = "X,Y,W,H", allow_hyphen_values = true, value_parser = values::parse_crop)]
     pub crop: Option<Crop>,
 
     /// Draw the edges of the model's own triangles, a pixel wide, on the first surface that the
@@ -185,7 +187,7 @@ pub struct ViewArgs {
     /// #e6b219 or rgb(230,178,25). .png, .jpg and .webp show the colour with exactly these codes,
     /// whatever exposure and tone map are; .exr has its linear value. R,G,B are linear, from 0 to
     /// 1. The shadow on a studio's ground stays: under transparent as alpha [default: env]
-    #[arg(long, value_name = "env|transparent|COLOUR", allow_hyphen_values = true, value_parser = values::background)]
+    #[arg(long, value_name = "env|transparent|COLOUR", allow_hyphen_values = true, value_parser = values::parse_background)]
     pub background: Option<BackgroundChoice>,
 }
 
@@ -195,13 +197,13 @@ pub struct ViewArgs {
 pub struct LightArgs {
     /// Integrator; auto takes the integrator that suits the scene [default: the scene's; models
     /// auto]
-    #[arg(long, value_name = "NAME", value_parser = names::variants::<Integrator>())]
+    #[arg(long, value_name = "NAME", value_parser = names::variant_parser::<Integrator>())]
     pub integrator: Option<Integrator>,
 
     /// Samples a pixel: time grows with the number, noise falls with its square root. In a scene
     /// with a fixed sample pattern, the pattern's own count keeps the pattern, and 1 is the pixel
     /// centre [default: the scene's; models 64]
-    #[arg(long, value_name = "N", value_parser = values::samples, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = values::parse_samples, allow_hyphen_values = true)]
     pub spp: Option<u32>,
 
     /// Filter the noise out of the picture, from 8 samples on, and report the remaining error. The
@@ -219,17 +221,17 @@ pub struct LightArgs {
     /// relMSE is below E: 0.1 is grainy, 0.02 clean. A pixel takes at most --spp samples, or the
     /// number that --budget allows. With --denoise, E limits the error of the denoised picture
     /// [default: every pixel takes --spp]
-    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = values::max_error)]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = values::parse_max_error)]
     pub max_error: Option<f64>,
 
     /// Largest number of ray segments in a light path, 1 to 64, or unlimited, where Russian
     /// roulette alone ends paths; 1 is the camera ray alone [default: the scene's; models 8]
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = depth)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = parse_max_depth)]
     pub max_depth: Option<u32>,
 
     /// Largest radiance of a sample; brighter samples are dimmed to it. Fireflies become fewer, but
     /// light is lost, and the picture is biased [default: no limit]
-    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = limit)]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = parse_radiance_limit)]
     pub clamp: Option<f64>,
 
     /// Seed of the random numbers: the same seed gives the same picture, bit for bit [default: the
@@ -267,15 +269,15 @@ pub struct DisplayArgs {
     /// Brighten by stops: 1 doubles, -1 halves. auto chooses whole stops with which at most a tenth
     /// of the picture is clipped or black; all pictures of a scene take the stops of the first
     /// [default: the scene's; for models 0]
-    #[arg(long, value_name = "STOPS|auto", value_parser = values::exposure, allow_hyphen_values = true)]
-    pub exposure: Option<Exposure>,
+    #[arg(long, value_name = "STOPS|auto", value_parser = values::parse_exposure, allow_hyphen_values = true)]
+    pub exposure: Option<ExposureChoice>,
 
     /// Tone map, the compression of bright light [default: the scene's; for models khronos-neutral]
-    #[arg(long, value_name = "NAME", value_parser = names::variants::<ToneMap>())]
+    #[arg(long, value_name = "NAME", value_parser = names::variant_parser::<ToneMap>())]
     pub tonemap: Option<ToneMap>,
 
     /// Transfer curve of pixel values [default: the scene's; for models srgb]
-    #[arg(long, value_name = "CURVE", value_parser = names::variants::<TransferCurve>())]
+    #[arg(long, value_name = "CURVE", value_parser = names::variant_parser::<TransferCurve>())]
     pub gamma: Option<TransferCurve>,
 
     /// Quality of .jpg pictures, from 1 to 100 [default: 90]
@@ -293,7 +295,7 @@ pub struct MachineArgs {
     pub threads: Option<u32>,
 
     /// Refuse work that needs more memory: bytes, or with K, M, G [default: 8G]
-    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::bytes)]
+    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::parse_bytes)]
     pub max_memory: Option<u64>,
 
     /// Acceleration structure; the picture does not depend on the structure [default: bvh]
@@ -308,7 +310,7 @@ pub struct FilmArgs {
     /// Render as many samples as the time allows, counted from the program's start, such as 10s or
     /// 5min: at least one pass over the picture, at most --spp. Exit code 5 if the time is over
     /// before the render can begin [default: no limit; with it, up to 65536 samples]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = values::duration)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = values::parse_duration)]
     pub budget: Option<Duration>,
 
     /// Keep the unfinished picture in this file, every minute and at the end, for --resume
@@ -328,7 +330,7 @@ pub struct FilmArgs {
 
     /// Render only the Kth of N shares of the picture into the file of --checkpoint; `raywright
     /// merge` makes one picture of all shares
-    #[arg(long, value_name = "K/N", allow_hyphen_values = true, value_parser = values::share)]
+    #[arg(long, value_name = "K/N", allow_hyphen_values = true, value_parser = values::parse_share)]
     pub part: Option<PictureShare>,
 }
 
@@ -371,7 +373,7 @@ pub struct ReportArgs {
     /// Show the picture in tev, an image viewer, at each doubling of the samples, with its layers,
     /// the denoised picture where requested, and standard errors [default host and port:
     /// 127.0.0.1:14158]
-    #[arg(long, value_name = "tev[:HOST:PORT]", value_parser = values::tev)]
+    #[arg(long, value_name = "tev[:HOST:PORT]", value_parser = values::parse_tev_address)]
     pub display: Option<TevAddress>,
 
     /// Progress on standard error: a bar on a terminal and lines elsewhere (auto), lines (plain),
@@ -395,7 +397,7 @@ pub enum ProgressStyle {
 }
 
 /// Parses the largest number of ray segments in a path, or `unlimited`.
-fn depth(text: &str) -> Result<u32, String> {
+fn parse_max_depth(text: &str) -> Result<u32, String> {
     if text == "unlimited" {
         return Ok(Settings::UNLIMITED);
     }
@@ -411,7 +413,7 @@ fn depth(text: &str) -> Result<u32, String> {
 }
 
 /// Parses the limit of `--clamp`, a finite radiance above zero.
-fn limit(text: &str) -> Result<f64, String> {
+fn parse_radiance_limit(text: &str) -> Result<f64, String> {
     let number = text
         .parse()
         .ok()

@@ -7,7 +7,7 @@ use std::time::Duration;
 use clap::Args;
 use raywright_core::effects::Effect;
 use raywright_core::ladder::RungChoice;
-use raywright_io::{EnvironmentSource, GroundRule, Section, WarningCode};
+use raywright_io::{EnvironmentSource, GroundRule, SectionPlane, WarningCode};
 
 use super::values;
 
@@ -16,11 +16,11 @@ use super::values;
 pub struct SceneArgs {
     /// Time in seconds at which the scene's expressions are evaluated, or a glTF file's animations
     /// are shown [default: the file's `t`; models at rest]
-    #[arg(long, value_name = "T", value_parser = values::number, allow_hyphen_values = true)]
+    #[arg(long, value_name = "T", value_parser = values::parse_number, allow_hyphen_values = true)]
     pub at: Option<f64>,
 
     /// Set a parameter of the scene to another value; may be repeated
-    #[arg(long, value_name = "NAME=VALUE", value_parser = values::assignment, action = clap::ArgAction::Append)]
+    #[arg(long, value_name = "NAME=VALUE", value_parser = values::parse_assignment, action = clap::ArgAction::Append)]
     pub set: Vec<(String, f64)>,
 
     /// Scene of a glTF file, by name or by index from 0 [default: the file's own choice]
@@ -40,24 +40,24 @@ pub struct SceneArgs {
     /// Up direction: an axis of a model (y, z, x, -y, -z, -x), which turns the model before studio,
     /// views and films are set up; or a direction X,Y,Z, which turns only the camera [default: y;
     /// of STL z]
-    #[arg(long, value_name = "AXIS|X,Y,Z", value_parser = values::up, allow_hyphen_values = true)]
-    pub up: Option<values::Up>,
+    #[arg(long, value_name = "AXIS|X,Y,Z", value_parser = values::parse_up_direction, allow_hyphen_values = true)]
+    pub up: Option<values::UpDirection>,
 
     /// Material of every surface, to judge shapes: clay, a matte neutral grey. Alpha cut-outs stay
     /// cut out, glass becomes opaque, lamps still emit light
-    #[arg(long, value_name = "clay", value_parser = values::material)]
+    #[arg(long, value_name = "clay", value_parser = values::parse_material)]
     pub material: Option<values::MaterialChoice>,
 
     /// Cut models: x=0.3 keeps the side below 0.3 along x, -x=0.3 the side above, in units of the
     /// file after its up axis is turned to y. x=30% is measured through the box around everything.
     /// Closed meshes get a cap of their own material, grey where images colour that material;
     /// shapes that are no meshes stay whole
-    #[arg(long, value_name = "AXIS=VALUE", value_parser = values::section, allow_hyphen_values = true)]
-    pub section: Option<Section>,
+    #[arg(long, value_name = "AXIS=VALUE", value_parser = values::parse_section, allow_hyphen_values = true)]
+    pub section: Option<SectionPlane>,
 
     /// Environment in place of the scene's own: none, default (the neutral grey sky of scenes
     /// without light), or an equirectangular picture (.hdr, .exr, .png, .jpg)
-    #[arg(long, value_name = "none|default|FILE", value_parser = values::environment())]
+    #[arg(long, value_name = "none|default|FILE", value_parser = values::environment_parser())]
     pub env: Option<EnvironmentSource>,
 
     /// Light the scene by the default studio in place of its own lights and sky. A model without
@@ -68,21 +68,21 @@ pub struct SceneArgs {
     pub studio: bool,
 
     /// Ground of the studio: auto (it shows shadows and is otherwise invisible) or none
-    #[arg(long, value_name = "auto|none", value_parser = values::ground, default_value = "auto", hide_default_value = true)]
+    #[arg(long, value_name = "auto|none", value_parser = values::parse_ground, default_value = "auto", hide_default_value = true)]
     pub ground: GroundRule,
 
     /// Backdrop of the studio, the same for all pictures of a run: dark, light, or auto, which is
     /// dark behind a bright first model and light behind a dark first model
-    #[arg(long, value_name = "auto|dark|light", value_parser = values::backdrop)]
-    pub backdrop: Option<values::Backdrop>,
+    #[arg(long, value_name = "auto|dark|light", value_parser = values::parse_backdrop)]
+    pub backdrop: Option<values::BackdropChoice>,
 
     /// Turn the environment by this many degrees about +y: 90 shows along +z the part that was
     /// along +x
-    #[arg(long, value_name = "DEG", value_parser = values::number, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEG", value_parser = values::parse_number, allow_hyphen_values = true)]
     pub env_rotation: Option<f64>,
 
     /// Factor on the environment's light, 0 or more
-    #[arg(long, value_name = "X", value_parser = values::at_least_zero, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X", value_parser = values::parse_non_negative, allow_hyphen_values = true)]
     pub env_strength: Option<f64>,
 
     /// Read files outside the scene's folder, too, if the scene names them by absolute paths, `..`
@@ -104,8 +104,8 @@ pub struct ChoiceArgs {
         long,
         value_name = "LIST",
         value_delimiter = ',',
-        value_parser = values::effect,
-        help = format!("Switch effects off, separated by commas: {}", values::effects())
+        value_parser = values::parse_effect,
+        help = format!("Switch effects off, separated by commas: {}", values::list_switchable_effects())
     )]
     pub without: Vec<Effect>,
 }
@@ -132,7 +132,7 @@ pub struct ExplainArgs {
     pub measure: bool,
 
     /// Total time for measuring, such as 90s or 5min
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "30s", value_parser = values::duration, requires = "measure")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "30s", value_parser = values::parse_duration, requires = "measure")]
     pub budget: Duration,
 
     /// Print JSON instead of a table
@@ -179,7 +179,7 @@ pub struct CheckArgs {
 
     /// Codes of warnings that --deny-warnings allows, as in brackets after each warning; separated
     /// by commas
-    #[arg(long, value_name = "CODE", value_delimiter = ',', value_parser = values::warning_code, requires = "deny_warnings")]
+    #[arg(long, value_name = "CODE", value_delimiter = ',', value_parser = values::parse_warning_code, requires = "deny_warnings")]
     pub allow: Vec<WarningCode>,
 
     /// Changes to the scene.

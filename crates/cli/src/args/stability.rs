@@ -24,7 +24,7 @@ pub struct StabilityArgs {
 
     /// Share of the rays to trace
     #[arg(long, value_name = "SHARE", value_enum, default_value_t)]
-    pub rays: RaysChoice,
+    pub rays: RayShareChoice,
 
     /// Print JSON instead of a table
     #[arg(long)]
@@ -38,7 +38,7 @@ pub struct StabilityArgs {
 
 /// Share of the rays to trace.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum RaysChoice {
+pub enum RayShareChoice {
     /// A quarter; all rays of small cases
     #[default]
     Quarter,
@@ -46,11 +46,11 @@ pub enum RaysChoice {
     All,
 }
 
-impl From<RaysChoice> for RayCount {
-    fn from(choice: RaysChoice) -> Self {
+impl From<RayShareChoice> for RayCount {
+    fn from(choice: RayShareChoice) -> Self {
         match choice {
-            RaysChoice::Quarter => Self::Quarter,
-            RaysChoice::All => Self::All,
+            RayShareChoice::Quarter => Self::Quarter,
+            RayShareChoice::All => Self::All,
         }
     }
 }

@@ -36,7 +36,7 @@ pub struct StressArgs {
     pub choices: ChoiceArgs,
 
     /// Integrator, the method that computes light [default: the scene's]
-    #[arg(long, value_name = "NAME", value_parser = names::variants::<Integrator>())]
+    #[arg(long, value_name = "NAME", value_parser = names::variant_parser::<Integrator>())]
     pub integrator: Option<Integrator>,
 
     /// Arithmetic of rays and surfaces [default: robust]
@@ -49,7 +49,7 @@ pub struct StressArgs {
 
     /// Time after which no more rays are traced, such as 90s or 5min; meshes and images are always
     /// examined in full
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "30s", value_parser = values::duration)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "30s", value_parser = values::parse_duration)]
     pub budget: Duration,
 
     /// Number of threads [default: one for each processor]
@@ -57,7 +57,7 @@ pub struct StressArgs {
     pub threads: Option<u32>,
 
     /// Refuse work that needs more memory: bytes, or with K, M, G [default: 8G]
-    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::bytes)]
+    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::parse_bytes)]
     pub max_memory: Option<u64>,
 
     /// Mildest finding that ends with exit code 1

@@ -6,26 +6,31 @@
 use std::path::{Path, PathBuf};
 
 use clap::builder::{OsStringValueParser, TypedValueParser};
-use raywright_io::{EnvironmentSource, GroundRule, Section, UpAxis, WarningCode, parse_colour};
+use raywright_io::{
+    EnvironmentSource, GroundRule, SectionPlane, UpAxis, WarningCode, parse_colour,
+};
 use std::str::FromStr;
 use std::time::Duration;
 
 use raywright_core::Settings;
-use raywright_core::display::curve::{encode, quantise};
+use raywright_core::display::curve::{encode_transfer, quantise_8_bit};
 use raywright_core::effects::{Effect, SWITCHABLE};
-use raywright_core::framing::View;
-use raywright_core::scene::{Fit, Studio, TransferCurve};
+use raywright_core::framing::ViewAngles;
+use raywright_core::scene::{AspectFit, Studio, TransferCurve};
 use raywright_core::settings::Crop;
-use raywright_core::suggest::closest;
+use raywright_core::suggest::closest_word;
 
-use super::{BackgroundChoice, Exposure, Frames, MOST_SAMPLES, PictureShare, TevAddress, Views};
+use super::{
+    BackgroundChoice, ExposureChoice, FrameTimes, MOST_SAMPLES, NamedViews, PictureShare,
+    TevAddress,
+};
 
 /// Largest width or height of a picture, in pixels.
 pub const MAX_EDGE: u32 = Settings::MOST_EDGE;
 
 /// Parses a time from 1 second to 24 hours, as numbers with the units `s`, `min` or `h`, such as
 /// `1h30min`; a number alone is in seconds.
-pub fn duration(text: &str) -> Result<Duration, String> {
+pub fn parse_duration(text: &str) -> Result<Duration, String> {
     const EXPECTED: &str = "expected a time from 1s to 24h, such as 90s, 5min or 1h30min";
     let (mut rest, mut seconds, mut unit_before) = (text.trim(), 0.0, f64::INFINITY);
     while !rest.is_empty() {
@@ -45,7 +50,7 @@ pub fn duration(text: &str) -> Result<Duration, String> {
             "h" => 3600.0,
             _ => return Err(EXPECTED.to_owned()),
         };
-        match number(amount) {
+        match parse_number(amount) {
             Ok(amount) if amount >= 0.0 && unit < unit_before => seconds += amount * unit,
             _ => return Err(EXPECTED.to_owned()),
         }
@@ -59,35 +64,35 @@ pub fn duration(text: &str) -> Result<Duration, String> {
 }
 
 /// Parses the fit of a picture whose shape differs from the camera's.
-pub fn fit(text: &str) -> Result<Fit, String> {
+pub fn parse_fit(text: &str) -> Result<AspectFit, String> {
     match text {
-        "contain" => Ok(Fit::Contain),
-        "cover" => Ok(Fit::Cover),
+        "contain" => Ok(AspectFit::Contain),
+        "cover" => Ok(AspectFit::Cover),
         _ => Err("expected contain or cover".to_owned()),
     }
 }
 
 /// Parses an exposure: stops, or `auto`.
-pub fn exposure(text: &str) -> Result<Exposure, String> {
+pub fn parse_exposure(text: &str) -> Result<ExposureChoice, String> {
     if text == "auto" {
-        return Ok(Exposure::Auto);
+        return Ok(ExposureChoice::Auto);
     }
-    number(text)
-        .map(Exposure::Stops)
+    parse_number(text)
+        .map(ExposureChoice::Stops)
         .map_err(|_| "expected a number of stops, or auto".to_owned())
 }
 
 /// Parses the code of a warning, such as `nothing-to-see`.
-pub fn warning_code(text: &str) -> Result<WarningCode, String> {
+pub fn parse_warning_code(text: &str) -> Result<WarningCode, String> {
     let names = WarningCode::ALL.map(WarningCode::name);
-    WarningCode::of(text).ok_or_else(|| match closest(text, names) {
+    WarningCode::from_name(text).ok_or_else(|| match closest_word(text, names) {
         Some(name) => format!("there is no such code; did you mean `{name}`?"),
         None => format!("there is no such code; known: {}", names.join(", ")),
     })
 }
 
 /// Parses a share of a picture, `K/N` with 1 ≤ K ≤ N.
-pub fn share(text: &str) -> Result<PictureShare, String> {
+pub fn parse_share(text: &str) -> Result<PictureShare, String> {
     let parts = text
         .split_once('/')
         .and_then(|(number, of)| Some((number.trim().parse().ok()?, of.trim().parse().ok()?)));
@@ -103,7 +108,7 @@ pub fn share(text: &str) -> Result<PictureShare, String> {
 }
 
 /// Parses the size of a picture, `WxH`, each from 1 to [`MAX_EDGE`].
-pub fn size(text: &str) -> Result<[u32; 2], String> {
+pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     const EXPECTED: &str = "expected WIDTHxHEIGHT in pixels, such as 1280x720";
     let (width, height) = text.split_once(['x', 'X']).ok_or(EXPECTED)?;
     let edge = |part: &str| match part.parse::<u32>() {
@@ -117,7 +122,7 @@ pub fn size(text: &str) -> Result<[u32; 2], String> {
 }
 
 /// Parses a finite number.
-pub fn number(text: &str) -> Result<f64, String> {
+pub fn parse_number(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         Ok(_) => Err("expected a finite number".to_owned()),
@@ -126,9 +131,12 @@ pub fn number(text: &str) -> Result<f64, String> {
 }
 
 /// Parses a target for the root relMSE, from 1e-6 to 1, as a number or in percent.
-pub fn max_error(text: &str) -> Result<f64, String> {
+pub fn parse_max_error(text: &str) -> Result<f64, String> {
     let percent = text.trim().strip_suffix('%');
-    let value = percent.map_or_else(|| number(text), |percent| Ok(number(percent)? / 100.0))?;
+    let value = percent.map_or_else(
+        || parse_number(text),
+        |percent| Ok(parse_number(percent)? / 100.0),
+    )?;
     match (1e-6..=1.0).contains(&value) {
         true => Ok(value),
         false => Err("expected a root relMSE from 0.000001 to 1, such as 0.05 or 5%".to_owned()),
@@ -136,32 +144,32 @@ pub fn max_error(text: &str) -> Result<f64, String> {
 }
 
 /// Parses a finite number of at least zero.
-pub fn at_least_zero(text: &str) -> Result<f64, String> {
-    match number(text)? {
+pub fn parse_non_negative(text: &str) -> Result<f64, String> {
+    match parse_number(text)? {
         value if value >= 0.0 => Ok(value),
         _ => Err("expected a number of at least 0".to_owned()),
     }
 }
 
 /// Parses the probability of a false alarm, from 1e-9 to 0.5.
-pub fn level(text: &str) -> Result<f64, String> {
-    match number(text)? {
+pub fn parse_significance_level(text: &str) -> Result<f64, String> {
+    match parse_number(text)? {
         value if (1e-9..=0.5).contains(&value) => Ok(value),
         _ => Err("expected a probability from 1e-9 to 0.5, such as 0.01".to_owned()),
     }
 }
 
 /// Parses a field of view in degrees, above 0 and below 180.
-pub fn field_of_view(text: &str) -> Result<f64, String> {
-    match number(text)? {
+pub fn parse_field_of_view(text: &str) -> Result<f64, String> {
+    match parse_number(text)? {
         value if value > 0.0 && value < 180.0 => Ok(value),
         _ => Err("expected degrees above 0 and below 180".to_owned()),
     }
 }
 
-/// Parses the address of tev: `tev`, `tev:HOST` or `tev:HOST:PORT`. The default host is this
+/// Parses the address of tev: `parse_tev_address`, `parse_tev_address:HOST` or `parse_tev_address:HOST:PORT`. The default host is this
 /// machine.
-pub fn tev(text: &str) -> Result<TevAddress, String> {
+pub fn parse_tev_address(text: &str) -> Result<TevAddress, String> {
     const EXPECTED: &str = "expected tev, tev:HOST or tev:HOST:PORT";
     let rest = match text.strip_prefix("tev") {
         Some("") => {
@@ -190,7 +198,7 @@ pub fn tev(text: &str) -> Result<TevAddress, String> {
 }
 
 /// Parses exactly `N` values separated by commas; `None` for any other text.
-fn list<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
+fn parse_list<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
     let parts: Vec<T> = text
         .split(',')
         .map(|part| part.trim().parse().ok())
@@ -199,8 +207,8 @@ fn list<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
 }
 
 /// Parses a point or direction, `x,y,z`, of finite numbers.
-pub fn triple(text: &str) -> Result<[f64; 3], String> {
-    match list::<f64, 3>(text) {
+pub fn parse_triple(text: &str) -> Result<[f64; 3], String> {
+    match parse_list::<f64, 3>(text) {
         Some(triple) if triple.iter().all(|v| v.is_finite()) => Ok(triple),
         _ => Err("expected three numbers x,y,z without spaces, such as 0,1.5,-2".to_owned()),
     }
@@ -208,7 +216,7 @@ pub fn triple(text: &str) -> Result<[f64; 3], String> {
 
 /// Up direction: an axis of a model or a direction of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Up {
+pub enum UpDirection {
     /// The axis of a model that is turned to +y.
     Axis(UpAxis),
     /// The up vector of the camera.
@@ -216,17 +224,17 @@ pub enum Up {
 }
 
 /// Parses an up direction: an axis of a model, such as `-z`, or three numbers.
-pub fn up(text: &str) -> Result<Up, String> {
-    match (text.parse::<UpAxis>(), triple(text)) {
-        (Ok(axis), _) => Ok(Up::Axis(axis)),
-        (_, Ok(direction)) => Ok(Up::Direction(direction)),
+pub fn parse_up_direction(text: &str) -> Result<UpDirection, String> {
+    match (text.parse::<UpAxis>(), parse_triple(text)) {
+        (Ok(axis), _) => Ok(UpDirection::Axis(axis)),
+        (_, Ok(direction)) => Ok(UpDirection::Direction(direction)),
         _ => Err("expected an axis of the model (y, z, x, -y, -z, -x) or a direction x,y,z, such as 0,0,1".to_owned()),
     }
 }
 
 /// Parses a rectangle of pixels, `x,y,width,height`, with at least one pixel.
-pub fn crop(text: &str) -> Result<Crop, String> {
-    match list::<u32, 4>(text) {
+pub fn parse_crop(text: &str) -> Result<Crop, String> {
+    match parse_list::<u32, 4>(text) {
         Some([x, y, width, height]) if width > 0 && height > 0 => Ok(Crop {
             x,
             y,
@@ -242,17 +250,17 @@ pub fn crop(text: &str) -> Result<Crop, String> {
 }
 
 /// Parses a value of a scene parameter, `NAME=VALUE`.
-pub fn assignment(text: &str) -> Result<(String, f64), String> {
+pub fn parse_assignment(text: &str) -> Result<(String, f64), String> {
     const EXPECTED: &str = "expected NAME=VALUE with a number, such as roughness=0.3";
     let (name, value) = text.split_once('=').ok_or(EXPECTED)?;
-    match (name.trim(), number(value)) {
+    match (name.trim(), parse_number(value)) {
         ("", _) | (_, Err(_)) => Err(EXPECTED.to_owned()),
         (name, Ok(value)) => Ok((name.to_owned(), value)),
     }
 }
 
 /// Parses an amount of memory in bytes, with an optional suffix K, M, G or T (powers of 1024).
-pub fn bytes(text: &str) -> Result<u64, String> {
+pub fn parse_bytes(text: &str) -> Result<u64, String> {
     const EXPECTED: &str = "expected bytes, such as 800000000, 512M or 2G";
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let power = match text[digits.len()..].to_ascii_uppercase().as_str() {
@@ -272,22 +280,22 @@ pub fn bytes(text: &str) -> Result<u64, String> {
 
 /// Parses a background: `env`, `transparent` or a colour. A colour given by its 8-bit codes keeps
 /// exactly those codes.
-pub fn background(text: &str) -> Result<BackgroundChoice, String> {
+pub fn parse_background(text: &str) -> Result<BackgroundChoice, String> {
     // Linear 1 becomes exactly 1; the rounding of the curve would give a value slightly below.
     let encoded = |linear: [f64; 3]| {
         linear.map(|value| {
             if value == 1.0 {
                 1.0
             } else {
-                encode(TransferCurve::Srgb, value)
+                encode_transfer(TransferCurve::Srgb, value)
             }
         })
     };
-    let nearest = |value: f64| f64::from(quantise(value)) / 255.0;
+    let nearest = |value: f64| f64::from(quantise_8_bit(value)) / 255.0;
     if let Some(colour) = parse_colour(text) {
         return Ok(BackgroundChoice::Colour(encoded(colour).map(nearest)));
     }
-    match (text, triple(text)) {
+    match (text, parse_triple(text)) {
         ("env", _) => Ok(BackgroundChoice::Environment),
         ("transparent", _) => Ok(BackgroundChoice::Transparent),
         (_, Ok(colour)) if colour.iter().all(|v| (0.0..=1.0).contains(v)) => Ok(BackgroundChoice::Colour(encoded(colour))),
@@ -296,7 +304,7 @@ pub fn background(text: &str) -> Result<BackgroundChoice, String> {
 }
 
 /// Returns a clap parser of environments: `none`, `default`, or a file with any other name.
-pub fn environment() -> impl TypedValueParser<Value = EnvironmentSource> {
+pub fn environment_parser() -> impl TypedValueParser<Value = EnvironmentSource> {
     OsStringValueParser::new().try_map(|text| match text.to_str() {
         Some("none") => Ok(EnvironmentSource::None),
         Some("default") => Ok(EnvironmentSource::Default),
@@ -312,7 +320,7 @@ pub fn environment() -> impl TypedValueParser<Value = EnvironmentSource> {
 }
 
 /// Parses the number of samples per pixel, from 1 to [`MOST_SAMPLES`].
-pub fn samples(text: &str) -> Result<u32, String> {
+pub fn parse_samples(text: &str) -> Result<u32, String> {
     let number = text
         .trim()
         .parse()
@@ -324,7 +332,7 @@ pub fn samples(text: &str) -> Result<u32, String> {
 }
 
 /// Parses the ground of a studio, `auto` or `none`.
-pub fn ground(text: &str) -> Result<GroundRule, String> {
+pub fn parse_ground(text: &str) -> Result<GroundRule, String> {
     match text {
         "auto" => Ok(GroundRule::Auto),
         "none" => Ok(GroundRule::None),
@@ -340,7 +348,7 @@ pub enum MaterialChoice {
 }
 
 /// Parses the name of a material, `clay`.
-pub fn material(text: &str) -> Result<MaterialChoice, String> {
+pub fn parse_material(text: &str) -> Result<MaterialChoice, String> {
     if text == "clay" {
         Ok(MaterialChoice::Clay)
     } else {
@@ -349,13 +357,13 @@ pub fn material(text: &str) -> Result<MaterialChoice, String> {
 }
 
 /// Parses a cut across an axis, such as `x=0.3` or `-x=30%`.
-pub fn section(text: &str) -> Result<Section, String> {
+pub fn parse_section(text: &str) -> Result<SectionPlane, String> {
     text.parse()
 }
 
 /// Backdrop of a studio, from `--backdrop`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Backdrop {
+pub enum BackdropChoice {
     /// Dark behind a bright first model of the run, light behind a dark first model, unless the
     /// file sets the backdrop.
     Auto,
@@ -365,7 +373,7 @@ pub enum Backdrop {
     Light,
 }
 
-impl Backdrop {
+impl BackdropChoice {
     /// All backdrops with their names.
     const NAMED: [(&'static str, Self); 3] = [
         ("auto", Self::Auto),
@@ -392,27 +400,28 @@ impl Backdrop {
 }
 
 /// Parses the name of a backdrop, `auto`, `dark` or `light`.
-pub fn backdrop(text: &str) -> Result<Backdrop, String> {
-    let found = Backdrop::NAMED.iter().find(|(name, _)| *name == text);
+pub fn parse_backdrop(text: &str) -> Result<BackdropChoice, String> {
+    let found = BackdropChoice::NAMED.iter().find(|(name, _)| *name == text);
     found
         .map(|(_, backdrop)| *backdrop)
         .ok_or_else(|| "expected auto, dark or light".to_owned())
 }
 
 /// Parses a view by name, or by azimuth and elevation in degrees, `AZ,EL`.
-pub fn view(text: &str) -> Result<View, String> {
-    let named = View::NAMED
+pub fn parse_view(text: &str) -> Result<ViewAngles, String> {
+    let named = ViewAngles::NAMED
         .iter()
         .find(|(name, _)| *name == text)
         .map(|(_, view)| *view);
-    let listed = || list::<f64, 2>(text).map(|[azimuth, elevation]| View { azimuth, elevation });
+    let listed =
+        || parse_list::<f64, 2>(text).map(|[azimuth, elevation]| ViewAngles { azimuth, elevation });
     match named.or_else(listed) {
         Some(view) if view.azimuth.is_finite() && (-90.0..=90.0).contains(&view.elevation) => {
             Ok(view)
         }
         Some(_) => Err("expected an elevation from -90 to 90 degrees".to_owned()),
         None => {
-            let names: Vec<&str> = View::NAMED.iter().map(|(name, _)| *name).collect();
+            let names: Vec<&str> = ViewAngles::NAMED.iter().map(|(name, _)| *name).collect();
             Err(format!(
                 "expected {} or azimuth and elevation in degrees, such as 30,20",
                 names.join(", ")
@@ -422,7 +431,7 @@ pub fn view(text: &str) -> Result<View, String> {
 }
 
 /// Parses views separated by commas: names such as `front`, or pairs of degrees `AZ,EL`.
-pub fn views(text: &str) -> Result<Views, String> {
+pub fn parse_views(text: &str) -> Result<NamedViews, String> {
     let mut parts = text.split(',');
     let mut views = Vec::new();
     while let Some(part) = parts.next() {
@@ -432,44 +441,44 @@ pub fn views(text: &str) -> Result<Views, String> {
         };
         views.push((
             name.clone(),
-            view(&name).map_err(|error| format!("{name}: {error}"))?,
+            parse_view(&name).map_err(|error| format!("{name}: {error}"))?,
         ));
     }
-    Ok(Views(views))
+    Ok(NamedViews(views))
 }
 
 /// Parses the times of a film, `A..B:FPS` with at most 100,000 pictures, or `all:FPS`.
-pub fn frames(text: &str) -> Result<Frames, String> {
+pub fn parse_frame_times(text: &str) -> Result<FrameTimes, String> {
     let expected = || {
         "expected A..B:FPS, such as 0..2:25 for two seconds of 25 pictures each, or all:25 for all of a model's animation"
             .to_owned()
     };
     let (span, rate) = text.rsplit_once(':').ok_or_else(expected)?;
     let (from, to) = match span.split_once("..") {
-        Some((from, to)) => (number(from)?, number(to)?),
+        Some((from, to)) => (parse_number(from)?, parse_number(to)?),
         None if span == "all" => (0.0, f64::INFINITY),
         None => return Err(expected()),
     };
-    let frames = Frames {
+    let frames = FrameTimes {
         from,
         to,
-        rate: number(rate)?,
+        rate: parse_number(rate)?,
     };
     match frames {
-        Frames {
+        FrameTimes {
             to: f64::INFINITY,
             rate,
             ..
         } if rate > 0.0 => Ok(frames),
-        Frames { from, to, rate }
-            if rate > 0.0 && to > from && (to - from) * rate <= Frames::MOST =>
+        FrameTimes { from, to, rate }
+            if rate > 0.0 && to > from && (to - from) * rate <= FrameTimes::MOST_TIMES =>
         {
             Ok(frames)
         }
-        Frames { from, to, rate } if rate > 0.0 && to > from => {
+        FrameTimes { from, to, rate } if rate > 0.0 && to > from => {
             Err(format!("{} pictures are too many", (to - from) * rate))
         }
-        Frames { from, to, rate } if rate > 0.0 => {
+        FrameTimes { from, to, rate } if rate > 0.0 => {
             Err(format!("it ends at {to}, and starts at {from}"))
         }
         _ => Err(expected()),
@@ -477,15 +486,15 @@ pub fn frames(text: &str) -> Result<Frames, String> {
 }
 
 /// Parses a zoom factor from 0.001 to 1000.
-pub fn zoom(text: &str) -> Result<f64, String> {
-    match number(text)? {
+pub fn parse_zoom(text: &str) -> Result<f64, String> {
+    match parse_number(text)? {
         value if (1e-3..=1e3).contains(&value) => Ok(value),
         _ => Err("expected a factor from 0.001 to 1000, such as 2".to_owned()),
     }
 }
 
 /// Parses the name of an effect that can be switched off, with hyphens in place of blanks.
-pub fn effect(text: &str) -> Result<Effect, String> {
+pub fn parse_effect(text: &str) -> Result<Effect, String> {
     if let Some(effect) = Effect::from_name(&text.replace('-', " ")) {
         return if SWITCHABLE.has(effect) {
             Ok(effect)
@@ -493,8 +502,8 @@ pub fn effect(text: &str) -> Result<Effect, String> {
             Err("the scene is made of that: it cannot be switched off".to_owned())
         };
     }
-    let known = effects();
-    Err(match closest(text, known.split(", ")) {
+    let known = list_switchable_effects();
+    Err(match closest_word(text, known.split(", ")) {
         Some(word) => format!("there is no such effect; did you mean `{word}`?"),
         None => format!("there is no such effect; known: {known}"),
     })
@@ -502,7 +511,7 @@ pub fn effect(text: &str) -> Result<Effect, String> {
 
 /// Returns the names of all effects that can be switched off, as on the command line: separated by
 /// commas, with hyphens in place of blanks.
-pub fn effects() -> String {
+pub fn list_switchable_effects() -> String {
     SWITCHABLE
         .iter()
         .map(|effect| effect.name().replace(' ', "-"))
@@ -529,7 +538,7 @@ mod tests {
             ("1h 5min 2.5s", 3902.5),
         ] {
             assert_eq!(
-                duration(text),
+                parse_duration(text),
                 Ok(Duration::from_secs_f64(seconds)),
                 "{text}"
             );
@@ -537,21 +546,21 @@ mod tests {
         for text in [
             "", "s", "0.5", "25h", "-3s", "1h30", "30m1h", "1h-5m", "1e9", "NaN", "inf", "1 min x",
         ] {
-            assert!(duration(text).is_err(), "{text}");
+            assert!(parse_duration(text).is_err(), "{text}");
         }
     }
 
     /// Protects: shares count from one, and the error of a malformed share explains the count.
     #[test]
     fn shares_are_counted_from_one() {
-        assert_eq!(share("1/1"), Ok(PictureShare { number: 1, of: 1 }));
-        assert_eq!(share("3/8"), Ok(PictureShare { number: 3, of: 8 }));
+        assert_eq!(parse_share("1/1"), Ok(PictureShare { number: 1, of: 1 }));
+        assert_eq!(parse_share("3/8"), Ok(PictureShare { number: 3, of: 8 }));
         assert_eq!(
-            share("0/8").unwrap_err(),
+            parse_share("0/8").unwrap_err(),
             "the first of 8 shares is 1/8, the last is 8/8"
         );
         assert_eq!(
-            share("9/8").unwrap_err(),
+            parse_share("9/8").unwrap_err(),
             "the first of 8 shares is 1/8, the last is 8/8"
         );
         for text in [
@@ -567,7 +576,7 @@ mod tests {
             "1/5000000000",
         ] {
             assert_eq!(
-                share(text).unwrap_err(),
+                parse_share(text).unwrap_err(),
                 "expected K/N, such as 2/8 for the second of eight shares",
                 "{text}"
             );
@@ -577,11 +586,11 @@ mod tests {
     /// Protects: the forms in the help texts are parsed with their documented meaning.
     #[test]
     fn documented_forms_are_read() {
-        assert_eq!(size("1280x720"), Ok([1280, 720]));
-        assert_eq!(size("1X65536"), Ok([1, 65536]));
-        assert_eq!(triple("0,1.5,-2"), Ok([0.0, 1.5, -2.0]));
+        assert_eq!(parse_size("1280x720"), Ok([1280, 720]));
+        assert_eq!(parse_size("1X65536"), Ok([1, 65536]));
+        assert_eq!(parse_triple("0,1.5,-2"), Ok([0.0, 1.5, -2.0]));
         assert_eq!(
-            crop("100,50,320,200"),
+            parse_crop("100,50,320,200"),
             Ok(Crop {
                 x: 100,
                 y: 50,
@@ -590,30 +599,36 @@ mod tests {
             })
         );
         assert_eq!(
-            assignment("roughness=0.3"),
+            parse_assignment("roughness=0.3"),
             Ok(("roughness".to_owned(), 0.3))
         );
-        assert_eq!(bytes("512M"), Ok(512 << 20));
-        assert_eq!(bytes("2GiB"), Ok(2 << 30));
-        assert_eq!(bytes("800000000"), Ok(800_000_000));
-        assert_eq!(background("env"), Ok(BackgroundChoice::Environment));
-        assert_eq!(background("transparent"), Ok(BackgroundChoice::Transparent));
+        assert_eq!(parse_bytes("512M"), Ok(512 << 20));
+        assert_eq!(parse_bytes("2GiB"), Ok(2 << 30));
+        assert_eq!(parse_bytes("800000000"), Ok(800_000_000));
+        assert_eq!(parse_background("env"), Ok(BackgroundChoice::Environment));
+        assert_eq!(
+            parse_background("transparent"),
+            Ok(BackgroundChoice::Transparent)
+        );
         let codes = [230, 178, 25].map(|code| f64::from(code) / 255.0);
         assert_eq!(
-            [background("#e6b219"), background("rgb(230,178,25)")],
+            [
+                parse_background("#e6b219"),
+                parse_background("rgb(230,178,25)")
+            ],
             [(); 2].map(|()| Ok(BackgroundChoice::Colour(codes)))
         );
         assert_eq!(
-            background("1,0,1"),
+            parse_background("1,0,1"),
             Ok(BackgroundChoice::Colour([1.0, 0.0, 1.0]))
         );
-        assert_eq!(field_of_view("45"), Ok(45.0));
+        assert_eq!(parse_field_of_view("45"), Ok(45.0));
     }
 
     /// Protects: the address of tev is its default port, another host and port, or an IPv6 address.
     #[test]
     fn viewers_have_places() {
-        let at = |text: &str| tev(text).map(|place| (place.host, place.port));
+        let at = |text: &str| parse_tev_address(text).map(|place| (place.host, place.port));
         let place = |host: &str, port| Ok((host.to_owned(), port));
         assert_eq!(at("tev"), place("127.0.0.1", 14158));
         assert_eq!(at("tev:far"), place("far", 14158));
@@ -636,10 +651,17 @@ mod tests {
     /// Protects: effects are found by name, and only those that can be switched off.
     #[test]
     fn effects_are_named() {
-        assert_eq!(effect("mirror-reflection"), Ok(Effect::MirrorReflection));
-        assert!(effect("instances").is_err_and(|e| e.contains("cannot be switched off")));
-        assert!(effect("higlights").is_err_and(|e| e.ends_with("did you mean `highlights`?")));
-        assert!(effect("magic").is_err_and(|e| e.contains("known: ambient-light, direct-light")));
+        assert_eq!(
+            parse_effect("mirror-reflection"),
+            Ok(Effect::MirrorReflection)
+        );
+        assert!(parse_effect("instances").is_err_and(|e| e.contains("cannot be switched off")));
+        assert!(
+            parse_effect("higlights").is_err_and(|e| e.ends_with("did you mean `highlights`?"))
+        );
+        assert!(
+            parse_effect("magic").is_err_and(|e| e.contains("known: ambient-light, direct-light"))
+        );
     }
 
     /// Protects: nearly correct values are refused, not guessed.
@@ -656,25 +678,25 @@ mod tests {
             "-1x5",
             "99999999999x1",
         ] {
-            assert!(size(text).is_err(), "{text}");
+            assert!(parse_size(text).is_err(), "{text}");
         }
         for text in ["", "1,2", "1,2,3,4", "1;2;3", "1,NaN,3", "1,inf,3", "1,,3"] {
-            assert!(triple(text).is_err(), "{text}");
+            assert!(parse_triple(text).is_err(), "{text}");
         }
         for text in ["1,2,3", "1,2,0,4", "1,2,3,0", "-1,2,3,4", "1,2,3,4.5"] {
-            assert!(crop(text).is_err(), "{text}");
+            assert!(parse_crop(text).is_err(), "{text}");
         }
         for text in ["", "=", "=1", "a", "a=", "a=b", "a=NaN"] {
-            assert!(assignment(text).is_err(), "{text}");
+            assert!(parse_assignment(text).is_err(), "{text}");
         }
         for text in ["", "G", "-1", "1.5G", "0", "12Q", "99999999T"] {
-            assert!(bytes(text).is_err(), "{text}");
+            assert!(parse_bytes(text).is_err(), "{text}");
         }
         for text in ["", "sky", "1,2", "-1,0,0"] {
-            assert!(background(text).is_err(), "{text}");
+            assert!(parse_background(text).is_err(), "{text}");
         }
         for text in ["0", "180", "-10", "wide", "NaN"] {
-            assert!(field_of_view(text).is_err(), "{text}");
+            assert!(parse_field_of_view(text).is_err(), "{text}");
         }
     }
 
@@ -683,15 +705,23 @@ mod tests {
     #[test]
     fn what_is_wrong_is_named() {
         assert!(
-            views("front,fronnt")
+            parse_views("front,fronnt")
                 .is_err_and(|error| error.starts_with("fronnt: expected front, back"))
         );
         assert!(
-            views("front,10,91")
+            parse_views("front,10,91")
                 .is_err_and(|error| error.starts_with("10,91: expected an elevation"))
         );
-        assert!(frames("2..0:5").is_err_and(|error| error == "it ends at 0, and starts at 2"));
-        assert!(frames("0..1e9:25").is_err_and(|error| error.ends_with("pictures are too many")));
-        assert!(frames("0..2:-5").is_err_and(|error| error.starts_with("expected A..B:FPS")));
+        assert!(
+            parse_frame_times("2..0:5")
+                .is_err_and(|error| error == "it ends at 0, and starts at 2")
+        );
+        assert!(
+            parse_frame_times("0..1e9:25")
+                .is_err_and(|error| error.ends_with("pictures are too many"))
+        );
+        assert!(
+            parse_frame_times("0..2:-5").is_err_and(|error| error.starts_with("expected A..B:FPS"))
+        );
     }
 }

@@ -30,7 +30,7 @@ pub struct ViewerArgs {
     pub keep: bool,
 
     /// Time that the program keeps running after the last page is closed
-    #[arg(long, value_name = "TIME", help_heading = "Viewer", allow_hyphen_values = true, default_value = "1min", value_parser = values::duration)]
+    #[arg(long, value_name = "TIME", help_heading = "Viewer", allow_hyphen_values = true, default_value = "1min", value_parser = values::parse_duration)]
     pub linger: Duration,
 
     /// Port of the page [default: a free port]

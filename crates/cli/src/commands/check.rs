@@ -1,8 +1,8 @@
 //! `check`: whether files can be rendered, and every problem that prevents a picture. The check
 //! uses the default precision, so that coordinates that this precision loses are problems too.
 
-use raywright_core::{Settings, collapsed};
-use raywright_io::{Loaded, Severity, Warning, WarningCode};
+use raywright_core::{Settings, find_collapsed_objects};
+use raywright_io::{LoadedScene, Severity, Warning, WarningCode};
 use serde::Serialize;
 
 use crate::args::CheckArgs;
@@ -43,12 +43,13 @@ pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
     };
     let mut first = None;
     for name in &args.scenes {
-        let options = plan::options(&args.changes, None);
+        let options = plan::build_load_options(&args.changes, None);
         let loaded =
-            scene_input::read(name, &options, &mut Notes::new(Verbosity::Quiet)).and_then(right);
-        let (checked, failure) = judged(name.to_string_lossy().into_owned(), loaded, args);
+            scene_input::load_with_notes(name, &options, &mut Notes::new(Verbosity::Quiet))
+                .and_then(refuse_collapsed_shapes);
+        let (checked, failure) = judge_file(name.to_string_lossy().into_owned(), loaded, args);
         if !args.json {
-            tell(
+            print_result(
                 &checked,
                 failure.as_ref().filter(|_| args.scenes.len() > 1),
                 verbosity,
@@ -58,7 +59,7 @@ pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
         report.files.push(checked);
     }
     if args.json {
-        console::print(console::json(&report))?;
+        console::print(console::format_json(&report))?;
     }
     match first {
         None => Ok(()),
@@ -75,20 +76,20 @@ pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
 
 /// Refuses a scene of which the default precision loses a part, such as triangles far from the
 /// origin.
-fn right(loaded: Loaded) -> Result<Loaded, Failure> {
-    let lost = collapsed(&loaded.scene, Settings::from_scene(&loaded.scene).precision);
+fn refuse_collapsed_shapes(loaded: LoadedScene) -> Result<LoadedScene, Failure> {
+    let lost = find_collapsed_objects(&loaded.scene, Settings::from_scene(&loaded.scene).precision);
     if lost.is_empty() {
         Ok(loaded)
     } else {
-        Err(loaded.source.error(lost).into())
+        Err(loaded.source.error_at_problems(lost).into())
     }
 }
 
 /// Converts the outcome of a load to the result for a file, and to the failure that a check of this
 /// file alone has.
-fn judged(
+fn judge_file(
     file: String,
-    loaded: Result<Loaded, Failure>,
+    loaded: Result<LoadedScene, Failure>,
     args: &CheckArgs,
 ) -> (CheckedFile, Option<Failure>) {
     let loaded = match loaded {
@@ -114,7 +115,7 @@ fn judged(
         }
     };
     let mut warnings = loaded.warnings.clone();
-    if scene_input::shows_nothing(&loaded)
+    if scene_input::is_empty_scene(&loaded)
         && !warnings
             .iter()
             .any(|warning| warning.code == WarningCode::NothingToSee)
@@ -136,7 +137,7 @@ fn judged(
         0
     };
     let failure = (denied > 0).then(|| {
-        let found = counted(denied, "warning");
+        let found = format_count(denied, "warning");
         Failure::new(
             Exit::Input,
             format_args!(
@@ -158,7 +159,7 @@ fn judged(
     )
 }
 
-fn counted(n: usize, label: &str) -> String {
+fn format_count(n: usize, label: &str) -> String {
     if n == 1 {
         format!("1 {label}")
     } else {
@@ -168,7 +169,7 @@ fn counted(n: usize, label: &str) -> String {
 
 /// Prints the result for a file: a line on standard output for a file without problems, warnings on
 /// standard error, and the failure, if given, on standard error too.
-fn tell(
+fn print_result(
     checked: &CheckedFile,
     failure: Option<&Failure>,
     verbosity: Verbosity,
@@ -196,7 +197,7 @@ fn tell(
         .into_iter()
         .filter(|(n, _)| *n > 0);
     let counts: String = counts
-        .map(|(n, label)| format!(", {}", counted(n, label)))
+        .map(|(n, label)| format!(", {}", format_count(n, label)))
         .collect();
     console::print(format!("{}: ok{counts}\n", checked.file))
 }

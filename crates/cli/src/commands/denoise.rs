@@ -9,71 +9,77 @@ use raywright_core::{Observer, RenderOutput};
 use raywright_io::output::read_film;
 use raywright_io::{Error, InputFiles};
 
-use super::render::film::refuse_other_program;
+use super::render::film::refuse_other_version;
 use super::render::{messages, write};
 use crate::args::{DenoiseArgs, ProgressStyle};
-use crate::clock::{Clock, format_duration};
+use crate::clock::{StageClock, format_duration};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
+use crate::observer::{Deadlines, RunObserver};
 use crate::progress::Progress;
 use crate::targets::{self, OutputFiles};
 use crate::threads::Threads;
-use crate::watch::{Deadlines, Watch};
 use crate::{interrupt, origin, plan};
 
 /// Runs `denoise`: reads a film file, denoises its picture and writes the requested files.
 pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
-    let clock = Clock::start();
+    let clock = StageClock::start();
     let (mut outputs, mut inputs) = (
         OutputFiles::with_quality(args.display.quality),
         InputFiles::default(),
     );
-    let targets = targets::pictures(&args.outputs, &mut outputs)?;
-    inputs.read(&args.film);
-    outputs.keep_clear_of(&inputs)?;
-    let (stop, threads) = (interrupt::flag()?, Threads::new(args.threads)?);
-    let mut kept_film = read_film(&args.film, &plan::limits(args.max_memory))?;
-    refuse_other_program(&args.film, &kept_film.metadata)?;
+    let targets = targets::resolve_picture_targets(&args.outputs, &mut outputs)?;
+    inputs.record_read(&args.film);
+    outputs.check_against_inputs(&inputs)?;
+    let (stop, threads) = (interrupt::install_stop_flag()?, Threads::new(args.threads)?);
+    let mut kept_film = read_film(&args.film, &plan::build_limits(args.max_memory))?;
+    refuse_other_version(&args.film, &kept_film.metadata)?;
     kept_film.metadata.command = origin::command_line();
-    let denoised = threads.run(|| denoise(&kept_film.film, &Watch::until(stop)));
+    let denoised = threads.run(|| denoise(&kept_film.film, &RunObserver::with_stop_flag(stop)));
     if let Err(error) = &denoised {
-        return Err(refused(&args.film.display().to_string(), error));
+        return Err(denoise_failure(&args.film.display().to_string(), error));
     }
     let rendered = RenderOutput {
         denoised: Some(denoised),
-        ..RenderOutput::noisy(&kept_film.film)
+        ..RenderOutput::from_film_without_denoising(&kept_film.film)
     };
-    let display = plan::shown_as_suits(&args.display, kept_film.display, rendered.shown_picture());
-    let noisy = rendered.noisy_error(&kept_film.film);
-    kept_film.metadata.error = origin::error(noisy.as_ref(), &rendered, &kept_film.film);
-    let written = write::write(
+    let display = plan::apply_display_and_exposure(
+        &args.display,
+        kept_film.display,
+        rendered.final_picture(),
+    );
+    let noisy = rendered.error_before_denoising(&kept_film.film);
+    kept_film.metadata.error =
+        origin::format_error_metadata(noisy.as_ref(), &rendered, &kept_film.film);
+    let written = write::write_targets(
         &rendered,
         &targets,
         display,
         &kept_film.metadata,
-        (&inputs, |path: &Path| outputs.leave_free(path, &inputs)),
+        (&inputs, |path: &Path| outputs.is_free(path, &inputs)),
     )?;
     let mut notes = Notes::new(verbosity);
-    messages::note_losses(&rendered.counters, &mut notes);
-    let error = messages::error(noisy.as_ref(), &kept_film.film, &rendered, None, &mut notes)
-        .unwrap_or_else(|| "denoised (biased)".to_owned());
-    notes.finish();
+    messages::note_lost_samples(&rendered.counters, &mut notes);
+    let error =
+        messages::report_error(noisy.as_ref(), &kept_film.film, &rendered, None, &mut notes)
+            .unwrap_or_else(|| "denoised (biased)".to_owned());
+    notes.print_kept();
     if !written.is_empty() {
-        verbosity.say(format_args!(
+        verbosity.print(format_args!(
             "wrote {} ({error}, {})",
             written.join(", "),
-            format_duration(clock.total())
+            format_duration(clock.total_seconds())
         ));
     }
     Ok(())
 }
 
-fn refused(film: &str, error: &DenoiseError) -> Failure {
+fn denoise_failure(film: &str, error: &DenoiseError) -> Failure {
     match error {
         DenoiseError::Cancelled => Failure::new(Exit::Interrupted, "interrupted; nothing was written"),
-        DenoiseError::NoChance => Error::input(film, error).into(),
-        DenoiseError::Layer(_) | DenoiseError::Replicates => Error::input(film, error)
+        DenoiseError::NoChance => Error::invalid_input(film, error).into(),
+        DenoiseError::Layer(_) | DenoiseError::Replicates => Error::invalid_input(film, error)
             .with_hint("render it with --denoise, from 8 samples on; --checkpoint keeps what is needed then")
             .into(),
     }
@@ -81,29 +87,29 @@ fn refused(film: &str, error: &DenoiseError) -> Failure {
 
 /// Computes the picture of a rendered film, denoised if the film's settings request it, with a
 /// progress display. Called by `render` after its last sample.
-pub fn rendered(
+pub fn denoise_with_progress(
     film: &Film,
     (style, verbosity): (ProgressStyle, Verbosity),
     stop: &AtomicBool,
 ) -> RenderOutput {
     if !film.is_to_be_denoised() {
-        return RenderOutput::noisy(film);
+        return RenderOutput::from_film_without_denoising(film);
     }
     let is_small = film
         .size()
         .iter()
         .map(|&edge| u64::from(edge))
         .product::<u64>()
-        < SMALL;
+        < SMALL_PIXELS;
     let progress = Progress::start(
         "denoising",
         if is_small { ProgressStyle::None } else { style },
         verbosity,
     );
-    let watch = Watch {
+    let watch = RunObserver {
         progress: Some(&progress),
         deadlines: Deadlines::default(),
-        ..Watch::until(stop)
+        ..RunObserver::with_stop_flag(stop)
     };
     let rendered = RenderOutput::from_film(film, &watch as &dyn Observer);
     progress.finish();
@@ -111,4 +117,4 @@ pub fn rendered(
 }
 
 /// Number of pixels below which denoising ends before a progress display would be noticed.
-const SMALL: u64 = 1 << 18;
+const SMALL_PIXELS: u64 = 1 << 18;

@@ -3,78 +3,85 @@
 
 use raywright_core::accuracy::{EffectCosts, measure_effects};
 use raywright_core::effects::{EffectFinding, EffectReport, EffectStatus, detect};
-use raywright_core::ladder::{CurrentRung, standings};
+use raywright_core::ladder::{CurrentRung, current_rungs};
 use raywright_core::{Observer, Settings};
-use raywright_io::{Limits, Loaded, SourceInfo};
+use raywright_io::{Limits, LoadedScene, SourceInfo};
 use serde::Serialize;
 
 use crate::args::ExplainArgs;
 use crate::clock::format_duration;
-use crate::console::{self, Verbosity, on_one_line};
+use crate::console::{self, Verbosity, mask_to_one_line};
 use crate::failure::Failure;
 use crate::notes::Notes;
+use crate::observer::RunObserver;
 use crate::plan::{self, RungChoices};
-use crate::preparation::failed;
+use crate::preparation::prepare_failure;
 use crate::progress::StepProgress;
-use crate::table::{format_significant, lay_out, paragraph, wrapped};
+use crate::table::{format_columns, format_significant, wrap_paragraph, wrap_text};
 use crate::threads::Threads;
-use crate::watch::Watch;
 use crate::{interrupt, scene_input};
 
 /// Runs `explain`: prints the report as a table or as JSON.
 pub fn run(args: &ExplainArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut notes = Notes::new(verbosity);
-    let mut loaded =
-        scene_input::read(&args.scene, &plan::options(&args.changes, None), &mut notes)?;
-    scene_input::note_completed(&loaded, &mut notes);
-    notes.finish();
-    let found = EffectUse::of(args, &mut loaded)?;
+    let mut loaded = scene_input::load_with_notes(
+        &args.scene,
+        &plan::build_load_options(&args.changes, None),
+        &mut notes,
+    )?;
+    scene_input::note_added_parts(&loaded, &mut notes);
+    notes.print_kept();
+    let found = EffectSummary::detect(args, &mut loaded)?;
     let costs = if args.measure {
-        Some(measured(args, &loaded, &found.settings, verbosity)?)
+        Some(measure_costs(args, &loaded, &found.settings, verbosity)?)
     } else {
         None
     };
-    let EffectUse {
+    let EffectSummary {
         report, ladders, ..
     } = &found;
     console::print(match args.json {
-        true => json(&loaded, &found, costs.as_ref()),
+        true => format_json(&loaded, &found, costs.as_ref()),
         false => {
-            text(&loaded.source, report, verbosity == Verbosity::Verbose)
-                + &rungs(ladders)
-                + &costs.map(|costs| dear(&costs)).unwrap_or_default()
+            format_effects(&loaded.source, report, verbosity == Verbosity::Verbose)
+                + &format_rungs(ladders)
+                + &costs
+                    .map(|costs| format_effect_costs(&costs))
+                    .unwrap_or_default()
         }
     })
 }
 
 /// Returns the JSON of `explain` for a loaded scene. The work runs on the caller's thread pool.
-pub fn embedded(
+pub fn run_embedded(
     args: &ExplainArgs,
-    mut loaded: Loaded,
+    mut loaded: LoadedScene,
     observer: &dyn Observer,
 ) -> Result<String, Failure> {
-    let found = EffectUse::of(args, &mut loaded)?;
+    let found = EffectSummary::detect(args, &mut loaded)?;
     let mut steps = StepProgress::start(Verbosity::Quiet);
     let costs = args
         .measure
-        .then(|| measured_by(args, &loaded, &found.settings, (observer, &mut steps)))
+        .then(|| {
+            measure_costs_with_observer(args, &loaded, &found.settings, (observer, &mut steps))
+        })
         .transpose()?;
-    Ok(json(&loaded, &found, costs.as_ref()))
+    Ok(format_json(&loaded, &found, costs.as_ref()))
 }
 
 /// Settings, effects and current rungs of a scene.
-struct EffectUse {
+struct EffectSummary {
     settings: Settings,
     report: EffectReport,
     ladders: Vec<CurrentRung>,
 }
 
-impl EffectUse {
-    fn of(args: &ExplainArgs, loaded: &mut Loaded) -> Result<Self, Failure> {
+impl EffectSummary {
+    fn detect(args: &ExplainArgs, loaded: &mut LoadedScene) -> Result<Self, Failure> {
         let mut settings = Settings::from_scene(&loaded.scene);
         RungChoices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
         let report = detect(&loaded.scene, &settings);
-        let ladders = standings(&loaded.scene, &settings, &report);
+        let ladders = current_rungs(&loaded.scene, &settings, &report);
         Ok(Self {
             settings,
             report,
@@ -85,24 +92,25 @@ impl EffectUse {
 
 /// Measures the cost of each effect by renders with and without the effect, with a progress
 /// display.
-fn measured(
+fn measure_costs(
     args: &ExplainArgs,
-    loaded: &Loaded,
+    loaded: &LoadedScene,
     settings: &Settings,
     verbosity: Verbosity,
 ) -> Result<EffectCosts, Failure> {
-    let watch = Watch::until(interrupt::flag()?);
+    let watch = RunObserver::with_stop_flag(interrupt::install_stop_flag()?);
     let mut steps = StepProgress::start(if args.json {
         Verbosity::Quiet
     } else {
         verbosity
     });
-    Threads::new(None)?.run(|| measured_by(args, loaded, settings, (&watch, &mut steps)))
+    Threads::new(None)?
+        .run(|| measure_costs_with_observer(args, loaded, settings, (&watch, &mut steps)))
 }
 
-fn measured_by(
+fn measure_costs_with_observer(
     args: &ExplainArgs,
-    loaded: &Loaded,
+    loaded: &LoadedScene,
     settings: &Settings,
     (observer, steps): (&dyn Observer, &mut StepProgress),
 ) -> Result<EffectCosts, Failure> {
@@ -111,11 +119,11 @@ fn measured_by(
         ..settings.clone()
     };
     let costs = measure_effects(&loaded.scene, &settings, args.budget, observer, steps);
-    costs.map_err(|error| failed(&loaded.source, error))
+    costs.map_err(|error| prepare_failure(&loaded.source, error))
 }
 
 /// Formats the costs of effects as a table, the most expensive effect first.
-pub fn dear(costs: &EffectCosts) -> String {
+pub fn format_effect_costs(costs: &EffectCosts) -> String {
     let [width, height] = costs.size;
     let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
     let mut rows = vec![["  effect", "time", "rays", "changes (RMSE)", "FLIP"].map(str::to_owned)];
@@ -147,14 +155,18 @@ pub fn dear(costs: &EffectCosts) -> String {
     let title = format!(
         "what each adds to time and picture ({width}x{height} pixels, {whole} of all threads with all of them)"
     );
-    format!("\n{}\n{}{late}", paragraph(&title), lay_out(&rows))
+    format!(
+        "\n{}\n{}{late}",
+        wrap_paragraph(&title),
+        format_columns(&rows)
+    )
 }
 
-/// Version of the layout of [`Explanation`].
+/// Version of the layout of [`ExplainReport`].
 const FORMAT: u32 = 1;
 
 #[derive(Serialize)]
-struct Explanation<'a> {
+struct ExplainReport<'a> {
     format: u32,
     scene: &'a str,
     scene_hash: String,
@@ -166,14 +178,14 @@ struct Explanation<'a> {
     costs: Option<&'a EffectCosts>,
 }
 
-fn json(
-    loaded: &Loaded,
-    EffectUse {
+fn format_json(
+    loaded: &LoadedScene,
+    EffectSummary {
         report, ladders, ..
-    }: &EffectUse,
+    }: &EffectSummary,
     costs: Option<&EffectCosts>,
 ) -> String {
-    console::json(&Explanation {
+    console::format_json(&ExplainReport {
         format: FORMAT,
         scene: &loaded.source.name,
         scene_hash: loaded.hash.to_string(),
@@ -185,11 +197,11 @@ fn json(
 
 /// Formats the effects of a scene: first the simulated, then the left out, then the absent effects.
 /// Absent effects are listed by name, or with their reasons if `in_full`.
-pub fn text(source: &SourceInfo, report: &EffectReport, in_full: bool) -> String {
+pub fn format_effects(source: &SourceInfo, report: &EffectReport, in_full: bool) -> String {
     let mut text = format!(
         "{}\n{}\n",
         source.name,
-        paragraph(&format!(
+        wrap_paragraph(&format!(
             "integrator {} ({})",
             report.integrator, report.because
         ))
@@ -197,7 +209,7 @@ pub fn text(source: &SourceInfo, report: &EffectReport, in_full: bool) -> String
     for (status, title) in [
         (EffectStatus::Simulated, "simulated"),
         (EffectStatus::LeftOut, "left out"),
-        (EffectStatus::Absent, ABSENT),
+        (EffectStatus::Absent, ABSENT_LABEL),
     ] {
         let effects: Vec<&EffectFinding> = report
             .effects
@@ -214,7 +226,10 @@ pub fn text(source: &SourceInfo, report: &EffectReport, in_full: bool) -> String
             } else {
                 names.join(", ")
             };
-            text += &format!("\n{}\n", paragraph(&format!("{ABSENT}: {names}")));
+            text += &format!(
+                "\n{}\n",
+                wrap_paragraph(&format!("{ABSENT_LABEL}: {names}"))
+            );
         } else if !effects.is_empty() {
             let width = effects
                 .iter()
@@ -224,18 +239,18 @@ pub fn text(source: &SourceInfo, report: &EffectReport, in_full: bool) -> String
             text += &format!("\n{title}\n");
             effects
                 .iter()
-                .for_each(|effect| text += &lines(effect, source, width));
+                .for_each(|effect| text += &format_finding(effect, source, width));
         }
     }
     text
 }
 
 /// Label of absent effects, which take neither time nor memory.
-const ABSENT: &str = "absent, and nothing is spent on it";
+const ABSENT_LABEL: &str = "absent, and nothing is spent on it";
 
 /// Formats the ladders that affect the scene: the current rung with its description, and the names
 /// of the other rungs.
-fn rungs(ladders: &[CurrentRung]) -> String {
+fn format_rungs(ladders: &[CurrentRung]) -> String {
     let row = |current_rung: &CurrentRung| {
         let own = current_rung
             .rungs
@@ -263,27 +278,27 @@ fn rungs(ladders: &[CurrentRung]) -> String {
         ("rungs in use that change no picture", time),
     ] {
         let rows: Vec<[String; 3]> = list.into_iter().map(row).collect();
-        text += &format!("\n{title}\n{}", lay_out(&rows));
+        text += &format!("\n{title}\n{}", format_columns(&rows));
     }
     text
 }
 
 /// Formats an effect with its reason and, in lines below, its place in the scene file and advice.
 /// Names are padded to `width` characters.
-fn lines(finding: &EffectFinding, source: &SourceInfo, width: usize) -> String {
+fn format_finding(finding: &EffectFinding, source: &SourceInfo, width: usize) -> String {
     let from = finding.source.as_ref().map(|path| match source.text {
         Some(_) => format!("from {path}, {}", source.locate(path)),
         None => format!("from {path}"),
     });
     let hint = finding.hint.as_ref().map(|hint| format!("hint: {hint}"));
-    let (name, because) = (finding.effect.name(), on_one_line(&finding.because));
-    let (indent, room) = (width + 4, console::width().unwrap_or(usize::MAX));
-    let mut text = format!("  {name:width$}  {}\n", wrapped(&because, indent, room));
+    let (name, because) = (finding.effect.name(), mask_to_one_line(&finding.because));
+    let (indent, room) = (width + 4, console::line_width().unwrap_or(usize::MAX));
+    let mut text = format!("  {name:width$}  {}\n", wrap_text(&because, indent, room));
     for line in [from, hint].into_iter().flatten() {
         text += &format!(
             "{:indent$}{}\n",
             "",
-            wrapped(&on_one_line(&line), indent, room)
+            wrap_text(&mask_to_one_line(&line), indent, room)
         );
     }
     text

@@ -20,13 +20,13 @@ pub fn run(args: &ManArgs) -> Result<(), Failure> {
                     .get_subcommands()
                     .map(clap::Command::get_name)
                     .collect();
-                return Err(suggest::unknown("command", name, &names).into());
+                return Err(suggest::unknown_name_error("command", name, &names).into());
             }
         },
     };
     let mut roff = Vec::new();
     clap_mangen::Man::new(page)
         .render(&mut roff)
-        .map_err(|error| Failure::stdout(&error))?;
+        .map_err(|error| Failure::from_stdout_error(&error))?;
     console::print(String::from_utf8_lossy(&roff))
 }

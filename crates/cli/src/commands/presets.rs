@@ -5,7 +5,7 @@ use raywright_io::presets;
 use crate::args::PresetsArgs;
 use crate::console;
 use crate::failure::Failure;
-use crate::table::lay_out;
+use crate::table::format_columns;
 
 /// Runs `presets`: prints a table of names and titles, or the text of a preset.
 pub fn run(args: &PresetsArgs) -> Result<(), Failure> {
@@ -18,7 +18,7 @@ pub fn run(args: &PresetsArgs) -> Result<(), Failure> {
                 .into_iter()
                 .map(|preset| [format!("preset:{}", preset.name), preset.title])
                 .collect();
-            console::print(lay_out(&rows))
+            console::print(format_columns(&rows))
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `stress`: what of a scene makes its picture wrong or noisy, with place, reason and remedy.
 
-mod words;
+mod text;
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -10,30 +10,30 @@ use raywright_core::display::Display;
 use raywright_core::settings::{Sampling, Settings};
 use raywright_core::stress::{
     CheckRun, FindingCode, FindingSubject, Severity, StressEffort, StressFinding, StressSummary,
-    counted, stress,
+    count_with_unit, stress,
 };
-use raywright_io::output::{self, Metadata, PictureMark};
-use raywright_io::{Error, Loaded, Warning, WarningCode};
+use raywright_io::output::{self, PictureMark, PictureMetadata};
+use raywright_io::{Error, LoadedScene, Warning, WarningCode};
 use serde::Serialize;
 
 use crate::args::StressArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
+use crate::observer::{Deadlines, RunObserver};
 use crate::plan::{self, RungChoices};
-use crate::preparation::{failed, prepare_loaded};
+use crate::preparation::{prepare_failure, prepare_loaded};
 use crate::progress::Progress;
 use crate::targets::OutputFiles;
 use crate::threads::Threads;
-use crate::watch::{Deadlines, Watch};
 use crate::{args, interrupt, scene_input};
-use words::Words;
+use text::StressText;
 
 /// Version of the layout of [`StressReport`].
 const FORMAT: u32 = 1;
 
 /// Samples of a pixel of the picture in which places are marked.
-const SAMPLES: u32 = 16;
+const MARKED_PICTURE_SAMPLES: u32 = 16;
 
 /// What is found, for other programs.
 #[derive(Serialize)]
@@ -81,7 +81,7 @@ struct FindingEntry {
 }
 
 /// Paths of others that an entry has at most.
-const PATHS: usize = 100;
+const MOST_PATHS: usize = 100;
 
 #[derive(Serialize)]
 struct CheckEntry {
@@ -97,7 +97,7 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut outputs = OutputFiles::default();
     if let Some(path) = &args.output {
         if output::PictureFormat::from_path(path)? != output::PictureFormat::Png {
-            return Err(Error::usage("marks are drawn into a PNG")
+            return Err(Error::invalid_usage("marks are drawn into a PNG")
                 .with_hint("name a file that ends in .png")
                 .into());
         }
@@ -106,18 +106,19 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let threads = Threads::new(args.threads)?;
     let (mut notes, options) = (
         Notes::new(verbosity),
-        plan::options(&args.changes, args.max_memory),
+        plan::build_load_options(&args.changes, args.max_memory),
     );
-    let mut loaded = threads.run(|| scene_input::read(&args.scene, &options, &mut notes))?;
-    outputs.keep_clear_of(&loaded.inputs)?;
-    scene_input::note_completed(&loaded, &mut notes);
-    notes.finish();
-    let settings = settings(args, &mut loaded)?;
-    let stop = interrupt::flag()?;
+    let mut loaded =
+        threads.run(|| scene_input::load_with_notes(&args.scene, &options, &mut notes))?;
+    outputs.check_against_inputs(&loaded.inputs)?;
+    scene_input::note_added_parts(&loaded, &mut notes);
+    notes.print_kept();
+    let settings = resolve_settings(args, &mut loaded)?;
+    let stop = interrupt::install_stop_flag()?;
     let progress = Progress::start("checking", args::ProgressStyle::Auto, verbosity);
-    let watch = Watch {
+    let watch = RunObserver {
         progress: Some(&progress),
-        ..Watch::until(stop)
+        ..RunObserver::with_stop_flag(stop)
     };
     let report = threads.run(|| {
         stress(
@@ -130,29 +131,29 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
         )
     });
     progress.finish();
-    let mut report = report.map_err(|error| failed(&loaded.source, error))?;
-    add_findings_of_reading(&mut report, &loaded.warnings);
+    let mut report = report.map_err(|error| prepare_failure(&loaded.source, error))?;
+    add_reader_findings(&mut report, &loaded.warnings);
     if let Some(path) = &args.output {
-        threads.run(|| mark(path, (args, stop), &settings, &loaded, &report))?;
-        verbosity.say(path.display());
+        threads.run(|| write_marked_picture(path, (args, stop), &settings, &loaded, &report))?;
+        verbosity.print(path.display());
     }
     let seconds = start.elapsed().as_secs_f64();
     console::print(if args.json {
-        json(&loaded, &settings, &report, seconds)
+        format_json(&loaded, &settings, &report, seconds)
     } else {
-        let words = Words {
+        let words = StressText {
             loaded: &loaded,
             report: &report,
             picture: args.output.as_deref(),
             verbosity,
         };
-        words.text(seconds)
+        words.format_report(seconds)
     })?;
-    ending(&report, args.deny.into(), &loaded.source.name)
+    fail_on_denied(&report, args.deny.into(), &loaded.source.name)
 }
 
 /// Adds what the reader had to leave out of the scene, so that no check sees it there.
-fn add_findings_of_reading(report: &mut StressSummary, warnings: &[Warning]) {
+fn add_reader_findings(report: &mut StressSummary, warnings: &[Warning]) {
     for (about, code, remedy) in [
         (
             WarningCode::TextureCoordinates,
@@ -181,7 +182,7 @@ fn add_findings_of_reading(report: &mut StressSummary, warnings: &[Warning]) {
 }
 
 /// How a run ends with these findings where some are denied.
-fn ending(report: &StressSummary, denied: Severity, name: &str) -> Result<(), Failure> {
+fn fail_on_denied(report: &StressSummary, denied: Severity, name: &str) -> Result<(), Failure> {
     let all = report.findings.len();
     let count = report
         .findings
@@ -194,40 +195,40 @@ fn ending(report: &StressSummary, denied: Severity, name: &str) -> Result<(), Fa
             Exit::Failed,
             format_args!(
                 "{name}: the picture is wrong, see {} above",
-                counted(count as u64, "findings")
+                count_with_unit(count as u64, "findings")
             ),
         )),
         _ => Err(Failure::new(
             Exit::Failed,
             format_args!(
                 "{name}: {count} of {} denied by --deny",
-                counted(all as u64, "findings")
+                count_with_unit(all as u64, "findings")
             ),
         )),
     }
 }
 
-fn settings(args: &StressArgs, loaded: &mut Loaded) -> Result<Settings, Failure> {
+fn resolve_settings(args: &StressArgs, loaded: &mut LoadedScene) -> Result<Settings, Failure> {
     let mut settings = Settings::from_scene(&loaded.scene);
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
     settings.precision = args.precision.map_or(settings.precision, Into::into);
     settings.seed = args.seed.unwrap_or(settings.seed);
-    settings.max_memory = Some(plan::limits(args.max_memory).memory_bytes);
+    settings.max_memory = Some(plan::build_limits(args.max_memory).memory_bytes);
     RungChoices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
     Ok(settings)
 }
 
 /// Renders the first camera's picture with few samples and marks the places that are in it by their
 /// numbers in the text.
-fn mark(
+fn write_marked_picture(
     path: &Path,
     (args, stop): (&StressArgs, &AtomicBool),
     settings: &Settings,
-    loaded: &Loaded,
+    loaded: &LoadedScene,
     report: &StressSummary,
 ) -> Result<(), Failure> {
     let sampling = match settings.sampling {
-        Sampling::General(samples) => Sampling::General(samples.min(SAMPLES)),
+        Sampling::General(samples) => Sampling::General(samples.min(MARKED_PICTURE_SAMPLES)),
         pattern => pattern,
     };
     let settings = Settings {
@@ -235,37 +236,37 @@ fn mark(
         ..settings.clone()
     };
     let deadline = Instant::now().checked_add(args.budget);
-    let watch = Watch {
+    let watch = RunObserver {
         deadlines: Deadlines {
             deadline,
             ..Deadlines::default()
         },
-        ..Watch::until(stop)
+        ..RunObserver::with_stop_flag(stop)
     };
     let rendered = prepare_loaded(loaded, &settings, &watch)?.render(&watch);
     let marks: Vec<PictureMark> = report
         .findings
         .iter()
         .enumerate()
-        .filter_map(|(index, found)| mark_of(index, found))
+        .filter_map(|(index, found)| finding_mark(index, found))
         .collect();
-    let unmarked = unmarked(report);
+    let unmarked = list_unmarked(report);
     let note = match unmarked.is_empty() {
         true => String::new(),
         false => format!("no mark: {}", unmarked.join(", ")),
     };
-    output::write_marked(
+    output::write_marked_picture(
         path,
         &rendered.picture,
         Display::from_render(&loaded.scene.render),
         &marks,
         &note,
-        &Metadata::default(),
+        &PictureMetadata::default(),
     )?;
     Ok(())
 }
 
-fn mark_of(index: usize, found: &StressFinding) -> Option<PictureMark> {
+fn finding_mark(index: usize, found: &StressFinding) -> Option<PictureMark> {
     let (pixel, _) = found.pixel.filter(|(_, camera)| *camera == 0)?;
     let colour = match found.severity {
         Severity::PictureWrong => [255, 70, 70],
@@ -279,13 +280,18 @@ fn mark_of(index: usize, found: &StressFinding) -> Option<PictureMark> {
     })
 }
 
-fn json(loaded: &Loaded, settings: &Settings, report: &StressSummary, seconds: f64) -> String {
+fn format_json(
+    loaded: &LoadedScene,
+    settings: &Settings,
+    report: &StressSummary,
+    seconds: f64,
+) -> String {
     let entry = |found: &StressFinding| {
-        let path = found.subject.path(&loaded.scene);
+        let path = found.subject.scene_path(&loaded.scene);
         FindingEntry {
             code: found.code.name(),
             severity: found.severity,
-            about: found.subject.words(&loaded.scene),
+            about: found.subject.display_name(&loaded.scene),
             at: loaded.source.locate(&path),
             path,
             primitive: found.primitive,
@@ -299,8 +305,8 @@ fn json(loaded: &Loaded, settings: &Settings, report: &StressSummary, seconds: f
             others: found
                 .others
                 .iter()
-                .take(PATHS)
-                .map(|subject| subject.path(&loaded.scene))
+                .take(MOST_PATHS)
+                .map(|subject| subject.scene_path(&loaded.scene))
                 .collect(),
             more: found.others.len(),
             why: found.reason.clone(),
@@ -313,7 +319,7 @@ fn json(loaded: &Loaded, settings: &Settings, report: &StressSummary, seconds: f
         looked_at: run.looked_at,
         planned: run.planned,
     };
-    console::json(&StressReport {
+    console::format_json(&StressReport {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION"),
         scene: &loaded.source.name,
@@ -325,16 +331,16 @@ fn json(loaded: &Loaded, settings: &Settings, report: &StressSummary, seconds: f
         left_out: report.left_out,
         checks: report.checks.iter().map(check).collect(),
         warnings: &loaded.warnings,
-        cut_short: report.is_cut(),
+        cut_short: report.is_cut_short(),
         seconds,
     })
 }
 
 /// Numbers of the findings that have no mark in the picture.
-fn unmarked(report: &StressSummary) -> Vec<String> {
+fn list_unmarked(report: &StressSummary) -> Vec<String> {
     let findings = report.findings.iter().enumerate();
     findings
-        .filter(|&(index, found)| mark_of(index, found).is_none())
+        .filter(|&(index, found)| finding_mark(index, found).is_none())
         .map(|(index, _)| (index + 1).to_string())
         .collect()
 }

@@ -10,9 +10,9 @@ use std::time::SystemTime;
 use raywright_core::display::Display;
 use raywright_core::framing::{FIELD_OF_VIEW, Silhouette};
 use raywright_core::{Settings, denoise};
-use raywright_io::output::{Metadata, is_own_picture, write_atomically, write_png};
+use raywright_io::output::{PictureMetadata, is_own_picture, write_atomically, write_png};
 use raywright_io::{
-    Error, Input, InputFiles, LoadOptions, Loaded, SceneFormat, is_scene_or_model, load,
+    Error, Input, InputFiles, LoadOptions, LoadedScene, SceneFormat, is_scene_or_model, load,
 };
 use serde::{Deserialize, Serialize};
 
@@ -20,9 +20,9 @@ use crate::args::ThumbsArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
+use crate::observer::RunObserver;
 use crate::preparation::prepare_loaded;
 use crate::threads::Threads;
-use crate::watch::Watch;
 use crate::{origin, plan, scene_input};
 
 /// Version of the layout of [`ThumbnailIndex`].
@@ -30,19 +30,19 @@ const FORMAT: u32 = 1;
 /// Name of the index file in the folder of the pictures.
 const INDEX: &str = "thumbs.json";
 /// Largest depth of searched folders. The limit ends cycles of links.
-const DEEPEST: usize = 64;
+const DEEPEST_FOLDER: usize = 64;
 
 /// Index file: the inputs of all pictures, kept between runs to find pictures that are out of date.
 #[derive(Debug, Default, Deserialize, Serialize)]
 struct ThumbnailIndex {
     format: u32,
     /// Inputs of each picture, by the model's path below the searched folder.
-    thumbnails: BTreeMap<String, Thumbnail>,
+    thumbnails: BTreeMap<String, ThumbnailInputs>,
 }
 
 /// Inputs of a picture: program version, size and files.
 #[derive(Debug, Deserialize, PartialEq, Serialize)]
-struct Thumbnail {
+struct ThumbnailInputs {
     version: String,
     size: u32,
     /// Paths of all files that the render read.
@@ -51,8 +51,8 @@ struct Thumbnail {
     hash: String,
 }
 
-impl Thumbnail {
-    fn of(inputs: &InputFiles, size: u32) -> Self {
+impl ThumbnailInputs {
+    fn from_inputs(inputs: &InputFiles, size: u32) -> Self {
         let files = inputs.files().map(Path::to_owned).collect();
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -66,16 +66,16 @@ impl Thumbnail {
     /// picture needs no new render.
     fn is_current(&self, size: u32) -> bool {
         let mut inputs = InputFiles::default();
-        self.files.iter().for_each(|file| inputs.read(file));
-        *self == Self::of(&inputs, size)
+        self.files.iter().for_each(|file| inputs.record_read(file));
+        *self == Self::from_inputs(&inputs, size)
     }
 }
 
 /// Runs `thumbs`: renders the pictures that are missing or out of date, and prints a line for each
 /// model.
 pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
-    let (stop, threads) = (interrupt::flag()?, Threads::new(None)?);
-    let mut models = models(args)?;
+    let (stop, threads) = (interrupt::install_stop_flag()?, Threads::new(None)?);
+    let mut models = list_models(args)?;
     // The newest models are rendered first, because a user may be waiting for them.
     models.sort_by(|a, b| b.0.cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
     let index_file = args.output.join(INDEX);
@@ -85,7 +85,7 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
         if stop.load(Ordering::Relaxed) {
             break;
         }
-        match thumbnail(args, model, &mut index, (&threads, stop)) {
+        match update_thumbnail(args, model, &mut index, (&threads, stop)) {
             Ok((picture, is_new)) => console::print(format!(
                 "{} {}\n",
                 if is_new { "new " } else { "same" },
@@ -127,13 +127,13 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
 
 /// Lists every scene and model below the folder with its modification time, except files in the
 /// folder of the pictures.
-fn models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
+fn list_models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
     let (mut found, mut folders) = (Vec::new(), vec![(args.folder.clone(), 0)]);
     let pictures = fs::canonicalize(&args.output).ok();
     while let Some((folder, depth)) = folders.pop() {
         let entries = match fs::read_dir(&folder) {
             Ok(entries) => entries,
-            Err(cause) if depth == 0 => return Err(Error::read(&folder, &cause).into()),
+            Err(cause) if depth == 0 => return Err(Error::unreadable(&folder, &cause).into()),
             // An unreadable folder below the searched folder is skipped.
             Err(_) => continue,
         };
@@ -146,7 +146,7 @@ fn models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
             };
             if metadata.is_dir() {
                 let is_output = pictures.is_some() && fs::canonicalize(&path).ok() == pictures;
-                if !is_hidden && !is_output && depth < DEEPEST {
+                if !is_hidden && !is_output && depth < DEEPEST_FOLDER {
                     folders.push((path, depth + 1));
                 }
             } else if metadata.is_file() && !is_hidden && is_scene_or_model(&path) {
@@ -159,7 +159,7 @@ fn models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
 
 /// Renders a model's picture if it is missing or out of date. Returns its path, and whether it was
 /// rendered.
-fn thumbnail(
+fn update_thumbnail(
     args: &ThumbsArgs,
     model: &Path,
     index: &mut ThumbnailIndex,
@@ -168,7 +168,7 @@ fn thumbnail(
     let below = model.strip_prefix(&args.folder).unwrap_or(model);
     let (name, picture) = (
         below.to_string_lossy().into_owned(),
-        picture_of(&args.output, below),
+        thumbnail_path(&args.output, below),
     );
     let is_ours = is_own_picture(&picture);
     if is_ours
@@ -189,19 +189,20 @@ fn thumbnail(
     index.thumbnails.remove(&name);
     let loaded =
         load(&Input::Path(model.to_owned()), &LoadOptions::default()).map_err(Failure::from)?;
-    if let Some(failure) = scene_input::nothing_to_see(&loaded) {
+    if let Some(failure) = scene_input::empty_scene_failure(&loaded) {
         return Err(failure);
     }
-    render(&loaded, args.size, &picture, (threads, stop))?;
-    index
-        .thumbnails
-        .insert(name, Thumbnail::of(&loaded.inputs, args.size));
+    render_thumbnail(&loaded, args.size, &picture, (threads, stop))?;
+    index.thumbnails.insert(
+        name,
+        ThumbnailInputs::from_inputs(&loaded.inputs, args.size),
+    );
     Ok((picture, true))
 }
 
 /// Returns the path of a model's picture: `a/b.glb` becomes `OUT/a/b.glb.png`, so that `b.obj` in
 /// the same folder has another picture.
-fn picture_of(output: &Path, below: &Path) -> PathBuf {
+fn thumbnail_path(output: &Path, below: &Path) -> PathBuf {
     let mut name = below.file_name().unwrap_or_default().to_owned();
     name.push(".png");
     output.join(below.with_file_name(name))
@@ -209,8 +210,8 @@ fn picture_of(output: &Path, below: &Path) -> PathBuf {
 
 /// Renders a model whole from its front, or a scene file from its own camera, and writes the
 /// picture.
-fn render(
-    loaded: &Loaded,
+fn render_thumbnail(
+    loaded: &LoadedScene,
     size: u32,
     picture: &Path,
     (threads, stop): (&Threads, &AtomicBool),
@@ -220,45 +221,46 @@ fn render(
     let is_model = !matches!(loaded.source.format, SceneFormat::Native(_));
     let camera = is_model.then(|| {
         let silhouette = Silhouette::from_scene(&loaded.scene);
-        silhouette.frame(silhouette.front(), FIELD_OF_VIEW, 1.0)
+        silhouette.frame_camera(silhouette.default_view(), FIELD_OF_VIEW, 1.0)
     });
     let settings = Settings {
         size: [size; 2],
         sampling,
-        denoise: denoise::is_possible(sampling),
+        denoise: denoise::can_denoise(sampling),
         camera: camera.or(own_settings.camera.clone()),
         ..own_settings
     };
-    let watch = Watch::until(stop);
+    let watch = RunObserver::with_stop_flag(stop);
     let rendered = threads
         .run(|| prepare_loaded(loaded, &settings, &watch).map(|ready| ready.render(&watch)))?;
     if !rendered.finished {
         return Err(Failure::new(Exit::Interrupted, "interrupted"));
     }
-    if let Some(reason) = scene_input::nothing_met(loaded, &rendered, &settings) {
-        return Err(scene_input::empty(&loaded.source.name, reason));
+    if let Some(reason) = scene_input::describe_empty_picture(loaded, &rendered, &settings) {
+        return Err(scene_input::empty_failure(&loaded.source.name, reason));
     }
-    let metadata = Metadata {
+    let metadata = PictureMetadata {
         software: origin::SOFTWARE.to_owned(),
         command: origin::command_line(),
         scene_hash: loaded.hash.to_string(),
-        ..Metadata::default()
+        ..PictureMetadata::default()
     };
-    make_folder(picture)?;
+    create_parent_folder(picture)?;
     // The exposure is automatic, because no user chooses it for each model.
-    let display = Display::from_render(&loaded.scene.render).suited_to(rendered.shown_picture());
+    let display =
+        Display::from_render(&loaded.scene.render).with_suitable_exposure(rendered.final_picture());
     Ok(write_png(
         picture,
-        rendered.shown_picture(),
+        rendered.final_picture(),
         display,
         &metadata,
     )?)
 }
 
 /// Creates the folder that contains a file, with all its parent folders.
-fn make_folder(file: &Path) -> Result<(), Failure> {
+fn create_parent_folder(file: &Path) -> Result<(), Failure> {
     let folder = file.parent().unwrap_or(Path::new(""));
-    fs::create_dir_all(folder).map_err(|cause| Error::write(folder, &cause).into())
+    fs::create_dir_all(folder).map_err(|cause| Error::unwritable(folder, &cause).into())
 }
 
 /// Reads the index file of earlier runs; empty if the file does not exist or has another version.
@@ -270,7 +272,7 @@ fn read_index(file: &Path) -> Result<ThumbnailIndex, Failure> {
     let text = match fs::read_to_string(file) {
         Ok(text) => text,
         Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => return Ok(fresh),
-        Err(cause) => return Err(Error::read(file, &cause).into()),
+        Err(cause) => return Err(Error::unreadable(file, &cause).into()),
     };
     match serde_json::from_str::<ThumbnailIndex>(&text) {
         Ok(index) if index.format == FORMAT => Ok(index),
@@ -286,6 +288,9 @@ fn read_index(file: &Path) -> Result<ThumbnailIndex, Failure> {
 }
 
 fn write_index(file: &Path, index: &ThumbnailIndex) -> Result<(), Failure> {
-    make_folder(file)?;
-    Ok(write_atomically(file, console::json(index).as_bytes())?)
+    create_parent_folder(file)?;
+    Ok(write_atomically(
+        file,
+        console::format_json(index).as_bytes(),
+    )?)
 }

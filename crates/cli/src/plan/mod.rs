@@ -13,20 +13,21 @@ use std::time::Duration;
 
 use raywright_core::Settings;
 use raywright_core::display::Display;
-use raywright_core::framing::{Silhouette, View};
+use raywright_core::framing::{Silhouette, ViewAngles};
 use raywright_core::ladder::Ladder;
 use raywright_core::picture::Picture;
 use raywright_core::scene::{Camera, Scene};
 use raywright_core::settings::{Aov, Background, Crop, Sampling};
 use raywright_io::output::AnimationFormat;
 use raywright_io::{
-    Environment, EnvironmentSource, Error, Limits, LoadOptions, ModelOptions, Overrides,
+    EnvironmentOptions, EnvironmentSource, Error, Limits, LoadOptions, ModelOptions,
+    ParameterOverrides,
 };
 
-use crate::args::values::{Backdrop, MaterialChoice, Up};
+use crate::args::values::{BackdropChoice, MaterialChoice, UpDirection};
 use crate::args::{
-    Accelerator, BackgroundChoice, DisplayArgs, Exposure, Frames, LightArgs, MOST_SAMPLES,
-    PictureShare, ProgressStyle, RenderArgs, SceneArgs, TevAddress, ViewArgs,
+    Accelerator, BackgroundChoice, DisplayArgs, ExposureChoice, FrameTimes, LightArgs,
+    MOST_SAMPLES, PictureShare, ProgressStyle, RenderArgs, SceneArgs, TevAddress, ViewArgs,
 };
 use crate::console::Verbosity;
 use crate::failure::Failure;
@@ -48,7 +49,7 @@ pub struct PicturePlan {
     /// Conversion of pixel values to display values, for all formats but EXR.
     pub display: Display,
     /// Whether the exposure is chosen automatically from the rendered picture.
-    pub is_exposed: bool,
+    pub has_auto_exposure: bool,
 }
 
 /// Work of a `render` run, resolved from its arguments.
@@ -65,7 +66,7 @@ pub struct RenderTask {
     /// Whether the run renders a single picture, without a sheet or an animation.
     pub is_single: bool,
     /// Pictures per second of an animation.
-    pub rate: f64,
+    pub frame_rate: f64,
     /// Output files of `-o`, with or without a place for the picture's number.
     pub outputs: Vec<PathBuf>,
     /// Output file of the contact sheet, which shows all pictures.
@@ -133,22 +134,22 @@ impl RenderTask {
             film,
             report,
         } = args;
-        let mut view = with_up(view, changes.up)?;
+        let mut view = with_up_direction(view, changes.up)?;
         let scenes = if scenes.is_empty() {
-            vec![scene_input::unnamed()?]
+            vec![scene_input::default_scene_name()?]
         } else {
             scenes
         };
-        let options = options(&changes, machine.max_memory);
+        let options = build_load_options(&changes, machine.max_memory);
         if let Some(frames) = view.frames.filter(|frames| frames.to == f64::INFINITY) {
-            view.frames = Some(Frames {
-                to: length(&scenes, &options, frames.rate)?,
+            view.frames = Some(FrameTimes {
+                to: animation_length(&scenes, &options, frames.rate)?,
                 ..frames
             });
         }
-        let shots = shots::shots(&view);
+        let shots = shots::list_shots(&view);
         let is_usual = shots.iter().all(|shot| shot.label.is_empty());
-        let is_animation = |path: &PathBuf| AnimationFormat::of(path).is_some();
+        let is_animation = |path: &PathBuf| AnimationFormat::from_path(path).is_some();
         let task = Self {
             is_single: is_usual
                 && scenes.len() <= 1
@@ -158,7 +159,7 @@ impl RenderTask {
             options,
             choices: RungChoices::from(&choices),
             shots,
-            rate: shots::rate(&view),
+            frame_rate: shots::frame_rate(&view),
             outputs,
             sheet,
             allows_empty: allow_empty,
@@ -186,7 +187,7 @@ impl RenderTask {
             },
         };
         if !task.is_single {
-            task.refuse_what_is_of_one_picture()?;
+            task.refuse_single_picture_flags()?;
         }
         Ok(task)
     }
@@ -198,7 +199,7 @@ impl RenderTask {
     }
 
     /// Returns the requested quality of JPEG files, 1 to 100.
-    pub fn quality(&self) -> Option<u8> {
+    pub fn jpeg_quality(&self) -> Option<u8> {
         self.overrides.display.quality
     }
 
@@ -207,7 +208,7 @@ impl RenderTask {
         self.overrides.view.background == Some(BackgroundChoice::Transparent)
     }
 
-    fn refuse_what_is_of_one_picture(&self) -> Result<(), Failure> {
+    fn refuse_single_picture_flags(&self) -> Result<(), Failure> {
         let flags = [
             ("--checkpoint", self.checkpoint.is_some()),
             ("--resume", self.resume.is_some()),
@@ -224,7 +225,7 @@ impl RenderTask {
         let Some((flag, _)) = flags.iter().find(|(_, given)| *given) else {
             return Ok(());
         };
-        let error = Error::usage(format_args!(
+        let error = Error::invalid_usage(format_args!(
             "{flag} is of one picture, and several are asked for"
         ));
         Err(error
@@ -234,16 +235,20 @@ impl RenderTask {
 
     /// Resolves the settings of a picture of a scene, and applies the chosen rungs to the scene.
     /// The silhouette is computed only if a camera frames the whole scene.
-    pub fn settle_shot(
+    pub fn resolve_shot(
         &self,
         scene: &mut Scene,
         shot: &Shot,
         silhouette: &OnceCell<Silhouette>,
     ) -> Result<PicturePlan, Failure> {
-        let view = shot.seen_from(|| silhouette.get_or_init(|| Silhouette::from_scene(scene)));
-        self.settle(scene, view, |scene, view, fov, aspect| {
+        let view = shot.resolve_view(|| silhouette.get_or_init(|| Silhouette::from_scene(scene)));
+        self.resolve_plan(scene, view, |scene, view, fov, aspect| {
             let silhouette = silhouette.get_or_init(|| Silhouette::from_scene(scene));
-            silhouette.frame(view.unwrap_or_else(|| silhouette.front()), fov, aspect)
+            silhouette.frame_camera(
+                view.unwrap_or_else(|| silhouette.default_view()),
+                fov,
+                aspect,
+            )
         })
     }
 
@@ -251,13 +256,13 @@ impl RenderTask {
     /// the scene. `framed` returns the camera that frames the whole scene from a view, given a
     /// vertical field of view in degrees and an aspect ratio. `framed` is called only if the
     /// picture needs such a camera and a flag changes it.
-    pub fn settle(
+    pub fn resolve_plan(
         &self,
         scene: &mut Scene,
-        view: Option<View>,
-        framed: impl FnOnce(&Scene, Option<View>, f64, f64) -> Camera,
+        view: Option<ViewAngles>,
+        framed: impl FnOnce(&Scene, Option<ViewAngles>, f64, f64) -> Camera,
     ) -> Result<PicturePlan, Failure> {
-        rungs::refuse_two_words(&self.choices.rungs, &self.overrides)?;
+        rungs::refuse_contradicting_flags(&self.choices.rungs, &self.overrides)?;
         let DisplayOverrides {
             view: flags,
             light,
@@ -274,8 +279,8 @@ impl RenderTask {
         });
         let mut settings = Settings {
             size,
-            crop: flags.crop.map(|crop| within(crop, size)).transpose()?,
-            sampling: self.sampling(scene),
+            crop: flags.crop.map(|crop| check_crop(crop, size)).transpose()?,
+            sampling: self.resolve_sampling(scene),
             max_depth: light.max_depth.unwrap_or(own_settings.max_depth),
             clamp: light.clamp,
             integrator: light.integrator.unwrap_or(own_settings.integrator),
@@ -299,7 +304,7 @@ impl RenderTask {
             ..own_settings
         };
         let aspect = f64::from(size[0]) / f64::from(size[1]);
-        settings.camera = view::camera(scene, (flags, view), |view, fov| {
+        settings.camera = view::resolve_camera(scene, (flags, view), |view, fov| {
             framed(scene, view, fov, aspect)
         })?;
         let display = Display {
@@ -307,28 +312,28 @@ impl RenderTask {
                 Some(BackgroundChoice::Colour(colour)) => Some(colour),
                 _ => None,
             },
-            ..shown(display, Display::from_render(&scene.render))
+            ..apply_display_flags(display, Display::from_render(&scene.render))
         };
         self.choices.apply(scene, &mut settings)?;
-        let is_exposed = self.overrides.display.exposure == Some(Exposure::Auto);
+        let is_exposed = self.overrides.display.exposure == Some(ExposureChoice::Auto);
         Ok(PicturePlan {
             display: Display {
                 output: settings.output,
                 ..display
             },
             settings,
-            is_exposed,
+            has_auto_exposure: is_exposed,
         })
     }
 
     /// Resolves the samples per pixel. With a time budget or a target error the default is the
     /// largest count. A scene's fixed pattern keeps its own count, because its error does not fall
     /// with more samples.
-    fn sampling(&self, scene: &Scene) -> Sampling {
+    fn resolve_sampling(&self, scene: &Scene) -> Sampling {
         let spp = self.overrides.light.spp;
-        let named = spp.is_some() || self.choices.has(Ladder::Samples);
+        let named = spp.is_some() || self.choices.has_ladder(Ladder::Samples);
         let open_ended = (self.budget.is_some() || self.replay.is_some()) && !named;
-        match Sampling::resolve(scene, spp) {
+        match Sampling::from_spp(scene, spp) {
             Sampling::General(_) if open_ended => Sampling::General(MOST_SAMPLES),
             own if self.is_quick => quick_sampling(own),
             _ if self.max_error.is_some() => Sampling::General(spp.unwrap_or(MOST_SAMPLES)),
@@ -338,33 +343,35 @@ impl RenderTask {
 }
 
 /// Returns the length in seconds of the single scene's animation, for `--frames all`.
-fn length(scenes: &[OsString], options: &LoadOptions, rate: f64) -> Result<f64, Failure> {
+fn animation_length(scenes: &[OsString], options: &LoadOptions, rate: f64) -> Result<f64, Failure> {
     let [name] = scenes else {
-        return Err(Error::usage("--frames all is of one model, and several are named").into());
+        return Err(
+            Error::invalid_usage("--frames all is of one model, and several are named").into(),
+        );
     };
-    let refuse = |reason: String| {
-        Error::usage(format_args!("{}: {reason}", name.display()))
+    let refusal = |reason: String| {
+        Error::invalid_usage(format_args!("{}: {reason}", name.display()))
             .with_hint("say it in seconds: --frames 0..2:25")
     };
     if name == "-" {
-        return Err(refuse(
+        return Err(refusal(
             "standard input is read once, and --frames all has to look into it before".to_owned(),
         )
         .into());
     }
-    let loaded = scene_input::load(
-        &scene_input::input(name, &options.limits)?,
+    let loaded = scene_input::load_with_progress(
+        &scene_input::resolve_input(name, &options.limits)?,
         options,
         &Progress::hidden(),
     )?;
     match loaded
         .contents
-        .seconds(options.model.animation.as_deref())
+        .animation_seconds(options.model.animation.as_deref())
         .filter(|seconds| *seconds > 0.0)
     {
-        None => Err(refuse("it has no animation with a length".to_owned()).into()),
-        Some(seconds) if seconds * rate > Frames::MOST => {
-            Err(refuse(format!("{} pictures are too many", seconds * rate)).into())
+        None => Err(refusal("it has no animation with a length".to_owned()).into()),
+        Some(seconds) if seconds * rate > FrameTimes::MOST_TIMES => {
+            Err(refusal(format!("{} pictures are too many", seconds * rate)).into())
         }
         Some(seconds) => Ok(seconds),
     }
@@ -390,7 +397,7 @@ fn quick_size([width, height]: [u32; 2]) -> [u32; 2] {
 }
 
 /// Returns the load limits with a memory limit in bytes; `None`: the default limit.
-pub fn limits(memory: Option<u64>) -> Limits {
+pub fn build_limits(memory: Option<u64>) -> Limits {
     let own = Limits::default();
     Limits {
         memory_bytes: memory.unwrap_or(own.memory_bytes),
@@ -399,9 +406,9 @@ pub fn limits(memory: Option<u64>) -> Limits {
 }
 
 /// Resolves the arguments that change a scene to load options.
-pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
+pub fn build_load_options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
     LoadOptions {
-        overrides: Overrides {
+        overrides: ParameterOverrides {
             time: changes.at,
             set: changes.set.clone(),
         },
@@ -410,41 +417,41 @@ pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
             variant: changes.variant.clone(),
             animation: changes.animation.clone().filter(|name| name != "all"),
             up: match changes.up {
-                Some(Up::Axis(axis)) => Some(axis),
-                Some(Up::Direction(_)) | None => None,
+                Some(UpDirection::Axis(axis)) => Some(axis),
+                Some(UpDirection::Direction(_)) | None => None,
             },
         },
-        environment: Environment {
+        environment: EnvironmentOptions {
             source: if changes.studio {
                 Some(EnvironmentSource::Studio)
             } else {
                 changes.env.clone()
             },
             ground: changes.ground,
-            backdrop: changes.backdrop.and_then(Backdrop::radiance),
+            backdrop: changes.backdrop.and_then(BackdropChoice::radiance),
             rotation: changes.env_rotation,
             strength: changes.env_strength,
         },
         clay: changes.material == Some(MaterialChoice::Clay),
         section: changes.section,
         allow_outside: changes.allow_outside,
-        limits: limits(memory),
+        limits: build_limits(memory),
     }
 }
 
 /// Adds an up direction of `--up` to the flags of the view. Views of the whole scene are refused,
 /// because they are always upright.
-fn with_up(view: ViewArgs, up: Option<Up>) -> Result<ViewArgs, Failure> {
-    let Some(Up::Direction(direction)) = up else {
+fn with_up_direction(view: ViewArgs, up: Option<UpDirection>) -> Result<ViewArgs, Failure> {
+    let Some(UpDirection::Direction(direction)) = up else {
         return Ok(view);
     };
-    let several = [
+    let view_flags = [
         ("--view", view.view.is_some()),
         ("--views", view.views.is_some()),
         ("--turntable", view.turntable.is_some()),
     ];
-    if let Some((flag, _)) = several.iter().find(|(_, given)| *given) {
-        let error = Error::usage(format_args!(
+    if let Some((flag, _)) = view_flags.iter().find(|(_, given)| *given) {
+        let error = Error::invalid_usage(format_args!(
             "{flag} shows the whole scene upright, and --up X,Y,Z turns one camera"
         ));
         return Err(error
@@ -458,13 +465,13 @@ fn with_up(view: ViewArgs, up: Option<Up>) -> Result<ViewArgs, Failure> {
 }
 
 /// Returns the display settings of a scene or a file, as changed by the flags.
-pub fn shown(requested: &DisplayArgs, display: Display) -> Display {
+pub fn apply_display_flags(requested: &DisplayArgs, display: Display) -> Display {
     Display {
         tone_map: requested.tonemap.unwrap_or(display.tone_map),
         curve: requested.gamma.unwrap_or(display.curve),
         exposure_stops: match requested.exposure {
-            Some(Exposure::Stops(stops)) => stops,
-            Some(Exposure::Auto) | None => display.exposure_stops,
+            Some(ExposureChoice::Stops(stops)) => stops,
+            Some(ExposureChoice::Auto) | None => display.exposure_stops,
         },
         ..display
     }
@@ -472,16 +479,20 @@ pub fn shown(requested: &DisplayArgs, display: Display) -> Display {
 
 /// Returns the display settings as changed by the flags. With `--exposure auto` the exposure is
 /// chosen from the picture.
-pub fn shown_as_suits(requested: &DisplayArgs, own_display: Display, picture: &Picture) -> Display {
-    let display = shown(requested, own_display);
+pub fn apply_display_and_exposure(
+    requested: &DisplayArgs,
+    own_display: Display,
+    picture: &Picture,
+) -> Display {
+    let display = apply_display_flags(requested, own_display);
     match requested.exposure {
-        Some(Exposure::Auto) => display.suited_to(picture),
-        Some(Exposure::Stops(_)) | None => display,
+        Some(ExposureChoice::Auto) => display.with_suitable_exposure(picture),
+        Some(ExposureChoice::Stops(_)) | None => display,
     }
 }
 
 /// Returns the crop if it lies inside the picture of this size; otherwise a usage error.
-fn within(crop: Crop, [width, height]: [u32; 2]) -> Result<Crop, Failure> {
+fn check_crop(crop: Crop, [width, height]: [u32; 2]) -> Result<Crop, Failure> {
     let fits = |start: u32, extent: u32, whole: u32| {
         start.checked_add(extent).is_some_and(|end| end <= whole)
     };
@@ -496,7 +507,7 @@ fn within(crop: Crop, [width, height]: [u32; 2]) -> Result<Crop, Failure> {
     } = crop;
     let message =
         format!("--crop {x},{y},{w},{h} reaches outside the picture of {width}x{height} pixels");
-    Err(Error::usage(message)
+    Err(Error::invalid_usage(message)
         .with_hint("--crop is x,y,width,height, counted from the top left")
         .into())
 }
@@ -572,7 +583,7 @@ mod tests {
     #[test]
     fn crops_lie_inside_the_picture() {
         let fits = |x, y, width, height| {
-            within(
+            check_crop(
                 Crop {
                     x,
                     y,

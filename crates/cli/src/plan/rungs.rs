@@ -39,10 +39,10 @@ impl RungChoices {
                 .iter()
                 .any(|earlier| earlier.ladder() == ladder)
             {
-                return Err(twice(ladder, "--rung"));
+                return Err(contradiction_failure(ladder, "--rung"));
             }
             if ladder == Ladder::Shadows && self.without.contains(&Effect::Shadows) {
-                return Err(twice(ladder, "--without"));
+                return Err(contradiction_failure(ladder, "--without"));
             }
             choice.apply(scene, settings);
         }
@@ -50,13 +50,13 @@ impl RungChoices {
     }
 
     /// Whether `--rung` chooses a rung of this ladder.
-    pub fn has(&self, ladder: Ladder) -> bool {
+    pub fn has_ladder(&self, ladder: Ladder) -> bool {
         self.rungs.iter().any(|choice| choice.ladder() == ladder)
     }
 
-    /// Formats each choice after the prefix of its kind: rungs as `LADDER=RUNG`, effects with
+    /// Formats each choice after the prefix of its kind: rungs as `LADDER=RUNG_PREFIX`, effects with
     /// hyphens in place of blanks.
-    pub fn words(&self, rung: &str, without: &str) -> Vec<String> {
+    pub fn format_choices(&self, rung: &str, without: &str) -> Vec<String> {
         let rungs = self.rungs.iter().map(|choice| format!("{rung}{choice}"));
         let without = self
             .without
@@ -67,7 +67,7 @@ impl RungChoices {
 }
 
 /// Refuses a `--rung` whose ladder another given flag, such as `--spp`, sets too.
-pub(super) fn refuse_two_words(
+pub(super) fn refuse_contradicting_flags(
     rungs: &[RungChoice],
     overrides: &DisplayOverrides,
 ) -> Result<(), Failure> {
@@ -83,13 +83,13 @@ pub(super) fn refuse_two_words(
             Ladder::Accelerator | Ladder::Build if overrides.accel.is_some() => "--accel",
             _ => continue,
         };
-        return Err(twice(choice.ladder(), flag));
+        return Err(contradiction_failure(choice.ladder(), flag));
     }
     Ok(())
 }
 
-fn twice(ladder: Ladder, flag: &str) -> Failure {
-    let error = Error::usage(format_args!(
+fn contradiction_failure(ladder: Ladder, flag: &str) -> Failure {
+    let error = Error::invalid_usage(format_args!(
         "--rung {}=... and {flag} both say which {} is meant",
         ladder.name(),
         ladder.name()
@@ -100,7 +100,7 @@ fn twice(ladder: Ladder, flag: &str) -> Failure {
 #[cfg(test)]
 mod tests {
     use clap::Parser;
-    use raywright_core::accuracy::Setting;
+    use raywright_core::accuracy::RungSetting;
 
     use super::*;
     use crate::args::{Arguments, Command};
@@ -168,13 +168,13 @@ mod tests {
         let rendered = |words: &[&str]| {
             let mut scene = own.clone();
             let plan = task(words)
-                .settle(&mut scene, None, |_, _, _, _| panic!("nothing is framed"))
+                .resolve_plan(&mut scene, None, |_, _, _, _| panic!("nothing is framed"))
                 .expect("a plan");
             (scene, plan.settings)
         };
         let (_, settings) = rendered(&[]);
         for choice in Ladder::ALL.into_iter().flat_map(Ladder::choices) {
-            let measured = Setting::single(choice).applied(&own, &settings);
+            let measured = RungSetting::from_rung(choice).apply(&own, &settings);
             assert_eq!(
                 rendered(&["--rung", &choice.to_string()]),
                 measured,
@@ -200,7 +200,7 @@ mod tests {
                 let RenderTask {
                     choices, overrides, ..
                 } = task(&[&["--rung", rung], flag].concat());
-                u8::from(refuse_two_words(&choices.rungs, &overrides).is_err())
+                u8::from(refuse_contradicting_flags(&choices.rungs, &overrides).is_err())
             })
         };
         assert_eq!(
@@ -223,7 +223,7 @@ mod tests {
             without: vec![Effect::MirrorReflection, Effect::Sky],
             ..rungs(&["samples=16"])
         };
-        let words = choices.words(" rung:", " without=").concat();
+        let words = choices.format_choices(" rung:", " without=").concat();
         assert_eq!(
             words,
             " rung:samples=16 without=mirror-reflection without=sky"

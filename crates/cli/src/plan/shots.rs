@@ -1,6 +1,6 @@
 //! Shots: the pictures of each scene in a run, by view, by angle of a turntable, or by time.
 
-use raywright_core::framing::{Silhouette, View};
+use raywright_core::framing::{Silhouette, ViewAngles};
 
 use crate::args::ViewArgs;
 
@@ -14,20 +14,23 @@ pub struct Shot {
     /// Time in the animation in seconds; `None`: the time of `--at`.
     pub at: Option<f64>,
     /// View of the whole scene; `None`: the scene's own camera.
-    view: Option<View>,
+    view: Option<ViewAngles>,
     /// Rotation of a turntable in degrees, added to the azimuth of the view.
-    turn: Option<f64>,
+    turntable_degrees: Option<f64>,
 }
 
 impl Shot {
     /// Returns the view of the picture; `None`: the scene's own camera. `silhouette` returns the
     /// scene's silhouette, from which a turntable without a view takes the front.
-    pub fn seen_from<'a>(&self, silhouette: impl FnOnce() -> &'a Silhouette) -> Option<View> {
-        let Some(turn) = self.turn else {
+    pub fn resolve_view<'a>(
+        &self,
+        silhouette: impl FnOnce() -> &'a Silhouette,
+    ) -> Option<ViewAngles> {
+        let Some(turn) = self.turntable_degrees else {
             return self.view;
         };
-        let view = self.view.unwrap_or_else(|| silhouette().front());
-        Some(View {
+        let view = self.view.unwrap_or_else(|| silhouette().default_view());
+        Some(ViewAngles {
             azimuth: view.azimuth + turn,
             ..view
         })
@@ -36,7 +39,7 @@ impl Shot {
 
 /// Lists the pictures of each scene for these flags: a single picture without label, or the
 /// pictures of `--views`, `--turntable` or `--frames`.
-pub(super) fn shots(args: &ViewArgs) -> Vec<Shot> {
+pub(super) fn list_shots(args: &ViewArgs) -> Vec<Shot> {
     let numbered = |number: usize, caption: String| Shot {
         label: format!("{number:04}"),
         caption,
@@ -44,7 +47,7 @@ pub(super) fn shots(args: &ViewArgs) -> Vec<Shot> {
         ..Shot::default()
     };
     if let Some(views) = &args.views {
-        let shot = |(name, view): &(String, View)| Shot {
+        let shot = |(name, view): &(String, ViewAngles)| Shot {
             label: name.replace(',', "_"),
             caption: name.clone(),
             view: Some(*view),
@@ -56,7 +59,7 @@ pub(super) fn shots(args: &ViewArgs) -> Vec<Shot> {
         degrees
             .enumerate()
             .map(|(i, turn)| Shot {
-                turn: Some(turn),
+                turntable_degrees: Some(turn),
                 ..numbered(i, format!("{turn:.0}°"))
             })
             .collect()
@@ -78,7 +81,7 @@ pub(super) fn shots(args: &ViewArgs) -> Vec<Shot> {
 
 /// Returns the pictures per second of an animation: the rate of `--frames`, 25 for a turntable, and
 /// 1 for other series, whose pictures are to be looked at one by one.
-pub(super) fn rate(args: &ViewArgs) -> f64 {
+pub(super) fn frame_rate(args: &ViewArgs) -> f64 {
     match (args.frames, args.turntable) {
         (Some(frames), _) => frames.rate,
         (None, Some(_)) => 25.0,
@@ -95,12 +98,12 @@ mod tests {
     /// the requested view.
     #[test]
     fn flags_make_pictures() {
-        let view = Some(View {
+        let view = Some(ViewAngles {
             azimuth: 3.0,
             elevation: 4.0,
         });
         for (requested, expected) in [(None, None), (view, view)] {
-            let found = shots(&ViewArgs {
+            let found = list_shots(&ViewArgs {
                 view: requested,
                 ..ViewArgs::default()
             });
@@ -112,8 +115,8 @@ mod tests {
                 }]
             );
         }
-        let views = values::views("front,30,-20,iso").expect("views");
-        let found = shots(&ViewArgs {
+        let views = values::parse_views("front,30,-20,iso").expect("views");
+        let found = list_shots(&ViewArgs {
             views: Some(views),
             ..ViewArgs::default()
         });
@@ -121,21 +124,24 @@ mod tests {
         assert_eq!(labels, ["front", "30_-20", "iso"]);
         assert_eq!(
             found[1].view,
-            Some(View {
+            Some(ViewAngles {
                 azimuth: 30.0,
                 elevation: -20.0
             })
         );
-        let turns = shots(&ViewArgs {
+        let turns = list_shots(&ViewArgs {
             turntable: Some(4),
             ..ViewArgs::default()
         });
         assert_eq!(
-            turns.iter().map(|shot| shot.turn).collect::<Vec<_>>(),
+            turns
+                .iter()
+                .map(|shot| shot.turntable_degrees)
+                .collect::<Vec<_>>(),
             [0.0, 90.0, 180.0, 270.0].map(Some)
         );
         let played = ViewArgs {
-            frames: Some(values::frames("0..1:12").expect("moments")),
+            frames: Some(values::parse_frame_times("0..1:12").expect("moments")),
             ..ViewArgs::default()
         };
         let rates = [
@@ -146,11 +152,11 @@ mod tests {
             },
             ViewArgs::default(),
         ]
-        .map(|args| rate(&args));
+        .map(|args| frame_rate(&args));
         assert_eq!(rates, [12.0, 25.0, 1.0]);
         let frames = |text: &str| {
-            let frames = Some(values::frames(text).expect("moments"));
-            shots(&ViewArgs {
+            let frames = Some(values::parse_frame_times(text).expect("moments"));
+            list_shots(&ViewArgs {
                 frames,
                 ..ViewArgs::default()
             })
@@ -176,8 +182,11 @@ mod tests {
             "all:0",
             "0..inf:25",
         ] {
-            assert!(values::frames(wrong).is_err(), "{wrong}");
+            assert!(values::parse_frame_times(wrong).is_err(), "{wrong}");
         }
-        assert!(values::views("front,top,sideways").is_err() && values::views("30").is_err());
+        assert!(
+            values::parse_views("front,top,sideways").is_err()
+                && values::parse_views("30").is_err()
+        );
     }
 }

@@ -2,8 +2,8 @@
 //! the flags.
 
 use glam::DVec3;
-use raywright_core::framing::{FIELD_OF_VIEW, View};
-use raywright_core::scene::{Camera, Fit, Pinhole, Pose, Projection, Scene, Triple};
+use raywright_core::framing::{FIELD_OF_VIEW, ViewAngles};
+use raywright_core::scene::{AspectFit, Camera, Pinhole, Pose, Projection, Scene, Triple};
 use raywright_io::Error;
 
 use crate::args::ViewArgs;
@@ -13,10 +13,10 @@ use crate::suggest;
 /// Returns the camera for these flags and this view; `None` if the scene has no camera and no flag
 /// changes a camera, so that the renderer frames the scene. `framed` returns the camera that frames
 /// the whole scene from a view, or from the default view, with a vertical field of view in degrees.
-pub fn camera(
+pub fn resolve_camera(
     scene: &Scene,
-    (args, view): (&ViewArgs, Option<View>),
-    framed: impl FnOnce(Option<View>, f64) -> Camera,
+    (args, view): (&ViewArgs, Option<ViewAngles>),
+    framed: impl FnOnce(Option<ViewAngles>, f64) -> Camera,
 ) -> Result<Option<Camera>, Failure> {
     let changed = args.eye.is_some()
         || args.target.is_some()
@@ -27,13 +27,13 @@ pub fn camera(
     let is_own = view.is_none() && (args.camera.is_some() || !scene.cameras.is_empty());
     let mut camera = match (&args.camera, scene.cameras.first()) {
         _ if view.is_some() => frame(),
-        (Some(name), _) => chosen(scene, name)?,
+        (Some(name), _) => find_camera(scene, name)?,
         (None, Some(first)) => first.clone(),
         (None, None) if changed => frame(),
         (None, None) => return Ok(None),
     };
     if args.eye.is_some() || args.target.is_some() || args.up.is_some() {
-        camera.pose = moved(&camera.pose, args)?;
+        camera.pose = move_pose(&camera.pose, args)?;
         // A pose given by flags does not move during the exposure time.
         camera.pose_end = None;
     }
@@ -41,7 +41,7 @@ pub fn camera(
         Some(fov) => {
             set_fov(&mut camera.projection, fov)?;
             // The requested field of view applies to the picture's own aspect ratio.
-            camera.aspect = camera.aspect.filter(|_| camera.fit == Fit::Stretch);
+            camera.aspect = camera.aspect.filter(|_| camera.fit == AspectFit::Stretch);
         }
         None => keep_vertical_fov(&mut camera, scene.render.size, args.size),
     }
@@ -51,13 +51,13 @@ pub fn camera(
         (camera.aspect, camera.fit) = (camera.aspect.or(Some(width / height)), fit);
     }
     if let Some(factor) = args.zoom {
-        zoom(&mut camera.projection, factor);
+        zoom_projection(&mut camera.projection, factor);
     }
     Ok(Some(camera))
 }
 
 /// Finds a camera of the scene by its name or, if no name fits, by its index from 0.
-fn chosen(scene: &Scene, name: &str) -> Result<Camera, Failure> {
+fn find_camera(scene: &Scene, name: &str) -> Result<Camera, Failure> {
     let by_name = scene
         .cameras
         .iter()
@@ -77,22 +77,21 @@ fn chosen(scene: &Scene, name: &str) -> Result<Camera, Failure> {
         .filter(|name| !name.is_empty())
         .collect();
     Err(match (scene.cameras.len(), names.is_empty()) {
-        (0, _) => Error::usage("the scene has no camera of its own").with_hint(
+        (0, _) => Error::invalid_usage("the scene has no camera of its own").with_hint(
             "leave --camera out and the whole scene is shown, or place one with --eye and --target",
         ),
-        (1, true) => {
-            suggest::unknown("camera", name, &names).with_hint("the scene has one camera, index 0")
-        }
-        (n, true) => suggest::unknown("camera", name, &names)
+        (1, true) => suggest::unknown_name_error("camera", name, &names)
+            .with_hint("the scene has one camera, index 0"),
+        (n, true) => suggest::unknown_name_error("camera", name, &names)
             .with_hint(format!("the scene has {n}, index 0 to {}", n - 1)),
-        _ => suggest::unknown("camera", name, &names),
+        _ => suggest::unknown_name_error("camera", name, &names),
     }
     .into())
 }
 
 /// Returns the pose with the eye, target and up vector of the flags. A camera given by its axes
 /// keeps its orientation if only its eye is moved.
-fn moved(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
+fn move_pose(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
     let (eye, target, up) = match *pose {
         Pose::LookAt { eye, target, up } => (eye, target, up),
         Pose::Orbit {
@@ -143,10 +142,10 @@ fn moved(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
         args.target.unwrap_or(target),
         args.up.unwrap_or(up),
     );
-    checked(eye, target, up)
+    check_pose(eye, target, up)
 }
 
-fn checked(eye: Triple, target: Triple, up: Triple) -> Result<Pose, Failure> {
+fn check_pose(eye: Triple, target: Triple, up: Triple) -> Result<Pose, Failure> {
     let view = DVec3::from(target) - DVec3::from(eye);
     let show = |[x, y, z]: Triple| format!("{x},{y},{z}");
     if !(view.length() > 0.0 && view.length().is_finite()) {
@@ -154,7 +153,7 @@ fn checked(eye: Triple, target: Triple, up: Triple) -> Result<Pose, Failure> {
             "the camera at {} looks at the point it stands on",
             show(eye)
         );
-        return Err(Error::usage(message)
+        return Err(Error::invalid_usage(message)
             .with_hint("give --eye and --target different points")
             .into());
     }
@@ -169,7 +168,7 @@ fn checked(eye: Triple, target: Triple, up: Triple) -> Result<Pose, Failure> {
             show(target),
             show(up)
         );
-        return Err(Error::usage(message)
+        return Err(Error::invalid_usage(message)
             .with_hint("give another one, such as --up 0,0,1")
             .into());
     }
@@ -186,7 +185,7 @@ fn set_fov(projection: &mut Projection, fov: f64) -> Result<(), Failure> {
             Ok(())
         }
         Projection::Orthographic { .. } => {
-            let error = Error::usage("--fov has no meaning for an orthographic camera");
+            let error = Error::invalid_usage("--fov has no meaning for an orthographic camera");
             Err(error
                 .with_hint("its `height` in the scene file says how much it shows")
                 .into())
@@ -196,7 +195,7 @@ fn set_fov(projection: &mut Projection, fov: f64) -> Result<(), Failure> {
 
 /// Magnifies the middle of the picture by a factor: narrows the field of view, or lowers the height
 /// of an orthographic view.
-fn zoom(projection: &mut Projection, factor: f64) {
+fn zoom_projection(projection: &mut Projection, factor: f64) {
     match projection {
         Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } => {
             let narrowed = |degrees: &mut f64| {
@@ -300,7 +299,7 @@ mod tests {
     }
 
     fn camera_from_args(args: &ViewArgs) -> Result<Camera, Failure> {
-        let taken = camera(&scene(), (args, None), |_, _| {
+        let taken = resolve_camera(&scene(), (args, None), |_, _| {
             panic!("the scene has cameras")
         })?;
         Ok(taken.expect("the scene has cameras"))
@@ -418,7 +417,7 @@ mod tests {
                 target: Some(target),
                 ..view_args("2")
             };
-            camera(&scene, (&args, None), |_, _| {
+            resolve_camera(&scene, (&args, None), |_, _| {
                 panic!("the scene has cameras")
             })
             .expect("a camera")
@@ -457,7 +456,7 @@ mod tests {
         (scene.cameras[0].pose_end, scene.cameras[0].shutter) =
             (Some(end.clone()), Some([0.0, 1.0]));
         let taken = |args: &ViewArgs| {
-            camera(&scene, (args, None), |_, _| panic!("the scene has cameras"))
+            resolve_camera(&scene, (args, None), |_, _| panic!("the scene has cameras"))
                 .expect("a camera")
                 .expect("one")
         };
@@ -510,9 +509,9 @@ mod tests {
             assert!((half(args) / zoomed - 4.0).abs() < 1e-12);
         }
         let mut flat = Projection::Orthographic { height: 3.0 };
-        zoom(&mut flat, 1.5);
+        zoom_projection(&mut flat, 1.5);
         assert_eq!(flat, Projection::Orthographic { height: 2.0 });
-        let side = View {
+        let side = ViewAngles {
             azimuth: 10.0,
             elevation: 20.0,
         };
@@ -526,7 +525,7 @@ mod tests {
                 ..ViewArgs::default()
             };
             assert_eq!(
-                camera(&scene(), (&args, Some(side)), requested)
+                resolve_camera(&scene(), (&args, Some(side)), requested)
                     .expect("a view")
                     .map(|camera| camera.name),
                 Some("side".to_owned())
@@ -604,31 +603,31 @@ mod tests {
     fn pictures_of_another_shape_are_fitted() {
         let mut scene = scene();
         scene.cameras[1].aspect = Some(1.5);
-        scene.cameras[1].fit = Fit::Contain;
+        scene.cameras[1].fit = AspectFit::Contain;
         let value_of = |args: ViewArgs| {
-            let taken = camera(&scene, (&args, None), |_, _| {
+            let taken = resolve_camera(&scene, (&args, None), |_, _| {
                 panic!("the scene has cameras")
             })
             .expect("a camera")
             .expect("one");
             (taken.aspect, taken.fit)
         };
-        let fit = Some(Fit::Cover);
+        let fit = Some(AspectFit::Cover);
         assert_eq!(
             value_of(ViewArgs {
                 fit,
                 ..view_args("side")
             }),
-            (Some(1.5), Fit::Cover)
+            (Some(1.5), AspectFit::Cover)
         );
         assert_eq!(
             value_of(ViewArgs {
                 fit,
                 ..view_args("2")
             }),
-            (Some(2.0), Fit::Cover)
+            (Some(2.0), AspectFit::Cover)
         );
-        assert_eq!(value_of(view_args("side")), (Some(1.5), Fit::Contain));
+        assert_eq!(value_of(view_args("side")), (Some(1.5), AspectFit::Contain));
         assert_eq!(
             value_of(ViewArgs {
                 fov: Some(30.0),
@@ -647,7 +646,7 @@ mod tests {
             zoom: Some(1.0),
             ..ViewArgs::default()
         };
-        let taken = camera(&none, (&args, None), |_, _| framed.clone())
+        let taken = resolve_camera(&none, (&args, None), |_, _| framed.clone())
             .expect("a camera")
             .expect("one");
         assert_eq!((taken.aspect, taken.fit), (framed.aspect, framed.fit));
@@ -662,7 +661,7 @@ mod tests {
             size: Some([100, 100]),
             ..view_args("front")
         };
-        let taken = camera(&scene, (&args, None), |_, _| {
+        let taken = resolve_camera(&scene, (&args, None), |_, _| {
             panic!("the scene has cameras")
         })
         .expect("a camera");

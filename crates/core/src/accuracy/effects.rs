@@ -7,9 +7,9 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::ProgressListener;
-use super::renderer::{ClockFunction, Renderer, TimedRender, UnfinishedRender};
-use crate::bench::Spread;
-use crate::bench::clock::{Stopwatch, of_process};
+use super::renderer::{ClockFunction, SettingRenderer, TimedRender, UnfinishedRender};
+use crate::bench::SampleQuantiles;
+use crate::bench::clock::{Stopwatch, time_on_process};
 use crate::display::Display;
 use crate::effects::{Effect, EffectSet, SWITCHABLE, detect};
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip, statistics};
@@ -32,9 +32,9 @@ pub struct EffectCost {
     pub effect: &'static str,
     /// Render time without the effect, in seconds summed over all threads. Preparation is not
     /// included.
-    pub seconds_without: Spread,
+    pub seconds_without: SampleQuantiles,
     /// Ratio of the render time with the effect to the time without it, one value per round.
-    pub ratio: Spread,
+    pub ratio: SampleQuantiles,
     /// Ratio of the number of rays with the effect to the number without it.
     pub rays: f64,
     /// Root mean squared difference, in radiance, of the pictures with and without the effect. Both
@@ -50,7 +50,7 @@ pub struct EffectCosts {
     /// Width and height of the renders in pixels.
     pub size: [u32; 2],
     /// Render time with all effects, in seconds summed over all threads.
-    pub seconds: Spread,
+    pub seconds: SampleQuantiles,
     /// Costs of the effects that can be switched off, by descending ratio of times.
     pub effects: Vec<EffectCost>,
     /// Names of the effects that were not measured for lack of time.
@@ -73,12 +73,12 @@ pub fn measure_effects(
     let bench = EffectBench {
         scene,
         observer,
-        stopwatch: of_process,
+        stopwatch: time_on_process,
         now: &Instant::now,
         start: Instant::now(),
         budget,
     };
-    let costs = bench.run(settings, listener)?;
+    let costs = bench.measure_costs(settings, listener)?;
     if observer.is_cancelled() {
         Err(PrepareError::Cancelled)
     } else {
@@ -97,7 +97,7 @@ pub(super) struct EffectBench<'a> {
 }
 
 impl EffectBench<'_> {
-    pub fn run(
+    pub fn measure_costs(
         &self,
         settings: &Settings,
         listener: &mut dyn ProgressListener,
@@ -108,9 +108,9 @@ impl EffectBench<'_> {
             .copied()
             .filter(|&e| simulated.has(e) && SWITCHABLE.has(e))
             .collect();
-        listener.step("looking how fast it renders", 0.0);
+        listener.report_step("looking how fast it renders", 0.0);
         let settings = Settings {
-            size: self.affordable(settings, measured.len())?,
+            size: self.choose_size(settings, measured.len())?,
             crop: None,
             aovs: Vec::new(),
             ..settings.clone()
@@ -121,12 +121,15 @@ impl EffectBench<'_> {
             for round in 0..ROUNDS {
                 let share =
                     ((self.now)() - self.start).as_secs_f64() / self.budget.as_secs_f64().max(1e-9);
-                listener.step(&format!("without {}", effect.name()), share.min(1.0));
+                listener.report_step(&format!("without {}", effect.name()), share.min(1.0));
                 let off = Settings {
                     without: settings.without.or(EffectSet::from_effects(&[effect])),
                     ..settings.clone()
                 };
-                match (self.render(&settings, round), self.render(&off, round)) {
+                match (
+                    self.render_round(&settings, round),
+                    self.render_round(&off, round),
+                ) {
                     (Ok(all), Ok(less)) => {
                         own.push(all.seconds);
                         with.push(all);
@@ -141,12 +144,12 @@ impl EffectBench<'_> {
             }
             match with.is_empty() {
                 true => late.push(effect.name()),
-                false => costs.push(self.cost(effect, &with, &without)),
+                false => costs.push(self.summarise_cost(effect, &with, &without)),
             }
         }
         if own.is_empty() {
             own.push(
-                self.render(&settings, 0)
+                self.render_round(&settings, 0)
                     .map_err(UnfinishedRender::into_error)?
                     .seconds,
             );
@@ -154,29 +157,33 @@ impl EffectBench<'_> {
         costs.sort_by(|a, b| b.ratio.median.total_cmp(&a.ratio.median));
         Ok(EffectCosts {
             size: settings.size,
-            seconds: Spread::from_samples(&own),
+            seconds: SampleQuantiles::from_samples(&own),
             effects: costs,
             late,
         })
     }
 
-    fn render(&self, settings: &Settings, round: u64) -> Result<TimedRender, UnfinishedRender> {
+    fn render_round(
+        &self,
+        settings: &Settings,
+        round: u64,
+    ) -> Result<TimedRender, UnfinishedRender> {
         let settings = Settings {
             seed: settings.seed.wrapping_add(round),
             ..settings.clone()
         };
-        let renderer = Renderer::new(
+        let renderer = SettingRenderer::new(
             self.scene,
             &settings,
             self.observer,
             (self.stopwatch, self.now),
         );
-        renderer.render(self.scene, &settings, self.start + self.budget)
+        renderer.prepare_and_render(self.scene, &settings, self.start + self.budget)
     }
 
     /// Returns the picture size, at most the scene's, at which all renders for this number of
     /// effects take four fifths of the budget. The time is extrapolated from a small trial render.
-    fn affordable(&self, settings: &Settings, effects: usize) -> Result<[u32; 2], PrepareError> {
+    fn choose_size(&self, settings: &Settings, effects: usize) -> Result<[u32; 2], PrepareError> {
         let minimum = (LEAST_WIDTH / f64::from(settings.size[0])).min(1.0);
         let scaled = |factor: f64| {
             settings
@@ -184,7 +191,7 @@ impl EffectBench<'_> {
                 .map(|edge| (f64::from(edge) * factor).round().max(1.0) as u32)
         };
         let before = (self.now)();
-        self.render(
+        self.render_round(
             &Settings {
                 size: scaled(minimum),
                 ..settings.clone()
@@ -202,7 +209,12 @@ impl EffectBench<'_> {
         ))
     }
 
-    fn cost(&self, effect: Effect, with: &[TimedRender], without: &[TimedRender]) -> EffectCost {
+    fn summarise_cost(
+        &self,
+        effect: Effect,
+        with: &[TimedRender],
+        without: &[TimedRender],
+    ) -> EffectCost {
         let seconds: Vec<f64> = without.iter().map(|take| take.seconds).collect();
         let ratios: Vec<f64> = with
             .iter()
@@ -219,10 +231,10 @@ impl EffectBench<'_> {
             [&with[0].picture, &without[0].picture].map(|picture| display.to_values(picture));
         EffectCost {
             effect: effect.name(),
-            seconds_without: Spread::from_samples(&seconds),
-            ratio: Spread::from_samples(&ratios),
+            seconds_without: SampleQuantiles::from_samples(&seconds),
+            ratio: SampleQuantiles::from_samples(&ratios),
             rays: with[0].rays as f64 / (without[0].rays as f64).max(1.0),
-            rmse: root_mean_square(&pairs),
+            rmse: rms_mean_difference(&pairs),
             // Both pictures have the same size, which is not zero.
             flip: statistics(&flip(&shown, &other, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default())
                 .mean,
@@ -232,8 +244,8 @@ impl EffectBench<'_> {
 
 /// Returns the root mean square, over pixels and channels, of the mean difference of picture pairs.
 /// The variance of the mean, estimated from the pairs, is subtracted.
-fn root_mean_square(pairs: &[(&Picture, &Picture)]) -> f64 {
-    let (n, numbers) = (pairs.len() as f64, 3 * pairs[0].0.pixels());
+fn rms_mean_difference(pairs: &[(&Picture, &Picture)]) -> f64 {
+    let (n, numbers) = (pairs.len() as f64, 3 * pairs[0].0.pixel_count());
     let mut square = 0.0;
     for i in 0..numbers {
         let apart = |(a, b): &(&Picture, &Picture)| {
@@ -279,7 +291,7 @@ mod tests {
             start: Instant::now(),
             budget,
         }
-        .run(&settings, &mut ())
+        .measure_costs(&settings, &mut ())
     }
 
     const MIRROR: &str = r#"{"format": 1, "render": {"size": [4, 2], "pattern": "centre", "max_depth": 4}, "sky": {"constant": 0.5},
@@ -391,7 +403,7 @@ mod tests {
         };
         let (zero, others) = (picture(0.0), [1.0, 2.0, 3.0].map(picture));
         let pairs: Vec<(&Picture, &Picture)> = others.iter().map(|other| (other, &zero)).collect();
-        assert!((root_mean_square(&pairs) - (4.0_f64 - 1.0 / 3.0).sqrt()).abs() < 1e-12);
-        assert_eq!(root_mean_square(&pairs[..1]), 1.0);
+        assert!((rms_mean_difference(&pairs) - (4.0_f64 - 1.0 / 3.0).sqrt()).abs() < 1e-12);
+        assert_eq!(rms_mean_difference(&pairs[..1]), 1.0);
     }
 }

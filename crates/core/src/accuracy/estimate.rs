@@ -26,7 +26,7 @@ pub struct ConfidenceInterval {
 
 impl ConfidenceInterval {
     /// Returns the interval of a number without uncertainty.
-    pub fn exact(value: f64) -> Self {
+    pub fn from_exact(value: f64) -> Self {
         Self {
             value,
             low: value,
@@ -35,7 +35,7 @@ impl ConfidenceInterval {
     }
 
     /// Whether the interval contains zero, so that the value may be noise alone.
-    pub fn is_lost_in_noise(&self) -> bool {
+    pub fn includes_zero(&self) -> bool {
         self.low <= 0.0
     }
 
@@ -52,7 +52,7 @@ impl ConfidenceInterval {
     /// Returns the interval of a positive value with an uncertainty `error`: the value divided and
     /// multiplied by exp(`error`/`value`). The interval extends farther up than down, as does the
     /// distribution of a sum that few large terms dominate.
-    pub(super) fn of_factors(value: f64, error: f64) -> Self {
+    pub(super) fn from_relative_error(value: f64, error: f64) -> Self {
         let spread = libm::exp(error / value);
         Self {
             value,
@@ -63,7 +63,7 @@ impl ConfidenceInterval {
 
     /// Returns the interval from zero to the value plus its uncertainty `error`, for a value that
     /// may be noise alone.
-    pub(super) fn from_zero(value: f64, error: f64) -> Self {
+    pub(super) fn from_insignificant(value: f64, error: f64) -> Self {
         let high = value.max(0.0) + error;
         Self {
             value: value.max(0.0),
@@ -74,9 +74,9 @@ impl ConfidenceInterval {
 
     /// Returns the interval of the ratio of this value to another value with an independent
     /// uncertainty.
-    pub(super) fn over(&self, other: &Self) -> Self {
+    pub(super) fn divide(&self, other: &Self) -> Self {
         let value = self.value / other.value;
-        if self.is_lost_in_noise() || other.is_lost_in_noise() {
+        if self.includes_zero() || other.includes_zero() {
             return Self {
                 value,
                 low: self.low / other.high,
@@ -96,7 +96,7 @@ impl ConfidenceInterval {
 
     /// Returns the interval of the product of this value and another positive value with an
     /// independent uncertainty.
-    pub(super) fn times(&self, other: &Self) -> Self {
+    pub(super) fn multiply(&self, other: &Self) -> Self {
         if other.low == other.high || self.value <= 0.0 {
             return Self {
                 value: self.value * other.value,
@@ -117,7 +117,7 @@ impl ConfidenceInterval {
     }
 
     /// Returns half the width of the interval over the value.
-    pub fn relative(&self) -> f64 {
+    pub fn relative_half_width(&self) -> f64 {
         0.5 * (self.high - self.low) / self.value
     }
 }
@@ -140,15 +140,15 @@ pub struct SettingErrors {
 
 /// Tile of the reference: means, variances, and display values.
 #[derive(Clone, Debug)]
-pub(super) struct TruthTile {
+pub(super) struct ReferenceTile {
     /// Mean radiance of each pixel.
     pub picture: Picture,
     /// Variance of each pixel's mean, per channel.
     variance: Vec<[f64; 3]>,
     /// Mean radiance converted to display values, for FLIP.
-    shown: Picture,
+    display_picture: Picture,
     /// Variance of the tile's sum of relative squared errors that is due to the reference's noise.
-    pub doubt: f64,
+    pub error_variance: f64,
 }
 
 /// Errors of a setting in a tile, summed over pixels. Vectors hold one sum per block of 8 × 8
@@ -164,10 +164,10 @@ pub(super) struct TileErrors {
     pub flip: f64,
     /// Sums of the squared and of the relative squared difference to renders of the compared
     /// setting with the same random numbers; zero without a compared setting.
-    pub alone: [f64; 2],
+    pub paired_difference: [f64; 2],
 }
 
-impl TruthTile {
+impl ReferenceTile {
     /// Builds the tile from the mean and the variance of each pixel, row by row.
     pub fn new([width, height]: [u32; 2], means: &[MeanVariance], display: Display) -> Self {
         let rgb = means
@@ -183,7 +183,7 @@ impl TruthTile {
         // 2v². The channels of a pixel count as fully correlated.
         let pixel = |(value, rgb): (&[f64; 3], &[f32; 3])| {
             (0..3)
-                .map(|i| value[i] * weight(rgb[i]))
+                .map(|i| value[i] * relative_error_weight(rgb[i]))
                 .sum::<f64>()
                 .powi(2)
                 * 8.0
@@ -191,15 +191,15 @@ impl TruthTile {
         };
         let doubt = variance.iter().zip(&picture.rgb).map(pixel).sum();
         Self {
-            shown: display.to_values(&picture),
+            display_picture: display.to_values(&picture),
             picture,
             variance,
-            doubt,
+            error_variance: doubt,
         }
     }
 
     /// Returns the number of pixels in each block of the tile, row by row.
-    pub fn blocks(&self) -> Vec<f64> {
+    pub fn block_pixel_counts(&self) -> Vec<f64> {
         let [columns, rows] = [self.picture.width, self.picture.height].map(|edge| {
             let edge = edge as usize;
             (0..edge.div_ceil(BLOCK))
@@ -212,19 +212,19 @@ impl TruthTile {
     }
 
     /// Returns the sum over pixels of the variance of the mean, averaged over channels.
-    pub fn variance(&self) -> f64 {
+    pub fn summed_variance(&self) -> f64 {
         self.variance.iter().flatten().sum::<f64>() / 3.0
     }
 
     /// Returns the sum of the reference's radiance over pixels and channels.
-    pub fn light(&self) -> f64 {
-        light(&self.picture)
+    pub fn total_radiance(&self) -> f64 {
+        total_radiance(&self.picture)
     }
 
     /// Computes the errors of renders of this tile by one setting, at least one render, each with
-    /// other random numbers. `by_chance` is whether the setting uses random numbers. `beside` holds
+    /// other random numbers. `chance_light_finding` is whether the setting uses random numbers. `beside` holds
     /// renders of the compared setting with the same random numbers, in the same order.
-    pub fn judge(
+    pub fn measure_errors(
         &self,
         renders: &[Picture],
         by_chance: bool,
@@ -244,7 +244,7 @@ impl TruthTile {
         for (pixel, (truth, known)) in self.picture.rgb.iter().zip(&self.variance).enumerate() {
             let block = pixel / width / BLOCK * columns + pixel % width / BLOCK;
             for i in 0..3 {
-                let (reference, share) = (f64::from(truth[i]), weight(truth[i]));
+                let (reference, share) = (f64::from(truth[i]), relative_error_weight(truth[i]));
                 let apart = |render: &Picture| f64::from(render.rgb[pixel][i]) - reference;
                 let mean = renders.iter().map(apart).sum::<f64>() / count;
                 let spread = renders
@@ -271,17 +271,18 @@ impl TruthTile {
                 for (render, other) in renders.iter().zip(beside) {
                     let apart = f64::from(render.rgb[pixel][i]) - f64::from(other.rgb[pixel][i]);
                     let square = apart * apart / renders.len().min(beside.len()) as f64;
-                    errors.alone = [
-                        errors.alone[0] + square / 3.0,
-                        errors.alone[1] + square * share,
+                    errors.paired_difference = [
+                        errors.paired_difference[0] + square / 3.0,
+                        errors.paired_difference[1] + square * share,
                     ];
                 }
             }
         }
-        errors.light = renders.iter().map(light).sum::<f64>() / count;
+        errors.light = renders.iter().map(total_radiance).sum::<f64>() / count;
         // Both pictures have the same size, which is not zero.
         let first = renders.first().map(|first| display.to_values(first));
-        let map = first.and_then(|first| flip(&first, &self.shown, DEFAULT_PIXELS_PER_DEGREE).ok());
+        let map = first
+            .and_then(|first| flip(&first, &self.display_picture, DEFAULT_PIXELS_PER_DEGREE).ok());
         errors.flip = map.unwrap_or_default().iter().map(|&v| f64::from(v)).sum();
         errors
     }
@@ -289,7 +290,7 @@ impl TruthTile {
 
 /// Returns 1/(3(R² + 0.01)) for a channel's reference R: the weight of its squared error in the
 /// relative error, averaged over three channels.
-pub(super) fn weight(reference: f32) -> f64 {
+pub(super) fn relative_error_weight(reference: f32) -> f64 {
     let reference = f64::from(reference);
     1.0 / (3.0 * (reference * reference + RELATIVE_FLOOR))
 }
@@ -297,12 +298,14 @@ pub(super) fn weight(reference: f32) -> f64 {
 /// Returns the variance of a pixel's mean relative to the squared mean plus 0.01, averaged over
 /// channels.
 pub(super) fn relative_variance([mean, variance]: &MeanVariance) -> f64 {
-    (0..3).map(|i| variance[i] * weight(mean[i] as f32)).sum()
+    (0..3)
+        .map(|i| variance[i] * relative_error_weight(mean[i] as f32))
+        .sum()
 }
 
 /// Returns the sum of a picture's radiance over pixels and channels; values that are not finite are
 /// ignored.
-pub(super) fn light(picture: &Picture) -> f64 {
+pub(super) fn total_radiance(picture: &Picture) -> f64 {
     picture
         .rgb
         .iter()

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use super::setting::Setting;
+use super::setting::RungSetting;
 use crate::ladder::{Ladder, RungChoice};
 
 /// Time and error of a setting, the coordinates of the Pareto front.
@@ -39,50 +39,55 @@ pub(super) enum WalkDirection {
 }
 
 /// Measurement of the settings that a walk visits. Tests replace it by a formula.
-pub(super) trait Surveyor {
+pub(super) trait SettingMeasurer {
     /// Whether a setting can be rendered.
-    fn is_possible(&self, setting: &Setting) -> bool;
+    fn is_valid_setting(&self, setting: &RungSetting) -> bool;
     /// Returns the time and error of a setting, or `None` if the time has run out.
-    fn measure(&mut self, setting: &Setting) -> Option<FrontierPoint>;
+    fn measure_setting(&mut self, setting: &RungSetting) -> Option<FrontierPoint>;
     /// Whether a setting is certainly faster (or more exact, by direction) than another and
     /// recommendable, so that the walk continues from it.
-    fn is_beyond(&self, setting: &Setting, other: &Setting, direction: WalkDirection) -> bool;
+    fn is_certain_improvement(
+        &self,
+        setting: &RungSetting,
+        other: &RungSetting,
+        direction: WalkDirection,
+    ) -> bool;
 }
 
 /// Searches from a setting in both directions and returns all measured settings with time and
 /// error.
-pub(super) fn walk(
+pub(super) fn walk_frontier(
     steps: &[LadderSteps],
-    (start, point): (&Setting, FrontierPoint),
-    surveyor: &mut dyn Surveyor,
-) -> Vec<(Setting, FrontierPoint)> {
+    (start, point): (&RungSetting, FrontierPoint),
+    surveyor: &mut dyn SettingMeasurer,
+) -> Vec<(RungSetting, FrontierPoint)> {
     let mut found = Vec::new();
     for direction in [WalkDirection::Faster, WalkDirection::MoreExact] {
         let mut walk = FrontierWalk {
             steps,
-            at: steps.iter().map(|s| (s.ladder, s.start)).collect(),
+            positions: steps.iter().map(|s| (s.ladder, s.start)).collect(),
             point,
             setting: start.clone(),
         };
-        let mut barred: Vec<(Ladder, usize)> = Vec::new();
+        let mut rejected_steps: Vec<(Ladder, usize)> = Vec::new();
         for _ in 0..LONGEST_WALK {
-            let Some((ladder, rung)) = walk.best(direction, &barred) else {
+            let Some((ladder, rung)) = walk.choose_step(direction, &rejected_steps) else {
                 break;
             };
-            let setting = walk.moved(ladder, rung);
-            if !surveyor.is_possible(&setting) {
-                barred.push((ladder, rung));
+            let setting = walk.setting_at(ladder, rung);
+            if !surveyor.is_valid_setting(&setting) {
+                rejected_steps.push((ladder, rung));
                 continue;
             }
-            let Some(point) = surveyor.measure(&setting) else {
+            let Some(point) = surveyor.measure_setting(&setting) else {
                 return found;
             };
             found.push((setting.clone(), point));
-            if surveyor.is_beyond(&setting, &walk.setting, direction) {
-                walk.at.insert(ladder, rung);
+            if surveyor.is_certain_improvement(&setting, &walk.setting, direction) {
+                walk.positions.insert(ladder, rung);
                 (walk.setting, walk.point) = (setting, point);
             } else {
-                barred.push((ladder, rung));
+                rejected_steps.push((ladder, rung));
             }
         }
     }
@@ -91,33 +96,33 @@ pub(super) fn walk(
 
 struct FrontierWalk<'a> {
     steps: &'a [LadderSteps],
-    at: BTreeMap<Ladder, usize>,
-    setting: Setting,
+    positions: BTreeMap<Ladder, usize>,
+    setting: RungSetting,
     point: FrontierPoint,
 }
 
 impl FrontierWalk<'_> {
-    fn moved(&self, ladder: Ladder, rung: usize) -> Setting {
+    fn setting_at(&self, ladder: Ladder, rung: usize) -> RungSetting {
         let choice = self
             .steps
             .iter()
             .find(|steps| steps.ladder == ladder)
             .and_then(|steps| steps.rungs[rung].0);
         choice.map_or_else(
-            || self.setting.without(ladder),
-            |choice| self.setting.with(choice),
+            || self.setting.without_ladder(ladder),
+            |choice| self.setting.with_rung(choice),
         )
     }
 
     /// Returns the ladder and the neighbouring rung with the largest predicted ratio of gain to
-    /// price, both as logarithms. `barred` lists rungs that were tried before.
-    fn best(
+    /// price, both as logarithms. `rejected_steps` lists rungs that were tried before.
+    fn choose_step(
         &self,
         direction: WalkDirection,
-        barred: &[(Ladder, usize)],
+        rejected_steps: &[(Ladder, usize)],
     ) -> Option<(Ladder, usize)> {
         let worth = |steps: &LadderSteps| {
-            let position = *self.at.get(&steps.ladder)?;
+            let position = *self.positions.get(&steps.ladder)?;
             let next = match direction {
                 WalkDirection::Faster => position.checked_sub(1)?,
                 WalkDirection::MoreExact => {
@@ -133,7 +138,7 @@ impl FrontierWalk<'_> {
                 WalkDirection::Faster => (1.0 / time, error),
                 WalkDirection::MoreExact => (1.0 / error, time),
             };
-            let promising = gain > 1.0 + WORTH && !barred.contains(&(steps.ladder, next));
+            let promising = gain > 1.0 + WORTH && !rejected_steps.contains(&(steps.ladder, next));
             promising.then(|| {
                 (
                     libm::log(gain) / libm::log(price).max(1e-3),
@@ -159,7 +164,7 @@ const SAME_ERROR: f64 = 0.02;
 /// Returns the indices of the points on the Pareto front, by ascending time. A point is dropped if
 /// another point has at most the same time and error, and less time or less error. The first of
 /// equal points remains.
-pub(super) fn pareto(points: &[FrontierPoint]) -> Vec<usize> {
+pub(super) fn pareto_front_indices(points: &[FrontierPoint]) -> Vec<usize> {
     let beaten = |i: usize| {
         let p = points[i];
         points.iter().enumerate().any(|(j, q)| {
@@ -195,14 +200,17 @@ mod tests {
             point(3.0, 5.0),
             point(4.0, 1.0),
         ];
-        assert_eq!(pareto(&points), [1, 3, 0]);
+        assert_eq!(pareto_front_indices(&points), [1, 3, 0]);
         // Points that a clock cannot separate: the first remains, although it is a little slower.
         assert_eq!(
-            pareto(&[point(1.02, 1.0), point(1.0, 1.01), point(1.0, 0.9)]),
+            pareto_front_indices(&[point(1.02, 1.0), point(1.0, 1.01), point(1.0, 0.9)]),
             [2]
         );
-        assert_eq!(pareto(&[point(1.02, 1.0), point(1.0, 1.01)]), [0]);
-        assert_eq!(pareto(&[]), [0_usize; 0]);
+        assert_eq!(
+            pareto_front_indices(&[point(1.02, 1.0), point(1.0, 1.01)]),
+            [0]
+        );
+        assert_eq!(pareto_front_indices(&[]), [0_usize; 0]);
     }
 
     /// Samples with noise 1/n, and a ladder of light sampling: half the time costs an error of
@@ -236,7 +244,7 @@ mod tests {
     }
 
     /// The true points of combined rungs.
-    fn truth(setting: &Setting) -> FrontierPoint {
+    fn truth(setting: &RungSetting) -> FrontierPoint {
         let n = setting
             .rung(Ladder::Samples)
             .map_or(16.0, |c| c.rung().parse().expect("a number"));
@@ -252,13 +260,13 @@ mod tests {
     /// share of a certain gain.
     struct RuleSurveyor<'a> {
         requested: Vec<String>,
-        truth: &'a dyn Fn(&Setting) -> Option<FrontierPoint>,
+        truth: &'a dyn Fn(&RungSetting) -> Option<FrontierPoint>,
         impossible: &'a [&'a str],
         sure: f64,
     }
 
     impl<'a> RuleSurveyor<'a> {
-        fn of(truth: &'a dyn Fn(&Setting) -> Option<FrontierPoint>) -> Self {
+        fn of(truth: &'a dyn Fn(&RungSetting) -> Option<FrontierPoint>) -> Self {
             Self {
                 requested: Vec::new(),
                 truth,
@@ -268,19 +276,24 @@ mod tests {
         }
     }
 
-    impl Surveyor for RuleSurveyor<'_> {
-        fn is_possible(&self, setting: &Setting) -> bool {
+    impl SettingMeasurer for RuleSurveyor<'_> {
+        fn is_valid_setting(&self, setting: &RungSetting) -> bool {
             setting
                 .rung(Ladder::Samples)
                 .is_none_or(|samples| !self.impossible.contains(&samples.rung()))
         }
 
-        fn measure(&mut self, setting: &Setting) -> Option<FrontierPoint> {
+        fn measure_setting(&mut self, setting: &RungSetting) -> Option<FrontierPoint> {
             self.requested.push(setting.to_string());
             (self.truth)(setting)
         }
 
-        fn is_beyond(&self, setting: &Setting, other: &Setting, direction: WalkDirection) -> bool {
+        fn is_certain_improvement(
+            &self,
+            setting: &RungSetting,
+            other: &RungSetting,
+            direction: WalkDirection,
+        ) -> bool {
             let [new, old] =
                 [setting, other].map(|setting| (self.truth)(setting).expect("measured"));
             match direction {
@@ -295,11 +308,11 @@ mod tests {
     /// the end. The walk ends at the ends of its ladders.
     #[test]
     fn walks_take_what_gives_most() {
-        let known = |setting: &Setting| Some(truth(setting));
+        let known = |setting: &RungSetting| Some(truth(setting));
         let mut rule = RuleSurveyor::of(&known);
-        let found = walk(
+        let found = walk_frontier(
             &steps(),
-            (&Setting::default(), point(16.0, 0.0635)),
+            (&RungSetting::default(), point(16.0, 0.0635)),
             &mut rule,
         );
         let requested = rule.requested;
@@ -321,7 +334,8 @@ mod tests {
             ]
         );
         assert_eq!(found.len(), requested.len());
-        let front = pareto(&found.iter().map(|(_, point)| *point).collect::<Vec<_>>());
+        let front =
+            pareto_front_indices(&found.iter().map(|(_, point)| *point).collect::<Vec<_>>());
         assert!(front.len() >= 5, "{found:?}");
     }
 
@@ -331,10 +345,10 @@ mod tests {
     fn walks_begin_where_they_are_told() {
         let mut steps = steps();
         steps[0].start = 1;
-        let four = Setting::single(RungChoice::parse("samples=4").expect("a rung"));
-        let known = |setting: &Setting| Some(truth(setting));
+        let four = RungSetting::from_rung(RungChoice::parse("samples=4").expect("a rung"));
+        let known = |setting: &RungSetting| Some(truth(setting));
         let mut rule = RuleSurveyor::of(&known);
-        walk(&steps, (&four, truth(&four)), &mut rule);
+        walk_frontier(&steps, (&four, truth(&four)), &mut rule);
         let requested = rule.requested;
         assert_eq!(
             requested[..2],
@@ -350,14 +364,14 @@ mod tests {
     /// other ladder's steps.
     #[test]
     fn walks_go_around_what_is_impossible() {
-        let known = |setting: &Setting| Some(truth(setting));
+        let known = |setting: &RungSetting| Some(truth(setting));
         let mut rule = RuleSurveyor {
             impossible: &["1", "256"],
             ..RuleSurveyor::of(&known)
         };
-        walk(
+        walk_frontier(
             &steps(),
-            (&Setting::default(), point(16.0, 0.0635)),
+            (&RungSetting::default(), point(16.0, 0.0635)),
             &mut rule,
         );
         assert_eq!(
@@ -374,14 +388,14 @@ mod tests {
     /// Protects: an uncertain step is not taken and not tried twice; a walk ends where time is out.
     #[test]
     fn walks_end_without_time_or_certain_steps() {
-        let known = |setting: &Setting| Some(truth(setting));
+        let known = |setting: &RungSetting| Some(truth(setting));
         let mut rule = RuleSurveyor {
             sure: 0.2,
             ..RuleSurveyor::of(&known)
         };
-        let found = walk(
+        let found = walk_frontier(
             &steps(),
-            (&Setting::default(), point(16.0, 0.0635)),
+            (&RungSetting::default(), point(16.0, 0.0635)),
             &mut rule,
         );
         // Faster: both ladders once; more exact: samples once, since lights promise too little.
@@ -392,9 +406,9 @@ mod tests {
             rule.requested
         );
         assert!(
-            walk(
+            walk_frontier(
                 &steps(),
-                (&Setting::default(), point(16.0, 0.0635)),
+                (&RungSetting::default(), point(16.0, 0.0635)),
                 &mut RuleSurveyor::of(&|_| None)
             )
             .is_empty()

@@ -3,7 +3,7 @@
 
 mod estimates;
 mod rung_cost;
-mod turns;
+mod turn_timing;
 
 use std::ops::Range;
 use std::time::Instant;
@@ -12,10 +12,10 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 pub(super) use estimates::RelativeCost;
 
-use super::estimate::{TileErrors, TruthTile, light};
-use super::pilot::{PilotPair, WholeErrors};
-use super::renderer::{MARGIN, Renderer, TimedRender, UnfinishedRender};
-use super::setting::Setting;
+use super::estimate::{ReferenceTile, TileErrors, total_radiance};
+use super::pilot::{PictureBlockErrors, PilotPair};
+use super::renderer::{MARGIN, SettingRenderer, TimedRender, UnfinishedRender};
+use super::setting::RungSetting;
 use super::tiles::TileSample;
 use crate::display::Display;
 use crate::ladder::Ladder;
@@ -24,7 +24,7 @@ use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
 /// Errors, times and rays of a setting in a tile.
-struct TileFigures {
+struct TileMeasurement {
     errors: TileErrors,
     /// Render time of the tile without its margin in seconds: one entry per round, divided by the
     /// number of rounds, so that the sum is the mean.
@@ -38,38 +38,38 @@ struct TileFigures {
 
 /// Renders of a crop in all rounds, with the index of its tile in the sample, the crop, and the
 /// tile's share of the crop's time.
-type TileRenders<'r> = (usize, Crop, f64, Vec<&'r TimedRender>);
+type TileRenderInput<'r> = (usize, Crop, f64, Vec<&'r TimedRender>);
 
 /// Returns the renders of one crop, by round, from the renders of all crops.
-fn of_part(renders: &[Vec<TimedRender>], part: usize) -> Vec<&TimedRender> {
+fn renders_of_part(renders: &[Vec<TimedRender>], part: usize) -> Vec<&TimedRender> {
     renders.iter().map(|all| &all[part]).collect()
 }
 
 /// Measurements of a setting on the first tiles of the sample.
 #[derive(Default)]
-struct SettingFigures {
-    setting: Setting,
+struct SettingMeasurements {
+    setting: RungSetting,
     rounds: u64,
-    tiles: Vec<TileFigures>,
+    tiles: Vec<TileMeasurement>,
     /// Renders of each tile in all rounds, kept for comparison with other settings; empty if not
     /// kept.
     pictures: Vec<Vec<Picture>>,
     /// First render of the first tile, or of the whole picture if that was rendered.
-    first: Option<Picture>,
+    first_picture: Option<Picture>,
     /// Renders of the whole picture, from which further tiles are measured without rendering; empty
     /// if tiles were rendered.
-    renders: Vec<TimedRender>,
+    whole_renders: Vec<TimedRender>,
     /// Errors of a picture of the whole, estimated from the pilots (`pilot`).
-    whole_errors: Option<WholeErrors>,
+    whole_errors: Option<PictureBlockErrors>,
     /// Seconds of the first render of the whole picture; `None` if tiles were rendered.
     whole_seconds: Option<f64>,
     /// Ratios of the times measured in turns (`turns`) to the time of the first round; empty if not
     /// measured in turns.
-    turns: Vec<f64>,
+    turn_ratios: Vec<f64>,
 }
 
-impl SettingFigures {
-    fn new(setting: &Setting, rounds: u64) -> Self {
+impl SettingMeasurements {
+    fn new(setting: &RungSetting, rounds: u64) -> Self {
         Self {
             setting: setting.clone(),
             rounds,
@@ -79,52 +79,56 @@ impl SettingFigures {
 }
 
 pub(super) struct Measurements<'a> {
-    pub renderer: &'a Renderer<'a>,
+    pub renderer: &'a SettingRenderer<'a>,
     pub sample: &'a TileSample,
     display: Display,
-    truths: Vec<TruthTile>,
-    all: Vec<SettingFigures>,
+    reference_tiles: Vec<ReferenceTile>,
+    setting_measurements: Vec<SettingMeasurements>,
     /// Pair of noisy pictures of the whole, for the errors of denoised pictures.
     pub pilots: Option<PilotPair>,
     /// Largest number of samples with which denoised settings are rendered as whole pictures.
     pub whole_samples: u32,
     /// Whether a timing in turns was started, with or without enough time.
-    has_turned: bool,
+    has_timed_in_turns: bool,
 }
 
 impl<'a> Measurements<'a> {
-    pub fn new(renderer: &'a Renderer<'a>, sample: &'a TileSample, display: Display) -> Self {
+    pub fn new(
+        renderer: &'a SettingRenderer<'a>,
+        sample: &'a TileSample,
+        display: Display,
+    ) -> Self {
         Self {
             renderer,
             sample,
             display,
-            truths: Vec::new(),
-            all: Vec::new(),
+            reference_tiles: Vec::new(),
+            setting_measurements: Vec::new(),
             pilots: None,
             whole_samples: 0,
-            has_turned: false,
+            has_timed_in_turns: false,
         }
     }
 
     /// Adds the next tiles of the reference, in the order of the sample.
-    pub fn learn(&mut self, tiles: impl Iterator<Item = TruthTile>) {
-        self.truths.extend(tiles);
+    pub fn add_reference_tiles(&mut self, tiles: impl Iterator<Item = ReferenceTile>) {
+        self.reference_tiles.extend(tiles);
     }
 
     /// Returns the number of tiles whose reference is rendered.
-    pub fn known_tiles(&self) -> usize {
-        self.truths.len()
+    pub fn reference_tile_count(&self) -> usize {
+        self.reference_tiles.len()
     }
 
-    fn figures(&self, setting: &Setting) -> Option<&SettingFigures> {
-        self.all
+    fn find_setting_measurements(&self, setting: &RungSetting) -> Option<&SettingMeasurements> {
+        self.setting_measurements
             .iter()
             .find(|figures| figures.setting == *setting && !figures.tiles.is_empty())
     }
 
     /// Returns all measured settings, in the order of their measurement.
-    pub fn settings(&self) -> Vec<Setting> {
-        self.all
+    pub fn measured_settings(&self) -> Vec<RungSetting> {
+        self.setting_measurements
             .iter()
             .filter(|figures| !figures.tiles.is_empty())
             .map(|figures| figures.setting.clone())
@@ -132,8 +136,8 @@ impl<'a> Measurements<'a> {
     }
 
     /// Returns the number of tiles on which a setting was measured.
-    pub fn tiles(&self, setting: &Setting) -> usize {
-        self.figures(setting)
+    pub fn measured_tile_count(&self, setting: &RungSetting) -> usize {
+        self.find_setting_measurements(setting)
             .map_or(0, |figures| figures.tiles.len())
     }
 
@@ -141,49 +145,52 @@ impl<'a> Measurements<'a> {
     /// before are not rendered again, except for a larger number of rounds. `beside` is a compared
     /// setting whose pictures were kept, and `keep` keeps the pictures of this setting. Returns
     /// false if the time runs out; a render that is not finished does not count.
-    pub fn measure(
+    pub fn measure_setting(
         &mut self,
-        setting: &Setting,
+        setting: &RungSetting,
         (count, rounds): (usize, u64),
-        beside: Option<&Setting>,
+        beside: Option<&RungSetting>,
         keep: bool,
         end: Instant,
     ) -> Result<bool, PrepareError> {
-        let count = count.min(self.known_tiles());
+        let count = count.min(self.reference_tile_count());
         let index = self
-            .all
+            .setting_measurements
             .iter()
             .position(|figures| figures.setting == *setting)
-            .unwrap_or(self.all.len());
-        if index == self.all.len() {
-            self.all.push(SettingFigures::new(setting, rounds));
+            .unwrap_or(self.setting_measurements.len());
+        if index == self.setting_measurements.len() {
+            self.setting_measurements
+                .push(SettingMeasurements::new(setting, rounds));
         }
-        if self.all[index].rounds < rounds {
-            let known_figures =
-                std::mem::replace(&mut self.all[index], SettingFigures::new(setting, rounds));
-            let is_done = self.add(index, count, beside, keep, end)?;
+        if self.setting_measurements[index].rounds < rounds {
+            let known_figures = std::mem::replace(
+                &mut self.setting_measurements[index],
+                SettingMeasurements::new(setting, rounds),
+            );
+            let is_done = self.measure_missing_tiles(index, count, beside, keep, end)?;
             if !is_done {
-                self.all[index] = known_figures;
+                self.setting_measurements[index] = known_figures;
             }
             return Ok(is_done);
         }
-        self.add(index, count, beside, keep, end)
+        self.measure_missing_tiles(index, count, beside, keep, end)
     }
 
-    fn add(
+    fn measure_missing_tiles(
         &mut self,
         index: usize,
         count: usize,
-        beside: Option<&Setting>,
+        beside: Option<&RungSetting>,
         keep: bool,
         end: Instant,
     ) -> Result<bool, PrepareError> {
-        let SettingFigures {
+        let SettingMeasurements {
             setting,
             rounds,
             tiles,
             ..
-        } = &self.all[index];
+        } = &self.setting_measurements[index];
         let (setting, rounds, from) = (setting.clone(), 0..*rounds, tiles.len());
         if from >= count {
             return Ok(true);
@@ -198,11 +205,14 @@ impl<'a> Measurements<'a> {
             height: grid.size[1],
         };
         let of_parts: f64 = (from..count)
-            .map(|position| area(self.part(&setting, position)))
+            .map(|position| area(self.crop_for_tile(&setting, position)))
             .sum();
-        let is_all = self.sample.is_whole(count);
-        if is_all || of_parts >= area(whole_crop) || is_denoised && self.is_whole_cheap(&setting) {
-            let mut renders = std::mem::take(&mut self.all[index].renders);
+        let is_all = self.sample.covers_picture(count);
+        if is_all
+            || of_parts >= area(whole_crop)
+            || is_denoised && self.renders_whole_picture(&setting)
+        {
+            let mut renders = std::mem::take(&mut self.setting_measurements[index].whole_renders);
             let is_new = renders.is_empty();
             if is_new {
                 let Some(taken_renders) = self.render_parts(&setting, &[], rounds, end)? else {
@@ -212,20 +222,21 @@ impl<'a> Measurements<'a> {
             }
             let looked: f64 = self
                 .sample
-                .order
+                .passes
                 .iter()
                 .map(|pilot_pass| pilot_pass.seconds)
                 .sum();
-            let looked = looked * grid.count() as f64 / self.sample.most() as f64;
+            let looked = looked * grid.count() as f64 / self.sample.drawable_tile_count() as f64;
             let first = is_all.then(|| renders[0].picture.clone());
-            let figures = &mut self.all[index];
+            let figures = &mut self.setting_measurements[index];
             if is_new {
-                (figures.tiles, figures.pictures, figures.first) = (Vec::new(), Vec::new(), first);
+                (figures.tiles, figures.pictures, figures.first_picture) =
+                    (Vec::new(), Vec::new(), first);
                 figures.whole_seconds = Some(renders[0].seconds);
             }
-            let from = self.all[index].tiles.len();
+            let from = self.setting_measurements[index].tiles.len();
             let share = |position: usize| {
-                let pilot_pass = &self.sample.order[position];
+                let pilot_pass = &self.sample.passes[position];
                 if looked > 0.0 {
                     pilot_pass.seconds / looked
                 } else {
@@ -233,7 +244,7 @@ impl<'a> Measurements<'a> {
                 }
             };
             let all = || renders.iter().collect::<Vec<_>>();
-            self.judge(
+            self.record_tile_errors(
                 index,
                 (from..count)
                     .map(|position| (position, whole_crop, share(position), all()))
@@ -242,15 +253,15 @@ impl<'a> Measurements<'a> {
                 keep,
             );
             if is_denoised && !is_all {
-                self.all[index].renders = renders;
+                self.setting_measurements[index].whole_renders = renders;
                 if is_new {
-                    self.judge_whole();
+                    self.compare_with_pilots();
                 }
             }
             return Ok(true);
         }
         let parts: Vec<Crop> = (from..count)
-            .map(|position| self.part(&setting, position))
+            .map(|position| self.crop_for_tile(&setting, position))
             .collect();
         let Some(renders) = self.render_parts(&setting, &parts, rounds, end)? else {
             return Ok(false);
@@ -259,81 +270,83 @@ impl<'a> Measurements<'a> {
             (
                 from + i,
                 part,
-                self.share(from + i, part),
-                of_part(&renders, i),
+                self.tile_area_share(from + i, part),
+                renders_of_part(&renders, i),
             )
         });
-        self.judge(index, renders.collect(), beside, keep);
+        self.record_tile_errors(index, renders.collect(), beside, keep);
         Ok(true)
     }
 
     /// Estimates the errors of all denoised pictures of the whole from the pilots. The weights of
     /// the relative error come from the denoised picture with the most samples.
-    fn judge_whole(&mut self) {
-        let samples = |figures: &SettingFigures| {
+    fn compare_with_pilots(&mut self) {
+        let samples = |figures: &SettingMeasurements| {
             figures
                 .setting
-                .applied(self.renderer.scene, self.renderer.settings)
+                .apply(self.renderer.scene, self.renderer.settings)
                 .1
                 .sampling
-                .count()
+                .samples_per_pixel()
         };
-        let is_free = |figures: &&SettingFigures| {
+        let is_free = |figures: &&SettingMeasurements| {
             figures
                 .setting
-                .without(Ladder::Reconstruction)
+                .without_ladder(Ladder::Reconstruction)
                 .is_free_of_bias()
         };
         let best = self
-            .all
+            .setting_measurements
             .iter()
-            .filter(|figures| !figures.renders.is_empty())
+            .filter(|figures| !figures.whole_renders.is_empty())
             .filter(is_free)
             .max_by_key(|figures| samples(figures));
         let Some((pilots, best)) = self
             .pilots
             .as_ref()
-            .zip(best.map(|figures| figures.renders[0].picture.clone()))
+            .zip(best.map(|figures| figures.whole_renders[0].picture.clone()))
         else {
             return;
         };
         for figures in self
-            .all
+            .setting_measurements
             .iter_mut()
-            .filter(|figures| !figures.renders.is_empty())
+            .filter(|figures| !figures.whole_renders.is_empty())
         {
-            figures.whole_errors =
-                Some(pilots.judge(figures.renders.iter().map(|render| &render.picture), &best));
+            figures.whole_errors = Some(pilots.estimate_errors(
+                figures.whole_renders.iter().map(|render| &render.picture),
+                &best,
+            ));
         }
     }
 
     /// Returns the crop to render for a tile of the sample; a denoised setting gets a margin around
     /// the tile.
-    fn part(&self, setting: &Setting, position: usize) -> Crop {
-        let (tile, grid) = (self.sample.order[position].tile, self.sample.grid);
+    fn crop_for_tile(&self, setting: &RungSetting, position: usize) -> Crop {
+        let (tile, grid) = (self.sample.passes[position].tile, self.sample.grid);
         if self.is_denoised(setting) {
-            grid.around(tile, MARGIN)
+            grid.tile_crop_with_margin(tile, MARGIN)
         } else {
             grid.tile(tile)
         }
     }
 
     /// Returns the share of a crop's pixels that belong to its tile.
-    fn share(&self, position: usize, part: Crop) -> f64 {
-        self.sample.grid.pixels(self.sample.order[position].tile)
+    fn tile_area_share(&self, position: usize, part: Crop) -> f64 {
+        self.sample.grid.pixels(self.sample.passes[position].tile)
             / (f64::from(part.width) * f64::from(part.height))
     }
 
     /// Whether a denoised setting is rendered as a whole picture instead of tiles with margins,
     /// because it has few samples.
-    fn is_whole_cheap(&self, setting: &Setting) -> bool {
-        let (_, settings) = setting.applied(self.renderer.scene, self.renderer.settings);
-        settings.sampling.count() <= self.whole_samples
+    fn renders_whole_picture(&self, setting: &RungSetting) -> bool {
+        let (_, settings) = setting.apply(self.renderer.scene, self.renderer.settings);
+        settings.sampling.samples_per_pixel() <= self.whole_samples
     }
 
-    pub(super) fn is_denoised(&self, setting: &Setting) -> bool {
+    pub(super) fn is_denoised(&self, setting: &RungSetting) -> bool {
         setting
-            .applied(self.renderer.scene, self.renderer.settings)
+            .apply(self.renderer.scene, self.renderer.settings)
             .1
             .denoise
     }
@@ -342,14 +355,16 @@ impl<'a> Measurements<'a> {
     /// out.
     fn render_parts(
         &self,
-        setting: &Setting,
+        setting: &RungSetting,
         parts: &[Crop],
         rounds: Range<u64>,
         end: Instant,
     ) -> Result<Option<Vec<Vec<TimedRender>>>, PrepareError> {
         rounds
             .map(|round| {
-                UnfinishedRender::allow(self.renderer.render_setting(setting, parts, round, end))
+                UnfinishedRender::late_as_none(
+                    self.renderer.render_setting(setting, parts, round, end),
+                )
             })
             .collect()
     }
@@ -358,15 +373,15 @@ impl<'a> Measurements<'a> {
     /// measured for the same setting without denoising. A share of the crop's time by pixels would
     /// be too small: tiles are drawn in noisy places, where tracing takes longer than in the
     /// margin. Empty for other settings.
-    fn noisy_seconds(&self, index: usize) -> Vec<f64> {
-        let figures = &self.all[index];
+    fn tracing_seconds_without_denoising(&self, index: usize) -> Vec<f64> {
+        let figures = &self.setting_measurements[index];
         if !self.is_denoised(&figures.setting) || figures.whole_seconds.is_some() {
             return Vec::new();
         }
         let own_figures = self
-            .all
+            .setting_measurements
             .iter()
-            .find(|other| self.is_noisy_twin(&other.setting, &figures.setting));
+            .find(|other| self.differs_only_in_denoising(&other.setting, &figures.setting));
         own_figures.map_or(Vec::new(), |own_figures| {
             own_figures
                 .tiles
@@ -377,36 +392,36 @@ impl<'a> Measurements<'a> {
     }
 
     /// Whether `noisy` and `denoised` are the same setting except for denoising.
-    fn is_noisy_twin(&self, noisy: &Setting, denoised: &Setting) -> bool {
-        let without = |setting: &Setting| setting.without(Ladder::Reconstruction);
+    fn differs_only_in_denoising(&self, noisy: &RungSetting, denoised: &RungSetting) -> bool {
+        let without = |setting: &RungSetting| setting.without_ladder(Ladder::Reconstruction);
         without(noisy) == without(denoised) && !self.is_denoised(noisy)
     }
 
     /// Compares renders of crops with the reference, one tile per crop, and appends the
     /// measurements of the tiles. A tile gets its share of the crop's time.
-    fn judge(
+    fn record_tile_errors(
         &mut self,
         index: usize,
-        renders: Vec<TileRenders<'_>>,
-        beside: Option<&Setting>,
+        renders: Vec<TileRenderInput<'_>>,
+        beside: Option<&RungSetting>,
         keep: bool,
     ) {
-        let other = beside.and_then(|setting| self.figures(setting));
-        let noisy_seconds = self.noisy_seconds(index);
+        let other = beside.and_then(|setting| self.find_setting_measurements(setting));
+        let noisy_seconds = self.tracing_seconds_without_denoising(index);
         let seconds =
             |position: usize, share: f64, render: &TimedRender| match noisy_seconds.get(position) {
-                Some(tracing) => tracing + share * render.denoising,
+                Some(tracing) => tracing + share * render.denoising_seconds,
                 None => share * render.seconds,
             };
-        let judged: Vec<(TileFigures, Vec<Picture>)> = renders
+        let judged: Vec<(TileMeasurement, Vec<Picture>)> = renders
             .into_par_iter()
             .map(|(position, part, share, renders)| {
-                let tile = self.sample.grid.tile(self.sample.order[position].tile);
+                let tile = self.sample.grid.tile(self.sample.passes[position].tile);
                 let pictures: Vec<Picture> = renders
                     .iter()
-                    .map(|render| cut(&render.picture, part, tile))
+                    .map(|render| crop_picture(&render.picture, part, tile))
                     .collect();
-                let by_chance = renders.iter().any(|render| render.by_chance);
+                let by_chance = renders.iter().any(|render| render.is_random);
                 let other = other
                     .and_then(|each_figures| each_figures.pictures.get(position))
                     .map_or(&[][..], Vec::as_slice);
@@ -414,9 +429,14 @@ impl<'a> Measurements<'a> {
                 let noisy = pictures
                     .iter()
                     .zip(&renders)
-                    .map(|(picture, render)| light(picture) / render.brightened);
-                let figures = TileFigures {
-                    errors: self.truths[position].judge(&pictures, by_chance, other, self.display),
+                    .map(|(picture, render)| total_radiance(picture) / render.light_ratio);
+                let figures = TileMeasurement {
+                    errors: self.reference_tiles[position].measure_errors(
+                        &pictures,
+                        by_chance,
+                        other,
+                        self.display,
+                    ),
                     seconds: renders
                         .iter()
                         .map(|render| seconds(position, share, render) / count)
@@ -429,11 +449,11 @@ impl<'a> Measurements<'a> {
                 (figures, pictures)
             })
             .collect();
-        let each_figures = &mut self.all[index];
+        let each_figures = &mut self.setting_measurements[index];
         for (figures, pictures) in judged {
             each_figures.tiles.push(figures);
-            if each_figures.first.is_none() {
-                each_figures.first = pictures.first().cloned();
+            if each_figures.first_picture.is_none() {
+                each_figures.first_picture = pictures.first().cloned();
             }
             if keep {
                 each_figures.pictures.push(pictures);
@@ -443,11 +463,11 @@ impl<'a> Measurements<'a> {
 
     /// Returns the first kept picture of each tile of a setting, with the inclusion probability of
     /// the tile.
-    pub fn kept(&self, setting: &Setting) -> Vec<(f64, &Picture)> {
+    pub fn kept_pictures(&self, setting: &RungSetting) -> Vec<(f64, &Picture)> {
         let pictures = self
-            .figures(setting)
+            .find_setting_measurements(setting)
             .map_or(&[][..], |figures| &figures.pictures);
-        let chances = self.sample.chances(pictures.len());
+        let chances = self.sample.inclusion_probabilities(pictures.len());
         chances
             .into_iter()
             .zip(pictures)
@@ -457,18 +477,20 @@ impl<'a> Measurements<'a> {
 
     /// Returns a setting's first render of the first tile, or of the whole picture if all tiles
     /// were measured.
-    pub fn first(&self, setting: &Setting) -> Option<&Picture> {
-        self.figures(setting)?.first.as_ref()
+    pub fn first_picture(&self, setting: &RungSetting) -> Option<&Picture> {
+        self.find_setting_measurements(setting)?
+            .first_picture
+            .as_ref()
     }
 
     /// Returns the reference picture of the first tile.
-    pub fn truth(&self) -> Option<&Picture> {
-        self.truths.first().map(|tile| &tile.picture)
+    pub fn reference_picture(&self) -> Option<&Picture> {
+        self.reference_tiles.first().map(|tile| &tile.picture)
     }
 }
 
 /// Cuts a tile out of the picture of a crop; both rectangles are in pixels of the whole picture.
-pub(super) fn cut(picture: &Picture, part: Crop, tile: Crop) -> Picture {
+pub(super) fn crop_picture(picture: &Picture, part: Crop, tile: Crop) -> Picture {
     let (x, y) = ((tile.x - part.x) as usize, (tile.y - part.y) as usize);
     let rows = picture
         .rgb

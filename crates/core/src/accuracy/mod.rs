@@ -25,7 +25,7 @@ mod tiles;
 use core::time::Duration;
 use std::time::Instant;
 
-use crate::bench::clock::of_process;
+use crate::bench::clock::time_on_process;
 use crate::display::Display;
 use crate::film::{Film, PartError};
 use crate::ladder::RungChoice;
@@ -36,12 +36,13 @@ use crate::settings::Settings;
 
 pub use effects::{EffectCost, EffectCosts, measure_effects};
 pub use estimate::{ConfidenceInterval, SettingErrors};
-pub use outputs::OutputReport;
+pub use outputs::OutputFormatReport;
 pub use report::{
-    AccuracyReport, Advice, BaselineReport, FrontierCandidate, LadderReport, MeasuredSetting,
-    PriceReport, Recommendations, Reference, ReportPicture, RungCost, RungPrice, RungReport, Tiles,
+    AccuracyReport, BaselineReport, FrontierSetting, LadderReport, MeasuredSetting, PriceReport,
+    Recommendation, Recommendations, ReferenceReport, ReportPicture, RungCost, RungPriceReport,
+    RungReport, TileReport,
 };
-pub use setting::Setting;
+pub use setting::RungSetting;
 
 /// Time budget, picture size and number of rounds of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,17 +59,17 @@ pub struct AccuracyEffort {
 /// Receives the progress of a measurement.
 pub trait ProgressListener {
     /// Reports the next step: its description, and the spent share of the time budget, 0 to 1.
-    fn step(&mut self, label: &str, share: f64);
+    fn report_step(&mut self, label: &str, share: f64);
 }
 
 /// Ignores the progress of a measurement.
 impl ProgressListener for () {
-    fn step(&mut self, _: &str, _: f64) {}
+    fn report_step(&mut self, _: &str, _: f64) {}
 }
 
 /// Reference picture of a measurement, kept for the next measurement of the same scene.
 #[derive(Clone, Debug)]
-pub struct KeptReference {
+pub struct ReusableReference {
     /// Rungs in which the reference differs from the scene's own settings.
     pub rungs: Vec<RungChoice>,
     /// Rendered film of the reference.
@@ -82,7 +83,7 @@ pub struct MeasurementStart<'a> {
     pub scene: &'a str,
     /// Reference of an earlier measurement, to which tiles are added; `None` renders a new
     /// reference.
-    pub reference: Option<KeptReference>,
+    pub reference: Option<ReusableReference>,
 }
 
 /// Reason why a measurement of accuracy has no report.
@@ -93,7 +94,7 @@ pub enum MeasureError {
     Prepare(#[from] PrepareError),
     /// The time budget ended before the reference and the scene's own picture were rendered.
     #[error("the time is over before the reference and one picture are there")]
-    NoTime,
+    InsufficientTime,
     /// The reference belongs to another scene, or to other settings.
     #[error(transparent)]
     Reference(PartError),
@@ -106,21 +107,21 @@ pub enum MeasureError {
 /// # Errors
 /// See [`MeasureError`]. [`PrepareError::Cancelled`] means that the observer stopped the
 /// measurement before its first result.
-pub fn measure(
+pub fn measure_accuracy(
     scene: &Scene,
     settings: &Settings,
     effort: &AccuracyEffort,
     start: MeasurementStart<'_>,
     observer: &dyn Observer,
     listener: &mut dyn ProgressListener,
-) -> Result<(AccuracyReport, KeptReference), MeasureError> {
+) -> Result<(AccuracyReport, ReusableReference), MeasureError> {
     session::MeasurementSession::new(
         scene,
         settings,
         Display::from_render(&scene.render),
         *effort,
         observer,
-        (of_process, &Instant::now),
+        (time_on_process, &Instant::now),
     )
-    .run(start, listener)
+    .measure(start, listener)
 }

@@ -3,9 +3,9 @@
 
 use serde::Serialize;
 
-use crate::bench::Spread;
+use crate::bench::SampleQuantiles;
 use crate::bench::clock::Stopwatch;
-use crate::display::{Display, Output};
+use crate::display::{Display, OutputFormat};
 use crate::ladder::{Ladder, RungChoice, RungValue};
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip};
 use crate::picture::Picture;
@@ -15,7 +15,7 @@ const ROUNDS: usize = 5;
 
 /// Error, size and time of an output format.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct OutputReport {
+pub struct OutputFormatReport {
     /// Name of the format's rung on the output ladder.
     pub rung: &'static str,
     /// Description of the format for users.
@@ -26,7 +26,7 @@ pub struct OutputReport {
     pub bytes_per_pixel: u32,
     /// Time to convert the whole picture to codes, in seconds summed over all threads; `None` for a
     /// format without codes.
-    pub seconds: Option<Spread>,
+    pub seconds: Option<SampleQuantiles>,
     /// Root mean squared difference of the decoded from the computed display values, which are 0 to
     /// 1.
     pub rmse: f64,
@@ -42,13 +42,13 @@ pub struct OutputReport {
 /// Measures every output format on tiles of a picture, each given with its inclusion probability.
 /// `pixels` is the number of pixels of the whole picture, and `in_use` the format of the scene's
 /// own setting.
-pub(super) fn outputs(
+pub(super) fn measure_output_formats(
     tiles: &[(f64, &Picture)],
     pixels: f64,
     display: Display,
-    in_use: Output,
+    in_use: OutputFormat,
     stopwatch: Stopwatch,
-) -> Vec<OutputReport> {
+) -> Vec<OutputFormatReport> {
     let shown: Vec<(f64, Picture)> = tiles
         .iter()
         .map(|(chance, picture)| (1.0 / chance, display.to_values(picture)))
@@ -59,7 +59,7 @@ pub(super) fn outputs(
             .map(|(weight, tile)| weight * of(tile))
             .sum::<f64>()
     };
-    let counted = total(&|tile| tile.pixels() as f64).max(1.0);
+    let counted = total(&|tile| tile.pixel_count() as f64).max(1.0);
     let saturated = |tile: &Picture| {
         tile.rgb
             .iter()
@@ -71,18 +71,18 @@ pub(super) fn outputs(
         let RungValue::Output(kind) = choice.value() else {
             return None;
         };
-        let bare = OutputReport {
+        let bare = OutputFormatReport {
             rung: choice.rung(),
-            about: choice.about(),
+            about: choice.description(),
             in_use: kind == in_use,
-            bytes_per_pixel: 3 * kind.bytes(),
+            bytes_per_pixel: 3 * kind.bytes_per_channel(),
             seconds: None,
             rmse: 0.0,
             greatest: 0.0,
             flip: 0.0,
             clipped: 0.0,
         };
-        if !kind.is_coded() {
+        if !kind.has_codes() {
             return Some(bare);
         }
         let coder = Display {
@@ -105,10 +105,14 @@ pub(super) fn outputs(
             })
         };
         let seconds: Vec<f64> = (0..ROUNDS).map(|_| once()).collect();
-        let here = opaque.iter().map(Picture::pixels).sum::<usize>().max(1);
+        let here = opaque
+            .iter()
+            .map(Picture::pixel_count)
+            .sum::<usize>()
+            .max(1);
         let (mut squares, mut flips, mut greatest) = (0.0, 0.0, 0.0_f64);
         for ((weight, shown), codes) in shown.iter().zip(&codes) {
-            let stored = values(codes, kind, shown);
+            let stored = decode_codes(codes, kind, shown);
             let differences = stored
                 .rgb
                 .iter()
@@ -119,8 +123,8 @@ pub(super) fn outputs(
             let map = flip(&stored, shown, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default();
             flips += weight * map.iter().map(|&v| f64::from(v)).sum::<f64>();
         }
-        Some(OutputReport {
-            seconds: Some(Spread::from_samples(&seconds).scaled(pixels / here as f64)),
+        Some(OutputFormatReport {
+            seconds: Some(SampleQuantiles::from_samples(&seconds).scale(pixels / here as f64)),
             rmse: (squares / (3.0 * counted)).sqrt(),
             greatest,
             flip: flips / counted,
@@ -133,8 +137,8 @@ pub(super) fn outputs(
 
 /// Decodes the codes of an output format to a picture of display values, with the size of the
 /// picture `like`.
-fn values(codes: &[u8], kind: Output, like: &Picture) -> Picture {
-    let bytes = kind.bytes() as usize;
+fn decode_codes(codes: &[u8], kind: OutputFormat, like: &Picture) -> Picture {
+    let bytes = kind.bytes_per_channel() as usize;
     let maximum = if bytes == 1 { 255.0 } else { 65535.0 };
     let value = |code: &[u8]| {
         (code

@@ -5,9 +5,9 @@
 //! concentrated at few edges, which a sample of tiles may miss. It does not include the bias of the
 //! scene's own rungs, which the pilots share.
 
-use super::estimate::{BLOCK, ConfidenceInterval, weight};
-use super::tiles::spread_of_pieces;
-use crate::metrics::student_95;
+use super::estimate::{BLOCK, ConfidenceInterval, relative_error_weight};
+use super::tiles::variance_of_sum;
+use crate::metrics::student_factor_95;
 use crate::picture::Picture;
 
 /// Two noisy pictures of the whole with different random numbers.
@@ -16,7 +16,7 @@ pub(super) struct PilotPair(pub [Picture; 2]);
 
 /// Squared errors of a picture, one sum per block of 8 × 8 pixels.
 #[derive(Clone, Debug)]
-pub(super) struct WholeErrors {
+pub(super) struct PictureBlockErrors {
     relative: Vec<f64>,
     squared: Vec<f64>,
     pixels: f64,
@@ -26,11 +26,11 @@ impl PilotPair {
     /// Estimates the squared errors of renders of one setting, averaged over the renders. At least
     /// one render is needed, and all have the size of the pilots. `best` gives the denominators of
     /// the relative error, because the pilots are too noisy for weights.
-    pub fn judge<'p>(
+    pub fn estimate_errors<'p>(
         &self,
         renders: impl Iterator<Item = &'p Picture>,
         best: &Picture,
-    ) -> WholeErrors {
+    ) -> PictureBlockErrors {
         let [one, other] = &self.0;
         let width = one.width as usize;
         let columns = width.div_ceil(BLOCK);
@@ -49,7 +49,7 @@ impl PilotPair {
                     let square =
                         (f64::from(value) - f64::from(one)) * (f64::from(value) - f64::from(other));
                     if square.is_finite() {
-                        relative[block] += square * weight(best);
+                        relative[block] += square * relative_error_weight(best);
                         squared[block] += square / 3.0;
                     }
                 }
@@ -59,29 +59,29 @@ impl PilotPair {
             .iter_mut()
             .chain(&mut squared)
             .for_each(|sum| *sum /= count);
-        WholeErrors {
+        PictureBlockErrors {
             relative,
             squared,
-            pixels: one.pixels() as f64,
+            pixels: one.pixel_count() as f64,
         }
     }
 }
 
-impl WholeErrors {
+impl PictureBlockErrors {
     /// Returns the mean over pixels of (I − R)² / (R² + 0.01) for picture I and exact picture R.
     pub fn relmse(&self) -> ConfidenceInterval {
-        mean(&self.relative, self.pixels)
+        mean_from_blocks(&self.relative, self.pixels)
     }
 
     /// Returns the mean squared error over pixels and channels.
     pub fn mse(&self) -> ConfidenceInterval {
-        mean(&self.squared, self.pixels)
+        mean_from_blocks(&self.squared, self.pixels)
     }
 }
 
 /// Returns the sum of block sums over the number of pixels, with a confidence interval. The noise
 /// is estimated from the differences of neighbouring blocks.
-fn mean(blocks: &[f64], pixels: f64) -> ConfidenceInterval {
+fn mean_from_blocks(blocks: &[f64], pixels: f64) -> ConfidenceInterval {
     let value = blocks.iter().sum::<f64>() / pixels;
     if blocks.len() < 2 {
         return ConfidenceInterval {
@@ -98,23 +98,23 @@ fn mean(blocks: &[f64], pixels: f64) -> ConfidenceInterval {
     };
     // The degrees of freedom are few if few blocks hold most of the noise.
     let freedom = (3.0 * steps(2) * steps(2) / steps(4).max(1e-300)).clamp(1.0, 1e6);
-    let error = student_95(freedom as u32) * spread_of_pieces(blocks).sqrt() / pixels;
+    let error = student_factor_95(freedom as u32) * variance_of_sum(blocks).sqrt() / pixels;
     if value <= error {
-        ConfidenceInterval::from_zero(value, error)
+        ConfidenceInterval::from_insignificant(value, error)
     } else {
-        ConfidenceInterval::of_factors(value, error)
+        ConfidenceInterval::from_relative_error(value, error)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hash::mix;
+    use crate::hash::splitmix64;
 
     const SIZE: [u32; 2] = [96, 64];
 
     fn uniform(seed: u64, index: u64) -> f64 {
-        (mix(seed ^ mix(index)) >> 11) as f64 / 2_f64.powi(53)
+        (splitmix64(seed ^ splitmix64(index)) >> 11) as f64 / 2_f64.powi(53)
     }
 
     fn picture(value: impl Fn(u64) -> f64) -> Picture {
@@ -145,7 +145,8 @@ mod tests {
             let noisy = |total: u64| {
                 picture(move |index| 1.0 + 1.732 * (uniform(2 * seed + total, index) - 0.5))
             };
-            let errors = PilotPair([noisy(0), noisy(1)]).judge([&judged].into_iter(), &best);
+            let errors =
+                PilotPair([noisy(0), noisy(1)]).estimate_errors([&judged].into_iter(), &best);
             let mse = errors.mse();
             relative += errors.relmse().value / 400.0;
             held += u32::from(mse.low <= truth && truth <= mse.high);

@@ -3,8 +3,8 @@
 
 use super::estimate::{ConfidenceInterval, SettingErrors};
 use super::measurements::RelativeCost;
-use super::report::{Advice, MeasuredSetting, Recommendations};
-use super::setting::Setting;
+use super::report::{MeasuredSetting, Recommendation, Recommendations};
+use super::setting::RungSetting;
 use crate::ladder::Ladder;
 
 /// Largest ratio of root errors that counts as half: for the estimate, and for the upper end of its
@@ -29,18 +29,18 @@ const LONGEST: f64 = 60.0;
 
 /// Measured setting that may be recommended.
 #[derive(Clone, Debug)]
-pub(super) struct AdviceCandidate {
-    pub setting: Setting,
+pub(super) struct RecommendationCandidate {
+    pub setting: RungSetting,
     pub measured: MeasuredSetting,
     pub cost: RelativeCost,
-    pub is_sound: bool,
+    pub is_recommendable: bool,
 }
 
 /// Whether a setting may be recommended. The summed radiance must be right and the bias small, or
 /// both surely better than in the scene's own setting. A setting that differs from the scene's own
 /// in noise alone is always recommendable.
-pub(super) fn is_sound(
-    setting: &Setting,
+pub(super) fn is_recommendable(
+    setting: &RungSetting,
     measured: &MeasuredSetting,
     own_measured: &MeasuredSetting,
 ) -> bool {
@@ -62,7 +62,9 @@ pub(super) fn is_sound(
     // The error of the denoiser falls with more samples as noise does, but the denoiser may change
     // the summed radiance.
     let is_filtered = setting.rung(Ladder::Reconstruction).is_some();
-    let is_free = setting.without(Ladder::Reconstruction).is_free_of_bias();
+    let is_free = setting
+        .without_ladder(Ladder::Reconstruction)
+        .is_free_of_bias();
     if is_free && !is_filtered {
         true
     } else {
@@ -72,19 +74,24 @@ pub(super) fn is_sound(
 
 /// Chooses the recommendations among measured settings. `budget` is the time budget of the
 /// measurement in seconds.
-pub(super) fn recommend(mut all: Vec<AdviceCandidate>, budget: f64) -> Recommendations {
-    all.retain(|candidate| candidate.setting != Setting::default() && candidate.is_sound);
-    let length = |candidate: &AdviceCandidate| candidate.setting.choices().len();
+pub(super) fn recommend_settings(
+    mut all: Vec<RecommendationCandidate>,
+    budget: f64,
+) -> Recommendations {
+    all.retain(|candidate| {
+        candidate.setting != RungSetting::default() && candidate.is_recommendable
+    });
+    let length = |candidate: &RecommendationCandidate| candidate.setting.choices().len();
     all.sort_by(|a, b| a.cost.time.value.total_cmp(&b.cost.time.value));
     let find = |[value, high]: [f64; 2], most_time: f64| {
-        let promises = |candidate: &&AdviceCandidate| {
+        let promises = |candidate: &&RecommendationCandidate| {
             candidate.cost.error.low > 0.0
                 && candidate.cost.error.value <= value * value
                 && candidate.cost.time.high <= most_time
         };
-        let holds = |candidate: &&AdviceCandidate| candidate.cost.error.high <= high * high;
+        let holds = |candidate: &&RecommendationCandidate| candidate.cost.error.high <= high * high;
         let found_candidate = all.iter().filter(promises).find(holds).map(|fastest| {
-            let is_near = |candidate: &&AdviceCandidate| {
+            let is_near = |candidate: &&RecommendationCandidate| {
                 candidate.cost.time.value <= NEAR * fastest.cost.time.value
             };
             all.iter()
@@ -94,7 +101,7 @@ pub(super) fn recommend(mut all: Vec<AdviceCandidate>, budget: f64) -> Recommend
                 .min_by_key(|candidate| length(candidate))
                 .unwrap_or(fastest)
         });
-        let advice = found_candidate.map(|candidate| Advice {
+        let advice = found_candidate.map(|candidate| Recommendation {
             flags: candidate.setting.flags(),
             time: candidate.cost.time,
             error: candidate.cost.error.map(f64::sqrt),

@@ -7,7 +7,7 @@ use std::time::Instant;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::estimate::relative_variance;
-use super::setting::{Setting, reference};
+use super::setting::{RungSetting, reference_setup};
 use super::tiles::{PilotPass, TileGrid};
 use super::{MeasureError, MeasurementStart};
 use crate::bench::clock::Stopwatch;
@@ -49,7 +49,7 @@ pub(super) type ClockFunction<'a> = &'a (dyn Fn() -> Instant + Sync);
 #[derive(Debug)]
 pub(super) enum UnfinishedRender {
     /// The time ran out, or the observer stopped the render.
-    Late,
+    Interrupted,
     /// The scene cannot be prepared.
     Failed(PrepareError),
 }
@@ -58,16 +58,16 @@ impl UnfinishedRender {
     /// Converts the reason to an error, for a measurement that cannot continue without the render.
     pub fn into_error(self) -> PrepareError {
         match self {
-            Self::Late => PrepareError::Cancelled,
+            Self::Interrupted => PrepareError::Cancelled,
             Self::Failed(error) => error,
         }
     }
 
     /// Converts a render that was stopped, or whose time ran out, to `None`; other errors stay.
-    pub fn allow<T>(result: Result<T, Self>) -> Result<Option<T>, PrepareError> {
+    pub fn late_as_none<T>(result: Result<T, Self>) -> Result<Option<T>, PrepareError> {
         match result {
             Ok(value) => Ok(Some(value)),
-            Err(Self::Late) => Ok(None),
+            Err(Self::Interrupted) => Ok(None),
             Err(Self::Failed(error)) => Err(error),
         }
     }
@@ -76,13 +76,13 @@ impl UnfinishedRender {
 /// Scene prepared for a setting, for reuse by all settings that differ from it only in samples,
 /// sampler or denoising.
 struct PreparedSetting {
-    setting: Setting,
-    is_fixed: bool,
+    setting: RungSetting,
+    has_fixed_pattern: bool,
     ready: ReadyScene,
 }
 
 /// Renders settings of a scene and measures their times.
-pub(super) struct Renderer<'a> {
+pub(super) struct SettingRenderer<'a> {
     pub scene: &'a Scene,
     pub settings: &'a Settings,
     pub observer: &'a dyn Observer,
@@ -97,17 +97,17 @@ pub(super) struct Renderer<'a> {
 pub(super) struct TimedRender {
     pub picture: Picture,
     /// Ratio of the denoised picture's summed radiance to the noisy picture's; 1 without denoising.
-    pub brightened: f64,
+    pub light_ratio: f64,
     /// Seconds summed over all threads, of rendering and denoising together, of denoising alone,
     /// and of preparation.
     pub seconds: f64,
-    pub denoising: f64,
-    pub preparing: f64,
+    pub denoising_seconds: f64,
+    pub preparing_seconds: f64,
     pub rays: u64,
     /// Whether other random numbers would change the picture.
-    pub by_chance: bool,
+    pub is_random: bool,
     /// Bytes of geometry and accelerator.
-    pub geometry: u64,
+    pub geometry_bytes: u64,
 }
 
 /// Observer that stops a render at a deadline, or when the caller's observer does.
@@ -123,7 +123,7 @@ impl Observer for DeadlineObserver<'_> {
     }
 }
 
-impl<'a> Renderer<'a> {
+impl<'a> SettingRenderer<'a> {
     pub fn new(
         scene: &'a Scene,
         settings: &'a Settings,
@@ -145,24 +145,24 @@ impl<'a> Renderer<'a> {
     /// of rays.
     pub fn render_setting(
         &self,
-        setting: &Setting,
+        setting: &RungSetting,
         parts: &[Crop],
         round: u64,
         end: Instant,
     ) -> Result<Vec<TimedRender>, UnfinishedRender> {
-        let (scene, settings) = setting.applied(self.scene, self.settings);
+        let (scene, settings) = setting.apply(self.scene, self.settings);
         let settings = Settings {
             seed: settings.seed.wrapping_add(round),
             ..settings
         };
-        self.with_prepared(setting, (&scene, &settings), end, |ready| {
-            self.timed(ready, (&settings, parts), 0.0, end)
+        self.run_prepared(setting, (&scene, &settings), end, |ready| {
+            self.render_timed(ready, (&settings, parts), 0.0, end)
         })?
     }
 
     /// Returns the number of samples per pixel of the pilot pass.
-    pub fn look_samples(&self) -> u32 {
-        let samples = self.settings.sampling.count();
+    pub fn pilot_pass_samples(&self) -> u32 {
+        let samples = self.settings.sampling.samples_per_pixel();
         if self.settings.sampling.is_fixed() {
             samples
         } else {
@@ -171,7 +171,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// Renders tiles with few samples and returns the time and the noise of each tile.
-    pub fn look(
+    pub fn run_pilot_pass(
         &self,
         grid: TileGrid,
         tiles: &[u32],
@@ -181,7 +181,7 @@ impl<'a> Renderer<'a> {
         let sampling = if sampling.is_fixed() {
             sampling
         } else {
-            Sampling::General(self.look_samples())
+            Sampling::General(self.pilot_pass_samples())
         };
         let settings = Settings {
             sampling,
@@ -190,41 +190,48 @@ impl<'a> Renderer<'a> {
             ..self.settings.clone()
         };
         let (until, parts) = (
-            self.until(end),
+            self.deadline_observer(end),
             tiles
                 .iter()
                 .map(|&tile| grid.tile(tile))
                 .collect::<Vec<_>>(),
         );
-        self.with_prepared(&Setting::default(), (self.scene, &settings), end, |ready| {
-            let render = |settings: &Settings| ready.expose_as(settings, &until);
-            let films = self.side_by_side(&parts, &settings, render, |film| film.counters().rays());
-            if films.iter().any(|(film, _)| film.unfinished() > 0) {
-                return Err(UnfinishedRender::Late);
-            }
-            let noise = |film: &Film| {
-                let pixels = film
-                    .whole_part()
-                    .tiles
-                    .filter_map(|part| film.means_of(part))
-                    .flatten();
-                pixels.map(|pixel| relative_variance(&pixel)).sum()
-            };
-            Ok(tiles
-                .iter()
-                .zip(&films)
-                .map(|(&tile, (film, seconds))| PilotPass {
-                    tile,
-                    seconds: *seconds,
-                    noise: noise(film),
-                })
-                .collect())
-        })?
+        self.run_prepared(
+            &RungSetting::default(),
+            (self.scene, &settings),
+            end,
+            |ready| {
+                let render = |settings: &Settings| ready.render_with_settings(settings, &until);
+                let films = self.render_parts_in_parallel(&parts, &settings, render, |film| {
+                    film.counters().ray_count()
+                });
+                if films.iter().any(|(film, _)| film.unfinished_pixels() > 0) {
+                    return Err(UnfinishedRender::Interrupted);
+                }
+                let noise = |film: &Film| {
+                    let pixels = film
+                        .full_part()
+                        .tiles
+                        .filter_map(|part| film.tile_means_and_variances(part))
+                        .flatten();
+                    pixels.map(|pixel| relative_variance(&pixel)).sum()
+                };
+                Ok(tiles
+                    .iter()
+                    .zip(&films)
+                    .map(|(&tile, (film, seconds))| PilotPass {
+                        tile,
+                        seconds: *seconds,
+                        noise: noise(film),
+                    })
+                    .collect())
+            },
+        )?
     }
 
     /// Renders a pilot: a noisy picture of the whole with the scene's settings, but with this
     /// number of samples and with random numbers that no setting uses.
-    pub fn pilot(
+    pub fn render_pilot(
         &self,
         samples: u32,
         round: u64,
@@ -237,18 +244,22 @@ impl<'a> Renderer<'a> {
             seed,
             ..self.settings.clone()
         };
-        let render = |ready: &ReadyScene| self.timed(ready, (&settings, &[]), 0.0, end);
-        let mut renders =
-            self.with_prepared(&Setting::default(), (self.scene, &settings), end, render)??;
+        let render = |ready: &ReadyScene| self.render_timed(ready, (&settings, &[]), 0.0, end);
+        let mut renders = self.run_prepared(
+            &RungSetting::default(),
+            (self.scene, &settings),
+            end,
+            render,
+        )??;
         renders
             .pop()
             .map(|render| render.picture)
-            .ok_or(UnfinishedRender::Late)
+            .ok_or(UnfinishedRender::Interrupted)
     }
 
     /// Renders crops in parallel and returns each result with its seconds: the total CPU time,
     /// divided in proportion to the rays. Without crops, renders the whole picture.
-    fn side_by_side<T: Send>(
+    fn render_parts_in_parallel<T: Send>(
         &self,
         parts: &[Crop],
         settings: &Settings,
@@ -297,28 +308,28 @@ impl<'a> Renderer<'a> {
 
     /// Runs `work` on a scene prepared for the setting. A kept scene is reused if the setting needs
     /// no other preparation.
-    fn with_prepared<T>(
+    fn run_prepared<T>(
         &self,
-        setting: &Setting,
+        setting: &RungSetting,
         (scene, settings): (&Scene, &Settings),
         end: Instant,
         work: impl FnOnce(&ReadyScene) -> T,
     ) -> Result<T, UnfinishedRender> {
         let is_fixed = settings.sampling.is_fixed();
         let free = [Ladder::Samples, Ladder::Sampler, Ladder::Reconstruction];
-        let setting = free
-            .into_iter()
-            .fold(setting.clone(), |setting, ladder| setting.without(ladder));
+        let setting = free.into_iter().fold(setting.clone(), |setting, ladder| {
+            setting.without_ladder(ladder)
+        });
         let mut prepared = self.prepared.borrow_mut();
         let place = prepared
             .iter()
-            .position(|of| of.setting == setting && of.is_fixed == is_fixed);
+            .position(|of| of.setting == setting && of.has_fixed_pattern == is_fixed);
         let latest = match place {
             Some(index) => prepared.remove(index),
             None => PreparedSetting {
                 setting,
-                is_fixed,
-                ready: self.prepare(scene, settings, end)?.0,
+                has_fixed_pattern: is_fixed,
+                ready: self.prepare_timed(scene, settings, end)?.0,
             },
         };
         let done = work(&latest.ready);
@@ -332,36 +343,36 @@ impl<'a> Renderer<'a> {
 
     /// Prepares the scene again for a setting and renders crops of it, so that the preparation is
     /// timed too.
-    pub fn render_parts(
+    pub fn prepare_and_render_parts(
         &self,
-        setting: &Setting,
+        setting: &RungSetting,
         parts: &[Crop],
         round: u64,
         end: Instant,
     ) -> Result<Vec<TimedRender>, UnfinishedRender> {
-        let (scene, settings) = setting.applied(self.scene, self.settings);
+        let (scene, settings) = setting.apply(self.scene, self.settings);
         let settings = Settings {
             seed: settings.seed.wrapping_add(round),
             ..settings
         };
-        let (ready, preparing) = self.prepare(&scene, &settings, end)?;
-        self.timed(&ready, (&settings, parts), preparing, end)
+        let (ready, preparing) = self.prepare_timed(&scene, &settings, end)?;
+        self.render_timed(&ready, (&settings, parts), preparing, end)
     }
 
     /// Prepares and renders the whole picture of any scene.
-    pub fn render(
+    pub fn prepare_and_render(
         &self,
         scene: &Scene,
         settings: &Settings,
         end: Instant,
     ) -> Result<TimedRender, UnfinishedRender> {
-        let (ready, preparing) = self.prepare(scene, settings, end)?;
-        self.timed(&ready, (settings, &[]), preparing, end)?
+        let (ready, preparing) = self.prepare_timed(scene, settings, end)?;
+        self.render_timed(&ready, (settings, &[]), preparing, end)?
             .pop()
-            .ok_or(UnfinishedRender::Late)
+            .ok_or(UnfinishedRender::Interrupted)
     }
 
-    fn prepare(
+    fn prepare_timed(
         &self,
         scene: &Scene,
         settings: &Settings,
@@ -369,31 +380,31 @@ impl<'a> Renderer<'a> {
     ) -> Result<(ReadyScene, f64), UnfinishedRender> {
         let mut ready = Err(PrepareError::Cancelled);
         let preparing = (self.stopwatch)(&mut || {
-            ready = prepare(scene, settings, &self.until(end));
+            ready = prepare(scene, settings, &self.deadline_observer(end));
             0
         });
         match ready {
             Ok(ready) => Ok((ready, preparing)),
-            Err(PrepareError::Cancelled) => Err(UnfinishedRender::Late),
+            Err(PrepareError::Cancelled) => Err(UnfinishedRender::Interrupted),
             Err(error) => Err(UnfinishedRender::Failed(error)),
         }
     }
 
     /// Renders and denoises crops of a prepared scene; without crops, the whole picture.
     /// `preparing` is the time of preparation in seconds, which the results repeat.
-    fn timed(
+    fn render_timed(
         &self,
         ready: &ReadyScene,
         (settings, parts): (&Settings, &[Crop]),
         preparing: f64,
         end: Instant,
     ) -> Result<Vec<TimedRender>, UnfinishedRender> {
-        let until = self.until(end);
-        let films = self.side_by_side(
+        let until = self.deadline_observer(end);
+        let films = self.render_parts_in_parallel(
             parts,
             settings,
-            |settings| ready.expose_as(settings, &until),
-            |film| film.counters().rays(),
+            |settings| ready.render_with_settings(settings, &until),
+            |film| film.counters().ray_count(),
         );
         let mut renders = Vec::new();
         let denoising = (self.stopwatch)(&mut || {
@@ -410,32 +421,32 @@ impl<'a> Renderer<'a> {
             .iter()
             .any(|rendered| !rendered.finished || is_stopped(rendered))
         {
-            return Err(UnfinishedRender::Late);
+            return Err(UnfinishedRender::Interrupted);
         }
         // The denoising time is divided evenly among the pixels.
         let pixels: usize = renders
             .iter()
-            .map(|rendered| rendered.picture.pixels())
+            .map(|rendered| rendered.picture.pixel_count())
             .sum();
         let timed = |(rendered, (_, tracing)): (RenderOutput, (Film, f64))| {
-            let denoising = denoising * rendered.picture.pixels() as f64 / pixels as f64;
+            let denoising = denoising * rendered.picture.pixel_count() as f64 / pixels as f64;
             TimedRender {
-                rays: rendered.counters.rays(),
-                brightened: rendered
-                    .denoised()
-                    .map_or(1.0, |denoised| 1.0 + denoised.brightened),
-                picture: rendered.shown_picture().clone(),
+                rays: rendered.counters.ray_count(),
+                light_ratio: rendered
+                    .denoise_output()
+                    .map_or(1.0, |denoised| 1.0 + denoised.light_change),
+                picture: rendered.final_picture().clone(),
                 seconds: tracing + denoising,
-                denoising,
-                preparing,
-                by_chance: ready.is_by_chance(),
-                geometry: ready.memory().geometry,
+                denoising_seconds: denoising,
+                preparing_seconds: preparing,
+                is_random: ready.is_random(),
+                geometry_bytes: ready.memory().geometry,
             }
         };
         Ok(renders.into_iter().zip(films).map(timed).collect())
     }
 
-    fn until(&self, end: Instant) -> DeadlineObserver<'_> {
+    fn deadline_observer(&self, end: Instant) -> DeadlineObserver<'_> {
         DeadlineObserver {
             observer: self.observer,
             now: self.now,
@@ -445,89 +456,92 @@ impl<'a> Renderer<'a> {
 
     /// Prepares a reference on these rungs, with this number of samples per pixel. Its film is
     /// empty, or the film of an earlier reference.
-    pub fn reference(
+    pub fn prepare_reference(
         &self,
-        exact: &Setting,
+        exact: &RungSetting,
         samples: u32,
         grid: TileGrid,
         start: MeasurementStart<'_>,
         end: Instant,
-    ) -> Result<GrowingReference<'_>, MeasureError> {
-        let (scene, settings) = reference(exact, self.scene, self.settings, samples);
+    ) -> Result<IncrementalReference<'_>, MeasureError> {
+        let (scene, settings) = reference_setup(exact, self.scene, self.settings, samples);
         let settings = Settings {
             replicates: Some(REPLICATES),
             tile_size: grid.edge,
             ..settings
         };
         let (ready, _) = self
-            .prepare(&scene, &settings, end)
-            .map_err(|error| self.explained(error.into_error()))?;
-        let mut film = ready.film(start.scene);
+            .prepare_timed(&scene, &settings, end)
+            .map_err(|error| self.to_measure_error(error.into_error()))?;
+        let mut film = ready.new_film(start.scene);
         if let Some(earlier) = start.reference {
-            film.adopt(earlier.film).map_err(MeasureError::Reference)?;
+            film.continue_from(earlier.film)
+                .map_err(MeasureError::Reference)?;
         }
-        let kept = film.counters().rays();
-        Ok(GrowingReference {
+        let kept = film.counters().ray_count();
+        Ok(IncrementalReference {
             renderer: self,
             ready,
             film,
-            kept,
+            reused_rays: kept,
             seconds: 0.0,
         })
     }
 
     /// Converts an error of preparation to an error of the measurement: cancellation counts as too
     /// little time unless the observer stopped.
-    pub fn explained(&self, error: PrepareError) -> MeasureError {
+    pub fn to_measure_error(&self, error: PrepareError) -> MeasureError {
         match error {
-            PrepareError::Cancelled if !self.observer.is_cancelled() => MeasureError::NoTime,
+            PrepareError::Cancelled if !self.observer.is_cancelled() => {
+                MeasureError::InsufficientTime
+            }
             error => error.into(),
         }
     }
 }
 
 /// Reference picture that is rendered tile by tile.
-pub(super) struct GrowingReference<'a> {
-    renderer: &'a Renderer<'a>,
+pub(super) struct IncrementalReference<'a> {
+    renderer: &'a SettingRenderer<'a>,
     ready: ReadyScene,
     pub film: Film,
     /// Number of rays of the earlier reference, zero for a new one.
-    kept: u64,
+    reused_rays: u64,
     /// Render time of the new tiles, in seconds summed over all threads.
     pub seconds: f64,
 }
 
-impl GrowingReference<'_> {
+impl IncrementalReference<'_> {
     /// Renders all samples of these tiles. Returns false if the time runs out.
-    pub fn expose(&mut self, tiles: &[u32], end: Instant) -> bool {
+    pub fn render_tiles(&mut self, tiles: &[u32], end: Instant) -> bool {
         let Self {
             renderer,
             ready,
             film,
             ..
         } = self;
-        let until = renderer.until(end);
-        let whole_part = film.whole_part();
+        let until = renderer.deadline_observer(end);
+        let whole_part = film.full_part();
         let mut tiles = tiles.to_vec();
         tiles.sort_unstable();
         let part = FilmPart {
-            among: Some(tiles),
+            selected_tiles: Some(tiles),
             ..whole_part
         };
-        if film.lacking(&part) == 0 {
+        if film.unfinished_tiles(&part) == 0 {
             return true;
         }
-        let before = film.counters().rays();
+        let before = film.counters().ray_count();
         self.seconds += (renderer.stopwatch)(&mut || {
             // The film belongs to this scene, so no part is refused.
             let _ = ready.render_part(film, &part, &until);
-            film.counters().rays() - before
+            film.counters().ray_count() - before
         });
-        film.lacking(&part) == 0
+        film.unfinished_tiles(&part) == 0
     }
 
     /// Whether the whole film comes from an earlier measurement.
-    pub fn is_kept(&self) -> bool {
-        self.kept > 0 && self.kept == self.film.counters().rays()
+    pub fn is_reused(&self) -> bool {
+        self.reused_rays > 0 && self.reused_rays == self.film.counters().ray_count()
     }
 }

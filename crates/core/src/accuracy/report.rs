@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::effects::EffectCosts;
 use super::estimate::{ConfidenceInterval, SettingErrors};
-use super::outputs::OutputReport;
-use crate::bench::Spread;
+use super::outputs::OutputFormatReport;
+use crate::bench::SampleQuantiles;
 use crate::picture::Picture;
 
 /// Report of a measurement of accuracy against time on a scene. Every number is an estimate for the
@@ -16,9 +16,9 @@ pub struct AccuracyReport {
     /// Width and height of the picture in pixels.
     pub size: [u32; 2],
     /// Numbers and size of the measured tiles.
-    pub tiles: Tiles,
+    pub tiles: TileReport,
     /// Reference with which all settings are compared.
-    pub reference: Reference,
+    pub reference: ReferenceReport,
     /// Recommended settings.
     #[serde(rename = "answer")]
     pub recommendations: Recommendations,
@@ -30,18 +30,18 @@ pub struct AccuracyReport {
     /// Measured rungs of the ladders that affect the scene's picture.
     pub ladders: Vec<LadderReport>,
     /// Measured settings that change several rungs.
-    pub combinations: Vec<FrontierCandidate>,
+    pub combinations: Vec<FrontierSetting>,
     /// Ladders that change time and memory but not the picture, with their costs.
     pub prices: Vec<PriceReport>,
     /// Errors of output formats on the picture of the scene's own setting.
-    pub outputs: Vec<OutputReport>,
+    pub outputs: Vec<OutputFormatReport>,
     /// Names of the ladders that do not affect the scene.
     pub not_called_for: Vec<&'static str>,
     /// Cost of each effect in time and picture; `None` if the time did not suffice.
     pub costs: Option<EffectCosts>,
     /// Settings on the Pareto front of time and error, by ascending time. Settings that change the
     /// summed radiance or have a large bias are excluded.
-    pub frontier: Vec<FrontierCandidate>,
+    pub frontier: Vec<FrontierSetting>,
     /// Wall-clock seconds of the measurement.
     pub seconds: f64,
     /// Whether the time ran out before the planned measurements were finished.
@@ -54,7 +54,7 @@ pub struct AccuracyReport {
 
 /// Numbers and size of the measured tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Tiles {
+pub struct TileReport {
     /// Edge of a tile in pixels.
     pub edge: u32,
     /// Number of tiles on which the scene's own setting was measured.
@@ -70,13 +70,13 @@ pub struct Tiles {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Recommendations {
     /// Fastest setting with at most about half of the root error; `None` if none is certain.
-    pub half_the_error: Option<Advice>,
+    pub half_the_error: Option<Recommendation>,
     /// Time budget in seconds that would probably confirm a setting with about half of the error;
     /// `None` if one is confirmed or none is close.
     pub half_needs: Option<f64>,
     /// Fastest setting with at most about the same error in clearly less time; `None` if none is
     /// certain.
-    pub same_error: Option<Advice>,
+    pub same_error: Option<Recommendation>,
     /// Time budget in seconds that would probably confirm a setting with the same error in less
     /// time; `None` if one is confirmed or none is close.
     pub same_needs: Option<f64>,
@@ -84,7 +84,7 @@ pub struct Recommendations {
 
 /// Recommended setting with its time and error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Advice {
+pub struct Recommendation {
     /// Command-line flags of the setting.
     pub flags: Vec<String>,
     /// Ratio of the setting's time to the time of the scene's own setting.
@@ -116,7 +116,7 @@ pub struct ReportPicture {
 /// Reference picture, which counts as exact: computed in f64, with every ladder on its most exact
 /// rung that does not take too long.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Reference {
+pub struct ReferenceReport {
     /// Samples per pixel.
     pub samples: u32,
     /// Command-line flags of the reference's rungs.
@@ -172,7 +172,7 @@ const SAME_ERROR: f64 = 0.04;
 
 impl LadderReport {
     /// Whether the rung in use beats `rung`: `rung` takes longer and has a larger error.
-    pub fn beats(&self, rung: &RungReport) -> bool {
+    pub fn is_dominated(&self, rung: &RungReport) -> bool {
         let measured = |rung: &RungReport| {
             rung.measured
                 .as_ref()
@@ -217,12 +217,12 @@ pub struct PriceReport {
     /// Name of the rung in the scene's own setting.
     pub in_use: String,
     /// Costs of the ladder's rungs.
-    pub rungs: Vec<RungPrice>,
+    pub rungs: Vec<RungPriceReport>,
 }
 
 /// Cost of a rung that does not change the picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct RungPrice {
+pub struct RungPriceReport {
     /// Name of the rung.
     pub rung: String,
     /// Description of the rung for users.
@@ -238,11 +238,11 @@ pub struct RungPrice {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungCost {
     /// Preparation time of the scene, tree included, in seconds summed over all threads.
-    pub preparing: Spread,
+    pub preparing: SampleQuantiles,
     /// Render time of the whole picture, in seconds summed over all threads.
-    pub seconds: Spread,
+    pub seconds: SampleQuantiles,
     /// Ratio of the rung's render time to the time of the scene's own setting, one value per round.
-    pub ratio: Spread,
+    pub ratio: SampleQuantiles,
     /// Bytes of geometry and accelerator.
     pub geometry: u64,
     /// Whether the pictures equal those of the scene's own setting to the bit, as they must.
@@ -251,15 +251,15 @@ pub struct RungCost {
 
 /// Measured setting with its flags, as a row of the Pareto front or of the combinations.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FrontierCandidate {
+pub struct FrontierSetting {
     /// Command-line flags of the setting; empty for the scene's own.
     pub flags: Vec<String>,
     /// Time and error of the setting.
     pub measured: MeasuredSetting,
 }
 
-impl FrontierCandidate {
-    /// Returns the setting's rungs as `LADDER=RUNG` separated by spaces, or `as it is` for the
+impl FrontierSetting {
+    /// Returns the setting's rungs as `LADDER=RUNG_PREFIX` separated by spaces, or `as it is` for the
     /// scene's own setting.
     pub fn name(&self) -> String {
         let rungs: Vec<&str> = self
@@ -281,7 +281,10 @@ mod tests {
     use crate::accuracy::SettingErrors;
 
     fn rung(name: &str, in_use: bool, time: f64) -> RungReport {
-        let (time, errors) = (ConfidenceInterval::exact(time), SettingErrors::default());
+        let (time, errors) = (
+            ConfidenceInterval::from_exact(time),
+            SettingErrors::default(),
+        );
         let measured = MeasuredSetting {
             tiles: 1,
             renders: 1,
@@ -331,7 +334,7 @@ mod tests {
         let beaten: Vec<&str> = ladder
             .rungs
             .iter()
-            .filter(|rung| ladder.beats(rung))
+            .filter(|rung| ladder.is_dominated(rung))
             .map(|rung| rung.rung.as_str())
             .collect();
         assert_eq!(beaten, ["both"]);

@@ -2,56 +2,56 @@
 //! reference, every rung, combinations of rungs, more tiles for promising settings, costs of
 //! effects. Each stage has its share of the time budget.
 
+mod cost_measurements;
 mod feasible;
+mod frontier_walks;
 mod plan;
-mod price;
-mod rows;
-mod turns;
-mod walks;
+mod report_rows;
+mod turn_timing;
 
 use std::time::Instant;
 use std::vec;
 
-use super::estimate::TruthTile;
+use super::estimate::ReferenceTile;
 use super::measurements::Measurements;
-use super::outputs::outputs;
-use super::renderer::{ClockFunction, GrowingReference, Renderer};
-use super::report::{AccuracyReport, LadderReport, Reference, Tiles};
-use super::setting::Setting;
+use super::outputs::measure_output_formats;
+use super::renderer::{ClockFunction, IncrementalReference, SettingRenderer};
+use super::report::{AccuracyReport, LadderReport, ReferenceReport, TileReport};
+use super::setting::RungSetting;
 use super::tiles::TileSample;
-use super::{AccuracyEffort, KeptReference, MeasureError, MeasurementStart, ProgressListener};
+use super::{AccuracyEffort, MeasureError, MeasurementStart, ProgressListener, ReusableReference};
 use crate::bench::clock::Stopwatch;
 use crate::denoise;
-use crate::dispatch::collapsed;
+use crate::dispatch::find_collapsed_objects;
 use crate::display::Display;
 use crate::effects::{EffectSet, detect};
-use crate::ladder::{Ladder, RungChoice, RungValue, called_for, reached};
+use crate::ladder::{Ladder, RungChoice, RungValue, applicable_ladders, needed_effects};
 use crate::observer::Observer;
 use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
 /// Shares of the time budget, 0 to 1, at which each stage of the measurement must end.
-const LOOK: f64 = 0.06;
-const REACH: f64 = 0.12;
-const PILOTS: f64 = 0.27;
-const REFERENCE: f64 = 0.45;
-const RUNGS: f64 = 0.74;
-const WALKS: f64 = 0.8;
-const AGAIN: f64 = 0.87;
-const TURNS: f64 = 0.92;
-const PRICES: f64 = 0.94;
-const COSTS: f64 = 0.96;
+const PILOT_PASS_END: f64 = 0.06;
+const FEASIBLE_RUNGS_END: f64 = 0.12;
+const PILOTS_END: f64 = 0.27;
+const REFERENCE_END: f64 = 0.45;
+const RUNGS_END: f64 = 0.74;
+const WALKS_END: f64 = 0.8;
+const REFINEMENT_END: f64 = 0.87;
+const TURNS_END: f64 = 0.92;
+const PRICES_END: f64 = 0.94;
+const COSTS_END: f64 = 0.96;
 
 /// Number of samples per pixel with which rungs of other ladders are measured in a scene with more
 /// samples. The effect of a rung is as visible, and more tiles can be measured.
 const BASE_SAMPLES: u32 = 16;
 /// Assumed ratio of the time of a reference sample to the time of a sample of the scene's own
 /// setting, until the ratio is measured.
-const EXACT: f64 = 1.8;
+const ASSUMED_REFERENCE_RATIO: f64 = 1.8;
 /// Multiple of the scene's sample count that halves its error. Sample counts up to this multiple
 /// are measured first.
-const HALVES: u32 = 4;
+const HALVING_SAMPLES: u32 = 4;
 
 pub(super) struct MeasurementSession<'a> {
     scene: &'a Scene,
@@ -64,20 +64,20 @@ pub(super) struct MeasurementSession<'a> {
     start: Instant,
     /// Setting to which rungs other than sample counts are applied: the scene's own, or the scene
     /// with fewer samples.
-    base: Setting,
+    baseline: RungSetting,
     /// Effects that the scene needs.
-    present: EffectSet,
-    pictured: Vec<Ladder>,
-    priced: Vec<Ladder>,
+    effects: EffectSet,
+    picture_ladders: Vec<Ladder>,
+    cost_ladders: Vec<Ladder>,
     /// Rungs that take too long to measure on a trial tile.
-    beyond: Vec<RungChoice>,
+    infeasible_rungs: Vec<RungChoice>,
     /// Rungs whose precision cannot store the scene, so that they have no picture.
-    unshown: Vec<RungChoice>,
+    unstorable_rungs: Vec<RungChoice>,
     cut_short: bool,
     /// Wall-clock seconds per sample of a pixel.
-    pace: f64,
+    seconds_per_sample: f64,
     /// Ratio of the time of a reference sample to the time of a sample of the scene's own setting.
-    exact_cost: f64,
+    reference_time_ratio: f64,
 }
 
 impl<'a> MeasurementSession<'a> {
@@ -90,9 +90,10 @@ impl<'a> MeasurementSession<'a> {
         (stopwatch, now): (Stopwatch, ClockFunction<'a>),
     ) -> Self {
         let effects = detect(scene, settings);
-        let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) = reached(scene, settings, &effects)
-            .filter(|&ladder| ladder != Ladder::Output)
-            .partition(|ladder| ladder.changes_pictures());
+        let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) =
+            applicable_ladders(scene, settings, &effects)
+                .filter(|&ladder| ladder != Ladder::Output)
+                .partition(|ladder| ladder.changes_pictures());
         // Ladders by descending usual benefit.
         const FIRST: [Ladder; 7] = [
             Ladder::Samples,
@@ -110,16 +111,16 @@ impl<'a> MeasurementSession<'a> {
                 .unwrap_or(FIRST.len())
         });
         let lost = |&choice: &RungChoice| {
-            let (scene, settings) = Setting::single(choice).applied(scene, settings);
-            !collapsed(&scene, settings.precision).is_empty()
+            let (scene, settings) = RungSetting::from_rung(choice).apply(scene, settings);
+            !find_collapsed_objects(&scene, settings.precision).is_empty()
         };
         let unshown = Ladder::Precision.choices().filter(lost).collect();
-        let has_more =
-            pictured.contains(&Ladder::Samples) && settings.sampling.count() > BASE_SAMPLES;
+        let has_more = pictured.contains(&Ladder::Samples)
+            && settings.sampling.samples_per_pixel() > BASE_SAMPLES;
         let fewer = Ladder::Samples
             .choices()
-            .find(|&choice| has_more && samples_of(choice) == Some(BASE_SAMPLES));
-        let base = fewer.map(Setting::single).unwrap_or_default();
+            .find(|&choice| has_more && rung_sample_count(choice) == Some(BASE_SAMPLES));
+        let base = fewer.map(RungSetting::from_rung).unwrap_or_default();
         let size = effort.size.unwrap_or(settings.size);
         let settings = Settings {
             size,
@@ -138,145 +139,146 @@ impl<'a> MeasurementSession<'a> {
             stopwatch,
             now,
             start,
-            base,
-            present: called_for(&effects),
-            pictured,
-            priced,
-            beyond: Vec::new(),
-            unshown,
+            baseline: base,
+            effects: needed_effects(&effects),
+            picture_ladders: pictured,
+            cost_ladders: priced,
+            infeasible_rungs: Vec::new(),
+            unstorable_rungs: unshown,
             cut_short: false,
-            pace: 0.0,
-            exact_cost: EXACT,
+            seconds_per_sample: 0.0,
+            reference_time_ratio: ASSUMED_REFERENCE_RATIO,
         }
     }
 
-    pub fn run(
+    pub fn measure(
         mut self,
         start: MeasurementStart<'_>,
         listener: &mut dyn ProgressListener,
-    ) -> Result<(AccuracyReport, KeptReference), MeasureError> {
+    ) -> Result<(AccuracyReport, ReusableReference), MeasureError> {
         let settings = self.settings.clone();
-        let renderer = Renderer::new(
+        let renderer = SettingRenderer::new(
             self.scene,
             &settings,
             self.observer,
             (self.stopwatch, self.now),
         );
         let kept_reference = start.reference.as_ref();
-        listener.step("looking at the picture", 0.0);
-        let explained = |error| renderer.explained(error);
+        listener.report_step("looking at the picture", 0.0);
+        let explained = |error| renderer.to_measure_error(error);
         let grid = self
-            .grid(
+            .choose_tile_grid(
                 &renderer,
                 kept_reference.map(|kept_reference| kept_reference.film.tile_size()),
             )
             .map_err(explained)?;
-        let looks = self.look(&renderer, grid).map_err(explained)?;
-        listener.step("looking how exact it can be", self.spent());
+        let looks = self.run_pilot_passes(&renderer, grid).map_err(explained)?;
+        listener.report_step("looking how exact it can be", self.spent_budget_share());
         let reached = self
-            .within_reach(&renderer, grid, &looks)
+            .find_feasible_rungs(&renderer, grid, &looks)
             .map_err(explained)?;
-        let exact =
-            kept_reference.map_or(reached, |kept_reference| Setting::of(&kept_reference.rungs));
+        let exact = kept_reference.map_or(reached, |kept_reference| {
+            RungSetting::from_rungs(&kept_reference.rungs)
+        });
         let sample = TileSample::new(grid, &looks);
-        let mut plan = self.plan(&sample);
+        let mut plan = self.make_plan(&sample);
         if let Some(kept_reference) = kept_reference {
             plan.reference_samples = plan
                 .reference_samples
                 .max(kept_reference.film.requested_samples().unwrap_or(0));
         }
-        let mut exposure = renderer.reference(
+        let mut exposure = renderer.prepare_reference(
             &exact,
             plan.reference_samples,
             grid,
             start,
-            self.instant_at(RUNGS),
+            self.instant_of_budget_share(RUNGS_END),
         )?;
         let mut measurements = Measurements::new(&renderer, &sample, self.display);
-        listener.step(&plan.told(&sample), self.spent());
-        self.pilots(&plan, &mut measurements)?;
+        listener.report_step(&plan.description(&sample), self.spent_budget_share());
+        self.render_pilots(&plan, &mut measurements)?;
         // An estimate needs at least two tiles.
-        let minimum = 2.min(sample.most());
-        self.expose(
+        let minimum = 2.min(sample.drawable_tile_count());
+        self.add_reference_tiles(
             &mut exposure,
             &mut measurements,
             minimum,
-            self.instant_at(AGAIN),
+            self.instant_of_budget_share(REFINEMENT_END),
         );
-        if measurements.known_tiles() < minimum {
-            return Err(renderer.explained(PrepareError::Cancelled));
+        if measurements.reference_tile_count() < minimum {
+            return Err(renderer.to_measure_error(PrepareError::Cancelled));
         }
-        while measurements.known_tiles() < plan.tiles
-            && (self.now)() < self.instant_at(REFERENCE)
+        while measurements.reference_tile_count() < plan.tiles
+            && (self.now)() < self.instant_of_budget_share(REFERENCE_END)
             && !self.observer.is_cancelled()
         {
-            let next = plan.tiles.min(4 * measurements.known_tiles());
-            self.expose(
+            let next = plan.tiles.min(4 * measurements.reference_tile_count());
+            self.add_reference_tiles(
                 &mut exposure,
                 &mut measurements,
                 next,
-                self.instant_at(REFERENCE),
+                self.instant_of_budget_share(REFERENCE_END),
             );
         }
-        let own_errors = self.rungs(&plan, &mut measurements, listener)?;
-        let known_settings = self.walks(&plan, &mut measurements, listener)?;
-        self.again(&known_settings, &mut measurements, &mut exposure, listener)?;
-        let setting = Setting::default();
+        let own_errors = self.measure_rungs(&plan, &mut measurements, listener)?;
+        let known_settings = self.measure_combinations(&plan, &mut measurements, listener)?;
+        self.refine_promising(&known_settings, &mut measurements, &mut exposure, listener)?;
+        let setting = RungSetting::default();
         let pixels = f64::from(settings.size[0]) * f64::from(settings.size[1]);
         // Output formats are measured before the stages that end by the clock, because their
         // duration follows from the number of pixels.
-        let outputs = outputs(
-            &measurements.kept(&setting),
+        let outputs = measure_output_formats(
+            &measurements.kept_pictures(&setting),
             pixels,
             self.display,
             settings.output,
             self.stopwatch,
         );
-        self.turns(&known_settings, &mut measurements, listener)?;
-        let prices = self.prices(&measurements, listener)?;
-        let costs = self.costs(listener)?;
-        let Some(own_measured) = measurements.measured(&setting, &setting) else {
-            return Err(renderer.explained(PrepareError::Cancelled));
+        self.time_recommended_in_turns(&known_settings, &mut measurements, listener)?;
+        let prices = self.measure_rung_costs(&measurements, listener)?;
+        let costs = self.measure_effect_costs(listener)?;
+        let Some(own_measured) = measurements.summarise_setting(&setting, &setting) else {
+            return Err(renderer.to_measure_error(PrepareError::Cancelled));
         };
-        let reference = Reference {
+        let reference = ReferenceReport {
             samples: plan.reference_samples,
             rungs: exact.flags(),
-            tiles: measurements.known_tiles(),
-            standard_error: measurements.standard_error(),
+            tiles: measurements.reference_tile_count(),
+            standard_error: measurements.reference_standard_error(),
             seconds: exposure.seconds,
-            kept: exposure.is_kept(),
+            kept: exposure.is_reused(),
         };
-        let (frontier, recommendations) = self.frontier(&known_settings, &measurements);
+        let (frontier, recommendations) = self.frontier_report(&known_settings, &measurements);
         let ladders: Vec<LadderReport> = self
-            .pictured
+            .picture_ladders
             .iter()
-            .map(|&ladder| self.ladder(ladder, &measurements, &own_errors))
+            .map(|&ladder| self.ladder_report(ladder, &measurements, &own_errors))
             .collect();
         let called_for: Vec<Ladder> = self
-            .pictured
+            .picture_ladders
             .iter()
-            .chain(&self.priced)
+            .chain(&self.cost_ladders)
             .chain(&[Ladder::Output])
             .copied()
             .collect();
         let report = AccuracyReport {
             size: settings.size,
-            tiles: Tiles {
+            tiles: TileReport {
                 edge: grid.edge,
                 measured: own_measured.tiles,
                 all: grid.count(),
                 shown: [
-                    grid.tile(sample.order[0].tile).x,
-                    grid.tile(sample.order[0].tile).y,
+                    grid.tile(sample.passes[0].tile).x,
+                    grid.tile(sample.passes[0].tile).y,
                 ],
             },
             reference,
             recommendations,
             outputs,
             own: own_measured,
-            base: self.base_report(&measurements),
+            base: self.baseline_report(&measurements),
             ladders,
-            combinations: self.combinations(&known_settings, &measurements),
+            combinations: self.combination_reports(&known_settings, &measurements),
             prices,
             not_called_for: Ladder::ALL
                 .into_iter()
@@ -285,13 +287,13 @@ impl<'a> MeasurementSession<'a> {
                 .collect(),
             costs,
             frontier,
-            pictures: self.pictures(&measurements, &exposure.film),
+            pictures: self.report_pictures(&measurements, &exposure.film),
             seconds: self.elapsed(),
             cut_short: self.cut_short || self.observer.is_cancelled(),
         };
         Ok((
             report,
-            KeptReference {
+            ReusableReference {
                 rungs: exact.choices().to_vec(),
                 film: exposure.film,
             },
@@ -300,44 +302,47 @@ impl<'a> MeasurementSession<'a> {
 
     /// Renders the reference on the first `count` tiles of the sample and adds the new tiles to the
     /// measurements. Tiles that are not finished by `end` are not added.
-    fn expose(
+    fn add_reference_tiles(
         &mut self,
-        exposure: &mut GrowingReference<'_>,
+        exposure: &mut IncrementalReference<'_>,
         measurements: &mut Measurements<'_>,
         count: usize,
         end: Instant,
     ) {
-        let (sample, from) = (measurements.sample, measurements.known_tiles());
-        let new: Vec<u32> = sample.order[from..count.max(from)]
+        let (sample, from) = (measurements.sample, measurements.reference_tile_count());
+        let new: Vec<u32> = sample.passes[from..count.max(from)]
             .iter()
             .map(|pilot_pass| pilot_pass.tile)
             .collect();
-        self.cut_short |= !exposure.expose(&new, end);
+        self.cut_short |= !exposure.render_tiles(&new, end);
         let tile = |&tile: &u32| {
             let crop = sample.grid.tile(tile);
-            let is_done = exposure.film.lacking(&crate::film::FilmPart {
+            let is_done = exposure.film.unfinished_tiles(&crate::film::FilmPart {
                 tiles: tile..tile + 1,
-                ..exposure.film.whole_part()
+                ..exposure.film.full_part()
             }) == 0;
-            let means = exposure.film.means_of(tile).filter(|_| is_done)?;
-            Some(TruthTile::new(
+            let means = exposure
+                .film
+                .tile_means_and_variances(tile)
+                .filter(|_| is_done)?;
+            Some(ReferenceTile::new(
                 [crop.width, crop.height],
                 &means,
                 self.display,
             ))
         };
-        measurements.learn(new.iter().map_while(tile));
+        measurements.add_reference_tiles(new.iter().map_while(tile));
     }
 
     /// Returns the instant at which this share of the time budget, 0 to 1, is spent.
-    fn instant_at(&self, share: f64) -> Instant {
+    fn instant_of_budget_share(&self, share: f64) -> Instant {
         self.start + self.effort.budget.mul_f64(share)
     }
 
     /// Returns the wall-clock seconds until this share of the time budget is spent; zero if it is
     /// spent already.
-    fn left(&self, share: f64) -> f64 {
-        self.instant_at(share)
+    fn seconds_left(&self, share: f64) -> f64 {
+        self.instant_of_budget_share(share)
             .saturating_duration_since((self.now)())
             .as_secs_f64()
     }
@@ -347,70 +352,77 @@ impl<'a> MeasurementSession<'a> {
         ((self.now)() - self.start).as_secs_f64()
     }
 
-    fn spent(&self) -> f64 {
+    fn spent_budget_share(&self) -> f64 {
         (self.elapsed() / self.effort.budget.as_secs_f64().max(1e-9)).min(1.0)
     }
 
     /// Returns the rungs of a ladder that change this scene's picture and whose precision can store
     /// the scene.
-    fn choices_of(&self, ladder: Ladder) -> vec::IntoIter<RungChoice> {
-        let choices = ladder
-            .choices()
-            .filter(|choice| choice.differs(self.present) && !self.unshown.contains(choice));
+    fn applicable_rungs(&self, ladder: Ladder) -> vec::IntoIter<RungChoice> {
+        let choices = ladder.choices().filter(|choice| {
+            choice.changes_picture(self.effects) && !self.unstorable_rungs.contains(choice)
+        });
         choices.collect::<Vec<_>>().into_iter()
     }
 
     fn is_in_use(&self, choice: RungChoice) -> bool {
-        choice.rung() == choice.ladder().in_use(self.scene, &self.settings)
+        choice.rung()
+            == choice
+                .ladder()
+                .current_rung_name(self.scene, &self.settings)
     }
 
     /// Returns the setting to which a ladder's rungs are applied and compared: the scene's own for
     /// sample counts, else the baseline.
-    fn beside(&self, ladder: Ladder) -> Setting {
+    fn baseline_for(&self, ladder: Ladder) -> RungSetting {
         if ladder == Ladder::Samples {
-            Setting::default()
+            RungSetting::default()
         } else {
-            self.base.clone()
+            self.baseline.clone()
         }
     }
 
     /// Returns the setting by which a rung is measured; for a rung in use, the setting without a
     /// change.
-    fn setting(&self, choice: RungChoice) -> Setting {
-        let beside = self.beside(choice.ladder());
+    fn setting_of_rung(&self, choice: RungChoice) -> RungSetting {
+        let beside = self.baseline_for(choice.ladder());
         if self.is_in_use(choice) {
             beside
         } else {
-            beside.with(choice)
+            beside.with_rung(choice)
         }
     }
 
     /// Returns the setting with the ladder's most exact rung that does not take too long.
-    fn most_exact(&self, ladder: Ladder) -> Setting {
-        let reached =
-            |choice: &RungChoice| choice.can_be_reference() && !self.beyond.contains(choice);
-        let choice = self.choices_of(ladder).rev().find(reached);
-        choice.map_or_else(|| self.beside(ladder), |choice| self.setting(choice))
+    fn most_exact_setting(&self, ladder: Ladder) -> RungSetting {
+        let reached = |choice: &RungChoice| {
+            choice.can_be_reference() && !self.infeasible_rungs.contains(choice)
+        };
+        let choice = self.applicable_rungs(ladder).rev().find(reached);
+        choice.map_or_else(
+            || self.baseline_for(ladder),
+            |choice| self.setting_of_rung(choice),
+        )
     }
 
     /// Returns the number of samples per pixel of a setting.
-    fn samples(&self, setting: &Setting) -> u32 {
+    fn sample_count(&self, setting: &RungSetting) -> u32 {
         setting
             .rung(Ladder::Samples)
-            .and_then(samples_of)
-            .unwrap_or(self.settings.sampling.count())
+            .and_then(rung_sample_count)
+            .unwrap_or(self.settings.sampling.samples_per_pixel())
     }
 
     /// Whether a setting can be rendered: a denoised setting needs enough samples.
-    fn is_possible(&self, setting: &Setting) -> bool {
-        let (_, settings) = setting.applied(self.scene, &self.settings);
-        !settings.denoise || denoise::is_possible(settings.sampling)
+    fn is_valid_setting(&self, setting: &RungSetting) -> bool {
+        let (_, settings) = setting.apply(self.scene, &self.settings);
+        !settings.denoise || denoise::can_denoise(settings.sampling)
     }
 }
 
 /// Returns the number of samples per pixel of a rung of the samples ladder, or `None` for a rung of
 /// another ladder.
-fn samples_of(choice: RungChoice) -> Option<u32> {
+fn rung_sample_count(choice: RungChoice) -> Option<u32> {
     let RungValue::Samples(samples) = choice.value() else {
         return None;
     };

@@ -9,19 +9,19 @@ use crate::settings::{PrecisionChoice, Sampling, Settings};
 /// Set of rungs that replace the scene's own, at most one per ladder; empty for the scene's own
 /// setting.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Setting(Vec<RungChoice>);
+pub struct RungSetting(Vec<RungChoice>);
 
-impl Setting {
+impl RungSetting {
     /// Returns the setting that changes a single rung.
-    pub fn single(choice: RungChoice) -> Self {
+    pub fn from_rung(choice: RungChoice) -> Self {
         Self(vec![choice])
     }
 
     /// Returns the setting with these rungs; of several rungs of a ladder the last counts.
-    pub fn of(choices: &[RungChoice]) -> Self {
-        choices
-            .iter()
-            .fold(Self::default(), |setting, &choice| setting.with(choice))
+    pub fn from_rungs(choices: &[RungChoice]) -> Self {
+        choices.iter().fold(Self::default(), |setting, &choice| {
+            setting.with_rung(choice)
+        })
     }
 
     /// Returns the changed rungs, in the order of their ladders.
@@ -31,7 +31,7 @@ impl Setting {
 
     /// Returns the setting with this rung added, or exchanged for the rung of the same ladder.
     #[must_use]
-    pub fn with(&self, choice: RungChoice) -> Self {
+    pub fn with_rung(&self, choice: RungChoice) -> Self {
         let others = self
             .0
             .iter()
@@ -44,7 +44,7 @@ impl Setting {
 
     /// Returns the setting with this ladder on the scene's own rung.
     #[must_use]
-    pub fn without(&self, ladder: Ladder) -> Self {
+    pub fn without_ladder(&self, ladder: Ladder) -> Self {
         Self(
             self.0
                 .iter()
@@ -63,7 +63,7 @@ impl Setting {
     }
 
     /// Returns a scene and its settings with the changed rungs.
-    pub fn applied(&self, scene: &Scene, settings: &Settings) -> (Scene, Settings) {
+    pub fn apply(&self, scene: &Scene, settings: &Settings) -> (Scene, Settings) {
         let (mut scene, mut settings) = (scene.clone(), settings.clone());
         self.0
             .iter()
@@ -88,7 +88,7 @@ impl Setting {
     }
 }
 
-impl fmt::Display for Setting {
+impl fmt::Display for RungSetting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0.as_slice() {
             [] => f.write_str("as it is"),
@@ -104,13 +104,13 @@ impl fmt::Display for Setting {
 
 /// Returns scene and settings of the reference: the rungs of `exact`, f64 throughout, this number
 /// of samples per pixel, no denoising, and random numbers that no measured render uses.
-pub(super) fn reference(
-    exact: &Setting,
+pub(super) fn reference_setup(
+    exact: &RungSetting,
     scene: &Scene,
     settings: &Settings,
     samples: u32,
 ) -> (Scene, Settings) {
-    let (scene, mut settings) = exact.applied(scene, settings);
+    let (scene, mut settings) = exact.apply(scene, settings);
     settings.precision = PrecisionChoice::Reference;
     settings.sampling = Sampling::General(samples);
     settings.seed = !settings.seed;
@@ -130,24 +130,25 @@ mod tests {
     /// order of their construction.
     #[test]
     fn each_ladder_has_one_rung() {
-        let setting = Setting::single(choice("samples=16"))
-            .with(choice("precision=reference"))
-            .with(choice("samples=4"));
-        let other = Setting::single(choice("precision=reference")).with(choice("samples=4"));
+        let setting = RungSetting::from_rung(choice("samples=16"))
+            .with_rung(choice("precision=reference"))
+            .with_rung(choice("samples=4"));
+        let other =
+            RungSetting::from_rung(choice("precision=reference")).with_rung(choice("samples=4"));
         assert_eq!(setting, other);
         assert_eq!(
             setting.flags(),
             ["--rung precision=reference", "--rung samples=4"]
         );
         assert_eq!(
-            setting.without(Ladder::Samples),
-            Setting::single(choice("precision=reference"))
+            setting.without_ladder(Ladder::Samples),
+            RungSetting::from_rung(choice("precision=reference"))
         );
         assert_eq!(setting.rung(Ladder::Samples), Some(choice("samples=4")));
         assert_eq!(
             (
-                Setting::default().to_string().as_str(),
-                Setting::default().flags().len()
+                RungSetting::default().to_string().as_str(),
+                RungSetting::default().flags().len()
             ),
             ("as it is", 0)
         );
@@ -162,10 +163,10 @@ mod tests {
             max_depth: 2,
             ..Settings::from_scene(&scene)
         };
-        let rungs = Setting::single(choice("path-length=64"))
-            .with(choice("precision=reference"))
-            .with(choice("samples=4"));
-        let (_, exact) = reference(&rungs, &scene, &settings, 300);
+        let rungs = RungSetting::from_rung(choice("path-length=64"))
+            .with_rung(choice("precision=reference"))
+            .with_rung(choice("samples=4"));
+        let (_, exact) = reference_setup(&rungs, &scene, &settings, 300);
         assert_eq!(
             (exact.max_depth, exact.precision),
             (64, PrecisionChoice::Reference)

@@ -8,8 +8,8 @@
 //! ratio along rows in alternating direction, which spreads a sample evenly over the picture.
 
 use super::estimate::ConfidenceInterval;
-use crate::hash::mix;
-use crate::metrics::student_95;
+use crate::hash::splitmix64;
+use crate::metrics::student_factor_95;
 use crate::settings::Crop;
 
 /// Golden ratio minus one; the fractional parts of its multiples are evenly spread.
@@ -58,7 +58,7 @@ impl TileGrid {
 
     /// Returns the rectangle of a tile with a margin in pixels on each side, clipped to the
     /// picture.
-    pub fn around(&self, index: u32, margin: u32) -> Crop {
+    pub fn tile_crop_with_margin(&self, index: u32, margin: u32) -> Crop {
         let Crop {
             x,
             y,
@@ -77,8 +77,8 @@ impl TileGrid {
 
     /// Returns the sorting key of every tile, 0 to 1, evenly spread in every neighbourhood of
     /// tiles.
-    fn keys(&self) -> Vec<f64> {
-        let start = mix(self.seed) as f64 / 2_f64.powi(64);
+    fn ordering_keys(&self) -> Vec<f64> {
+        let start = splitmix64(self.seed) as f64 / 2_f64.powi(64);
         let place = |index: u32| {
             let (x, y) = (index % self.columns(), index / self.columns());
             y * self.columns()
@@ -96,7 +96,7 @@ impl TileGrid {
     /// Returns the indices of all tiles in an order whose every prefix is spread evenly over the
     /// picture.
     pub fn spread_order(&self) -> Vec<u32> {
-        let keys = self.keys();
+        let keys = self.ordering_keys();
         let mut all: Vec<u32> = (0..self.count() as u32).collect();
         all.sort_by(|&a, &b| keys[a as usize].total_cmp(&keys[b as usize]));
         all
@@ -118,15 +118,15 @@ pub(super) struct PilotPass {
 pub(super) struct TileSample {
     pub grid: TileGrid,
     /// Results of the pilot pass, in the order in which the tiles are drawn.
-    pub order: Vec<PilotPass>,
+    pub passes: Vec<PilotPass>,
     /// Probability of each tile per draw, in the order of drawing; the sum is one.
-    share: Vec<f64>,
+    draw_probabilities: Vec<f64>,
 }
 
 impl TileSample {
     /// Orders the tiles of the pilot pass, which are the first tiles of [`TileGrid::spread_order`].
     pub fn new(grid: TileGrid, looks: &[PilotPass]) -> Self {
-        let keys = grid.keys();
+        let keys = grid.ordering_keys();
         let area = |pilot_pass: &PilotPass| grid.pixels(pilot_pass.tile);
         let [areas, noise] = [
             looks.iter().map(area).sum::<f64>(),
@@ -144,44 +144,48 @@ impl TileSample {
             (keys[a.tile as usize] / p).total_cmp(&(keys[b.tile as usize] / q))
         });
         let (order, share) = all.into_iter().unzip();
-        Self { grid, order, share }
+        Self {
+            grid,
+            passes: order,
+            draw_probabilities: share,
+        }
     }
 
     /// Returns the number of tiles that can be drawn: those of the pilot pass.
-    pub fn most(&self) -> usize {
-        self.order.len()
+    pub fn drawable_tile_count(&self) -> usize {
+        self.passes.len()
     }
 
     /// Returns the number of pixels that a tile represents: the pixels of all tiles times the
     /// tile's probability. Errors grow with noise, so the error per represented pixel differs less
     /// between tiles than the error per pixel.
-    pub fn weight(&self, position: usize) -> f64 {
-        self.share[position]
+    pub fn represented_pixels(&self, position: usize) -> f64 {
+        self.draw_probabilities[position]
             * self
-                .order
+                .passes
                 .iter()
                 .map(|pilot_pass| self.grid.pixels(pilot_pass.tile))
                 .sum::<f64>()
     }
 
     /// Whether this number of tiles is the whole picture.
-    pub fn is_whole(&self, count: usize) -> bool {
+    pub fn covers_picture(&self, count: usize) -> bool {
         count >= self.grid.count()
     }
 
     /// Returns the inclusion probabilities of the first `count` tiles.
-    pub fn chances(&self, count: usize) -> Vec<f64> {
-        let looked = self.most() as f64 / self.grid.count() as f64;
-        let count = count.min(self.most());
-        if count == self.most() {
+    pub fn inclusion_probabilities(&self, count: usize) -> Vec<f64> {
+        let looked = self.drawable_tile_count() as f64 / self.grid.count() as f64;
+        let count = count.min(self.drawable_tile_count());
+        if count == self.drawable_tile_count() {
             return vec![looked; count];
         }
         // A tile is certain if its multiplied probability exceeds one; the other tiles then get
         // larger probabilities.
-        let (mut certain, mut factor) = (vec![false; self.most()], count as f64);
+        let (mut certain, mut factor) = (vec![false; self.drawable_tile_count()], count as f64);
         loop {
             let (mut left, mut rest) = (count as f64, 0.0);
-            for (share, certain) in self.share.iter().zip(&mut certain) {
+            for (share, certain) in self.draw_probabilities.iter().zip(&mut certain) {
                 *certain |= share * factor >= 1.0;
                 if *certain { left -= 1.0 } else { rest += share }
             }
@@ -202,7 +206,7 @@ impl TileSample {
                 (share * factor).min(1.0)
             }
         };
-        self.share
+        self.draw_probabilities
             .iter()
             .zip(certain)
             .take(count)
@@ -214,36 +218,36 @@ impl TileSample {
 /// Contribution of a tile to a ratio of two totals: the inclusion probability, and the terms of
 /// numerator and denominator, in independent pieces.
 #[derive(Clone, Debug)]
-pub(super) struct TileShare<'a> {
-    pub chance: f64,
-    pub above: &'a [f64],
-    pub below: &'a [f64],
+pub(super) struct RatioTerm<'a> {
+    pub inclusion_probability: f64,
+    pub numerator: &'a [f64],
+    pub denominator: &'a [f64],
     /// Variance of the numerator due to the reference's noise alone.
-    pub doubt: f64,
+    pub reference_variance: f64,
 }
 
-impl TileShare<'_> {
+impl RatioTerm<'_> {
     /// Returns the numerator minus `ratio` times the denominator, and its variance, estimated from
     /// the pieces.
-    fn residual(&self, ratio: f64) -> (f64, f64) {
+    fn ratio_residual(&self, ratio: f64) -> (f64, f64) {
         let sum = |values: &[f64]| values.iter().sum::<f64>();
-        let total = sum(self.above) - ratio * sum(self.below);
-        if self.above.len() != self.below.len() || self.above.len() < 2 {
+        let total = sum(self.numerator) - ratio * sum(self.denominator);
+        if self.numerator.len() != self.denominator.len() || self.numerator.len() < 2 {
             return (total, 0.0);
         }
         let pieces: Vec<f64> = self
-            .above
+            .numerator
             .iter()
-            .zip(self.below)
+            .zip(self.denominator)
             .map(|(a, b)| a - ratio * b)
             .collect();
-        (total, spread_of_pieces(&pieces))
+        (total, variance_of_sum(&pieces))
     }
 }
 
 /// Returns the variance of a sum of at least two pieces, estimated from the differences of
 /// neighbouring pieces.
-pub(super) fn spread_of_pieces(pieces: &[f64]) -> f64 {
+pub(super) fn variance_of_sum(pieces: &[f64]) -> f64 {
     let steps: f64 = pieces
         .windows(2)
         .map(|pair| (pair[0] - pair[1]) * (pair[0] - pair[1]))
@@ -256,16 +260,16 @@ pub(super) fn spread_of_pieces(pieces: &[f64]) -> f64 {
 /// Basu", 1971). Returns the ratio, its standard error and Student's factor. The standard error
 /// combines the choice of tiles and the noise within the drawn tiles. `None` for a denominator of
 /// zero.
-pub(super) fn estimate(shares: &[TileShare<'_>]) -> Option<(f64, f64, f64)> {
-    let total = |of: fn(&TileShare<'_>) -> f64| {
+pub(super) fn hajek_ratio_estimate(shares: &[RatioTerm<'_>]) -> Option<(f64, f64, f64)> {
+    let total = |of: fn(&RatioTerm<'_>) -> f64| {
         shares
             .iter()
-            .map(|share| of(share) / share.chance)
+            .map(|share| of(share) / share.inclusion_probability)
             .sum::<f64>()
     };
     let (above, below) = (
-        total(|share| share.above.iter().sum()),
-        total(|share| share.below.iter().sum()),
+        total(|share| share.numerator.iter().sum()),
+        total(|share| share.denominator.iter().sum()),
     );
     if !(below > 0.0 && above.is_finite()) {
         return None;
@@ -273,28 +277,29 @@ pub(super) fn estimate(shares: &[TileShare<'_>]) -> Option<(f64, f64, f64)> {
     let ratio = above / below;
     let (mut drawn, mut within, mut squares, mut count) = (0.0, 0.0, 0.0, 0);
     for share in shares {
-        let (residual, variance) = share.residual(ratio);
-        let part = (1.0 - share.chance).max(0.0) * (residual / share.chance).powi(2);
+        let (residual, variance) = share.ratio_residual(ratio);
+        let part = (1.0 - share.inclusion_probability).max(0.0)
+            * (residual / share.inclusion_probability).powi(2);
         drawn += part;
         squares += part * part;
-        within += variance / share.chance;
-        count += usize::from(share.chance < 1.0);
+        within += variance / share.inclusion_probability;
+        count += usize::from(share.inclusion_probability < 1.0);
     }
     if count == 1 {
         return Some((ratio, f64::INFINITY, f64::INFINITY));
     }
-    let is_error = shares.iter().any(|share| share.doubt > 0.0);
+    let is_error = shares.iter().any(|share| share.reference_variance > 0.0);
     if count == 0
         && is_error
         && shares.len() > 1
-        && shares.iter().all(|share| share.above.len() == 1)
+        && shares.iter().all(|share| share.numerator.len() == 1)
     {
         // All tiles are drawn, and each is a single piece: the differences between tiles bound the
         // noise from above.
-        within = spread_of_pieces(
+        within = variance_of_sum(
             &shares
                 .iter()
-                .map(|share| share.residual(ratio).0)
+                .map(|share| share.ratio_residual(ratio).0)
                 .collect::<Vec<_>>(),
         );
     }
@@ -315,13 +320,17 @@ pub(super) fn estimate(shares: &[TileShare<'_>]) -> Option<(f64, f64, f64)> {
     // Degrees of freedom by Welch and Satterthwaite; the noise within tiles counts as exactly
     // known.
     let freedom = freedom * ((drawn + within) / drawn.max(1e-300)).powi(2);
-    Some((ratio, error, student_95((freedom.min(1e6) as u32).max(1))))
+    Some((
+        ratio,
+        error,
+        student_factor_95((freedom.min(1e6) as u32).max(1)),
+    ))
 }
 
 /// Returns the estimated ratio of two totals with its confidence interval. The interval starts at
 /// zero if the ratio is within the reference's noise.
-pub(super) fn ratio(shares: &[TileShare<'_>]) -> ConfidenceInterval {
-    let Some((value, error, factor)) = estimate(shares) else {
+pub(super) fn ratio_interval(shares: &[RatioTerm<'_>]) -> ConfidenceInterval {
+    let Some((value, error, factor)) = hajek_ratio_estimate(shares) else {
         return ConfidenceInterval {
             value: 0.0,
             low: 0.0,
@@ -330,17 +339,19 @@ pub(super) fn ratio(shares: &[TileShare<'_>]) -> ConfidenceInterval {
     };
     let below: f64 = shares
         .iter()
-        .map(|share| share.below.iter().sum::<f64>() / share.chance)
+        .map(|share| share.denominator.iter().sum::<f64>() / share.inclusion_probability)
         .sum();
     let doubt = shares
         .iter()
-        .map(|share| share.doubt / (share.chance * share.chance))
+        .map(|share| {
+            share.reference_variance / (share.inclusion_probability * share.inclusion_probability)
+        })
         .sum::<f64>()
         .sqrt()
         / below;
-    match value <= student_95(u32::MAX) * doubt || value <= 0.0 {
-        true => ConfidenceInterval::from_zero(value, factor * error.max(doubt)),
-        false => ConfidenceInterval::of_factors(value, factor * error),
+    match value <= student_factor_95(u32::MAX) * doubt || value <= 0.0 {
+        true => ConfidenceInterval::from_insignificant(value, factor * error.max(doubt)),
+        false => ConfidenceInterval::from_relative_error(value, factor * error),
     }
 }
 

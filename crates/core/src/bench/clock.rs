@@ -11,12 +11,12 @@ pub const CLOCK: &str = if cfg!(unix) {
 /// Returns the CPU time of the calling thread in seconds; only differences on one thread are
 /// meaningful.
 pub fn thread_seconds() -> f64 {
-    seconds(TimerScope::Thread)
+    cpu_seconds(TimerScope::Thread)
 }
 
 /// Returns the CPU time of all threads of the process in seconds; only differences are meaningful.
 pub fn process_seconds() -> f64 {
-    seconds(TimerScope::Process)
+    cpu_seconds(TimerScope::Process)
 }
 
 /// Function that runs `work` and returns its seconds. The work returns its amount, such as a number
@@ -25,24 +25,24 @@ pub fn process_seconds() -> f64 {
 pub(crate) type Stopwatch = fn(work: &mut dyn FnMut() -> u64) -> f64;
 
 /// Runs the work and returns the CPU seconds of the calling thread.
-pub(super) fn of_thread(work: &mut dyn FnMut() -> u64) -> f64 {
-    timed(TimerScope::Thread, work)
+pub(super) fn time_on_thread(work: &mut dyn FnMut() -> u64) -> f64 {
+    time_work(TimerScope::Thread, work)
 }
 
 /// Runs the work and returns the CPU seconds of all threads of the process.
-pub(crate) fn of_process(work: &mut dyn FnMut() -> u64) -> f64 {
-    timed(TimerScope::Process, work)
+pub(crate) fn time_on_process(work: &mut dyn FnMut() -> u64) -> f64 {
+    time_work(TimerScope::Process, work)
 }
 
-fn timed(scope: TimerScope, work: &mut dyn FnMut() -> u64) -> f64 {
-    let start = seconds(scope);
+fn time_work(scope: TimerScope, work: &mut dyn FnMut() -> u64) -> f64 {
+    let start = cpu_seconds(scope);
     work();
-    seconds(scope) - start
+    cpu_seconds(scope) - start
 }
 
 /// Runs the work and returns ten nanoseconds per unit of its amount: a stopwatch for tests.
 #[cfg(test)]
-pub(super) fn steady(work: &mut dyn FnMut() -> u64) -> f64 {
+pub(super) fn simulate_stopwatch(work: &mut dyn FnMut() -> u64) -> f64 {
     work() as f64 * 1e-8
 }
 
@@ -53,7 +53,7 @@ enum TimerScope {
 }
 
 #[cfg(unix)]
-fn seconds(scope: TimerScope) -> f64 {
+fn cpu_seconds(scope: TimerScope) -> f64 {
     use rustix::time::{ClockId, clock_gettime};
     let time = clock_gettime(match scope {
         TimerScope::Thread => ClockId::ThreadCPUTime,
@@ -63,7 +63,7 @@ fn seconds(scope: TimerScope) -> f64 {
 }
 
 #[cfg(not(unix))]
-fn seconds(_: TimerScope) -> f64 {
+fn cpu_seconds(_: TimerScope) -> f64 {
     use std::sync::LazyLock;
     use std::time::Instant;
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);

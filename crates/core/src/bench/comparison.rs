@@ -5,13 +5,15 @@ use glam::DVec3;
 use raywright_bvh::{Geometry, Interval, Ray, Real, Vector};
 use serde::Serialize;
 
-use super::generated::AddressedNumbers;
-use super::measure::{Contestant, Method, ScanTreeContest, SeriesRow, row, timed_builds};
+use super::generated::HashedRandom;
+use super::measure::{
+    BenchMethod, BenchedGeometry, ScanTreePair, ScanTreeTiming, measure_row, time_builds,
+};
 use super::{BenchError, BenchOptions, SEEDS};
 use crate::camera::PreparedCamera;
-use crate::framing::{FIELD_OF_VIEW, Silhouette, View};
+use crate::framing::{FIELD_OF_VIEW, Silhouette, ViewAngles};
 use crate::lookup::SceneLookup;
-use crate::origin::{StorageOrigin, camera_about};
+use crate::origin::{StorageOrigin, camera_relative_to};
 use crate::prepare::build_geometry;
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -23,10 +25,10 @@ const CAMERA_RAYS: u32 = 1 << 15;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneComparison {
     /// Camera rays through a regular grid of pixel centres: coherent rays.
-    pub camera: SeriesRow,
+    pub camera: ScanTreeTiming,
     /// Rays from the hits of the camera rays, cosine-weighted about the normal: incoherent rays.
     /// `None` without hits.
-    pub bounce: Option<SeriesRow>,
+    pub bounce: Option<ScanTreeTiming>,
 }
 
 /// Times the closest hit by linear scan and by tree on a validated scene, with rays of the
@@ -34,54 +36,59 @@ pub struct SceneComparison {
 ///
 /// # Errors
 /// See [`BenchError`].
-pub fn given(
+pub fn compare_scene(
     scene: &Scene,
     settings: &Settings,
     options: &BenchOptions,
-    on_row: &mut dyn FnMut(&SeriesRow),
+    on_row: &mut dyn FnMut(&ScanTreeTiming),
 ) -> Result<SceneComparison, BenchError> {
-    measured(scene, settings, &Method::of(options), on_row)
+    compare_with_method(
+        scene,
+        settings,
+        &BenchMethod::with_thread_clock(options),
+        on_row,
+    )
 }
 
-fn measured(
+fn compare_with_method(
     scene: &Scene,
     settings: &Settings,
-    method: &Method,
-    on_row: &mut dyn FnMut(&SeriesRow),
+    method: &BenchMethod,
+    on_row: &mut dyn FnMut(&ScanTreeTiming),
 ) -> Result<SceneComparison, BenchError> {
     let lookup = SceneLookup::new(scene);
     let build = |kind| {
-        timed_builds(
+        time_builds(
             method,
             || (),
             |()| build_geometry::<f32>(scene, &lookup, kind, &()),
         )
     };
-    let [(scan, scan_build), (tree, tree_build)] = method.options.kinds().map(build);
+    let [(scan, scan_build), (tree, tree_build)] = method.options.accelerator_kinds().map(build);
     let (scan, tree) = (scan?, tree?);
     if tree.geometry.is_empty() {
         return Err(BenchError::Empty);
     }
     let origin = StorageOrigin::from_scene::<f32>(scene, &lookup).origin;
     let rays = camera_rays(&tree.geometry, settings, origin);
-    let contest = ScanTreeContest {
-        scan: Contestant {
+    let contest = ScanTreePair {
+        scan: BenchedGeometry {
             geometry: &scan.geometry,
             build: scan_build,
-            bytes: scan.geometry.bytes(),
+            bytes: scan.geometry.memory_bytes(),
         },
-        tree: Contestant {
+        tree: BenchedGeometry {
             geometry: &tree.geometry,
             build: tree_build,
-            bytes: tree.geometry.bytes(),
+            bytes: tree.geometry.memory_bytes(),
         },
     };
-    let camera = row(&contest, &rays, method)?;
+    let camera = measure_row(&contest, &rays, method)?;
     on_row(&camera);
-    let bounced = bounces(&tree.geometry, &rays);
+    let bounced = bounce_rays(&tree.geometry, &rays);
     let bounce = match bounced.as_slice() {
         [] => None,
-        rays => Some(row(&contest, rays, method)?),
+        rays => Some(measure_row(&contest, rays, method)?),
     };
     bounce.iter().for_each(on_row);
     Ok(SceneComparison { camera, bounce })
@@ -95,10 +102,10 @@ fn camera_rays(geometry: &Geometry<f32>, settings: &Settings, origin: DVec3) -> 
     let camera = settings
         .camera
         .as_ref()
-        .map(|camera| camera_about(origin, camera))
+        .map(|camera| camera_relative_to(origin, camera))
         .unwrap_or_else(|| {
-            let silhouette = Silhouette::of_box(&geometry.bounded_part());
-            silhouette.frame(View::USUAL, FIELD_OF_VIEW, aspect)
+            let silhouette = Silhouette::from_box(&geometry.bounded_primitives_box());
+            silhouette.frame_camera(ViewAngles::DEFAULT, FIELD_OF_VIEW, aspect)
         });
     let camera = PreparedCamera::<f32>::new(&camera, settings.size);
     let pixels = u64::from(width) * u64::from(height);
@@ -118,8 +125,8 @@ fn camera_rays(geometry: &Geometry<f32>, settings: &Settings, origin: DVec3) -> 
 
 /// Returns a bounce ray from each hit, cosine-weighted about the normal on the side of the incoming
 /// ray.
-fn bounces(geometry: &Geometry<f32>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
-    let numbers = AddressedNumbers { seed: SEEDS[1] };
+fn bounce_rays(geometry: &Geometry<f32>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
+    let numbers = HashedRandom { seed: SEEDS[1] };
     let bounce = |(i, ray): (usize, &Ray<f32>)| {
         let hit = geometry.closest(ray, Interval::positive(), &mut ())?;
         let surface = geometry.surface(ray, &hit);
@@ -130,9 +137,9 @@ fn bounces(geometry: &Geometry<f32>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
         };
         // A point of the unit sphere that touches the surface has a cosine-distributed direction.
         // The factor excludes the zero vector.
-        let direction = normal + glam::Vec3::from_f64(numbers.direction(i as u64, 0)) * 0.999;
+        let direction = normal + glam::Vec3::from_f64(numbers.unit_direction(i as u64, 0)) * 0.999;
         let direction = direction.normalize();
-        Some(Ray::new(surface.spawn(direction), direction).at_time(ray.time))
+        Some(Ray::new(surface.spawn_ray_origin(direction), direction).with_time(ray.time))
     };
     rays.iter().enumerate().filter_map(bounce).collect()
 }
@@ -142,24 +149,24 @@ mod tests {
     use raywright_bvh::BuildQuality;
 
     use super::*;
-    use crate::bench::clock::steady;
+    use crate::bench::clock::simulate_stopwatch;
     use crate::scene::Object;
 
     /// A clock that counts work, so that the result does not depend on the machine's load.
-    const HASTY: Method = Method {
+    const HASTY: BenchMethod = BenchMethod {
         options: BenchOptions {
             repeats: 1,
             sample_seconds: 1e-4,
             build: BuildQuality::Fast,
         },
-        stopwatch: steady,
+        stopwatch: simulate_stopwatch,
     };
 
-    fn given(
+    fn compare_scene(
         scene: &Scene,
-        on_row: &mut dyn FnMut(&SeriesRow),
+        on_row: &mut dyn FnMut(&ScanTreeTiming),
     ) -> Result<SceneComparison, BenchError> {
-        measured(scene, &Settings::from_scene(scene), &HASTY, on_row)
+        compare_with_method(scene, &Settings::from_scene(scene), &HASTY, on_row)
     }
 
     /// A sphere among `count` others on a plane, seen from the front.
@@ -192,7 +199,7 @@ mod tests {
     fn camera_and_bounce_rays() {
         let scene = scene(30);
         let mut heard = 0;
-        let comparison = given(&scene, &mut |_| heard += 1).unwrap();
+        let comparison = compare_scene(&scene, &mut |_| heard += 1).unwrap();
         let bounce = comparison.bounce.expect("the camera sees something");
         assert_eq!((heard, comparison.camera.primitives), (2, 31));
         assert!(
@@ -213,7 +220,7 @@ mod tests {
     fn bounces_leave_the_surface() {
         let mut scene = scene(1);
         scene.objects.remove(0);
-        let comparison = given(&scene, &mut |_| ()).unwrap();
+        let comparison = compare_scene(&scene, &mut |_| ()).unwrap();
         assert_eq!(
             comparison.bounce.expect("the camera sees it").hit_share,
             0.0
@@ -225,6 +232,6 @@ mod tests {
     fn nothing_to_hit() {
         let mut scene = scene(0);
         scene.objects.clear();
-        assert_eq!(given(&scene, &mut |_| ()), Err(BenchError::Empty));
+        assert_eq!(compare_scene(&scene, &mut |_| ()), Err(BenchError::Empty));
     }
 }

@@ -11,7 +11,7 @@ use raywright_bvh::shapes::Sphere;
 use raywright_bvh::{GeometryError, PrimitiveSet, Ray, Real, Vector, Visibility};
 use serde::Serialize;
 
-use crate::hash::mix;
+use crate::hash::splitmix64;
 
 /// Total volume of the spheres of a generated scene over the volume of the unit cube. Overlaps
 /// count twice, and parts outside the cube are included.
@@ -20,14 +20,14 @@ pub const FILL: f64 = 0.01;
 /// Kind of the primitives of a generated scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum GeneratedKind {
+pub enum GeneratedPrimitive {
     /// Spheres.
     Spheres,
     /// Triangles, each with its corners on a sphere of the same size.
     Triangles,
 }
 
-impl GeneratedKind {
+impl GeneratedPrimitive {
     /// Every kind of primitive with its name.
     pub const ALL: [(&'static str, Self); 2] =
         [("spheres", Self::Spheres), ("triangles", Self::Triangles)];
@@ -42,38 +42,38 @@ impl GeneratedKind {
 }
 
 /// Returns the radius of each of N spheres that fill [`FILL`] of the unit cube.
-pub fn radius(count: u32) -> f64 {
+pub fn sphere_radius(count: u32) -> f64 {
     libm::cbrt(FILL * 3.0 / (4.0 * PI * f64::from(count.max(1))))
 }
 
 /// Random numbers computed from an address (seed, item and lane), independent of the order of
 /// calls.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct AddressedNumbers {
+pub(super) struct HashedRandom {
     pub seed: u64,
 }
 
-impl AddressedNumbers {
+impl HashedRandom {
     /// Returns a number in [0, 1); `lane` distinguishes the numbers of an item.
-    pub fn unit(self, item: u64, lane: u64) -> f64 {
-        (mix(self.seed ^ mix(item << 8 | lane)) >> 11) as f64 / (1_u64 << 53) as f64
+    pub fn unit_number(self, item: u64, lane: u64) -> f64 {
+        (splitmix64(self.seed ^ splitmix64(item << 8 | lane)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// Returns a point in the unit cube, from the lanes `lane` to `lane + 2`.
-    fn point(self, item: u64, lane: u64) -> DVec3 {
+    fn point_in_cube(self, item: u64, lane: u64) -> DVec3 {
         DVec3::new(
-            self.unit(item, lane),
-            self.unit(item, lane + 1),
-            self.unit(item, lane + 2),
+            self.unit_number(item, lane),
+            self.unit_number(item, lane + 1),
+            self.unit_number(item, lane + 2),
         )
     }
 
     /// Returns a uniform point of the unit sphere, from the lanes `lane` and `lane + 1`
     /// (Archimedes' projection).
-    pub fn direction(self, item: u64, lane: u64) -> DVec3 {
+    pub fn unit_direction(self, item: u64, lane: u64) -> DVec3 {
         let (z, angle) = (
-            2.0 * self.unit(item, lane) - 1.0,
-            TAU * self.unit(item, lane + 1),
+            2.0 * self.unit_number(item, lane) - 1.0,
+            TAU * self.unit_number(item, lane + 1),
         );
         let radius = (1.0 - z * z).max(0.0).sqrt();
         DVec3::new(radius * libm::cos(angle), radius * libm::sin(angle), z)
@@ -84,26 +84,26 @@ impl AddressedNumbers {
 ///
 /// # Errors
 /// More primitives than a tree can address.
-pub fn group<R: Real>(
-    kind: GeneratedKind,
+pub fn generate_primitives<R: Real>(
+    kind: GeneratedPrimitive,
     count: u32,
     seed: u64,
 ) -> Result<PrimitiveSet<R>, GeometryError> {
-    let (numbers, radius) = (AddressedNumbers { seed }, radius(count));
+    let (numbers, radius) = (HashedRandom { seed }, sphere_radius(count));
     let mut group = PrimitiveSet::default();
     for i in 0..u64::from(count) {
-        let centre = numbers.point(i, 0);
+        let centre = numbers.point_in_cube(i, 0);
         match kind {
-            GeneratedKind::Spheres => {
+            GeneratedPrimitive::Spheres => {
                 let sphere = Sphere {
                     centre: Vector::from_f64(centre),
                     radius: R::from_f64(radius),
                 };
                 group.add_sphere(sphere, Visibility::default())?;
             }
-            GeneratedKind::Triangles => {
+            GeneratedPrimitive::Triangles => {
                 let corner =
-                    |lane: u64| Vector::from_f64(centre + numbers.direction(i, lane) * radius);
+                    |lane: u64| Vector::from_f64(centre + numbers.unit_direction(i, lane) * radius);
                 group.add_triangle([corner(3), corner(5), corner(7)], Visibility::default())?;
             }
         }
@@ -113,10 +113,11 @@ pub fn group<R: Real>(
 
 /// Generates rays in uniform directions that start outside the unit cube, each towards a uniform
 /// point in the cube.
-pub fn rays<R: Real>(count: u32, seed: u64) -> Vec<Ray<R>> {
-    let numbers = AddressedNumbers { seed };
+pub fn generate_rays<R: Real>(count: u32, seed: u64) -> Vec<Ray<R>> {
+    let numbers = HashedRandom { seed };
     let ray = |i: u64| {
-        let (target_direction, direction) = (numbers.point(i, 0), numbers.direction(i, 3));
+        let (target_direction, direction) =
+            (numbers.point_in_cube(i, 0), numbers.unit_direction(i, 3));
         // The distance 2 is more than the cube's diagonal.
         Ray::new(
             Vector::from_f64(target_direction - direction * 2.0),
@@ -135,25 +136,27 @@ mod tests {
     #[test]
     fn a_seed_names_a_scene() {
         let hits = |kind, seed| -> Vec<_> {
-            let geometry =
-                Geometry::<f32>::new(group(kind, 500, seed).unwrap(), AcceleratorKind::Linear);
-            rays(200, 7)
+            let geometry = Geometry::<f32>::new(
+                generate_primitives(kind, 500, seed).unwrap(),
+                AcceleratorKind::Linear,
+            );
+            generate_rays(200, 7)
                 .iter()
                 .map(|ray| geometry.closest(ray, Interval::positive(), &mut ()))
                 .collect()
         };
-        for (_, kind) in GeneratedKind::ALL {
+        for (_, kind) in GeneratedPrimitive::ALL {
             assert_eq!(hits(kind, 1), hits(kind, 1));
             assert_ne!(hits(kind, 1), hits(kind, 2));
         }
         assert_ne!(
-            hits(GeneratedKind::Spheres, 1),
-            hits(GeneratedKind::Triangles, 1)
+            hits(GeneratedPrimitive::Spheres, 1),
+            hits(GeneratedPrimitive::Triangles, 1)
         );
         // A fixed value: a change of the generator would silently change the meaning of the
         // figures.
         assert_eq!(
-            rays::<f32>(3, 7)[2].origin,
+            generate_rays::<f32>(3, 7)[2].origin,
             glam::Vec3::new(-0.744_443, 2.062_738_2, 0.879_758_8)
         );
     }
@@ -163,15 +166,15 @@ mod tests {
     #[test]
     fn fill_does_not_depend_on_the_count() {
         for count in [1, 10, 1_000_000] {
-            let volume = f64::from(count) * 4.0 / 3.0 * PI * radius(count).powi(3);
+            let volume = f64::from(count) * 4.0 / 3.0 * PI * sphere_radius(count).powi(3);
             assert!((volume - FILL).abs() < 1e-12, "{count}: {volume}");
         }
         let bounds = Geometry::<f32>::new(
-            group(GeneratedKind::Triangles, 1, 3).unwrap(),
+            generate_primitives(GeneratedPrimitive::Triangles, 1, 3).unwrap(),
             AcceleratorKind::Linear,
         )
-        .bounded_part();
-        assert!(bounds.extent().max_element() <= 2.0 * radius(1) + 1e-6);
+        .bounded_primitives_box();
+        assert!(bounds.extent().max_element() <= 2.0 * sphere_radius(1) + 1e-6);
     }
 
     /// Protects: every ray starts outside the scene with a unit direction; some rays hit and some
@@ -179,12 +182,12 @@ mod tests {
     #[test]
     fn rays_come_from_outside() {
         let geometry = Geometry::<f32>::new(
-            group(GeneratedKind::Spheres, 1000, 1).unwrap(),
+            generate_primitives(GeneratedPrimitive::Spheres, 1000, 1).unwrap(),
             AcceleratorKind::default(),
         );
-        let bounds = geometry.bounded_part();
+        let bounds = geometry.bounded_primitives_box();
         let mut stats = TraversalStats::default();
-        let hits = rays::<f32>(1000, 2).into_iter().filter(|ray| {
+        let hits = generate_rays::<f32>(1000, 2).into_iter().filter(|ray| {
             let o = ray.origin.as_dvec3();
             assert!(
                 o.cmplt(bounds.min).any() || o.cmpgt(bounds.max).any(),

@@ -6,8 +6,8 @@ use std::hint::black_box;
 use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Ray, TraversalStats};
 use serde::Serialize;
 
-use super::clock::{Stopwatch, of_thread};
-use super::statistics::Spread;
+use super::clock::{Stopwatch, time_on_thread};
+use super::statistics::SampleQuantiles;
 
 /// Extent of a benchmark: repetitions, length of a sample, and build quality of the tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,24 +23,24 @@ pub struct BenchOptions {
 
 impl BenchOptions {
     /// Returns linear scan and tree, the compared accelerators.
-    pub(super) fn kinds(&self) -> [AcceleratorKind; 2] {
+    pub(super) fn accelerator_kinds(&self) -> [AcceleratorKind; 2] {
         [AcceleratorKind::Linear, AcceleratorKind::Tree(self.build)]
     }
 }
 
 /// Extent and clock of a benchmark.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Method {
+pub(super) struct BenchMethod {
     pub options: BenchOptions,
     pub stopwatch: Stopwatch,
 }
 
-impl Method {
+impl BenchMethod {
     /// Returns the method with the CPU clock of the thread.
-    pub fn of(options: &BenchOptions) -> Self {
+    pub fn with_thread_clock(options: &BenchOptions) -> Self {
         Self {
             options: *options,
-            stopwatch: of_thread,
+            stopwatch: time_on_thread,
         }
     }
 }
@@ -51,23 +51,23 @@ const FEWEST_RAYS: usize = 16;
 const PATIENCE: f64 = 8.0;
 
 /// Accelerator of a scene, with the time of its build and its bytes.
-pub(super) struct Contestant<'a> {
+pub(super) struct BenchedGeometry<'a> {
     pub geometry: &'a Geometry<f32>,
-    pub build: Spread,
+    pub build: SampleQuantiles,
     pub bytes: usize,
 }
 
 /// Linear scan and tree of one scene.
-pub(super) struct ScanTreeContest<'a> {
-    pub scan: Contestant<'a>,
-    pub tree: Contestant<'a>,
+pub(super) struct ScanTreePair<'a> {
+    pub scan: BenchedGeometry<'a>,
+    pub tree: BenchedGeometry<'a>,
 }
 
 /// Cost of closest-hit queries by one accelerator.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct QueryCost {
     /// Nanoseconds per closest-hit query.
-    pub nanoseconds: Spread,
+    pub nanoseconds: SampleQuantiles,
     /// Number of different rays of a sample: all rays, or evenly spread ones if a ray takes long.
     pub rays: usize,
     /// Mean number of visited nodes per ray.
@@ -75,14 +75,14 @@ pub struct QueryCost {
     /// Mean number of tested primitives per ray.
     pub tests_per_ray: f64,
     /// Milliseconds to build the accelerator on the current thread pool.
-    pub build_milliseconds: Spread,
+    pub build_milliseconds: SampleQuantiles,
     /// Bytes of primitives and accelerator.
     pub bytes: usize,
 }
 
 /// Cost of linear scan and tree on one scene with the same rays.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct SeriesRow {
+pub struct ScanTreeTiming {
     /// Number of primitives in the scene.
     pub primitives: usize,
     /// Share of the rays, 0 to 1, that hit a primitive.
@@ -94,14 +94,14 @@ pub struct SeriesRow {
     pub tree: QueryCost,
     /// Ratio of the scan's time to the tree's, from pairs of consecutive samples; `None` without a
     /// scan.
-    pub ratio: Option<Spread>,
+    pub ratio: Option<SampleQuantiles>,
 }
 
 /// Different hits of a ray by linear scan and tree, which make a comparison of their times
 /// meaningless.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("scan and tree disagree on ray {ray} among {primitives} primitives: {scan} against {tree}")]
-pub struct Disagreement {
+pub struct HitMismatch {
     /// Index of the ray with different hits.
     pub ray: usize,
     /// Number of primitives in the scene.
@@ -113,50 +113,58 @@ pub struct Disagreement {
 }
 
 /// Compares the hits of scan and tree, then times both alternately. `rays` must not be empty.
-pub(super) fn row(
-    contest: &ScanTreeContest<'_>,
+pub(super) fn measure_row(
+    contest: &ScanTreePair<'_>,
     rays: &[Ray<f32>],
-    method: &Method,
-) -> Result<SeriesRow, Disagreement> {
+    method: &BenchMethod,
+) -> Result<ScanTreeTiming, HitMismatch> {
     let tree = &contest.tree;
-    let tree_sample = RaySample::sized(tree.geometry, rays, method);
-    let mut scan = Challenger::new(&contest.scan, rays, method);
-    scan.compare(tree.geometry)?;
+    let tree_sample = RaySample::with_fitting_size(tree.geometry, rays, method);
+    let mut scan = ScanTimer::new(&contest.scan, rays, method);
+    scan.compare_hits(tree.geometry)?;
     let mut of_tree = Vec::new();
     for _ in 0..method.options.repeats.max(1) {
-        let scanned = scan.time();
-        let walked = tree_sample.time(tree.geometry);
+        let scanned = scan.time_sample();
+        let walked = tree_sample.time_per_ray(tree.geometry);
         of_tree.push(walked);
-        scan.record(scanned, walked);
+        scan.record_times(scanned, walked);
     }
     let hits = rays
         .iter()
-        .filter(|ray| closest(tree.geometry, ray).is_some())
+        .filter(|ray| closest_hit(tree.geometry, ray).is_some())
         .count();
-    Ok(SeriesRow {
+    Ok(ScanTreeTiming {
         primitives: tree.geometry.len(),
         hit_share: hits as f64 / rays.len() as f64,
-        scan: scan.cost(),
-        tree: tree_sample.cost(tree, &of_tree),
-        ratio: scan.ratio(),
+        scan: scan.query_cost(),
+        tree: tree_sample.query_cost(tree, &of_tree),
+        ratio: scan.time_ratio(),
     })
 }
 
 /// Timing of the linear scan against the tree; without samples if a sample would take too long.
-struct Challenger<'a> {
-    contestant: &'a Contestant<'a>,
+struct ScanTimer<'a> {
+    scan_geometry: &'a BenchedGeometry<'a>,
     sample: Option<RaySample<'a>>,
     seconds: Vec<f64>,
     ratios: Vec<f64>,
 }
 
-impl<'a> Challenger<'a> {
-    fn new(contestant: &'a Contestant<'a>, rays: &'a [Ray<f32>], method: &Method) -> Self {
+impl<'a> ScanTimer<'a> {
+    fn new(
+        contestant: &'a BenchedGeometry<'a>,
+        rays: &'a [Ray<f32>],
+        method: &BenchMethod,
+    ) -> Self {
         let longest = PATIENCE * method.options.sample_seconds;
-        let sample = Some(RaySample::sized(contestant.geometry, rays, method))
-            .filter(|sample| sample.seconds() <= longest);
+        let sample = Some(RaySample::with_fitting_size(
+            contestant.geometry,
+            rays,
+            method,
+        ))
+        .filter(|sample| sample.expected_seconds() <= longest);
         Self {
-            contestant,
+            scan_geometry: contestant,
             sample,
             seconds: Vec::new(),
             ratios: Vec::new(),
@@ -164,13 +172,22 @@ impl<'a> Challenger<'a> {
     }
 
     /// Compares the hits of scan and tree to the bit: distance, parameters, primitive and instance.
-    fn compare(&self, tree: &Geometry<f32>) -> Result<(), Disagreement> {
-        let bits =
-            |hit: &Option<Hit<f32>>| hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.order()));
-        for (index, ray) in self.sample.iter().flat_map(RaySample::rays).enumerate() {
-            let (a, b) = (closest(self.contestant.geometry, ray), closest(tree, ray));
+    fn compare_hits(&self, tree: &Geometry<f32>) -> Result<(), HitMismatch> {
+        let bits = |hit: &Option<Hit<f32>>| {
+            hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.tie_order()))
+        };
+        for (index, ray) in self
+            .sample
+            .iter()
+            .flat_map(RaySample::selected_rays)
+            .enumerate()
+        {
+            let (a, b) = (
+                closest_hit(self.scan_geometry.geometry, ray),
+                closest_hit(tree, ray),
+            );
             if bits(&a) != bits(&b) {
-                return Err(Disagreement {
+                return Err(HitMismatch {
                     ray: index * self.sample.as_ref().map_or(1, |sample| sample.step),
                     primitives: tree.len(),
                     scan: format!("{a:?}"),
@@ -181,91 +198,95 @@ impl<'a> Challenger<'a> {
         Ok(())
     }
 
-    fn time(&self) -> Option<f64> {
+    fn time_sample(&self) -> Option<f64> {
         self.sample
             .as_ref()
-            .map(|sample| sample.time(self.contestant.geometry))
+            .map(|sample| sample.time_per_ray(self.scan_geometry.geometry))
     }
 
-    fn record(&mut self, own: Option<f64>, tree: f64) {
+    fn record_times(&mut self, own: Option<f64>, tree: f64) {
         self.seconds.extend(own);
         self.ratios.extend(own.map(|own| own / tree));
     }
 
-    fn cost(&self) -> Option<QueryCost> {
+    fn query_cost(&self) -> Option<QueryCost> {
         self.sample
             .as_ref()
-            .map(|sample| sample.cost(self.contestant, &self.seconds))
+            .map(|sample| sample.query_cost(self.scan_geometry, &self.seconds))
     }
 
-    fn ratio(&self) -> Option<Spread> {
+    fn time_ratio(&self) -> Option<SampleQuantiles> {
         self.sample
             .as_ref()
-            .map(|_| Spread::from_samples(&self.ratios))
+            .map(|_| SampleQuantiles::from_samples(&self.ratios))
     }
 }
 
-fn closest(geometry: &Geometry<f32>, ray: &Ray<f32>) -> Option<Hit<f32>> {
+fn closest_hit(geometry: &Geometry<f32>, ray: &Ray<f32>) -> Option<Hit<f32>> {
     geometry.closest(ray, Interval::positive(), &mut ())
 }
 
 /// Rays that are timed together: every `step`-th ray, all of these `passes` times.
 struct RaySample<'a> {
-    all: &'a [Ray<f32>],
+    rays: &'a [Ray<f32>],
     step: usize,
     passes: usize,
-    seconds_a_ray: f64,
+    seconds_per_ray: f64,
     stopwatch: Stopwatch,
 }
 
 impl<'a> RaySample<'a> {
     /// Returns a sample whose time is about the intended one. The trial runs also warm up caches
     /// and branch predictors.
-    fn sized(geometry: &Geometry<f32>, rays: &'a [Ray<f32>], method: &Method) -> Self {
-        let Method { options, stopwatch } = *method;
+    fn with_fitting_size(
+        geometry: &Geometry<f32>,
+        rays: &'a [Ray<f32>],
+        method: &BenchMethod,
+    ) -> Self {
+        let BenchMethod { options, stopwatch } = *method;
         let mut sample = Self {
-            all: rays,
+            rays,
             step: rays.len(),
             passes: 1,
-            seconds_a_ray: f64::INFINITY,
+            seconds_per_ray: f64::INFINITY,
             stopwatch,
         };
         loop {
-            sample.seconds_a_ray = sample.time(geometry);
-            let spent = sample.seconds_a_ray * sample.count() as f64;
+            sample.seconds_per_ray = sample.time_per_ray(geometry);
+            let spent = sample.seconds_per_ray * sample.rays_per_pass() as f64;
             if spent >= options.sample_seconds * 0.25 || sample.step == 1 {
                 break;
             }
             sample.step = (sample.step / 4).max(1);
         }
-        let requested =
-            ((options.sample_seconds / sample.seconds_a_ray.max(1e-12)) as usize).max(FEWEST_RAYS);
+        let requested = ((options.sample_seconds / sample.seconds_per_ray.max(1e-12)) as usize)
+            .max(FEWEST_RAYS);
         sample.step = (rays.len() / requested).max(1);
         sample.passes = (requested / rays.len()).max(1);
         sample
     }
 
-    fn rays(&self) -> impl Iterator<Item = &'a Ray<f32>> + use<'a> {
-        self.all.iter().step_by(self.step)
+    fn selected_rays(&self) -> impl Iterator<Item = &'a Ray<f32>> + use<'a> {
+        self.rays.iter().step_by(self.step)
     }
 
     /// Returns the number of rays of a pass.
-    fn count(&self) -> usize {
-        self.all.len().div_ceil(self.step)
+    fn rays_per_pass(&self) -> usize {
+        self.rays.len().div_ceil(self.step)
     }
 
     /// Returns the expected seconds of the sample.
-    fn seconds(&self) -> f64 {
-        self.seconds_a_ray * (self.count() * self.passes) as f64
+    fn expected_seconds(&self) -> f64 {
+        self.seconds_per_ray * (self.rays_per_pass() * self.passes) as f64
     }
 
     /// Runs the sample once and returns the seconds per ray.
-    fn time(&self, geometry: &Geometry<f32>) -> f64 {
-        let rays = self.count() * self.passes;
+    fn time_per_ray(&self, geometry: &Geometry<f32>) -> f64 {
+        let rays = self.rays_per_pass() * self.passes;
         let mut trace = || {
             for _ in 0..self.passes {
-                for ray in self.rays() {
-                    black_box(closest(geometry, black_box(ray)));
+                for ray in self.selected_rays() {
+                    black_box(closest_hit(geometry, black_box(ray)));
                 }
             }
             (rays * geometry.len()) as u64
@@ -273,20 +294,20 @@ impl<'a> RaySample<'a> {
         (self.stopwatch)(&mut trace) / rays as f64
     }
 
-    fn cost(&self, contestant: &Contestant<'_>, seconds: &[f64]) -> QueryCost {
+    fn query_cost(&self, contestant: &BenchedGeometry<'_>, seconds: &[f64]) -> QueryCost {
         let mut stats = TraversalStats::default();
-        for ray in self.rays() {
+        for ray in self.selected_rays() {
             contestant
                 .geometry
                 .closest(ray, Interval::positive(), &mut stats);
         }
-        let rays = self.count();
+        let rays = self.rays_per_pass();
         QueryCost {
-            nanoseconds: Spread::from_samples(seconds).scaled(1e9),
+            nanoseconds: SampleQuantiles::from_samples(seconds).scale(1e9),
             rays,
             nodes_per_ray: stats.nodes as f64 / rays as f64,
             tests_per_ray: stats.primitives as f64 / rays as f64,
-            build_milliseconds: contestant.build.scaled(1e3),
+            build_milliseconds: contestant.build.scale(1e3),
             bytes: contestant.bytes,
         }
     }
@@ -299,12 +320,12 @@ const LARGEST_BATCH: usize = 256;
 
 /// Builds an accelerator several times and returns the last result with the seconds per build. The
 /// input is created before the clock starts. Short builds are timed in batches.
-pub(super) fn timed_builds<I, G>(
-    method: &Method,
+pub(super) fn time_builds<I, G>(
+    method: &BenchMethod,
     input: impl Fn() -> I,
     build: impl Fn(I) -> G,
-) -> (G, Spread) {
-    let Method { options, stopwatch } = *method;
+) -> (G, SampleQuantiles) {
+    let BenchMethod { options, stopwatch } = *method;
     let batch = |size: usize| {
         let inputs: Vec<I> = (0..size).map(|_| input()).collect();
         let mut inputs = inputs.into_iter();
@@ -336,7 +357,7 @@ pub(super) fn timed_builds<I, G>(
     if seconds.is_empty() {
         seconds.push(first);
     }
-    (built, Spread::from_samples(&seconds))
+    (built, SampleQuantiles::from_samples(&seconds))
 }
 
 #[cfg(test)]

@@ -15,19 +15,19 @@ use raywright_bvh::{Geometry, GeometryError, PrimitiveSet};
 use serde::Serialize;
 
 use crate::prepare::PrepareError;
-use measure::{Contestant, Method, ScanTreeContest, row, timed_builds};
+use measure::{BenchMethod, BenchedGeometry, ScanTreePair, measure_row, time_builds};
 
-pub use comparison::{SceneComparison, given};
-pub use generated::{FILL, GeneratedKind, group, radius, rays};
-pub use measure::{BenchOptions, Disagreement, QueryCost, SeriesRow};
-pub use statistics::{Crossover, PowerLaw, Spread};
+pub use comparison::{SceneComparison, compare_scene};
+pub use generated::{FILL, GeneratedPrimitive, generate_primitives, generate_rays, sphere_radius};
+pub use measure::{BenchOptions, HitMismatch, QueryCost, ScanTreeTiming};
+pub use statistics::{Crossover, PowerLaw, SampleQuantiles};
 
 /// Reason why a benchmark has no result.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BenchError {
     /// Linear scan and tree have different hits: a bug.
     #[error(transparent)]
-    Disagreement(#[from] Disagreement),
+    Disagreement(#[from] HitMismatch),
     /// More primitives than a tree can address.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
@@ -49,11 +49,11 @@ const FIT_FROM: f64 = 1e3;
 
 /// Costs of linear scan and tree on generated scenes of growing size, with their growth.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Series {
+pub struct BenchSeries {
     /// Kind of the primitives.
-    pub kind: GeneratedKind,
+    pub kind: GeneratedPrimitive,
     /// Rows by ascending number of primitives.
-    pub rows: Vec<SeriesRow>,
+    pub rows: Vec<ScanTreeTiming>,
     /// Number of primitives from which on the tree is faster; `None` if the scan was never timed.
     pub crossover: Option<Crossover>,
     /// Power law of the tree's time per ray from 1000 primitives on; `None` with fewer than three
@@ -65,7 +65,7 @@ pub struct Series {
 
 /// Returns the numbers of primitives of generated scenes, ascending up to `largest`: powers of two
 /// to 32, then 1 and 3 times each power of ten from 100 on, and `largest` itself.
-pub fn sizes(largest: u32) -> Vec<u32> {
+pub fn generated_sizes(largest: u32) -> Vec<u32> {
     let small = [1, 2, 4, 8, 16, 32].into_iter();
     let decades = (2..10).flat_map(|e| {
         [
@@ -83,46 +83,51 @@ pub fn sizes(largest: u32) -> Vec<u32> {
 ///
 /// # Errors
 /// See [`BenchError`].
-pub fn generated(
-    kind: GeneratedKind,
+pub fn measure_generated(
+    kind: GeneratedPrimitive,
     sizes: &[u32],
     options: &BenchOptions,
-    on_row: &mut dyn FnMut(&SeriesRow),
-) -> Result<Series, BenchError> {
-    measured(kind, sizes, &Method::of(options), on_row)
+    on_row: &mut dyn FnMut(&ScanTreeTiming),
+) -> Result<BenchSeries, BenchError> {
+    measure_with_method(
+        kind,
+        sizes,
+        &BenchMethod::with_thread_clock(options),
+        on_row,
+    )
 }
 
-fn measured(
-    kind: GeneratedKind,
+fn measure_with_method(
+    kind: GeneratedPrimitive,
     sizes: &[u32],
-    method: &Method,
-    on_row: &mut dyn FnMut(&SeriesRow),
-) -> Result<Series, BenchError> {
-    let rays = rays(RAYS, SEEDS[1]);
+    method: &BenchMethod,
+    on_row: &mut dyn FnMut(&ScanTreeTiming),
+) -> Result<BenchSeries, BenchError> {
+    let rays = generate_rays(RAYS, SEEDS[1]);
     let mut rows = Vec::with_capacity(sizes.len());
     for &size in sizes {
-        let group: PrimitiveSet<f32> = group(kind, size, SEEDS[0])?;
+        let group: PrimitiveSet<f32> = generate_primitives(kind, size, SEEDS[0])?;
         let build =
-            |kind| timed_builds(method, || group.clone(), |group| Geometry::new(group, kind));
-        let [scan, tree] = method.options.kinds().map(build);
-        let contest = ScanTreeContest {
-            scan: contestant(&scan.0, scan.1),
-            tree: contestant(&tree.0, tree.1),
+            |kind| time_builds(method, || group.clone(), |group| Geometry::new(group, kind));
+        let [scan, tree] = method.options.accelerator_kinds().map(build);
+        let contest = ScanTreePair {
+            scan: benched_geometry(&scan.0, scan.1),
+            tree: benched_geometry(&tree.0, tree.1),
         };
-        let row = row(&contest, &rays, method)?;
+        let row = measure_row(&contest, &rays, method)?;
         on_row(&row);
         rows.push(row);
     }
-    Ok(Series::of(kind, rows))
+    Ok(BenchSeries::from_rows(kind, rows))
 }
 
-impl Series {
-    fn of(kind: GeneratedKind, rows: Vec<SeriesRow>) -> Self {
+impl BenchSeries {
+    fn from_rows(kind: GeneratedPrimitive, rows: Vec<ScanTreeTiming>) -> Self {
         let ratios = rows
             .iter()
             .filter_map(|row| Some((row.primitives as f64, row.ratio?)));
-        let crossover = Crossover::of(&ratios.collect::<Vec<_>>());
-        let growth = |cost: fn(&SeriesRow) -> Option<QueryCost>| {
+        let crossover = Crossover::from_ratios(&ratios.collect::<Vec<_>>());
+        let growth = |cost: fn(&ScanTreeTiming) -> Option<QueryCost>| {
             let points = rows
                 .iter()
                 .filter_map(|row| Some((row.primitives as f64, cost(row)?.nanoseconds.median)));
@@ -138,11 +143,11 @@ impl Series {
     }
 }
 
-fn contestant(geometry: &Geometry<f32>, build: Spread) -> Contestant<'_> {
-    Contestant {
+fn benched_geometry(geometry: &Geometry<f32>, build: SampleQuantiles) -> BenchedGeometry<'_> {
+    BenchedGeometry {
         geometry,
         build,
-        bytes: geometry.bytes(),
+        bytes: geometry.memory_bytes(),
     }
 }
 
@@ -154,14 +159,14 @@ mod tests {
 
     /// Options that run everything without a meaningful measurement, with a clock that counts work,
     /// so that the result does not depend on the machine's load.
-    fn hasty(sample_seconds: f64) -> Method {
-        Method {
+    fn hasty(sample_seconds: f64) -> BenchMethod {
+        BenchMethod {
             options: BenchOptions {
                 repeats: 2,
                 sample_seconds,
                 build: BuildQuality::Fast,
             },
-            stopwatch: clock::steady,
+            stopwatch: clock::simulate_stopwatch,
         }
     }
 
@@ -169,9 +174,9 @@ mod tests {
     /// timed work is the claimed work.
     #[test]
     fn a_series_of_each_kind() {
-        for (_, kind) in GeneratedKind::ALL {
+        for (_, kind) in GeneratedPrimitive::ALL {
             let mut seen = Vec::new();
-            let series = measured(kind, &[1, 14, 15, 200], &hasty(1e-4), &mut |row| {
+            let series = measure_with_method(kind, &[1, 14, 15, 200], &hasty(1e-4), &mut |row| {
                 seen.push(row.primitives)
             })
             .unwrap();
@@ -184,7 +189,7 @@ mod tests {
                 );
                 assert!(row.tree.tests_per_ray <= scan.tests_per_ray);
                 // A small set that is tested as fast eight at a time has no nodes.
-                let few = if kind == GeneratedKind::Spheres {
+                let few = if kind == GeneratedPrimitive::Spheres {
                     160
                 } else {
                     72
@@ -210,7 +215,13 @@ mod tests {
     /// ratio is reported.
     #[test]
     fn slow_scans_are_left_out() {
-        let series = measured(GeneratedKind::Spheres, &[1000], &hasty(1e-9), &mut |_| ()).unwrap();
+        let series = measure_with_method(
+            GeneratedPrimitive::Spheres,
+            &[1000],
+            &hasty(1e-9),
+            &mut |_| (),
+        )
+        .unwrap();
         let row = &series.rows[0];
         assert!(row.scan.is_none() && row.ratio.is_none() && row.tree.nanoseconds.median > 0.0);
         assert_eq!(series.crossover, None);
@@ -220,20 +231,24 @@ mod tests {
     #[test]
     fn disagreement_is_an_error() {
         let geometry = |seed, kind| {
-            Geometry::<f32>::new(group(GeneratedKind::Spheres, 50, seed).unwrap(), kind)
+            Geometry::<f32>::new(
+                generate_primitives(GeneratedPrimitive::Spheres, 50, seed).unwrap(),
+                kind,
+            )
         };
         let (same, other) = (
             geometry(1, AcceleratorKind::Linear),
             geometry(2, AcceleratorKind::default()),
         );
         let verdict = |scan| {
-            let contestant = |geometry| contestant(geometry, Spread::from_samples(&[1.0]));
-            row(
-                &ScanTreeContest {
+            let contestant =
+                |geometry| benched_geometry(geometry, SampleQuantiles::from_samples(&[1.0]));
+            measure_row(
+                &ScanTreePair {
                     scan: contestant(scan),
                     tree: contestant(&same),
                 },
-                &rays(4096, 1),
+                &generate_rays(4096, 1),
                 &hasty(0.01),
             )
         };
@@ -245,15 +260,15 @@ mod tests {
     /// a decade.
     #[test]
     fn sizes_ascend_to_the_largest() {
-        assert_eq!(sizes(1), [1]);
-        assert_eq!(sizes(4), [1, 2, 4]);
-        assert_eq!(sizes(50), [1, 2, 4, 8, 16, 32, 50]);
+        assert_eq!(generated_sizes(1), [1]);
+        assert_eq!(generated_sizes(4), [1, 2, 4]);
+        assert_eq!(generated_sizes(50), [1, 2, 4, 8, 16, 32, 50]);
         assert_eq!(
-            sizes(1_000_000)[6..],
+            generated_sizes(1_000_000)[6..],
             [
                 100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000
             ]
         );
-        assert!(sizes(u32::MAX).is_sorted_by(|a, b| a < b));
+        assert!(generated_sizes(u32::MAX).is_sorted_by(|a, b| a < b));
     }
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 /// Median, quartiles and range of repeated measurements of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Spread {
+pub struct SampleQuantiles {
     /// 50 % quantile.
     pub median: f64,
     /// 25 % quantile.
@@ -18,7 +18,7 @@ pub struct Spread {
     pub max: f64,
 }
 
-impl Spread {
+impl SampleQuantiles {
     /// Returns the quantiles of finite measurements, interpolated linearly; all NaN for an empty
     /// slice.
     pub fn from_samples(measurements: &[f64]) -> Self {
@@ -42,7 +42,7 @@ impl Spread {
     }
 
     /// Multiplies all quantiles by a factor, for another unit.
-    pub fn scaled(self, factor: f64) -> Self {
+    pub fn scale(self, factor: f64) -> Self {
         let Self {
             median,
             lower_quartile,
@@ -62,7 +62,7 @@ impl Spread {
     }
 
     /// Returns half the distance between the quartiles over the median.
-    pub fn relative(&self) -> f64 {
+    pub fn relative_half_spread(&self) -> f64 {
         0.5 * (self.upper_quartile - self.lower_quartile) / self.median
     }
 }
@@ -147,7 +147,7 @@ impl Crossover {
     /// size if three quarters of the ratios are above one. The crossover is interpolated between
     /// the last size at which it is not faster and the next. If the median ratio at the last size
     /// is at least one, that size is the crossover. `None` without a measurement.
-    pub fn of(ratios: &[(f64, Spread)]) -> Option<Self> {
+    pub fn from_ratios(ratios: &[(f64, SampleQuantiles)]) -> Option<Self> {
         let Some(last) = ratios
             .iter()
             .rposition(|(_, ratio)| ratio.lower_quartile <= 1.0)
@@ -168,8 +168,8 @@ impl Crossover {
 mod tests {
     use super::*;
 
-    fn level(ratio: f64) -> Spread {
-        Spread {
+    fn level(ratio: f64) -> SampleQuantiles {
+        SampleQuantiles {
             median: ratio,
             lower_quartile: ratio,
             upper_quartile: ratio,
@@ -181,26 +181,29 @@ mod tests {
     /// Protects: median and quartiles of odd and even counts, for measurements in any order.
     #[test]
     fn spread_of_known_numbers() {
-        assert!(Spread::from_samples(&[]).median.is_nan());
-        assert_eq!(Spread::from_samples(&[2.5]), level(2.5));
-        let odd = Spread {
+        assert!(SampleQuantiles::from_samples(&[]).median.is_nan());
+        assert_eq!(SampleQuantiles::from_samples(&[2.5]), level(2.5));
+        let odd = SampleQuantiles {
             median: 3.0,
             lower_quartile: 2.0,
             upper_quartile: 4.0,
             min: 1.0,
             max: 100.0,
         };
-        assert_eq!(Spread::from_samples(&[100.0, 3.0, 1.0, 4.0, 2.0]), odd);
-        let even = Spread {
+        assert_eq!(
+            SampleQuantiles::from_samples(&[100.0, 3.0, 1.0, 4.0, 2.0]),
+            odd
+        );
+        let even = SampleQuantiles {
             median: 2.5,
             lower_quartile: 1.75,
             upper_quartile: 3.25,
             min: 1.0,
             max: 4.0,
         };
-        assert_eq!(Spread::from_samples(&[4.0, 1.0, 3.0, 2.0]), even);
-        assert_eq!(even.scaled(2.0).upper_quartile, 6.5);
-        assert!((even.relative() - 0.3).abs() < 1e-15);
+        assert_eq!(SampleQuantiles::from_samples(&[4.0, 1.0, 3.0, 2.0]), even);
+        assert_eq!(even.scale(2.0).upper_quartile, 6.5);
+        assert!((even.relative_half_spread() - 0.3).abs() < 1e-15);
     }
 
     /// Protects: an exact power law is recovered without an error.
@@ -248,7 +251,7 @@ mod tests {
     #[test]
     fn crossovers() {
         let value_of = |ratios: &[(f64, f64)]| {
-            Crossover::of(
+            Crossover::from_ratios(
                 &ratios
                     .iter()
                     .map(|&(n, r)| (n, level(r)))
@@ -265,11 +268,12 @@ mod tests {
         };
         assert!((n - 8.0).abs() < 1e-12, "{n}");
         // A tie at 8: the median is above one, but not clearly.
-        let tie = Spread {
+        let tie = SampleQuantiles {
             lower_quartile: 0.99,
             ..level(1.01)
         };
-        let Some(Crossover::At(n)) = Crossover::of(&[(8.0, tie), (16.0, level(2.0))]) else {
+        let Some(Crossover::At(n)) = Crossover::from_ratios(&[(8.0, tie), (16.0, level(2.0))])
+        else {
             panic!("no crossover")
         };
         assert!((n - 8.0).abs() < 1e-12, "{n}");

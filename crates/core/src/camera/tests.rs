@@ -57,7 +57,7 @@ fn seen(
     let settings = Settings {
         size: SIZE,
         camera: Some(camera),
-        sampling: crate::settings::Sampling::Pattern(crate::scene::Pattern::Centre),
+        sampling: crate::settings::Sampling::Pattern(crate::scene::SamplePattern::Centre),
         aovs: vec![Aov::Depth, Aov::Object],
         precision,
         ..Settings::from_scene(&scene)
@@ -177,23 +177,29 @@ fn near_cameras_start_at_the_eye() {
         pose_end: None,
         shutter: None,
     };
-    let bounds = Aabb::around(DVec3::ZERO, DVec3::splat(2.0));
-    let camera = PreparedCamera::<f32>::towards(&data, SIZE, &bounds);
+    let bounds = Aabb::from_centre(DVec3::ZERO, DVec3::splat(2.0));
+    let camera = PreparedCamera::<f32>::for_scene_bounds(&data, SIZE, &bounds);
     assert_eq!(
         (
-            camera.ahead(),
+            camera.skipped_distance(),
             camera.generate_ray(40.0, 30.0, [0.5; 2]).origin.to_array()
         ),
         (0.0, [1.0, 2.0, 300.0])
     );
     assert_eq!(
-        PreparedCamera::<f32>::towards(&data, SIZE, &Aabb::EMPTY).ahead(),
+        PreparedCamera::<f32>::for_scene_bounds(&data, SIZE, &Aabb::EMPTY).skipped_distance(),
         0.0,
         "nothing to be far from"
     );
-    let small =
-        PreparedCamera::<f32>::towards(&data, SIZE, &Aabb::around(DVec3::ZERO, DVec3::splat(0.25)));
-    assert!(small.ahead() > 298.0, "far for a scene of that size");
+    let small = PreparedCamera::<f32>::for_scene_bounds(
+        &data,
+        SIZE,
+        &Aabb::from_centre(DVec3::ZERO, DVec3::splat(0.25)),
+    );
+    assert!(
+        small.skipped_distance() > 298.0,
+        "far for a scene of that size"
+    );
 }
 
 /// Protects: no ray of a wide lens starts beyond a possible hit, wherever the scene lies: the rim
@@ -201,7 +207,7 @@ fn near_cameras_start_at_the_eye() {
 #[test]
 fn a_wide_lens_starts_before_the_scene() {
     let centre = DVec3::new(600.0, 0.0, -800.0);
-    let bounds = Aabb::around(centre, DVec3::ONE);
+    let bounds = Aabb::from_centre(centre, DVec3::ONE);
     for aperture_radius in [0.0, 0.01, 1.0, 300.0] {
         let pinhole = Pinhole {
             vertical_fov: Some(100.0),
@@ -224,9 +230,9 @@ fn a_wide_lens_starts_before_the_scene() {
             pose_end: None,
             shutter: None,
         };
-        let camera = PreparedCamera::<f32>::towards(&data, SIZE, &bounds);
+        let camera = PreparedCamera::<f32>::for_scene_bounds(&data, SIZE, &bounds);
         assert_eq!(
-            camera.ahead() > 0.0,
+            camera.skipped_distance() > 0.0,
             aperture_radius < 2.0,
             "far by what scene and lens measure together: {aperture_radius}"
         );
@@ -254,7 +260,7 @@ fn a_wide_lens_starts_before_the_scene() {
 /// aspect ratio all fits agree, to the bit.
 #[test]
 fn other_shapes_contain_or_cover() {
-    use crate::scene::Fit;
+    use crate::scene::AspectFit;
     let pinhole = |vertical_fov, horizontal_fov| {
         Projection::Pinhole(Pinhole {
             vertical_fov,
@@ -295,8 +301,8 @@ fn other_shapes_contain_or_cover() {
                 camera.forward.length() * libm::tan(20.0_f64.to_radians())
             };
             [
-                width * 0.5 * camera.pixel[0] / half,
-                height * 0.5 * camera.pixel[1] / half,
+                width * 0.5 * camera.pixel_size[0] / half,
+                height * 0.5 * camera.pixel_size[1] / half,
             ]
         };
         let is = |found: [f64; 2], expected: [f64; 2]| {
@@ -310,15 +316,15 @@ fn other_shapes_contain_or_cover() {
             ([100, 200], [1.5, 3.0], [0.5, 1.0]),
             ([300, 200], [1.5, 1.0], [1.5, 1.0]),
         ] {
-            let found =
-                [Fit::Contain, Fit::Cover, Fit::Stretch].map(|fit| edges(size, Some(1.5), fit));
+            let found = [AspectFit::Contain, AspectFit::Cover, AspectFit::Stretch]
+                .map(|fit| edges(size, Some(1.5), fit));
             assert!(
                 is(found[0], contained) && is(found[1], covered) && is(found[2], [1.5, 1.0]),
                 "{size:?}: {found:?}"
             );
         }
-        let of_its_own =
-            [Fit::Contain, Fit::Cover, Fit::Stretch].map(|fit| edges([300, 200], Some(1.5), fit));
+        let of_its_own = [AspectFit::Contain, AspectFit::Cover, AspectFit::Stretch]
+            .map(|fit| edges([300, 200], Some(1.5), fit));
         assert!(of_its_own.iter().all(|found| *found == of_its_own[0]));
     }
 }

@@ -3,13 +3,14 @@
 
 use core::array::from_fn;
 
-use super::features::{distance, features};
-use super::filter::{FAR, FilterOutput, NEAR, Workspace, filter};
-use super::guide::{Guide, Strictness};
+use super::features::{distance_feature, surface_features};
+use super::filter::{FAR_OFFSETS, FilterOutput, NEAR_OFFSETS, Workspace, filter};
+use super::guide::{FilterTolerance, Guide};
 use super::plane::{
-    ColourPlanes, PixelPlane, Window, black, brightest, mean, smooth_variance, variance,
+    ColourPlanes, PixelPlane, Window, black_planes, brightest_channel, mean_colour,
+    smooth_variance, variance_of_mean,
 };
-use super::{CandidatePixel, FOUR, ReplicateQuad, TILE};
+use super::{PixelCandidates, REPLICATE_COUNT, ReplicateQuad, TILE};
 use crate::observer::Observer;
 
 /// Offset added to the albedo by which reflected light is divided: surfaces with a black base
@@ -18,26 +19,26 @@ const LEAST_ALBEDO: f32 = 0.1;
 
 /// Limit for fireflies: light is clamped to this factor times the brightest value near it in the
 /// other replicates, plus a small offset.
-const FIREFLY: f32 = 1.2;
-const DARK: f32 = 0.02;
+const FIREFLY_FACTOR: f32 = 1.2;
+const FIREFLY_OFFSET: f32 = 0.02;
 
 /// Tolerances of the two filter passes: 0.6 and 1.5 standard deviations beyond noise. The first
 /// pass only makes the guide of the second, and may leave more noise.
-const FIRST: Strictness = Strictness {
-    inverse: 1.0 / (0.6 * 0.6),
-    own: 0.0,
+const FIRST_PASS: FilterTolerance = FilterTolerance {
+    inverse_tolerance: 1.0 / (0.6 * 0.6),
+    own_share: 0.0,
 };
-const SECOND: Strictness = Strictness {
-    inverse: 1.0 / (1.5 * 1.5),
-    own: 0.5,
+const SECOND_PASS: FilterTolerance = FilterTolerance {
+    inverse_tolerance: 1.0 / (1.5 * 1.5),
+    own_share: 0.5,
 };
 
 /// Squared share of the second guide's colour that counts as the variance of its noise.
-const UNSURE: f32 = 0.04 * 0.04;
+const GUIDE_NOISE_SHARE: f32 = 0.04 * 0.04;
 
 /// Weight of a pixel in its own filtered value, 0 to 1, above which the leave-one-out colour keeps
 /// the pixel's value.
-const ALONE: f32 = 0.9;
+const MAX_OWN_WEIGHT: f32 = 0.9;
 
 /// Distances in pixels from which the result of a pixel is computed: in the second pass with its
 /// compared patches, in the variance of the second guide, and in the first pass with the variances
@@ -49,19 +50,21 @@ const MARGIN: usize = GUIDE_REACH + 3 + 2 + 1;
 /// Planes of all four replicates in a window of the picture.
 struct WindowReplicates {
     /// Reflected light, directly visible emission, albedo and normal of each replicate.
-    light: [ColourPlanes; FOUR],
-    emission: [ColourPlanes; FOUR],
-    albedo: [ColourPlanes; FOUR],
-    normal: [ColourPlanes; FOUR],
+    light: [ColourPlanes; REPLICATE_COUNT],
+    emission: [ColourPlanes; REPLICATE_COUNT],
+    albedo: [ColourPlanes; REPLICATE_COUNT],
+    normal: [ColourPlanes; REPLICATE_COUNT],
     /// Distance feature of the surfaces, with its tolerance (`features`).
     distance: (PixelPlane, PixelPlane),
     /// Noise of each replicate: difference of its radiance from the mean of all four.
-    noise: [ColourPlanes; FOUR],
+    noise: [ColourPlanes; REPLICATE_COUNT],
 }
 
 impl WindowReplicates {
     fn load(four: &ReplicateQuad<'_>, window: Window, width: usize) -> Self {
-        let all = || -> [ColourPlanes; FOUR] { from_fn(|_| black([window.width, window.height])) };
+        let all = || -> [ColourPlanes; REPLICATE_COUNT] {
+            from_fn(|_| black_planes([window.width, window.height]))
+        };
         let mut depth = PixelPlane::zero(window.width, window.height);
         let [light, emission, albedo, normal, noise] = [(); 5].map(|()| all());
         let mut tile = Self {
@@ -77,11 +80,12 @@ impl WindowReplicates {
             let (radiance, emission, [albedo, normal]) = (
                 four.radiance(pixel),
                 four.emission(pixel),
-                four.surface(pixel),
+                four.albedo_and_normal(pixel),
             );
             for channel in 0..3 {
-                let mean = radiance.iter().map(|value| value[channel]).sum::<f64>() / FOUR as f64;
-                for r in 0..FOUR {
+                let mean = radiance.iter().map(|value| value[channel]).sum::<f64>()
+                    / REPLICATE_COUNT as f64;
+                for r in 0..REPLICATE_COUNT {
                     tile.light[r][channel].values[i] =
                         (radiance[r][channel] - emission[r][channel]) as f32;
                     tile.emission[r][channel].values[i] = emission[r][channel] as f32;
@@ -92,31 +96,33 @@ impl WindowReplicates {
             }
             depth.values[i] = four.depth(pixel);
         }
-        tile.distance = distance(&depth);
+        tile.distance = distance_feature(&depth);
         tile
     }
 
     /// Whether reflected light is black in every replicate and pixel of the window.
-    fn is_unlit(&self) -> bool {
+    fn has_no_reflected_light(&self) -> bool {
         let planes = self.light.iter().flatten();
         planes.flat_map(|plane| &plane.values).all(|of| *of == 0.0)
     }
 
     /// Sets the pixels of a window without reflected light and without noise to their emission,
     /// without a candidate change.
-    fn copy_emission(&self, part: Window, out: &mut [CandidatePixel]) {
+    fn copy_emission(&self, part: Window, out: &mut [PixelCandidates]) {
         let width = self.emission[0][0].width;
         for (index, out) in out.iter_mut().enumerate() {
             let position = (part.y + index / part.width) * width + part.x + index % part.width;
             for of in &self.emission {
-                (0..3).for_each(|i| out.base[i] += of[i].values[position] / FOUR as f32);
+                (0..3).for_each(|i| {
+                    out.base_colour[i] += of[i].values[position] / REPLICATE_COUNT as f32
+                });
             }
         }
     }
 
     /// Whether directly visible emission is noisy: it differs between replicates in some pixel of
     /// the window.
-    fn flickers(&self) -> bool {
+    fn has_noisy_emission(&self) -> bool {
         let [first, others @ ..] = &self.emission;
         others
             .iter()
@@ -125,11 +131,11 @@ impl WindowReplicates {
 }
 
 /// Computes the candidates of a band of rows that starts at row `top`, tile by tile.
-pub(super) fn fill_band(
+pub(super) fn filter_band(
     four: &ReplicateQuad<'_>,
     size: [usize; 2],
     top: usize,
-    pixels: &mut [CandidatePixel],
+    pixels: &mut [PixelCandidates],
     observer: &dyn Observer,
 ) {
     let [width, _] = size;
@@ -147,9 +153,9 @@ pub(super) fn fill_band(
         };
         let window = core.grow(MARGIN, size);
         let tile = WindowReplicates::load(four, window, width);
-        let mut out = vec![CandidatePixel::default(); core.pixels()];
-        if tile.is_unlit() && !tile.flickers() {
-            tile.copy_emission(core.within(window), &mut out);
+        let mut out = vec![PixelCandidates::default(); core.pixels()];
+        if tile.has_no_reflected_light() && !tile.has_noisy_emission() {
+            tile.copy_emission(core.relative_to(window), &mut out);
         } else {
             for [filtered, by] in [[[0, 1], [2, 3]], [[2, 3], [0, 1]]] {
                 tile.cross_filter(
@@ -174,23 +180,26 @@ impl WindowReplicates {
         (filtered, by): ([usize; 2], [usize; 2]),
         (core, window, size): (Window, Window, [usize; 2]),
         workspace: &mut Workspace,
-        out: &mut [CandidatePixel],
+        out: &mut [PixelCandidates],
     ) {
-        let places = [GUIDE_REACH, 0].map(|reach| core.grow(reach, size).within(window));
+        let places = [GUIDE_REACH, 0].map(|reach| core.grow(reach, size).relative_to(window));
         let [one, other] = by;
         // Each replicate of `by` is limited by its partner, and the filtered replicates by both of
         // `by`.
-        let limits = by.map(|r| brightest(&self.light[r]));
+        let limits = by.map(|r| brightest_channel(&self.light[r]));
         let guides = [0, 1].map(|k: usize| dim_fireflies(&self.light[by[k]], &limits[1 - k]));
         let limit = PixelPlane::map_planes(
-            [&brightest(&guides[0]), &brightest(&guides[1])],
+            [
+                &brightest_channel(&guides[0]),
+                &brightest_channel(&guides[1]),
+            ],
             |[a, b]| a.max(b),
         );
         let targets = filtered.map(|r| dim_fireflies(&self.light[r], &limit));
         let albedo = [&self.albedo[one], &self.albedo[other]];
         let normal = [&self.normal[one], &self.normal[other]];
-        let floor =
-            mean(albedo).map(|plane| PixelPlane::map_planes([&plane], |[a]| a + LEAST_ALBEDO));
+        let floor = mean_colour(albedo)
+            .map(|plane| PixelPlane::map_planes([&plane], |[a]| a + LEAST_ALBEDO));
         let floors = filtered.map(|r| {
             from_fn(|i| {
                 PixelPlane::map_planes(
@@ -204,7 +213,7 @@ impl WindowReplicates {
         };
         let guides = guides.each_ref().map(|guide| over(guide, &floor));
         let divided: [ColourPlanes; 2] = from_fn(|k| over(&targets[k], &floors[k]));
-        let of_light = features(albedo, normal, &self.distance, false);
+        let of_light = surface_features(albedo, normal, &self.distance, false);
         let light = filter_twice(
             guides.each_ref(),
             divided.each_ref(),
@@ -212,8 +221,8 @@ impl WindowReplicates {
             places,
             workspace,
         );
-        let emission = self.flickers().then(|| {
-            let of_emission = features(albedo, normal, &self.distance, true);
+        let emission = self.has_noisy_emission().then(|| {
+            let of_emission = surface_features(albedo, normal, &self.distance, true);
             let targets = filtered.map(|r| &self.emission[r]);
             filter_twice(
                 [&self.emission[one], &self.emission[other]],
@@ -233,10 +242,10 @@ impl WindowReplicates {
                     let (dim, floor, own) = (
                         targets[k][i].values[position],
                         floors[k][i].values[position],
-                        light.own.values[position],
+                        light.own_weights.values[position],
                     );
                     let mean = light.means[k][i].values[position];
-                    let own = if own < ALONE { own } else { 0.0 };
+                    let own = if own < MAX_OWN_WEIGHT { own } else { 0.0 };
                     let without =
                         (mean - own * divided[k][i].values[position]) / (1.0 - own) * floor;
                     let seen = self.emission[filtered[k]][i].values[position];
@@ -248,12 +257,13 @@ impl WindowReplicates {
                         filtered_emission - seen,
                         dim - self.light[filtered[k]][i].values[position],
                     ];
-                    out.base[i] += (without + filtered_emission) / FOUR as f32;
+                    out.base_colour[i] += (without + filtered_emission) / REPLICATE_COUNT as f32;
                     let noise = self.noise[partner][i].values[position];
-                    for ((sum, apart), added) in out.added.iter_mut().zip(&mut out.apart).zip(added)
+                    for ((sum, apart), added) in
+                        out.changes.iter_mut().zip(&mut out.error_terms).zip(added)
                     {
-                        sum[i] += added / FOUR as f32;
-                        apart[i] -= added * noise / FOUR as f32;
+                        sum[i] += added / REPLICATE_COUNT as f32;
+                        apart[i] -= added * noise / REPLICATE_COUNT as f32;
                     }
                 }
             }
@@ -262,12 +272,13 @@ impl WindowReplicates {
 }
 
 /// Returns a picture of light in which fireflies are dimmed: each colour is scaled down until its
-/// brightest channel is within [`FIREFLY`] times the maximum of `limit` over three by three pixels,
-/// plus [`DARK`].
+/// brightest channel is within [`FIREFLY_FACTOR`] times the maximum of `limit` over three by three pixels,
+/// plus [`FIREFLY_OFFSET`].
 fn dim_fireflies(light: &ColourPlanes, limit: &PixelPlane) -> ColourPlanes {
-    let share = PixelPlane::map_planes([&brightest(light), &limit.max_filter()], |[own, near]| {
-        ((FIREFLY * near.max(0.0) + DARK) / own.max(1e-9)).min(1.0)
-    });
+    let share = PixelPlane::map_planes(
+        [&brightest_channel(light), &limit.max_filter()],
+        |[own, near]| ((FIREFLY_FACTOR * near.max(0.0) + FIREFLY_OFFSET) / own.max(1e-9)).min(1.0),
+    );
     from_fn(|i| PixelPlane::map_planes([&light[i], &share], |[of, share]| of * share))
 }
 
@@ -280,8 +291,8 @@ fn filter_twice(
     places: [Window; 2],
     workspace: &mut Workspace,
 ) -> FilterOutput {
-    let colour = mean(guides);
-    let noise = smooth_variance(&variance(guides));
+    let colour = mean_colour(guides);
+    let noise = smooth_variance(&variance_of_mean(guides));
     let inverse_noise = PixelPlane::map_planes([&noise], |[v]| 1.0 / (v + 1e-8));
     let first = Guide {
         colour: &colour,
@@ -289,14 +300,14 @@ fn filter_twice(
         noise: &noise,
         inverse_noise: &inverse_noise,
         features,
-        strictness: FIRST,
+        strictness: FIRST_PASS,
     };
-    let [one, other] = filter(&first, guides, places[0], &NEAR, workspace).means;
-    let colour = mean([&one, &other]);
-    let own = smooth_variance(&variance([&one, &other]));
+    let [one, other] = filter(&first, guides, places[0], &NEAR_OFFSETS, workspace).means;
+    let colour = mean_colour([&one, &other]);
+    let own = smooth_variance(&variance_of_mean([&one, &other]));
     let unsure = PixelPlane::map_planes(
         [&own, &colour[0], &colour[1], &colour[2]],
-        |[v, r, g, b]| v + UNSURE * (r * r + g * g + b * b) + 1e-7,
+        |[v, r, g, b]| v + GUIDE_NOISE_SHARE * (r * r + g * g + b * b) + 1e-7,
     );
     let second = Guide {
         colour: &colour,
@@ -304,7 +315,7 @@ fn filter_twice(
         noise: &noise,
         inverse_noise: &inverse_noise,
         features,
-        strictness: SECOND,
+        strictness: SECOND_PASS,
     };
-    filter(&second, targets, places[1], &FAR, workspace)
+    filter(&second, targets, places[1], &FAR_OFFSETS, workspace)
 }

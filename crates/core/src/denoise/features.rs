@@ -1,7 +1,7 @@
 //! Features of surfaces that limit the filter's weights: albedo, normal and distance, from two of
 //! the four replicates, each with its tolerance.
 
-use super::plane::{ColourPlanes, PixelPlane, mean};
+use super::plane::{ColourPlanes, PixelPlane, mean_colour};
 
 /// Squared differences that are always tolerated: of the albedo for reflected light, of the albedo
 /// for directly visible emission, of normals, and of logarithms of distances.
@@ -11,15 +11,15 @@ const NORMAL: f32 = 0.15 * 0.15;
 const DEPTH: f32 = 0.05 * 0.05;
 
 /// Tolerated multiple of the squared noise and slope of a feature.
-const MORE: f32 = 2.0;
+const TOLERANCE_FACTOR: f32 = 2.0;
 
 /// Logarithm of the distance for a pixel without a hit.
-const ENDLESS: f32 = 12.0;
+const MISS_LOG_DISTANCE: f32 = 12.0;
 
 /// Returns seven features, each with the inverse of the tolerated squared difference: three of the
 /// albedo, three of the normal, one of the distance. `sharp` lowers the tolerance of the albedo,
 /// for directly visible emission.
-pub(super) fn features(
+pub(super) fn surface_features(
     albedo: [&ColourPlanes; 2],
     normal: [&ColourPlanes; 2],
     distance: &(PixelPlane, PixelPlane),
@@ -30,16 +30,16 @@ pub(super) fn features(
         PixelPlane::map_planes([&one[i], &other[i]], |[a, b]| (a - b) * (a - b) / 4.0).box_mean(1)
     };
     let minimum = if sharp { SHARP_ALBEDO } else { ALBEDO };
-    for (i, plane) in mean(albedo).into_iter().enumerate() {
+    for (i, plane) in mean_colour(albedo).into_iter().enumerate() {
         let tolerance = PixelPlane::map_planes([&noise(albedo, i)], |[noise]| {
-            1.0 / minimum.max(MORE * noise)
+            1.0 / minimum.max(TOLERANCE_FACTOR * noise)
         });
         features.push((plane, tolerance));
     }
-    for (i, plane) in mean(normal).into_iter().enumerate() {
+    for (i, plane) in mean_colour(normal).into_iter().enumerate() {
         let of = [&noise(normal, i), &plane.slope()];
         let tolerance = PixelPlane::map_planes(of, |[noise, slope]| {
-            1.0 / NORMAL.max(MORE * noise.max(slope))
+            1.0 / NORMAL.max(TOLERANCE_FACTOR * noise.max(slope))
         });
         features.push((plane, tolerance));
     }
@@ -48,38 +48,40 @@ pub(super) fn features(
 }
 
 /// Returns the distance feature and the inverse of its tolerated squared difference.
-pub(super) fn distance(depth: &PixelPlane) -> (PixelPlane, PixelPlane) {
+pub(super) fn distance_feature(depth: &PixelPlane) -> (PixelPlane, PixelPlane) {
     let log = PixelPlane::map_planes([depth], |[z]| {
         if z > 0.0 {
             libm::logf(z.max(1e-4))
         } else {
-            ENDLESS
+            MISS_LOG_DISTANCE
         }
     });
-    let tolerance = PixelPlane::map_planes([&log.slope()], |[slope]| 1.0 / DEPTH.max(MORE * slope));
+    let tolerance = PixelPlane::map_planes([&log.slope()], |[slope]| {
+        1.0 / DEPTH.max(TOLERANCE_FACTOR * slope)
+    });
     (log, tolerance)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::plane::black;
+    use super::super::plane::black_planes;
     use super::*;
 
     /// Protects: tolerances of features: a tenth of albedo, less for lamps, more for noise.
     #[test]
     fn tolerances_by_hand() {
-        let (still, mut other) = (black([3, 1]), black([3, 1]));
-        let far = distance(&PixelPlane {
+        let (still, mut other) = (black_planes([3, 1]), black_planes([3, 1]));
+        let far = distance_feature(&PixelPlane {
             width: 3,
             height: 1,
             values: vec![2.0, 2.0, -1.0],
         });
         assert_eq!(
             (far.0.values[1], far.0.values[2], far.1.values[0]),
-            (libm::logf(2.0), ENDLESS, 1.0 / DEPTH)
+            (libm::logf(2.0), MISS_LOG_DISTANCE, 1.0 / DEPTH)
         );
         let value_of = |other: &ColourPlanes, sharp: bool| {
-            features([&still, other], [&still, &still], &far, sharp)
+            surface_features([&still, other], [&still, &still], &far, sharp)
         };
         assert_eq!(
             (
@@ -90,6 +92,8 @@ mod tests {
             (1.0 / ALBEDO, 1.0 / SHARP_ALBEDO, 7)
         );
         other[0].values.fill(0.6);
-        assert!((value_of(&other, false)[0].1.values[1] - 1.0 / (MORE * 0.09)).abs() < 1e-4);
+        assert!(
+            (value_of(&other, false)[0].1.values[1] - 1.0 / (TOLERANCE_FACTOR * 0.09)).abs() < 1e-4
+        );
     }
 }

@@ -11,16 +11,16 @@ use std::sync::LazyLock;
 
 use raywright_bvh::{SimdTask, run_widest};
 
-use super::guide::{Guide, Strictness};
-use super::loops;
-use super::plane::{ColourPlanes, PixelPlane, Window, black};
-use super::rows::{Compared, Filtered, LANES, PixelRow, ROW, Sums, lit_part};
+use super::filter_rows::{GuideRow, LANES, PixelRow, ROW, TargetRow, WeightedSums, lit_window};
+use super::guide::{FilterTolerance, Guide};
+use super::plane::{ColourPlanes, PixelPlane, Window, black_planes};
+use super::row_kernels;
 
 /// Filtered pictures, and the weight of each pixel in its own filtered value, 0 to 1; all zero
 /// outside the filtered window.
 pub(super) struct FilterOutput {
     pub means: [ColourPlanes; 2],
-    pub own: PixelPlane,
+    pub own_weights: PixelPlane,
 }
 
 /// Offsets from a pixel to its neighbours, down and to the right in pixels. Every offset has its
@@ -28,10 +28,10 @@ pub(super) struct FilterOutput {
 pub(super) type Offsets = Vec<[isize; 2]>;
 
 /// All offsets within a disc of two and a half pixels.
-pub(super) static NEAR: LazyLock<Offsets> = LazyLock::new(|| offsets(2, 0.0, 2));
+pub(super) static NEAR_OFFSETS: LazyLock<Offsets> = LazyLock::new(|| offsets(2, 0.0, 2));
 /// All offsets of a square of five by five pixels, and a fifth of the other offsets within eight
 /// and a half pixels.
-pub(super) static FAR: LazyLock<Offsets> = LazyLock::new(|| offsets(8, 0.2, 2));
+pub(super) static FAR_OFFSETS: LazyLock<Offsets> = LazyLock::new(|| offsets(8, 0.2, 2));
 
 /// Returns the offsets within `radius` plus half a pixel. Beyond `dense` pixels to each side only a
 /// share of them is returned, spread evenly (Roberts, "The Unreasonable Effectiveness of
@@ -53,22 +53,22 @@ const BLOCK: usize = 16;
 /// Buffers of a filter pass, reused by the next pass.
 #[derive(Default)]
 pub(super) struct Workspace {
-    compared: Vec<Compared>,
-    filtered: Vec<Filtered>,
-    sums: Vec<Sums>,
+    guide_rows: Vec<GuideRow>,
+    target_rows: Vec<TargetRow>,
+    sums: Vec<WeightedSums>,
     /// Recent rows for each horizontal offset.
-    lately: Vec<Lately>,
+    recent_rows: Vec<RecentRows>,
 }
 
 /// The last three rows of squared differences for a horizontal offset, and their means over three
 /// neighbours along the row.
 #[derive(Clone)]
-struct Lately {
+struct RecentRows {
     differences: [PixelRow; 3],
     means: [PixelRow; 3],
 }
 
-impl Lately {
+impl RecentRows {
     const NOTHING: Self = Self {
         differences: [[0.0; ROW]; 3],
         means: [[0.0; ROW]; 3],
@@ -87,24 +87,24 @@ pub(super) fn filter(
 ) -> FilterOutput {
     let size = [guide.variance.width, guide.variance.height];
     let reach = offsets.last().map_or(0, |&[y, _]| y as usize);
-    Filtered::fill(&mut workspace.filtered, targets);
+    TargetRow::copy_target_rows(&mut workspace.target_rows, targets);
     let mut out = FilterOutput {
-        means: [(); 2].map(|()| black(size)),
-        own: PixelPlane::zero(size[0], size[1]),
+        means: [(); 2].map(|()| black_planes(size)),
+        own_weights: PixelPlane::zero(size[0], size[1]),
     };
     let blocks = (core.y..core.y + core.height).step_by(BLOCK).map(|y| {
         let height = BLOCK.min(core.y + core.height - y);
         Window { y, height, ..core }
     });
     let lit: Vec<Window> = blocks
-        .filter_map(|block| lit_part(&workspace.filtered[..size[1]], block, reach))
+        .filter_map(|block| lit_window(&workspace.target_rows[..size[1]], block, reach))
         .collect();
     let (Some(first), Some(last)) = (lit.first(), lit.last()) else {
         return out;
     };
     // Differences are also needed for one row above and one below.
     let rows = first.y.saturating_sub(reach + 1)..(last.y + last.height + reach + 1).min(size[1]);
-    Compared::fill(&mut workspace.compared, guide, rows);
+    GuideRow::copy_guide_rows(&mut workspace.guide_rows, guide, rows);
     for block in lit {
         run_widest(FilterPass {
             strictness: guide.strictness,
@@ -113,20 +113,20 @@ pub(super) fn filter(
             offsets,
             workspace,
         });
-        out.put(block, &workspace.sums);
+        out.write_means(block, &workspace.sums);
     }
     out
 }
 
 impl FilterOutput {
     /// Writes the weighted means of a window: the weighted sums over the sums of weights.
-    fn put(&mut self, place: Window, sums: &[Sums]) {
-        let width = self.own.width;
+    fn write_means(&mut self, place: Window, sums: &[WeightedSums]) {
+        let width = self.own_weights.width;
         for (y, sums) in sums[..place.height].iter().enumerate() {
             let position = (place.y + y) * width + place.x;
             let of = sums.colours.as_flattened().iter().chain([&sums.own]);
             let planes = self.means.as_flattened_mut().iter_mut();
-            for (plane, of) in planes.chain([&mut self.own]).zip(of) {
+            for (plane, of) in planes.chain([&mut self.own_weights]).zip(of) {
                 let to = plane.values[position..][..place.width].iter_mut();
                 to.zip(of)
                     .zip(&sums.weights)
@@ -138,7 +138,7 @@ impl FilterOutput {
 
 /// Filter pass over one block of rows, as a task for SIMD dispatch.
 struct FilterPass<'a> {
-    strictness: Strictness,
+    strictness: FilterTolerance,
     /// Size of the planes.
     size: [usize; 2],
     block: Window,
@@ -155,61 +155,64 @@ impl SimdTask for FilterPass<'_> {
     fn run(mut self) {
         let sums = &mut self.workspace.sums;
         sums.clear();
-        sums.resize(self.block.height, Sums::NOTHING);
+        sums.resize(self.block.height, WeightedSums::NOTHING);
         for offsets in self.offsets.chunk_by(|a, b| a[0] == b[0]) {
-            self.add(offsets);
+            self.add_offset_row(offsets);
         }
     }
 }
 
 /// Returns the range of indices below `end` whose neighbour at distance `step` is also below `end`.
-fn both(step: isize, end: usize) -> (usize, usize) {
+fn valid_range(step: isize, end: usize) -> (usize, usize) {
     (
         (-step).max(0) as usize,
         (end as isize - step.max(0)).max(0) as usize,
     )
 }
 
-fn shift(position: usize, step: isize) -> usize {
+fn shift_index(position: usize, step: isize) -> usize {
     (position as isize + step) as usize
 }
 
 /// Columns of a block whose neighbours at a horizontal step are inside the planes, without and with
 /// a margin of one column.
-struct Columns {
+struct BlockColumns {
     inner: Range<usize>,
-    wide: Range<usize>,
+    with_margin: Range<usize>,
 }
 
-impl Columns {
-    fn of(block: Window, step: isize, width: usize) -> Self {
-        let (left, right) = both(step, width);
+impl BlockColumns {
+    fn from_block(block: Window, step: isize, width: usize) -> Self {
+        let (left, right) = valid_range(step, width);
         let inner = block.x.max(left)..(block.x + block.width).min(right);
         let wide = inner.start.saturating_sub(1).max(left)..(inner.end + 1).min(right);
-        Self { inner, wide }
+        Self {
+            inner,
+            with_margin: wide,
+        }
     }
 }
 
 impl FilterPass<'_> {
     /// Adds to the sums of the block the neighbours at offsets with a common vertical step.
     #[inline(always)]
-    fn add(&mut self, offsets: &[[isize; 2]]) {
+    fn add_offset_row(&mut self, offsets: &[[isize; 2]]) {
         let (block, [width, height], dy) = (self.block, self.size, offsets[0][0]);
-        let lately = &mut self.workspace.lately;
-        lately.resize(offsets.len().max(lately.len()), Lately::NOTHING);
-        let (top, bottom) = both(dy, height);
+        let lately = &mut self.workspace.recent_rows;
+        lately.resize(offsets.len().max(lately.len()), RecentRows::NOTHING);
+        let (top, bottom) = valid_range(dy, height);
         let lines = block.y.max(top)..(block.y + block.height).min(bottom);
         let mut next = lines.start.saturating_sub(1).max(top);
         for y in lines {
             let last = (y + 1).min(bottom - 1);
             let around = [y.saturating_sub(1).max(top) % 3, y % 3, last % 3];
             for (index, &[_, dx]) in offsets.iter().enumerate() {
-                let columns = Columns::of(block, dx, width);
+                let columns = BlockColumns::from_block(block, dx, width);
                 if !columns.inner.is_empty() {
                     for y in next..=last {
-                        self.compare([y, shift(y, dy)], dx, &columns.wide, index);
+                        self.compare_rows([y, shift_index(y, dy)], dx, &columns.with_margin, index);
                     }
-                    self.weigh([y, shift(y, dy)], dx, &columns, (index, around));
+                    self.add_weighted_row([y, shift_index(y, dy)], dx, &columns, (index, around));
                 }
             }
             next = last + 1;
@@ -219,52 +222,60 @@ impl FilterPass<'_> {
     /// Computes the squared differences of two rows of the guide, and their means over three
     /// neighbours along the row.
     #[inline(always)]
-    fn compare(&mut self, [y, other]: [usize; 2], dx: isize, columns: &Range<usize>, index: usize) {
+    fn compare_rows(
+        &mut self,
+        [y, other]: [usize; 2],
+        dx: isize,
+        columns: &Range<usize>,
+        index: usize,
+    ) {
         let Workspace {
-            compared, lately, ..
+            guide_rows: compared,
+            recent_rows: lately,
+            ..
         } = &mut *self.workspace;
         let (length, padded) = (columns.len(), columns.len().next_multiple_of(LANES));
-        let (x, beside) = (columns.start, shift(columns.start, dx));
+        let (x, beside) = (columns.start, shift_index(columns.start, dx));
         let (own, there) = (&compared[y], &compared[other]);
-        let Lately { differences, means } = &mut lately[index];
+        let RecentRows { differences, means } = &mut lately[index];
         let (differences, means) = (&mut differences[y % 3], &mut means[y % 3]);
-        loops::compare(
+        row_kernels::colour_distances(
             &mut differences[..padded],
             (&own.colour, x),
             (&there.colour, beside),
             [&own.variance[x..], &there.variance[beside..]],
-            self.strictness.inverse,
+            self.strictness.inverse_tolerance,
         );
-        loops::average(means, differences, length);
+        row_kernels::average_three(means, differences, length);
     }
 
     /// Computes the weights of a row of neighbours and adds the weighted neighbours to the sums.
     #[inline(always)]
-    fn weigh(
+    fn add_weighted_row(
         &mut self,
         [y, other]: [usize; 2],
         dx: isize,
-        columns: &Columns,
+        columns: &BlockColumns,
         (index, around): (usize, [usize; 3]),
     ) {
         let Workspace {
-            compared,
-            filtered,
+            guide_rows: compared,
+            target_rows: filtered,
             sums,
-            lately,
+            recent_rows: lately,
         } = &mut *self.workspace;
         let (inner, length) = (
-            columns.inner.start - columns.wide.start,
+            columns.inner.start - columns.with_margin.start,
             columns.inner.len(),
         );
         let padded = length.next_multiple_of(LANES);
-        let (x, beside) = (columns.inner.start, shift(columns.inner.start, dx));
-        let Lately { differences, means } = &lately[index];
+        let (x, beside) = (columns.inner.start, shift_index(columns.inner.start, dx));
+        let RecentRows { differences, means } = &lately[index];
         let mut weights = [0.0; ROW];
-        loops::weigh(
+        row_kernels::neighbour_weights(
             &mut weights[..padded],
             around.map(|slot| &means[slot][inner..]),
-            (&differences[around[1]][inner..], self.strictness.own),
+            (&differences[around[1]][inner..], self.strictness.own_share),
             (&compared[y], x),
             (&compared[other], beside),
         );
@@ -273,13 +284,13 @@ impl FilterPass<'_> {
         let (to, position) = (&mut sums[y - self.block.y], x - self.block.x);
         for (to, of) in to.colours.iter_mut().zip(&filtered[other].colours) {
             let [r, g, b] = to;
-            loops::add_weighed(
+            row_kernels::add_weighted_colour(
                 [&mut r[position..], &mut g[position..], &mut b[position..]],
                 weights,
                 of.each_ref().map(|row| &row[beside..]),
             );
         }
-        loops::add(&mut to.weights[position..], weights);
+        row_kernels::add_row(&mut to.weights[position..], weights);
         if other == y && dx == 0 {
             to.own[position..][..padded].copy_from_slice(weights);
         }
@@ -294,7 +305,7 @@ mod tests {
     /// them.
     #[test]
     fn offsets_are_symmetric() {
-        for (offsets, count) in [(&*NEAR, 21), (&*FAR, 69)] {
+        for (offsets, count) in [(&*NEAR_OFFSETS, 21), (&*FAR_OFFSETS, 69)] {
             assert_eq!(offsets.len(), count);
             assert!(offsets.iter().all(|&[y, x]| offsets.contains(&[-y, -x])));
             assert_eq!(

@@ -3,13 +3,13 @@
 
 use super::plane::{ColourPlanes, PixelPlane};
 
-/// Tolerance of a comparison of pixels: `inverse` is the inverse of the squared tolerance in units
-/// of noise. `own` is the share of a pixel's own squared difference below which the mean over three
+/// Tolerance of a comparison of pixels: `inverse_tolerance` is the inverse of the squared tolerance in units
+/// of noise. `own_share` is the share of a pixel's own squared difference below which the mean over three
 /// by three pixels cannot fall.
 #[derive(Clone, Copy)]
-pub(super) struct Strictness {
-    pub inverse: f32,
-    pub own: f32,
+pub(super) struct FilterTolerance {
+    pub inverse_tolerance: f32,
+    pub own_share: f32,
 }
 
 /// Planes in which a filter pass compares pixels.
@@ -23,5 +23,5 @@ pub(super) struct Guide<'a> {
     pub inverse_noise: &'a PixelPlane,
     /// Features of the surfaces, each with the inverse of the tolerated squared difference.
     pub features: &'a [(PixelPlane, PixelPlane)],
-    pub strictness: Strictness,
+    pub strictness: FilterTolerance,
 }

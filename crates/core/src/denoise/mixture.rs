@@ -14,7 +14,7 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterato
 use rayon::slice::ParallelSliceMut;
 use raywright_bvh::{SimdTask, run_widest};
 
-use super::{CANDIDATES, CandidatePixel, FOUR, ReplicateQuad};
+use super::{CANDIDATES, PixelCandidates, REPLICATE_COUNT, ReplicateQuad};
 pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
 
 /// Reach in pixels of the surroundings from which the shares of a pixel are solved.
@@ -25,34 +25,35 @@ const BAND: usize = 64;
 
 /// Largest ratio of the leave-one-out colour to the filtered colour, and its inverse, in the
 /// denominator of relative errors.
-const UNLIKE: f64 = 1.5;
+const MAX_COLOUR_RATIO: f64 = 1.5;
 
 /// Largest number of rounds of coordinate descent over the shares.
-const SWEEPS: usize = 12;
+const DESCENT_ROUNDS: usize = 12;
 
 /// Pairs of candidates, whose products are the second moments.
 const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 
 /// Number of first and second moments of the candidates.
-const KINDS: usize = CANDIDATES + PAIRS.len();
+const MOMENTS: usize = CANDIDATES + PAIRS.len();
 
 /// Number of pixels whose shares are solved together.
 const LANES: usize = 8;
 
 /// Returns two colours of a pixel: with all candidates applied in full, and the leave-one-out
 /// colour, clamped to agree with the first.
-pub(super) fn colours(mean: [f64; 3], pixel: &CandidatePixel) -> [[f64; 3]; 2] {
+pub(super) fn reference_colours(mean: [f64; 3], pixel: &PixelCandidates) -> [[f64; 3]; 2] {
     let whole = from_fn(|i| {
         mean[i]
             + pixel
-                .added
+                .changes
                 .iter()
                 .map(|added| f64::from(added[i]))
                 .sum::<f64>()
     });
     let base = from_fn(|i: usize| {
         let (below, above) = (f64::min(whole[i], 0.0), f64::max(whole[i], 0.0));
-        f64::from(pixel.base[i]).clamp(below + above / UNLIKE, above * UNLIKE)
+        f64::from(pixel.base_colour[i])
+            .clamp(below + above / MAX_COLOUR_RATIO, above * MAX_COLOUR_RATIO)
     });
     [whole, base]
 }
@@ -61,12 +62,13 @@ pub(super) fn colours(mean: [f64; 3], pixel: &CandidatePixel) -> [[f64; 3]; 2] {
 /// mean's squared error from products of partner replicates. The expectation of the estimate is the
 /// variance. Its noise is correlated with the noise of the candidates' error terms, so that part of
 /// the noise cancels in their sum.
-pub(super) fn replicate_statistics(radiance: [[f64; 3]; FOUR]) -> [[f64; 3]; 3] {
+pub(super) fn replicate_statistics(radiance: [[f64; 3]; REPLICATE_COUNT]) -> [[f64; 3]; 3] {
     let mean: [f64; 3] =
-        from_fn(|i| radiance.iter().map(|value| value[i]).sum::<f64>() / FOUR as f64);
+        from_fn(|i| radiance.iter().map(|value| value[i]).sum::<f64>() / REPLICATE_COUNT as f64);
     let apart = radiance.map(|value| -> [f64; 3] { from_fn(|i| value[i] - mean[i]) });
-    let square: [f64; 3] =
-        from_fn(|i| apart.iter().map(|value| value[i] * value[i]).sum::<f64>() / FOUR as f64);
+    let square: [f64; 3] = from_fn(|i| {
+        apart.iter().map(|value| value[i] * value[i]).sum::<f64>() / REPLICATE_COUNT as f64
+    });
     let partners: [f64; 3] =
         from_fn(|i| (apart[0][i] * apart[1][i] + apart[2][i] * apart[3][i]) / 2.0);
     [
@@ -77,15 +79,15 @@ pub(super) fn replicate_statistics(radiance: [[f64; 3]; FOUR]) -> [[f64; 3]; 3] 
 }
 
 /// Solves the shares of the candidates in all pixels and applies them.
-pub(super) fn mix(
+pub(super) fn mix_candidates(
     four: &ReplicateQuad<'_>,
     [width, height]: [usize; 2],
-    pixels: &mut [CandidatePixel],
+    pixels: &mut [PixelCandidates],
 ) {
     let bands = (0..height.div_ceil(BAND)).into_par_iter();
     let rows = |band: usize| band * BAND..((band + 1) * BAND).min(height);
     let shares: Vec<Vec<[f32; CANDIDATES]>> = bands
-        .map(|band| shares(four, [width, height], pixels, rows(band)))
+        .map(|band| solve_shares(four, [width, height], pixels, rows(band)))
         .collect();
     pixels
         .par_chunks_mut(width * BAND)
@@ -93,14 +95,18 @@ pub(super) fn mix(
         .enumerate()
         .for_each(|(band, (pixels, shares))| {
             for (k, (pixel, shares)) in pixels.iter_mut().zip(shares).enumerate() {
-                settle(pixel, shares, four.radiance(band * BAND * width + k));
+                reduce_pixel(pixel, shares, four.radiance(band * BAND * width + k));
             }
         });
 }
 
 /// Applies the shares to the candidates of a pixel, which then holds its total change, its
 /// leave-one-out colour and its estimated squared error.
-fn settle(pixel: &mut CandidatePixel, shares: [f32; CANDIDATES], radiance: [[f64; 3]; FOUR]) {
+fn reduce_pixel(
+    pixel: &mut PixelCandidates,
+    shares: [f32; CANDIDATES],
+    radiance: [[f64; 3]; REPLICATE_COUNT],
+) {
     let [mean, _, error] = replicate_statistics(radiance);
     let sum = |of: &[[f32; 3]; CANDIDATES], i: usize| {
         of.iter()
@@ -108,66 +114,67 @@ fn settle(pixel: &mut CandidatePixel, shares: [f32; CANDIDATES], radiance: [[f64
             .map(|(of, share)| f64::from(share) * f64::from(of[i]))
             .sum::<f64>()
     };
-    let [whole, base] = colours(mean, pixel);
-    let added: [f64; 3] = from_fn(|i| sum(&pixel.added, i));
-    let error: [f64; 3] = from_fn(|i| added[i] * added[i] + 2.0 * sum(&pixel.apart, i) + error[i]);
-    *pixel = CandidatePixel {
-        base: base.map(|base| base as f32),
-        added: [
+    let [whole, base] = reference_colours(mean, pixel);
+    let added: [f64; 3] = from_fn(|i| sum(&pixel.changes, i));
+    let error: [f64; 3] =
+        from_fn(|i| added[i] * added[i] + 2.0 * sum(&pixel.error_terms, i) + error[i]);
+    *pixel = PixelCandidates {
+        base_colour: base.map(|base| base as f32),
+        changes: [
             added.map(|added| added as f32),
             whole.map(|whole| whole as f32),
             [0.0; 3],
         ],
-        apart: [error.map(|error| error as f32), [0.0; 3], [0.0; 3]],
+        error_terms: [error.map(|error| error as f32), [0.0; 3], [0.0; 3]],
     };
 }
 
 /// Moments of the candidates in some rows of pixels. A row holds each kind of moment for all its
 /// pixels, one kind after the other.
-struct MomentRows {
+struct CandidateMoments {
     width: usize,
-    first: usize,
-    of: Vec<f64>,
+    first_row: usize,
+    moments: Vec<f64>,
 }
 
-impl MomentRows {
+impl CandidateMoments {
     fn new(
         four: &ReplicateQuad<'_>,
         width: usize,
-        pixels: &[CandidatePixel],
+        pixels: &[PixelCandidates],
         rows: Range<usize>,
     ) -> Self {
-        let mut of = vec![0.0; rows.len() * KINDS * width];
-        for (y, row) in rows.clone().zip(of.chunks_exact_mut(KINDS * width)) {
+        let mut of = vec![0.0; rows.len() * MOMENTS * width];
+        for (y, row) in rows.clone().zip(of.chunks_exact_mut(MOMENTS * width)) {
             for x in 0..width {
                 let position = y * width + x;
-                let moments = moments(four.radiance(position), &pixels[position]);
-                (0..KINDS).for_each(|k| row[k * width + x] = moments[k]);
+                let moments = candidate_moments(four.radiance(position), &pixels[position]);
+                (0..MOMENTS).for_each(|k| row[k * width + x] = moments[k]);
             }
         }
         Self {
             width,
-            first: rows.start,
-            of,
+            first_row: rows.start,
+            moments: of,
         }
     }
 
-    fn row(&self, y: usize) -> &[f64] {
-        let length = KINDS * self.width;
-        &self.of[(y - self.first) * length..][..length]
+    fn moments_of_row(&self, y: usize) -> &[f64] {
+        let length = MOMENTS * self.width;
+        &self.moments[(y - self.first_row) * length..][..length]
     }
 }
 
 /// Returns the shares of the candidates in the pixels of these rows.
-fn shares(
+fn solve_shares(
     four: &ReplicateQuad<'_>,
     [width, height]: [usize; 2],
-    pixels: &[CandidatePixel],
+    pixels: &[PixelCandidates],
     rows: Range<usize>,
 ) -> Vec<[f32; CANDIDATES]> {
     let wide = rows.start.saturating_sub(REACH)..(rows.end + REACH).min(height);
-    let moments = MomentRows::new(four, width, pixels, wide);
-    run_widest(Shares {
+    let moments = CandidateMoments::new(four, width, pixels, wide);
+    run_widest(ShareSolver {
         moments,
         height,
         rows,
@@ -175,13 +182,13 @@ fn shares(
 }
 
 /// Task for SIMD dispatch that solves the shares in some rows from the moments of the surroundings.
-struct Shares {
-    moments: MomentRows,
+struct ShareSolver {
+    moments: CandidateMoments,
     height: usize,
     rows: Range<usize>,
 }
 
-impl SimdTask for Shares {
+impl SimdTask for ShareSolver {
     type Output = Vec<[f32; CANDIDATES]>;
 
     #[inline(always)]
@@ -195,36 +202,36 @@ impl SimdTask for Shares {
         // Sums over the surrounding rows of each column, padded with zeros by the reach at both
         // ends.
         let mut columns = vec![0.0; padded + 2 * REACH];
-        let mut sums = vec![[0.0; LANES]; KINDS * padded / LANES];
+        let mut sums = vec![[0.0; LANES]; MOMENTS * padded / LANES];
         for (y, out) in self.rows.zip(out.chunks_exact_mut(width)) {
             let around = near(y, self.height);
-            for k in 0..KINDS {
+            for k in 0..MOMENTS {
                 let kind = k * width..(k + 1) * width;
                 let into = &mut columns[REACH..][..width];
                 into.fill(0.0);
                 for other in around.clone() {
-                    add(into, &self.moments.row(other)[kind.clone()]);
+                    add_row(into, &self.moments.moments_of_row(other)[kind.clone()]);
                 }
                 let sums = &mut sums.as_flattened_mut()[k * padded..][..padded];
-                minus(&mut sums[..width], &self.moments.row(y)[kind]);
+                negate_row(&mut sums[..width], &self.moments.moments_of_row(y)[kind]);
                 for step in 0..=2 * REACH {
-                    add(sums, &columns[step..][..padded]);
+                    add_row(sums, &columns[step..][..padded]);
                 }
             }
             for (x, out) in (0..width).step_by(LANES).zip(out.chunks_mut(LANES)) {
-                let mut means = [[0.0; LANES]; KINDS];
+                let mut means = [[0.0; LANES]; MOMENTS];
                 let mut others = [1.0; LANES];
                 for (i, others) in others.iter_mut().enumerate() {
                     let beside = near((x + i).min(width - 1), width);
                     *others = (beside.len() * around.len() - 1) as f64;
                 }
-                for k in 0..KINDS {
+                for k in 0..MOMENTS {
                     let of = &sums[(k * padded + x) / LANES];
                     for i in 0..LANES {
                         means[k][i] = of[i] / others[i];
                     }
                 }
-                let solved = solve(&means);
+                let solved = minimise_error(&means);
                 for (i, out) in out.iter_mut().enumerate() {
                     if others[i] > 0.0 {
                         for c in 0..CANDIDATES {
@@ -239,7 +246,7 @@ impl SimdTask for Shares {
 }
 
 #[inline(always)]
-fn add(to: &mut [f64], values: &[f64]) {
+fn add_row(to: &mut [f64], values: &[f64]) {
     let values = &values[..to.len()];
     for i in 0..to.len() {
         to[i] += values[i];
@@ -247,7 +254,7 @@ fn add(to: &mut [f64], values: &[f64]) {
 }
 
 #[inline(always)]
-fn minus(to: &mut [f64], values: &[f64]) {
+fn negate_row(to: &mut [f64], values: &[f64]) {
     let values = &values[..to.len()];
     for i in 0..to.len() {
         to[i] = -values[i];
@@ -256,17 +263,20 @@ fn minus(to: &mut [f64], values: &[f64]) {
 
 /// Returns the moments of a pixel's candidates, relative to its squared colour plus its variance:
 /// the error terms b, then the products Q of all pairs.
-fn moments(radiance: [[f64; 3]; FOUR], pixel: &CandidatePixel) -> [f64; KINDS] {
+fn candidate_moments(
+    radiance: [[f64; 3]; REPLICATE_COUNT],
+    pixel: &PixelCandidates,
+) -> [f64; MOMENTS] {
     let [mean, variance, _] = replicate_statistics(radiance);
-    let [_, base] = colours(mean, pixel);
+    let [_, base] = reference_colours(mean, pixel);
     let over = |value: [f64; 3]| -> f64 {
         (0..3)
             .map(|i| value[i] / (base[i].max(0.0) * base[i].max(0.0) + FLOOR + variance[i]))
             .sum()
     };
-    let added = pixel.added.map(|added| added.map(f64::from));
+    let added = pixel.changes.map(|added| added.map(f64::from));
     from_fn(|k| match k.checked_sub(CANDIDATES) {
-        None => over(pixel.apart[k].map(f64::from)),
+        None => over(pixel.error_terms[k].map(f64::from)),
         Some(pair) => {
             let [a, b] = PAIRS[pair].map(|c| added[c]);
             over(from_fn(|i| a[i] * b[i]))
@@ -277,12 +287,12 @@ fn moments(radiance: [[f64; 3]; FOUR], pixel: &CandidatePixel) -> [f64; KINDS] {
 /// Returns the shares α, 0 to 1, that minimise 2 Σ αb + Σ ααQ for several pixels, by coordinate
 /// descent that starts at one.
 #[inline(always)]
-fn solve(moments: &[[f64; LANES]; KINDS]) -> [[f32; LANES]; CANDIDATES] {
+fn minimise_error(moments: &[[f64; LANES]; MOMENTS]) -> [[f32; LANES]; CANDIDATES] {
     // For each candidate, the other two, with the index of their common product among the moments.
     const OTHERS: [[[usize; 2]; 2]; CANDIDATES] =
         [[[1, 6], [2, 7]], [[0, 6], [2, 8]], [[0, 7], [1, 8]]];
     let mut shares = [[1.0; LANES]; CANDIDATES];
-    for _ in 0..SWEEPS {
+    for _ in 0..DESCENT_ROUNDS {
         let before = shares;
         for c in 0..CANDIDATES {
             let [[one, of_one], [two, of_two]] = OTHERS[c];
@@ -318,8 +328,8 @@ mod tests {
     /// candidates, and zero for a harmful one.
     #[test]
     fn shares_make_the_error_least() {
-        let solve = |moments: [f64; KINDS]| {
-            solve(&moments.map(|moment| [moment; LANES])).map(|shares| shares[LANES - 1])
+        let solve = |moments: [f64; MOMENTS]| {
+            minimise_error(&moments.map(|moment| [moment; LANES])).map(|shares| shares[LANES - 1])
         };
         assert_eq!(
             solve([-0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0],
@@ -347,16 +357,16 @@ mod tests {
         });
         let four = film.replicate_quad().expect("all that is read");
         let value_of = |k: usize| 0.02 * ((k * 5) % 7) as f32 - 0.06;
-        let pixel = |k: usize| CandidatePixel {
-            base: [0.5; 3],
-            added: [[value_of(k); 3]; 3],
-            apart: [[-value_of(k + 3) * 0.02; 3]; 3],
+        let pixel = |k: usize| PixelCandidates {
+            base_colour: [0.5; 3],
+            changes: [[value_of(k); 3]; 3],
+            error_terms: [[-value_of(k + 3) * 0.02; 3]; 3],
         };
-        let mut pixels: Vec<CandidatePixel> = (0..12 * 9).map(pixel).collect();
-        let before = shares(&four, [12, 9], &pixels, 0..9);
-        pixels[40].apart = [[-0.01; 3]; 3];
-        pixels[40].added = [[0.2; 3]; 3];
-        let after = shares(&four, [12, 9], &pixels, 0..9);
+        let mut pixels: Vec<PixelCandidates> = (0..12 * 9).map(pixel).collect();
+        let before = solve_shares(&four, [12, 9], &pixels, 0..9);
+        pixels[40].error_terms = [[-0.01; 3]; 3];
+        pixels[40].changes = [[0.2; 3]; 3];
+        let after = solve_shares(&four, [12, 9], &pixels, 0..9);
         let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
         assert!(
             close(before[40], after[40]),

@@ -14,21 +14,21 @@
 //! the squared error of D, where s² is the sample variance of the four replicates: the first two
 //! terms are the mean squared error of the Pᵢ, and the error of their mean is less by their
 //! variance. The estimate needs no reference. It assumes nothing of the filter, only that
-//! replicates are independent (`claim` derives an interval).
+//! replicates are independent (`error_estimate` derives an interval).
 //!
 //! The bits of the result depend on the film alone: tiles have a fixed size, and sums are added row
 //! by row. Pixels at the edge of a crop have fewer neighbours than in the whole picture.
 
 mod candidates;
-mod claim;
-pub(crate) mod demand;
+mod error_estimate;
 mod features;
 mod filter;
+mod filter_rows;
 mod guide;
-mod loops;
 mod mixture;
 mod plane;
-mod rows;
+pub(crate) mod requirements;
+mod row_kernels;
 #[cfg(test)]
 mod tests;
 
@@ -37,12 +37,12 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
-use crate::film::{ErrorEstimate, Film, QuadError, ReplicateQuad, Uncertainty};
+use crate::film::{ErrorEstimate, Film, ReplicateQuad, ReplicateQuadError, Uncertainty};
 use crate::observer::Observer;
-use crate::picture::{Layer, Picture};
+use crate::picture::{Picture, PictureLayer};
 use crate::settings::Aov;
-use demand::{CANDIDATES, CandidatePixel, FOUR};
-pub use demand::{FEWEST_SAMPLES, LAYERS, is_possible};
+use requirements::{CANDIDATES, PixelCandidates, REPLICATE_COUNT};
+pub use requirements::{FEWEST_SAMPLES, LAYERS, can_denoise};
 
 /// Width and height in pixels of a tile, which is filtered as a unit.
 const TILE: [usize; 2] = [128, 64];
@@ -64,16 +64,16 @@ pub enum DenoiseError {
     Cancelled,
 }
 
-impl From<QuadError> for DenoiseError {
-    fn from(missing: QuadError) -> Self {
+impl From<ReplicateQuadError> for DenoiseError {
+    fn from(missing: ReplicateQuadError) -> Self {
         match missing {
-            QuadError::Layer(aov) => Self::Layer(
+            ReplicateQuadError::Layer(aov) => Self::Layer(
                 Aov::ALL
                     .iter()
                     .find(|(_, known)| *known == aov)
                     .map_or("", |(name, _)| name),
             ),
-            QuadError::Replicates => Self::Replicates,
+            ReplicateQuadError::Replicates => Self::Replicates,
         }
     }
 }
@@ -89,17 +89,17 @@ pub struct DenoiseOutput {
     /// Estimated error of the denoised picture, with an interval.
     pub error: Uncertainty,
     /// Estimated error of the noisy picture; `None` if unknown.
-    pub noisy: Option<Uncertainty>,
+    pub noisy_error: Option<Uncertainty>,
     /// Relative change of the picture's summed radiance by the filter; negative for a darker
     /// picture.
-    pub brightened: f64,
+    pub light_change: f64,
 }
 
 impl DenoiseOutput {
     /// Whether the root relMSE is at most `error`, by the upper end of its interval. If the
     /// estimate is doubtful, the noisy picture must reach `error` too. A picture of less than two
     /// blocks has no interval, so the estimate itself counts.
-    pub fn reaches(&self, error: f64, noisy: &Uncertainty) -> bool {
+    pub fn reaches_error(&self, error: f64, noisy: &Uncertainty) -> bool {
         let ErrorEstimate { value, high, .. } = self.error.root_relmse;
         let maximum = if high.is_finite() { high } else { value };
         maximum <= error && (self.error.doubt.is_none() || noisy.reaches(error))
@@ -107,7 +107,7 @@ impl DenoiseOutput {
 
     /// Returns the denoised colour and its standard errors as layers, for another picture of the
     /// same size.
-    pub fn layers(&self) -> Vec<Layer> {
+    pub fn layers(&self) -> Vec<PictureLayer> {
         const NAMES: [[&str; 3]; 2] = [
             ["denoised.R", "denoised.G", "denoised.B"],
             [
@@ -116,7 +116,7 @@ impl DenoiseOutput {
                 "denoised.stderr.B",
             ],
         ];
-        let layer = |of: &[[f32; 3]], i: usize, name: &str| Layer {
+        let layer = |of: &[[f32; 3]], i: usize, name: &str| PictureLayer {
             name: name.into(),
             samples: of.iter().map(|c| c[i]).collect(),
         };
@@ -138,14 +138,14 @@ pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<DenoiseOutput, De
     }
     let four = film.replicate_quad()?;
     let [width, height] = film.size().map(|edge| edge as usize);
-    let mut pixels = vec![CandidatePixel::default(); width * height];
+    let mut pixels = vec![PixelCandidates::default(); width * height];
     let (bands, done) = (
         pixels.par_chunks_mut(width * TILE[1]).enumerate(),
         AtomicU64::new(0),
     );
     bands.for_each(|(band, pixels)| {
         let count = pixels.len() as u64;
-        candidates::fill_band(&four, [width, height], band * TILE[1], pixels, observer);
+        candidates::filter_band(&four, [width, height], band * TILE[1], pixels, observer);
         observer.progress(
             done.fetch_add(count, Ordering::Relaxed) + count,
             (width * height) as u64,
@@ -154,8 +154,8 @@ pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<DenoiseOutput, De
     if observer.is_cancelled() {
         return Err(DenoiseError::Cancelled);
     }
-    mixture::mix(&four, [width, height], &mut pixels);
-    let mut denoised = claim::estimate(film, &four, film.colours(), &pixels);
-    film.take_off_backdrop(&mut denoised.picture);
+    mixture::mix_candidates(&four, [width, height], &mut pixels);
+    let mut denoised = error_estimate::estimate_error(film, &four, film.mean_colours(), &pixels);
+    film.subtract_backdrop(&mut denoised.picture);
     Ok(denoised)
 }

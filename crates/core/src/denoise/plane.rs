@@ -27,7 +27,7 @@ impl Window {
     }
 
     /// Returns the window with its position relative to the window `outer`, which contains it.
-    pub fn within(self, outer: Self) -> Self {
+    pub fn relative_to(self, outer: Self) -> Self {
         Self {
             x: self.x - outer.x,
             y: self.y - outer.y,
@@ -64,7 +64,7 @@ impl PixelPlane {
     /// Returns the plane that `make` computes from the numbers of the given planes at each pixel.
     pub fn map_planes<const N: usize>(from: [&Self; N], make: impl Fn([f32; N]) -> f32) -> Self {
         let mut made = Self::zero(from[0].width, from[0].height);
-        make_each(
+        map_values(
             &mut made.values,
             from.map(|plane| plane.values.as_slice()),
             make,
@@ -74,7 +74,7 @@ impl PixelPlane {
 
     /// Combines each number by `join` with the numbers up to `reach` pixels away, along rows and
     /// then along columns.
-    fn combine(&self, reach: usize, join: impl Fn(f32, f32) -> f32) -> Self {
+    fn combine_neighbours(&self, reach: usize, join: impl Fn(f32, f32) -> f32) -> Self {
         let (width, height) = (self.width, self.height);
         let into = |to: &mut [f32], from: &[f32]| {
             to.iter_mut()
@@ -104,7 +104,7 @@ impl PixelPlane {
     /// Returns the mean over the square of 2 `reach` + 1 pixels around each pixel, as far as it is
     /// in the plane.
     pub fn box_mean(&self, reach: usize) -> Self {
-        let mut sums = self.combine(reach, |a, b| a + b);
+        let mut sums = self.combine_neighbours(reach, |a, b| a + b);
         let count = |position: usize, end: usize| {
             ((position + reach + 1).min(end) - position.saturating_sub(reach)) as f32
         };
@@ -120,7 +120,7 @@ impl PixelPlane {
 
     /// Returns the maximum over three by three pixels around each pixel.
     pub fn max_filter(&self) -> Self {
-        self.combine(1, |a, b| if b > a { b } else { a })
+        self.combine_neighbours(1, |a, b| if b > a { b } else { a })
     }
 
     /// Returns the squared slope at each pixel: the square of the smaller difference to the left
@@ -132,8 +132,8 @@ impl PixelPlane {
             let row = self.row(y);
             if width > 1 {
                 (to[0], to[width - 1]) = (
-                    least(row[0], [row[1]; 2]),
-                    least(row[width - 1], [row[width - 2]; 2]),
+                    squared_smaller_difference(row[0], [row[1]; 2]),
+                    squared_smaller_difference(row[width - 1], [row[width - 2]; 2]),
                 );
                 let (before, here, behind) = (&row[..width - 2], &row[1..width - 1], &row[2..]);
                 to[1..]
@@ -141,7 +141,7 @@ impl PixelPlane {
                     .zip(before)
                     .zip(here)
                     .zip(behind)
-                    .for_each(|(((to, &a), &b), &c)| *to = least(b, [a, c]));
+                    .for_each(|(((to, &a), &b), &c)| *to = squared_smaller_difference(b, [a, c]));
             }
             if height > 1 {
                 let other =
@@ -152,7 +152,7 @@ impl PixelPlane {
                     .zip(above)
                     .zip(row)
                     .zip(below)
-                    .for_each(|(((to, &a), &b), &c)| *to += least(b, [a, c]));
+                    .for_each(|(((to, &a), &b), &c)| *to += squared_smaller_difference(b, [a, c]));
             }
         }
         slope
@@ -162,7 +162,7 @@ impl PixelPlane {
 /// Writes the number that `make` computes from the entries of the lists at the same index. The loop
 /// is a function, so that the compiler knows that the output does not alias the inputs.
 #[inline]
-fn make_each<const N: usize>(to: &mut [f32], from: [&[f32]; N], make: impl Fn([f32; N]) -> f32) {
+fn map_values<const N: usize>(to: &mut [f32], from: [&[f32]; N], make: impl Fn([f32; N]) -> f32) {
     let from = from.map(|values| &values[..to.len()]);
     for (i, to) in to.iter_mut().enumerate() {
         *to = make(from.map(|values| values[i]));
@@ -172,7 +172,7 @@ fn make_each<const N: usize>(to: &mut [f32], from: [&[f32]; N], make: impl Fn([f
 /// Returns the square of the smaller difference of `here` to both neighbours; zero if it is not
 /// finite.
 #[inline(always)]
-fn least(here: f32, others: [f32; 2]) -> f32 {
+fn squared_smaller_difference(here: f32, others: [f32; 2]) -> f32 {
     let [one, other] = others.map(|other| (here - other).abs());
     let minimum = one.min(other);
     if minimum.is_finite() {
@@ -186,21 +186,21 @@ fn least(here: f32, others: [f32; 2]) -> f32 {
 pub(super) type ColourPlanes = [PixelPlane; 3];
 
 /// Returns a black colour picture of this width and height.
-pub(super) fn black([width, height]: [usize; 2]) -> ColourPlanes {
+pub(super) fn black_planes([width, height]: [usize; 2]) -> ColourPlanes {
     [(); 3].map(|()| PixelPlane::zero(width, height))
 }
 
 /// Returns the brightest channel of each pixel.
-pub(super) fn brightest(of: &ColourPlanes) -> PixelPlane {
+pub(super) fn brightest_channel(of: &ColourPlanes) -> PixelPlane {
     PixelPlane::map_planes(of.each_ref(), |[r, g, b]| r.max(g).max(b))
 }
 
 /// Returns the variance of the mean of two colour pictures, summed over channels: a quarter of the
 /// squared difference.
-pub(super) fn variance([one, other]: [&ColourPlanes; 2]) -> PixelPlane {
+pub(super) fn variance_of_mean([one, other]: [&ColourPlanes; 2]) -> PixelPlane {
     let mut made = PixelPlane::zero(one[0].width, one[0].height);
     for (one, other) in one.iter().zip(other) {
-        add_square(&mut made.values, &one.values, &other.values);
+        add_squared_differences(&mut made.values, &one.values, &other.values);
     }
     made.values.iter_mut().for_each(|of| *of /= 4.0);
     made
@@ -208,14 +208,14 @@ pub(super) fn variance([one, other]: [&ColourPlanes; 2]) -> PixelPlane {
 
 /// Adds the squared difference of the other two lists to each entry of `to`.
 #[inline]
-fn add_square(to: &mut [f32], one: &[f32], other: &[f32]) {
+fn add_squared_differences(to: &mut [f32], one: &[f32], other: &[f32]) {
     for ((to, one), other) in to.iter_mut().zip(one).zip(other) {
         *to += (one - other) * (one - other);
     }
 }
 
 /// Returns the mean of two colour pictures.
-pub(super) fn mean([one, other]: [&ColourPlanes; 2]) -> ColourPlanes {
+pub(super) fn mean_colour([one, other]: [&ColourPlanes; 2]) -> ColourPlanes {
     [0, 1, 2].map(|i: usize| PixelPlane::map_planes([&one[i], &other[i]], |[a, b]| (a + b) / 2.0))
 }
 

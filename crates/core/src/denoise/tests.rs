@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::film::tests::{ReplicateSample, film_of};
-use crate::hash::mix;
+use crate::hash::splitmix64;
 use crate::prepare;
 use crate::scene::Scene;
 use crate::settings::{Sampling, Settings};
@@ -10,10 +10,11 @@ use crate::settings::{Sampling, Settings};
 /// Nearly normal noise of mean 0 and variance 1: a sum of twelve uniform numbers, by seed, pixel,
 /// replicate and channel.
 fn noise(seed: u64, pixel: usize, replicate: usize, channel: usize) -> f64 {
-    let mut state =
-        mix(seed ^ ((pixel as u64) << 20) ^ ((replicate as u64) << 8) ^ ((channel as u64) << 4));
+    let mut state = splitmix64(
+        seed ^ ((pixel as u64) << 20) ^ ((replicate as u64) << 8) ^ ((channel as u64) << 4),
+    );
     let next = |_| {
-        state = mix(state);
+        state = splitmix64(state);
         (state >> 11) as f64 / (1_u64 << 53) as f64
     };
     (0..12).map(next).sum::<f64>() - 6.0
@@ -67,15 +68,15 @@ fn flat_pictures_lose_their_noise() {
         .flatten()
         .map(|&e| f64::from(e * e))
         .sum::<f64>()
-        / (3 * film.plan().pixels()) as f64;
+        / (3 * film.plan().pixel_count()) as f64;
     assert!(
         (0.5..3.0).contains(&(reported / after)),
         "{reported} for {after}"
     );
     assert!(
-        found_denoised.brightened.abs() < 0.002,
+        found_denoised.light_change.abs() < 0.002,
         "{}",
-        found_denoised.brightened
+        found_denoised.light_change
     );
 }
 
@@ -148,14 +149,14 @@ fn fireflies_do_not_confirm_themselves() {
         })
     });
     let four = film.replicate_quad().expect("all that is read");
-    let mut pixels = vec![CandidatePixel::default(); 40 * 32];
-    candidates::fill_band(&four, [40, 32], 0, &mut pixels, &());
-    let taken = pixels[position].added[2][1];
+    let mut pixels = vec![PixelCandidates::default(); 40 * 32];
+    candidates::filter_band(&four, [40, 32], 0, &mut pixels, &());
+    let taken = pixels[position].changes[2][1];
     assert!((-50.0..-49.0).contains(&taken), "{taken}");
     assert!(
-        pixels[position + 5].added[2][1].abs() < 0.02,
+        pixels[position + 5].changes[2][1].abs() < 0.02,
         "{:?}",
-        pixels[position + 5].added[2]
+        pixels[position + 5].changes[2]
     );
 }
 
@@ -172,9 +173,12 @@ fn a_pixel_has_no_part_in_its_own_base() {
             _ => grey(0.5),
         });
         let four = film.replicate_quad().expect("all that is read");
-        let mut pixels = vec![CandidatePixel::default(); 40 * 32];
-        candidates::fill_band(&four, [40, 32], 0, &mut pixels, &());
-        [pixels[position].base[0], pixels[position + 1].base[0]]
+        let mut pixels = vec![PixelCandidates::default(); 40 * 32];
+        candidates::filter_band(&four, [40, 32], 0, &mut pixels, &());
+        [
+            pixels[position].base_colour[0],
+            pixels[position + 1].base_colour[0],
+        ]
     };
     let [low, high] = [0.45, 0.55].map(value_of);
     assert!((low[0] - high[0]).abs() < 1e-6, "{low:?} {high:?}");
@@ -185,10 +189,10 @@ fn a_pixel_has_no_part_in_its_own_base() {
 /// of more than twice the noise get less weight.
 #[test]
 fn weights_by_hand() {
-    let apart = loops::relate(4.0, 1.0, 2.0, 0.5);
+    let apart = row_kernels::noise_relative_distance(4.0, 1.0, 2.0, 0.5);
     assert!((apart - 1.0 / 3.0).abs() < 1e-6, "{apart}");
     let weights = [(0.0, 1.0), (2.0, 1.0), (5.0, 1.0), (0.0, 0.125)]
-        .map(|(apart, inverse)| loops::close(apart, 1.0, inverse));
+        .map(|(apart, inverse)| row_kernels::weight_of_distance(apart, 1.0, inverse));
     assert_eq!(
         weights.map(|weight| (weight * 1e4_f32).round()),
         [10_000.0, 625.0, 0.0, 2500.0]
@@ -228,12 +232,12 @@ fn claims_are_right_on_average() {
                 replicate_sample
             });
             let four = film.replicate_quad().expect("all that is read");
-            let mut pixels = vec![CandidatePixel::default(); 48 * 32];
-            candidates::fill_band(&four, [48, 32], 0, &mut pixels, &());
-            mixture::mix(&four, [48, 32], &mut pixels);
+            let mut pixels = vec![PixelCandidates::default(); 48 * 32];
+            candidates::filter_band(&four, [48, 32], 0, &mut pixels, &());
+            mixture::mix_candidates(&four, [48, 32], &mut pixels);
             let claimed = pixels
                 .iter()
-                .flat_map(|pixel| pixel.apart[0])
+                .flat_map(|pixel| pixel.error_terms[0])
                 .map(f64::from)
                 .sum::<f64>()
                 / (3 * pixels.len()) as f64;
@@ -351,17 +355,20 @@ fn what_is_unlit_is_left_as_it_is() {
             }
         });
         let four = film.replicate_quad().expect("all that is read");
-        let mut pixels = vec![CandidatePixel::default(); 40 * 32];
-        candidates::fill_band(&four, [40, 32], 0, &mut pixels, &());
+        let mut pixels = vec![PixelCandidates::default(); 40 * 32];
+        candidates::filter_band(&four, [40, 32], 0, &mut pixels, &());
         for (position, pixel) in pixels.iter().enumerate().skip(12 * 40) {
             assert_eq!(
-                pixel.base,
+                pixel.base_colour,
                 [actual(position) as f32; 3],
                 "{lit:?}, {position}"
             );
-            assert_eq!((pixel.added, pixel.apart), ([[0.0; 3]; 3], [[0.0; 3]; 3]));
+            assert_eq!(
+                (pixel.changes, pixel.error_terms),
+                ([[0.0; 3]; 3], [[0.0; 3]; 3])
+            );
         }
-        assert_eq!(pixels[3].apart != [[0.0; 3]; 3], lit.is_some());
+        assert_eq!(pixels[3].error_terms != [[0.0; 3]; 3], lit.is_some());
     }
 }
 
@@ -456,7 +463,7 @@ fn what_is_missing_is_named() {
     let film = |settings: Settings| {
         prepare(&Scene::default(), &settings, &())
             .expect("nothing is wrong with it")
-            .film("")
+            .new_film("")
     };
     let base = || Settings {
         size: [4, 4],
@@ -479,7 +486,7 @@ fn what_is_missing_is_named() {
         })),
         Some(DenoiseError::Replicates)
     );
-    let pattern = Sampling::Pattern(crate::scene::Pattern::Centre);
+    let pattern = Sampling::Pattern(crate::scene::SamplePattern::Centre);
     assert_eq!(
         why(&film(Settings {
             denoise: true,
@@ -532,14 +539,14 @@ fn tiles_leave_no_seams() {
             grey(0.3 + 0.1 * noise(9, y * 1000 + x, replicate, 0))
         });
         let four = film.replicate_quad().expect("all that is read");
-        let mut pixels = vec![CandidatePixel::default(); 200 * 40];
-        candidates::fill_band(&four, [200, 40], 0, &mut pixels, &());
+        let mut pixels = vec![PixelCandidates::default(); 200 * 40];
+        candidates::filter_band(&four, [200, 40], 0, &mut pixels, &());
         pixels
     };
     let (one, other) = (value_of(0), value_of(45));
     for (y, x) in (0..20).flat_map(|y| (100..150).map(move |x| (y, x))) {
         let [a, b] = [one[y * 200 + x], other[y * 200 + x - 45]]
-            .map(|pixel| (pixel.base, pixel.added, pixel.apart));
+            .map(|pixel| (pixel.base_colour, pixel.changes, pixel.error_terms));
         assert_eq!(a, b, "{x}, {y}");
     }
 }
@@ -564,17 +571,17 @@ fn doubts_of_the_noisy_picture_are_doubts_of_the_denoised_one() {
         let film = value_of(rare);
         let (found_denoised, noisy) = (
             denoised(&film),
-            film.uncertainty().expect("four replicates"),
+            film.estimate_uncertainty().expect("four replicates"),
         );
         assert_eq!([found_denoised.error.doubt, noisy.doubt], [doubt; 2]);
         let estimate = found_denoised.error.root_relmse;
         assert_eq!(
-            found_denoised.reaches(estimate.high.max(noisy.root_relmse.high), &noisy),
+            found_denoised.reaches_error(estimate.high.max(noisy.root_relmse.high), &noisy),
             !rare,
             "{rare}"
         );
         assert!(
-            !found_denoised.reaches(f64::midpoint(estimate.value, estimate.high), &noisy),
+            !found_denoised.reaches_error(f64::midpoint(estimate.value, estimate.high), &noisy),
             "{rare}: the value is no proof"
         );
     }
@@ -592,7 +599,7 @@ fn rare_light_that_is_vouched_for_is_not_known_denoised() {
     });
     let (found_denoised, noisy) = (
         denoised(&film),
-        film.uncertainty().expect("four replicates"),
+        film.estimate_uncertainty().expect("four replicates"),
     );
     assert_eq!(
         [noisy.doubt, found_denoised.error.doubt],
@@ -609,7 +616,7 @@ fn pictures_without_blocks_end() {
     });
     let (found_denoised, noisy) = (
         denoised(&film),
-        film.uncertainty().expect("four replicates"),
+        film.estimate_uncertainty().expect("four replicates"),
     );
     assert!(
         found_denoised.error.doubt.is_some() && noisy.doubt.is_none(),
@@ -618,7 +625,7 @@ fn pictures_without_blocks_end() {
         noisy
     );
     assert!(
-        found_denoised.reaches(noisy.root_relmse.high * 1.01, &noisy)
-            && !found_denoised.reaches(noisy.root_relmse.high / 1.01, &noisy)
+        found_denoised.reaches_error(noisy.root_relmse.high * 1.01, &noisy)
+            && !found_denoised.reaches_error(noisy.root_relmse.high / 1.01, &noisy)
     );
 }

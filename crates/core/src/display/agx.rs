@@ -5,7 +5,7 @@
 //! The contrast curve is Sobotka's sigmoid. Shaders often replace it by a polynomial, which differs
 //! by up to 0.006, is negative near black and misses white.
 
-use super::matrix::transform;
+use super::matrix::multiply_matrix;
 use raywright_bvh::scalar::Real;
 
 /// Matrices from linear Rec. 709 to linear Rec. 2020 (ITU-R BT.2087-0, four digits), and from Rec.
@@ -67,38 +67,39 @@ const LOG2_MAX: f64 = 4.026_069;
 #[derive(Clone, Debug)]
 pub(super) struct Agx {
     /// Contrast curve, from positions on the logarithmic scale to display values.
-    contrast: Ramp,
+    contrast: TabulatedCurve,
     /// Curve from display values of a display with gamma 2.2 to display-linear values.
-    linearise: Ramp,
+    linearise: TabulatedCurve,
 }
 
 impl Agx {
     pub(super) fn new() -> Self {
         Self {
-            contrast: Ramp::new(sigmoid),
-            linearise: Ramp::new(|x| Real::powf(x, 2.2)),
+            contrast: TabulatedCurve::tabulate(agx_contrast_curve),
+            linearise: TabulatedCurve::tabulate(|x| Real::powf(x, 2.2)),
         }
     }
 
     /// Maps a linear Rec. 709 colour with finite, non-negative channels to display-linear values.
     /// Channels of the result may lie slightly outside 0..1.
     pub(super) fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
-        let inset = transform(&INSET, transform(&REC709_TO_REC2020, rgb));
+        let inset = multiply_matrix(&INSET, multiply_matrix(&REC709_TO_REC2020, rgb));
         let shaped = inset.map(|x| self.contrast.eval(encode_log2(x)));
-        let linear = transform(&OUTSET, shaped).map(|x| self.linearise.eval(x.clamp(0.0, 1.0)));
-        transform(&REC2020_TO_REC709, linear)
+        let linear =
+            multiply_matrix(&OUTSET, shaped).map(|x| self.linearise.eval(x.clamp(0.0, 1.0)));
+        multiply_matrix(&REC2020_TO_REC709, linear)
     }
 }
 
 /// Table of an increasing function on [0, 1], interpolated linearly between exact values. The
 /// interpolation never decreases, and its error is below 1e-6 for the curves of AgX.
 #[derive(Clone, Debug)]
-struct Ramp(Vec<f64>);
+struct TabulatedCurve(Vec<f64>);
 
-impl Ramp {
+impl TabulatedCurve {
     const STEPS: usize = 2048;
 
-    fn new(exact: impl Fn(f64) -> f64) -> Self {
+    fn tabulate(exact: impl Fn(f64) -> f64) -> Self {
         // The table has one value past the end, so that x = 1 has a right neighbour.
         Self(
             (0..=Self::STEPS + 1)
@@ -124,7 +125,7 @@ fn encode_log2(x: f64) -> f64 {
 
 /// Contrast curve of AgX: Sobotka's sigmoid (after Jed Smith) with slope 2 at the pivot, power 3 in
 /// the toe and 3.25 in the shoulder. It maps 0 to exactly 0 and 1 to exactly 1.
-fn sigmoid(x: f64) -> f64 {
+fn agx_contrast_curve(x: f64) -> f64 {
     const X_PIVOT: f64 = 10.0 / 16.5;
     const Y_PIVOT: f64 = 0.5;
     /// Scale of each half of the curve: ((slope·run)^−p · ((slope·run/rise)^p − 1))^(−1/p), where
@@ -152,9 +153,15 @@ mod tests {
     #[test]
     fn sigmoid_passes_through_its_corners_and_pivot() {
         for (x, y) in [(0.0, 0.0), (10.0 / 16.5, 0.5), (1.0, 1.0)] {
-            assert!((sigmoid(x) - y).abs() < 1e-12, "{x}: {}", sigmoid(x));
+            assert!(
+                (agx_contrast_curve(x) - y).abs() < 1e-12,
+                "{x}: {}",
+                agx_contrast_curve(x)
+            );
         }
-        let slope = (sigmoid(10.0 / 16.5 + 1e-6) - sigmoid(10.0 / 16.5 - 1e-6)) / 2e-6;
+        let slope = (agx_contrast_curve(10.0 / 16.5 + 1e-6)
+            - agx_contrast_curve(10.0 / 16.5 - 1e-6))
+            / 2e-6;
         assert!((slope - 2.0).abs() < 1e-5, "{slope}");
     }
 
@@ -166,7 +173,11 @@ mod tests {
             let x = f64::from(i) / 100.0;
             let coefficients = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.002_32];
             let fit = coefficients.iter().fold(0.0, |sum, c| sum * x + c);
-            assert!((sigmoid(x) - fit).abs() < 6e-3, "{x}: {} {fit}", sigmoid(x));
+            assert!(
+                (agx_contrast_curve(x) - fit).abs() < 6e-3,
+                "{x}: {} {fit}",
+                agx_contrast_curve(x)
+            );
         }
     }
 
@@ -178,7 +189,7 @@ mod tests {
         for i in 0..=100_000 {
             let x = f64::from(i) / 100_000.0;
             assert!(
-                (agx.contrast.eval(x) - sigmoid(x)).abs() < 1e-6,
+                (agx.contrast.eval(x) - agx_contrast_curve(x)).abs() < 1e-6,
                 "contrast at {x}"
             );
             assert!(
@@ -250,8 +261,8 @@ mod tests {
         ];
         let primary = |k: usize| [0, 1, 2].map(|i| f64::from(u8::from(i == k)));
         for (k, column) in columns.into_iter().enumerate() {
-            assert_eq!(transform(&INSET, primary(k)), column);
-            let out = transform(&OUTSET, primary(k));
+            assert_eq!(multiply_matrix(&INSET, primary(k)), column);
+            let out = multiply_matrix(&OUTSET, primary(k));
             assert!(
                 (out[(k + 1) % 3] - out[(k + 2) % 3]).abs() < 1e-14,
                 "{out:?}"
@@ -259,7 +270,7 @@ mod tests {
         }
         for rows in [INSET, OUTSET] {
             assert!(
-                transform(&rows, [1.0; 3])
+                multiply_matrix(&rows, [1.0; 3])
                     .iter()
                     .all(|grey| (grey - 1.0).abs() < 1e-14),
                 "{rows:?}"

@@ -5,7 +5,7 @@
 //! define all codes. The thresholds are found by bisection over the bit patterns of f32 near the
 //! values of the inverse curve. A coarse table gives the first code of a search.
 
-use super::curve::{decode, encode, quantise};
+use super::curve::{decode_transfer, encode_transfer, quantise_8_bit};
 use crate::scene::TransferCurve;
 
 /// Number of low bits of an f32 that the coarse table ignores. A bucket is a 128th of an octave.
@@ -24,13 +24,13 @@ impl CodeTable {
     /// Builds the table of a transfer curve by some thousand evaluations of the curve and its
     /// inverse.
     pub fn new(curve: TransferCurve) -> Self {
-        let code = |bits: u32| plain_code(curve, f32::from_bits(bits));
+        let code = |bits: u32| code_by_definition(curve, f32::from_bits(bits));
         let one = 1.0_f32.to_bits();
         let mut next = [f32::INFINITY; 256];
         for (k, slot) in next.iter_mut().enumerate().take(255) {
             // The threshold is within four bit patterns of the inverse curve's value, as the test
             // `every_boundary_is_exact` confirms. Invariant: code(low) <= k < code(high).
-            let near = (decode(curve, (k as f64 + 0.5) / 255.0) as f32).to_bits();
+            let near = (decode_transfer(curve, (k as f64 + 0.5) / 255.0) as f32).to_bits();
             let (mut low, mut high) = (near - 4, near + 4);
             while high - low > 1 {
                 let middle = low + (high - low) / 2;
@@ -71,8 +71,8 @@ impl CodeTable {
 
 /// Returns the 8-bit code of a display-linear value as the transfer curve defines it; the table
 /// gives the same code.
-fn plain_code(curve: TransferCurve, value: f32) -> u8 {
-    quantise(encode(curve, f64::from(value)))
+fn code_by_definition(curve: TransferCurve, value: f32) -> u8 {
+    quantise_8_bit(encode_transfer(curve, f64::from(value)))
 }
 
 #[cfg(test)]
@@ -94,12 +94,12 @@ mod tests {
             for code in 0..255_u8 {
                 let boundary = table.next[usize::from(code)].to_bits();
                 assert_eq!(
-                    plain_code(curve, f32::from_bits(boundary - 1)),
+                    code_by_definition(curve, f32::from_bits(boundary - 1)),
                     code,
                     "{curve:?} below {boundary:#x}"
                 );
                 assert_eq!(
-                    plain_code(curve, f32::from_bits(boundary)),
+                    code_by_definition(curve, f32::from_bits(boundary)),
                     code + 1,
                     "{curve:?} at {boundary:#x}"
                 );
@@ -107,7 +107,7 @@ mod tests {
                     let value = f32::from_bits(bits);
                     assert_eq!(
                         table.code(value),
-                        plain_code(curve, value),
+                        code_by_definition(curve, value),
                         "{curve:?} {bits:#x}"
                     );
                 }
@@ -130,7 +130,7 @@ mod tests {
                 let value = f32::from_bits(bits);
                 assert_eq!(
                     table.code(value),
-                    plain_code(curve, value),
+                    code_by_definition(curve, value),
                     "{curve:?} {bits:#x}"
                 );
             }

@@ -10,7 +10,7 @@ use raywright_bvh::scalar::Real;
 const SRGB_JOINT: f64 = 0.003_130_668_442_500_634;
 
 /// Encodes a display-linear value in 0..1 as a display value in 0..1.
-pub fn encode(curve: TransferCurve, linear: f64) -> f64 {
+pub fn encode_transfer(curve: TransferCurve, linear: f64) -> f64 {
     match curve {
         // IEC 61966-2-1 (1999).
         TransferCurve::Srgb if linear <= SRGB_JOINT => 12.92 * linear,
@@ -20,8 +20,8 @@ pub fn encode(curve: TransferCurve, linear: f64) -> f64 {
     }
 }
 
-/// Decodes a display value in 0..1 to a display-linear value in 0..1: the inverse of [`encode`].
-pub fn decode(curve: TransferCurve, value: f64) -> f64 {
+/// Decodes a display value in 0..1 to a display-linear value in 0..1: the inverse of [`encode_transfer`].
+pub fn decode_transfer(curve: TransferCurve, value: f64) -> f64 {
     match curve {
         TransferCurve::Srgb if value <= 12.92 * SRGB_JOINT => value / 12.92,
         TransferCurve::Srgb => Real::powf((value + 0.055) / 1.055, 2.4),
@@ -32,7 +32,7 @@ pub fn decode(curve: TransferCurve, value: f64) -> f64 {
 
 /// Returns the 8-bit code of a display value in 0..1: floor(255 v + ½), so that each code is the
 /// centre of its interval.
-pub fn quantise(value: f64) -> u8 {
+pub fn quantise_8_bit(value: f64) -> u8 {
     (255.0 * value + 0.5) as u8
 }
 
@@ -57,10 +57,10 @@ mod tests {
     fn f06_srgb_is_continuous_at_its_joint() {
         for joint in [SRGB_JOINT as f32, 0.003_130_8] {
             let around = [joint.next_down(), joint, joint.next_up()];
-            let values = around.map(|x| encode(TransferCurve::Srgb, f64::from(x)));
+            let values = around.map(|x| encode_transfer(TransferCurve::Srgb, f64::from(x)));
             assert!(values[0] < values[1] && values[1] < values[2], "{values:?}");
             assert!(values[2] - values[0] < 1e-6, "{values:?}");
-            let back = values.map(|v| decode(TransferCurve::Srgb, v));
+            let back = values.map(|v| decode_transfer(TransferCurve::Srgb, v));
             assert!(
                 back.iter()
                     .zip(around)
@@ -74,9 +74,16 @@ mod tests {
     #[test]
     fn f06_zero_and_one_map_to_themselves() {
         for curve in CURVES {
-            assert_eq!(encode(curve, 0.0), 0.0, "{curve:?}");
-            assert!((encode(curve, 1.0) - 1.0).abs() < 1e-15, "{curve:?}");
-            assert_eq!(quantise(encode(curve, 1.0)), 255, "{curve:?}");
+            assert_eq!(encode_transfer(curve, 0.0), 0.0, "{curve:?}");
+            assert!(
+                (encode_transfer(curve, 1.0) - 1.0).abs() < 1e-15,
+                "{curve:?}"
+            );
+            assert_eq!(
+                quantise_8_bit(encode_transfer(curve, 1.0)),
+                255,
+                "{curve:?}"
+            );
         }
     }
 
@@ -85,15 +92,15 @@ mod tests {
     fn f10_codes_survive_the_round_trip() {
         for curve in CURVES {
             for code in 0..=255_u8 {
-                let linear = decode(curve, f64::from(code) / 255.0) as f32;
+                let linear = decode_transfer(curve, f64::from(code) / 255.0) as f32;
                 assert_eq!(
-                    quantise(encode(curve, f64::from(linear))),
+                    quantise_8_bit(encode_transfer(curve, f64::from(linear))),
                     code,
                     "{curve:?} {code}"
                 );
                 let grey = luminance([f64::from(linear); 3]);
                 assert_eq!(
-                    quantise(encode(curve, grey)),
+                    quantise_8_bit(encode_transfer(curve, grey)),
                     code,
                     "{curve:?} {code} through luminance"
                 );
@@ -108,7 +115,7 @@ mod tests {
         let mut bias = 0.0;
         for step in 0..4096 {
             let value = f64::from(step) / 4095.0;
-            let code = quantise(value);
+            let code = quantise_8_bit(value);
             assert_eq!(f64::from(code), (255.0 * value).round(), "step {step}");
             bias += f64::from(code) - 255.0 * value;
         }

@@ -28,7 +28,7 @@ impl Display {
     /// Returns the shares of clipped and of black pixels, estimated from at most 16,384 pixels;
     /// pixels without coverage are ignored.
     pub fn clipping(self, picture: &Picture) -> Clipping {
-        self.clipping_of(&colours(picture))
+        self.clipping_of_colours(&sample_colours(picture))
     }
 
     /// Returns an exposure in stops that suits the picture. If more than [`MOST_CLIPPED`] of the
@@ -37,13 +37,13 @@ impl Display {
     /// radiance, it is higher in the same manner. `None` if both shares are within the limit, or if
     /// twelve stops do not suffice.
     pub fn suitable_exposure(self, picture: &Picture) -> Option<f64> {
-        let colours = colours(picture);
+        let colours = sample_colours(picture);
         let share = |stops: f64| {
             Self {
                 exposure_stops: stops,
                 ..self
             }
-            .clipping_of(&colours)
+            .clipping_of_colours(&colours)
         };
         let own = share(self.exposure_stops);
         let (step, of): (f64, fn(Clipping) -> f64) = match own {
@@ -58,7 +58,7 @@ impl Display {
 
     /// Returns the display settings with the exposure that suits a picture (see
     /// [`Display::suitable_exposure`]); unchanged if none is better.
-    pub fn suited_to(self, picture: &Picture) -> Self {
+    pub fn with_suitable_exposure(self, picture: &Picture) -> Self {
         Self {
             exposure_stops: self
                 .suitable_exposure(picture)
@@ -67,14 +67,14 @@ impl Display {
         }
     }
 
-    fn clipping_of(self, colours: &[[f32; 3]]) -> Clipping {
+    fn clipping_of_colours(self, colours: &[[f32; 3]]) -> Clipping {
         let map = self.prepare();
         let (mut clipped, mut black) = (0, 0);
         for &colour in colours {
             let codes = map.codes(colour);
             // The doubled radiance is evaluated for bright pixels only.
             let bright = codes.iter().any(|&code| code >= BRIGHT);
-            let spent = || is_spent(codes, map.codes(colour.map(|channel| 2.0 * channel)));
+            let spent = || is_saturated(codes, map.codes(colour.map(|channel| 2.0 * channel)));
             clipped += usize::from(bright && (codes.contains(&255) || spent()));
             black += usize::from(codes == [0; 3] && colour.iter().any(|&channel| channel > 0.0));
         }
@@ -86,7 +86,7 @@ impl Display {
 
 /// Whether a bright channel has almost the same code at twice the radiance (`doubled`). Tone maps
 /// approach code 255 without reaching it.
-fn is_spent(codes: [u8; 3], doubled: [u8; 3]) -> bool {
+fn is_saturated(codes: [u8; 3], doubled: [u8; 3]) -> bool {
     const SAME: u8 = 3;
     codes
         .iter()
@@ -95,7 +95,7 @@ fn is_spent(codes: [u8; 3], doubled: [u8; 3]) -> bool {
 }
 
 /// Returns the colours of pixels with coverage, from pixels evenly spread over the picture.
-fn colours(picture: &Picture) -> Vec<[f32; 3]> {
+fn sample_colours(picture: &Picture) -> Vec<[f32; 3]> {
     let step = picture.rgb.len() / LOOKED_AT + 1;
     let colour = |i: usize| picture.surface_colour(i);
     (0..picture.rgb.len())

@@ -1,6 +1,6 @@
 //! Conversion of colours between sets of primaries, for the tone maps that need it.
 
 /// Returns the product of a 3×3 matrix, given by rows, and a colour.
-pub(super) fn transform(rows: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
+pub(super) fn multiply_matrix(rows: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
     rows.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }

@@ -18,9 +18,9 @@ use raywright_bvh::scalar::Real;
 use serde::{Deserialize, Serialize};
 
 use crate::picture::Picture;
-use crate::scene::{Render, ToneMap, TransferCurve};
+use crate::scene::{RenderSettings, ToneMap, TransferCurve};
 pub use codes::CodeTable;
-pub use output::Output;
+pub use output::OutputFormat;
 use tone::ToneOperator;
 
 /// Display values of a pixel with a NaN channel: pure magenta.
@@ -37,7 +37,7 @@ pub struct Display {
     pub exposure_stops: f64,
     /// Format of the codes in files.
     #[serde(default)]
-    pub output: Output,
+    pub output: OutputFormat,
     /// Display values of the background, 0 to 1. Pixels without coverage show exactly these values.
     /// `None` keeps the coverage in the file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -51,19 +51,20 @@ impl Display {
         tone_map: ToneMap::None,
         curve: TransferCurve::Srgb,
         exposure_stops: 0.0,
-        output: Output::Eight,
+        output: OutputFormat::Eight,
         background: None,
     };
 
     /// Returns the background for a picture of linear numbers: its display values decoded as sRGB.
     /// Exposure and tone map are not inverted, because no radiance maps to some of the codes.
     pub fn linear_background(&self) -> Option<[f64; 3]> {
-        self.background
-            .map(|background| background.map(|value| curve::decode(TransferCurve::Srgb, value)))
+        self.background.map(|background| {
+            background.map(|value| curve::decode_transfer(TransferCurve::Srgb, value))
+        })
     }
 
     /// Returns the display settings in a scene's render section.
-    pub fn from_render(render: &Render) -> Self {
+    pub fn from_render(render: &RenderSettings) -> Self {
         Self {
             tone_map: render.tone_map,
             curve: render.gamma,
@@ -77,7 +78,7 @@ impl Display {
         DisplayMap {
             tone: ToneOperator::new(self.tone_map),
             curve: self.curve,
-            factor: Real::powf(2.0_f64, self.exposure_stops),
+            exposure_factor: Real::powf(2.0_f64, self.exposure_stops),
             codes: CodeTable::new(self.curve),
             background: self.background,
         }
@@ -90,35 +91,44 @@ impl Display {
     }
 
     /// Returns the codes of a picture, row by row from the top: three codes per pixel, or four with
-    /// a coverage. [`Output::Sixteen`] gives two bytes per code, the high byte first.
-    /// [`Output::Float`] has no codes, and gives sixteen-bit codes too.
+    /// a coverage. [`OutputFormat::Sixteen`] gives two bytes per code, the high byte first.
+    /// [`OutputFormat::Float`] has no codes, and gives sixteen-bit codes too.
     ///
     /// The alpha is unassociated, as PNG requires: colours are divided by the coverage before the
     /// tone map.
     pub fn to_codes(self, picture: &Picture) -> Vec<u8> {
         let map = self.prepare();
-        let values = |i: usize| map.covered(picture, i);
+        let values = |i: usize| map.composite_pixel(picture, i);
         match (self.output, self.has_alpha(picture)) {
-            (Output::Eight, false) => by_rows(picture, |i, _| match picture.coverage(i) {
-                [1.0, _] => map.codes(picture.rgb[i]),
-                _ => values(i).0.map(curve::quantise),
-            }),
-            (Output::Eight, true) => by_rows(picture, |i, _| match picture.coverage(i) {
-                [surfaces, 0.0] => with(
+            (OutputFormat::Eight, false) => {
+                encode_rows(picture, |i, _| match picture.coverage(i) {
+                    [1.0, _] => map.codes(picture.rgb[i]),
+                    _ => values(i).0.map(curve::quantise_8_bit),
+                })
+            }
+            (OutputFormat::Eight, true) => encode_rows(picture, |i, _| match picture.coverage(i) {
+                [surfaces, 0.0] => append_alpha(
                     map.codes(picture.surface_colour(i).unwrap_or_default()),
-                    eight(surfaces.into()),
+                    alpha_code(surfaces.into()),
                 ),
-                _ => with(values(i).0.map(curve::quantise), eight(values(i).1)),
+                _ => append_alpha(
+                    values(i).0.map(curve::quantise_8_bit),
+                    alpha_code(values(i).1),
+                ),
             }),
-            (Output::Dithered, false) => by_rows(picture, |i, place| dithered(values(i).0, place)),
-            (Output::Dithered, true) => by_rows(picture, |i, place| {
-                with(dithered(values(i).0, place), eight(values(i).1))
+            (OutputFormat::Dithered, false) => {
+                encode_rows(picture, |i, place| dither_pixel(values(i).0, place))
+            }
+            (OutputFormat::Dithered, true) => encode_rows(picture, |i, place| {
+                append_alpha(dither_pixel(values(i).0, place), alpha_code(values(i).1))
             }),
-            (_, false) => by_rows(picture, |i, _| wide(values(i).0.map(output::sixteen))),
-            (_, true) => by_rows(picture, |i, _| {
+            (_, false) => encode_rows(picture, |i, _| {
+                to_big_endian(values(i).0.map(output::quantise_16_bit))
+            }),
+            (_, true) => encode_rows(picture, |i, _| {
                 let (colour, alpha) = values(i);
-                let [r0, r1, g0, g1, b0, b1] = wide(colour.map(output::sixteen));
-                let [a0, a1] = output::sixteen(alpha.clamp(0.0, 1.0)).to_be_bytes();
+                let [r0, r1, g0, g1, b0, b1] = to_big_endian(colour.map(output::quantise_16_bit));
+                let [a0, a1] = output::quantise_16_bit(alpha.clamp(0.0, 1.0)).to_be_bytes();
                 [r0, r1, g0, g1, b0, b1, a0, a1]
             }),
         }
@@ -128,7 +138,11 @@ impl Display {
     /// layers.
     pub fn to_values(self, picture: &Picture) -> Picture {
         let map = self.prepare();
-        let rgb = picture.rgb.par_iter().map(|&rgb| map.values(rgb)).collect();
+        let rgb = picture
+            .rgb
+            .par_iter()
+            .map(|&rgb| map.display_values(rgb))
+            .collect();
         Picture {
             width: picture.width,
             height: picture.height,
@@ -141,7 +155,7 @@ impl Display {
 
 /// Returns the bytes of all pixels. `bytes` converts a pixel given by index and by column and row;
 /// rows are converted in parallel.
-fn by_rows<const N: usize>(
+fn encode_rows<const N: usize>(
     picture: &Picture,
     bytes: impl Fn(usize, [u32; 2]) -> [u8; N] + Sync,
 ) -> Vec<u8> {
@@ -155,19 +169,19 @@ fn by_rows<const N: usize>(
     all.into_flattened()
 }
 
-fn with([r, g, b]: [u8; 3], a: u8) -> [u8; 4] {
+fn append_alpha([r, g, b]: [u8; 3], a: u8) -> [u8; 4] {
     [r, g, b, a]
 }
 
-fn eight(alpha: f64) -> u8 {
-    curve::quantise(alpha.clamp(0.0, 1.0))
+fn alpha_code(alpha: f64) -> u8 {
+    curve::quantise_8_bit(alpha.clamp(0.0, 1.0))
 }
 
-fn dithered(values: [f64; 3], place: [u32; 2]) -> [u8; 3] {
-    core::array::from_fn(|channel| output::dithered(values[channel], place, channel))
+fn dither_pixel(values: [f64; 3], place: [u32; 2]) -> [u8; 3] {
+    core::array::from_fn(|channel| output::dither_8_bit(values[channel], place, channel))
 }
 
-fn wide(codes: [u16; 3]) -> [u8; 6] {
+fn to_big_endian(codes: [u16; 3]) -> [u8; 6] {
     let [[r0, r1], [g0, g1], [b0, b1]] = codes.map(u16::to_be_bytes);
     [r0, r1, g0, g1, b0, b1]
 }
@@ -177,15 +191,15 @@ fn wide(codes: [u16; 3]) -> [u8; 6] {
 pub struct DisplayMap {
     tone: ToneOperator,
     curve: TransferCurve,
-    factor: f64,
+    exposure_factor: f64,
     codes: CodeTable,
     background: Option<[f64; 3]>,
 }
 
 impl DisplayMap {
     /// Returns the display values in 0..1 of linear radiance; [`NAN_MARKER`] if a channel is NaN.
-    pub fn values(&self, rgb: [f32; 3]) -> [f32; 3] {
-        self.values_in_full(rgb).map(|value| value as f32)
+    pub fn display_values(&self, rgb: [f32; 3]) -> [f32; 3] {
+        self.display_values_f64(rgb).map(|value| value as f32)
     }
 
     /// Returns the 8-bit codes of linear radiance: floor(255 v + ½) of the display value v in f64.
@@ -193,7 +207,7 @@ impl DisplayMap {
     pub fn codes(&self, rgb: [f32; 3]) -> [u8; 3] {
         match self.display_linear(rgb) {
             Some(linear) => linear.map(|y| self.codes.code(y)),
-            None => NAN_MARKER.map(|v| curve::quantise(f64::from(v))),
+            None => NAN_MARKER.map(|v| curve::quantise_8_bit(f64::from(v))),
         }
     }
 
@@ -205,14 +219,14 @@ impl DisplayMap {
     /// light that a shadow leaves is a factor on radiance, which the transfer curve converts to a
     /// factor on display values. The conversion is exact for a power curve, and for white; with
     /// sRGB, deep shadows on greys differ by up to eight codes.
-    fn covered(&self, picture: &Picture, pixel: usize) -> ([f64; 3], f64) {
+    fn composite_pixel(&self, picture: &Picture, pixel: usize) -> ([f64; 3], f64) {
         let [surfaces, shadow] = picture.coverage(pixel).map(f64::from);
         let (clear, colour) = (
             1.0 - surfaces,
-            self.values_in_full(picture.surface_colour(pixel).unwrap_or_default()),
+            self.display_values_f64(picture.surface_colour(pixel).unwrap_or_default()),
         );
         let left = if shadow > 0.0 {
-            curve::encode(self.curve, ((clear - shadow) / clear).clamp(0.0, 1.0))
+            curve::encode_transfer(self.curve, ((clear - shadow) / clear).clamp(0.0, 1.0))
         } else {
             1.0
         };
@@ -231,9 +245,9 @@ impl DisplayMap {
     }
 
     /// Returns the display values in 0..1 of linear radiance, in f64.
-    fn values_in_full(&self, rgb: [f32; 3]) -> [f64; 3] {
+    fn display_values_f64(&self, rgb: [f32; 3]) -> [f64; 3] {
         match self.display_linear(rgb) {
-            Some(linear) => linear.map(|y| curve::encode(self.curve, f64::from(y))),
+            Some(linear) => linear.map(|y| curve::encode_transfer(self.curve, f64::from(y))),
             None => NAN_MARKER.map(f64::from),
         }
     }
@@ -242,7 +256,7 @@ impl DisplayMap {
     /// NaN.
     #[inline]
     fn display_linear(&self, rgb: [f32; 3]) -> Option<[f32; 3]> {
-        let exposed = rgb.map(|x| f64::from(x) * self.factor);
+        let exposed = rgb.map(|x| f64::from(x) * self.exposure_factor);
         if exposed.iter().any(|x| x.is_nan()) {
             return None;
         }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Output format of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Output {
+pub enum OutputFormat {
     /// Nearest of 256 codes for each display value.
     #[default]
     Eight,
@@ -18,9 +18,9 @@ pub enum Output {
     Float,
 }
 
-impl Output {
+impl OutputFormat {
     /// Returns the number of bytes of a channel before compression.
-    pub const fn bytes(self) -> u32 {
+    pub const fn bytes_per_channel(self) -> u32 {
         match self {
             Self::Eight | Self::Dithered => 1,
             Self::Sixteen => 2,
@@ -29,13 +29,13 @@ impl Output {
     }
 
     /// Whether the format holds codes of display values.
-    pub const fn is_coded(self) -> bool {
+    pub const fn has_codes(self) -> bool {
         !matches!(self, Self::Float)
     }
 }
 
 /// Returns the 16-bit code of a display value in 0..1: floor(65535 v + ½).
-pub(super) fn sixteen(value: f64) -> u16 {
+pub(super) fn quantise_16_bit(value: f64) -> u16 {
     (65535.0 * value + 0.5) as u16
 }
 
@@ -47,7 +47,7 @@ pub(super) fn sixteen(value: f64) -> u16 {
 /// Advanced Warfare", 2014). Its values at neighbouring pixels differ strongly, so the dither is
 /// too fine to be visible. The noise is shifted between channels, which lowers the brightness error
 /// of greys.
-pub(super) fn dithered(value: f64, [x, y]: [u32; 2], channel: usize) -> u8 {
+pub(super) fn dither_8_bit(value: f64, [x, y]: [u32; 2], channel: usize) -> u8 {
     const SHIFT: f64 = 5.588_238;
     let x = f64::from(x) + SHIFT * channel as f64;
     let slope = 0.067_110_56 * x + 0.005_837_15 * f64::from(y);
@@ -69,7 +69,7 @@ mod tests {
             for corner in [[0, 0], [1000, 77], [65_500, 65_500]] {
                 let places = (0..32 * 32).map(|i| [corner[0] + i % 32, corner[1] + i / 32]);
                 let codes: Vec<u8> = places
-                    .map(|place| dithered(value, place, channel))
+                    .map(|place| dither_8_bit(value, place, channel))
                     .collect();
                 let mean = codes.iter().map(|&code| f64::from(code)).sum::<f64>() / 1024.0;
                 assert!(
@@ -88,8 +88,9 @@ mod tests {
         for code in 0..=255_u8 {
             let value = f64::from(code) / 255.0;
             assert!(
-                (0..100)
-                    .all(|i| dithered(value + 1e-9 * f64::from(code < 255), [i, 3 * i], 1) == code),
+                (0..100).all(
+                    |i| dither_8_bit(value + 1e-9 * f64::from(code < 255), [i, 3 * i], 1) == code
+                ),
                 "{code}"
             );
         }
@@ -106,7 +107,7 @@ mod tests {
             1.0 - 0.51 / 65535.0,
             1.0,
         ]
-        .map(sixteen);
+        .map(quantise_16_bit);
         assert_eq!(found, [0, 0, 1, 32768, 65534, 65535]);
     }
 }

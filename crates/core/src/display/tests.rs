@@ -68,7 +68,7 @@ fn f06_greys_rise_from_zero_to_one() {
         let map = display.prepare();
         let mut last = 0.0;
         for x in ascending() {
-            let [r, g, b] = map.values([x; 3]);
+            let [r, g, b] = map.display_values([x; 3]);
             assert!(
                 [r, g, b].iter().all(|v| (0.0..=1.0).contains(v)),
                 "{display:?} {x}: {r} {g} {b}"
@@ -88,7 +88,7 @@ fn f06_greys_rise_from_zero_to_one() {
 fn f06_one_infinite_channel_stays_in_range() {
     for display in every_display() {
         let map = display.prepare();
-        let values = map.values([f32::INFINITY, 0.0, 0.5]);
+        let values = map.display_values([f32::INFINITY, 0.0, 0.5]);
         assert!(
             values.iter().all(|v| (0.0..=1.0).contains(v)),
             "{display:?} {values:?}"
@@ -105,8 +105,8 @@ fn f05_negative_channels_are_black() {
         let map = display.prepare();
         for x in [-1e-40, -0.012, -1.0, -1e30, f32::NEG_INFINITY] {
             assert_eq!(
-                map.values([x, 0.25, 0.5]),
-                map.values([0.0, 0.25, 0.5]),
+                map.display_values([x, 0.25, 0.5]),
+                map.display_values([0.0, 0.25, 0.5]),
                 "{display:?} {x}"
             );
         }
@@ -121,7 +121,7 @@ fn f06_nan_is_marked() {
         for channel in 0..3 {
             let mut rgb = [0.5, f32::INFINITY, -1.0];
             rgb[channel] = f32::NAN;
-            assert_eq!(map.values(rgb), NAN_MARKER, "{display:?}");
+            assert_eq!(map.display_values(rgb), NAN_MARKER, "{display:?}");
             assert_eq!(map.codes(rgb), [255, 0, 255], "{display:?}");
         }
     }
@@ -137,8 +137,9 @@ fn codes_equal_the_plain_definition() {
         for (i, &r) in values.iter().enumerate() {
             let rgb = [r, values[(i * 31) % values.len()], 0.3];
             let linear = map.display_linear(rgb).unwrap();
-            let plain = linear
-                .map(|y| (255.0 * curve::encode(display.curve, f64::from(y)) + 0.5).floor() as u8);
+            let plain = linear.map(|y| {
+                (255.0 * curve::encode_transfer(display.curve, f64::from(y)) + 0.5).floor() as u8
+            });
             assert_eq!(map.codes(rgb), plain, "{display:?} {rgb:?}");
         }
     }
@@ -158,8 +159,8 @@ fn exposure_doubles_by_the_stop() {
         };
         for rgb in [[0.1, 0.2, 0.05], [3.0, 0.0, 0.7]] {
             assert_eq!(
-                brighter.prepare().values(rgb),
-                base.prepare().values(rgb.map(|x| 2.0 * x)),
+                brighter.prepare().display_values(rgb),
+                base.prepare().display_values(rgb.map(|x| 2.0 * x)),
                 "{tone_map:?}"
             );
         }
@@ -222,7 +223,7 @@ fn a_picture_keeps_its_places() {
     let values = Display::PLAIN.to_values(&picture);
     assert_eq!(codes.len(), 18);
     for (i, code) in codes.chunks(3).enumerate() {
-        let expected = values.rgb[i].map(|v| curve::quantise(f64::from(v)));
+        let expected = values.rgb[i].map(|v| curve::quantise_8_bit(f64::from(v)));
         assert_eq!(code, expected);
     }
     assert!(codes[0] < codes[3] && codes[12] < codes[15]);
@@ -239,11 +240,11 @@ fn a_scene_says_how_it_is_shown() {
             ..
         } = display;
         assert_eq!(
-            Display::from_render(&Render {
+            Display::from_render(&RenderSettings {
                 tone_map,
                 gamma: curve,
                 exposure: exposure_stops,
-                ..Render::default()
+                ..RenderSettings::default()
             }),
             display
         );
@@ -264,7 +265,7 @@ fn codes_of_every_kind() {
     };
     let linear = Display {
         curve: TransferCurve::None,
-        output: Output::Sixteen,
+        output: OutputFormat::Sixteen,
         ..Display::PLAIN
     };
     // 65535/4 + ½ = 16384.25, 65535/2 + ½ = 32768, and of the second pixel, whose colours are
@@ -295,7 +296,7 @@ fn codes_of_every_kind() {
         ..Picture::new(64, 64)
     };
     let dithered = Display {
-        output: Output::Dithered,
+        output: OutputFormat::Dithered,
         ..linear
     };
     let codes = dithered.to_codes(&flat([0.3, 0.7, 1.0]));
@@ -380,7 +381,7 @@ fn backgrounds_have_exactly_their_codes() {
             assert_eq!(display.to_codes(&empty), codes, "{display:?}");
             assert_eq!(
                 Display {
-                    output: Output::Dithered,
+                    output: OutputFormat::Dithered,
                     ..display
                 }
                 .to_codes(&empty),
@@ -390,7 +391,7 @@ fn backgrounds_have_exactly_their_codes() {
             let wide: Vec<u8> = codes.iter().flat_map(|&code| [code; 2]).collect();
             assert_eq!(
                 Display {
-                    output: Output::Sixteen,
+                    output: OutputFormat::Sixteen,
                     ..display
                 }
                 .to_codes(&empty),
@@ -449,10 +450,11 @@ fn pages_show_what_a_background_shows() {
                 if surfaces == 0.0 {
                     let light = page.map(|code| {
                         (1.0 - f64::from(shadow))
-                            * curve::decode(display.curve, f64::from(code) / 255.0)
+                            * curve::decode_transfer(display.curve, f64::from(code) / 255.0)
                     });
-                    let lit =
-                        light.map(|light| curve::quantise(curve::encode(display.curve, light)));
+                    let lit = light.map(|light| {
+                        curve::quantise_8_bit(curve::encode_transfer(display.curve, light))
+                    });
                     let apart = lit
                         .iter()
                         .zip(direct.to_codes(&pixel_of([0.0; 3], [0.0, shadow])))

@@ -2,7 +2,7 @@
 //! about 0..1.
 
 use super::agx::Agx;
-use super::matrix::transform;
+use super::matrix::multiply_matrix;
 use crate::scene::ToneMap;
 
 /// A tone map with its tables.
@@ -32,8 +32,8 @@ impl ToneOperator {
     pub(super) fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
         match self {
             Self::Clip => rgb,
-            Self::Aces => rgb.map(narkowicz),
-            Self::AcesHill => hill(rgb),
+            Self::Aces => rgb.map(aces_narkowicz),
+            Self::AcesHill => aces_hill(rgb),
             Self::Agx(agx) => agx.apply(rgb),
             Self::KhronosNeutral => khronos_neutral(rgb),
         }
@@ -41,13 +41,13 @@ impl ToneOperator {
 }
 
 /// ACES curve of Krzysztof Narkowicz, "ACES Filmic Tone Mapping Curve", 2015, for one channel.
-fn narkowicz(x: f64) -> f64 {
+fn aces_narkowicz(x: f64) -> f64 {
     x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
 }
 
 /// ACES tone map by Stephen Hill's fit of the reference rendering and sRGB output transforms
 /// ("BakingLab", 2016), with the factor 1/0.6 that glTF viewers apply before it.
-fn hill(rgb: [f64; 3]) -> [f64; 3] {
+fn aces_hill(rgb: [f64; 3]) -> [f64; 3] {
     const INPUT: [[f64; 3]; 3] = [
         [0.597_19, 0.354_58, 0.048_23],
         [0.076_00, 0.908_34, 0.015_66],
@@ -61,7 +61,10 @@ fn hill(rgb: [f64; 3]) -> [f64; 3] {
     let curve = |v: f64| {
         (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (0.983_729 * v + 0.432_951_0) + 0.238_081)
     };
-    transform(&OUTPUT, transform(&INPUT, rgb.map(|x| x / 0.6)).map(curve))
+    multiply_matrix(
+        &OUTPUT,
+        multiply_matrix(&INPUT, rgb.map(|x| x / 0.6)).map(curve),
+    )
 }
 
 /// Khronos PBR neutral tone mapper: Khronos Group, "Khronos PBR Neutral Tone Mapper" specification,

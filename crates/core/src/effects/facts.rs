@@ -3,74 +3,75 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-use crate::generate::count_of;
+use crate::generate::count_generated_objects;
 use crate::lookup::SceneLookup;
-use crate::motion::{camera_moves, ends, exposure};
+use crate::motion::{camera_moves, object_motion_ends, shutter_interval};
 use crate::scene::{
-    AlphaMode, Camera, Classic, ClassicRules, Colour, ColourInput, DepthLimit, FieldValue, Filter,
-    MaterialFields, Model, Physical, Projection, Scene, Shape, Sky, Weight,
+    AlphaMode, Camera, ClassicMaterial, ClassicRules, Colour, ColourInput, DepthLimit, FieldValue,
+    MaterialFields, MaterialModel, Physical, Projection, ScalarFactor, Scene, Shape, Sky,
+    TextureFilter,
 };
 
 /// Path, in the scene file, of the first use of a feature; `None` if the scene does not use it.
-type EffectPath = Option<String>;
+type FirstUsePath = Option<String>;
 
 /// Perceptual roughness up to which Whitted shading traces a reflection as a mirror's.
 pub(crate) const MIRROR_ROUGHNESS: f64 = 0.05;
 
 #[derive(Clone, Debug, Default)]
 pub(super) struct EffectFacts {
-    pub ambient: EffectPath,
-    pub lit: EffectPath,
-    pub light: EffectPath,
-    pub shadowing_light: EffectPath,
-    pub glossy_light: EffectPath,
-    pub occluder: EffectPath,
-    pub highlight: EffectPath,
-    pub rim: EffectPath,
-    pub reflection: EffectPath,
-    pub fuzz: EffectPath,
-    pub refraction: EffectPath,
+    pub ambient: FirstUsePath,
+    pub lit_surface: FirstUsePath,
+    pub light: FirstUsePath,
+    pub shadowing_light: FirstUsePath,
+    pub glossy_light: FirstUsePath,
+    pub occluder: FirstUsePath,
+    pub highlight: FirstUsePath,
+    pub rim: FirstUsePath,
+    pub reflection: FirstUsePath,
+    pub fuzz: FirstUsePath,
+    pub refraction: FirstUsePath,
     /// Surfaces that reflect, transmit or diffuse each ray at random, in the given proportions.
-    pub mixture: EffectPath,
-    pub absorption: EffectPath,
+    pub mixture: FirstUsePath,
+    pub absorption: FirstUsePath,
     /// Bodies with a priority, which decides between overlapping bodies.
-    pub nested: EffectPath,
-    pub rough_reflection: EffectPath,
-    pub rough_refraction: EffectPath,
+    pub nested_body: FirstUsePath,
+    pub rough_reflection: FirstUsePath,
+    pub rough_refraction: FirstUsePath,
     /// Layers over, under and in surfaces.
-    pub layers: LayerFacts,
+    pub layers: LayerSources,
     /// Physical surfaces that light illuminates.
-    pub lit_physical: EffectPath,
-    pub diffuse_physical: EffectPath,
-    pub alpha: EffectPath,
-    pub emission: EffectPath,
-    pub even_emission: EffectPath,
-    pub varied_emission: EffectPath,
-    pub unlit: EffectPath,
-    pub image: EffectPath,
+    pub lit_physical: FirstUsePath,
+    pub diffuse_physical: FirstUsePath,
+    pub alpha: FirstUsePath,
+    pub emission: FirstUsePath,
+    pub even_emission: FirstUsePath,
+    pub varied_emission: FirstUsePath,
+    pub unlit_material: FirstUsePath,
+    pub image: FirstUsePath,
     /// Filter of a texture with mipmaps.
-    pub mip_maps: EffectPath,
-    pub program: EffectPath,
-    pub checker: EffectPath,
-    pub vertex_colours: EffectPath,
-    pub smooth_normals: EffectPath,
-    pub normal_map: EffectPath,
-    pub mesh: EffectPath,
-    pub physical: EffectPath,
-    pub instance: EffectPath,
-    pub unbounded: EffectPath,
-    pub sky: EffectPath,
-    pub sky_map: EffectPath,
+    pub mip_maps: FirstUsePath,
+    pub program: FirstUsePath,
+    pub checker: FirstUsePath,
+    pub vertex_colours: FirstUsePath,
+    pub smooth_normals: FirstUsePath,
+    pub normal_map: FirstUsePath,
+    pub mesh: FirstUsePath,
+    pub physical: FirstUsePath,
+    pub instance: FirstUsePath,
+    pub unbounded_shape: FirstUsePath,
+    pub sky: FirstUsePath,
+    pub sky_map: FirstUsePath,
     /// Studio whose ground shows shadows.
-    pub ground: EffectPath,
+    pub ground: FirstUsePath,
     /// First material of an imported file with properties that the scene format cannot represent.
-    pub unread: EffectPath,
+    pub unread_material: FirstUsePath,
     /// Properties that the scene format cannot represent, with the names of the materials.
-    pub unread_parts: String,
-    pub lens: EffectPath,
-    pub motion: EffectPath,
+    pub unread_extensions: String,
+    pub lens: FirstUsePath,
+    pub motion: FirstUsePath,
     /// Shutter that is open for some time.
-    pub exposure: EffectPath,
+    pub exposure: FirstUsePath,
     /// Whether the shutter opens and closes at the same instant: the picture shows that instant,
     /// and no motion is left out.
     pub instant: bool,
@@ -78,33 +79,33 @@ pub(super) struct EffectFacts {
 
 /// Function that returns whether a physical material has a layer. The flags are whether a part of
 /// the material may be non-metallic, and whether a non-metallic part may transmit.
-type HasLayer = fn(&Physical, [bool; 2]) -> bool;
+type LayerPredicate = fn(&Physical, [bool; 2]) -> bool;
 
 /// Keys of the layers over, under and in surfaces, each with the function that detects it.
-const LAYERS: [(&str, HasLayer); 9] = [
+const LAYERS: [(&str, LayerPredicate); 9] = [
     ("thin_walled", |m, [_, clear]| m.thin_walled && clear),
-    ("specular", |m, [plain, _]| m.tints_reflections() && plain),
-    ("conductor", |m, _| m.metal().is_some()),
-    ("clearcoat", |m, _| m.coat().is_some()),
-    ("sheen", |m, _| m.fibres().is_some()),
+    ("specular", |m, [plain, _]| m.has_specular_tint() && plain),
+    ("conductor", |m, _| m.active_conductor().is_some()),
+    ("clearcoat", |m, _| m.active_clearcoat().is_some()),
+    ("sheen", |m, _| m.active_sheen().is_some()),
     ("anisotropy", |m, _| m.active_anisotropy().is_some()),
-    ("iridescence", |m, _| m.film().is_some()),
+    ("iridescence", |m, _| m.active_iridescence().is_some()),
     ("dispersion", |m, [_, clear]| {
         m.dispersion > 0.0 && clear && !m.thin_walled
     }),
     ("diffuse_transmission", |m, [plain, _]| {
-        m.may_diffuse_through() && plain
+        m.may_transmit_diffusely() && plain
     }),
 ];
 
 /// Layers of a scene's materials, each with the path of its first use.
 #[derive(Clone, Debug, Default)]
-pub(super) struct LayerFacts(BTreeMap<&'static str, String>);
+pub(super) struct LayerSources(BTreeMap<&'static str, String>);
 
-impl LayerFacts {
-    /// Adds the layers of a material. `parts` are the flags of [`HasLayer`]; `at` returns the path
+impl LayerSources {
+    /// Adds the layers of a material. `parts` are the flags of [`LayerPredicate`]; `at` returns the path
     /// of a field.
-    fn gather(&mut self, m: &Physical, parts: [bool; 2], at: &dyn Fn(&str) -> String) {
+    fn add_material(&mut self, m: &Physical, parts: [bool; 2], at: &dyn Fn(&str) -> String) {
         for (key, _) in LAYERS.iter().filter(|(_, has)| has(m, parts)) {
             self.0.entry(key).or_insert_with(|| at(key));
         }
@@ -116,7 +117,7 @@ impl LayerFacts {
     }
 }
 
-fn record(slot: &mut EffectPath, present: bool, path: impl FnOnce() -> String) {
+fn record_first(slot: &mut FirstUsePath, present: bool, path: impl FnOnce() -> String) {
     if present && slot.is_none() {
         *slot = Some(path());
     }
@@ -131,16 +132,16 @@ thread_local! {
 /// Effects that need several facts together; each function returns the path of the cause.
 impl EffectFacts {
     /// Returns the path of a surface that lights illuminate; `None` without lights.
-    pub fn lit_by_lights(&self) -> Option<&String> {
-        self.lit.as_ref().and(self.light.as_ref())
+    pub fn surface_lit_by_lights(&self) -> Option<&String> {
+        self.lit_surface.as_ref().and(self.light.as_ref())
     }
 
-    pub fn highlights(&self) -> Option<&String> {
+    pub fn highlighted_surface(&self) -> Option<&String> {
         self.glossy_light.as_ref().and(self.highlight.as_ref())
     }
 
-    pub fn shadowed(&self) -> Option<&String> {
-        let responsive = self.lit_by_lights().or(self.highlights());
+    pub fn shadowing_occluder(&self) -> Option<&String> {
+        let responsive = self.surface_lit_by_lights().or(self.highlighted_surface());
         responsive
             .and(self.occluder.as_ref())
             .and(self.shadowing_light.as_ref())
@@ -148,9 +149,9 @@ impl EffectFacts {
 
     /// Returns the cause `own` of an effect or, under path tracing, the path of a layer that needs
     /// the effect.
-    pub fn with_layer<'a>(
+    pub fn effect_or_layer_source<'a>(
         &'a self,
-        own: &'a EffectPath,
+        own: &'a FirstUsePath,
         layer: &str,
         paths: bool,
     ) -> Option<&'a String> {
@@ -159,25 +160,25 @@ impl EffectFacts {
     }
 
     /// Returns the path of a surface on which the light of emissive surfaces is visible.
-    pub fn lit_by(&self, paths: bool) -> Option<&String> {
-        self.lit
+    pub fn surface_lit_by_lamps(&self, paths: bool) -> Option<&String> {
+        self.lit_surface
             .as_ref()
             .or(self.highlight.as_ref().filter(|_| paths))
     }
 
     /// Returns the path of a surface on which the light of the sky is visible.
-    pub fn receives(&self, paths: bool) -> Option<&String> {
+    pub fn surface_lit_by_sky(&self, paths: bool) -> Option<&String> {
         if paths {
-            self.lit_by(true)
+            self.surface_lit_by_lamps(true)
         } else {
             self.lit_physical.as_ref()
         }
     }
 
     /// Returns the path of a surface that diffuses light to other surfaces.
-    pub fn diffuses(&self, paths: bool) -> Option<&String> {
+    pub fn diffuse_surface(&self, paths: bool) -> Option<&String> {
         if paths {
-            self.lit.as_ref()
+            self.lit_surface.as_ref()
         } else {
             self.diffuse_physical.as_ref()
         }
@@ -190,11 +191,11 @@ impl EffectFacts {
         #[cfg(test)]
         WALKS.set(WALKS.get() + 1);
         let mut effect_facts = Self::default();
-        effect_facts.objects(scene);
+        effect_facts.gather_objects(scene);
         for (i, generator) in scene.generators.iter().enumerate() {
-            let repeated =
-                matches!(generator.object.shape, Shape::Mesh(_)) && count_of(&generator.kind) > 1;
-            record(&mut effect_facts.instance, repeated, || {
+            let repeated = matches!(generator.object.shape, Shape::Mesh(_))
+                && count_generated_objects(&generator.kind) > 1;
+            record_first(&mut effect_facts.instance, repeated, || {
                 format!("generators[{i}].object.shape.mesh")
             });
         }
@@ -206,7 +207,7 @@ impl EffectFacts {
             .textures
             .iter()
             .enumerate()
-            .filter(|(_, texture)| texture.filter == Filter::Mipmaps);
+            .filter(|(_, texture)| texture.filter == TextureFilter::Mipmaps);
         let reduced: BTreeMap<&str, usize> = reduced
             .map(|(i, texture)| (texture.name.as_str(), i))
             .collect();
@@ -218,34 +219,34 @@ impl EffectFacts {
             .filter(|(_, m)| used.contains(m.name.as_str()))
         {
             match &material.model {
-                Model::Classic(m) => effect_facts.classic(
+                MaterialModel::Classic(m) => effect_facts.gather_classic(
                     m,
                     &scene.classic,
                     &format!("materials[{i}].model.classic"),
                 ),
-                Model::Physical(m) => {
-                    effect_facts.physical(m, &format!("materials[{i}].model.physical"))
+                MaterialModel::Physical(m) => {
+                    effect_facts.gather_physical(m, &format!("materials[{i}].model.physical"))
                 }
             }
             let (path, even) = (
                 || format!("materials[{i}]"),
-                material.even_emission().is_some(),
+                material.uniform_emission().is_some(),
             );
             let mut textures = material.textures().filter(|texture| texture.uv.is_none());
             if let Some(filtered) = textures.find_map(|texture| reduced.get(texture.name.as_str()))
             {
-                record(&mut effect_facts.mip_maps, true, || {
+                record_first(&mut effect_facts.mip_maps, true, || {
                     format!("textures[{filtered}].filter")
                 });
             }
-            record(&mut effect_facts.even_emission, even, path);
-            record(
+            record_first(&mut effect_facts.even_emission, even, path);
+            record_first(
                 &mut effect_facts.varied_emission,
                 !even && material.emits(),
                 path,
             );
         }
-        effect_facts.unread(scene, &used);
+        effect_facts.gather_unread_extensions(scene, &used);
         for (i, light) in scene
             .lights
             .iter()
@@ -253,40 +254,42 @@ impl EffectFacts {
             .filter(|(_, l)| l.colour != Colour::BLACK)
         {
             let path = || format!("lights[{i}]");
-            record(&mut effect_facts.light, true, path);
-            record(&mut effect_facts.shadowing_light, light.shadows, path);
-            record(&mut effect_facts.glossy_light, light.specular, path);
+            record_first(&mut effect_facts.light, true, path);
+            record_first(&mut effect_facts.shadowing_light, light.shadows, path);
+            record_first(&mut effect_facts.glossy_light, light.specular, path);
         }
         match &scene.sky {
             None => {}
-            Some(Sky::Map(_)) => record(&mut effect_facts.sky_map, true, || "sky.map".to_owned()),
-            Some(Sky::Expression(_)) => record(&mut effect_facts.program, true, || {
+            Some(Sky::Map(_)) => {
+                record_first(&mut effect_facts.sky_map, true, || "sky.map".to_owned())
+            }
+            Some(Sky::Expression(_)) => record_first(&mut effect_facts.program, true, || {
                 "sky.expression".to_owned()
             }),
             // A studio has no ground below an unbounded object.
             Some(Sky::Studio(studio)) => {
-                let ground = studio.ground && effect_facts.unbounded.is_none();
-                record(&mut effect_facts.ground, ground, || {
+                let ground = studio.ground && effect_facts.unbounded_shape.is_none();
+                record_first(&mut effect_facts.ground, ground, || {
                     "sky.studio.ground".to_owned()
                 });
             }
             Some(Sky::Constant(_) | Sky::Gradient { .. }) => {}
         }
-        record(&mut effect_facts.sky, scene.sky.is_some(), || {
+        record_first(&mut effect_facts.sky, scene.sky.is_some(), || {
             "sky".to_owned()
         });
         let lens = |c: &Camera| matches!(&c.projection, Projection::ThinLens { aperture_radius, .. } if *aperture_radius > 0.0);
-        record(&mut effect_facts.lens, camera.is_some_and(lens), || {
+        record_first(&mut effect_facts.lens, camera.is_some_and(lens), || {
             "cameras".to_owned()
         });
-        record(
+        record_first(
             &mut effect_facts.motion,
             camera.is_some_and(camera_moves),
             || "cameras".to_owned(),
         );
-        record(
+        record_first(
             &mut effect_facts.exposure,
-            camera.and_then(exposure).is_some(),
+            camera.and_then(shutter_interval).is_some(),
             || "cameras".to_owned(),
         );
         effect_facts.instant = effect_facts.exposure.is_none()
@@ -296,7 +299,7 @@ impl EffectFacts {
 
     /// Gathers the properties that the scene format cannot represent, with the materials that have
     /// them.
-    fn unread(&mut self, scene: &Scene, used: &BTreeSet<&str>) {
+    fn gather_unread_extensions(&mut self, scene: &Scene, used: &BTreeSet<&str>) {
         const MOST: usize = 3;
         let mut parts: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
         for part in scene
@@ -310,8 +313,8 @@ impl EffectFacts {
                     .iter()
                     .position(|material| material.name == part.material)
             };
-            if self.unread.is_none() {
-                self.unread = place().map(|i| format!("materials[{i}]"));
+            if self.unread_material.is_none() {
+                self.unread_material = place().map(|i| format!("materials[{i}]"));
             }
             parts.entry(&part.label).or_default().push(&part.material);
         }
@@ -329,11 +332,11 @@ impl EffectFacts {
             };
             format!("{label} of {}{more}", names.join(", "))
         });
-        self.unread_parts = listed.collect::<Vec<_>>().join("; ");
+        self.unread_extensions = listed.collect::<Vec<_>>().join("; ");
     }
 
     /// Gathers the facts of all listed objects, and of the object of each generator.
-    fn objects(&mut self, scene: &Scene) {
+    fn gather_objects(&mut self, scene: &Scene) {
         let lookup = SceneLookup::new(scene);
         let listed = scene
             .objects
@@ -348,23 +351,25 @@ impl EffectFacts {
         let mut shown = HashSet::new();
         for ((list, i, within), object) in listed.chain(repeated) {
             let path = || format!("{list}[{i}]{within}");
-            record(&mut self.occluder, object.casts_shadow, path);
+            record_first(&mut self.occluder, object.casts_shadow, path);
             let unbounded = matches!(
                 object.shape,
                 Shape::Plane { .. } | Shape::Cylinder { height: None, .. }
             );
-            record(&mut self.unbounded, unbounded, || {
+            record_first(&mut self.unbounded_shape, unbounded, || {
                 format!("{}.shape", path())
             });
-            record(&mut self.motion, ends(object).is_some(), || {
-                format!("{}.transform_end", path())
-            });
+            record_first(
+                &mut self.motion,
+                object_motion_ends(object).is_some(),
+                || format!("{}.transform_end", path()),
+            );
             let Shape::Mesh(name) = &object.shape else {
                 continue;
             };
-            record(&mut self.mesh, true, || format!("{}.shape.mesh", path()));
+            record_first(&mut self.mesh, true, || format!("{}.shape.mesh", path()));
             // Only objects with the same rule for sides share a stored mesh.
-            record(
+            record_first(
                 &mut self.instance,
                 !shown.insert((name, object.side)),
                 || format!("{}.shape.mesh", path()),
@@ -372,40 +377,40 @@ impl EffectFacts {
             let smooth = lookup
                 .mesh_data(name)
                 .is_some_and(|data| !data.normals.is_empty());
-            record(&mut self.smooth_normals, smooth, || {
+            record_first(&mut self.smooth_normals, smooth, || {
                 format!("{}.shape.mesh", path())
             });
         }
     }
 
-    fn input(&mut self, input: &dyn FieldValue, path: impl Fn() -> String) {
-        record(&mut self.program, input.expression().is_some(), &path);
-        record(&mut self.image, input.texture().is_some(), &path);
-        record(
+    fn gather_input(&mut self, input: &dyn FieldValue, path: impl Fn() -> String) {
+        record_first(&mut self.program, input.expression().is_some(), &path);
+        record_first(&mut self.image, input.texture().is_some(), &path);
+        record_first(
             &mut self.checker,
             input.checker().is_some_and(|c| c.even != c.odd),
             &path,
         );
     }
 
-    fn weight(&mut self, weight: &Weight, path: impl Fn() -> String) -> bool {
-        record(
+    fn gather_weight(&mut self, weight: &ScalarFactor, path: impl Fn() -> String) -> bool {
+        record_first(
             &mut self.program,
-            matches!(weight, Weight::Expression(_)),
+            matches!(weight, ScalarFactor::Expression(_)),
             path,
         );
-        *weight != Weight::Number(0.0)
+        *weight != ScalarFactor::Number(0.0)
     }
 
-    fn classic(&mut self, m: &Classic, rules: &ClassicRules, path: &str) {
+    fn gather_classic(&mut self, m: &ClassicMaterial, rules: &ClassicRules, path: &str) {
         let at = |field: &str| format!("{path}.{field}");
         // A reflecting or transmitting surface may show its local term alone at the end of a path.
         let passes_on = m.reflection.is_some() || m.transmission.is_some();
         let alone = passes_on && rules.depth_limit == DepthLimit::LocalOnly;
-        let local = self.weight(&m.local, || at("local")) || alone;
-        self.input(&m.colour, || at("colour"));
-        let diffuse = self.weight(&m.diffuse, || at("diffuse"));
-        record(
+        let local = self.gather_weight(&m.local, || at("local")) || alone;
+        self.gather_input(&m.colour, || at("colour"));
+        let diffuse = self.gather_weight(&m.diffuse, || at("diffuse"));
+        record_first(
             &mut self.ambient,
             local && m.ambient.unwrap_or(rules.ambient) != Colour::BLACK,
             || match m.ambient {
@@ -413,46 +418,46 @@ impl EffectFacts {
                 None => "classic.ambient".to_owned(),
             },
         );
-        record(&mut self.lit, local && diffuse, || at("diffuse"));
+        record_first(&mut self.lit_surface, local && diffuse, || at("diffuse"));
         if let Some(s) = &m.specular {
-            let strong = self.weight(&s.strength, || at("specular.strength"));
-            record(
+            let strong = self.gather_weight(&s.strength, || at("specular.strength"));
+            record_first(
                 &mut self.highlight,
                 strong && (local || s.on_reflection),
                 || at("specular"),
             );
         }
         if let Some(r) = &m.rim {
-            let strong = self.weight(&r.strength, || at("rim.strength"));
-            record(&mut self.rim, strong && local, || at("rim"));
+            let strong = self.gather_weight(&r.strength, || at("rim.strength"));
+            record_first(&mut self.rim, strong && local, || at("rim"));
         }
         if let Some(r) = &m.reflection {
-            let strong = self.weight(&r.weight, || at("reflection.weight"));
-            record(&mut self.reflection, strong, || at("reflection"));
-            record(
+            let strong = self.gather_weight(&r.weight, || at("reflection.weight"));
+            record_first(&mut self.reflection, strong, || at("reflection"));
+            record_first(
                 &mut self.fuzz,
                 strong && r.fuzz.as_ref().is_some_and(|f| f.amount != 0.0),
                 || at("reflection.fuzz"),
             );
         }
-        record(&mut self.refraction, m.transmission.is_some(), || {
+        record_first(&mut self.refraction, m.transmission.is_some(), || {
             at("transmission")
         });
         if let Some(shadow) = &m.shadow {
-            self.weight(shadow, || at("shadow"));
+            self.gather_weight(shadow, || at("shadow"));
         }
         if let Some(mixture) = &m.mixture {
             let bends = mixture.refraction_chance > 0.0;
-            record(&mut self.mixture, true, || at("mixture"));
-            record(
+            record_first(&mut self.mixture, true, || at("mixture"));
+            record_first(
                 &mut self.absorption,
                 bends && mixture.absorption != Colour::BLACK,
                 || at("mixture.absorption"),
             );
         }
         if let Some(emission) = &m.emission {
-            self.input(emission, || at("emission"));
-            record(
+            self.gather_input(emission, || at("emission"));
+            record_first(
                 &mut self.emission,
                 *emission != ColourInput::Constant(Colour::BLACK),
                 || at("emission"),
@@ -460,22 +465,22 @@ impl EffectFacts {
         }
     }
 
-    fn physical(&mut self, m: &Physical, path: &str) {
+    fn gather_physical(&mut self, m: &Physical, path: &str) {
         let at = |field: &str| format!("{path}.{field}");
-        record(&mut self.physical, true, || path.to_owned());
+        record_first(&mut self.physical, true, || path.to_owned());
         m.fields()
             .into_iter()
-            .for_each(|field| self.input(field.value, || at(&field.to_string())));
-        record(&mut self.vertex_colours, m.vertex_colours, || {
+            .for_each(|field| self.gather_input(field.value, || at(&field.to_string())));
+        record_first(&mut self.vertex_colours, m.vertex_colours, || {
             at("vertex_colours")
         });
-        record(&mut self.alpha, m.alpha != AlphaMode::Opaque, || {
+        record_first(&mut self.alpha, m.alpha != AlphaMode::Opaque, || {
             at("alpha")
         });
-        record(&mut self.emission, m.gives_off().is_some(), || {
+        record_first(&mut self.emission, m.active_emission().is_some(), || {
             at("emission")
         });
-        record(&mut self.unlit, m.unlit, || at("unlit"));
+        record_first(&mut self.unlit_material, m.unlit, || at("unlit"));
         if m.unlit {
             return;
         }
@@ -491,26 +496,30 @@ impl EffectFacts {
         // A surface that transmits all light everywhere diffuses none.
         let all_passes =
             m.may_transmit() && m.transmission == 1.0.into() && m.transmission_texture.is_none();
-        record(&mut self.lit, true, || path.to_owned());
-        record(&mut self.normal_map, m.bent_by().is_some(), || {
-            at("normal_texture")
-        });
-        record(&mut self.lit_physical, true, || path.to_owned());
-        record(&mut self.highlight, true, || at("roughness"));
-        record(&mut self.reflection, smooth || varies || clear, || {
+        record_first(&mut self.lit_surface, true, || path.to_owned());
+        record_first(
+            &mut self.normal_map,
+            m.active_normal_map().is_some(),
+            || at("normal_texture"),
+        );
+        record_first(&mut self.lit_physical, true, || path.to_owned());
+        record_first(&mut self.highlight, true, || at("roughness"));
+        record_first(&mut self.reflection, smooth || varies || clear, || {
             at("roughness")
         });
-        record(&mut self.rough_reflection, !smooth, || at("roughness"));
-        record(&mut self.refraction, clear, || at("transmission"));
-        record(&mut self.rough_refraction, clear && !smooth, || {
+        record_first(&mut self.rough_reflection, !smooth, || at("roughness"));
+        record_first(&mut self.refraction, clear, || at("transmission"));
+        record_first(&mut self.rough_refraction, clear && !smooth, || {
             at("transmission")
         });
-        record(&mut self.absorption, m.absorption().is_some(), || {
+        record_first(&mut self.absorption, m.absorption().is_some(), || {
             at("attenuation_distance")
         });
-        record(&mut self.nested, m.is_nested() && plain, || at("priority"));
-        self.layers.gather(m, [plain, clear], &at);
-        record(&mut self.diffuse_physical, plain && !all_passes, || {
+        record_first(&mut self.nested_body, m.has_priority() && plain, || {
+            at("priority")
+        });
+        self.layers.add_material(m, [plain, clear], &at);
+        record_first(&mut self.diffuse_physical, plain && !all_passes, || {
             at("base_colour")
         });
     }

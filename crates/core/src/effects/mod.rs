@@ -11,7 +11,7 @@
 mod detect;
 mod facts;
 mod kind;
-mod lit;
+mod lighting;
 mod set;
 mod setup;
 mod switch;
@@ -19,10 +19,10 @@ mod table;
 
 pub(crate) use facts::MIRROR_ROUGHNESS;
 pub use kind::Effect;
-pub use lit::{has_light, lights_reach, neutral_sky};
+pub use lighting::{emits_light, lights_reach_surfaces, neutral_sky};
 pub use set::{EffectSet, LAYERS, SWITCHABLE};
 pub use setup::detect;
-pub(crate) use setup::{RenderSetup, chosen};
+pub(crate) use setup::{RenderSetup, chosen_integrator};
 
 use serde::Serialize;
 

@@ -65,7 +65,7 @@ impl FromIterator<Effect> for EffectSet {
 }
 
 /// Returns all effects with this role.
-const fn of_role(role: EffectRole) -> EffectSet {
+const fn effects_of_role(role: EffectRole) -> EffectSet {
     let (mut set, mut i) = (EffectSet::EMPTY, 0);
     while i < Effect::ALL.len() {
         if Effect::ALL[i].role() as u8 == role as u8 {
@@ -78,10 +78,10 @@ const fn of_role(role: EffectRole) -> EffectSet {
 
 /// Effects that are layers over, under or in the metallic-roughness model. Surfaces with one of
 /// these layers are prepared as layered materials.
-pub const LAYERS: EffectSet = of_role(EffectRole::Layer);
+pub const LAYERS: EffectSet = effects_of_role(EffectRole::Layer);
 
 /// Effects that can be switched off. All other effects are essential parts of the scene.
-pub const SWITCHABLE: EffectSet = of_role(EffectRole::Switch).or(LAYERS);
+pub const SWITCHABLE: EffectSet = effects_of_role(EffectRole::Switch).or(LAYERS);
 
 #[cfg(test)]
 mod tests {

@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use super::detect::{called_for, found};
+use super::detect::{choose_integrator, find_effects};
 use super::facts::EffectFacts;
-use super::switch::switched_off;
+use super::switch::remove_effects;
 use super::{EffectFinding, EffectReport, EffectSet, EffectStatus};
 use crate::scene::{Integrator, Scene};
 use crate::settings::Settings;
@@ -29,7 +29,7 @@ impl<'a> RenderSetup<'a> {
             settings.integrator,
         );
         let integrator = if requested == Integrator::Auto {
-            called_for(&effect_facts)
+            choose_integrator(&effect_facts)
         } else {
             requested
         };
@@ -38,22 +38,22 @@ impl<'a> RenderSetup<'a> {
             integrator,
             ..settings.clone()
         };
-        let mut findings = found(&effect_facts, &settings, paths);
+        let mut findings = find_effects(&effect_facts, &settings, paths);
         let mut rest = Cow::Borrowed(scene);
         if !settings.without.is_empty() {
-            let (scene, camera) = switched_off(scene, &settings.camera, settings.without);
+            let (scene, camera) = remove_effects(scene, &settings.camera, settings.without);
             settings.camera = camera;
-            let remaining = found(
+            let remaining = find_effects(
                 &EffectFacts::gather(&scene, settings.camera.as_ref()),
                 &settings,
                 paths,
             );
             for (finding, left) in findings.iter_mut().zip(remaining) {
-                switch_off(finding, left.status, settings.without);
+                mark_switched_off(finding, left.status, settings.without);
             }
             rest = Cow::Owned(scene);
         }
-        let because = reason(requested, paths, &findings).to_owned();
+        let because = integrator_reason(requested, paths, &findings).to_owned();
         let effects = EffectReport {
             integrator: if paths { "path" } else { "whitted" },
             because,
@@ -79,15 +79,21 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
 
 /// Returns the integrator that renders a scene with these settings: the requested one, or the one
 /// that suits the scene.
-pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
+pub(crate) fn chosen_integrator(scene: &Scene, settings: &Settings) -> Integrator {
     match settings.integrator {
-        Integrator::Auto => called_for(&EffectFacts::gather(scene, settings.camera.as_ref())),
+        Integrator::Auto => {
+            choose_integrator(&EffectFacts::gather(scene, settings.camera.as_ref()))
+        }
         requested => requested,
     }
 }
 
 /// Returns the reason for the choice of the integrator, as the report states it.
-fn reason(requested: Integrator, paths: bool, findings: &[EffectFinding]) -> &'static str {
+fn integrator_reason(
+    requested: Integrator,
+    paths: bool,
+    findings: &[EffectFinding],
+) -> &'static str {
     match requested {
         Integrator::Whitted | Integrator::Path => "asked for",
         Integrator::Auto if paths => "the scene has what only paths find",
@@ -100,7 +106,7 @@ fn reason(requested: Integrator, paths: bool, findings: &[EffectFinding]) -> &'s
 
 /// Changes the finding of the whole scene to left out, if its effect is in `off`, or absent in the
 /// scene without the effects of `off`. `left` is the status in that scene.
-fn switch_off(finding: &mut EffectFinding, left: EffectStatus, off: EffectSet) {
+fn mark_switched_off(finding: &mut EffectFinding, left: EffectStatus, off: EffectSet) {
     let named = off.has(finding.effect);
     if finding.status == EffectStatus::Absent || !named && left != EffectStatus::Absent {
         return;

@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use super::{Effect, EffectSet};
 use crate::scene::{
-    Camera, Classic, Colour, FieldValue, Filter, MaterialFields, MeshSource, Model, Physical,
-    Projection, Scene, Sky, physical_fields,
+    Camera, ClassicMaterial, Colour, FieldValue, MaterialFields, MaterialModel, MeshSource,
+    Physical, Projection, Scene, Sky, TextureFilter, physical_fields,
 };
 
 /// Returns the scene and the camera without the causes of these effects. `SkyLight`, `SoftShadows`,
 /// `Motion` and the mirror reflection of physical materials have no data of their own; preparation
 /// leaves them out if they are not simulated.
-pub(crate) fn switched_off(
+pub(crate) fn remove_effects(
     scene: &Scene,
     camera: &Option<Camera>,
     off: EffectSet,
@@ -37,16 +37,16 @@ pub(crate) fn switched_off(
     }
     for material in &mut scene.materials {
         match &mut material.model {
-            Model::Classic(m) => classic(m, off),
-            Model::Physical(m) => physical(m, off),
+            MaterialModel::Classic(m) => remove_from_classic(m, off),
+            MaterialModel::Physical(m) => remove_from_physical(m, off),
         }
     }
     if off.has(Effect::MipMaps) {
         let filtered = scene
             .textures
             .iter_mut()
-            .filter(|texture| texture.filter == Filter::Mipmaps);
-        filtered.for_each(|texture| texture.filter = Filter::Bilinear);
+            .filter(|texture| texture.filter == TextureFilter::Mipmaps);
+        filtered.for_each(|texture| texture.filter = TextureFilter::Bilinear);
     }
     if off.has(Effect::SmoothShading) {
         for mesh in &mut scene.meshes {
@@ -75,22 +75,22 @@ pub(crate) fn switched_off(
     (scene, camera)
 }
 
-fn classic(m: &mut Classic, off: EffectSet) {
-    clear(&mut m.rim, off.has(Effect::RimLight));
-    clear(&mut m.specular, off.has(Effect::Highlights));
-    clear(&mut m.emission, off.has(Effect::Emission));
-    clear(&mut m.reflection, off.has(Effect::MirrorReflection));
-    clear(&mut m.transmission, off.has(Effect::Refraction));
+fn remove_from_classic(m: &mut ClassicMaterial, off: EffectSet) {
+    clear_if(&mut m.rim, off.has(Effect::RimLight));
+    clear_if(&mut m.specular, off.has(Effect::Highlights));
+    clear_if(&mut m.emission, off.has(Effect::Emission));
+    clear_if(&mut m.reflection, off.has(Effect::MirrorReflection));
+    clear_if(&mut m.transmission, off.has(Effect::Refraction));
     if let Some(mixture) = m.mixture.as_mut().filter(|_| off.has(Effect::Absorption)) {
         mixture.absorption = Colour::BLACK;
     }
-    clear(&mut m.ambient, off.has(Effect::AmbientLight));
+    clear_if(&mut m.ambient, off.has(Effect::AmbientLight));
     if let Some(reflection) = &mut m.reflection {
-        clear(&mut reflection.fuzz, off.has(Effect::FuzzyReflection));
+        clear_if(&mut reflection.fuzz, off.has(Effect::FuzzyReflection));
     }
     core::iter::once(&mut m.colour)
         .chain(&mut m.emission)
-        .for_each(|input| flatten(input, off));
+        .for_each(|input| flatten_input(input, off));
 }
 
 /// Defines the function that resets the fields of a physical material whose effects are switched
@@ -98,8 +98,8 @@ fn classic(m: &mut Classic, off: EffectSet) {
 macro_rules! switches {
     ($(#[$meta:meta])* $Name:ident
      $($(#[$of:meta])* $key:ident: $Type:ty = $default:expr, $bounds:expr $(, $effect:ident)?;)*) => {
-        fn physical(m: &mut Physical, off: EffectSet) {
-            m.change(&mut |value| flatten(value, off));
+        fn remove_from_physical(m: &mut Physical, off: EffectSet) {
+            m.change_values(&mut |value| flatten_input(value, off));
             let default = Physical::default();
             $($(if off.has(Effect::$effect) {
                 m.$key = default.$key;
@@ -109,14 +109,14 @@ macro_rules! switches {
 }
 physical_fields!(switches);
 
-fn flatten(input: &mut dyn FieldValue, off: EffectSet) {
-    input.flatten(
+fn flatten_input(input: &mut dyn FieldValue, off: EffectSet) {
+    input.make_constant(
         off.has(Effect::ImageTextures),
         off.has(Effect::Checkerboard),
     );
 }
 
-fn clear<T>(slot: &mut Option<T>, off: bool) {
+fn clear_if<T>(slot: &mut Option<T>, off: bool) {
     if off {
         *slot = None;
     }

@@ -5,16 +5,16 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::error::{ExprError, Result};
-use super::function::{CONSTANTS, constant, function};
-use super::graph::{Graph, NodeId};
+use super::function::{CONSTANTS, find_constant, find_function};
+use super::graph::{ExprGraph, NodeId};
 use super::operation::Operation;
 use super::scope::{ExprScope, Variable};
-use super::semantics::vanishing;
-use crate::suggest::closest;
+use super::semantics::vanishing_limit;
+use crate::suggest::closest_word;
 
 /// A parsed part of the source: its node in the graph and its span in the text.
 #[derive(Clone, Debug)]
-pub(super) struct Term {
+pub(super) struct SourceTerm {
     pub id: NodeId,
     pub span: Range<usize>,
 }
@@ -24,38 +24,40 @@ pub(super) struct Term {
 const LARGEST_WHOLE_POWER: f64 = 65536.0;
 
 /// Builder of an expression's graph.
-pub(super) struct Builder<'a> {
-    pub graph: Graph,
-    pub names: &'a BTreeMap<String, f64>,
+pub(super) struct GraphBuilder<'a> {
+    pub graph: ExprGraph,
+    pub constants: &'a BTreeMap<String, f64>,
     scope: ExprScope,
 }
 
-impl<'a> Builder<'a> {
+impl<'a> GraphBuilder<'a> {
     pub fn new(names: &'a BTreeMap<String, f64>, scope: ExprScope) -> Self {
         Self {
-            graph: Graph::default(),
-            names,
+            graph: ExprGraph::default(),
+            constants: names,
             scope,
         }
     }
 
-    pub fn is_vector(&self, term: &Term) -> bool {
+    pub fn is_vector(&self, term: &SourceTerm) -> bool {
         self.graph.is_vector(term.id)
     }
 
     /// Resolves a name to a parameter, a variable of the scope or a named constant.
-    pub fn name(&mut self, name: &str, span: Range<usize>) -> Result<NodeId> {
-        let parameter = self.names.get(name).copied();
+    pub fn resolve_name(&mut self, name: &str, span: Range<usize>) -> Result<NodeId> {
+        let parameter = self.constants.get(name).copied();
         let variable = self
             .scope
             .variables()
             .iter()
             .copied()
             .find(|variable| variable.name() == name);
-        let constant = constant(name);
+        let constant = find_constant(name);
         match (parameter, variable, constant) {
-            (Some(value), None, None) | (None, None, Some(value)) => Ok(self.graph.number(value)),
-            (None, Some(variable), _) => Ok(self.graph.input(variable)),
+            (Some(value), None, None) | (None, None, Some(value)) => {
+                Ok(self.graph.add_number(value))
+            }
+            (None, Some(variable), _) => Ok(self.graph.add_variable(variable)),
             (Some(_), _, _) => {
                 let other = if variable.is_some() {
                     "a variable of the hit"
@@ -65,12 +67,12 @@ impl<'a> Builder<'a> {
                 let message = format!("`{name}` is a parameter of the scene and also {other}");
                 Err(ExprError::new(message, span).with_hint("give the parameter another name"))
             }
-            (None, None, None) => Err(self.unknown_name(name, span)),
+            (None, None, None) => Err(self.unknown_name_error(name, span)),
         }
     }
 
     /// Returns the error for a name that does not exist in this scope, with a hint.
-    fn unknown_name(&self, name: &str, span: Range<usize>) -> ExprError {
+    fn unknown_name_error(&self, name: &str, span: Range<usize>) -> ExprError {
         if let Some(variable) = Variable::ALL
             .into_iter()
             .find(|variable| variable.name() == name)
@@ -78,32 +80,32 @@ impl<'a> Builder<'a> {
             let message = format!(
                 "`{}` does not exist {}",
                 variable.name(),
-                self.scope.place()
+                self.scope.description()
             );
-            return ExprError::new(message, span).with_hint(self.allowed());
+            return ExprError::new(message, span).with_hint(self.list_allowed_names());
         }
-        if function(name).is_some() {
+        if find_function(name).is_some() {
             return ExprError::new(format!("`{name}` is a function"), span)
                 .with_hint(format!("write `{name}(…)`"));
         }
-        let known = self.names.keys().map(String::as_str);
+        let known = self.constants.keys().map(String::as_str);
         let known = known
             .chain(self.scope.variables().iter().map(|v| v.name()))
             .chain(CONSTANTS.iter().map(|(name, _)| *name));
-        let hint = match closest(name, known) {
-            Some(similar) => format!("did you mean `{similar}`? {}", self.allowed()),
-            None => self.allowed(),
+        let hint = match closest_word(name, known) {
+            Some(similar) => format!("did you mean `{similar}`? {}", self.list_allowed_names()),
+            None => self.list_allowed_names(),
         };
         ExprError::new(format!("unknown name `{name}`"), span).with_hint(hint)
     }
 
     /// Returns a sentence that lists the names of this scope, for a hint.
-    fn allowed(&self) -> String {
+    fn list_allowed_names(&self) -> String {
         const SHOWN: usize = 12;
         let mut names: Vec<&str> = self.scope.variables().iter().map(|v| v.name()).collect();
         names.extend(CONSTANTS.iter().map(|(name, _)| *name));
-        names.extend(self.names.keys().map(String::as_str).take(SHOWN));
-        let more = if self.names.len() > SHOWN {
+        names.extend(self.constants.keys().map(String::as_str).take(SHOWN));
+        let more = if self.constants.len() > SHOWN {
             ", …"
         } else {
             ""
@@ -112,7 +114,12 @@ impl<'a> Builder<'a> {
     }
 
     /// Adds the component `name` of a vector, such as `x` or `r`.
-    pub fn component(&mut self, of: Term, name: &str, span: Range<usize>) -> Result<NodeId> {
+    pub fn take_component(
+        &mut self,
+        of: SourceTerm,
+        name: &str,
+        span: Range<usize>,
+    ) -> Result<NodeId> {
         let axis = match name {
             "x" | "r" => 0,
             "y" | "g" => 1,
@@ -130,43 +137,52 @@ impl<'a> Builder<'a> {
                 of.span.start..span.end,
             ));
         }
-        Ok(self.graph.component(of.id, axis))
+        Ok(self.graph.add_component(of.id, axis))
     }
 
     /// Adds a vector of three numbers.
-    pub fn compose(&mut self, parts: &[Term]) -> Result<NodeId> {
-        let mut components = [self.graph.number(0.0); 3];
+    pub fn compose_vector(&mut self, parts: &[SourceTerm]) -> Result<NodeId> {
+        let mut components = [self.graph.add_number(0.0); 3];
         for (slot, part) in components.iter_mut().zip(parts) {
             *slot = self.expect_number(part, "a component of a vector")?;
         }
-        Ok(self.graph.add(Operation::Compose, components))
+        Ok(self.graph.add_operation(Operation::Compose, components))
     }
 
     /// Applies an operation to a number, or to every component of a vector.
-    pub fn unary(&mut self, operation: Operation, a: &Term) -> Result<NodeId> {
+    pub fn apply_unary(&mut self, operation: Operation, a: &SourceTerm) -> Result<NodeId> {
         if !self.is_vector(a) {
-            return Ok(self.graph.add(operation, [a.id]));
+            return Ok(self.graph.add_operation(operation, [a.id]));
         }
         match operation {
             Operation::Negate => {
-                let minus_one = self.graph.number(-1.0);
-                Ok(self.graph.add(Operation::Scale, [a.id, minus_one]))
+                let minus_one = self.graph.add_number(-1.0);
+                Ok(self
+                    .graph
+                    .add_operation(Operation::Scale, [a.id, minus_one]))
             }
             Operation::Not => Err(ExprError::new(
                 "`!` needs a number, and this is a vector",
                 a.span.clone(),
             )),
-            _ => Ok(self.each([a.id; 3], |graph, [a, ..]| graph.add(operation, [a]))),
+            _ => Ok(self.apply_to_components([a.id; 3], |graph, [a, ..]| {
+                graph.add_operation(operation, [a])
+            })),
         }
     }
 
     /// Applies an operation to two numbers or, componentwise, to a vector and another value.
-    pub fn binary(&mut self, operation: Operation, a: &Term, b: &Term) -> Result<NodeId> {
+    pub fn apply_binary(
+        &mut self,
+        operation: Operation,
+        a: &SourceTerm,
+        b: &SourceTerm,
+    ) -> Result<NodeId> {
         let vectors = (self.is_vector(a), self.is_vector(b));
         if vectors == (false, false) {
-            return Ok(binary_numbers(&mut self.graph, operation, a.id, b.id));
+            return Ok(apply_to_numbers(&mut self.graph, operation, a.id, b.id));
         }
-        if operation.is_of_numbers_only() {
+        if operation.requires_numbers() {
             let vector = if vectors.0 { a } else { b };
             let hint = "take a component such as `.y`, or `length(…)` or `dot(…)`";
             return Err(ExprError::new(
@@ -176,61 +192,72 @@ impl<'a> Builder<'a> {
             .with_hint(hint));
         }
         Ok(match (operation, vectors) {
-            (Operation::Multiply, (true, false)) => self.graph.add(Operation::Scale, [a.id, b.id]),
-            (Operation::Multiply, (false, true)) => self.graph.add(Operation::Scale, [b.id, a.id]),
-            (Operation::Divide, (true, false)) => self.graph.add(Operation::Shrink, [a.id, b.id]),
-            _ => match operation.on_vectors() {
+            (Operation::Multiply, (true, false)) => {
+                self.graph.add_operation(Operation::Scale, [a.id, b.id])
+            }
+            (Operation::Multiply, (false, true)) => {
+                self.graph.add_operation(Operation::Scale, [b.id, a.id])
+            }
+            (Operation::Divide, (true, false)) => self
+                .graph
+                .add_operation(Operation::DivideByNumber, [a.id, b.id]),
+            _ => match operation.vector_operation() {
                 Some(operation) => {
-                    let operands = [self.widen(a.id), self.widen(b.id)];
-                    self.graph.add(operation, operands)
+                    let operands = [self.widen_to_vector(a.id), self.widen_to_vector(b.id)];
+                    self.graph.add_operation(operation, operands)
                 }
-                None => self.each([a.id, b.id, b.id], |graph, [a, b, _]| {
-                    binary_numbers(graph, operation, a, b)
+                None => self.apply_to_components([a.id, b.id, b.id], |graph, [a, b, _]| {
+                    apply_to_numbers(graph, operation, a, b)
                 }),
             },
         })
     }
 
     /// Converts a number to a vector with three equal components; returns a vector unchanged.
-    pub fn widen(&mut self, id: NodeId) -> NodeId {
+    pub fn widen_to_vector(&mut self, id: NodeId) -> NodeId {
         if self.graph.is_vector(id) {
             id
         } else {
-            self.graph.add(Operation::Compose, [id; 3])
+            self.graph.add_operation(Operation::Compose, [id; 3])
         }
     }
 
     /// Applies `make` to the operands' components x, y and z, and composes a vector of the results.
     /// An operand that is a number is used for each component.
-    pub fn each(
+    pub fn apply_to_components(
         &mut self,
         operands: [NodeId; 3],
-        make: impl Fn(&mut Graph, [NodeId; 3]) -> NodeId,
+        make: impl Fn(&mut ExprGraph, [NodeId; 3]) -> NodeId,
     ) -> NodeId {
         let components = [0, 1, 2].map(|axis| {
             let parts = operands.map(|id| match self.graph.is_vector(id) {
-                true => self.graph.component(id, axis),
+                true => self.graph.add_component(id, axis),
                 false => id,
             });
             make(&mut self.graph, parts)
         });
-        self.graph.add(Operation::Compose, components)
+        self.graph.add_operation(Operation::Compose, components)
     }
 
     /// Adds the node of `condition ? a : b`.
-    pub fn select(&mut self, condition: &Term, a: &Term, b: &Term) -> Result<NodeId> {
+    pub fn add_select(
+        &mut self,
+        condition: &SourceTerm,
+        a: &SourceTerm,
+        b: &SourceTerm,
+    ) -> Result<NodeId> {
         let c = self.expect_number(condition, "a condition")?;
         Ok(if self.is_vector(a) || self.is_vector(b) {
-            let operands = [c, self.widen(a.id), self.widen(b.id)];
-            self.graph.add(Operation::SelectVectors, operands)
+            let operands = [c, self.widen_to_vector(a.id), self.widen_to_vector(b.id)];
+            self.graph.add_operation(Operation::SelectVectors, operands)
         } else {
-            self.graph.add(Operation::Select, [c, a.id, b.id])
+            self.graph.add_operation(Operation::Select, [c, a.id, b.id])
         })
     }
 
     /// Returns the node of a term that must be a number. For a vector, it returns an error that
     /// begins with `label`.
-    pub fn expect_number(&self, term: &Term, label: &str) -> Result<NodeId> {
+    pub fn expect_number(&self, term: &SourceTerm, label: &str) -> Result<NodeId> {
         if self.is_vector(term) {
             return Err(ExprError::new(
                 format!("{label} must be a number, and this is a vector"),
@@ -242,7 +269,7 @@ impl<'a> Builder<'a> {
 
     /// Returns the node of a term that must be a vector. For a number, it returns an error that
     /// begins with `label`.
-    pub fn expect_vector(&self, term: &Term, label: &str) -> Result<NodeId> {
+    pub fn expect_vector(&self, term: &SourceTerm, label: &str) -> Result<NodeId> {
         if !self.is_vector(term) {
             let error = ExprError::new(
                 format!("{label} must be a vector, and this is a number"),
@@ -256,24 +283,24 @@ impl<'a> Builder<'a> {
 
 /// Applies an operation to two numbers. A power with a constant whole exponent becomes
 /// multiplications.
-fn binary_numbers(graph: &mut Graph, operation: Operation, a: NodeId, b: NodeId) -> NodeId {
+fn apply_to_numbers(graph: &mut ExprGraph, operation: Operation, a: NodeId, b: NodeId) -> NodeId {
     if operation == Operation::Power
         && let Some(exponent) = graph.as_number(b)
         && exponent.fract() == 0.0
         && exponent.abs() <= LARGEST_WHOLE_POWER
     {
         let whole = exponent.abs() as u32;
-        let limit = graph.number(vanishing(whole));
+        let limit = graph.add_number(vanishing_limit(whole));
         let power = match whole {
-            2 => graph.add(Operation::Multiply, [a, a]),
-            _ => graph.add(Operation::WholePower(whole), [a, limit]),
+            2 => graph.add_operation(Operation::Multiply, [a, a]),
+            _ => graph.add_operation(Operation::WholePower(whole), [a, limit]),
         };
         return if exponent < 0.0 {
-            let one = graph.number(1.0);
-            graph.add(Operation::Divide, [one, power])
+            let one = graph.add_number(1.0);
+            graph.add_operation(Operation::Divide, [one, power])
         } else {
             power
         };
     }
-    graph.add(operation, [a, b])
+    graph.add_operation(operation, [a, b])
 }

@@ -9,7 +9,7 @@ pub(super) enum Function {
     /// A function of one argument, applied to each component of a vector.
     Unary(Operation),
     /// One argument times this constant, for each component of a vector.
-    Times(f64),
+    MultiplyBy(f64),
     /// A function of two arguments, applied to each component of vectors.
     Binary(Operation),
     /// `atan(x)` or `atan(y, x)`.
@@ -40,15 +40,15 @@ pub(super) enum Function {
     Checker,
     /// `noise(p)`, `noise(x, y)` or `noise(x, y, z)`. Sums of octaves take the number of octaves as
     /// an additional argument.
-    Noise(Octaves),
+    Noise(NoiseKind),
     /// Noise in the plane, `noise2(x, y)`. Sums of octaves take the number of octaves as an
     /// additional argument.
-    PlaneNoise(Octaves),
+    PlaneNoise(NoiseKind),
 }
 
 /// Combination of octaves by a noise function.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Octaves {
+pub(super) enum NoiseKind {
     /// A single octave, without the argument.
     One,
     /// Sum of octaves.
@@ -57,9 +57,9 @@ pub(super) enum Octaves {
     Turbulence,
 }
 
-impl Octaves {
+impl NoiseKind {
     /// Returns the operation at a point in space, for a number of octaves.
-    pub const fn in_space(self, count: u32) -> Operation {
+    pub const fn operation_3d(self, count: u32) -> Operation {
         match self {
             Self::One => Operation::Noise,
             Self::Sum => Operation::Sum(count),
@@ -68,7 +68,7 @@ impl Octaves {
     }
 
     /// Returns the operation at a point in the plane, for a number of octaves.
-    pub const fn in_plane(self, count: u32) -> Operation {
+    pub const fn operation_2d(self, count: u32) -> Operation {
         match self {
             Self::One => Operation::PlaneNoise,
             Self::Sum => Operation::PlaneSum(count),
@@ -89,11 +89,14 @@ pub(super) const FUNCTIONS: &[(&str, Function)] = &[
     ("clamp", Function::Clamp),
     ("cos", Function::Unary(Operation::Cos)),
     ("cross", Function::Cross),
-    ("degrees", Function::Times(180.0 / core::f64::consts::PI)),
+    (
+        "degrees",
+        Function::MultiplyBy(180.0 / core::f64::consts::PI),
+    ),
     ("dot", Function::Dot),
     ("exp", Function::Unary(Operation::Exp)),
-    ("fbm", Function::Noise(Octaves::Sum)),
-    ("fbm2", Function::PlaneNoise(Octaves::Sum)),
+    ("fbm", Function::Noise(NoiseKind::Sum)),
+    ("fbm2", Function::PlaneNoise(NoiseKind::Sum)),
     ("floor", Function::Unary(Operation::Floor)),
     ("fract", Function::Unary(Operation::Fract)),
     ("if", Function::If),
@@ -104,11 +107,14 @@ pub(super) const FUNCTIONS: &[(&str, Function)] = &[
     ("min", Function::Extremum(Operation::Min)),
     ("mix", Function::Mix),
     ("mod", Function::Binary(Operation::Modulo)),
-    ("noise", Function::Noise(Octaves::One)),
-    ("noise2", Function::PlaneNoise(Octaves::One)),
+    ("noise", Function::Noise(NoiseKind::One)),
+    ("noise2", Function::PlaneNoise(NoiseKind::One)),
     ("normalize", Function::Normalize),
     ("pow", Function::Binary(Operation::Power)),
-    ("radians", Function::Times(core::f64::consts::PI / 180.0)),
+    (
+        "radians",
+        Function::MultiplyBy(core::f64::consts::PI / 180.0),
+    ),
     ("reflect", Function::Reflect),
     ("round", Function::Unary(Operation::Round)),
     ("sign", Function::Unary(Operation::Sign)),
@@ -117,8 +123,8 @@ pub(super) const FUNCTIONS: &[(&str, Function)] = &[
     ("sqrt", Function::Unary(Operation::Sqrt)),
     ("step", Function::Binary(Operation::Step)),
     ("tan", Function::Unary(Operation::Tan)),
-    ("turbulence", Function::Noise(Octaves::Turbulence)),
-    ("turbulence2", Function::PlaneNoise(Octaves::Turbulence)),
+    ("turbulence", Function::Noise(NoiseKind::Turbulence)),
+    ("turbulence2", Function::PlaneNoise(NoiseKind::Turbulence)),
     ("vec3", Function::Vector),
 ];
 
@@ -140,7 +146,7 @@ pub fn constant_names() -> impl Iterator<Item = &'static str> {
 }
 
 /// Returns the function with this name.
-pub(super) fn function(name: &str) -> Option<Function> {
+pub(super) fn find_function(name: &str) -> Option<Function> {
     FUNCTIONS
         .iter()
         .find(|(known, _)| *known == name)
@@ -148,7 +154,7 @@ pub(super) fn function(name: &str) -> Option<Function> {
 }
 
 /// Returns the constant with this name.
-pub(super) fn constant(name: &str) -> Option<f64> {
+pub(super) fn find_constant(name: &str) -> Option<f64> {
     CONSTANTS
         .iter()
         .find(|(known, _)| *known == name)

@@ -77,29 +77,29 @@ impl ExprNode {
 
 /// The nodes of an expression under construction.
 #[derive(Debug, Default)]
-pub(super) struct Graph {
+pub(super) struct ExprGraph {
     nodes: Vec<ExprNode>,
     /// Identifier of each existing node.
-    known: HashMap<ExprNode, NodeId>,
+    node_ids: HashMap<ExprNode, NodeId>,
 }
 
-impl Graph {
+impl ExprGraph {
     /// Returns the nodes up to and including `root`, which contain all its operands.
-    pub fn up_to(&self, root: NodeId) -> &[ExprNode] {
+    pub fn nodes_up_to(&self, root: NodeId) -> &[ExprNode] {
         &self.nodes[..=root.index()]
     }
 
-    pub fn get(&self, id: NodeId) -> ExprNode {
+    pub fn node(&self, id: NodeId) -> ExprNode {
         self.nodes[id.index()]
     }
 
     pub fn is_vector(&self, id: NodeId) -> bool {
-        self.get(id).is_vector()
+        self.node(id).is_vector()
     }
 
     /// Returns the value of a node that is a constant number, else `None`.
     pub fn as_number(&self, id: NodeId) -> Option<f64> {
-        match self.get(id) {
+        match self.node(id) {
             ExprNode::Number(bits) => Some(f64::from_bits(bits)),
             _ => None,
         }
@@ -107,7 +107,7 @@ impl Graph {
 
     /// Returns the value of a node that is a constant number or vector, else `None`.
     pub fn constant(&self, id: NodeId) -> Option<Constant> {
-        match self.get(id) {
+        match self.node(id) {
             ExprNode::Number(x) => Some(Constant::Number(f64::from_bits(x))),
             ExprNode::Vector(v) => Some(Constant::Vector(v.map(f64::from_bits))),
             _ => None,
@@ -115,32 +115,36 @@ impl Graph {
     }
 
     /// Adds a constant number.
-    pub fn number(&mut self, value: f64) -> NodeId {
-        self.intern(ExprNode::Number(value.to_bits()))
+    pub fn add_number(&mut self, value: f64) -> NodeId {
+        self.intern_node(ExprNode::Number(value.to_bits()))
     }
 
     /// Adds a variable.
-    pub fn input(&mut self, variable: Variable) -> NodeId {
-        self.intern(ExprNode::Input(variable))
+    pub fn add_variable(&mut self, variable: Variable) -> NodeId {
+        self.intern_node(ExprNode::Input(variable))
     }
 
     /// Adds component 0, 1 or 2 of a vector.
-    pub fn component(&mut self, of: NodeId, axis: u8) -> NodeId {
-        match self.get(of) {
+    pub fn add_component(&mut self, of: NodeId, axis: u8) -> NodeId {
+        match self.node(of) {
             ExprNode::Vector(components) => {
-                self.intern(ExprNode::Number(components[usize::from(axis)]))
+                self.intern_node(ExprNode::Number(components[usize::from(axis)]))
             }
             ExprNode::Operation(Operation::Compose, parts) => parts[usize::from(axis)],
-            _ => self.intern(ExprNode::Component(of, axis)),
+            _ => self.intern_node(ExprNode::Component(of, axis)),
         }
     }
 
     /// Adds an operation on one to four operands, or returns an equivalent node. Constants are
     /// folded, and some operations are simplified without changing a bit of the result.
-    pub fn add<const N: usize>(&mut self, operation: Operation, operands: [NodeId; N]) -> NodeId {
+    pub fn add_operation<const N: usize>(
+        &mut self,
+        operation: Operation,
+        operands: [NodeId; N],
+    ) -> NodeId {
         let operands @ [a, b, c, _] = core::array::from_fn(|i| operands[i.min(N - 1)]);
-        if let Some(constant) = self.folded(operation, operands) {
-            return self.intern(constant);
+        if let Some(constant) = self.fold_constants(operation, operands) {
+            return self.intern_node(constant);
         }
         match operation {
             // Of a constant condition, only the taken branch remains.
@@ -154,37 +158,39 @@ impl Graph {
             // bit of the result changes.
             Operation::Add => {
                 for (term, product) in [(a, b), (b, a)] {
-                    if let Some([x, y]) = self.product(product) {
-                        let one = self.number(1.0);
-                        let [x, y, z] = match (self.product(x), self.product(y)) {
+                    if let Some([x, y]) = self.product_factors(product) {
+                        let one = self.add_number(1.0);
+                        let [x, y, z] = match (self.product_factors(x), self.product_factors(y)) {
                             (Some([u, v]), _) => [u, v, y],
                             (None, Some([u, v])) => [u, v, x],
                             (None, None) => [x, one, y],
                         };
-                        return self.add(Operation::ProductSum, [x, y, z, term]);
+                        return self.add_operation(Operation::ProductSum, [x, y, z, term]);
                     }
                 }
             }
             Operation::Subtract => {
-                if let Some([x, y]) = self.product(b) {
-                    let minus_one = self.number(-1.0);
-                    return self.add(Operation::ProductSum, [x, minus_one, y, a]);
+                if let Some([x, y]) = self.product_factors(b) {
+                    let minus_one = self.add_number(-1.0);
+                    return self.add_operation(Operation::ProductSum, [x, minus_one, y, a]);
                 }
             }
             // A weight that is always 0 or 1 selects one end of the interpolation. The other end is
             // ignored, even if it is not finite.
-            Operation::Mix if self.is_truth(c) => return self.add(Operation::Select, [c, b, a]),
-            Operation::MixVectors if self.is_truth(c) => {
-                return self.add(Operation::SelectVectors, [c, b, a]);
+            Operation::Mix if self.is_truth_value(c) => {
+                return self.add_operation(Operation::Select, [c, b, a]);
+            }
+            Operation::MixVectors if self.is_truth_value(c) => {
+                return self.add_operation(Operation::SelectVectors, [c, b, a]);
             }
             _ => {}
         }
-        self.intern(ExprNode::Operation(operation, operands))
+        self.intern_node(ExprNode::Operation(operation, operands))
     }
 
     /// Returns the factors of a node that is a product of numbers.
-    fn product(&self, id: NodeId) -> Option<[NodeId; 2]> {
-        match self.get(id) {
+    fn product_factors(&self, id: NodeId) -> Option<[NodeId; 2]> {
+        match self.node(id) {
             ExprNode::Operation(Operation::Multiply, [x, y, ..]) => Some([x, y]),
             _ => None,
         }
@@ -192,13 +198,13 @@ impl Graph {
 
     /// Evaluates an operation whose operands are all constant, with the bits that a program would
     /// have.
-    fn folded(&self, operation: Operation, operands: [NodeId; 4]) -> Option<ExprNode> {
+    fn fold_constants(&self, operation: Operation, operands: [NodeId; 4]) -> Option<ExprNode> {
         let row = |id: NodeId| match self.constant(id)? {
             Constant::Number(x) => Some([x; 4]),
             Constant::Vector([x, y, z]) => Some([x, y, z, 0.0]),
         };
         let [a, b, c, d] = operands.map(row);
-        let [x, y, z, _] = run::alone(operation, [a?, b?, c?, d?]).map(f64::to_bits);
+        let [x, y, z, _] = run::run_operation(operation, [a?, b?, c?, d?]).map(f64::to_bits);
         Some(if operation.is_vector() {
             ExprNode::Vector([x, y, z])
         } else {
@@ -207,15 +213,15 @@ impl Graph {
     }
 
     /// Whether the value of a node is 0 or 1 at every hit.
-    fn is_truth(&self, id: NodeId) -> bool {
-        matches!(self.get(id), ExprNode::Operation(operation, _) if operation.is_truth())
+    fn is_truth_value(&self, id: NodeId) -> bool {
+        matches!(self.node(id), ExprNode::Operation(operation, _) if operation.yields_truth_value())
     }
 
     /// Adds a node, or returns the identifier of an equal node.
-    fn intern(&mut self, node: ExprNode) -> NodeId {
+    fn intern_node(&mut self, node: ExprNode) -> NodeId {
         // The length of the source bounds the number of nodes far below 2³².
         let next = NodeId(self.nodes.len() as u32);
-        let id = *self.known.entry(node).or_insert(next);
+        let id = *self.node_ids.entry(node).or_insert(next);
         if id == next {
             self.nodes.push(node);
         }

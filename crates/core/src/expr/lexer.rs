@@ -27,7 +27,7 @@ const SYMBOLS: [&str; 23] = [
 ];
 
 /// Returns all tokens of `source`; the last token is [`Lexeme::End`].
-pub(super) fn tokens(source: &str) -> Result<Vec<Token>> {
+pub(super) fn tokenize(source: &str) -> Result<Vec<Token>> {
     let mut tokens = Vec::new();
     let mut position = 0;
     while let Some(rest) = source.get(position..) {
@@ -40,7 +40,7 @@ pub(super) fn tokens(source: &str) -> Result<Vec<Token>> {
         }
         let (lexeme, length) =
             if first.is_ascii_digit() || (first == '.' && starts_with_digit(&rest[1..])) {
-                number(rest, position)?
+                read_number(rest, position)?
             } else if first.is_ascii_alphabetic() || first == '_' {
                 (
                     Lexeme::Name,
@@ -55,7 +55,7 @@ pub(super) fn tokens(source: &str) -> Result<Vec<Token>> {
             } else if let Some(symbol) = SYMBOLS.into_iter().find(|s| rest.starts_with(s)) {
                 (Lexeme::Symbol(symbol), symbol.len())
             } else {
-                return Err(unexpected(first, position));
+                return Err(unexpected_character_error(first, position));
             };
         tokens.push(Token {
             lexeme,
@@ -80,7 +80,7 @@ fn starts_with_digit(text: &str) -> bool {
 
 /// Reads a number such as `12`, `1.5`, `.5`, `2.` or `1e-3` and returns its length in bytes. An `e`
 /// that no digits follow is not part of the number.
-fn number(rest: &str, position: usize) -> Result<(Lexeme, usize)> {
+fn read_number(rest: &str, position: usize) -> Result<(Lexeme, usize)> {
     let digits = |from: usize| {
         rest[from..]
             .find(|c: char| !c.is_ascii_digit())
@@ -106,7 +106,7 @@ fn number(rest: &str, position: usize) -> Result<(Lexeme, usize)> {
 }
 
 /// Returns the error for a character that begins no token, with a hint.
-fn unexpected(character: char, position: usize) -> ExprError {
+fn unexpected_character_error(character: char, position: usize) -> ExprError {
     let error = ExprError::new(
         format!("unexpected character `{}`", character.escape_debug()),
         position..position + character.len_utf8(),

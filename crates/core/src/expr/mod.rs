@@ -3,7 +3,7 @@
 //!
 //! The language has two uses. While a scene is loaded, [`evaluate`] computes numbers that are
 //! expressions of the time `t` and the scene's parameters. For textures, weights and sky colours,
-//! [`compile`] makes a program once, and [`Programs`] evaluates the program at each hit, whose
+//! [`compile`] makes a program once, and [`ProgramTable`] evaluates the program at each hit, whose
 //! properties it may read.
 //!
 //! * **Values** are numbers and vectors of three numbers, `[x, y, z]` or `vec3(x, y, z)`, with the
@@ -48,7 +48,7 @@ pub use error::ExprError;
 pub use function::{constant_names, function_names};
 pub use graph::Constant;
 pub use program::{MAX_OPERATIONS, Program};
-pub use programs::Programs;
+pub use programs::ProgramTable;
 pub use scope::{ExprScope, Variable, VariableValues};
 
 /// Greatest length of an expression in bytes.
@@ -62,7 +62,7 @@ pub const MAX_DEPTH: usize = 64;
 ///
 /// # Errors An invalid expression, and a value that is a vector or not finite.
 pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, ExprError> {
-    let (builder, term) = parser::parse(source, build::Builder::new(names, ExprScope::Load))?;
+    let (builder, term) = parser::parse(source, build::GraphBuilder::new(names, ExprScope::Load))?;
     let id = builder.expect_number(&term, "the value")?;
     match builder.graph.as_number(id) {
         Some(value) if value.is_finite() => Ok(value),
@@ -87,7 +87,7 @@ pub fn compile(
     names: &BTreeMap<String, f64>,
     scope: ExprScope,
 ) -> Result<Program, ExprError> {
-    let (builder, term) = parser::parse(source, build::Builder::new(names, scope))?;
+    let (builder, term) = parser::parse(source, build::GraphBuilder::new(names, scope))?;
     Program::new(&builder.graph, term.id, term.span)
 }
 
@@ -100,7 +100,7 @@ pub fn compile_number(
     names: &BTreeMap<String, f64>,
     scope: ExprScope,
 ) -> Result<Program, ExprError> {
-    let (builder, term) = parser::parse(source, build::Builder::new(names, scope))?;
+    let (builder, term) = parser::parse(source, build::GraphBuilder::new(names, scope))?;
     builder.expect_number(&term, "a weight")?;
     Program::new(&builder.graph, term.id, term.span)
 }
@@ -120,5 +120,5 @@ pub fn parameter_name_problem(name: &str) -> Option<String> {
     if name == "t" {
         return Some("`t` is the time".to_owned());
     }
-    function::constant(name).map(|value| format!("`{name}` is the constant {value}"))
+    function::find_constant(name).map(|value| format!("`{name}` is the constant {value}"))
 }

@@ -30,7 +30,7 @@ pub(super) enum Operation {
     Modulo,
     Power,
     /// a to this whole power; zero for magnitudes below the limit b, see
-    /// [`vanishing`](super::semantics::vanishing).
+    /// [`vanishing`](super::semantics::vanishing_limit).
     WholePower(u32),
     Min,
     Max,
@@ -83,7 +83,7 @@ pub(super) enum Operation {
     /// A vector times a number.
     Scale,
     /// A vector divided by a number.
-    Shrink,
+    DivideByNumber,
     /// Interpolation from vector a at c = 0 to vector b at c = 1.
     MixVectors,
     /// Vector b where the number a is true, else vector c.
@@ -99,7 +99,7 @@ impl Operation {
             AddVectors, Compose, Cross, DivideVectors, MaxVectors, MinVectors, MixVectors,
             MultiplyVectors,
         };
-        use Operation::{Normalize, Scale, SelectVectors, Shrink, SubtractVectors};
+        use Operation::{DivideByNumber, Normalize, Scale, SelectVectors, SubtractVectors};
         matches!(
             self,
             Compose
@@ -111,12 +111,12 @@ impl Operation {
                 | MaxVectors
         ) || matches!(
             self,
-            Scale | Shrink | MixVectors | SelectVectors | Cross | Normalize
+            Scale | DivideByNumber | MixVectors | SelectVectors | Cross | Normalize
         )
     }
 
     /// Returns the operation on vectors that applies this operation to each component.
-    pub const fn on_vectors(self) -> Option<Self> {
+    pub const fn vector_operation(self) -> Option<Self> {
         match self {
             Self::Add => Some(Self::AddVectors),
             Self::Subtract => Some(Self::SubtractVectors),
@@ -129,7 +129,7 @@ impl Operation {
     }
 
     /// Whether the operation requires two numbers, not vectors. All these operations yield 0 or 1.
-    pub const fn is_of_numbers_only(self) -> bool {
+    pub const fn requires_numbers(self) -> bool {
         use Operation::{
             And, Checker, Equal, Greater, GreaterOrEqual, Less, LessOrEqual, NotEqual, Or,
         };
@@ -140,7 +140,7 @@ impl Operation {
     }
 
     /// Whether the result is 0 or 1 for all operands.
-    pub const fn is_truth(self) -> bool {
-        self.is_of_numbers_only() || matches!(self, Self::Not | Self::Step)
+    pub const fn yields_truth_value(self) -> bool {
+        self.requires_numbers() || matches!(self, Self::Not | Self::Step)
     }
 }

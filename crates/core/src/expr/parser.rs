@@ -2,18 +2,18 @@
 //! nested source becomes nested calls.
 //!
 //! ```text
-//! expression = or [ "?" expression ":" expression ]
+//! parse_expression = or [ "?" parse_expression ":" parse_expression ]
 //! or, and, comparison, sum, product: left-associative, binding tighter in this order; comparisons do not chain
-//! prefix     = { "-" | "+" | "!" } power
-//! power      = part [ "^" prefix ]                               right-associative: -x^2 is -(x^2)
-//! part       = ( number | name | name "(" … ")" | "(" … ")" | "[" x "," y "," z "]" ) { "." component }
+//! parse_prefix     = { "-" | "+" | "!" } parse_power
+//! parse_power      = parse_postfix [ "^" parse_prefix ]                               right-associative: -x^2 is -(x^2)
+//! parse_postfix       = ( add_number | name | name "(" … ")" | "(" … ")" | "[" x "," y "," z "]" ) { "." take_component }
 //! ```
 
 use std::ops::Range;
 
-use super::build::{Builder, Term};
+use super::build::{GraphBuilder, SourceTerm};
 use super::error::{ExprError, Result};
-use super::lexer::{Lexeme, Token, tokens};
+use super::lexer::{Lexeme, Token, tokenize};
 use super::operation::Operation;
 use super::{MAX_DEPTH, MAX_SOURCE};
 
@@ -21,13 +21,16 @@ use super::{MAX_DEPTH, MAX_SOURCE};
 pub(super) struct Parser<'s, 'n> {
     source: &'s str,
     tokens: Vec<Token>,
-    at: usize,
+    position: usize,
     depth: usize,
-    builder: Builder<'n>,
+    builder: GraphBuilder<'n>,
 }
 
 /// Parses a complete expression. The span of an error is the place where parsing failed.
-pub(super) fn parse<'n>(source: &str, builder: Builder<'n>) -> Result<(Builder<'n>, Term)> {
+pub(super) fn parse<'n>(
+    source: &str,
+    builder: GraphBuilder<'n>,
+) -> Result<(GraphBuilder<'n>, SourceTerm)> {
     if source.len() > MAX_SOURCE {
         let message = format!(
             "this expression has {} bytes; the limit is {MAX_SOURCE}",
@@ -37,18 +40,18 @@ pub(super) fn parse<'n>(source: &str, builder: Builder<'n>) -> Result<(Builder<'
     }
     let mut parser = Parser {
         source,
-        tokens: tokens(source)?,
-        at: 0,
+        tokens: tokenize(source)?,
+        position: 0,
         depth: 0,
         builder,
     };
     if parser.peek() == Lexeme::End {
         return Err(ExprError::new("this expression is empty", 0..source.len()));
     }
-    let term = parser.expression()?;
+    let term = parser.parse_expression()?;
     match parser.peek() {
         Lexeme::End => Ok((parser.builder, term)),
-        _ => Err(parser.left_over()),
+        _ => Err(parser.unexpected_token_error()),
     }
 }
 
@@ -79,36 +82,36 @@ fn binary_operator(lexeme: Lexeme) -> Option<(Operation, u8)> {
 }
 
 impl Parser<'_, '_> {
-    fn token(&self) -> Token {
+    fn current_token(&self) -> Token {
         let end = self.source.len();
-        self.tokens.get(self.at).cloned().unwrap_or(Token {
+        self.tokens.get(self.position).cloned().unwrap_or(Token {
             lexeme: Lexeme::End,
             span: end..end,
         })
     }
 
     fn peek(&self) -> Lexeme {
-        self.token().lexeme
+        self.current_token().lexeme
     }
 
-    fn next(&mut self) -> Token {
-        let token = self.token();
-        self.at += 1;
+    fn next_token(&mut self) -> Token {
+        let token = self.current_token();
+        self.position += 1;
         token
     }
 
     /// Consumes the next token if it is the given symbol; returns whether it was.
-    fn take(&mut self, symbol: &str) -> bool {
+    fn take_symbol(&mut self, symbol: &str) -> bool {
         let found = matches!(self.peek(), Lexeme::Symbol(s) if s == symbol);
-        self.at += usize::from(found);
+        self.position += usize::from(found);
         found
     }
 
     /// Consumes the closing `symbol` and returns its end. `open` is the span of the opening symbol,
     /// for the error.
-    fn close(&mut self, symbol: &str, open: &Range<usize>) -> Result<usize> {
-        let token = self.token();
-        if self.take(symbol) {
+    fn expect_closing(&mut self, symbol: &str, open: &Range<usize>) -> Result<usize> {
+        let token = self.current_token();
+        if self.take_symbol(symbol) {
             return Ok(token.span.end);
         }
         if token.lexeme == Lexeme::End {
@@ -118,17 +121,17 @@ impl Parser<'_, '_> {
                     .with_hint(format!("add `{symbol}`")),
             );
         }
-        Err(self.left_over())
+        Err(self.unexpected_token_error())
     }
 
     /// Returns the error for a token that cannot follow a complete value.
-    fn left_over(&self) -> ExprError {
-        let token = self.token();
+    fn unexpected_token_error(&self) -> ExprError {
+        let token = self.current_token();
         let text = &self.source[token.span.clone()];
-        let touching = self.at > 0
+        let touching = self.position > 0
             && self
                 .tokens
-                .get(self.at - 1)
+                .get(self.position - 1)
                 .is_some_and(|t| matches!(t.lexeme, Lexeme::Number(_)));
         match token.lexeme {
             Lexeme::Symbol(")" | "]") => {
@@ -151,10 +154,10 @@ impl Parser<'_, '_> {
     }
 
     /// Runs a parsing function one level deeper, and checks the nesting depth.
-    fn nested<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
+    fn parse_nested<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         if self.depth == MAX_DEPTH {
             let message = format!("this expression is nested more than {MAX_DEPTH} deep");
-            return Err(ExprError::new(message, self.token().span));
+            return Err(ExprError::new(message, self.current_token().span));
         }
         self.depth += 1;
         let result = inner(self);
@@ -163,41 +166,42 @@ impl Parser<'_, '_> {
     }
 
     /// Parses a value or a condition `a ? b : c`.
-    fn expression(&mut self) -> Result<Term> {
-        let condition = self.operators(0)?;
-        let mark = self.token().span;
-        if !self.take("?") {
+    fn parse_expression(&mut self) -> Result<SourceTerm> {
+        let condition = self.parse_operators(0)?;
+        let mark = self.current_token().span;
+        if !self.take_symbol("?") {
             return Ok(condition);
         }
-        let then = self.nested(Self::expression)?;
-        if !self.take(":") {
+        let then = self.parse_nested(Self::parse_expression)?;
+        if !self.take_symbol(":") {
             let error = ExprError::new("`?` without `:`", mark);
             return Err(error.with_hint("a choice is written `condition ? a : b`"));
         }
-        let other = self.nested(Self::expression)?;
-        let id = self.builder.select(&condition, &then, &other)?;
-        Ok(Term {
+        let other = self.parse_nested(Self::parse_expression)?;
+        let id = self.builder.add_select(&condition, &then, &other)?;
+        Ok(SourceTerm {
             id,
             span: condition.span.start..other.span.end,
         })
     }
 
     /// Parses values joined by binary operators of at least the precedence `level`.
-    fn operators(&mut self, level: u8) -> Result<Term> {
-        let mut left = self.prefix()?;
+    fn parse_operators(&mut self, level: u8) -> Result<SourceTerm> {
+        let mut left = self.parse_prefix()?;
         let mut compared = false;
         while let Some((op, its_level)) = binary_operator(self.peek())
             && its_level >= level
         {
             if its_level == COMPARISON && compared {
-                let error = ExprError::new("comparisons cannot be chained", self.token().span);
+                let error =
+                    ExprError::new("comparisons cannot be chained", self.current_token().span);
                 return Err(error.with_hint("write `a < b && b < c`"));
             }
             compared = its_level == COMPARISON;
-            self.at += 1;
-            let right = self.operators(its_level + 1)?;
-            let id = self.builder.binary(op, &left, &right)?;
-            left = Term {
+            self.position += 1;
+            let right = self.parse_operators(its_level + 1)?;
+            let id = self.builder.apply_binary(op, &left, &right)?;
+            left = SourceTerm {
                 id,
                 span: left.span.start..right.span.end,
             };
@@ -205,44 +209,46 @@ impl Parser<'_, '_> {
         Ok(left)
     }
 
-    fn prefix(&mut self) -> Result<Term> {
-        let token = self.token();
+    fn parse_prefix(&mut self) -> Result<SourceTerm> {
+        let token = self.current_token();
         let op = match token.lexeme {
             Lexeme::Symbol("-") => Some(Operation::Negate),
             Lexeme::Symbol("!") => Some(Operation::Not),
             Lexeme::Symbol("+") => None,
-            _ => return self.power(),
+            _ => return self.parse_power(),
         };
-        self.at += 1;
-        let operand = self.nested(Self::prefix)?;
+        self.position += 1;
+        let operand = self.parse_nested(Self::parse_prefix)?;
         let id = match op {
-            Some(op) => self.builder.unary(op, &operand)?,
+            Some(op) => self.builder.apply_unary(op, &operand)?,
             None => operand.id,
         };
-        Ok(Term {
+        Ok(SourceTerm {
             id,
             span: token.span.start..operand.span.end,
         })
     }
 
-    fn power(&mut self) -> Result<Term> {
-        let base = self.part()?;
-        if !self.take("^") {
+    fn parse_power(&mut self) -> Result<SourceTerm> {
+        let base = self.parse_postfix()?;
+        if !self.take_symbol("^") {
             return Ok(base);
         }
-        let exponent = self.nested(Self::prefix)?;
-        let id = self.builder.binary(Operation::Power, &base, &exponent)?;
-        Ok(Term {
+        let exponent = self.parse_nested(Self::parse_prefix)?;
+        let id = self
+            .builder
+            .apply_binary(Operation::Power, &base, &exponent)?;
+        Ok(SourceTerm {
             id,
             span: base.span.start..exponent.span.end,
         })
     }
 
     /// Parses a simple value and the components taken of it, as in `p.x`.
-    fn part(&mut self) -> Result<Term> {
-        let mut term = self.simple()?;
-        while self.take(".") {
-            let token = self.next();
+    fn parse_postfix(&mut self) -> Result<SourceTerm> {
+        let mut term = self.parse_primary()?;
+        while self.take_symbol(".") {
+            let token = self.next_token();
             if token.lexeme != Lexeme::Name {
                 return Err(ExprError::new(
                     "expected a component such as `.x` after the point",
@@ -250,10 +256,10 @@ impl Parser<'_, '_> {
                 ));
             }
             let (start, end) = (term.span.start, token.span.end);
-            let id = self
-                .builder
-                .component(term, &self.source[token.span.clone()], token.span)?;
-            term = Term {
+            let id =
+                self.builder
+                    .take_component(term, &self.source[token.span.clone()], token.span)?;
+            term = SourceTerm {
                 id,
                 span: start..end,
             };
@@ -262,31 +268,31 @@ impl Parser<'_, '_> {
     }
 
     /// Parses a number, a name, a call, or something in parentheses or brackets.
-    fn simple(&mut self) -> Result<Term> {
-        let token = self.next();
+    fn parse_primary(&mut self) -> Result<SourceTerm> {
+        let token = self.next_token();
         let span = token.span.clone();
         match token.lexeme {
-            Lexeme::Number(value) => Ok(Term {
-                id: self.builder.graph.number(value),
+            Lexeme::Number(value) => Ok(SourceTerm {
+                id: self.builder.graph.add_number(value),
                 span,
             }),
-            Lexeme::Name if matches!(self.peek(), Lexeme::Symbol("(")) => self.call(span),
-            Lexeme::Name => Ok(Term {
+            Lexeme::Name if matches!(self.peek(), Lexeme::Symbol("(")) => self.parse_call(span),
+            Lexeme::Name => Ok(SourceTerm {
                 id: self
                     .builder
-                    .name(&self.source[span.clone()], span.clone())?,
+                    .resolve_name(&self.source[span.clone()], span.clone())?,
                 span,
             }),
             Lexeme::Symbol("(") => {
-                let inner = self.nested(Self::expression)?;
-                let end = self.close(")", &span)?;
-                Ok(Term {
+                let inner = self.parse_nested(Self::parse_expression)?;
+                let end = self.expect_closing(")", &span)?;
+                Ok(SourceTerm {
                     id: inner.id,
                     span: span.start..end,
                 })
             }
             Lexeme::Symbol("[") => {
-                let (parts, end) = self.list("]", &span)?;
+                let (parts, end) = self.parse_list("]", &span)?;
                 let whole = span.start..end;
                 if parts.len() != 3 {
                     let message = format!(
@@ -295,8 +301,8 @@ impl Parser<'_, '_> {
                     );
                     return Err(ExprError::new(message, whole));
                 }
-                Ok(Term {
-                    id: self.builder.compose(&parts)?,
+                Ok(SourceTerm {
+                    id: self.builder.compose_vector(&parts)?,
                     span: whole,
                 })
             }
@@ -313,28 +319,31 @@ impl Parser<'_, '_> {
         }
     }
 
-    fn call(&mut self, name: Range<usize>) -> Result<Term> {
-        let open = self.next().span;
-        let (arguments, end) = self.list(")", &open)?;
+    fn parse_call(&mut self, name: Range<usize>) -> Result<SourceTerm> {
+        let open = self.next_token().span;
+        let (arguments, end) = self.parse_list(")", &open)?;
         let whole = name.start..end;
-        let id = self
-            .builder
-            .call(&self.source[name.clone()], name, &arguments, whole.clone())?;
-        Ok(Term { id, span: whole })
+        let id = self.builder.call_function(
+            &self.source[name.clone()],
+            name,
+            &arguments,
+            whole.clone(),
+        )?;
+        Ok(SourceTerm { id, span: whole })
     }
 
     /// Parses expressions between commas up to a closing symbol. Returns them and the end of the
     /// symbol.
-    fn list(&mut self, close: &str, open: &Range<usize>) -> Result<(Vec<Term>, usize)> {
-        let end = self.token().span.end;
-        if self.take(close) {
+    fn parse_list(&mut self, close: &str, open: &Range<usize>) -> Result<(Vec<SourceTerm>, usize)> {
+        let end = self.current_token().span.end;
+        if self.take_symbol(close) {
             return Ok((Vec::new(), end));
         }
         let mut terms = Vec::new();
         loop {
-            terms.push(self.nested(Self::expression)?);
-            if !self.take(",") {
-                return Ok((terms, self.close(close, open)?));
+            terms.push(self.parse_nested(Self::parse_expression)?);
+            if !self.take_symbol(",") {
+                return Ok((terms, self.expect_closing(close, open)?));
             }
         }
     }

@@ -4,7 +4,7 @@
 use core::ops::Range;
 
 use super::error::{ExprError, Result};
-use super::graph::{Constant, ExprNode, Graph, NodeId};
+use super::graph::{Constant, ExprGraph, ExprNode, NodeId};
 use super::run::Instruction;
 use super::scope::Variable;
 
@@ -16,39 +16,39 @@ pub const MAX_OPERATIONS: usize = 1024;
 /// program has no more rows than operations.
 pub(super) const SIZES: [usize; 4] = [8, 16, 64, MAX_OPERATIONS];
 
-/// Position of a program in the tables of [`Programs`](super::Programs), and its properties.
+/// Position of a program in the tables of [`ProgramTable`](super::ProgramTable), and its properties.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ProgramHeader {
     /// Index of the first instruction, and number of instructions.
     pub steps: [u32; 2],
     /// Index of the first row of registers, and number of rows.
     pub registers: [u32; 2],
-    /// Bit mask of the rows of variables that the program reads, see [`Variable::place`].
-    pub rows: u8,
+    /// Bit mask of the rows of variables that the program reads, see [`Variable::register_position`].
+    pub variable_rows: u8,
     /// Whether the value is a vector.
     pub is_vector: bool,
     /// Register of the program's value.
     pub result: u16,
-    /// Bit mask of the variables that the program reads, see [`Variable::bit`].
-    pub reads: u32,
+    /// Bit mask of the variables that the program reads, see [`Variable::bit_mask`].
+    pub variables: u32,
 }
 
 /// A compiled expression: instructions over registers. The first registers hold variables, the
 /// following registers hold constants, and the last registers hold results.
-/// [`Programs`](super::Programs) runs programs in its scalar.
+/// [`ProgramTable`](super::ProgramTable) runs programs in its scalar.
 #[derive(Clone, Debug)]
 pub struct Program {
     pub(super) steps: Vec<Instruction>,
     /// Registers before the first instruction, with the constants.
     pub(super) registers: Vec<[f64; 4]>,
-    pub(super) head: ProgramHeader,
+    pub(super) header: ProgramHeader,
     constant: Option<Constant>,
 }
 
 impl Program {
-    pub(super) fn new(graph: &Graph, root: NodeId, span: Range<usize>) -> Result<Self> {
-        let nodes = graph.up_to(root);
-        let last_uses = last_uses(nodes);
+    pub(super) fn new(graph: &ExprGraph, root: NodeId, span: Range<usize>) -> Result<Self> {
+        let nodes = graph.nodes_up_to(root);
+        let last_uses = find_last_uses(nodes);
         let count = last_uses.iter().flatten().count();
         if count > MAX_OPERATIONS {
             let message =
@@ -63,7 +63,9 @@ impl Program {
                 .filter_map(|(index, (node, last))| Some((index, *node, (*last)?)))
         };
         let variables = || needed().filter_map(|(_, node, _)| node.variable());
-        let rows = variables().fold(0_u8, |rows, variable| rows | 1 << variable.place().0);
+        let rows = variables().fold(0_u8, |rows, variable| {
+            rows | 1 << variable.register_position().0
+        });
         let mut layout = RegisterLayout {
             registers: vec![[0.0; 4]; rows.count_ones() as usize],
             ..RegisterLayout::default()
@@ -73,18 +75,18 @@ impl Program {
         for (index, node, last_use) in needed() {
             places[index] = match node {
                 ExprNode::Input(variable) => {
-                    let (row, lane) = variable.place();
+                    let (row, lane) = variable.register_position();
                     4 * (rows & ((1 << row) - 1)).count_ones() as u16 + u16::from(lane)
                 }
-                ExprNode::Number(bits) => layout.number(f64::from_bits(bits)),
-                ExprNode::Vector([x, y, z]) => layout.row([x, y, z, 0].map(f64::from_bits)),
+                ExprNode::Number(bits) => layout.store_constant(f64::from_bits(bits)),
+                ExprNode::Vector([x, y, z]) => layout.reserve_row([x, y, z, 0].map(f64::from_bits)),
                 ExprNode::Component(of, axis) => places[of.index()] + u16::from(axis),
                 ExprNode::Operation(operation, operands) => {
-                    let to = layout.result(index, last_use);
+                    let to = layout.reserve_result_row(index, last_use);
                     steps.push(Instruction {
                         operation,
-                        to,
-                        from: operands.map(|id| places[id.index()]),
+                        destination: to,
+                        sources: operands.map(|id| places[id.index()]),
                     });
                     to
                 }
@@ -98,35 +100,35 @@ impl Program {
                 .unwrap_or(registers.len()),
             [0.0; 4],
         );
-        let reads = variables().fold(0, |reads, variable| reads | variable.bit());
+        let reads = variables().fold(0, |reads, variable| reads | variable.bit_mask());
         let head = ProgramHeader {
-            rows,
+            variable_rows: rows,
             result: places[root.index()],
             is_vector: graph.is_vector(root),
-            reads,
+            variables: reads,
             ..ProgramHeader::default()
         };
         Ok(Self {
             steps,
             registers,
-            head,
+            header: head,
             constant: graph.constant(root),
         })
     }
 
     /// Returns the value of a program that reads no variable, else `None`.
-    pub fn is_constant(&self) -> Option<Constant> {
+    pub fn constant_value(&self) -> Option<Constant> {
         self.constant
     }
 
     /// Whether the value is a vector.
     pub fn is_vector(&self) -> bool {
-        self.head.is_vector
+        self.header.is_vector
     }
 
     /// Whether the program reads a variable.
-    pub fn uses(&self, variable: Variable) -> bool {
-        self.head.reads & variable.bit() != 0
+    pub fn uses_variable(&self, variable: Variable) -> bool {
+        self.header.variables & variable.bit_mask() != 0
     }
 }
 
@@ -144,17 +146,17 @@ struct RegisterLayout {
 
 impl RegisterLayout {
     /// Reserves a row with the given content and returns its first register.
-    fn row(&mut self, row: [f64; 4]) -> u16 {
+    fn reserve_row(&mut self, row: [f64; 4]) -> u16 {
         self.registers.push(row);
         4 * (self.registers.len() - 1) as u16
     }
 
     /// Stores a constant number and returns its register.
-    fn number(&mut self, x: f64) -> u16 {
+    fn store_constant(&mut self, x: f64) -> u16 {
         let (count, row) = self.numbers;
         let lane = count % 4;
         let row = if lane == 0 {
-            usize::from(self.row([0.0; 4]) / 4)
+            usize::from(self.reserve_row([0.0; 4]) / 4)
         } else {
             row
         };
@@ -165,14 +167,17 @@ impl RegisterLayout {
 
     /// Reserves a row for the result of a node and returns its first register. The row of an
     /// operand that is read for the last time may be reused.
-    fn result(&mut self, index: usize, last_use: usize) -> u16 {
+    fn reserve_result_row(&mut self, index: usize, last_use: usize) -> u16 {
         let Self { results, free, .. } = self;
         free.extend(
             results
                 .extract_if(.., |(_, last_use)| *last_use <= index)
                 .map(|(place, _)| place),
         );
-        let place = self.free.pop().unwrap_or_else(|| self.row([0.0; 4]));
+        let place = self
+            .free
+            .pop()
+            .unwrap_or_else(|| self.reserve_row([0.0; 4]));
         self.results.push((place, last_use));
         place
     }
@@ -180,7 +185,7 @@ impl RegisterLayout {
 
 /// Returns, for each node, the index of the last node that reads it, directly or through a
 /// component; `None` for a node on which the value of the expression does not depend.
-fn last_uses(nodes: &[ExprNode]) -> Vec<Option<usize>> {
+fn find_last_uses(nodes: &[ExprNode]) -> Vec<Option<usize>> {
     let mut last_uses = vec![None; nodes.len()];
     if let Some(root) = last_uses.last_mut() {
         *root = Some(usize::MAX);

@@ -6,33 +6,33 @@ use super::program::{MAX_OPERATIONS, Program, ProgramHeader};
 use super::run::{Instruction, RegisterFile, RegisterRow};
 use super::scope::{Variable, VariableValues};
 
-/// Table of programs. [`Programs::add`] returns the index of a program. By this index, any thread
+/// Table of programs. [`ProgramTable::add`] returns the index of a program. By this index, any thread
 /// can evaluate the program, without allocation.
 ///
 /// ```
 /// use std::collections::BTreeMap;
-/// use raywright_core::expr::{Programs, ExprScope, VariableValues, compile};
+/// use raywright_core::expr::{ProgramTable, ExprScope, VariableValues, compile};
 ///
-/// let mut programs = Programs::<f32>::default();
+/// let mut programs = ProgramTable::<f32>::default();
 /// let stripes = programs.add(&compile("fract(4*u) < 0.5 ? 1 : 0.2", &BTreeMap::new(), ExprScope::Surface)?);
 /// assert_eq!(programs.scalar(stripes, &VariableValues { u: 0.2, ..VariableValues::default() }), 0.2);
 /// # Ok::<(), raywright_core::expr::ExprError>(())
 /// ```
 #[derive(Clone, Debug, Default)]
-pub struct Programs<R: Real> {
+pub struct ProgramTable<R: Real> {
     steps: Vec<Instruction>,
     /// Registers of all programs before their first instruction.
     registers: Vec<RegisterRow<R>>,
-    heads: Vec<ProgramHeader>,
+    headers: Vec<ProgramHeader>,
 }
 
 /// Returns `count` entries of a table from `start` on.
 #[inline(always)]
-fn part<T>(table: &[T], [start, count]: [u32; 2]) -> &[T] {
+fn table_range<T>(table: &[T], [start, count]: [u32; 2]) -> &[T] {
     &table[start as usize..][..count as usize]
 }
 
-impl<R: Real> Programs<R> {
+impl<R: Real> ProgramTable<R> {
     /// Creates a table with a single program, whose index is 0.
     pub fn from_program(program: &Program) -> Self {
         let mut programs = Self::default();
@@ -48,34 +48,35 @@ impl<R: Real> Programs<R> {
         self.steps.extend_from_slice(&program.steps);
         self.registers
             .extend(program.registers.iter().map(|row| row.map(R::from_f64)));
-        self.heads.push(ProgramHeader {
+        self.headers.push(ProgramHeader {
             steps,
             registers,
-            ..program.head
+            ..program.header
         });
-        self.heads.len() as u32 - 1
+        self.headers.len() as u32 - 1
     }
 
     /// Runs a program and returns its value as a row. A number is repeated in all four places.
     #[inline(always)]
-    fn run(&self, program: u32, inputs: &VariableValues<R>) -> RegisterRow<R> {
-        let head = &self.heads[program as usize];
+    fn run_program(&self, program: u32, inputs: &VariableValues<R>) -> RegisterRow<R> {
+        let head = &self.headers[program as usize];
         match head.registers[1] {
-            8 => self.run_in::<8>(head, inputs),
-            16 => self.run_in::<16>(head, inputs),
-            64 => self.run_in::<64>(head, inputs),
-            _ => self.run_in::<MAX_OPERATIONS>(head, inputs),
+            8 => self.run_with_rows::<8>(head, inputs),
+            16 => self.run_with_rows::<16>(head, inputs),
+            64 => self.run_with_rows::<64>(head, inputs),
+            _ => self.run_with_rows::<MAX_OPERATIONS>(head, inputs),
         }
     }
 
     /// [`Self::run`] with a register file of `ROWS` rows.
     #[inline(never)]
-    fn run_in<const ROWS: usize>(
+    fn run_with_rows<const ROWS: usize>(
         &self,
         head: &ProgramHeader,
         inputs: &VariableValues<R>,
     ) -> RegisterRow<R> {
-        let Some(registers) = part(&self.registers, head.registers).first_chunk::<ROWS>() else {
+        let Some(registers) = table_range(&self.registers, head.registers).first_chunk::<ROWS>()
+        else {
             return [R::ZERO; 4];
         };
         let mut file = RegisterFile([[R::ZERO; 4]; ROWS]);
@@ -84,9 +85,9 @@ impl<R: Real> Programs<R> {
         let (half, other) = file.0.split_at_mut(ROWS / 2);
         half.copy_from_slice(&registers[..ROWS / 2]);
         other.copy_from_slice(&registers[ROWS / 2..]);
-        file.load(inputs, head.rows);
-        for step in part(&self.steps, head.steps) {
-            file.perform(*step);
+        file.load_variables(inputs, head.variable_rows);
+        for step in table_range(&self.steps, head.steps) {
+            file.execute(*step);
         }
         if head.is_vector {
             file.vector(head.result).into()
@@ -100,8 +101,8 @@ impl<R: Real> Programs<R> {
     /// # Panics
     /// If the program does not exist.
     #[inline]
-    pub fn scalar(&self, program: u32, inputs: &VariableValues<R>) -> R {
-        self.run(program, inputs)[0]
+    pub fn eval_scalar(&self, program: u32, inputs: &VariableValues<R>) -> R {
+        self.run_program(program, inputs)[0]
     }
 
     /// Evaluates a program as a vector; a number is repeated in every component.
@@ -109,8 +110,8 @@ impl<R: Real> Programs<R> {
     /// # Panics
     /// If the program does not exist.
     #[inline]
-    pub fn vector(&self, program: u32, inputs: &VariableValues<R>) -> R::Vec3 {
-        let [x, y, z, _] = self.run(program, inputs);
+    pub fn eval_vector(&self, program: u32, inputs: &VariableValues<R>) -> R::Vec3 {
+        let [x, y, z, _] = self.run_program(program, inputs);
         R::Vec3::new(x, y, z)
     }
 
@@ -118,7 +119,7 @@ impl<R: Real> Programs<R> {
     ///
     /// # Panics
     /// If the program does not exist.
-    pub fn uses(&self, program: u32, variable: Variable) -> bool {
-        self.heads[program as usize].reads & variable.bit() != 0
+    pub fn uses_variable(&self, program: u32, variable: Variable) -> bool {
+        self.headers[program as usize].variables & variable.bit_mask() != 0
     }
 }

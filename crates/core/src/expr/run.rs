@@ -5,7 +5,8 @@ use raywright_bvh::scalar::{Real, Vector};
 use super::operation::Operation;
 use super::scope::VariableValues;
 use super::semantics::{
-    fraction, is_true, max, min, mix, odd, power, remainder, sign, smoothstep, truth,
+    fraction, integer_power, is_odd_checker_cell, is_true, max, min, mix, remainder, sign,
+    smoothstep, truth_to_number,
 };
 use crate::noise;
 
@@ -20,9 +21,9 @@ pub(super) type RegisterRow<R> = [R; 4];
 pub(super) struct Instruction {
     pub operation: Operation,
     /// Register of the result.
-    pub to: u16,
+    pub destination: u16,
     /// Registers of the operands.
-    pub from: [u16; 4],
+    pub sources: [u16; 4],
 }
 
 /// Register file of an evaluation. The number of rows is a power of two, so that masking an index
@@ -54,21 +55,21 @@ impl<R: Real, const ROWS: usize> RegisterFile<R, ROWS> {
     /// compiler knew that the components are adjacent, it would read them in different pieces than
     /// they were written in, which would stall the processor.
     #[inline(always)]
-    fn point(&self, register: u16) -> R::Vec3 {
+    fn vec3(&self, register: u16) -> R::Vec3 {
         let [x, y, z] = [0, 1, 2].map(|axis| self.number(register.wrapping_add(axis)));
         R::Vec3::new(x, y, z)
     }
 
     /// Writes a vector as a whole row.
     #[inline(always)]
-    fn set_point(&mut self, register: u16, v: R::Vec3) {
+    fn set_vec3(&mut self, register: u16, v: R::Vec3) {
         self.set_vector(register, R::Four::from([v.x(), v.y(), v.z(), R::ZERO]));
     }
 
     /// Stores the rows of variables in the first rows of the file. The bits of `rows` select the
-    /// rows, whose order is that of [`Variable::place`](super::scope::Variable::place).
+    /// rows, whose order is that of [`Variable::register_position`](super::scope::Variable::register_position).
     #[inline(always)]
-    pub fn load(&mut self, inputs: &VariableValues<R>, rows: u8) {
+    pub fn load_variables(&mut self, inputs: &VariableValues<R>, rows: u8) {
         const RARE: u8 = !0b111;
         let mut next = 0;
         let mut put = |index: u8, row: &dyn Fn() -> RegisterRow<R>| {
@@ -101,160 +102,172 @@ impl<R: Real, const ROWS: usize> RegisterFile<R, ROWS> {
 
     /// Applies `f` to a number.
     #[inline(always)]
-    fn one(&mut self, step: Instruction, f: impl Fn(R) -> R) {
-        self.set_number(step.to, f(self.number(step.from[0])));
+    fn apply_to_number(&mut self, step: Instruction, f: impl Fn(R) -> R) {
+        self.set_number(step.destination, f(self.number(step.sources[0])));
     }
 
     /// Applies `f` to two numbers.
     #[inline(always)]
-    fn two(&mut self, step: Instruction, f: impl Fn(R, R) -> R) {
+    fn apply_to_two_numbers(&mut self, step: Instruction, f: impl Fn(R, R) -> R) {
         self.set_number(
-            step.to,
-            f(self.number(step.from[0]), self.number(step.from[1])),
+            step.destination,
+            f(self.number(step.sources[0]), self.number(step.sources[1])),
         );
     }
 
     /// Stores the truth value of `f` on two numbers.
     #[inline(always)]
-    fn test(&mut self, step: Instruction, f: impl Fn(R, R) -> bool) {
-        self.two(step, |a, b| truth(f(a, b)));
+    fn store_truth_value(&mut self, step: Instruction, f: impl Fn(R, R) -> bool) {
+        self.apply_to_two_numbers(step, |a, b| truth_to_number(f(a, b)));
     }
 
     /// Applies `f` to three numbers.
     #[inline(always)]
-    fn three(&mut self, step: Instruction, f: impl Fn(R, R, R) -> R) {
-        let [a, b, c, _] = step.from.map(|register| self.number(register));
-        self.set_number(step.to, f(a, b, c));
+    fn apply_to_three_numbers(&mut self, step: Instruction, f: impl Fn(R, R, R) -> R) {
+        let [a, b, c, _] = step.sources.map(|register| self.number(register));
+        self.set_number(step.destination, f(a, b, c));
     }
 
     /// Stores the number that `f` returns for a vector.
     #[inline(always)]
-    fn of_point(&mut self, step: Instruction, f: impl Fn(R::Vec3) -> R) {
-        self.set_number(step.to, f(self.point(step.from[0])));
+    fn apply_to_vec3(&mut self, step: Instruction, f: impl Fn(R::Vec3) -> R) {
+        self.set_number(step.destination, f(self.vec3(step.sources[0])));
     }
 
     /// Applies `f` to two vectors.
     #[inline(always)]
-    fn vectors(&mut self, step: Instruction, f: impl Fn(R::Four, R::Four) -> R::Four) {
+    fn apply_to_vectors(&mut self, step: Instruction, f: impl Fn(R::Four, R::Four) -> R::Four) {
         self.set_vector(
-            step.to,
-            f(self.vector(step.from[0]), self.vector(step.from[1])),
+            step.destination,
+            f(self.vector(step.sources[0]), self.vector(step.sources[1])),
         );
     }
 
     /// Applies `f` to each component of two vectors.
     #[inline(always)]
-    fn each(&mut self, step: Instruction, f: impl Fn(R, R) -> R) {
-        let (a, b) = (self.point(step.from[0]), self.point(step.from[1]));
-        self.set_point(
-            step.to,
+    fn apply_to_components(&mut self, step: Instruction, f: impl Fn(R, R) -> R) {
+        let (a, b) = (self.vec3(step.sources[0]), self.vec3(step.sources[1]));
+        self.set_vec3(
+            step.destination,
             R::Vec3::new(f(a.x(), b.x()), f(a.y(), b.y()), f(a.z(), b.z())),
         );
     }
 
     /// Executes an instruction.
     #[inline(always)]
-    pub fn perform(&mut self, step: Instruction) {
-        let [a, b, c, d] = step.from;
+    pub fn execute(&mut self, step: Instruction) {
+        let [a, b, c, d] = step.sources;
         match step.operation {
-            Operation::Negate => self.one(step, |a| -a),
-            Operation::Not => self.one(step, |a| truth(!is_true(a))),
-            Operation::Sin => self.one(step, R::sin),
-            Operation::Cos => self.one(step, R::cos),
-            Operation::Tan => self.one(step, R::tan),
-            Operation::Asin => self.one(step, R::asin),
-            Operation::Acos => self.one(step, R::acos),
-            Operation::Atan => self.one(step, R::atan),
-            Operation::Exp => self.one(step, R::exp),
-            Operation::Ln => self.one(step, R::ln),
-            Operation::Sqrt => self.one(step, R::sqrt),
-            Operation::Abs => self.one(step, R::abs),
-            Operation::Sign => self.one(step, sign),
-            Operation::Floor => self.one(step, Real::floor),
-            Operation::Ceil => self.one(step, |a| -(-a).floor()),
-            Operation::Fract => self.one(step, fraction),
-            Operation::Round => self.one(step, |a| (a + R::from_f32(0.5)).floor()),
-            Operation::Add => self.two(step, |a, b| a + b),
-            Operation::Subtract => self.two(step, |a, b| a - b),
-            Operation::Multiply => self.two(step, |a, b| a * b),
-            Operation::Divide => self.two(step, |a, b| a / b),
-            Operation::Modulo => self.two(step, remainder),
-            Operation::Power => self.two(step, R::powf),
-            Operation::WholePower(exponent) => self.two(step, |a, limit| power(a, exponent, limit)),
-            Operation::Min => self.two(step, min),
-            Operation::Max => self.two(step, max),
-            Operation::Atan2 => self.two(step, R::atan2),
-            Operation::Step => self.two(step, |a, b| if b < a { R::ZERO } else { R::ONE }),
-            Operation::Checker => self.test(step, odd),
-            Operation::Less => self.test(step, |a, b| a < b),
-            Operation::LessOrEqual => self.test(step, |a, b| a <= b),
-            Operation::Greater => self.test(step, |a, b| a > b),
-            Operation::GreaterOrEqual => self.test(step, |a, b| a >= b),
-            Operation::Equal => self.test(step, |a, b| a == b),
-            Operation::NotEqual => self.test(step, |a, b| a != b),
-            Operation::And => self.test(step, |a, b| is_true(a) && is_true(b)),
-            Operation::Or => self.test(step, |a, b| is_true(a) || is_true(b)),
-            Operation::Mix => self.three(step, mix),
-            Operation::Smoothstep => self.three(step, smoothstep),
+            Operation::Negate => self.apply_to_number(step, |a| -a),
+            Operation::Not => self.apply_to_number(step, |a| truth_to_number(!is_true(a))),
+            Operation::Sin => self.apply_to_number(step, R::sin),
+            Operation::Cos => self.apply_to_number(step, R::cos),
+            Operation::Tan => self.apply_to_number(step, R::tan),
+            Operation::Asin => self.apply_to_number(step, R::asin),
+            Operation::Acos => self.apply_to_number(step, R::acos),
+            Operation::Atan => self.apply_to_number(step, R::atan),
+            Operation::Exp => self.apply_to_number(step, R::exp),
+            Operation::Ln => self.apply_to_number(step, R::ln),
+            Operation::Sqrt => self.apply_to_number(step, R::sqrt),
+            Operation::Abs => self.apply_to_number(step, R::abs),
+            Operation::Sign => self.apply_to_number(step, sign),
+            Operation::Floor => self.apply_to_number(step, Real::floor),
+            Operation::Ceil => self.apply_to_number(step, |a| -(-a).floor()),
+            Operation::Fract => self.apply_to_number(step, fraction),
+            Operation::Round => self.apply_to_number(step, |a| (a + R::from_f32(0.5)).floor()),
+            Operation::Add => self.apply_to_two_numbers(step, |a, b| a + b),
+            Operation::Subtract => self.apply_to_two_numbers(step, |a, b| a - b),
+            Operation::Multiply => self.apply_to_two_numbers(step, |a, b| a * b),
+            Operation::Divide => self.apply_to_two_numbers(step, |a, b| a / b),
+            Operation::Modulo => self.apply_to_two_numbers(step, remainder),
+            Operation::Power => self.apply_to_two_numbers(step, R::powf),
+            Operation::WholePower(exponent) => {
+                self.apply_to_two_numbers(step, |a, limit| integer_power(a, exponent, limit))
+            }
+            Operation::Min => self.apply_to_two_numbers(step, min),
+            Operation::Max => self.apply_to_two_numbers(step, max),
+            Operation::Atan2 => self.apply_to_two_numbers(step, R::atan2),
+            Operation::Step => {
+                self.apply_to_two_numbers(step, |a, b| if b < a { R::ZERO } else { R::ONE })
+            }
+            Operation::Checker => self.store_truth_value(step, is_odd_checker_cell),
+            Operation::Less => self.store_truth_value(step, |a, b| a < b),
+            Operation::LessOrEqual => self.store_truth_value(step, |a, b| a <= b),
+            Operation::Greater => self.store_truth_value(step, |a, b| a > b),
+            Operation::GreaterOrEqual => self.store_truth_value(step, |a, b| a >= b),
+            Operation::Equal => self.store_truth_value(step, |a, b| a == b),
+            Operation::NotEqual => self.store_truth_value(step, |a, b| a != b),
+            Operation::And => self.store_truth_value(step, |a, b| is_true(a) && is_true(b)),
+            Operation::Or => self.store_truth_value(step, |a, b| is_true(a) || is_true(b)),
+            Operation::Mix => self.apply_to_three_numbers(step, mix),
+            Operation::Smoothstep => self.apply_to_three_numbers(step, smoothstep),
             Operation::ProductSum => {
                 self.set_number(
-                    step.to,
+                    step.destination,
                     self.number(a) * self.number(b) * self.number(c) + self.number(d),
                 );
             }
             Operation::Select => self.set_number(
-                step.to,
+                step.destination,
                 self.number(if is_true(self.number(a)) { b } else { c }),
             ),
-            Operation::Dot => self.set_number(step.to, self.point(a).dot(self.point(b))),
-            Operation::Length => self.of_point(step, R::Vec3::length),
-            Operation::Noise => self.of_point(step, noise::noise3),
-            Operation::Sum(octaves) => self.of_point(step, |p| noise::fbm3(p, octaves)),
+            Operation::Dot => self.set_number(step.destination, self.vec3(a).dot(self.vec3(b))),
+            Operation::Length => self.apply_to_vec3(step, R::Vec3::length),
+            Operation::Noise => self.apply_to_vec3(step, noise::noise3),
+            Operation::Sum(octaves) => self.apply_to_vec3(step, |p| noise::fbm3(p, octaves)),
             Operation::Turbulence(octaves) => {
-                self.of_point(step, |p| noise::turbulence3(p, octaves))
+                self.apply_to_vec3(step, |p| noise::turbulence3(p, octaves))
             }
-            Operation::PlaneNoise => self.two(step, noise::noise2),
-            Operation::PlaneSum(octaves) => self.two(step, |x, y| noise::fbm2(x, y, octaves)),
+            Operation::PlaneNoise => self.apply_to_two_numbers(step, noise::noise2),
+            Operation::PlaneSum(octaves) => {
+                self.apply_to_two_numbers(step, |x, y| noise::fbm2(x, y, octaves))
+            }
             Operation::PlaneTurbulence(octaves) => {
-                self.two(step, |x, y| noise::turbulence2(x, y, octaves))
+                self.apply_to_two_numbers(step, |x, y| noise::turbulence2(x, y, octaves))
             }
             Operation::Compose => {
                 self.set_vector(
-                    step.to,
+                    step.destination,
                     R::Four::from([self.number(a), self.number(b), self.number(c), R::ZERO]),
                 );
             }
-            Operation::AddVectors => self.vectors(step, |a, b| a + b),
-            Operation::SubtractVectors => self.vectors(step, |a, b| a - b),
-            Operation::MultiplyVectors => self.vectors(step, |a, b| a * b),
-            Operation::DivideVectors => self.vectors(step, |a, b| a / b),
-            Operation::MinVectors => self.each(step, min),
-            Operation::MaxVectors => self.each(step, max),
-            Operation::Scale => self.set_vector(step.to, self.vector(a) * self.number(b)),
-            Operation::Shrink => self.set_vector(step.to, self.vector(a) / self.number(b)),
+            Operation::AddVectors => self.apply_to_vectors(step, |a, b| a + b),
+            Operation::SubtractVectors => self.apply_to_vectors(step, |a, b| a - b),
+            Operation::MultiplyVectors => self.apply_to_vectors(step, |a, b| a * b),
+            Operation::DivideVectors => self.apply_to_vectors(step, |a, b| a / b),
+            Operation::MinVectors => self.apply_to_components(step, min),
+            Operation::MaxVectors => self.apply_to_components(step, max),
+            Operation::Scale => self.set_vector(step.destination, self.vector(a) * self.number(b)),
+            Operation::DivideByNumber => {
+                self.set_vector(step.destination, self.vector(a) / self.number(b))
+            }
             Operation::MixVectors => {
                 let t = self.number(c);
-                self.vectors(step, |a, b| a * (R::ONE - t) + b * t);
+                self.apply_to_vectors(step, |a, b| a * (R::ONE - t) + b * t);
             }
             Operation::SelectVectors => self.set_vector(
-                step.to,
+                step.destination,
                 self.vector(if is_true(self.number(a)) { b } else { c }),
             ),
-            Operation::Cross => self.set_point(step.to, self.point(a).cross(self.point(b))),
-            Operation::Normalize => {
-                self.set_vector(step.to, self.vector(a) * (R::ONE / self.point(a).length()))
-            }
+            Operation::Cross => self.set_vec3(step.destination, self.vec3(a).cross(self.vec3(b))),
+            Operation::Normalize => self.set_vector(
+                step.destination,
+                self.vector(a) * (R::ONE / self.vec3(a).length()),
+            ),
         }
     }
 }
 
 /// Runs a single operation on four rows of operands, to fold constants.
-pub(super) fn alone(operation: Operation, [a, b, c, d]: [RegisterRow<f64>; 4]) -> RegisterRow<f64> {
+pub(super) fn run_operation(
+    operation: Operation,
+    [a, b, c, d]: [RegisterRow<f64>; 4],
+) -> RegisterRow<f64> {
     let mut file = RegisterFile([a, b, c, d, [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]]);
-    file.perform(Instruction {
+    file.execute(Instruction {
         operation,
-        to: 16,
-        from: [0, 4, 8, 12],
+        destination: 16,
+        sources: [0, 4, 8, 12],
     });
     file.0[4]
 }

@@ -79,13 +79,13 @@ impl Variable {
     }
 
     /// Returns the variable's bit in a mask of variables.
-    pub(super) const fn bit(self) -> u32 {
+    pub(super) const fn bit_mask(self) -> u32 {
         1 << self as u32
     }
 
     /// Returns the variable's row (0 to 7) and its place in the row (0 to 3). A program loads the
     /// rows that it reads.
-    pub(super) const fn place(self) -> (u8, u8) {
+    pub(super) const fn register_position(self) -> (u8, u8) {
         match self {
             Self::Position => (0, 0),
             Self::Normal => (1, 0),
@@ -145,7 +145,7 @@ impl ExprScope {
     }
 
     /// Returns the end of the message "`d` does not exist …".
-    pub(super) const fn place(self) -> &'static str {
+    pub(super) const fn description(self) -> &'static str {
         match self {
             Self::Load => "in a number of the scene, which is evaluated once while loading",
             Self::Surface => "on a surface",

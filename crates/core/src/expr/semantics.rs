@@ -4,7 +4,7 @@ use raywright_bvh::scalar::Real;
 
 /// Converts a truth value to a number: 1 or 0.
 #[inline(always)]
-pub(super) fn truth<R: Real>(value: bool) -> R {
+pub(super) fn truth_to_number<R: Real>(value: bool) -> R {
     if value { R::ONE } else { R::ZERO }
 }
 
@@ -80,17 +80,17 @@ pub(super) fn remainder<R: Real>(a: R, b: R) -> R {
 
 /// Whether ⌊x⌋ + ⌊y⌋ is odd. Infinities and NaN count as even.
 #[inline(always)]
-pub(super) fn odd<R: Real>(x: R, y: R) -> bool {
+pub(super) fn is_odd_checker_cell<R: Real>(x: R, y: R) -> bool {
     let half = (x.floor() + y.floor()) * R::from_f32(0.5);
     // Infinities and NaN count as even.
     half - half.floor() > R::ZERO
 }
 
 /// Returns the same bits as [`Real::powi`], but without its last squaring, whose result is unused
-/// and may be a slow subnormal. `limit` is [`vanishing`] of the exponent; an `f32` of a smaller
+/// and may be a slow subnormal. `limit` is [`vanishing_limit`] of the exponent; an `f32` of a smaller
 /// magnitude gives zero.
 #[inline(always)]
-pub(super) fn power<R: Real>(mut base: R, exponent: u32, limit: R) -> R {
+pub(super) fn integer_power<R: Real>(mut base: R, exponent: u32, limit: R) -> R {
     if size_of::<R>() == size_of::<f32>() && base.abs() < limit {
         return if exponent & 1 == 1 {
             base * R::ZERO
@@ -111,7 +111,7 @@ pub(super) fn power<R: Real>(mut base: R, exponent: u32, limit: R) -> R {
 /// Returns a magnitude below which this power of an `f32` is zero. The multiplications of such a
 /// power are slow, because the squares are subnormal, and they are frequent, because highlights
 /// with high exponents are zero at most hits.
-pub(super) fn vanishing(exponent: u32) -> f64 {
+pub(super) fn vanishing_limit(exponent: u32) -> f64 {
     // Magnitudes below 2⁻¹⁵⁰ round to zero. The last factor is below 2⁻⁷⁵, and at most twice too
     // large if it is subnormal. A further factor of two exceeds all other roundings.
     libm::exp2(-152.0 / f64::from(exponent))

@@ -79,10 +79,10 @@ fn agrees<R: Real>(scene: &Scene) {
     let lookup = SceneLookup::new(scene);
     let built = build_geometry::<R>(scene, &lookup, AcceleratorKind::Linear, &())
         .unwrap_or_else(|e| panic!("{e}"));
-    let found_extent = extent::<R>(scene, &lookup);
+    let found_extent = scene_extent::<R>(scene, &lookup);
     let (origin, Aabb { min, max }) = (
         StorageOrigin::from_scene::<R>(scene, &lookup).origin,
-        built.geometry.bounded_part(),
+        built.geometry.bounded_primitives_box(),
     );
     let bounds = Aabb {
         min: min + origin,
@@ -108,7 +108,7 @@ fn the_extent_is_that_of_what_is_built() {
         agrees::<f64>(&scene);
     }
     let whole = scene(&objects);
-    let found_extent = extent::<f32>(&whole, &SceneLookup::new(&whole));
+    let found_extent = scene_extent::<f32>(&whole, &SceneLookup::new(&whole));
     assert!(
         found_extent.unbounded == 4
             && found_extent.bounds.max.x > 1000.0

@@ -3,8 +3,8 @@
 
 use std::collections::HashMap;
 
-use crate::generate::counted;
-use crate::motion::ends;
+use crate::generate::objects_with_counts;
+use crate::motion::object_motion_ends;
 use crate::scene::{Scene, Shape, SideRule};
 
 /// Number of objects that show each mesh with each side rule.
@@ -12,13 +12,13 @@ pub(crate) struct MeshUses<'a>(HashMap<(&'a str, SideRule), u64>);
 
 impl<'a> MeshUses<'a> {
     /// Counts the uses in a scene.
-    pub fn of(scene: &'a Scene) -> Self {
+    pub fn from_scene(scene: &'a Scene) -> Self {
         let mut uses = HashMap::new();
-        for (object, count) in counted(scene) {
+        for (object, count) in objects_with_counts(scene) {
             if let Shape::Mesh(name) = &object.shape {
                 let uses = uses.entry((name.as_str(), object.side)).or_insert(0_u64);
                 // A moving object is always an instance, so it counts as at least two uses.
-                *uses = uses.saturating_add(if ends(object).is_some() {
+                *uses = uses.saturating_add(if object_motion_ends(object).is_some() {
                     count.max(2)
                 } else {
                     count
@@ -31,7 +31,7 @@ impl<'a> MeshUses<'a> {
     /// Whether the objects that show a mesh with a side rule are instances of a shared geometry.
     /// They are if they are several or move. Each triangle stores its side rule, so only objects
     /// with the same rule share triangles.
-    pub fn share(&self, mesh: &'a str, side: SideRule) -> bool {
+    pub fn is_shared(&self, mesh: &'a str, side: SideRule) -> bool {
         self.0.get(&(mesh, side)).is_some_and(|&n| n > 1)
     }
 }

@@ -14,13 +14,13 @@
 //! samples. Sample counts lie on a coarse grid of numbers for which the points of a sequence are
 //! well distributed.
 
-use super::relative::weights;
+use super::relative::relative_error_weights;
 use super::{Doubt, Film, FilmPlan, ReplicateBuffer, Uncertainty};
 use crate::denoise::denoise;
 use crate::observer::Observer;
 
 /// Samples of a replicate in the first round.
-const FIRST: u32 = 4;
+const FIRST_ROUND_SAMPLES: u32 = 4;
 
 /// Largest factor on the total number of samples per round.
 const GROWTH: f64 = 1.25;
@@ -33,7 +33,7 @@ const LEAST_GROWTH: f64 = 1.0625;
 const TILE_GROWTH: u32 = 2;
 
 /// Least share of a tile's samples, relative to a tile with the mean variance.
-const QUIET: f64 = 0.25;
+const LEAST_TILE_WEIGHT: f64 = 0.25;
 
 /// Progress of a film towards a requested error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,7 +41,7 @@ pub(crate) enum ErrorProgress {
     /// The upper end of the error's confidence interval is below the requested error.
     Reached,
     /// More samples are needed.
-    Further,
+    NeedsSamples,
     /// The error is too large, but every pixel has the greatest number of samples.
     Exhausted,
 }
@@ -49,7 +49,7 @@ pub(crate) enum ErrorProgress {
 /// Record of a render that continued although its estimated error had reached the requested error,
 /// because the estimate was doubtful.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DoubtedProgress {
+pub struct RejectedStop {
     /// Least and greatest number of samples of a pixel at the time of the doubtful estimate.
     pub samples: [u32; 2],
     /// The doubtful estimate: a root relMSE.
@@ -59,12 +59,12 @@ pub struct DoubtedProgress {
 }
 
 /// Returns the samples per pixel of each replicate in the first round of adaptive sampling.
-pub(super) fn first(plan: &FilmPlan) -> u16 {
-    FIRST.min(plan.samples_of(plan.replicates - 1)) as u16
+pub(super) fn first_round_samples(plan: &FilmPlan) -> u16 {
+    FIRST_ROUND_SAMPLES.min(plan.replicate_samples(plan.replicates - 1)) as u16
 }
 
 /// Rounds a sample count down to the grid of allowed counts: eight per octave.
-fn on_grid(samples: f64) -> u32 {
+fn round_to_count_grid(samples: f64) -> u32 {
     let whole = samples.clamp(1.0, f64::from(u16::MAX)) as u32;
     whole >> whole.ilog2().saturating_sub(3) << whole.ilog2().saturating_sub(3)
 }
@@ -87,11 +87,11 @@ impl Film {
             None
         };
         let noisy = match &denoised {
-            Some(denoised) => denoised.noisy,
-            None => self.uncertainty(),
+            Some(denoised) => denoised.noisy_error,
+            None => self.estimate_uncertainty(),
         };
         let is_reached = noisy.is_some_and(|noisy| match &denoised {
-            Some(denoised) => denoised.reaches(error, &noisy),
+            Some(denoised) => denoised.reaches_error(error, &noisy),
             None => noisy.reaches(error),
         });
         if is_reached {
@@ -101,10 +101,10 @@ impl Film {
         if let Some((claimed, doubt)) = uncertainty
             .and_then(|uncertainty| Some((uncertainty.root_relmse.value, uncertainty.doubt?)))
             && claimed <= error
-            && self.doubted.is_none()
+            && self.rejected_stop.is_none()
         {
-            let samples = self.samples(&self.whole_part());
-            self.doubted = Some(DoubtedProgress {
+            let samples = self.sample_range(&self.full_part());
+            self.rejected_stop = Some(RejectedStop {
                 samples: [*samples.start(), *samples.end()],
                 error: claimed,
                 doubt,
@@ -117,59 +117,59 @@ impl Film {
         let lacking = uncertainty
             .filter(|uncertainty| uncertainty.doubt.is_none())
             .map_or(GROWTH, needed);
-        let (done, _) = self.progress(&self.whole_part());
+        let (done, _) = self.progress(&self.full_part());
         // A doubtful estimate does not decide the added samples, but bounds their final number from
         // below.
-        self.expected = (done as f64
+        self.expected_samples = (done as f64
             * uncertainty.map_or(lacking, |uncertainty| needed(uncertainty).max(lacking)))
             as u64;
         let growth = lacking.clamp(LEAST_GROWTH, GROWTH);
         let decided = [growth, GROWTH].into_iter().find_map(|growth| {
-            let halves = [0, 1].map(|half| self.raised(half, growth));
+            let halves = [0, 1].map(|half| self.raise_sample_counts(half, growth));
             halves.iter().any(Option::is_some).then_some(halves)
         });
         let Some(halves) = decided else {
             return ErrorProgress::Exhausted;
         };
-        let tiles = self.plan.tiles() as usize;
+        let tiles = self.plan.tile_count() as usize;
         for (half, goals) in (0..).zip(halves) {
             let Some(goals) = goals else { continue };
             for replicate in (half..self.plan.replicates).step_by(2) {
-                let maximum = self.plan.samples_of(replicate);
-                let all = &mut self.goals[replicate as usize * tiles..][..tiles];
+                let maximum = self.plan.replicate_samples(replicate);
+                let all = &mut self.sample_goals[replicate as usize * tiles..][..tiles];
                 all.iter_mut()
                     .zip(&goals)
                     .for_each(|(goal, &n)| *goal = n.min(maximum) as u16);
             }
         }
-        ErrorProgress::Further
+        ErrorProgress::NeedsSamples
     }
 
     /// Returns the record of the first time that the estimated error reached the requested error
     /// but was doubtful; `None` otherwise, and for films read from files.
-    pub fn doubted_progress(&self) -> Option<DoubtedProgress> {
-        self.doubted
+    pub fn rejected_stop(&self) -> Option<RejectedStop> {
+        self.rejected_stop
     }
 
     /// Returns the new samples per pixel of each tile, for the replicates of one half: 0 for even,
     /// 1 for odd replicates. The total is at most `growth` times the present total. `None` if no
     /// count rises.
-    fn raised(&self, half: u32, growth: f64) -> Option<Vec<u32>> {
-        let shares = self.shares(1 - half);
-        let maximum = self.plan.samples_of(self.plan.replicates - 1);
-        let tiles: Vec<(u32, f64, f64)> = (0..self.plan.tiles())
+    fn raise_sample_counts(&self, half: u32, growth: f64) -> Option<Vec<u32>> {
+        let shares = self.compute_tile_weights(1 - half);
+        let maximum = self.plan.replicate_samples(self.plan.replicates - 1);
+        let tiles: Vec<(u32, f64, f64)> = (0..self.plan.tile_count())
             .zip(shares)
             .map(|(tile, share)| {
                 (
                     self.sample_goal(tile, half),
                     share,
-                    self.plan.pixels_of(tile) as f64,
+                    self.plan.tile_pixel_count(tile) as f64,
                 )
             })
             .collect();
         let at = |scale: f64, now: u32, share: f64| {
             let limit = now.saturating_mul(TILE_GROWTH).min(maximum);
-            now.max(on_grid(scale * share).min(limit))
+            now.max(round_to_count_grid(scale * share).min(limit))
         };
         let total = |scale: f64| {
             tiles
@@ -204,12 +204,12 @@ impl Film {
 
     /// Returns the weight of each tile in the distribution of samples, estimated from one half of
     /// the replicates; the largest weight is 1.
-    fn shares(&self, half: u32) -> Vec<f64> {
-        let variances = self.smoothed(&self.variances(half));
+    fn compute_tile_weights(&self, half: u32) -> Vec<f64> {
+        let variances = self.smooth_over_tiles(&self.estimate_tile_variances(half));
         let mean = variances.iter().sum::<f64>() / variances.len() as f64;
         let roots = variances
             .iter()
-            .map(|variance| variance.sqrt().max(QUIET * mean.sqrt()));
+            .map(|variance| variance.sqrt().max(LEAST_TILE_WEIGHT * mean.sqrt()));
         let largest = roots.clone().fold(f64::MIN_POSITIVE, f64::max);
         // Without variance, all tiles have equal weight.
         roots
@@ -219,7 +219,7 @@ impl Film {
 
     /// Returns for each tile the relative variance of one sample, averaged over the tile's pixels,
     /// from the first two replicates of one half.
-    fn variances(&self, half: u32) -> Vec<f64> {
+    fn estimate_tile_variances(&self, half: u32) -> Vec<f64> {
         let pair: Vec<&ReplicateBuffer> = self
             .buffers
             .iter()
@@ -229,19 +229,19 @@ impl Film {
             .flatten()
             .collect();
         let [first, second] = pair[..] else {
-            return vec![0.0; self.plan.tiles() as usize];
+            return vec![0.0; self.plan.tile_count() as usize];
         };
         let means = |buffer: &ReplicateBuffer| -> Vec<[f64; 3]> {
             let value_of = |pixel: usize| {
                 buffer
-                    .total(pixel)
+                    .pixel_total(pixel)
                     .map(|sum| sum / f64::from(buffer.samples[pixel].max(1)))
             };
-            (0..self.plan.pixels()).map(value_of).collect()
+            (0..self.plan.pixel_count()).map(value_of).collect()
         };
         let (a, b) = (means(first), means(second));
-        let mut sums = vec![0.0; self.plan.tiles() as usize];
-        for (pixel, weights) in weights(&a, &b, self.plan.crop.width as usize)
+        let mut sums = vec![0.0; self.plan.tile_count() as usize];
+        for (pixel, weights) in relative_error_weights(&a, &b, self.plan.crop.width as usize)
             .into_iter()
             .enumerate()
         {
@@ -249,16 +249,16 @@ impl Film {
             // The mean of two replicates has a variance of a quarter of their squared difference.
             let square = |i: usize| (a[pixel][i] - b[pixel][i]) * (a[pixel][i] - b[pixel][i]);
             let of_sample = samples * (0..3).map(|i| weights[i] * square(i) / 4.0).sum::<f64>();
-            let tile = self.plan.tile_of(pixel);
-            sums[tile as usize] += of_sample / self.plan.pixels_of(tile) as f64;
+            let tile = self.plan.tile_of_pixel(pixel);
+            sums[tile as usize] += of_sample / self.plan.tile_pixel_count(tile) as f64;
         }
         sums
     }
 
     /// Returns for each tile the weighted mean of its own value and those of its eight neighbours;
     /// nearer tiles weigh more.
-    fn smoothed(&self, values: &[f64]) -> Vec<f64> {
-        let columns = self.plan.columns() as usize;
+    fn smooth_over_tiles(&self, values: &[f64]) -> Vec<f64> {
+        let columns = self.plan.tile_columns() as usize;
         let near =
             |position: usize, end: usize| position.saturating_sub(1)..(position + 2).min(end);
         let at = |tile: usize| {

@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use super::sums::{BLOCK, has_open};
+use super::sums::{BLOCK, has_partial_block};
 use super::{FilmPlan, PixelSums};
 use crate::settings::Crop;
 
@@ -13,7 +13,7 @@ pub(crate) struct ReplicateBuffer {
     /// Sums of the full blocks of samples; sums of all samples if a pixel has a single block.
     pub sums: Vec<[f64; 3]>,
     /// Sums of the last block, if it is partial and not the only block; else empty.
-    pub open: Vec<[f64; 3]>,
+    pub partial_blocks: Vec<[f64; 3]>,
     /// Number of finite samples.
     pub samples: Vec<u16>,
     /// Summed coverage of the samples, in units of 1/[`WHOLE`](super::sums::WHOLE), for the alpha.
@@ -38,7 +38,7 @@ pub(crate) struct Rect {
 
 impl Rect {
     /// Returns the rectangle that covers a whole buffer.
-    pub fn all(width: u32, height: u32) -> Self {
+    pub fn whole_buffer(width: u32, height: u32) -> Self {
         Self {
             start: 0,
             width: width as usize,
@@ -48,7 +48,7 @@ impl Rect {
     }
 
     /// Returns the rectangle of a tile in a film with rows of `stride` pixels.
-    pub fn within(tile: Crop, stride: u32) -> Self {
+    pub fn tile_in_film(tile: Crop, stride: u32) -> Self {
         let start = tile.y as usize * stride as usize + tile.x as usize;
         Self {
             start,
@@ -68,7 +68,7 @@ impl Rect {
 
 /// Copies the rectangle `from` of the source `of` to the rectangle `to` of `into`. Does nothing if
 /// the source is empty.
-pub(crate) fn copy<T: Copy>(into: &mut [T], to: Rect, of: &[T], from: Rect) {
+pub(crate) fn copy_rect<T: Copy>(into: &mut [T], to: Rect, of: &[T], from: Rect) {
     if of.is_empty() {
         return;
     }
@@ -78,7 +78,7 @@ pub(crate) fn copy<T: Copy>(into: &mut [T], to: Rect, of: &[T], from: Rect) {
 }
 
 /// Returns the values within a rectangle, row by row; empty for an empty list.
-fn cut<T: Copy>(of: &[T], from: Rect) -> Vec<T> {
+fn extract_rect<T: Copy>(of: &[T], from: Rect) -> Vec<T> {
     if of.is_empty() {
         Vec::new()
     } else {
@@ -91,10 +91,10 @@ fn cut<T: Copy>(of: &[T], from: Rect) -> Vec<T> {
 impl ReplicateBuffer {
     /// Returns a buffer of zeros for all pixels of a film.
     pub fn zero(plan: &FilmPlan) -> Self {
-        let n = plan.pixels();
+        let n = plan.pixel_count();
         Self {
             sums: vec![[0.0; 3]; n],
-            open: Vec::new(),
+            partial_blocks: Vec::new(),
             samples: vec![0; n],
             covered: vec![0; if plan.alpha { n } else { 0 }],
             shadowed: vec![0; if plan.backdrop.is_some() { n } else { 0 }],
@@ -105,7 +105,7 @@ impl ReplicateBuffer {
 
     /// Returns an empty buffer with memory reserved for `pixels` pixels, which are appended one by
     /// one.
-    pub fn with_room(plan: &FilmPlan, pixels: usize) -> Self {
+    pub fn with_capacity(plan: &FilmPlan, pixels: usize) -> Self {
         Self {
             sums: Vec::with_capacity(pixels),
             samples: Vec::with_capacity(pixels),
@@ -120,11 +120,11 @@ impl ReplicateBuffer {
     }
 
     /// Appends the sums of the next pixel; `drawn` is its number of samples.
-    pub fn push(&mut self, plan: &FilmPlan, pixel: &PixelSums, drawn: u32) {
-        match has_open(drawn) {
+    pub fn push_pixel(&mut self, plan: &FilmPlan, pixel: &PixelSums, drawn: u32) {
+        match has_partial_block(drawn) {
             true => {
                 self.sums.push(pixel.sum);
-                self.open.push(pixel.open);
+                self.partial_blocks.push(pixel.partial_block);
             }
             false => self.sums.push(pixel.total()),
         }
@@ -139,13 +139,13 @@ impl ReplicateBuffer {
 
     /// Returns the sums of a pixel from which sampling continues; `drawn` is the number of samples
     /// so far.
-    pub fn pixel(&self, pixel: usize, drawn: u32) -> PixelSums {
+    pub fn pixel_sums(&self, pixel: usize, drawn: u32) -> PixelSums {
         if drawn == 0 {
             return PixelSums::default();
         }
         let value = self.sums[pixel];
-        let (sum, open) = match (has_open(drawn), drawn < BLOCK as u32) {
-            (true, _) => (value, self.open[pixel]),
+        let (sum, open) = match (has_partial_block(drawn), drawn < BLOCK as u32) {
+            (true, _) => (value, self.partial_blocks[pixel]),
             (false, true) => ([0.0; 3], value),
             (false, false) => (value, [0.0; 3]),
         };
@@ -153,7 +153,7 @@ impl ReplicateBuffer {
             [&self.covered, &self.shadowed].map(|of| of.get(pixel).copied().unwrap_or(0));
         PixelSums {
             sum,
-            open,
+            partial_block: open,
             spread: [0.0; 3],
             samples: self.samples[pixel],
             covered,
@@ -163,51 +163,57 @@ impl ReplicateBuffer {
 
     /// Returns the sum of all samples of a pixel.
     #[inline]
-    pub fn total(&self, pixel: usize) -> [f64; 3] {
+    pub fn pixel_total(&self, pixel: usize) -> [f64; 3] {
         let (sum, open) = (
             self.sums[pixel],
-            self.open.get(pixel).copied().unwrap_or([0.0; 3]),
+            self.partial_blocks.get(pixel).copied().unwrap_or([0.0; 3]),
         );
         core::array::from_fn(|i| sum[i] + open[i])
     }
 
     /// Copies the rectangle `from` of another buffer to the rectangle `to` of this buffer.
-    pub fn copy(&mut self, to: Rect, buffer: &Self, from: Rect) {
-        if self.open.len() < self.sums.len() && !buffer.open.is_empty() {
-            self.open.resize(self.sums.len(), [0.0; 3]);
+    pub fn copy_rect_from(&mut self, to: Rect, buffer: &Self, from: Rect) {
+        if self.partial_blocks.len() < self.sums.len() && !buffer.partial_blocks.is_empty() {
+            self.partial_blocks.resize(self.sums.len(), [0.0; 3]);
         }
-        copy(&mut self.sums, to, &buffer.sums, from);
-        match buffer.open.is_empty() {
-            false => copy(&mut self.open, to, &buffer.open, from),
-            true if self.open.is_empty() => {}
-            true => to.rows().for_each(|row| self.open[row].fill([0.0; 3])),
+        copy_rect(&mut self.sums, to, &buffer.sums, from);
+        match buffer.partial_blocks.is_empty() {
+            false => copy_rect(&mut self.partial_blocks, to, &buffer.partial_blocks, from),
+            true if self.partial_blocks.is_empty() => {}
+            true => to
+                .rows()
+                .for_each(|row| self.partial_blocks[row].fill([0.0; 3])),
         }
-        copy(&mut self.samples, to, &buffer.samples, from);
-        copy(&mut self.covered, to, &buffer.covered, from);
-        copy(&mut self.shadowed, to, &buffer.shadowed, from);
-        copy(&mut self.first_hits, to, &buffer.first_hits, from);
+        copy_rect(&mut self.samples, to, &buffer.samples, from);
+        copy_rect(&mut self.covered, to, &buffer.covered, from);
+        copy_rect(&mut self.shadowed, to, &buffer.shadowed, from);
+        copy_rect(&mut self.first_hits, to, &buffer.first_hits, from);
         for (into, of) in self.layers.iter_mut().zip(&buffer.layers) {
-            copy(into, to, of, from);
+            copy_rect(into, to, of, from);
         }
     }
 
     /// Returns a rectangle of the buffer as a new buffer.
-    pub fn cut(&self, from: Rect) -> Self {
+    pub fn extract_rect(&self, from: Rect) -> Self {
         Self {
-            sums: cut(&self.sums, from),
-            open: cut(&self.open, from),
-            samples: cut(&self.samples, from),
-            covered: cut(&self.covered, from),
-            shadowed: cut(&self.shadowed, from),
-            first_hits: cut(&self.first_hits, from),
-            layers: self.layers.iter().map(|layer| cut(layer, from)).collect(),
+            sums: extract_rect(&self.sums, from),
+            partial_blocks: extract_rect(&self.partial_blocks, from),
+            samples: extract_rect(&self.samples, from),
+            covered: extract_rect(&self.covered, from),
+            shadowed: extract_rect(&self.shadowed, from),
+            first_hits: extract_rect(&self.first_hits, from),
+            layers: self
+                .layers
+                .iter()
+                .map(|layer| extract_rect(layer, from))
+                .collect(),
         }
     }
 
     pub fn bytes(&self) -> usize {
         let counts = 2 * (self.samples.len() + self.first_hits.len())
             + 4 * (self.covered.len() + self.shadowed.len());
-        24 * (self.sums.len() + self.open.len())
+        24 * (self.sums.len() + self.partial_blocks.len())
             + counts
             + self
                 .layers

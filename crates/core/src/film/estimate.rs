@@ -1,7 +1,7 @@
 //! Estimates from the replicates of a pixel: the mean radiance and its standard error.
 
-use super::relative::{REACH, around};
-use super::sums::WHOLE;
+use super::relative::{REACH, average_along_axis};
+use super::sums::COVERAGE_UNITS;
 use super::{Film, FilmPart, ReplicateBuffer};
 
 /// Statistics over the replicates of a film that have samples, in ascending order of replicates.
@@ -10,14 +10,14 @@ pub(super) struct ReplicateStats<'a> {
     /// Whether all replicates have equal weight, whatever their number of samples. Under adaptive
     /// sampling the numbers depend on other replicates' colours, so weighting by number would bias
     /// the mean.
-    even: bool,
+    equal_weights: bool,
 }
 
 impl<'a> ReplicateStats<'a> {
     pub fn new(planes: impl Iterator<Item = &'a ReplicateBuffer>, even: bool) -> Self {
         Self {
             buffers: planes.collect(),
-            even,
+            equal_weights: even,
         }
     }
 
@@ -27,8 +27,8 @@ impl<'a> ReplicateStats<'a> {
     pub fn mean(&self, pixel: usize) -> ([f64; 3], f64) {
         let (mut sum, mut count, mut weights) = ([0.0; 3], 0_u64, 0.0);
         for buffer in &self.buffers {
-            let (value, n) = (buffer.total(pixel), buffer.samples[pixel]);
-            let weight = if self.even {
+            let (value, n) = (buffer.pixel_total(pixel), buffer.samples[pixel]);
+            let weight = if self.equal_weights {
                 1.0 / f64::from(n.max(1))
             } else {
                 1.0
@@ -42,48 +42,52 @@ impl<'a> ReplicateStats<'a> {
 
     /// Returns the covered share of a pixel, 0 to 1.
     pub fn coverage(&self, pixel: usize) -> f64 {
-        self.share(pixel, |buffer| &buffer.covered)
+        self.average_coverage(pixel, |buffer| &buffer.covered)
     }
 
     /// Returns the share of a pixel, 0 to 1, that a ground's shadow covers.
-    pub fn shadow(&self, pixel: usize) -> f64 {
-        self.share(pixel, |buffer| &buffer.shadowed)
+    pub fn shadow_coverage(&self, pixel: usize) -> f64 {
+        self.average_coverage(pixel, |buffer| &buffer.shadowed)
     }
 
-    fn share(&self, pixel: usize, value_of: impl Fn(&ReplicateBuffer) -> &Vec<u32>) -> f64 {
+    fn average_coverage(
+        &self,
+        pixel: usize,
+        value_of: impl Fn(&ReplicateBuffer) -> &Vec<u32>,
+    ) -> f64 {
         let (mut covered, mut weights) = (0.0, 0.0);
         for buffer in &self.buffers {
             let n = buffer.samples[pixel];
-            let weight = if self.even {
+            let weight = if self.equal_weights {
                 1.0 / f64::from(n.max(1))
             } else {
                 1.0
             };
-            covered += weight * (f64::from(value_of(buffer)[pixel]) / f64::from(WHOLE));
+            covered += weight * (f64::from(value_of(buffer)[pixel]) / f64::from(COVERAGE_UNITS));
             weights += weight * f64::from(n);
         }
         covered / f64::max(weights, 1.0)
     }
 
     /// Returns the number of replicates in which a pixel has samples.
-    pub fn replicates(&self, pixel: usize) -> u32 {
-        let there = self
+    pub fn replicate_count(&self, pixel: usize) -> u32 {
+        let sampled_buffers = self
             .buffers
             .iter()
             .filter(|buffer| buffer.samples[pixel] > 0);
-        there.count() as u32
+        sampled_buffers.count() as u32
     }
 
     /// Overwrites `means` with a pixel's mean radiance in each replicate that has samples.
-    pub fn each_mean(&self, pixel: usize, means: &mut Vec<[f64; 3]>) {
+    pub fn collect_replicate_means(&self, pixel: usize, means: &mut Vec<[f64; 3]>) {
         means.clear();
-        let there = self
+        let sampled_buffers = self
             .buffers
             .iter()
             .filter(|buffer| buffer.samples[pixel] > 0);
-        means.extend(there.map(|buffer| {
+        means.extend(sampled_buffers.map(|buffer| {
             buffer
-                .total(pixel)
+                .pixel_total(pixel)
                 .map(|sum| sum / f64::from(buffer.samples[pixel]))
         }));
     }
@@ -101,13 +105,15 @@ impl<'a> ReplicateStats<'a> {
     /// is compared, not the variance of a mean, because neighbours may have other sample counts.
     ///
     /// m ± t·error contains the true mean m in 95 % of pixels, with the quantile t of Student's
-    /// distribution for R − 1 degrees of freedom ([`student_95`](crate::metrics::student_95)): 3.18
+    /// distribution for R − 1 degrees of freedom ([`student_factor_95`](crate::metrics::student_factor_95)): 3.18
     /// for four replicates. With fewer than two replicates the error is unknown: −1.
     pub fn standard_errors(&self, pixels: usize, width: usize) -> Vec<[f32; 3]> {
-        let means: Vec<ReplicateMeans> = (0..pixels).map(|pixel| self.means(pixel)).collect();
-        let known = |means: &ReplicateMeans| means.replicates >= 2;
+        let means: Vec<ReplicateDeviations> = (0..pixels)
+            .map(|pixel| self.replicate_deviations(pixel))
+            .collect();
+        let known = |means: &ReplicateDeviations| means.replicates >= 2;
         let of_sample =
-            |means: &ReplicateMeans| means.variance().map(|variance| variance * means.samples);
+            |means: &ReplicateDeviations| means.variance().map(|variance| variance * means.samples);
         let of_samples: Vec<[f64; 3]> = means
             .iter()
             .map(|means| {
@@ -122,20 +128,26 @@ impl<'a> ReplicateStats<'a> {
             .iter()
             .map(|means| [f64::from(u8::from(known(means))); 3])
             .collect();
-        let near =
-            |of: &[[f64; 3]]| around(&around(of, REACH, width, 1), REACH, pixels / width, width);
+        let near = |of: &[[f64; 3]]| {
+            average_along_axis(
+                &average_along_axis(of, REACH, width, 1),
+                REACH,
+                pixels / width,
+                width,
+            )
+        };
         let of_picture: [f64; 3] = core::array::from_fn(|i| {
             let [sum, count] =
                 [&of_samples, &counts].map(|of| of.iter().map(|value| value[i]).sum::<f64>());
             if count > 0.0 { sum / count } else { 0.0 }
         });
         let (sums, counts) = (near(&of_samples), near(&counts));
-        let error = |(pixel, means): (usize, &ReplicateMeans)| {
+        let error = |(pixel, means): (usize, &ReplicateDeviations)| {
             if !known(means) {
                 return [-1.0; 3];
             }
-            let [u_roulette, floor] =
-                least(means.replicates - 1).map(|share| share / means.samples);
+            let [threshold, floor] =
+                chi_square_quantiles(means.replicates - 1).map(|share| share / means.samples);
             let own = means.variance();
             core::array::from_fn(|i| {
                 let near = sums[pixel][i] / counts[pixel][i];
@@ -144,7 +156,7 @@ impl<'a> ReplicateStats<'a> {
                 } else {
                     near
                 };
-                (if own[i] < u_roulette * near {
+                (if own[i] < threshold * near {
                     floor * near
                 } else {
                     own[i]
@@ -165,34 +177,35 @@ impl<'a> ReplicateStats<'a> {
                 .is_some_and(|&covered| covered == 0)
                 || buffer.first_hits.get(pixel).is_some_and(|&n| n == 0)
         };
-        let is_black = |buffer: &ReplicateBuffer| buffer.total(pixel)[channel] == 0.0;
+        let is_black = |buffer: &ReplicateBuffer| buffer.pixel_total(pixel)[channel] == 0.0;
         self.buffers.iter().all(|buffer| is_black(buffer))
             && !self.buffers.iter().all(|buffer| is_empty(buffer))
     }
 
     /// Computes the deviations of a pixel's replicates from the mean of the pixel.
-    pub fn means(&self, pixel: usize) -> ReplicateMeans {
+    pub fn replicate_deviations(&self, pixel: usize) -> ReplicateDeviations {
         let (mean, samples) = self.mean(pixel);
-        let there = || {
+        let sampled_buffers = || {
             self.buffers
                 .iter()
                 .filter(|buffer| buffer.samples[pixel] > 0)
         };
-        let mut means = ReplicateMeans {
-            between: [0.0; 3],
-            replicates: there().count() as u32,
+        let mut means = ReplicateDeviations {
+            squared_deviations: [0.0; 3],
+            replicates: sampled_buffers().count() as u32,
             samples,
         };
-        for buffer in there() {
-            let (sum, n) = (buffer.total(pixel), f64::from(buffer.samples[pixel]));
+        for buffer in sampled_buffers() {
+            let (sum, n) = (buffer.pixel_total(pixel), f64::from(buffer.samples[pixel]));
             let apart: [f64; 3] = core::array::from_fn(|i| sum[i] / n - mean[i]);
-            let weight = if self.even {
+            let weight = if self.equal_weights {
                 samples / f64::from(means.replicates)
             } else {
                 n
             };
-            means.between =
-                core::array::from_fn(|i| means.between[i] + weight * apart[i] * apart[i]);
+            means.squared_deviations = core::array::from_fn(|i| {
+                means.squared_deviations[i] + weight * apart[i] * apart[i]
+            });
         }
         means
     }
@@ -206,10 +219,10 @@ impl Film {
     /// complete replicates, without a correction for chance. `None` if fewer than two replicates of
     /// the tile are complete. Without random sampling, one replicate suffices, and the variance is
     /// zero.
-    pub(crate) fn means_of(&self, tile: u32) -> Option<Vec<MeanVariance>> {
-        let part = self.whole_part();
+    pub(crate) fn tile_means_and_variances(&self, tile: u32) -> Option<Vec<MeanVariance>> {
+        let part = self.full_part();
         let is_done = |replicate: &u32| {
-            self.lacking(&FilmPart {
+            self.unfinished_tiles(&FilmPart {
                 tiles: tile..tile + 1,
                 replicates: *replicate..*replicate + 1,
                 ..part.clone()
@@ -219,11 +232,11 @@ impl Film {
             .replicates
             .clone()
             .filter(is_done)
-            .map(|replicate| self.state(tile, replicate))
+            .map(|replicate| self.tile_buffer(tile, replicate))
             .collect();
         let stats = ReplicateStats::new(buffers.iter(), false);
         let pixel = |pixel| {
-            let (mean, means) = (stats.mean(pixel).0, stats.means(pixel));
+            let (mean, means) = (stats.mean(pixel).0, stats.replicate_deviations(pixel));
             [
                 mean,
                 if self.plan().random {
@@ -235,7 +248,7 @@ impl Film {
         };
         let is_known = buffers.len() >= 2 || !self.plan().random && !buffers.is_empty();
         is_known.then(|| {
-            (0..self.plan().pixels_of(tile) as usize)
+            (0..self.plan().tile_pixel_count(tile) as usize)
                 .map(pixel)
                 .collect()
         })
@@ -251,7 +264,7 @@ impl Film {
 /// quantiles of χ²/`freedom` for `freedom` degrees of freedom. Values up to three degrees are
 /// tabulated. Beyond three, the approximation of Wilson and Hilferty ("The Distribution of
 /// Chi-Square", 1931) is accurate to a hundredth.
-fn least(freedom: u32) -> [f64; 2] {
+fn chi_square_quantiles(freedom: u32) -> [f64; 2] {
     const FEW: [[f64; 2]; 4] = [
         [0.0, 0.0],
         [0.000_002, 0.003_932],
@@ -266,21 +279,21 @@ fn least(freedom: u32) -> [f64; 2] {
 
 /// Deviations of a pixel's replicates from the mean of the pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct ReplicateMeans {
+pub(super) struct ReplicateDeviations {
     /// Sum of the squared deviations over replicates, each weighted by its number of samples, or
     /// all equally.
-    pub between: [f64; 3],
+    pub squared_deviations: [f64; 3],
     /// Number of replicates with samples.
     pub replicates: u32,
     /// Number of samples in all replicates.
     pub samples: f64,
 }
 
-impl ReplicateMeans {
+impl ReplicateDeviations {
     /// Returns the variance of the pixel's mean m, per channel: Σ nᵣ(mᵣ − m)² / (n(R − 1)) over its
     /// R replicates with nᵣ samples of mean mᵣ.
     pub fn variance(&self) -> [f64; 3] {
-        self.between
+        self.squared_deviations
             .map(|b| b / (self.samples * f64::from(self.replicates - 1)))
     }
 }

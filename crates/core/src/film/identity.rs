@@ -88,7 +88,7 @@ impl FilmIdentity {
 
     /// Returns the name of the first setting that differs between two pictures, or "scene"; `None`
     /// for equal identities.
-    pub fn difference(&self, other: &Self) -> Option<String> {
+    pub fn find_difference(&self, other: &Self) -> Option<String> {
         let named = |(name, value): &(String, String)| {
             other.settings.iter().any(|(n, v)| n == name && v == value)
         };

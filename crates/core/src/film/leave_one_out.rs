@@ -52,28 +52,28 @@ const FEWEST: f64 = 40.0;
 #[derive(Clone, Copy)]
 pub(super) struct SingleReplicateBound {
     /// Largest weight of a squared error.
-    pub most: [f64; 3],
+    pub max_weight: [f64; 3],
     /// Relative uncertainty of the weight because a single replicate found light; independent
     /// between pixels.
-    pub deviation: [f64; 3],
+    pub event_uncertainty: [f64; 3],
     /// Relative uncertainty of the weight due to the prior, common to all pixels.
-    pub prior: [f64; 3],
+    pub prior_uncertainty: [f64; 3],
 }
 
 impl Default for SingleReplicateBound {
     /// Returns no bound, for light that is not confirmed.
     fn default() -> Self {
         Self {
-            most: [f64::INFINITY; 3],
-            deviation: [0.0; 3],
-            prior: [0.0; 3],
+            max_weight: [f64::INFINITY; 3],
+            event_uncertainty: [0.0; 3],
+            prior_uncertainty: [0.0; 3],
         }
     }
 }
 
 impl SingleReplicateBound {
     /// Returns the bound for a pixel with these means of its four replicates.
-    pub fn of(four: [[f64; 3]; 4]) -> Self {
+    pub fn from_means(four: [[f64; 3]; 4]) -> Self {
         let mean: [f64; 3] =
             core::array::from_fn(|i| four.iter().map(|mean| mean[i]).sum::<f64>().max(0.0) / 4.0);
         let over = mean.map(|mean| mean / FLOOR.sqrt());
@@ -89,9 +89,9 @@ impl SingleReplicateBound {
             )
         });
         Self {
-            most: core::array::from_fn(|i| (jeffreys[i] * even[i]).sqrt()),
-            deviation: over.map(|over| (over * over.sqrt() / (4.0 * TAU.sqrt())).sqrt()),
-            prior: core::array::from_fn(|i| {
+            max_weight: core::array::from_fn(|i| (jeffreys[i] * even[i]).sqrt()),
+            event_uncertainty: over.map(|over| (over * over.sqrt() / (4.0 * TAU.sqrt())).sqrt()),
+            prior_uncertainty: core::array::from_fn(|i| {
                 libm::log(jeffreys[i] / even[i]).abs() / 12.0_f64.sqrt()
             }),
         }
@@ -101,30 +101,30 @@ impl SingleReplicateBound {
 /// Statistics of held-out replicates, over pixels where a single one of the other replicates found
 /// light.
 #[derive(Clone, Copy, Default)]
-pub(super) struct LeaveOneOut {
+pub(super) struct LeaveOneOutStats {
     /// Number of held-out replicates.
-    held: f64,
+    held_out: f64,
     /// Sums of the weights, of their squares, and of the weighted confirmed light.
     weights: f64,
-    squares: f64,
-    seen: f64,
+    squared_weights: f64,
+    confirmed_light: f64,
 }
 
-impl AddAssign for LeaveOneOut {
+impl AddAssign for LeaveOneOutStats {
     fn add_assign(&mut self, other: Self) {
-        self.held += other.held;
+        self.held_out += other.held_out;
         self.weights += other.weights;
-        self.squares += other.squares;
-        self.seen += other.seen;
+        self.squared_weights += other.squared_weights;
+        self.confirmed_light += other.confirmed_light;
     }
 }
 
-impl LeaveOneOut {
+impl LeaveOneOutStats {
     /// Adds the means of a pixel's four replicates, each held out in turn. The weight of a held-out
     /// replicate is √m for the mean m of the other three replicates, as in
     /// [`SingleReplicateBound`]: brighter light has a more uncertain error. Pixels too dark for a
     /// relative error are skipped.
-    pub fn add(&mut self, four: [[f64; 3]; 4]) {
+    pub fn add_pixel(&mut self, four: [[f64; 3]; 4]) {
         let bright = four.map(|mean| (mean[0] + mean[1] + mean[2]) / 3.0);
         for held in 0..4 {
             let others = (0..4)
@@ -136,10 +136,10 @@ impl LeaveOneOut {
             let mean = sum / 3.0;
             if mean > FLOOR.sqrt() && largest >= ALONE * sum {
                 *self += Self {
-                    held: 1.0,
+                    held_out: 1.0,
                     weights: mean.sqrt(),
-                    squares: mean,
-                    seen: (bright[held] / mean).min(MOST) * mean.sqrt(),
+                    squared_weights: mean,
+                    confirmed_light: (bright[held] / mean).min(MOST) * mean.sqrt(),
                 };
             }
         }
@@ -148,8 +148,8 @@ impl LeaveOneOut {
     /// Whether the held-out replicates confirm enough light, by a margin of two standard errors.
     /// The confirmed light varies by about its own value, and the four held-out replicates of a
     /// pixel count as one.
-    pub fn is_enough(&self) -> bool {
-        let error = 2.0 * self.squares.sqrt();
-        self.held >= 4.0 * FEWEST && self.seen - 2.0 * error >= ENOUGH * self.weights
+    pub fn confirms_enough_light(&self) -> bool {
+        let error = 2.0 * self.squared_weights.sqrt();
+        self.held_out >= 4.0 * FEWEST && self.confirmed_light - 2.0 * error >= ENOUGH * self.weights
     }
 }

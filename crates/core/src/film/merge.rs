@@ -44,10 +44,10 @@ pub enum PartError {
 impl Film {
     /// Returns the name of the first difference between the pictures of two films; `None` if both
     /// are parts of one picture.
-    pub(crate) fn difference(&self, other: &Film) -> Option<String> {
+    pub(crate) fn find_difference(&self, other: &Film) -> Option<String> {
         self.identity
-            .difference(&other.identity)
-            .or_else(|| self.plan.difference(&other.plan).map(str::to_owned))
+            .find_difference(&other.identity)
+            .or_else(|| self.plan.find_difference(&other.plan).map(str::to_owned))
     }
 
     /// Takes over the samples of an earlier film of this picture, whose replicates may have at most
@@ -57,16 +57,21 @@ impl Film {
     /// # Errors
     /// [`PartError::Foreign`] for the film of another picture, [`PartError::Samples`] where its
     /// replicates have more samples than this picture's.
-    pub fn adopt(&mut self, earlier: Film) -> Result<(), PartError> {
-        let foreign = self.identity.difference(&earlier.identity);
-        if let Some(label) =
-            foreign.or_else(|| self.plan.other_division(&earlier.plan).map(str::to_owned))
-        {
+    pub fn continue_from(&mut self, earlier: Film) -> Result<(), PartError> {
+        let foreign = self.identity.find_difference(&earlier.identity);
+        if let Some(label) = foreign.or_else(|| {
+            self.plan
+                .find_division_difference(&earlier.plan)
+                .map(str::to_owned)
+        }) {
             return Err(PartError::Foreign { part: 0, label });
         }
-        if !self.plan.continues(&earlier.plan) {
+        if !self.plan.can_continue(&earlier.plan) {
             let (has, requested) = (earlier.plan.samples(), self.plan.samples());
-            let minimum = self.plan.least_continuing(&earlier.plan).unwrap_or(has);
+            let minimum = self
+                .plan
+                .least_samples_to_continue(&earlier.plan)
+                .unwrap_or(has);
             return Err(PartError::Samples {
                 has,
                 requested,
@@ -76,9 +81,9 @@ impl Film {
         let Film {
             buffers,
             spread,
-            centre,
-            drawn,
-            goals,
+            centre_layers: centre,
+            samples_drawn: drawn,
+            sample_goals: goals,
             is_replayed,
             counters,
             ..
@@ -87,9 +92,9 @@ impl Film {
             .iter_mut()
             .zip(buffers)
             .for_each(|(mine, its)| *mine = its);
-        self.drawn[..drawn.len()].copy_from_slice(&drawn);
-        (self.goals, self.is_replayed) = (goals, is_replayed);
-        (self.spread, self.centre, self.counters) = (spread, centre, counters);
+        self.samples_drawn[..drawn.len()].copy_from_slice(&drawn);
+        (self.sample_goals, self.is_replayed) = (goals, is_replayed);
+        (self.spread, self.centre_layers, self.counters) = (spread, centre, counters);
         Ok(())
     }
 
@@ -99,18 +104,20 @@ impl Film {
     ///
     /// # Errors
     /// [`PartError::Foreign`] for the film of another picture.
-    pub fn replay(&mut self, map: &Film) -> Result<(), PartError> {
-        let foreign = self.identity.difference(&map.identity);
-        if let Some(label) =
-            foreign.or_else(|| self.plan.other_division(&map.plan).map(str::to_owned))
-        {
+    pub fn repeat_sample_counts(&mut self, map: &Film) -> Result<(), PartError> {
+        let foreign = self.identity.find_difference(&map.identity);
+        if let Some(label) = foreign.or_else(|| {
+            self.plan
+                .find_division_difference(&map.plan)
+                .map(str::to_owned)
+        }) {
             return Err(PartError::Foreign { part: 0, label });
         }
-        *self = Self::empty(
+        *self = Self::new_empty(
             self.identity.clone(),
             self.plan.with_samples(map.plan.samples()),
         );
-        (self.goals, self.is_replayed) = (map.drawn.clone(), true);
+        (self.sample_goals, self.is_replayed) = (map.samples_drawn.clone(), true);
         Ok(())
     }
 
@@ -121,27 +128,35 @@ impl Film {
     /// See [`PartError`].
     pub fn merge(parts: &[Film]) -> Result<Film, PartError> {
         let first = parts.first().ok_or(PartError::Nothing)?;
-        let mut film = Film::empty(first.identity.clone(), first.plan.clone());
-        (film.goals, film.is_replayed) = (first.goals.clone(), first.is_replayed);
+        let mut film = Film::new_empty(first.identity.clone(), first.plan.clone());
+        (film.sample_goals, film.is_replayed) = (first.sample_goals.clone(), first.is_replayed);
         for (index, part) in parts.iter().enumerate() {
-            let goals = || (first.goals != part.goals).then(|| "map of samples".to_owned());
-            if let Some(label) = first.difference(part).or_else(goals) {
+            let goals =
+                || (first.sample_goals != part.sample_goals).then(|| "map of samples".to_owned());
+            if let Some(label) = first.find_difference(part).or_else(goals) {
                 return Err(PartError::Foreign { part: index, label });
             }
-            film.mark(part, index)?;
+            film.record_part_samples(part, index)?;
         }
         // Whatever the order of the parts, their spreads are joined in the order of the replicates.
         let mut parts: Vec<&Film> = parts.iter().collect();
-        parts.sort_by_key(|part| part.drawn.iter().position(|&drawn| drawn > 0));
-        parts.into_iter().for_each(|part| film.take(part));
+        parts.sort_by_key(|part| part.samples_drawn.iter().position(|&drawn| drawn > 0));
+        parts
+            .into_iter()
+            .for_each(|part| film.copy_part_samples(part));
         Ok(film)
     }
 
     /// Adds the sample counts of a part. Fails if the film already holds samples of the same tile
     /// and replicate.
-    fn mark(&mut self, part: &Film, index: usize) -> Result<(), PartError> {
-        let tiles = self.plan.tiles() as usize;
-        for (unit, (drawn, &held)) in self.drawn.iter_mut().zip(&part.drawn).enumerate() {
+    fn record_part_samples(&mut self, part: &Film, index: usize) -> Result<(), PartError> {
+        let tiles = self.plan.tile_count() as usize;
+        for (unit, (drawn, &held)) in self
+            .samples_drawn
+            .iter_mut()
+            .zip(&part.samples_drawn)
+            .enumerate()
+        {
             if *drawn > 0 && held > 0 {
                 let (tile, replicate) = ((unit % tiles) as u32, (unit / tiles) as u32);
                 return Err(PartError::Overlap {
@@ -156,21 +171,21 @@ impl Film {
     }
 
     /// Copies the sums and layers of a part, and adds its counters.
-    fn take(&mut self, part: &Film) {
-        for tile in 0..self.plan.tiles() {
-            let area = Rect::within(self.plan.tile(tile), self.plan.crop.width);
+    fn copy_part_samples(&mut self, part: &Film) {
+        for tile in 0..self.plan.tile_count() {
+            let area = Rect::tile_in_film(self.plan.tile_rect(tile), self.plan.crop.width);
             for replicate in (0..self.plan.replicates)
                 .filter(|&replicate| part.samples_drawn(tile, replicate) > 0)
             {
                 if let Some(buffer) = &part.buffers[replicate as usize] {
-                    self.place(replicate, buffer, area, area);
+                    self.place_buffer(replicate, buffer, area, area);
                 }
             }
             if part.samples_drawn(tile, 0) > 0 {
-                self.place_centre(&part.centre, area, area);
+                self.place_centre_layers(&part.centre_layers, area, area);
             }
             if (0..self.plan.replicates).any(|replicate| part.samples_drawn(tile, replicate) > 0) {
-                self.widen(&part.spread, area, area);
+                self.add_spread(&part.spread, area, area);
             }
         }
         self.counters += part.counters;

@@ -34,18 +34,19 @@ mod sums;
 pub(crate) mod tests;
 mod uncertainty;
 
-pub use adaptive::DoubtedProgress;
 pub(crate) use adaptive::ErrorProgress;
+pub use adaptive::RejectedStop;
 pub(crate) use buffer::{Rect, ReplicateBuffer};
 pub(crate) use estimate::MeanVariance;
 use estimate::ReplicateStats;
 use identity::FilmIdentity;
 pub use merge::PartError;
 pub(crate) use plan::FilmPlan;
-pub use record::{FilmHeader, FilmNumbers, HeaderError};
-pub(crate) use replicate_quad::{BRIGHTEST, QuadError, ReplicateQuad};
+pub use record::{FilmDataStream, FilmHeader, HeaderError};
+pub(crate) use replicate_quad::{BRIGHTEST, ReplicateQuad, ReplicateQuadError};
 pub(crate) use sums::{
-    BlockAccumulator, MomentSums, PixelSums, PlainSums, SampleAccumulator, parts,
+    BlockAccumulator, MomentAccumulator, PixelSums, SampleAccumulator, SumAccumulator,
+    quantise_coverage,
 };
 pub use uncertainty::{Doubt, ErrorEstimate, Uncertainty};
 
@@ -53,7 +54,7 @@ use core::ops::{Range, RangeInclusive};
 
 use crate::counters::Counters;
 use crate::light::LightUsage;
-use crate::picture::{Layer, Picture};
+use crate::picture::{Picture, PictureLayer};
 use crate::settings::{Aov, Settings};
 
 /// A picture in progress: sums of the tiles and replicates rendered so far.
@@ -68,20 +69,20 @@ pub struct Film {
     /// empty without random sampling.
     spread: Vec<[f32; 3]>,
     /// Layers of pixel-centre rays, rendered with the first replicate.
-    centre: Vec<Vec<f32>>,
+    centre_layers: Vec<Vec<f32>>,
     /// Samples per pixel so far, by replicate and tile.
-    drawn: Vec<u16>,
+    samples_drawn: Vec<u16>,
     /// Samples per pixel at the end of the round, by replicate and tile, if the counts are adaptive
     /// or repeat another film's counts; else empty.
-    goals: Vec<u16>,
+    sample_goals: Vec<u16>,
     /// Whether the goals repeat another film's sample counts. Adaptive sampling then adds no
     /// samples.
     is_replayed: bool,
     /// Expected number of samples of all pixels at the end of the render; zero if unknown.
-    expected: u64,
+    expected_samples: u64,
     /// Record of the first time that the estimated error reached the requested error but was
     /// doubtful. Not stored in files.
-    doubted: Option<DoubtedProgress>,
+    rejected_stop: Option<RejectedStop>,
     counters: Counters,
     /// Light usage, counted by the renders of this film. Not a part of the picture, and not stored
     /// in files.
@@ -99,18 +100,21 @@ pub struct FilmPart {
     /// Range of replicates.
     pub replicates: Range<u32>,
     /// Restriction to these tiles, in ascending order; `None` for all tiles.
-    pub among: Option<Vec<u32>>,
+    pub selected_tiles: Option<Vec<u32>>,
 }
 
 impl FilmPart {
     /// Iterates over the part's tiles that exist in the picture.
-    pub(crate) fn each_tile(&self, plan: &FilmPlan) -> impl Iterator<Item = u32> + Clone + use<'_> {
+    pub(crate) fn iter_tiles(
+        &self,
+        plan: &FilmPlan,
+    ) -> impl Iterator<Item = u32> + Clone + use<'_> {
         let is_among = |tile: &u32| {
-            self.among
+            self.selected_tiles
                 .as_ref()
                 .is_none_or(|among| among.binary_search(tile).is_ok())
         };
-        (self.tiles.start..self.tiles.end.min(plan.tiles()))
+        (self.tiles.start..self.tiles.end.min(plan.tile_count()))
             .step_by(self.step.max(1) as usize)
             .filter(is_among)
     }
@@ -119,7 +123,7 @@ impl FilmPart {
     /// takes every `total`-th tile of the part, so that slow regions are divided as well. The union
     /// of the shares is the part.
     #[must_use]
-    pub fn share(self, index: u32, total: u32) -> Self {
+    pub fn nth_share(self, index: u32, total: u32) -> Self {
         Self {
             tiles: self.tiles.start + index * self.step..self.tiles.end,
             step: self.step * total,
@@ -146,13 +150,13 @@ pub(crate) struct TileUpdate {
 impl Film {
     /// Returns an empty film; `scene` is a text that identifies the scene.
     pub(crate) fn new(scene: &str, settings: &Settings, plan: FilmPlan) -> Self {
-        Self::empty(FilmIdentity::new(scene, settings), plan)
+        Self::new_empty(FilmIdentity::new(scene, settings), plan)
     }
 
-    fn empty(identity: FilmIdentity, plan: FilmPlan) -> Self {
-        let units = plan.tiles() as usize * plan.replicates as usize;
+    fn new_empty(identity: FilmIdentity, plan: FilmPlan) -> Self {
+        let units = plan.tile_count() as usize * plan.replicates as usize;
         let goals = if plan.adaptive {
-            vec![adaptive::first(&plan); units]
+            vec![adaptive::first_round_samples(&plan); units]
         } else {
             Vec::new()
         };
@@ -160,12 +164,12 @@ impl Film {
             identity,
             buffers: vec![None; plan.replicates as usize],
             spread: Vec::new(),
-            centre: Vec::new(),
-            drawn: vec![0; units],
-            goals,
+            centre_layers: Vec::new(),
+            samples_drawn: vec![0; units],
+            sample_goals: goals,
             is_replayed: false,
-            expected: 0,
-            doubted: None,
+            expected_samples: 0,
+            rejected_stop: None,
             counters: Counters::default(),
             usage: LightUsage::default(),
             plan,
@@ -177,7 +181,7 @@ impl Film {
     }
 
     /// Returns the text that identifies the scene, as given to
-    /// [`ReadyScene::film`](crate::ReadyScene::film).
+    /// [`ReadyScene::new_film`](crate::ReadyScene::new_film).
     pub fn scene(&self) -> &str {
         &self.identity.scene
     }
@@ -188,55 +192,58 @@ impl Film {
     }
 
     /// Returns the part that covers the whole picture.
-    pub fn whole_part(&self) -> FilmPart {
+    pub fn full_part(&self) -> FilmPart {
         FilmPart {
-            tiles: 0..self.plan.tiles(),
+            tiles: 0..self.plan.tile_count(),
             step: 1,
             replicates: 0..self.plan.replicates,
-            among: None,
+            selected_tiles: None,
         }
     }
 
     /// Returns the samples per pixel of a tile in a replicate; zero outside the picture.
     pub fn samples_drawn(&self, tile: u32, replicate: u32) -> u32 {
-        let unit = (tile < self.plan.tiles()).then(|| self.drawn.get(self.unit(tile, replicate)));
+        let unit = (tile < self.plan.tile_count())
+            .then(|| self.samples_drawn.get(self.unit_index(tile, replicate)));
         unit.flatten().map_or(0, |&drawn| u32::from(drawn))
     }
 
     /// Returns the samples per pixel that a tile has in a replicate at the end of the present
     /// round.
     pub(crate) fn sample_goal(&self, tile: u32, replicate: u32) -> u32 {
-        self.goals
-            .get(self.unit(tile, replicate))
-            .map_or(self.plan.samples_of(replicate), |&goal| u32::from(goal))
+        self.sample_goals
+            .get(self.unit_index(tile, replicate))
+            .map_or(self.plan.replicate_samples(replicate), |&goal| {
+                u32::from(goal)
+            })
     }
 
     /// Returns the samples of all pixels of a part so far, and their expected final number.
     pub(crate) fn progress(&self, part: &FilmPart) -> (u64, u64) {
         let (mut done, mut total) = (0, 0);
-        for tile in part.each_tile(&self.plan) {
+        for tile in part.iter_tiles(&self.plan) {
             for replicate in part.replicates.start..part.replicates.end.min(self.plan.replicates) {
-                let value_of = |samples: u32| self.plan.pixels_of(tile) * u64::from(samples);
+                let value_of = |samples: u32| self.plan.tile_pixel_count(tile) * u64::from(samples);
                 done += value_of(self.samples_drawn(tile, replicate));
                 total += value_of(self.sample_goal(tile, replicate));
             }
         }
-        (done, total.max(self.expected))
+        (done, total.max(self.expected_samples))
     }
 
-    fn unit(&self, tile: u32, replicate: u32) -> usize {
-        replicate as usize * self.plan.tiles() as usize + tile as usize
+    fn unit_index(&self, tile: u32, replicate: u32) -> usize {
+        replicate as usize * self.plan.tile_count() as usize + tile as usize
     }
 
     /// Returns the number of pixels that lack samples.
-    pub fn unfinished(&self) -> u64 {
+    pub fn unfinished_pixels(&self) -> u64 {
         let lacking = |&tile: &u32| {
             (0..self.plan.replicates)
                 .any(|r| self.samples_drawn(tile, r) < self.sample_goal(tile, r))
         };
-        (0..self.plan.tiles())
+        (0..self.plan.tile_count())
             .filter(lacking)
-            .map(|tile| self.plan.pixels_of(tile))
+            .map(|tile| self.plan.tile_pixel_count(tile))
             .sum()
     }
 
@@ -248,29 +255,29 @@ impl Film {
     /// Returns the requested samples per pixel; `None` if the counts are adaptive or repeat another
     /// film's counts.
     pub fn requested_samples(&self) -> Option<u32> {
-        self.goals.is_empty().then(|| self.plan.samples())
+        self.sample_goals.is_empty().then(|| self.plan.samples())
     }
 
     /// Returns the least and the greatest number of samples of a pixel in a part.
-    pub fn samples(&self, part: &FilmPart) -> RangeInclusive<u32> {
+    pub fn sample_range(&self, part: &FilmPart) -> RangeInclusive<u32> {
         let value_of = |tile| {
             part.replicates
                 .clone()
                 .map(|replicate| self.samples_drawn(tile, replicate))
                 .sum::<u32>()
         };
-        let all = part.each_tile(&self.plan).map(value_of);
+        let all = part.iter_tiles(&self.plan).map(value_of);
         all.clone().min().unwrap_or(0)..=all.max().unwrap_or(0)
     }
 
     /// Returns the number of a part's tiles that lack samples.
-    pub fn lacking(&self, part: &FilmPart) -> usize {
+    pub fn unfinished_tiles(&self, part: &FilmPart) -> usize {
         let replicates = || {
             part.replicates
                 .clone()
                 .take_while(|&replicate| replicate < self.plan.replicates)
         };
-        part.each_tile(&self.plan)
+        part.iter_tiles(&self.plan)
             .filter(|&tile| {
                 replicates().any(|r| self.samples_drawn(tile, r) < self.sample_goal(tile, r))
             })
@@ -279,12 +286,14 @@ impl Film {
 
     /// Returns the sums of a tile in a replicate, from which sampling continues; empty before the
     /// first samples.
-    pub(crate) fn state(&self, tile: u32, replicate: u32) -> ReplicateBuffer {
-        let area = Rect::within(self.plan.tile(tile), self.plan.crop.width);
+    pub(crate) fn tile_buffer(&self, tile: u32, replicate: u32) -> ReplicateBuffer {
+        let area = Rect::tile_in_film(self.plan.tile_rect(tile), self.plan.crop.width);
         let buffer = self.buffers[replicate as usize]
             .as_ref()
             .filter(|_| self.samples_drawn(tile, replicate) > 0);
-        buffer.map(|buffer| buffer.cut(area)).unwrap_or_default()
+        buffer
+            .map(|buffer| buffer.extract_rect(area))
+            .unwrap_or_default()
     }
 
     /// Returns the counters of rays and samples, summed over all renders of the film.
@@ -293,13 +302,13 @@ impl Film {
     }
 
     /// Returns the light usage counted so far.
-    pub(crate) fn usage(&self) -> &LightUsage {
+    pub(crate) fn light_usage(&self) -> &LightUsage {
         &self.usage
     }
 
     /// Adds the light usage of a worker.
-    pub(crate) fn add_usage(&mut self, usage: &LightUsage) {
-        self.usage.add(usage);
+    pub(crate) fn add_light_usage(&mut self, usage: &LightUsage) {
+        self.usage.add_worker(usage);
     }
 
     /// Returns the bytes of sums and layers.
@@ -310,31 +319,31 @@ impl Film {
             .flatten()
             .map(ReplicateBuffer::bytes)
             .sum();
-        let centre: usize = self.centre.iter().map(|layer| layer.len() * 4).sum();
+        let centre: usize = self.centre_layers.iter().map(|layer| layer.len() * 4).sum();
         (planes + self.spread.len() * 12 + centre) as u64
     }
 
     /// Stores the result of a unit of work: replaces the sums of the tile in its replicate, and
     /// adds spread and counters.
-    pub(crate) fn put(&mut self, tile_update: &TileUpdate) {
-        let tile = self.plan.tile(tile_update.tile);
+    pub(crate) fn store_tile(&mut self, tile_update: &TileUpdate) {
+        let tile = self.plan.tile_rect(tile_update.tile);
         let (from, to) = (
-            Rect::all(tile.width, tile.height),
-            Rect::within(tile, self.plan.crop.width),
+            Rect::whole_buffer(tile.width, tile.height),
+            Rect::tile_in_film(tile, self.plan.crop.width),
         );
-        let spread = self.deviations(tile_update, from, to);
-        self.widen(&spread, from, to);
-        self.place(tile_update.replicate, &tile_update.buffer, from, to);
-        self.place_centre(&tile_update.centre, from, to);
+        let spread = self.combine_deviations(tile_update, from, to);
+        self.add_spread(&spread, from, to);
+        self.place_buffer(tile_update.replicate, &tile_update.buffer, from, to);
+        self.place_centre_layers(&tile_update.centre, from, to);
         self.counters += tile_update.counters;
-        let index = self.unit(tile_update.tile, tile_update.replicate);
-        self.drawn[index] = u16::try_from(tile_update.drawn).unwrap_or(u16::MAX);
+        let index = self.unit_index(tile_update.tile, tile_update.replicate);
+        self.samples_drawn[index] = u16::try_from(tile_update.drawn).unwrap_or(u16::MAX);
     }
 
     /// Returns the spread of a tile's added samples about the mean of their replicate: their spread
     /// about their own mean, combined with the distance of that mean from the mean of the earlier
     /// samples (Chan, Golub and LeVeque 1983).
-    fn deviations(&self, tile_update: &TileUpdate, from: Rect, to: Rect) -> Vec<[f32; 3]> {
+    fn combine_deviations(&self, tile_update: &TileUpdate, from: Rect, to: Rect) -> Vec<[f32; 3]> {
         let before = self.buffers[tile_update.replicate as usize]
             .as_ref()
             .filter(|_| self.samples_drawn(tile_update.tile, tile_update.replicate) > 0);
@@ -348,7 +357,7 @@ impl Film {
                     f64::from(before.samples[old]),
                     f64::from(tile_update.buffer.samples[new]),
                 );
-                let (sum, total) = (before.total(old), tile_update.buffer.total(new));
+                let (sum, total) = (before.pixel_total(old), tile_update.buffer.pixel_total(new));
                 let added = all - n;
                 if n == 0.0 || added == 0.0 {
                     return tile_update.spread[new];
@@ -363,33 +372,33 @@ impl Film {
             .collect()
     }
 
-    fn place(&mut self, replicate: u32, buffer: &ReplicateBuffer, from: Rect, to: Rect) {
+    fn place_buffer(&mut self, replicate: u32, buffer: &ReplicateBuffer, from: Rect, to: Rect) {
         let plan = &self.plan;
         self.buffers[replicate as usize]
             .get_or_insert_with(|| ReplicateBuffer::zero(plan))
-            .copy(to, buffer, from);
+            .copy_rect_from(to, buffer, from);
     }
 
-    fn place_centre(&mut self, layers: &[Vec<f32>], from: Rect, to: Rect) {
-        if self.centre.is_empty() {
-            self.centre = layers
+    fn place_centre_layers(&mut self, layers: &[Vec<f32>], from: Rect, to: Rect) {
+        if self.centre_layers.is_empty() {
+            self.centre_layers = layers
                 .iter()
-                .map(|_| vec![0.0; self.plan.pixels()])
+                .map(|_| vec![0.0; self.plan.pixel_count()])
                 .collect();
         }
-        for (into, layer) in self.centre.iter_mut().zip(layers) {
-            buffer::copy(into, to, layer, from);
+        for (into, layer) in self.centre_layers.iter_mut().zip(layers) {
+            buffer::copy_rect(into, to, layer, from);
         }
     }
 
     /// Adds a spread to the stored spread: the root of the sum of squares. Each addition rounds in
     /// f32, so parts merged in another order than that of the replicates may differ by an ulp; no
     /// picture depends on the spread.
-    fn widen(&mut self, spread: &[[f32; 3]], from: Rect, to: Rect) {
+    fn add_spread(&mut self, spread: &[[f32; 3]], from: Rect, to: Rect) {
         if spread.is_empty() {
             return;
         }
-        self.spread.resize(self.plan.pixels(), [0.0; 3]);
+        self.spread.resize(self.plan.pixel_count(), [0.0; 3]);
         for (into, of) in to.rows().zip(from.rows()) {
             for (into, of) in self.spread[into].iter_mut().zip(&spread[of]) {
                 let join = |a: f32, b: f32| {
@@ -402,15 +411,17 @@ impl Film {
 
     /// Returns the variance of a pixel's samples about their mean, per channel: the variance of a
     /// sample, not of the mean. `None` without random sampling, or with fewer than two samples.
-    pub fn variance(&self, x: u32, y: u32) -> Option<[f64; 3]> {
+    pub fn pixel_variance(&self, x: u32, y: u32) -> Option<[f64; 3]> {
         if x >= self.plan.crop.width || y >= self.plan.crop.height {
             return None;
         }
         let pixel = y as usize * self.plan.crop.width as usize + x as usize;
         let within = self.spread.get(pixel)?.map(|s| f64::from(s) * f64::from(s));
-        let means = self.replicate_stats().means(pixel);
+        let means = self.replicate_stats().replicate_deviations(pixel);
         (means.samples >= 2.0).then(|| {
-            core::array::from_fn(|i| (within[i] + means.between[i]) / (means.samples - 1.0))
+            core::array::from_fn(|i| {
+                (within[i] + means.squared_deviations[i]) / (means.samples - 1.0)
+            })
         })
     }
 
@@ -429,10 +440,10 @@ impl Film {
     /// found light.
     fn pixel_errors(&self) -> Vec<[f32; 3]> {
         if self.is_unlit() {
-            return vec![[-1.0; 3]; self.plan.pixels()];
+            return vec![[-1.0; 3]; self.plan.pixel_count()];
         }
         self.replicate_stats()
-            .standard_errors(self.plan.pixels(), self.plan.crop.width as usize)
+            .standard_errors(self.plan.pixel_count(), self.plan.crop.width as usize)
     }
 
     fn replicate_stats(&self) -> ReplicateStats<'_> {
@@ -441,10 +452,10 @@ impl Film {
 
     /// Returns a picture of the means of all pixels, without coverage and layers. The backdrop
     /// behind a ground is included.
-    pub(crate) fn colours(&self) -> Picture {
+    pub(crate) fn mean_colours(&self) -> Picture {
         let (plan, planes) = (&self.plan, self.replicate_stats());
         let mut picture = Picture {
-            window: plan.window(),
+            window: plan.data_window(),
             ..Picture::new(plan.crop.width, plan.crop.height)
         };
         for (pixel, colour) in picture.rgb.iter_mut().enumerate() {
@@ -457,16 +468,16 @@ impl Film {
     /// the mean of those present; it is black without any.
     pub fn picture(&self) -> Picture {
         let (plan, planes) = (&self.plan, self.replicate_stats());
-        let all = 0..plan.pixels();
-        let mut picture = self.colours();
-        self.take_off_backdrop(&mut picture);
+        let all = 0..plan.pixel_count();
+        let mut picture = self.mean_colours();
+        self.subtract_backdrop(&mut picture);
         let mut layers: Vec<(&str, Vec<f32>)> = Vec::new();
         for (k, (aov, names)) in plan
             .layers
             .mean
             .iter()
             .enumerate()
-            .filter(|(_, (aov, _))| plan.shows(*aov))
+            .filter(|(_, (aov, _))| plan.shows_layer(*aov))
         {
             let mean = |i: usize| {
                 all.clone()
@@ -480,14 +491,14 @@ impl Film {
             .centre
             .iter()
             .enumerate()
-            .filter(|(_, (aov, _))| plan.shows(*aov))
+            .filter(|(_, (aov, _))| plan.shows_layer(*aov))
         {
             layers.push((
                 name,
-                self.centre
+                self.centre_layers
                     .get(k)
                     .cloned()
-                    .unwrap_or_else(|| vec![0.0; plan.pixels()]),
+                    .unwrap_or_else(|| vec![0.0; plan.pixel_count()]),
             ));
         }
         if plan.layers.samples {
@@ -502,7 +513,7 @@ impl Film {
             let errors = if plan.random {
                 self.pixel_errors()
             } else {
-                vec![[0.0; 3]; plan.pixels()]
+                vec![[0.0; 3]; plan.pixel_count()]
             };
             let named = ["stderr.R", "stderr.G", "stderr.B"].into_iter().enumerate();
             layers.extend(
@@ -511,7 +522,7 @@ impl Film {
         }
         picture.layers = layers
             .into_iter()
-            .map(|(name, samples)| Layer {
+            .map(|(name, samples)| PictureLayer {
                 name: name.to_owned(),
                 samples,
             })
@@ -522,11 +533,11 @@ impl Film {
     /// Adds the coverage to a picture of the film's colours, and subtracts the backdrop behind a
     /// ground. A pixel of ground alone has no colour; its shadow is computed from the picture's
     /// colour, so that denoising applies to the shadow too.
-    pub(crate) fn take_off_backdrop(&self, picture: &mut Picture) {
+    pub(crate) fn subtract_backdrop(&self, picture: &mut Picture) {
         if !self.plan.alpha {
             return;
         }
-        let (planes, all) = (self.replicate_stats(), 0..self.plan.pixels());
+        let (planes, all) = (self.replicate_stats(), 0..self.plan.pixel_count());
         let mut alpha: Vec<f32> = all
             .clone()
             .map(|pixel| planes.coverage(pixel) as f32)
@@ -537,7 +548,7 @@ impl Film {
                 let seen = rgb.iter().map(|&channel| f64::from(channel)).sum::<f64>() / 3.0;
                 let is_drawn = planes.mean(pixel).1 > 0.0;
                 let clear = if covered > 0.0 {
-                    1.0 - covered - planes.shadow(pixel)
+                    1.0 - covered - planes.shadow_coverage(pixel)
                 } else {
                     seen / backdrop
                 }
@@ -569,7 +580,7 @@ impl Film {
     /// by their numbers of samples.
     fn layer_mean(&self, layer: usize, aov: Aov, channel: usize, pixel: usize) -> f32 {
         let (mut sum, mut count) = (0.0, 0.0);
-        let tile = self.plan.tile_of(pixel);
+        let tile = self.plan.tile_of_pixel(pixel);
         for (replicate, buffer) in (0..).zip(&self.buffers) {
             let Some(buffer) = buffer else { continue };
             let n = match aov {

@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::leave_one_out::SingleReplicateBound;
-use super::relative::{across, among, within};
+use super::relative::{weights_from_four, weights_from_independent_pair, weights_from_same_pair};
 
 /// The three pairings of four replicates: indices of the first pair, then of the second pair.
 const PAIRINGS: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2]];
@@ -15,17 +15,17 @@ pub(super) struct PixelVariance {
     /// Variance of the pixel's mean, relative to an estimate of its squared true colour from the
     /// pair of replicates that is not in the difference, or from all four replicates.
     pub variance: f64,
-    pub among: f64,
+    pub by_four: f64,
     /// The same variance, relative to the square of the mean of all four replicates, or of the mean
     /// of the pair in the difference.
-    pub own: f64,
-    pub seen: f64,
+    pub by_mean: f64,
+    pub by_pair_mean: f64,
     /// Squared products of two independent differences between replicates.
     pub product: f64,
     /// Uncertainty of the weight where a single replicate found light: the part that is independent
     /// between pixels, and the part common to all pixels.
-    pub unsure: f64,
-    pub prior: f64,
+    pub event_uncertainty: f64,
+    pub prior_uncertainty: f64,
 }
 
 impl PixelVariance {
@@ -33,15 +33,15 @@ impl PixelVariance {
     /// two replicates has twice the variance of one, so an eighth of the squared difference
     /// estimates the variance of the mean of four. All weightings are equal to one. `shares`:
     /// weights of one pairing in the variance and in the products.
-    pub fn add(&mut self, at: [DVec3; 4], shares: [f64; 2]) {
+    pub fn add_absolute_variance(&mut self, at: [DVec3; 4], shares: [f64; 2]) {
         for [a, b, c, d] in PAIRINGS.map(|pairing| pairing.map(|r| at[r])) {
             let (one, two) = (a - b, c - d);
             let squares = shares[0] * (one * one + two * two).element_sum() / 16.0;
             let dot = (one * two).element_sum();
             self.variance += squares;
-            self.own += squares;
-            self.seen += squares;
-            self.among += squares;
+            self.by_mean += squares;
+            self.by_pair_mean += squares;
+            self.by_four += squares;
             self.product += shares[1] * (dot * dot);
         }
     }
@@ -51,35 +51,39 @@ impl PixelVariance {
     /// themselves, by the mean of all four, and by the products of all four. The first and the last
     /// weight are bounded by `once` where a single replicate found light. `shares`: weights of one
     /// pairing in the variance and in the products.
-    pub fn add_relative(
+    pub fn add_relative_variance(
         &mut self,
         at: [DVec3; 4],
         once: Option<SingleReplicateBound>,
         shares: [f64; 2],
     ) {
-        let most = once.map_or(DVec3::INFINITY, |once| once.most.into());
+        let most = once.map_or(DVec3::INFINITY, |once| once.max_weight.into());
         let limited = |weights: DVec3| weights.min(most);
-        let unlimited = among(at);
+        let unlimited = weights_from_four(at);
         let among = limited(unlimited);
         let [unsure, prior] = once.map_or([DVec3::ZERO; 2], |once| {
             let is_limited = unlimited.cmpgt(most);
-            [once.deviation, once.prior]
+            [once.event_uncertainty, once.prior_uncertainty]
                 .map(|by| DVec3::select(is_limited, most * DVec3::from(by), DVec3::ZERO))
         });
         let mean = (at[0] + at[1] + at[2] + at[3]) / 4.0;
-        let own = within(mean, mean);
+        let own = weights_from_same_pair(mean, mean);
         for [a, b, c, d] in PAIRINGS.map(|pairing| pairing.map(|r| at[r])) {
             let (one, two) = (a - b, c - d);
             let squares = |of_one: DVec3, of_two: DVec3| -> f64 {
                 let sum = (of_one * one * one + of_two * two * two).element_sum();
                 shares[0] * sum / 16.0
             };
-            self.variance += squares(limited(across(c, d)), limited(across(a, b)));
-            self.own += squares(own, own);
-            self.seen += squares(within(a, b), within(c, d));
-            self.among += squares(among, among);
-            self.unsure += squares(unsure, unsure);
-            self.prior += squares(prior, prior);
+            self.variance += squares(
+                limited(weights_from_independent_pair(c, d)),
+                limited(weights_from_independent_pair(a, b)),
+            );
+            self.by_mean += squares(own, own);
+            self.by_pair_mean +=
+                squares(weights_from_same_pair(a, b), weights_from_same_pair(c, d));
+            self.by_four += squares(among, among);
+            self.event_uncertainty += squares(unsure, unsure);
+            self.prior_uncertainty += squares(prior, prior);
             // Both differences of a product have the same weight, so the root of the product of
             // weights is that weight.
             let dot = (among * one * two).element_sum();
@@ -90,7 +94,12 @@ impl PixelVariance {
 
 /// Returns the square of the weighted dot product of two differences `one` and `two`, with their
 /// weights per channel.
-pub(super) fn product(one: [f64; 3], two: [f64; 3], of_one: [f64; 3], of_two: [f64; 3]) -> f64 {
+pub(super) fn squared_weighted_dot(
+    one: [f64; 3],
+    two: [f64; 3],
+    of_one: [f64; 3],
+    of_two: [f64; 3],
+) -> f64 {
     let dot: f64 = (0..3)
         .map(|i| (of_one[i] * of_two[i]).sqrt() * one[i] * two[i])
         .sum();

@@ -5,20 +5,20 @@ use core::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::sums::has_open;
-use crate::denoise::demand;
+use super::sums::has_partial_block;
+use crate::denoise::requirements;
 use crate::picture::DataWindow;
-use crate::settings::{Aov, Background, Crop, Settings, replicates};
+use crate::settings::{Aov, Background, Crop, Settings, default_replicates};
 
 /// Most samples of a pixel in one replicate: the limit of a 16-bit count, and of a sequence of 2¹⁶
 /// points.
-const MOST: u32 = u16::MAX as u32;
+const MAX_REPLICATE_SAMPLES: u32 = u16::MAX as u32;
 
-/// Samples of a replicate at the end of each pass: the listed numbers, then multiples of [`PASS`].
+/// Samples of a replicate at the end of each pass: the listed numbers, then multiples of [`PASS_SAMPLES`].
 /// The first passes are short, so that every pixel soon has samples; the later passes are whole
 /// blocks of sums. Pictures do not depend on the passes.
 const FIRST_PASSES: [u32; 3] = [4, 16, 32];
-const PASS: u32 = 64;
+const PASS_SAMPLES: u32 = 64;
 
 /// Number of replicates under adaptive sampling: two halves, each of which decides the sample
 /// counts of the other half.
@@ -32,7 +32,7 @@ const ADAPTIVE_TILE: u32 = 16;
 /// Layers of a film by the source of their values, with their channel names in files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Vec<Aov>", into = "Vec<Aov>")]
-pub(crate) struct Layers {
+pub(crate) struct FilmLayers {
     asked: Vec<Aov>,
     /// Means over the first hits of all samples.
     pub mean: Vec<(Aov, [&'static str; 3])>,
@@ -43,13 +43,13 @@ pub(crate) struct Layers {
     pub standard_error: bool,
 }
 
-impl From<Layers> for Vec<Aov> {
-    fn from(layers: Layers) -> Self {
+impl From<FilmLayers> for Vec<Aov> {
+    fn from(layers: FilmLayers) -> Self {
         layers.asked
     }
 }
 
-impl From<Vec<Aov>> for Layers {
+impl From<Vec<Aov>> for FilmLayers {
     fn from(requested: Vec<Aov>) -> Self {
         let mut mean = Vec::new();
         let mut centre = Vec::new();
@@ -101,7 +101,7 @@ pub(crate) struct FilmPlan {
     /// picture in front of this backdrop, so that a noisy shadow counts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub backdrop: Option<f64>,
-    pub layers: Layers,
+    pub layers: FilmLayers,
     /// Whether samples follow a fixed pattern, which cannot be divided.
     is_fixed: bool,
     /// Whether sampling is adaptive, so that tiles and halves of replicates end with different
@@ -115,13 +115,13 @@ pub(crate) struct FilmPlan {
 
 /// Returns the number of replicates for a number of samples per pixel; `requested` is the number
 /// that the settings request.
-fn division(samples: u32, requested: Option<u32>, is_fixed: bool) -> u32 {
+fn choose_replicate_count(samples: u32, requested: Option<u32>, is_fixed: bool) -> u32 {
     match is_fixed {
         // The samples of a fixed pattern are different positions, not repetitions.
         true => 1,
         false => requested
-            .unwrap_or(replicates(samples))
-            .max(samples.div_ceil(MOST))
+            .unwrap_or(default_replicates(samples))
+            .max(samples.div_ceil(MAX_REPLICATE_SAMPLES))
             .min(samples)
             .max(1),
     }
@@ -134,13 +134,18 @@ impl FilmPlan {
         let [width, height] = settings.size;
         let by_replicates = random && !settings.sampling.is_fixed();
         let adaptive = settings.max_error.is_some() && by_replicates;
-        let denoise = settings.denoise && random && demand::is_possible(settings.sampling);
+        let denoise = settings.denoise && random && requirements::can_denoise(settings.sampling);
         let requested = match (adaptive, denoise) {
             (true, _) => Some(ADAPTIVE_REPLICATES),
-            (_, true) => Some(settings.replicates.unwrap_or(0).max(demand::REPLICATES)),
+            (_, true) => Some(
+                settings
+                    .replicates
+                    .unwrap_or(0)
+                    .max(requirements::REPLICATES),
+            ),
             _ => settings.replicates,
         };
-        let unasked: Vec<Aov> = demand::LAYERS
+        let unasked: Vec<Aov> = requirements::LAYERS
             .into_iter()
             .filter(|aov| !settings.aovs.contains(aov))
             .collect();
@@ -158,10 +163,10 @@ impl FilmPlan {
             } else {
                 settings.tile_size.max(1)
             },
-            samples: settings.sampling.count(),
+            samples: settings.sampling.samples_per_pixel(),
             asked: requested,
-            replicates: division(
-                settings.sampling.count(),
+            replicates: choose_replicate_count(
+                settings.sampling.samples_per_pixel(),
                 requested,
                 settings.sampling.is_fixed(),
             ),
@@ -183,7 +188,7 @@ impl FilmPlan {
     }
 
     /// Checks a plan that was read from a file; the error names the invalid part.
-    pub fn check(&self) -> Result<(), &'static str> {
+    pub fn validate(&self) -> Result<(), &'static str> {
         let Crop {
             x,
             y,
@@ -202,8 +207,8 @@ impl FilmPlan {
             return Err("size of tiles");
         }
         if self.samples == 0
-            || self.replicates != division(self.samples, self.asked, self.is_fixed)
-            || self.samples_of(0) > MOST
+            || self.replicates != choose_replicate_count(self.samples, self.asked, self.is_fixed)
+            || self.replicate_samples(0) > MAX_REPLICATE_SAMPLES
         {
             return Err("number of samples");
         }
@@ -211,7 +216,7 @@ impl FilmPlan {
     }
 
     /// Returns the position of the crop in the uncropped picture; `None` without a crop.
-    pub fn window(&self) -> Option<DataWindow> {
+    pub fn data_window(&self) -> Option<DataWindow> {
         let Crop {
             x,
             y,
@@ -241,14 +246,14 @@ impl FilmPlan {
     pub fn with_samples(&self, samples: u32) -> Self {
         Self {
             samples,
-            replicates: division(samples, self.asked, self.is_fixed),
+            replicates: choose_replicate_count(samples, self.asked, self.is_fixed),
             ..self.clone()
         }
     }
 
     /// Returns the name of the first difference between two plans, apart from the number of
     /// samples; `None` without a difference.
-    pub fn other_division(&self, other: &Self) -> Option<&'static str> {
+    pub fn find_division_difference(&self, other: &Self) -> Option<&'static str> {
         let differs = [
             (self.crop != other.crop, "crop"),
             (self.tile_size != other.tile_size, "size of tiles"),
@@ -270,22 +275,23 @@ impl FilmPlan {
     }
 
     /// Returns the name of the first difference between two plans; `None` without a difference.
-    pub fn difference(&self, other: &Self) -> Option<&'static str> {
+    pub fn find_difference(&self, other: &Self) -> Option<&'static str> {
         let samples = (self.samples != other.samples).then_some("number of samples");
-        samples.or_else(|| self.other_division(other))
+        samples.or_else(|| self.find_division_difference(other))
     }
 
     /// Whether this plan can continue a film of the plan `fewer`: each replicate has at least as
     /// many samples in this plan.
-    pub fn continues(&self, fewer: &Self) -> bool {
+    pub fn can_continue(&self, fewer: &Self) -> bool {
         fewer.replicates <= self.replicates
-            && (0..fewer.replicates).all(|r| fewer.samples_of(r) <= self.samples_of(r))
+            && (0..fewer.replicates)
+                .all(|r| fewer.replicate_samples(r) <= self.replicate_samples(r))
     }
 
     /// Returns the least number of samples per pixel, at or above that of this plan, with which the
     /// plan can continue a film of the plan `fewer`; `None` if no number suffices. Both plans have
     /// the same division.
-    pub fn least_continuing(&self, fewer: &Self) -> Option<u32> {
+    pub fn least_samples_to_continue(&self, fewer: &Self) -> Option<u32> {
         // The last replicate of `fewer` has the fewest samples, `before` + 1. This plan needs as
         // many in its first `last` replicates, and at least `before` in each further replicate.
         let (before, last) = (
@@ -295,7 +301,7 @@ impl FilmPlan {
         let mut samples = self.samples.max(fewer.samples);
         loop {
             let plan = self.with_samples(samples);
-            if plan.continues(fewer) {
+            if plan.can_continue(fewer) {
                 return Some(samples);
             }
             // The number of replicates never decreases, and a smaller sum than this does not
@@ -308,7 +314,7 @@ impl FilmPlan {
     /// Returns the next pass of a tile in a replicate, numbered from zero, and the range of its
     /// samples. `all` is the number of samples per pixel in the replicate, and `drawn` of them are
     /// finished. `None` if all are finished.
-    pub fn pass(&self, all: u32, drawn: u32) -> Option<(u32, Range<u32>)> {
+    pub fn next_pass(&self, all: u32, drawn: u32) -> Option<(u32, Range<u32>)> {
         if drawn >= all {
             return None;
         }
@@ -319,8 +325,8 @@ impl FilmPlan {
         let (pass, end) = match listed {
             Some(pass) => (pass as u32, FIRST_PASSES[pass]),
             None => (
-                FIRST_PASSES.len() as u32 + drawn / PASS,
-                (drawn / PASS + 1) * PASS,
+                FIRST_PASSES.len() as u32 + drawn / PASS_SAMPLES,
+                (drawn / PASS_SAMPLES + 1) * PASS_SAMPLES,
             ),
         };
         Some((pass, drawn..end.min(all)))
@@ -328,27 +334,27 @@ impl FilmPlan {
 
     /// Returns the samples of a pixel in one replicate: an even share of all samples, and one more
     /// in the first replicates if the division leaves a remainder.
-    pub fn samples_of(&self, replicate: u32) -> u32 {
+    pub fn replicate_samples(&self, replicate: u32) -> u32 {
         self.samples / self.replicates + u32::from(replicate < self.samples % self.replicates)
     }
 
-    pub fn pixels(&self) -> usize {
+    pub fn pixel_count(&self) -> usize {
         self.crop.width as usize * self.crop.height as usize
     }
 
-    pub fn tiles(&self) -> u32 {
-        self.columns() * self.crop.height.div_ceil(self.tile_size)
+    pub fn tile_count(&self) -> u32 {
+        self.tile_columns() * self.crop.height.div_ceil(self.tile_size)
     }
 
-    pub fn columns(&self) -> u32 {
+    pub fn tile_columns(&self) -> u32 {
         self.crop.width.div_ceil(self.tile_size)
     }
 
     /// Returns the rectangle of a tile, relative to the crop. Tiles are numbered row by row.
-    pub fn tile(&self, index: u32) -> Crop {
+    pub fn tile_rect(&self, index: u32) -> Crop {
         let (x, y) = (
-            index % self.columns() * self.tile_size,
-            index / self.columns() * self.tile_size,
+            index % self.tile_columns() * self.tile_size,
+            index / self.tile_columns() * self.tile_size,
         );
         let (width, height) = (
             self.tile_size.min(self.crop.width - x),
@@ -363,29 +369,29 @@ impl FilmPlan {
     }
 
     /// Returns the number of pixels of a tile.
-    pub fn pixels_of(&self, index: u32) -> u64 {
-        let tile = self.tile(index);
+    pub fn tile_pixel_count(&self, index: u32) -> u64 {
+        let tile = self.tile_rect(index);
         u64::from(tile.width) * u64::from(tile.height)
     }
 
     /// Returns the number of the tile that contains a pixel, given by its index in the film.
-    pub fn tile_of(&self, pixel: usize) -> u32 {
+    pub fn tile_of_pixel(&self, pixel: usize) -> u32 {
         let (x, y) = (
             pixel as u32 % self.crop.width,
             pixel as u32 / self.crop.width,
         );
-        y / self.tile_size * self.columns() + x / self.tile_size
+        y / self.tile_size * self.tile_columns() + x / self.tile_size
     }
 
     /// Returns the bytes of the film and of its picture.
     pub fn bytes(&self) -> u64 {
-        (self.pixels() as u64).saturating_mul(self.bytes_a_pixel())
+        (self.pixel_count() as u64).saturating_mul(self.bytes_per_pixel())
     }
 
     /// Returns the bytes per pixel of the film and of its picture: 128 with four replicates and no
     /// layers. Each replicate has three sums in f64 and a count; the spread of the samples and the
     /// picture's colour exist once.
-    fn bytes_a_pixel(&self) -> u64 {
+    fn bytes_per_pixel(&self) -> u64 {
         let (mean, centre) = (
             self.layers.mean.len() as u64,
             self.layers.centre.len() as u64,
@@ -393,15 +399,17 @@ impl FilmPlan {
         let coverage = if self.alpha { 4 } else { 0 } + if self.backdrop.is_some() { 4 } else { 0 };
         let counts = 2 + coverage + if self.counts_first_hits() { 2 } else { 0 };
         let open = (0..self.replicates)
-            .filter(|&replicate| self.adaptive || has_open(self.samples_of(replicate)))
+            .filter(|&replicate| {
+                self.adaptive || has_partial_block(self.replicate_samples(replicate))
+            })
             .count() as u64;
         let film = u64::from(self.replicates) * (24 + counts + 24 * mean)
             + 24 * open
             + if self.random { 12 } else { 0 }
             + 4 * centre;
-        let picture = 12 + coverage + 4 * self.channels();
+        let picture = 12 + coverage + 4 * self.extra_channel_count();
         let denoised = if self.denoise.is_some() {
-            demand::BYTES_A_PIXEL
+            requirements::BYTES_A_PIXEL
         } else {
             0
         };
@@ -409,8 +417,8 @@ impl FilmPlan {
     }
 
     /// Returns the number of channels of the picture's layers, without its colour.
-    fn channels(&self) -> u64 {
-        let Layers {
+    fn extra_channel_count(&self) -> u64 {
+        let FilmLayers {
             mean,
             centre,
             samples,
@@ -418,8 +426,8 @@ impl FilmPlan {
             asked: _,
         } = &self.layers;
         let (mean, centre) = (
-            mean.iter().filter(|(aov, _)| self.shows(*aov)),
-            centre.iter().filter(|(aov, _)| self.shows(*aov)),
+            mean.iter().filter(|(aov, _)| self.shows_layer(*aov)),
+            centre.iter().filter(|(aov, _)| self.shows_layer(*aov)),
         );
         3 * mean.count() as u64
             + centre.count() as u64
@@ -428,7 +436,7 @@ impl FilmPlan {
     }
 
     /// Whether the picture shows a layer; hidden layers are kept for the denoiser alone.
-    pub fn shows(&self, aov: Aov) -> bool {
+    pub fn shows_layer(&self, aov: Aov) -> bool {
         !self
             .denoise
             .as_ref()

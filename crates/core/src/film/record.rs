@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::identity::FilmIdentity;
-use super::sums::has_open;
+use super::sums::has_partial_block;
 use super::{Film, FilmPlan, Rect, ReplicateBuffer};
 use crate::counters::Counters;
 
@@ -29,17 +29,17 @@ pub struct FilmHeader {
 pub struct HeaderError(&'static str);
 
 /// Reader or writer of a film's numbers: a reader fills the slices, a writer leaves them unchanged.
-pub trait FilmNumbers {
+pub trait FilmDataStream {
     /// Error of reading or writing.
     type Error;
     /// Reads or writes f64 numbers.
-    fn doubles(&mut self, numbers: &mut [f64]) -> Result<(), Self::Error>;
+    fn transfer_f64(&mut self, numbers: &mut [f64]) -> Result<(), Self::Error>;
     /// Reads or writes f32 numbers.
-    fn singles(&mut self, numbers: &mut [f32]) -> Result<(), Self::Error>;
+    fn transfer_f32(&mut self, numbers: &mut [f32]) -> Result<(), Self::Error>;
     /// Reads or writes 16-bit counts.
-    fn counts(&mut self, counts: &mut [u16]) -> Result<(), Self::Error>;
+    fn transfer_u16(&mut self, counts: &mut [u16]) -> Result<(), Self::Error>;
     /// Reads or writes 32-bit whole numbers.
-    fn wholes(&mut self, numbers: &mut [u32]) -> Result<(), Self::Error>;
+    fn transfer_u32(&mut self, numbers: &mut [u32]) -> Result<(), Self::Error>;
 }
 
 impl FilmHeader {
@@ -49,8 +49,8 @@ impl FilmHeader {
     /// # Errors
     /// [`HeaderError`] names the invalid part.
     pub fn bytes(&self) -> Result<u64, HeaderError> {
-        self.plan.check().map_err(HeaderError)?;
-        let tiles = u64::from(self.plan.tiles());
+        self.plan.validate().map_err(HeaderError)?;
+        let tiles = u64::from(self.plan.tile_count());
         if self.drawn.len() as u64 != tiles * u64::from(self.plan.replicates) {
             return Err(HeaderError("list of tiles"));
         }
@@ -58,7 +58,7 @@ impl FilmHeader {
         if self.goals.len() != if has_goals { self.drawn.len() } else { 0 } {
             return Err(HeaderError("map of samples"));
         }
-        let all = |unit: usize| self.plan.samples_of((unit as u64 / tiles) as u32);
+        let all = |unit: usize| self.plan.replicate_samples((unit as u64 / tiles) as u32);
         let most = |unit: usize| {
             self.goals
                 .get(unit)
@@ -83,17 +83,17 @@ impl Film {
             identity: self.identity.clone(),
             plan: self.plan.clone(),
             counters: self.counters,
-            drawn: self.drawn.clone(),
-            goals: self.goals.clone(),
+            drawn: self.samples_drawn.clone(),
+            goals: self.sample_goals.clone(),
             is_replayed: self.is_replayed,
         }
     }
 
-    /// Returns a film of zeros for a header, to be filled by [`Self::pass`].
+    /// Returns a film of zeros for a header, to be filled by [`Self::transfer_data`].
     ///
     /// # Errors
     /// See [`FilmHeader::bytes`].
-    pub fn with_header(header: FilmHeader) -> Result<Self, HeaderError> {
+    pub fn from_header(header: FilmHeader) -> Result<Self, HeaderError> {
         header.bytes()?;
         let FilmHeader {
             identity,
@@ -105,10 +105,10 @@ impl Film {
         } = header;
         Ok(Self {
             counters,
-            drawn,
-            goals,
+            samples_drawn: drawn,
+            sample_goals: goals,
             is_replayed,
-            ..Self::empty(identity, plan)
+            ..Self::new_empty(identity, plan)
         })
     }
 
@@ -117,19 +117,19 @@ impl Film {
     ///
     /// # Errors
     /// The first error of the reader or writer.
-    pub fn pass<N: FilmNumbers>(&mut self, numbers: &mut N) -> Result<(), N::Error> {
-        let tiles = self.plan.tiles();
+    pub fn transfer_data<N: FilmDataStream>(&mut self, numbers: &mut N) -> Result<(), N::Error> {
+        let tiles = self.plan.tile_count();
         for (replicate, tile) in
             (0..self.plan.replicates).flat_map(|r| (0..tiles).map(move |tile| (r, tile)))
         {
             if self.samples_drawn(tile, replicate) > 0 {
-                self.pass_unit(tile, replicate, numbers)?;
+                self.transfer_unit(tile, replicate, numbers)?;
             }
         }
-        for tile in 0..self.plan.tiles() {
+        for tile in 0..self.plan.tile_count() {
             let (area, pixels) = (
-                Rect::within(self.plan.tile(tile), self.plan.crop.width),
-                self.plan.pixels(),
+                Rect::tile_in_film(self.plan.tile_rect(tile), self.plan.crop.width),
+                self.plan.pixel_count(),
             );
             if self.plan.random
                 && (0..self.plan.replicates)
@@ -137,15 +137,15 @@ impl Film {
             {
                 self.spread.resize(pixels, [0.0; 3]);
                 for row in area.rows() {
-                    numbers.singles(self.spread[row].as_flattened_mut())?;
+                    numbers.transfer_f32(self.spread[row].as_flattened_mut())?;
                 }
             }
             if self.samples_drawn(tile, 0) > 0 {
-                self.centre
+                self.centre_layers
                     .resize_with(self.plan.layers.centre.len(), || vec![0.0; pixels]);
-                for layer in &mut self.centre {
+                for layer in &mut self.centre_layers {
                     area.rows()
-                        .try_for_each(|row| numbers.singles(&mut layer[row]))?;
+                        .try_for_each(|row| numbers.transfer_f32(&mut layer[row]))?;
                 }
             }
         }
@@ -153,36 +153,36 @@ impl Film {
     }
 
     /// Reads or writes the sums of one tile in one replicate.
-    fn pass_unit<N: FilmNumbers>(
+    fn transfer_unit<N: FilmDataStream>(
         &mut self,
         tile: u32,
         replicate: u32,
         numbers: &mut N,
     ) -> Result<(), N::Error> {
-        let size = self.plan.tile(tile);
+        let size = self.plan.tile_rect(tile);
         let (from, to) = (
-            Rect::all(size.width, size.height),
-            Rect::within(size, self.plan.crop.width),
+            Rect::whole_buffer(size.width, size.height),
+            Rect::tile_in_film(size, self.plan.crop.width),
         );
         let mut buffer = self.buffers[replicate as usize]
             .get_or_insert_with(|| ReplicateBuffer::zero(&self.plan))
-            .cut(to);
-        let open = if has_open(self.samples_drawn(tile, replicate)) {
+            .extract_rect(to);
+        let open = if has_partial_block(self.samples_drawn(tile, replicate)) {
             buffer.sums.len()
         } else {
             0
         };
-        buffer.open.resize(open, [0.0; 3]);
-        numbers.doubles(buffer.sums.as_flattened_mut())?;
-        numbers.doubles(buffer.open.as_flattened_mut())?;
-        numbers.counts(&mut buffer.samples)?;
-        numbers.wholes(&mut buffer.covered)?;
-        numbers.wholes(&mut buffer.shadowed)?;
-        numbers.counts(&mut buffer.first_hits)?;
+        buffer.partial_blocks.resize(open, [0.0; 3]);
+        numbers.transfer_f64(buffer.sums.as_flattened_mut())?;
+        numbers.transfer_f64(buffer.partial_blocks.as_flattened_mut())?;
+        numbers.transfer_u16(&mut buffer.samples)?;
+        numbers.transfer_u32(&mut buffer.covered)?;
+        numbers.transfer_u32(&mut buffer.shadowed)?;
+        numbers.transfer_u16(&mut buffer.first_hits)?;
         for layer in &mut buffer.layers {
-            numbers.doubles(layer.as_flattened_mut())?;
+            numbers.transfer_f64(layer.as_flattened_mut())?;
         }
-        self.place(replicate, &buffer, from, to);
+        self.place_buffer(replicate, &buffer, from, to);
         Ok(())
     }
 }

@@ -17,14 +17,18 @@ pub(super) const REACH: usize = 2;
 
 /// Returns the weights that make squared errors relative, per pixel and channel, from the means `a`
 /// and `b` of two replicates in rows of `width` pixels.
-pub(super) fn weights(a: &[[f64; 3]], b: &[[f64; 3]], width: usize) -> Vec<[f64; 3]> {
+pub(super) fn relative_error_weights(
+    a: &[[f64; 3]],
+    b: &[[f64; 3]],
+    width: usize,
+) -> Vec<[f64; 3]> {
     let own: Vec<[f64; 3]> = a
         .iter()
         .zip(b)
         .map(|(a, b)| core::array::from_fn(|i| a[i] * b[i]))
         .collect();
-    let near = around(
-        &around(&own, REACH, width, 1),
+    let near = average_along_axis(
+        &average_along_axis(&own, REACH, width, 1),
         REACH,
         own.len() / width,
         width,
@@ -50,26 +54,31 @@ pub(super) fn weights(a: &[[f64; 3]], b: &[[f64; 3]], width: usize) -> Vec<[f64;
 /// large because ab is noisy; the excess is the variance of ab, estimated by (a² − b²)²/4, over the
 /// square of ab + 0.01. Neighbouring pixels are not used: they would bias the weights where colours
 /// change.
-pub(super) fn across(a: DVec3, b: DVec3) -> DVec3 {
+pub(super) fn weights_from_independent_pair(a: DVec3, b: DVec3) -> DVec3 {
     let (relative_to, noise) = ((a * b).max(DVec3::ZERO) + FLOOR, (a * a - b * b) / 2.0);
     relative_to / (relative_to * relative_to + noise * noise)
 }
 
 /// Returns the weights per channel from the means of the two replicates in the error: 1/(m² + 0.01)
 /// for their mean m.
-pub(super) fn within(a: DVec3, b: DVec3) -> DVec3 {
+pub(super) fn weights_from_same_pair(a: DVec3, b: DVec3) -> DVec3 {
     1.0 / ((a + b) * (a + b) / 4.0 + FLOOR)
 }
 
 /// Returns the weights per channel from the means of four replicates: the mean of their pairwise
 /// products estimates the square of the true colour.
-pub(super) fn among([a, b, c, d]: [DVec3; 4]) -> DVec3 {
+pub(super) fn weights_from_four([a, b, c, d]: [DVec3; 4]) -> DVec3 {
     1.0 / (((a * b + c * d + (a + b) * (c + d)) / 6.0).max(DVec3::ZERO) + FLOOR)
 }
 
 /// Returns for each pixel the mean of the pixel and up to `reach` neighbours on both sides along
 /// one axis. The axis has `length` pixels, which are `step` entries apart in the list.
-pub(super) fn around(of: &[[f64; 3]], reach: usize, length: usize, step: usize) -> Vec<[f64; 3]> {
+pub(super) fn average_along_axis(
+    of: &[[f64; 3]],
+    reach: usize,
+    length: usize,
+    step: usize,
+) -> Vec<[f64; 3]> {
     let mean = |position: usize| {
         let index = position / step % length;
         let first = position - index * step;

@@ -1,7 +1,7 @@
 //! Four replicates of each pixel with their layers: the input of a denoiser.
 
 use super::{Film, ReplicateBuffer};
-use crate::denoise::demand::FOUR;
+use crate::denoise::requirements::REPLICATE_COUNT;
 use crate::settings::Aov;
 
 /// Largest radiance of a usable picture; its square is finite in f32.
@@ -9,7 +9,7 @@ pub(crate) const BRIGHTEST: f64 = 1e15;
 
 /// Part that a film lacks for denoising.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum QuadError {
+pub(crate) enum ReplicateQuadError {
     /// A layer is missing.
     Layer(Aov),
     /// Some tiles have fewer than four replicates with samples.
@@ -28,7 +28,7 @@ pub(crate) struct ReplicateQuad<'a> {
 }
 
 /// Clamps a number to ±[`BRIGHTEST`]; returns zero for NaN.
-fn clamp_to_picture(number: f64) -> f64 {
+fn clamp_to_usable_range(number: f64) -> f64 {
     if number.is_nan() {
         0.0
     } else {
@@ -40,14 +40,14 @@ impl Film {
     /// Returns the film's replicates, grouped into four. Fails if the film has fewer than four
     /// replicates, if a tile has no samples in a replicate, or if a layer that the denoiser reads
     /// is missing.
-    pub(crate) fn replicate_quad(&self) -> Result<ReplicateQuad<'_>, QuadError> {
+    pub(crate) fn replicate_quad(&self) -> Result<ReplicateQuad<'_>, ReplicateQuadError> {
         let layers = &self.plan.layers;
         let mean = |aov| {
             layers
                 .mean
                 .iter()
                 .position(|(layer, _)| *layer == aov)
-                .ok_or(QuadError::Layer(aov))
+                .ok_or(ReplicateQuadError::Layer(aov))
         };
         let (emission, albedo, normal) =
             (mean(Aov::Emission)?, mean(Aov::Albedo)?, mean(Aov::Normal)?);
@@ -55,16 +55,16 @@ impl Film {
             .centre
             .iter()
             .position(|(layer, _)| *layer == Aov::Depth)
-            .ok_or(QuadError::Layer(Aov::Depth))?;
+            .ok_or(ReplicateQuadError::Layer(Aov::Depth))?;
         let buffers: Vec<&ReplicateBuffer> = self.buffers.iter().flatten().collect();
         let each = || {
-            (0..self.plan.tiles())
+            (0..self.plan.tile_count())
                 .flat_map(|tile| (0..self.plan.replicates).map(move |r| (tile, r)))
         };
-        if buffers.len() < FOUR
+        if buffers.len() < REPLICATE_COUNT
             || each().any(|(tile, replicate)| self.samples_drawn(tile, replicate) == 0)
         {
-            return Err(QuadError::Replicates);
+            return Err(ReplicateQuadError::Replicates);
         }
         Ok(ReplicateQuad {
             film: self,
@@ -81,16 +81,19 @@ impl ReplicateQuad<'_> {
     /// Returns a pixel's mean in each of the four replicates; `sums` returns the pixel's sum and
     /// count in a buffer. A replicate without samples gets the mean of the other replicates.
     #[inline]
-    fn means(&self, sums: impl Fn(usize, &ReplicateBuffer) -> ([f64; 3], f64)) -> [[f64; 3]; FOUR] {
-        let (mut total, mut count) = ([[0.0; 3]; FOUR], [0.0; FOUR]);
+    fn replicate_means(
+        &self,
+        sums: impl Fn(usize, &ReplicateBuffer) -> ([f64; 3], f64),
+    ) -> [[f64; 3]; REPLICATE_COUNT] {
+        let (mut total, mut count) = ([[0.0; 3]; REPLICATE_COUNT], [0.0; REPLICATE_COUNT]);
         for (replicate, buffer) in self.buffers.iter().enumerate() {
             let (sum, n) = sums(replicate, buffer);
-            (0..3).for_each(|i| total[replicate % FOUR][i] += sum[i]);
-            count[replicate % FOUR] += n;
+            (0..3).for_each(|i| total[replicate % REPLICATE_COUNT][i] += sum[i]);
+            count[replicate % REPLICATE_COUNT] += n;
         }
         if count.iter().all(|&count| count > 0.0) {
             return core::array::from_fn(|r| {
-                core::array::from_fn(|i| clamp_to_picture(total[r][i] / count[r]))
+                core::array::from_fn(|i| clamp_to_usable_range(total[r][i] / count[r]))
             });
         }
         let all = count.iter().sum::<f64>().max(1.0);
@@ -98,21 +101,23 @@ impl ReplicateQuad<'_> {
             core::array::from_fn(|i| total.iter().map(|sum| sum[i]).sum::<f64>() / all);
         core::array::from_fn(|r| {
             if count[r] > 0.0 {
-                total[r].map(|sum| clamp_to_picture(sum / count[r]))
+                total[r].map(|sum| clamp_to_usable_range(sum / count[r]))
             } else {
-                mean.map(clamp_to_picture)
+                mean.map(clamp_to_usable_range)
             }
         })
     }
 
     /// Returns a pixel's mean radiance in each of the four replicates.
-    pub fn radiance(&self, pixel: usize) -> [[f64; 3]; FOUR] {
-        self.means(|_, buffer| (buffer.total(pixel), f64::from(buffer.samples[pixel])))
+    pub fn radiance(&self, pixel: usize) -> [[f64; 3]; REPLICATE_COUNT] {
+        self.replicate_means(|_, buffer| {
+            (buffer.pixel_total(pixel), f64::from(buffer.samples[pixel]))
+        })
     }
 
     /// Returns a pixel's mean radiance without scattered light, in each of the four replicates.
-    pub fn emission(&self, pixel: usize) -> [[f64; 3]; FOUR] {
-        self.means(|_, buffer| {
+    pub fn emission(&self, pixel: usize) -> [[f64; 3]; REPLICATE_COUNT] {
+        self.replicate_means(|_, buffer| {
             (
                 buffer.layers[self.emission][pixel],
                 f64::from(buffer.samples[pixel]),
@@ -122,16 +127,18 @@ impl ReplicateQuad<'_> {
 
     /// Returns a pixel's mean base colour and mean normal at first hits, in each of the four
     /// replicates.
-    pub fn surface(&self, pixel: usize) -> [[[f64; 3]; FOUR]; 2] {
-        let tile = self.film.plan.tile_of(pixel);
+    pub fn albedo_and_normal(&self, pixel: usize) -> [[[f64; 3]; REPLICATE_COUNT]; 2] {
+        let tile = self.film.plan.tile_of_pixel(pixel);
         let drawn = |replicate: usize| f64::from(self.film.samples_drawn(tile, replicate as u32));
         [self.albedo, self.normal].map(|layer| {
-            self.means(|replicate, buffer| (buffer.layers[layer][pixel], drawn(replicate)))
+            self.replicate_means(|replicate, buffer| {
+                (buffer.layers[layer][pixel], drawn(replicate))
+            })
         })
     }
 
     /// Returns the distance of the first hit of the pixel-centre ray; negative without a hit.
     pub fn depth(&self, pixel: usize) -> f32 {
-        self.film.centre[self.depth][pixel]
+        self.film.centre_layers[self.depth][pixel]
     }
 }

@@ -11,18 +11,18 @@ use raywright_bvh::{Real, Vector};
 pub(crate) const BLOCK: usize = 16;
 
 /// Whether this number of samples ends with a partial block after full ones.
-pub(crate) fn has_open(drawn: u32) -> bool {
+pub(crate) fn has_partial_block(drawn: u32) -> bool {
     drawn > BLOCK as u32 && !drawn.is_multiple_of(BLOCK as u32)
 }
 
 /// Number of units in full coverage: as many as allow the sum over the most samples in 32 bits.
-pub(crate) const WHOLE: u32 = 1 << 16;
+pub(crate) const COVERAGE_UNITS: u32 = 1 << 16;
 
-/// Converts a coverage from 0 to 1 to units of 1/[`WHOLE`].
+/// Converts a coverage from 0 to 1 to units of 1/[`COVERAGE_UNITS`].
 #[inline(always)]
-pub(crate) fn parts<R: Real>(coverage: R) -> u32 {
+pub(crate) fn quantise_coverage<R: Real>(coverage: R) -> u32 {
     // Coverage is mostly zero or one, which rounding preserves.
-    (coverage * R::from_f64(f64::from(WHOLE)) + R::from_f64(0.5)).to_f64() as u32
+    (coverage * R::from_f64(f64::from(COVERAGE_UNITS)) + R::from_f64(0.5)).to_f64() as u32
 }
 
 /// Sums of a pixel's samples in one replicate.
@@ -31,13 +31,13 @@ pub(crate) struct PixelSums {
     /// Sum of the full blocks.
     pub sum: [f64; 3],
     /// Sum of the partial block.
-    pub open: [f64; 3],
+    pub partial_block: [f64; 3],
     /// Square root of the sum of squared deviations of the samples added last, about their mean. A
     /// square root has the range of the samples themselves.
     pub spread: [f32; 3],
     /// Number of finite samples.
     pub samples: u16,
-    /// Summed coverage in units of 1/[`WHOLE`], for the alpha: whole numbers, so that the order of
+    /// Summed coverage in units of 1/[`COVERAGE_UNITS`], for the alpha: whole numbers, so that the order of
     /// addition does not matter.
     pub covered: u32,
     /// Summed coverage by a ground's shadow, in the units of `covered`.
@@ -48,7 +48,7 @@ impl PixelSums {
     /// Returns the sum of all samples.
     #[inline(always)]
     pub fn total(&self) -> [f64; 3] {
-        core::array::from_fn(|i| self.sum[i] + self.open[i])
+        core::array::from_fn(|i| self.sum[i] + self.partial_block[i])
     }
 }
 
@@ -58,7 +58,7 @@ pub(crate) struct SampleAccumulator<R: Real, B: BlockAccumulator<R>> {
     sums: PixelSums,
     block: B,
     /// Number of samples of the current block, dropped samples included.
-    in_block: usize,
+    block_samples: usize,
     /// Number of finite samples with any coverage, over all pixels.
     pub hits: u64,
     scalar: PhantomData<R>,
@@ -67,9 +67,9 @@ pub(crate) struct SampleAccumulator<R: Real, B: BlockAccumulator<R>> {
 /// Accumulator of a block's samples.
 pub(crate) trait BlockAccumulator<R: Real>: Default {
     /// Continues a block with the sum `open`.
-    fn resume(&mut self, open: [f64; 3]);
+    fn resume_block(&mut self, open: [f64; 3]);
     /// Adds a finite sample.
-    fn put(&mut self, radiance: R::Vec3);
+    fn add_sample(&mut self, radiance: R::Vec3);
     /// Returns the sum of the block's samples, and starts the next block.
     fn close_block(&mut self) -> [f64; 3];
     /// Ends a pixel. Returns the square root of the pixel's sum of squared deviations; zero for an
@@ -80,44 +80,44 @@ pub(crate) trait BlockAccumulator<R: Real>: Default {
 impl<R: Real, B: BlockAccumulator<R>> SampleAccumulator<R, B> {
     /// Continues a pixel from its earlier sums after `drawn` samples, dropped samples included.
     #[inline(always)]
-    pub fn resume(&mut self, sums: PixelSums, drawn: u32) {
-        self.in_block = drawn as usize % BLOCK;
+    pub fn resume_pixel(&mut self, sums: PixelSums, drawn: u32) {
+        self.block_samples = drawn as usize % BLOCK;
         self.sums = PixelSums {
-            open: [0.0; 3],
+            partial_block: [0.0; 3],
             spread: [0.0; 3],
             ..sums
         };
-        self.block.resume(sums.open);
+        self.block.resume_block(sums.partial_block);
     }
 
-    /// Adds a sample with its coverage and shadow, in units of 1/[`WHOLE`]. Drops a sample that is
+    /// Adds a sample with its coverage and shadow, in units of 1/[`COVERAGE_UNITS`]. Drops a sample that is
     /// not finite and returns false.
     #[inline(always)]
-    pub fn add(&mut self, radiance: R::Vec3, [covered, shadowed]: [u32; 2]) -> bool {
+    pub fn add_sample(&mut self, radiance: R::Vec3, [covered, shadowed]: [u32; 2]) -> bool {
         let finite = radiance.is_finite();
         if finite {
-            self.block.put(radiance);
+            self.block.add_sample(radiance);
             self.sums.covered += covered;
             self.sums.shadowed += shadowed;
             self.hits += u64::from(covered > 0);
             self.sums.samples += 1;
         }
-        self.in_block += 1;
-        if self.in_block == BLOCK {
+        self.block_samples += 1;
+        if self.block_samples == BLOCK {
             let block = self.block.close_block();
             self.sums.sum = core::array::from_fn(|i| self.sums.sum[i] + block[i]);
-            self.in_block = 0;
+            self.block_samples = 0;
         }
         finite
     }
 
     /// Ends a pixel, returns its sums, and starts the next pixel.
     #[inline(always)]
-    pub fn finish(&mut self) -> PixelSums {
-        self.in_block = 0;
+    pub fn finish_pixel(&mut self) -> PixelSums {
+        self.block_samples = 0;
         let open = self.block.close_block();
         PixelSums {
-            open,
+            partial_block: open,
             spread: self.block.close_pixel(),
             ..core::mem::take(&mut self.sums)
         }
@@ -127,17 +127,17 @@ impl<R: Real, B: BlockAccumulator<R>> SampleAccumulator<R, B> {
 /// Accumulates sums alone, each block in the precision of the samples: for pictures without random
 /// sampling, whose error is not estimated.
 #[derive(Default)]
-pub(crate) struct PlainSums<R: Real>(R::Vec3);
+pub(crate) struct SumAccumulator<R: Real>(R::Vec3);
 
-impl<R: Real> BlockAccumulator<R> for PlainSums<R> {
+impl<R: Real> BlockAccumulator<R> for SumAccumulator<R> {
     /// Restores the sum exactly: a sum of samples in this precision is representable in it.
     #[inline(always)]
-    fn resume(&mut self, sum: [f64; 3]) {
+    fn resume_block(&mut self, sum: [f64; 3]) {
         self.0 = R::Vec3::from_f64(DVec3::from_array(sum));
     }
 
     #[inline(always)]
-    fn put(&mut self, radiance: R::Vec3) {
+    fn add_sample(&mut self, radiance: R::Vec3) {
         self.0 += radiance;
     }
 
@@ -161,10 +161,10 @@ impl<R: Real> BlockAccumulator<R> for PlainSums<R> {
 /// at most √n standard deviations from the mean of n samples. The number subtracted at the end is
 /// therefore at most n times the result, and f64 keeps more digits than the f32 result holds.
 #[derive(Default)]
-pub(crate) struct MomentSums {
+pub(crate) struct MomentAccumulator {
     /// First sample of the pixel, and number of finite samples.
     first: DVec3,
-    entered: u32,
+    count: u32,
     /// Sum of the block.
     block: DVec3,
     /// Sums of the deviations from the first sample, and of their squares.
@@ -172,20 +172,20 @@ pub(crate) struct MomentSums {
     square: DVec3,
 }
 
-impl<R: Real> BlockAccumulator<R> for MomentSums {
+impl<R: Real> BlockAccumulator<R> for MomentAccumulator {
     #[inline(always)]
-    fn resume(&mut self, sum: [f64; 3]) {
+    fn resume_block(&mut self, sum: [f64; 3]) {
         self.block = DVec3::from_array(sum);
     }
 
     #[inline(always)]
-    fn put(&mut self, radiance: R::Vec3) {
+    fn add_sample(&mut self, radiance: R::Vec3) {
         let value = radiance.to_f64();
-        if self.entered == 0 {
+        if self.count == 0 {
             self.first = value;
         }
         let deviation = value - self.first;
-        self.entered += 1;
+        self.count += 1;
         self.block += value;
         self.deviation += deviation;
         self.square += deviation * deviation;
@@ -198,7 +198,7 @@ impl<R: Real> BlockAccumulator<R> for MomentSums {
     #[inline(always)]
     fn close_pixel(&mut self) -> [f32; 3] {
         let Self {
-            entered,
+            count: entered,
             deviation,
             square,
             ..

@@ -49,28 +49,28 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
 use super::estimate::ReplicateStats;
-use super::leave_one_out::{LeaveOneOut, SingleReplicateBound};
-use super::pixel::{PixelVariance, product};
-use super::relative::{REACH, weights};
+use super::leave_one_out::{LeaveOneOutStats, SingleReplicateBound};
+use super::pixel::{PixelVariance, squared_weighted_dot};
+use super::relative::{REACH, relative_error_weights};
 use super::{Film, ReplicateBuffer};
-use crate::metrics::student_95;
+use crate::metrics::student_factor_95;
 
 /// Largest ratio between the squared error relative to the other pair of replicates and the squared
 /// error relative to its own pair. Above this ratio light is so rare that no denominator is
 /// accurate, unless other pixels confirm the light.
-const APART: f64 = 4.0;
+const MAX_WEIGHTING_RATIO: f64 = 4.0;
 
 /// Fewest pixels that must carry the error. An error carried by fewer pixels is doubtful in two
-/// cases: if [`SHARE`] times as many pixels are noisy, or if other pixels hardly confirm the light,
-/// as given by the ratio [`SEEN_AGAIN`] in place of [`APART`].
+/// cases: if [`NOISY_PIXELS_PER_CARRIER`] times as many pixels are noisy, or if other pixels hardly confirm the light,
+/// as given by the ratio [`MAX_UNCONFIRMED_RATIO`] in place of [`MAX_WEIGHTING_RATIO`].
 const FEWEST: f64 = 40.0;
-const SHARE: f64 = 4.0;
-const SEEN_AGAIN: f64 = 2.0;
+const NOISY_PIXELS_PER_CARRIER: f64 = 4.0;
+const MAX_UNCONFIRMED_RATIO: f64 = 2.0;
 
 /// Factor by which an estimate carried by few pixels must be below the requested error. In 1,600
 /// pictures of 20 scenes, black ones excepted, the error was never more than three times the upper
 /// end of the interval.
-const FAR: f64 = 10.0;
+const FEW_PIXELS_MARGIN: f64 = 10.0;
 
 /// Fewest hits of lamps by chance alone from which the light of such lamps is determined.
 const FEWEST_FOUND: u64 = 40;
@@ -80,10 +80,10 @@ const FEWEST_FOUND: u64 = 40;
 const ONE_IN: u64 = 500;
 
 /// Least number of replicates for an interval.
-const ENOUGH: u32 = 4;
+const MIN_REPLICATES: u32 = 4;
 
 /// Number of pixel rows in a parallel work item.
-const BAND: usize = 32;
+const BAND_ROWS: usize = 32;
 
 /// An estimate with the interval that contains the estimated value in 95 of 100 renders.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -121,7 +121,7 @@ impl Uncertainty {
         let high = self.root_relmse.high;
         match self.doubt {
             None => high <= error,
-            Some(Doubt::FewPixels) => high > 0.0 && FAR * high <= error,
+            Some(Doubt::FewPixels) => high > 0.0 && FEW_PIXELS_MARGIN * high <= error,
             Some(_) => false,
         }
     }
@@ -150,52 +150,52 @@ struct VarianceSum {
     /// Variance of the pixels' means, relative to the pair of replicates that is not in the
     /// difference, or to all four replicates.
     variance: f64,
-    among: f64,
+    by_four: f64,
     /// The same variance, relative to the mean of all replicates, or to the mean of the pair in the
     /// difference.
-    own: f64,
-    seen: f64,
+    by_mean: f64,
+    by_pair_mean: f64,
     /// Squared products of two independent differences between replicates.
     product: f64,
     /// Uncertainty of the denominator where a single replicate found light: sum of squares of the
     /// part that is independent between pixels, and sum of the part common to all pixels.
-    unsure: f64,
-    prior: f64,
+    event_uncertainty: f64,
+    prior_uncertainty: f64,
     /// Sums over pixels of the squared variance, of the square root of the variance, of the squared
     /// difference between the first two weightings, and of the squared products.
     square: f64,
     root: f64,
-    apart: f64,
+    squared_difference: f64,
     product_square: f64,
 }
 
 impl AddAssign for VarianceSum {
     fn add_assign(&mut self, other: Self) {
         self.variance += other.variance;
-        self.among += other.among;
-        self.own += other.own;
-        self.seen += other.seen;
+        self.by_four += other.by_four;
+        self.by_mean += other.by_mean;
+        self.by_pair_mean += other.by_pair_mean;
         self.product += other.product;
-        self.unsure += other.unsure;
-        self.prior += other.prior;
+        self.event_uncertainty += other.event_uncertainty;
+        self.prior_uncertainty += other.prior_uncertainty;
         self.square += other.square;
         self.root += other.root;
-        self.apart += other.apart;
+        self.squared_difference += other.squared_difference;
         self.product_square += other.product_square;
     }
 }
 
 impl VarianceSum {
     /// Returns the sums for one pixel.
-    fn of(
+    fn from_pixel(
         PixelVariance {
             variance,
-            among,
-            own,
-            seen,
+            by_four: among,
+            by_mean: own,
+            by_pair_mean: seen,
             product,
-            unsure,
-            prior,
+            event_uncertainty: unsure,
+            prior_uncertainty: prior,
         }: PixelVariance,
     ) -> Self {
         let difference = variance - among;
@@ -207,48 +207,50 @@ impl VarianceSum {
         let (unsure, root) = (unsure * unsure, variance.sqrt());
         Self {
             variance,
-            among,
-            own,
-            seen,
+            by_four: among,
+            by_mean: own,
+            by_pair_mean: seen,
             product,
-            unsure,
-            prior,
+            event_uncertainty: unsure,
+            prior_uncertainty: prior,
             square,
             root,
-            apart,
+            squared_difference: apart,
             product_square,
         }
     }
 
     /// Whether too few pixels carry the error, compared with the number of noisy pixels: (Σ√v)²/Σv
     /// for the pixels' variances v, which also counts pixels of little noise.
-    fn is_carried_by_few(&self) -> bool {
+    fn is_dominated_by_few_pixels(&self) -> bool {
         let (carriers, noisy) = (
-            self.square_of_sum() / self.square,
+            self.squared_variance() / self.square,
             self.root * self.root / self.variance,
         );
-        carriers < FEWEST && (carriers < noisy / SHARE || self.variance > SEEN_AGAIN * self.seen)
+        carriers < FEWEST
+            && (carriers < noisy / NOISY_PIXELS_PER_CARRIER
+                || self.variance > MAX_UNCONFIRMED_RATIO * self.by_pair_mean)
     }
 
     /// Whether light is so rare that two replicates seldom find the same light.
-    fn is_rare(&self) -> bool {
-        self.variance > APART * self.seen
+    fn is_light_rare(&self) -> bool {
+        self.variance > MAX_WEIGHTING_RATIO * self.by_pair_mean
     }
 
     /// Returns the geometric mean of the variances in the two weightings by products of replicates.
-    fn middle(&self) -> f64 {
-        (self.variance * self.among).sqrt()
+    fn geometric_mean(&self) -> f64 {
+        (self.variance * self.by_four).sqrt()
     }
 
     /// Extrapolates the variances weighted by the mean of two and of four replicates to very many
     /// replicates: the bias is nearly inverse to the number of replicates.
-    fn of_means(&self) -> f64 {
-        (2.0 * self.own - self.seen).max(self.own / 2.0)
+    fn extrapolate_to_many_replicates(&self) -> f64 {
+        (2.0 * self.by_mean - self.by_pair_mean).max(self.by_mean / 2.0)
     }
 
     /// Estimates the root of the mean squared error over `pixels` pixels and three channels, with
     /// its interval; `sum` is the variance summed over all of them.
-    fn estimate(&self, sum: f64, pixels: f64, replicates: f64) -> ErrorEstimate {
+    fn estimate_root_mean(&self, sum: f64, pixels: f64, replicates: f64) -> ErrorEstimate {
         if self.variance <= 0.0 {
             return ErrorEstimate {
                 value: 0.0,
@@ -260,16 +262,17 @@ impl VarianceSum {
         let mean_square = sum / (3.0 * pixels);
         // At least the variance of the sum if all channels had equal variances.
         let minimum = 2.0 * replicates / (3.0 * (replicates - 1.0) * pixels);
-        let products =
-            (self.product / (2.0 * replicates * (replicates - 1.0)) / (self.among * self.among))
-                .max(minimum);
-        let weights = self.apart / self.square_of_sum();
-        let apart = [self.variance / self.among, self.middle() / sum]
+        let products = (self.product
+            / (2.0 * replicates * (replicates - 1.0))
+            / (self.by_four * self.by_four))
+            .max(minimum);
+        let weights = self.squared_difference / self.squared_variance();
+        let apart = [self.variance / self.by_four, self.geometric_mean() / sum]
             .map(|ratio| libm::log(ratio).abs() / 2.0);
         let relative_to = apart[0].max(apart[1]);
         let (chance, prior) = (
-            self.unsure / (self.variance * self.among),
-            self.prior / self.middle(),
+            self.event_uncertainty / (self.variance * self.by_four),
+            self.prior_uncertainty / self.geometric_mean(),
         );
         // Uncertainties common to all pixels may have the same sign and add up; independent causes
         // add as squares.
@@ -277,14 +280,14 @@ impl VarianceSum {
         let spread = products + weights + chance + alike * alike;
         // Degrees of freedom of the sum, rounded down; infinite without any contribution.
         let freedom = 2.0 * self.product * self.product / self.product_square;
-        let factor = student_95(if freedom.is_finite() {
+        let factor = student_factor_95(if freedom.is_finite() {
             freedom as u32
         } else {
             u32::MAX
         });
         let width = factor * spread.sqrt();
         let root = |factor: f64| (mean_square * factor).sqrt();
-        let carriers = self.square_of_sum() / self.square;
+        let carriers = self.squared_variance() / self.square;
         ErrorEstimate {
             value: root(1.0),
             low: root(libm::exp(-width)),
@@ -293,7 +296,7 @@ impl VarianceSum {
         }
     }
 
-    fn square_of_sum(&self) -> f64 {
+    fn squared_variance(&self) -> f64 {
         self.variance * self.variance
     }
 }
@@ -308,65 +311,73 @@ struct RowBand {
 impl Film {
     /// Estimates the error of the picture so far; `None` without random sampling, or if a pixel has
     /// fewer than two replicates.
-    pub fn uncertainty(&self) -> Option<Uncertainty> {
-        self.uncertainty_and_rarity()
+    pub fn estimate_uncertainty(&self) -> Option<Uncertainty> {
+        self.estimate_uncertainty_and_rarity()
             .map(|(uncertainty, _)| uncertainty)
     }
 
     /// Estimates the error, and returns whether light is rare: the two weightings are far apart,
     /// even if other pixels confirm the light. A filter that spreads such light would hide its
     /// error.
-    pub(crate) fn uncertainty_and_rarity(&self) -> Option<(Uncertainty, bool)> {
+    pub(crate) fn estimate_uncertainty_and_rarity(&self) -> Option<(Uncertainty, bool)> {
         if !self.plan.random {
             return None;
         }
         let planes = self.replicate_stats();
-        let fewest = (0..self.plan.pixels())
-            .map(|pixel| planes.replicates(pixel))
+        let fewest = (0..self.plan.pixel_count())
+            .map(|pixel| planes.replicate_count(pixel))
             .min()?;
         if fewest < 2 {
             return None;
         }
         let height = self.plan.crop.height as usize;
-        let bands = || (0..height.div_ceil(BAND)).into_par_iter();
-        let rows = |band: usize| band * BAND..((band + 1) * BAND).min(height);
+        let bands = || (0..height.div_ceil(BAND_ROWS)).into_par_iter();
+        let rows = |band: usize| band * BAND_ROWS..((band + 1) * BAND_ROWS).min(height);
         // Collected in order, so that the sums do not depend on the order of completion.
-        let of_bands: Vec<([VarianceSum; 2], LeaveOneOut)> = bands()
-            .map(|band| self.band(&planes, rows(band), fewest))
+        let of_bands: Vec<([VarianceSum; 2], LeaveOneOutStats)> = bands()
+            .map(|band| self.sum_row_band(&planes, rows(band), fewest))
             .collect();
-        let (mut sums, mut again) = ([VarianceSum::default(); 2], LeaveOneOut::default());
+        let (mut sums, mut leave_one_out) =
+            ([VarianceSum::default(); 2], LeaveOneOutStats::default());
         for (of_band, again_in_band) in of_bands {
             sums.iter_mut()
                 .zip(of_band)
                 .for_each(|(sum, of)| *sum += of);
-            again += again_in_band;
+            leave_one_out += again_in_band;
         }
         let [absolute, relative] = sums;
-        let (is_rare, is_vouched) = (relative.is_rare(), again.is_enough());
+        let (is_rare, is_confirmed) = (
+            relative.is_light_rare(),
+            leave_one_out.confirms_enough_light(),
+        );
         let mut vouched = VarianceSum::default();
-        if is_rare || is_vouched {
+        if is_rare || is_confirmed {
             let bands: Vec<VarianceSum> = bands()
-                .map(|band| self.vouched(&planes, rows(band), fewest))
+                .map(|band| self.sum_confirmed_light(&planes, rows(band), fewest))
                 .collect();
             bands.into_iter().for_each(|of_band| vouched += of_band);
         }
-        let is_few = if is_vouched {
-            vouched.is_carried_by_few()
+        let is_few = if is_confirmed {
+            vouched.is_dominated_by_few_pixels()
         } else {
-            relative.is_carried_by_few()
+            relative.is_dominated_by_few_pixels()
         };
-        let (pixels, replicates) = (self.plan.pixels() as f64, f64::from(fewest));
-        let rmse = absolute.estimate(absolute.variance, pixels, replicates);
-        let root_relmse = if is_rare && is_vouched {
-            vouched.estimate(vouched.middle(), pixels, replicates)
+        let (pixels, replicates) = (self.plan.pixel_count() as f64, f64::from(fewest));
+        let rmse = absolute.estimate_root_mean(absolute.variance, pixels, replicates);
+        let root_relmse = if is_rare && is_confirmed {
+            vouched.estimate_root_mean(vouched.geometric_mean(), pixels, replicates)
         } else {
-            relative.estimate(relative.of_means(), pixels, replicates)
+            relative.estimate_root_mean(
+                relative.extrapolate_to_many_replicates(),
+                pixels,
+                replicates,
+            )
         };
         let doubts = [
-            (fewest < ENOUGH, Doubt::FewSamples),
+            (fewest < MIN_REPLICATES, Doubt::FewSamples),
             (self.is_lit_by_chance(), Doubt::LightByChance),
             (
-                is_few || is_rare && !is_vouched || relative.variance == 0.0 && self.is_unlit(),
+                is_few || is_rare && !is_confirmed || relative.variance == 0.0 && self.is_unlit(),
                 Doubt::FewPixels,
             ),
         ];
@@ -380,7 +391,7 @@ impl Film {
                 replicates: fewest,
                 doubt,
             },
-            is_rare && vouched.is_rare(),
+            is_rare && vouched.is_light_rare(),
         ))
     }
 
@@ -394,13 +405,13 @@ impl Film {
     /// Whether shadow rays were traced to lamps or the sky, and no sample found any light.
     pub(super) fn is_unlit(&self) -> bool {
         let is_black = |buffer: &ReplicateBuffer| {
-            (0..self.plan.pixels()).all(|pixel| buffer.total(pixel) == [0.0; 3])
+            (0..self.plan.pixel_count()).all(|pixel| buffer.pixel_total(pixel) == [0.0; 3])
         };
         self.counters.shadow > 0 && self.buffers.iter().flatten().all(is_black)
     }
 
     /// Returns the means of the pixels in some rows, one list for each replicate.
-    fn means_of_rows(
+    fn collect_row_means(
         &self,
         planes: &ReplicateStats<'_>,
         rows: Range<usize>,
@@ -410,7 +421,7 @@ impl Film {
         let mut means = vec![Vec::with_capacity(rows.len() * width); replicates as usize];
         let mut each = Vec::new();
         for pixel in rows.start * width..rows.end * width {
-            planes.each_mean(pixel, &mut each);
+            planes.collect_replicate_means(pixel, &mut each);
             means
                 .iter_mut()
                 .zip(&each)
@@ -421,95 +432,96 @@ impl Film {
 
     /// Returns the sums over the pixels of some rows, absolute in radiance and relative, and the
     /// statistics of the leave-one-out test.
-    fn band(
+    fn sum_row_band(
         &self,
         planes: &ReplicateStats<'_>,
         rows: Range<usize>,
         replicates: u32,
-    ) -> ([VarianceSum; 2], LeaveOneOut) {
+    ) -> ([VarianceSum; 2], LeaveOneOutStats) {
         let width = self.plan.crop.width as usize;
         // Includes the rows of neighbouring pixels.
         let first = rows.start.saturating_sub(REACH);
         let last = (rows.end + REACH).min(self.plan.crop.height as usize);
-        let means = self.means_of_rows(planes, first..last, replicates);
+        let means = self.collect_row_means(planes, first..last, replicates);
         let [absolute, relative] = [(); 2].map(|()| vec![PixelVariance::default(); means[0].len()]);
         let mut band = RowBand { absolute, relative };
         let inner = (rows.start - first) * width..(rows.end - first) * width;
-        let mut again = LeaveOneOut::default();
-        match shares(replicates) {
-            None => band.guess(&means, width),
+        let mut leave_one_out = LeaveOneOutStats::default();
+        match pairing_weights(replicates) {
+            None => band.estimate_from_two_replicates(&means, width),
             Some(shares) => {
                 for four in means.chunks_exact(4) {
                     for pixel in inner.clone() {
                         let at = [0, 1, 2, 3].map(|r: usize| four[r][pixel]);
-                        again.add(at);
-                        band.add(pixel, at, shares);
+                        leave_one_out.add_pixel(at);
+                        band.add_pixel(pixel, at, shares);
                     }
                 }
             }
         }
-        let sums = [&band.absolute, &band.relative].map(|pixels| sum(&pixels[inner.clone()]));
-        (sums, again)
+        let sums =
+            [&band.absolute, &band.relative].map(|pixels| sum_pixels(&pixels[inner.clone()]));
+        (sums, leave_one_out)
     }
 
     /// Returns the relative sum over the pixels of some rows, with the weights of confirmed light
     /// where a single replicate found light; zero for fewer than four replicates.
-    fn vouched(
+    fn sum_confirmed_light(
         &self,
         planes: &ReplicateStats<'_>,
         rows: Range<usize>,
         replicates: u32,
     ) -> VarianceSum {
-        let Some(shares) = shares(replicates) else {
+        let Some(shares) = pairing_weights(replicates) else {
             return VarianceSum::default();
         };
-        let means = self.means_of_rows(planes, rows, replicates);
+        let means = self.collect_row_means(planes, rows, replicates);
         let mut pixels = vec![PixelVariance::default(); means[0].len()];
         for four in means.chunks_exact(4) {
             for (pixel, sum) in pixels.iter_mut().enumerate() {
                 let at = [0, 1, 2, 3].map(|r: usize| four[r][pixel]);
-                let once = SingleReplicateBound::of(at);
-                sum.add_relative(at.map(DVec3::from), Some(once), shares);
+                let once = SingleReplicateBound::from_means(at);
+                sum.add_relative_variance(at.map(DVec3::from), Some(once), shares);
             }
         }
-        sum(&pixels)
+        sum_pixels(&pixels)
     }
 }
 
 /// Returns the weights of one pairing of four replicates, in the variance of the mean and in the
 /// mean of products; `None` for fewer than four replicates.
-fn shares(replicates: u32) -> Option<[f64; 2]> {
+fn pairing_weights(replicates: u32) -> Option<[f64; 2]> {
     let fours = replicates / 4;
     (fours > 0)
         .then(|| [4.0 / f64::from(replicates), 1.0].map(|share| share / f64::from(3 * fours)))
 }
 
 /// Returns the sums over some pixels.
-fn sum(pixels: &[PixelVariance]) -> VarianceSum {
+fn sum_pixels(pixels: &[PixelVariance]) -> VarianceSum {
     let mut sum = VarianceSum::default();
     pixels
         .iter()
-        .for_each(|&pixel| sum += VarianceSum::of(pixel));
+        .for_each(|&pixel| sum += VarianceSum::from_pixel(pixel));
     sum
 }
 
 impl RowBand {
     /// Adds the variance of a pixel from the means of four replicates; equal means contribute
     /// nothing.
-    fn add(&mut self, pixel: usize, four: [[f64; 3]; 4], shares: [f64; 2]) {
+    fn add_pixel(&mut self, pixel: usize, four: [[f64; 3]; 4], shares: [f64; 2]) {
         if four[1..].iter().any(|other| *other != four[0]) {
             let at = four.map(DVec3::from);
-            self.absolute[pixel].add(at, shares);
-            self.relative[pixel].add_relative(at, None, shares);
+            self.absolute[pixel].add_absolute_variance(at, shares);
+            self.relative[pixel].add_relative_variance(at, None, shares);
         }
     }
 
     /// Estimates the variances of pixels from two or three replicates, by the differences of the
     /// first two, weighted by these replicates themselves. The differences of the next pixel serve
     /// as independent differences in products.
-    fn guess(&mut self, means: &[Vec<[f64; 3]>], width: usize) {
+    fn estimate_from_two_replicates(&mut self, means: &[Vec<[f64; 3]>], width: usize) {
         let (a, b) = (&means[0], &means[1]);
-        let weights = weights(a, b, width);
+        let weights = relative_error_weights(a, b, width);
         for pixel in 0..a.len() {
             let beside = if (pixel + 1).is_multiple_of(width) {
                 pixel.saturating_sub(1)
@@ -524,12 +536,12 @@ impl RowBand {
                 let variance = share * (0..3).map(|i| weights[i] * one[i] * one[i]).sum::<f64>();
                 PixelVariance {
                     variance,
-                    among: variance,
-                    own: variance,
-                    seen: variance,
-                    product: product(one, two, weights, beside),
-                    unsure: 0.0,
-                    prior: 0.0,
+                    by_four: variance,
+                    by_mean: variance,
+                    by_pair_mean: variance,
+                    product: squared_weighted_dot(one, two, weights, beside),
+                    event_uncertainty: 0.0,
+                    prior_uncertainty: 0.0,
                 }
             };
             self.absolute[pixel] = value_of([1.0; 3], [1.0; 3]);

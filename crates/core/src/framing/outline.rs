@@ -6,37 +6,37 @@ use std::collections::HashMap;
 use glam::DVec3;
 use raywright_bvh::{Aabb, Shape as _};
 
-use super::position;
-use crate::generate::{all, counted};
+use super::vertex_position;
+use crate::generate::{all_objects, objects_with_counts};
 use crate::lookup::SceneLookup;
 use crate::scene::{MeshData, Scene, Shape};
-use crate::shape::any_shape;
+use crate::shape::convert_moved_shape;
 
 /// Number of cells of directions along an edge of a cube: for a scene or a mesh, and for a mesh
 /// with many uses.
-pub(super) const FINE: usize = 64;
-const COARSE: usize = 12;
+pub(super) const FINE_CELLS: usize = 64;
+const COARSE_CELLS: usize = 12;
 
 /// Greatest number of uses of a mesh with the fine outline.
-const OFTEN: u64 = 4;
+const MAX_FINE_USES: u64 = 4;
 
 /// Number of visited points of all objects, beyond which an object counts as the corners of its
 /// box. Points are visited, not stored.
-const POINTS: usize = 1 << 22;
+const MAX_POINTS: usize = 1 << 22;
 
 /// Outermost points of each mesh of a scene, and points of a ball of radius 1 for spheres.
-pub(super) struct Outlines<'a> {
+pub(super) struct OutlinePoints<'a> {
     meshes: HashMap<&'a str, Vec<DVec3>>,
     ball: Vec<DVec3>,
     /// Number of triangles of all objects.
     pub triangles: usize,
 }
 
-impl<'a> Outlines<'a> {
+impl<'a> OutlinePoints<'a> {
     pub fn of(scene: &'a Scene, lookup: &SceneLookup<'_>) -> Self {
         let mut uses: HashMap<&str, u64> = HashMap::new();
         let mut triangles = 0_u64;
-        for (object, count) in counted(scene) {
+        for (object, count) in objects_with_counts(scene) {
             let Shape::Mesh(name) = &object.shape else {
                 continue;
             };
@@ -49,26 +49,33 @@ impl<'a> Outlines<'a> {
         }
         let hull = |(name, uses): (&'a str, u64)| {
             let data = lookup.mesh_data(name)?;
-            let used = used(data);
-            let edge = if uses > OFTEN { COARSE } else { FINE };
+            let used = find_used_vertices(data);
+            let edge = if uses > MAX_FINE_USES {
+                COARSE_CELLS
+            } else {
+                FINE_CELLS
+            };
             Some((
                 name,
-                outermost(|visit| corners(data, &used).for_each(visit), edge),
+                select_outermost_points(
+                    |visit| used_vertex_positions(data, &used).for_each(visit),
+                    edge,
+                ),
             ))
         };
         Self {
             meshes: uses.into_iter().filter_map(hull).collect(),
-            ball: ball(),
+            ball: unit_sphere_points(),
             triangles: triangles as usize,
         }
     }
 
     /// Visits the points of all objects in world space.
-    pub fn visit(&self, scene: &Scene, visit: &mut dyn FnMut(DVec3)) {
+    pub fn visit_points(&self, scene: &Scene, visit: &mut dyn FnMut(DVec3)) {
         // The additive identity, which keeps the sign of zeros.
         const NOWHERE: DVec3 = DVec3::splat(-0.0);
         let mut seen = 0;
-        for placed_object in all(scene) {
+        for placed_object in all_objects(scene) {
             let (own, size, centre) = match &placed_object.object.shape {
                 Shape::Mesh(name) => (
                     self.meshes
@@ -78,16 +85,18 @@ impl<'a> Outlines<'a> {
                     NOWHERE,
                 ),
                 Shape::Sphere { centre, radius } => (&self.ball[..], *radius, DVec3::from(*centre)),
-                shape => (&around(shape)[..], 1.0, NOWHERE),
+                shape => (&bounding_box_corners(shape)[..], 1.0, NOWHERE),
             };
             let boxed;
-            let own = if seen + own.len() <= POINTS {
+            let own = if seen + own.len() <= MAX_POINTS {
                 own
             } else {
                 boxed = Aabb::from_points(own.iter().copied()).corners();
                 &boxed
             };
-            let maps = placed_object.ends().unwrap_or([placed_object.map(); 2]);
+            let maps = placed_object
+                .object_to_world_at_ends()
+                .unwrap_or([placed_object.object_to_world(); 2]);
             for map in &maps[..1 + usize::from(maps[0] != maps[1])] {
                 let points = own
                     .iter()
@@ -103,7 +112,7 @@ impl<'a> Outlines<'a> {
 }
 
 /// Returns a flag for each vertex position of a mesh: whether a triangle uses it.
-fn used(data: &MeshData) -> Vec<bool> {
+fn find_used_vertices(data: &MeshData) -> Vec<bool> {
     let mut used = vec![false; data.positions.len()];
     data.indices
         .iter()
@@ -113,37 +122,39 @@ fn used(data: &MeshData) -> Vec<bool> {
 }
 
 /// Iterates over the finite vertex positions that are flagged as used, each once.
-fn corners(data: &MeshData, used: &[bool]) -> impl Iterator<Item = DVec3> {
+fn used_vertex_positions(data: &MeshData, used: &[bool]) -> impl Iterator<Item = DVec3> {
     let used = used.iter().enumerate().filter(|(_, used)| **used);
-    used.map(|(i, _)| position(data, i as u32))
+    used.map(|(i, _)| vertex_position(data, i as u32))
         .filter(|point| point.is_finite())
 }
 
 /// Returns points on a ball of radius 1: one in the middle of each coarse cell of directions.
-fn ball() -> Vec<DVec3> {
+fn unit_sphere_points() -> Vec<DVec3> {
     let direction = |cell: usize| {
         let (face, row, column) = (
-            cell / (COARSE * COARSE),
-            cell / COARSE % COARSE,
-            cell % COARSE,
+            cell / (COARSE_CELLS * COARSE_CELLS),
+            cell / COARSE_CELLS % COARSE_CELLS,
+            cell % COARSE_CELLS,
         );
-        let at = |i: usize| 2.0 * (i as f64 + 0.5) / COARSE as f64 - 1.0;
+        let at = |i: usize| 2.0 * (i as f64 + 0.5) / COARSE_CELLS as f64 - 1.0;
         let mut direction = DVec3::ZERO;
         direction[face % 3] = if face < 3 { 1.0 } else { -1.0 };
         direction[(face + 1) % 3] = at(row);
         direction[(face + 2) % 3] = at(column);
         direction.normalize()
     };
-    (0..6 * COARSE * COARSE).map(direction).collect()
+    (0..6 * COARSE_CELLS * COARSE_CELLS)
+        .map(direction)
+        .collect()
 }
 
 /// Returns the corners of the box around a shape.
-fn around(shape: &Shape) -> Vec<DVec3> {
-    let bounds = any_shape::<f64>(shape, DVec3::ZERO)
+fn bounding_box_corners(shape: &Shape) -> Vec<DVec3> {
+    let bounds = convert_moved_shape::<f64>(shape, DVec3::ZERO)
         .and_then(|shape| shape.bounds())
         .filter(|bounds| !bounds.is_empty());
     bounds
-        .filter(|bounds| bounds.padded().is_some())
+        .filter(|bounds| bounds.to_padded().is_some())
         .map_or(Vec::new(), |bounds| bounds.corners().to_vec())
 }
 
@@ -151,7 +162,10 @@ fn around(shape: &Shape) -> Vec<DVec3> {
 /// cells along an edge. Directions are taken in a space in which the bounding box is a cube; of
 /// equally far points the first is kept. If the points are at most as many as the cells, all are
 /// kept. `points` is called twice, so that the number of points takes no memory.
-pub(super) fn outermost(points: impl Fn(&mut dyn FnMut(DVec3)), edge: usize) -> Vec<DVec3> {
+pub(super) fn select_outermost_points(
+    points: impl Fn(&mut dyn FnMut(DVec3)),
+    edge: usize,
+) -> Vec<DVec3> {
     let cells = 6 * edge * edge;
     let (mut few, mut count, mut bounds) = (Vec::new(), 0_usize, Aabb::EMPTY);
     points(&mut |point| {

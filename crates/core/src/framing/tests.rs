@@ -30,7 +30,7 @@ fn quads(quads: &[[[f64; 3]; 4]]) -> Scene {
 /// Returns the extents of points in a framed picture, relative to its middle, from -1 to 1: left,
 /// right, bottom and top.
 fn reach(camera: &Camera, points: &[DVec3], aspect: f64) -> [f64; 4] {
-    let (eye, frame) = crate::camera::axes(&camera.pose);
+    let (eye, frame) = crate::camera::eye_and_axes(&camera.pose);
     let Projection::Pinhole(Pinhole {
         vertical_fov: Some(fov),
         ..
@@ -97,9 +97,9 @@ fn silhouettes_fill_their_share() {
         box_of([0.0; 3], [1e-6, 2e-6, 1e-6]),
         ball(DVec3::new(3.0, -1.0, 2.0), 0.7),
     ];
-    let views = View::NAMED.iter().map(|(_, view)| *view).chain([
-        View::USUAL,
-        View {
+    let views = ViewAngles::NAMED.iter().map(|(_, view)| *view).chain([
+        ViewAngles::DEFAULT,
+        ViewAngles {
             azimuth: -200.0,
             elevation: -75.0,
         },
@@ -111,10 +111,10 @@ fn silhouettes_fill_their_share() {
         for (fov, aspect) in [(40.0, 16.0 / 9.0), (5.0, 1.0), (100.0, 0.5)] {
             let (silhouette, points) = model;
             let [left, right, bottom, top] =
-                reach(&silhouette.frame(view, fov, aspect), points, aspect);
+                reach(&silhouette.frame_camera(view, fov, aspect), points, aspect);
             let fill = 0.5 * (right - left).max(top - bottom);
             assert!(
-                (fill - FILL).abs() < 0.01,
+                (fill - FRAMED_SHARE).abs() < 0.01,
                 "{view:?}, {fov}, {aspect}: {fill}"
             );
             assert!(
@@ -146,11 +146,12 @@ fn few_points_stand_for_many() {
     let mesh = json!({ "name": "m", "source": { "inline": { "positions": positions, "indices": indices } } });
     let silhouette =
         Silhouette::from_scene(&scene(json!([{ "shape": { "mesh": "m" } }]), json!([mesh])));
-    assert!(silhouette.points.len() <= 6 * FINE * FINE);
-    for (_, view) in View::NAMED {
-        let [left, right, bottom, top] = reach(&silhouette.frame(view, 30.0, 1.5), &points, 1.5);
+    assert!(silhouette.points.len() <= 6 * FINE_CELLS * FINE_CELLS);
+    for (_, view) in ViewAngles::NAMED {
+        let [left, right, bottom, top] =
+            reach(&silhouette.frame_camera(view, 30.0, 1.5), &points, 1.5);
         let fill = 0.5 * (right - left).max(top - bottom);
-        assert!((fill - FILL).abs() < 0.02, "{view:?}: {fill}");
+        assert!((fill - FRAMED_SHARE).abs() < 0.02, "{view:?}: {fill}");
     }
 }
 
@@ -158,7 +159,7 @@ fn few_points_stand_for_many() {
 /// open side, terrain from above, and all others from above and from the side.
 #[test]
 fn flat_and_open_things_are_seen_from_their_front() {
-    let at = |azimuth: f64, elevation: f64| View { azimuth, elevation };
+    let at = |azimuth: f64, elevation: f64| ViewAngles { azimuth, elevation };
     // Facing +z and -z; +x and -x; up.
     let front = |z: f64| {
         [
@@ -171,7 +172,7 @@ fn flat_and_open_things_are_seen_from_their_front() {
     let turned = |quad: [[f64; 3]; 4]| quad.map(|[x, y, z]| [z, y, -x]);
     let flipped = |[a, b, c, d]: [[f64; 3]; 4]| [d, c, b, a];
     let lying = |y: f64| front(0.0).map(|[x, z, _]| [x, y, -z]);
-    let view = |list: &[[[f64; 3]; 4]]| Silhouette::from_scene(&quads(list)).front();
+    let view = |list: &[[[f64; 3]; 4]]| Silhouette::from_scene(&quads(list)).default_view();
     assert_eq!(view(&[front(3.0)]), at(0.0, 0.0));
     assert_eq!(view(&[flipped(front(3.0))]), at(180.0, 0.0));
     assert_eq!(view(&[turned(front(0.0))]), at(90.0, 0.0));
@@ -179,9 +180,9 @@ fn flat_and_open_things_are_seen_from_their_front() {
     assert_eq!(view(&[lying(0.0)]), at(0.0, 90.0));
     assert_eq!(
         view(&[lying(0.1), flipped(lying(-0.1))]),
-        View {
+        ViewAngles {
             elevation: 40.0,
-            ..View::USUAL
+            ..ViewAngles::DEFAULT
         }
     );
     assert_eq!(
@@ -205,10 +206,10 @@ fn flat_and_open_things_are_seen_from_their_front() {
         .chain([flipped(front(1.0))])
         .map(flipped)
         .collect();
-    assert_eq!(view(&closed), View::USUAL);
+    assert_eq!(view(&closed), ViewAngles::DEFAULT);
     assert_eq!(
-        Silhouette::from_scene(&scene(json!([]), json!([]))).front(),
-        View::USUAL
+        Silhouette::from_scene(&scene(json!([]), json!([]))).default_view(),
+        ViewAngles::DEFAULT
     );
 }
 
@@ -225,18 +226,18 @@ fn mirrored_and_turned_things_are_seen_from_their_front() {
     let under = |quads_of: &[[[f64; 3]; 4]], step: Value| {
         let mut scene = quads(quads_of);
         scene.objects[0].transform = serde_json::from_value(json!([step])).expect("a step");
-        Silhouette::from_scene(&scene).front()
+        Silhouette::from_scene(&scene).default_view()
     };
     assert_eq!(
         under(&[sheet], json!({ "scale": [-1, 1, 1] })),
-        View {
+        ViewAngles {
             azimuth: 0.0,
             elevation: 0.0
         }
     );
     assert_eq!(
         under(&[sheet], json!({ "scale": [1, 1, -1] })),
-        View {
+        ViewAngles {
             azimuth: 180.0,
             elevation: 0.0
         }
@@ -270,8 +271,15 @@ fn moving_things_are_framed_from_start_to_end() {
         max: DVec3::new(9.0, 1.0, 1.0),
     }
     .corners();
-    let [left, right, ..] = reach(&silhouette.frame(View::NAMED[0].1, 40.0, 1.5), &points, 1.5);
-    assert!((0.5 * (right - left) - FILL).abs() < 0.01, "{left} {right}");
+    let [left, right, ..] = reach(
+        &silhouette.frame_camera(ViewAngles::NAMED[0].1, 40.0, 1.5),
+        &points,
+        1.5,
+    );
+    assert!(
+        (0.5 * (right - left) - FRAMED_SHARE).abs() < 0.01,
+        "{left} {right}"
+    );
 }
 
 /// Protects: scenes without an extent along some axes get a finite camera that sees them: a point,
@@ -289,13 +297,13 @@ fn degenerate_scenes_have_a_view() {
         line([0.0; 3], [0.0, 1e-30, 0.0]),
     ] {
         let silhouette = Silhouette::from_scene(&scene);
-        for view in View::NAMED
+        for view in ViewAngles::NAMED
             .map(|(_, view)| view)
             .into_iter()
-            .chain([silhouette.front()])
+            .chain([silhouette.default_view()])
         {
-            let camera = silhouette.frame(view, 40.0, 1.6);
-            let (eye, frame) = crate::camera::axes(&camera.pose);
+            let camera = silhouette.frame_camera(view, 40.0, 1.6);
+            let (eye, frame) = crate::camera::eye_and_axes(&camera.pose);
             assert!(
                 eye.is_finite() && frame.is_finite() && (frame.determinant() - 1.0).abs() < 1e-9,
                 "{camera:?}"
@@ -316,9 +324,9 @@ fn outlines_are_found_without_keeping_points() {
         let balls = (0..count).map(|i| ball(0.7 * f64::from(i), 0.3 + f64::from(i % 7)));
         let scene = scene(balls.chain([moving.clone()]).collect(), json!([]));
         let lookup = SceneLookup::new(&scene);
-        let outlines = Outlines::of(&scene, &lookup);
+        let outlines = OutlinePoints::of(&scene, &lookup);
         let mut kept = Vec::new();
-        outlines.visit(&scene, &mut |point| kept.push(point));
+        outlines.visit_points(&scene, &mut |point| kept.push(point));
         assert_eq!(
             kept.len(),
             if count == 6000 {
@@ -328,7 +336,7 @@ fn outlines_are_found_without_keeping_points() {
             }
         );
         let found = Silhouette::from_scene(&scene).points;
-        match kept.len() <= 6 * FINE * FINE {
+        match kept.len() <= 6 * FINE_CELLS * FINE_CELLS {
             true => assert_eq!(found, kept),
             false => {
                 let places: HashSet<[u64; 3]> = kept
@@ -342,9 +350,12 @@ fn outlines_are_found_without_keeping_points() {
                 );
                 assert_eq!(
                     found,
-                    outermost(|visit| kept.iter().copied().for_each(visit), FINE)
+                    select_outermost_points(
+                        |visit| kept.iter().copied().for_each(visit),
+                        FINE_CELLS
+                    )
                 );
-                assert!(found.len() <= 6 * FINE * FINE);
+                assert!(found.len() <= 6 * FINE_CELLS * FINE_CELLS);
             }
         }
     }

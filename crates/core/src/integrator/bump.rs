@@ -6,8 +6,8 @@ use raywright_bvh::{Hit, Real, Vector};
 use super::PathSegment;
 use crate::interaction::Interaction;
 use crate::material::NormalMap;
-use crate::prepare::{Prepared, PreparedMaterial};
-use crate::texture::Bump;
+use crate::prepare::{PreparedMaterial, PreparedScene};
+use crate::texture::NormalMapInput;
 
 impl<R: Real> Interaction<R> {
     /// Perturbs the shading normal by the material's normal map. Not inlined, so that surfaces
@@ -15,37 +15,37 @@ impl<R: Real> Interaction<R> {
     #[inline(never)]
     pub(super) fn perturb_normal(
         &mut self,
-        scene: &Prepared<R>,
+        scene: &PreparedScene<R>,
         segment: &PathSegment<R>,
         hit: &Hit<R>,
     ) {
         let PreparedMaterial::Physical(material) = &scene.materials[self.material as usize] else {
             return;
         };
-        if let Some(bump) = &material.bump {
+        if let Some(bump) = &material.normal_map {
             self.normal = self
-                .normal_map(bump, scene, segment, hit)
+                .eval_normal_map(bump, scene, segment, hit)
                 .perturbed_normal();
         }
     }
 
     /// Evaluates a normal map at an interaction; the tangent frame is included.
     #[inline(always)]
-    pub(super) fn normal_map(
+    pub(super) fn eval_normal_map(
         &self,
-        bump: &Bump<R>,
-        scene: &Prepared<R>,
+        bump: &NormalMapInput<R>,
+        scene: &PreparedScene<R>,
         segment: &PathSegment<R>,
         hit: &Hit<R>,
     ) -> NormalMap<R> {
         let code = bump
             .image
-            .colour(&scene.texture_tables.shading_context(self));
+            .eval_colour(&scene.texture_tables.shading_context(self));
         let [x, y, z] = [code.x(), code.y(), code.z()].map(|c| c + c - R::ONE);
         // The image describes the relief of the front; from behind, hills become valleys.
         let behind = self.normal.dot(self.surface.normal) < R::ZERO;
         let scale = if behind { -bump.scale } else { bump.scale };
-        let (along, mirrored) = self.along(scene, segment, hit);
+        let (along, mirrored) = self.tangent_direction(scene, segment, hit);
         NormalMap {
             normal: self.normal,
             along,

@@ -8,9 +8,9 @@
 use raywright_bvh::{Hit, Real, Vector};
 
 use super::PathSegment;
-use crate::camera::Cone;
+use crate::camera::RayCone;
 use crate::interaction::Interaction;
-use crate::prepare::Prepared;
+use crate::prepare::PreparedScene;
 
 impl<R: Real> Interaction<R> {
     /// Computes the footprints for the sets of texture coordinates that the material reads
@@ -18,23 +18,23 @@ impl<R: Real> Interaction<R> {
     /// 2019): by the areas of a mesh's triangles, or by a shape's derivative of u. The spot on a
     /// slanted surface counts as a square with the edge of its longer side.
     #[inline(never)]
-    pub(super) fn cover(
+    pub(super) fn compute_footprints(
         &mut self,
-        scene: &Prepared<R>,
-        cone: &Cone<R>,
+        scene: &PreparedScene<R>,
+        cone: &RayCone<R>,
         segment: &PathSegment<R>,
         hit: &Hit<R>,
     ) {
         let record = &scene.objects[self.object as usize];
-        if !record.coordinates && record.mesh.as_ref().is_none_or(|mesh| mesh.sets == 0) {
+        if !record.needs_uv && record.mesh.as_ref().is_none_or(|mesh| mesh.uv_sets == 0) {
             return;
         }
-        let width = (cone.width + cone.spread * (segment.before + self.distance)).to_f64();
+        let width = (cone.width + cone.spread * (segment.length_before + self.distance)).to_f64();
         let spot = width / self.direction.dot(self.surface.normal).to_f64().abs();
         let Some(mesh) = &record.mesh else {
             let along = scene
                 .geometry
-                .parameters(&segment.ray, hit)
+                .texture_coordinates(&segment.ray, hit)
                 .dpdu
                 .to_f64()
                 .length();
@@ -44,11 +44,14 @@ impl<R: Real> Interaction<R> {
         let data = &scene.meshes[mesh.mesh as usize];
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
         let [a, b, c] = corners.map(|i| data.positions.position(i));
-        let (own, [x, y, z]) = ((b - a).cross(c - a), mesh.normals_at(scene, segment, hit));
+        let (own, [x, y, z]) = (
+            (b - a).cross(c - a),
+            mesh.normal_transform_at(scene, segment, hit),
+        );
         // The area vector in the world: it transforms by the cofactors of the mesh's map, which are
         // the columns of the normals' map times the determinant of the mesh's map.
         let area = ((x * own.x + y * own.y + z * own.z) / x.dot(y.cross(z))).length();
-        for set in (0..self.footprint.len()).filter(|set| mesh.sets >> set & 1 != 0) {
+        for set in (0..self.footprint.len()).filter(|set| mesh.uv_sets >> set & 1 != 0) {
             let own = match data.uvs.get(set).filter(|uvs| !uvs.is_empty()) {
                 Some(uvs) => {
                     let [p, q, r] = corners.map(|i| uvs[i].map(f64::from));

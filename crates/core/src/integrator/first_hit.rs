@@ -5,7 +5,7 @@ use raywright_bvh::{Hit, Interval, PacketBackoff, Ray, RayPacket, Real, Vector};
 
 use super::PathSegment;
 use crate::interaction::Interaction;
-use crate::prepare::{Prepared, PreparedMaterial};
+use crate::prepare::{PreparedMaterial, PreparedScene};
 
 /// Data of a first hit for the layers beside the colour.
 #[derive(Clone, Copy, Debug)]
@@ -23,21 +23,21 @@ impl FirstHit {
     /// without these layers has only a check in its loop and keeps its surface points in registers.
     #[inline(never)]
     pub(super) fn new<R: Real>(
-        scene: &Prepared<R>,
+        scene: &PreparedScene<R>,
         segment: &PathSegment<R>,
         hit: &Hit<R>,
     ) -> Self {
         let interaction = Interaction::from_hit(scene, segment, hit);
         let context = scene.texture_tables.shading_context(&interaction);
         let albedo = match &scene.materials[interaction.material as usize] {
-            PreparedMaterial::Classic(m) => m.colour.colour(&context),
-            PreparedMaterial::Physical(m) => m.base_at(&context),
+            PreparedMaterial::Classic(m) => m.colour.eval_colour(&context),
+            PreparedMaterial::Physical(m) => m.base_colour_at(&context),
             PreparedMaterial::Unused => Vector::ZERO,
         };
         Self {
             albedo: albedo.to_f64().to_array(),
             normal: interaction.normal.to_f64().to_array(),
-            position: scene.in_world(interaction.surface.point).to_array(),
+            position: scene.to_world(interaction.surface.point).to_array(),
             distance: interaction.distance.to_f64(),
             object: interaction.object,
             material: interaction.material,
@@ -45,13 +45,13 @@ impl FirstHit {
     }
 
     /// Traces a camera ray to its first hit, without a further path; `None` for the sky.
-    pub(super) fn of_ray<R: Real>(scene: &Prepared<R>, ray: Ray<R>) -> Option<Self> {
+    pub(super) fn from_ray<R: Real>(scene: &PreparedScene<R>, ray: Ray<R>) -> Option<Self> {
         let segment = PathSegment {
             ray,
             ..PathSegment::from_camera(scene)
         };
         let range = Interval {
-            min: scene.least_distances().camera - segment.ahead,
+            min: scene.min_hit_distances().camera - segment.skipped_distance,
             max: R::INFINITY,
         };
         let hit = scene.geometry.closest(&ray, range, &mut ())?;
@@ -61,23 +61,23 @@ impl FirstHit {
 
 /// Closest hits of a packet of camera rays; empty if the rays were not intersected as a packet.
 #[derive(Default)]
-pub(super) struct FirstHits<R: Real> {
+pub(super) struct PacketHits<R: Real> {
     directions: Vec<R::Vec3>,
     hits: Vec<Option<Hit<R>>>,
     backoff: PacketBackoff,
 }
 
-impl<R: Real> FirstHits<R> {
+impl<R: Real> PacketHits<R> {
     /// Returns the hit of a ray of the packet (`Some(None)` for the sky); `None` if the rays were
     /// not intersected as a packet.
     #[inline(always)]
-    pub fn get(&self, ray: usize) -> Option<&Option<Hit<R>>> {
+    pub fn hit_of_ray(&self, ray: usize) -> Option<&Option<Hit<R>>> {
         self.hits.get(ray)
     }
 
     /// Intersects camera rays as a packet if they have a common origin and time; otherwise leaves
     /// the hits empty.
-    pub fn intersect(&mut self, scene: &Prepared<R>, rays: &[Ray<R>]) {
+    pub fn intersect(&mut self, scene: &PreparedScene<R>, rays: &[Ray<R>]) {
         let Self {
             directions,
             hits,
@@ -94,16 +94,16 @@ impl<R: Real> FirstHits<R> {
         directions.clear();
         directions.extend(rays.iter().map(|ray| ray.direction));
         let range = Interval {
-            min: scene.least_distances().camera - scene.camera.ahead(),
+            min: scene.min_hit_distances().camera - scene.camera.skipped_distance(),
             max: R::INFINITY,
         };
         let requested = RayPacket {
             origin: first.origin,
             directions,
             time: first.time,
-            culls: first.culls,
+            culls: first.is_camera_ray,
             range,
         };
-        scene.geometry.closest_from(&requested, backoff, hits);
+        scene.geometry.closest_of_packet(&requested, backoff, hits);
     }
 }

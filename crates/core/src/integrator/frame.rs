@@ -8,7 +8,7 @@ use raywright_bvh::{Hit, Real, Vector};
 use super::PathSegment;
 use crate::interaction::Interaction;
 use crate::material::ShadingFrame;
-use crate::prepare::{MeshUse, Prepared};
+use crate::prepare::{MeshUse, PreparedScene};
 use crate::scene::MeshData;
 
 impl<R: Real> Interaction<R> {
@@ -16,32 +16,32 @@ impl<R: Real> Interaction<R> {
     /// coordinate or, if the mesh has tangents, along those. The bitangent points up in the image:
     /// the frame is left-handed if the image appears mirrored, as from behind or under a mirroring
     /// transform.
-    pub fn frame(
+    pub fn shading_frame(
         &self,
-        scene: &Prepared<R>,
+        scene: &PreparedScene<R>,
         segment: &PathSegment<R>,
         hit: &Hit<R>,
     ) -> ShadingFrame<R> {
-        let (along, mirrored) = self.along(scene, segment, hit);
+        let (along, mirrored) = self.tangent_direction(scene, segment, hit);
         ShadingFrame::from_tangent(self.normal, along, mirrored)
     }
 
     /// Returns the unit tangent in the world before projection onto the shading plane, and whether
     /// the frame is left-handed.
     #[inline(always)]
-    pub fn along(
+    pub fn tangent_direction(
         &self,
-        scene: &Prepared<R>,
+        scene: &PreparedScene<R>,
         segment: &PathSegment<R>,
         hit: &Hit<R>,
     ) -> (R::Vec3, bool) {
         let (along, mirrored) = match &scene.objects[self.object as usize].mesh {
             Some(mesh) => {
-                let (own, area) = scene.tangent(mesh, hit);
-                to_world(mesh.normals_at(scene, segment, hit), own, area)
+                let (own, area) = scene.mesh_tangent(mesh, hit);
+                tangent_to_world(mesh.normal_transform_at(scene, segment, hit), own, area)
             }
             None => {
-                let parameters = scene.geometry.parameters(&segment.ray, hit);
+                let parameters = scene.geometry.texture_coordinates(&segment.ray, hit);
                 (parameters.dpdu.to_f64(), parameters.mirrored)
             }
         };
@@ -55,19 +55,19 @@ impl<R: Real> Interaction<R> {
 
 impl<R: Real> MeshUse<R> {
     /// Returns the columns of the map from normals of the mesh to normals in the world, at a hit.
-    pub(super) fn normals_at(
+    pub(super) fn normal_transform_at(
         &self,
-        scene: &Prepared<R>,
+        scene: &PreparedScene<R>,
         segment: &PathSegment<R>,
         hit: &Hit<R>,
     ) -> [DVec3; 3] {
         let turned = |axis: DVec3| {
             scene
                 .geometry
-                .normal(&segment.ray, hit, R::Vec3::from_f64(axis))
+                .normal_to_world(&segment.ray, hit, R::Vec3::from_f64(axis))
                 .to_f64()
         };
-        if self.turns {
+        if self.rotates {
             [DVec3::X, DVec3::Y, DVec3::Z].map(turned)
         } else {
             self.normals.map(Vector::to_f64)
@@ -75,16 +75,16 @@ impl<R: Real> MeshUse<R> {
     }
 }
 
-impl<R: Real> Prepared<R> {
+impl<R: Real> PreparedScene<R> {
     /// Returns the tangent at a hit in the mesh's own space, of any length, and whether an image
     /// appears mirrored there from outside.
-    fn tangent(&self, mesh: &MeshUse<R>, hit: &Hit<R>) -> (DVec3, bool) {
+    fn mesh_tangent(&self, mesh: &MeshUse<R>, hit: &Hit<R>) -> (DVec3, bool) {
         let data = &self.meshes[mesh.mesh as usize];
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
         let tangents = match mesh.tangents {
             Some(table) => self.tangents[table as usize][hit.primitive as usize],
             None if !data.tangents.is_empty() => corners.map(|i| data.tangents[i]),
-            None => return along_first(data, corners),
+            None => return tangent_along_u(data, corners),
         };
         let (u, v) = if mesh.flipped {
             (hit.v, hit.u)
@@ -104,7 +104,7 @@ impl<R: Real> Prepared<R> {
 /// Returns the direction in which the first texture coordinate grows on a triangle of a mesh, and
 /// whether an image appears mirrored there. A mesh without texture coordinates uses the barycentric
 /// coordinate of the second corner, as [`Interaction`] does.
-fn along_first(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
+fn tangent_along_u(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
     let [a, b, c] = corners.map(|i| data.positions.position(i));
     let set = data.uvs.first().filter(|set| !set.is_empty());
     let [p, q, r] = set.map_or([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], |set| {
@@ -121,7 +121,7 @@ fn along_first(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
 
 /// Maps a tangent and its mirroring from a mesh's own space to the world. The first argument holds
 /// the columns of the map of normals.
-fn to_world([x, y, z]: [DVec3; 3], own: DVec3, mirrored: bool) -> (DVec3, bool) {
+fn tangent_to_world([x, y, z]: [DVec3; 3], own: DVec3, mirrored: bool) -> (DVec3, bool) {
     // The linear part of the mesh's map is the inverse transpose of the map of normals, so its
     // columns are the cofactors of that map, up to the determinant.
     let mapped = y.cross(z) * own.x + z.cross(x) * own.y + x.cross(y) * own.z;
@@ -149,8 +149,8 @@ mod tests {
             size: [1, 1],
             ..Settings::from_scene(&scene)
         };
-        let prepared =
-            Prepared::<R>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+        let prepared = PreparedScene::<R>::new(&scene, &settings, EffectSet::ALL, &())
+            .expect("it can be prepared");
         let [origin, direction] = [origin, direction.normalize()].map(R::Vec3::from_f64);
         let segment = PathSegment::from_ray(Ray::new(origin, direction));
         let hit = prepared
@@ -158,7 +158,7 @@ mod tests {
             .closest(&segment.ray, Interval::positive(), &mut ())
             .expect("a hit");
         let interaction = Interaction::from_hit(&prepared, &segment, &hit);
-        let frame = interaction.frame(&prepared, &segment, &hit);
+        let frame = interaction.shading_frame(&prepared, &segment, &hit);
         [frame.tangent, frame.bitangent, frame.normal].map(Vector::to_f64)
     }
 
@@ -369,7 +369,7 @@ mod tests {
             size: [1, 1],
             ..Settings::from_scene(&scene)
         };
-        let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &())
+        let prepared = PreparedScene::<f32>::new(&scene, &settings, EffectSet::ALL, &())
             .expect("it can be prepared");
         for (time, tangent) in [
             (0.0, DVec3::X),
@@ -377,14 +377,14 @@ mod tests {
             (1.0, DVec3::new(1.0, 2.0, 0.0)),
         ] {
             let segment = PathSegment::from_ray(
-                Ray::new(glam::Vec3::new(0.5, 0.5 + time, 4.0), glam::Vec3::NEG_Z).at_time(time),
+                Ray::new(glam::Vec3::new(0.5, 0.5 + time, 4.0), glam::Vec3::NEG_Z).with_time(time),
             );
             let hit = prepared
                 .geometry
                 .closest(&segment.ray, Interval::positive(), &mut ())
                 .expect("a hit");
-            let frame =
-                Interaction::from_hit(&prepared, &segment, &hit).frame(&prepared, &segment, &hit);
+            let frame = Interaction::from_hit(&prepared, &segment, &hit)
+                .shading_frame(&prepared, &segment, &hit);
             let [t, b] = [frame.tangent, frame.bitangent].map(|v| v.as_dvec3());
             let (tangent, across) = (tangent.normalize(), DVec3::Z.cross(tangent).normalize());
             assert!(
@@ -409,7 +409,7 @@ mod tests {
             size: [1, 1],
             ..Settings::from_scene(&scene)
         };
-        let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &())
+        let prepared = PreparedScene::<f32>::new(&scene, &settings, EffectSet::ALL, &())
             .expect("it can be prepared");
         assert_eq!(prepared.geometry.instance_count(), 2);
         for (x, tangent) in [(0.5, DVec3::X), (-1.5, DVec3::NEG_X)] {
@@ -419,8 +419,8 @@ mod tests {
                 .geometry
                 .closest(&segment.ray, Interval::positive(), &mut ())
                 .expect("a hit");
-            let frame =
-                Interaction::from_hit(&prepared, &segment, &hit).frame(&prepared, &segment, &hit);
+            let frame = Interaction::from_hit(&prepared, &segment, &hit)
+                .shading_frame(&prepared, &segment, &hit);
             let [t, b] = [frame.tangent, frame.bitangent].map(|v| v.as_dvec3());
             assert!(
                 t.distance(tangent) < 1e-6 && b.distance(DVec3::Y) < 1e-6,

@@ -15,7 +15,7 @@ mod whitted;
 mod wireframe;
 
 pub(crate) use first_hit::FirstHit;
-use first_hit::FirstHits;
+use first_hit::PacketHits;
 pub(crate) use path_tracing::PathTracer;
 pub(crate) use surface::PathSegment;
 pub(crate) use whitted::WhittedTracer;
@@ -25,7 +25,7 @@ use raywright_bvh::{Ray, Real, Vector};
 use crate::counters::{Counters, MOST_PASSAGES};
 use crate::light::LightUsage;
 use crate::observer::Observer;
-use crate::prepare::Prepared;
+use crate::prepare::PreparedScene;
 use crate::sampler::SampleAddress;
 
 /// Number of camera rays in a packet.
@@ -68,7 +68,7 @@ impl<R: Real> PathResults<R> {
 
     /// Returns the first hit of a ray, and the ray's directly visible radiance, without reflected
     /// light.
-    pub fn first(&self, index: usize) -> (Option<&FirstHit>, R::Vec3) {
+    pub fn first_hit_and_emission(&self, index: usize) -> (Option<&FirstHit>, R::Vec3) {
         let direct = self.direct.get(index).copied().unwrap_or(Vector::ZERO);
         (self.first_hits.get(index).and_then(Option::as_ref), direct)
     }
@@ -77,12 +77,12 @@ impl<R: Real> PathResults<R> {
 /// An integrator: computes the radiance along camera rays. Each worker thread has its own.
 pub(crate) trait LightTransport<'a, R: Real> {
     /// Most camera rays in a batch.
-    const BATCH: usize;
+    const MAX_BATCH: usize;
 
     /// Creates an integrator for paths of at most `max_depth` segments. `keeps_first`: whether
     /// layers need the first hits of camera rays.
     fn new(
-        scene: &'a Prepared<R>,
+        scene: &'a PreparedScene<R>,
         max_depth: u32,
         keeps_first: bool,
         observer: &'a dyn Observer,
@@ -92,7 +92,7 @@ pub(crate) trait LightTransport<'a, R: Real> {
     fn trace(&mut self, rays: CameraRays<'_, R>, out: &mut PathResults<R>);
 
     /// Traces a camera ray to its first hit, without a further path; `None` for the sky.
-    fn first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit>;
+    fn trace_first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit>;
 
     /// Returns the counters of rays since the last call.
     fn take_counters(&mut self) -> Counters;

@@ -12,72 +12,77 @@ mod emission;
 mod gather;
 mod general;
 mod ground;
+mod index_matched;
 mod layered;
 mod light;
-mod matched;
 mod media;
 mod mixture;
 mod nested;
 mod roulette;
 mod scatter;
 mod shade;
-mod straight;
+mod straight_light;
 mod transmittance;
 mod vertices;
 mod wavefront;
 
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
-use media::Media;
+use media::MediumStack;
 use wavefront::Wavefront;
 
-use super::spawn::LeastDistances;
+use super::spawn::MinHitDistances;
 use super::{CameraRays, FirstHit, LightTransport, MOST_PASSAGES, PathResults, PathSegment};
 use crate::counters::Counters;
 use crate::interaction::Interaction;
 use crate::light::LightUsage;
 use crate::observer::Observer;
-use crate::prepare::Prepared;
+use crate::prepare::PreparedScene;
 use crate::sampler::{SampleAddress, SampleHash};
 
 /// Number of paths traced side by side: their state fits in a core's own cache.
-const PATHS: usize = 256;
+const BATCH_PATHS: usize = 256;
 
 /// The path tracer.
 pub(crate) struct PathTracer<'a, R: Real> {
-    scene: &'a Prepared<R>,
+    scene: &'a PreparedScene<R>,
     counters: Counters,
     usage: LightUsage,
     /// Whether first hits of camera rays are kept; the first hit of the current path, and the
     /// path's directly visible radiance, without reflected light.
     keeps_first: bool,
-    first: Option<FirstHit>,
+    first_hit: Option<FirstHit>,
     direct: R::Vec3,
     max_depth: u32,
-    least: LeastDistances<R>,
+    min_distances: MinHitDistances<R>,
     /// Media around the camera.
-    media: Media,
+    media: MediumStack,
     wavefront: Wavefront<R>,
 }
 
 impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
-    const BATCH: usize = PATHS;
+    const MAX_BATCH: usize = BATCH_PATHS;
 
-    fn new(scene: &'a Prepared<R>, max_depth: u32, keeps_first: bool, _: &'a dyn Observer) -> Self {
+    fn new(
+        scene: &'a PreparedScene<R>,
+        max_depth: u32,
+        keeps_first: bool,
+        _: &'a dyn Observer,
+    ) -> Self {
         let mut tracer = Self {
             scene,
             counters: Counters::default(),
             usage: LightUsage::new(&scene.lights),
             keeps_first,
-            first: None,
+            first_hit: None,
             direct: Vector::ZERO,
             max_depth,
-            least: scene.least_distances(),
-            media: Media::default(),
+            min_distances: scene.min_hit_distances(),
+            media: MediumStack::default(),
             wavefront: Wavefront::default(),
         };
         if scene.tracks_media {
-            tracer.media = tracer.media_of_camera();
+            tracer.media = tracer.find_camera_media();
         }
         tracer
     }
@@ -85,13 +90,13 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
     fn trace(&mut self, rays: CameraRays<'_, R>, out: &mut PathResults<R>) {
         out.clear();
         let mut wavefront = core::mem::take(&mut self.wavefront);
-        self.follow(rays, &mut wavefront, out);
+        self.trace_paths(rays, &mut wavefront, out);
         self.wavefront = wavefront;
     }
 
-    fn first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit> {
+    fn trace_first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit> {
         self.counters.camera += 1;
-        FirstHit::of_ray(self.scene, ray)
+        FirstHit::from_ray(self.scene, ray)
     }
 
     fn take_counters(&mut self) -> Counters {
@@ -106,7 +111,7 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
 /// Density by solid angle above which a lobe counts as a mirror: the lobe is then seven times
 /// narrower than the sun's disc of 1/14,700 sr, and hardly any direction sampled towards a light
 /// falls into it.
-const NARROW: f64 = 1e5;
+const MIRROR_DENSITY: f64 = 1e5;
 
 /// State of a path: all data on which its next segment depends.
 #[derive(Clone, Copy, Debug)]
@@ -120,22 +125,22 @@ struct PathState<R: Real> {
     /// Address of the next vertex, for random numbers.
     address: SampleAddress,
     sample_hash: SampleHash,
-    draws: VertexSamples,
+    samples: VertexSamples,
     /// Segments traced so far.
-    traced: u32,
+    segments_traced: u32,
     /// Number of segments that end at index-matched boundaries, and number of surfaces passed
     /// unchanged.
-    matched: u32,
+    matched_segments: u32,
     passages: u32,
     /// Whether the path has hit a surface.
-    hit: bool,
+    has_hit: bool,
     /// Share of the studio's light that is blocked where the camera ray reaches the ground, 0 to 1.
     shadow: R,
     /// Least density of a scattered direction before the last vertex, by solid angle: small after a
     /// diffuse reflection.
     min_pdf: f64,
     /// Media around the path.
-    media: Media,
+    media: MediumStack,
     /// Origin of the ray: the previous vertex.
     previous: PreviousVertex<R>,
     /// Wavelength in nanometres after dispersion; `None` for a white path.
@@ -167,7 +172,7 @@ struct PreviousVertex<R: Real> {
 impl<R: Real> PathTracer<'_, R> {
     /// Returns the initial state of a camera ray's path.
     #[inline(always)]
-    fn camera_path(&self, ray: Ray<R>, address: SampleAddress) -> PathState<R> {
+    fn start_path(&self, ray: Ray<R>, address: SampleAddress) -> PathState<R> {
         PathState {
             segment: PathSegment {
                 ray,
@@ -177,11 +182,11 @@ impl<R: Real> PathTracer<'_, R> {
             radiance: Vector::ZERO,
             address,
             sample_hash: address.sample_hash(),
-            draws: VertexSamples::default(),
-            traced: 0,
-            matched: 0,
+            samples: VertexSamples::default(),
+            segments_traced: 0,
+            matched_segments: 0,
             passages: 0,
-            hit: false,
+            has_hit: false,
             shadow: R::ZERO,
             min_pdf: f64::INFINITY,
             media: self.media,
@@ -196,30 +201,30 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Records the first hit of a path's camera ray, if layers need it.
     #[inline(always)]
-    fn keep_first(&mut self, path: &PathState<R>, hit: &Hit<R>) {
-        if self.keeps_first && path.traced == 0 && path.passages == 0 {
-            self.first = Some(FirstHit::new(self.scene, &path.segment, hit));
+    fn record_first_hit(&mut self, path: &PathState<R>, hit: &Hit<R>) {
+        if self.keeps_first && path.segments_traced == 0 && path.passages == 0 {
+            self.first_hit = Some(FirstHit::new(self.scene, &path.segment, hit));
         }
     }
 
     /// Continues a path through a surface that is absent at the hit, because of alpha or nesting.
     /// Returns whether the path goes on.
-    fn pass(&mut self, path: &mut PathState<R>, interaction: &Interaction<R>) -> bool {
+    fn pass_through(&mut self, path: &mut PathState<R>, interaction: &Interaction<R>) -> bool {
         path.address.bounce += 1;
-        let rest = path.segment.rest;
+        let rest = path.segment.direction_error;
         let ray = Ray {
-            culls: path.segment.ray.culls,
+            is_camera_ray: path.segment.ray.is_camera_ray,
             ..self
                 .scene
-                .spawn(interaction, interaction.direction, -R::ONE)
+                .spawn_ray(interaction, interaction.direction, -R::ONE)
         };
         path.segment.advance(&ray, rest);
-        self.counts_passage(path)
+        self.count_passage(path)
     }
 
     /// Counts a surface that a path passed unchanged. Returns whether the path may pass further
     /// surfaces.
-    fn counts_passage(&mut self, path: &mut PathState<R>) -> bool {
+    fn count_passage(&mut self, path: &mut PathState<R>) -> bool {
         path.passages += 1;
         let ends = path.passages > MOST_PASSAGES;
         self.counters.cut_short += u64::from(ends);
@@ -229,7 +234,7 @@ impl<R: Real> PathTracer<'_, R> {
     /// Whether a path has reached its depth limit. Segments between index-matched boundaries count
     /// as a single segment.
     #[inline(always)]
-    fn is_at_limit(&self, path: &PathState<R>) -> bool {
-        path.traced - path.matched >= self.max_depth
+    fn is_at_depth_limit(&self, path: &PathState<R>) -> bool {
+        path.segments_traced - path.matched_segments >= self.max_depth
     }
 }

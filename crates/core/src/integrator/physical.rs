@@ -3,23 +3,23 @@
 use raywright_bvh::{Real, Vector};
 
 use crate::material::{Glass, MetallicRoughness};
-use crate::prepare::{DielectricBoundary, PhysicalInputs, PhysicalTransmission, RefractiveIndex};
+use crate::prepare::{ConstantIor, PhysicalInputs, PhysicalTransmission, RefractiveIndex};
 use crate::scene::{AlphaMode, Physical as PhysicalData};
 use crate::texture::ShadingContext;
 
 impl<R: Real> PhysicalTransmission<R> {
     /// Returns the transmissive share of the surface at a point, 0 to 1.
     #[inline(always)]
-    fn share_at(&self, context: &ShadingContext<'_, R>) -> R {
-        Real::clamp(self.share.number(context), R::ZERO, R::ONE)
+    fn transmissive_share_at(&self, context: &ShadingContext<'_, R>) -> R {
+        Real::clamp(self.share.eval_number(context), R::ZERO, R::ONE)
     }
 }
 
 impl<R: Real> PhysicalInputs<R> {
     /// Returns the base colour at a point, vertex colours included.
     #[inline]
-    pub fn base_at(&self, context: &ShadingContext<'_, R>) -> R::Vec3 {
-        let colour = self.base.tint(context, R::Vec3::ONE);
+    pub fn base_colour_at(&self, context: &ShadingContext<'_, R>) -> R::Vec3 {
+        let colour = self.base.multiply_colour(context, R::Vec3::ONE);
         let [r, g, b, _] = context.interaction.colour;
         if self.vertex_colours {
             colour * R::Vec3::new(r, g, b)
@@ -31,13 +31,13 @@ impl<R: Real> PhysicalInputs<R> {
     /// Returns the dielectric boundary at a point: index of refraction and reflectance at normal
     /// incidence.
     #[inline(always)]
-    pub fn boundary_at(&self, context: &ShadingContext<'_, R>) -> DielectricBoundary<R> {
+    pub fn dielectric_boundary_at(&self, context: &ShadingContext<'_, R>) -> ConstantIor<R> {
         match &self.index {
-            RefractiveIndex::Even(boundary) => *boundary,
+            RefractiveIndex::Constant(boundary) => *boundary,
             RefractiveIndex::Varying(index) => {
                 let [minimum, maximum] = PhysicalData::IOR;
-                DielectricBoundary::new(Real::clamp(
-                    index.number(context).to_f64(),
+                ConstantIor::new(Real::clamp(
+                    index.eval_number(context).to_f64(),
                     minimum,
                     maximum,
                 ))
@@ -48,9 +48,12 @@ impl<R: Real> PhysicalInputs<R> {
     /// Returns the metallic-roughness model at a point.
     #[inline(always)]
     pub fn model_at(&self, context: &ShadingContext<'_, R>) -> MetallicRoughness<R> {
-        let (boundary, base) = (self.boundary_at(context), self.base_at(context));
+        let (boundary, base) = (
+            self.dielectric_boundary_at(context),
+            self.base_colour_at(context),
+        );
         let glass = |transmission: &PhysicalTransmission<R>| {
-            let share = transmission.share_at(context);
+            let share = transmission.transmissive_share_at(context);
             // A thin wall does not refract; in Whitted's integrator it does not reflect either.
             let ior = if self.thin { 1.0 } else { boundary.ior };
             (share > R::ZERO).then_some(Glass {
@@ -62,8 +65,8 @@ impl<R: Real> PhysicalInputs<R> {
         };
         MetallicRoughness {
             base,
-            metallic: self.metallic.number(context),
-            roughness: self.roughness.number(context),
+            metallic: self.metallic.eval_number(context),
+            roughness: self.roughness.eval_number(context),
             dielectric: boundary.f0 * self.specular,
             grazing: self.specular,
             glass: self.transmission.as_ref().and_then(glass),
@@ -72,9 +75,9 @@ impl<R: Real> PhysicalInputs<R> {
 
     /// Returns the transmittance for shadow rays at a point, 0 to 1: the share that is absent by
     /// alpha or transmissive.
-    pub fn passes_at(&self, context: &ShadingContext<'_, R>) -> R {
+    pub fn shadow_transmittance_at(&self, context: &ShadingContext<'_, R>) -> R {
         let through = self.transmission.as_ref().map_or(R::ZERO, |transmission| {
-            transmission.of_light(transmission.share_at(context))
+            transmission.shadow_transmittance(transmission.transmissive_share_at(context))
         });
         R::ONE - self.alpha_at(context) * (R::ONE - through)
     }
@@ -82,7 +85,7 @@ impl<R: Real> PhysicalInputs<R> {
     /// Returns the coverage (alpha) at a point, 0 to 1; 0 or 1 alone for a mask.
     pub fn alpha_at(&self, context: &ShadingContext<'_, R>) -> R {
         let alpha = || {
-            let alpha = self.opacity.number(context);
+            let alpha = self.opacity.eval_number(context);
             if self.vertex_colours {
                 alpha * context.interaction.colour[3]
             } else {

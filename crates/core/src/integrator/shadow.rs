@@ -5,8 +5,8 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use super::PathSegment;
 use crate::interaction::Interaction;
-use crate::light::{LightId, LightSample, LightTarget};
-use crate::prepare::{Prepared, PreparedMaterial, PreparedSpawn};
+use crate::light::{LightId, LightSample, ShadowRayTarget};
+use crate::prepare::{PreparedMaterial, PreparedScene, PreparedSpawnRule};
 use crate::scene::AlphaMode;
 
 /// Result of a shadow ray.
@@ -18,7 +18,7 @@ pub(crate) struct ShadowResult<R> {
     pub distance: R,
 }
 
-impl<R: Real> Prepared<R> {
+impl<R: Real> PreparedScene<R> {
     /// Returns the shadow ray from a surface to a light sample, and its range; `None` if both
     /// points coincide.
     #[inline(always)]
@@ -31,30 +31,32 @@ impl<R: Real> Prepared<R> {
         match (rules.spawn, &light.target) {
             // Area lights are not part of the documented shaders, so their spawn rule does not
             // apply.
-            (_, LightTarget::Surface(surface)) => interaction.surface.spawn_to_surface(surface),
+            (_, ShadowRayTarget::Surface(surface)) => {
+                interaction.surface.spawn_ray_to_surface(surface)
+            }
             (
-                PreparedSpawn::ErrorBound,
-                LightTarget::Point(position)
-                | LightTarget::Middle {
+                PreparedSpawnRule::ErrorBound,
+                ShadowRayTarget::Point(position)
+                | ShadowRayTarget::EmitterCentre {
                     point: position, ..
                 },
-            ) => interaction.surface.spawn_to(*position),
-            (PreparedSpawn::ErrorBound, LightTarget::Infinity) => {
+            ) => interaction.surface.spawn_ray_to_point(*position),
+            (PreparedSpawnRule::ErrorBound, ShadowRayTarget::Infinity) => {
                 let range = Interval {
                     min: R::ZERO,
                     max: rules.shadow_max_distance,
                 };
-                Some((Ray::new(interaction.surface.spawn(l), l), range))
+                Some((Ray::new(interaction.surface.spawn_ray_origin(l), l), range))
             }
             // The documented shaders measure distances from the surface, also for an offset ray
             // origin.
             (
-                PreparedSpawn::Constant {
+                PreparedSpawnRule::Constant {
                     offset, shadow_min, ..
                 },
                 target,
             ) => {
-                let max = if matches!(target, LightTarget::Infinity) {
+                let max = if matches!(target, ShadowRayTarget::Infinity) {
                     rules.shadow_max_distance
                 } else {
                     interaction.distance_to(target)
@@ -73,24 +75,25 @@ impl<R: Real> Prepared<R> {
     /// Returns a light sample, redirected to the lamp's centre if the lamp casts hard shadows;
     /// `None` if the lamp itself hides its sampled point.
     #[inline(always)]
-    pub(super) fn aim_at_middle(
+    pub(super) fn aim_at_centre(
         &self,
         light: LightId,
         light_sample: LightSample<R>,
         from: R::Vec3,
     ) -> Option<LightSample<R>> {
         match light {
-            LightId::Emitter(emitter) if self.casts_hard(emitter) => {
-                self.lights.emitters.by_middle(emitter, light_sample, from)
-            }
+            LightId::Emitter(emitter) if self.casts_hard_shadow(emitter) => self
+                .lights
+                .emitters
+                .redirect_to_centre(emitter, light_sample, from),
             _ => Some(light_sample),
         }
     }
 
     /// Whether a hit of a shadow ray to a lamp's centre is the lamp itself.
     #[inline(always)]
-    pub(super) fn is_own(&self, target: &LightTarget<R>, hit: &Hit<R>) -> bool {
-        matches!(*target, LightTarget::Middle { emitter, .. } if self.lights.emitters.index_of(hit.outermost(), hit.primitive) == Some(emitter))
+    pub(super) fn is_target_emitter(&self, target: &ShadowRayTarget<R>, hit: &Hit<R>) -> bool {
+        matches!(*target, ShadowRayTarget::EmitterCentre { emitter, .. } if self.lights.emitters.emitter_index_of(hit.outermost_id(), hit.primitive) == Some(emitter))
     }
 
     /// Traces a shadow ray, and returns its transmittance and the distance of its nearest occluder.
@@ -100,21 +103,21 @@ impl<R: Real> Prepared<R> {
     pub(super) fn trace_shadow(
         &self,
         (ray, range): (&Ray<R>, Interval<R>),
-        target: &LightTarget<R>,
+        target: &ShadowRayTarget<R>,
         want_distance: bool,
     ) -> ShadowResult<R> {
         let mut nearest = R::INFINITY;
         if self.rules.first_occluder_decides {
             let mut first: Option<Hit<R>> = None;
-            self.geometry.any(
+            self.geometry.occluded(
                 ray,
                 range,
                 &mut |hit| {
-                    if self.is_own(target, hit) {
+                    if self.is_target_emitter(target, hit) {
                         return false;
                     }
                     nearest = nearest.min(hit.t);
-                    if first.is_none_or(|f| hit.order() < f.order()) {
+                    if first.is_none_or(|f| hit.tie_order() < f.tie_order()) {
                         first = Some(*hit);
                     }
                     false
@@ -127,16 +130,16 @@ impl<R: Real> Prepared<R> {
                 distance: nearest,
             };
         }
-        let mut product = Transmittance::default();
-        let blocked = self.geometry.any(
+        let mut product = TransmittanceProduct::default();
+        let blocked = self.geometry.occluded(
             ray,
             range,
             &mut |hit| {
-                if self.is_own(target, hit) {
+                if self.is_target_emitter(target, hit) {
                     return false;
                 }
                 nearest = nearest.min(hit.t);
-                product.factor(occluder_transmittance(self, ray, hit).to_f64());
+                product.multiply(occluder_transmittance(self, ray, hit).to_f64());
                 product.opaque && !want_distance
             },
             &mut (),
@@ -155,13 +158,14 @@ impl<R: Real> Prepared<R> {
 
 impl<R: Real> Interaction<R> {
     /// Returns the distance to the target of a shadow ray; infinite for targets at infinity.
-    pub(super) fn distance_to(&self, target: &LightTarget<R>) -> R {
+    pub(super) fn distance_to(&self, target: &ShadowRayTarget<R>) -> R {
         match target {
-            LightTarget::Infinity => R::INFINITY,
-            LightTarget::Point(target) | LightTarget::Middle { point: target, .. } => {
+            ShadowRayTarget::Infinity => R::INFINITY,
+            ShadowRayTarget::Point(target)
+            | ShadowRayTarget::EmitterCentre { point: target, .. } => {
                 (*target - self.surface.point).length()
             }
-            LightTarget::Surface(target) => (target.point - self.surface.point).length(),
+            ShadowRayTarget::Surface(target) => (target.point - self.surface.point).length(),
         }
     }
 }
@@ -170,23 +174,23 @@ impl<R: Real> Interaction<R> {
 /// because the accelerator visits occluders in any order. With more than one factor, logarithms are
 /// summed as integers.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Transmittance {
+pub(super) struct TransmittanceProduct {
     pub opaque: bool,
-    only: Option<f64>,
+    single_factor: Option<f64>,
     /// Sum of the logarithms, in units of 2⁻⁴⁰.
     logarithm: i64,
     count: u32,
 }
 
-impl Transmittance {
+impl TransmittanceProduct {
     const UNIT: f64 = (1_u64 << 40) as f64;
 
-    pub fn factor(&mut self, share: f64) {
+    pub fn multiply(&mut self, share: f64) {
         if share <= 0.0 {
             self.opaque = true;
         } else if share < 1.0 {
             self.count += 1;
-            self.only = (self.count == 1).then_some(share);
+            self.single_factor = (self.count == 1).then_some(share);
             self.logarithm = self
                 .logarithm
                 .saturating_add((Real::ln(share) * Self::UNIT) as i64);
@@ -194,7 +198,7 @@ impl Transmittance {
     }
 
     pub fn value(&self) -> f64 {
-        match (self.opaque, self.count, self.only) {
+        match (self.opaque, self.count, self.single_factor) {
             (true, ..) => 0.0,
             (_, 0, _) => 1.0,
             (_, _, Some(only)) => only,
@@ -206,25 +210,25 @@ impl Transmittance {
 /// Returns the transmittance of an occluder for shadow rays, by the alpha and the transmission of
 /// its material.
 #[inline]
-fn occluder_transmittance<R: Real>(scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) -> R {
-    let material = &scene.materials[scene.objects[hit.outermost() as usize].material as usize];
+fn occluder_transmittance<R: Real>(scene: &PreparedScene<R>, ray: &Ray<R>, hit: &Hit<R>) -> R {
+    let material = &scene.materials[scene.objects[hit.outermost_id() as usize].material as usize];
     let even = material.shadow_transmittance();
     if let PreparedMaterial::Physical(m) = material
         && (m.alpha != AlphaMode::Opaque || even.is_none())
     {
         let interaction = Interaction::from_hit(scene, &PathSegment::from_ray(*ray), hit);
-        return m.passes_at(&scene.texture_tables.shading_context(&interaction));
+        return m.shadow_transmittance_at(&scene.texture_tables.shading_context(&interaction));
     }
     even.unwrap_or(R::ZERO)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Transmittance;
+    use super::TransmittanceProduct;
 
     fn product(factors: &[f64]) -> f64 {
-        let mut product = Transmittance::default();
-        factors.iter().for_each(|&f| product.factor(f));
+        let mut product = TransmittanceProduct::default();
+        factors.iter().for_each(|&f| product.multiply(f));
         product.value()
     }
 

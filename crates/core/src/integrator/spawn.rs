@@ -5,31 +5,31 @@ use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use super::PathSegment;
 use crate::interaction::Interaction;
-use crate::material::{Glass, Interface};
-use crate::prepare::{Prepared, PreparedSpawn};
+use crate::material::{Glass, SmoothInterface};
+use crate::prepare::{PreparedScene, PreparedSpawnRule};
 
 /// Least distances at which a hit counts, from the ray's origin.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LeastDistances<R> {
+pub(crate) struct MinHitDistances<R> {
     /// For camera rays.
     pub camera: R,
     /// For all other rays except shadow rays.
     pub secondary: R,
 }
 
-impl<R: Real> Prepared<R> {
+impl<R: Real> PreparedScene<R> {
     /// Returns the least distances at which hits count, under the scene's spawn rule.
-    pub(crate) fn least_distances(&self) -> LeastDistances<R> {
+    pub(crate) fn min_hit_distances(&self) -> MinHitDistances<R> {
         match self.rules.spawn {
-            PreparedSpawn::ErrorBound => LeastDistances {
+            PreparedSpawnRule::ErrorBound => MinHitDistances {
                 camera: R::ZERO,
                 secondary: R::ZERO,
             },
-            PreparedSpawn::Constant {
+            PreparedSpawnRule::Constant {
                 camera_min,
                 secondary_min,
                 ..
-            } => LeastDistances {
+            } => MinHitDistances {
                 camera: camera_min,
                 secondary: secondary_min,
             },
@@ -40,20 +40,20 @@ impl<R: Real> Prepared<R> {
     /// normal in a constant offset: 1 for the side from which the incoming ray arrived, −1 for the
     /// other side.
     #[inline(always)]
-    pub(crate) fn spawn(
+    pub(crate) fn spawn_ray(
         &self,
         interaction: &Interaction<R>,
         direction: R::Vec3,
         side: R,
     ) -> Ray<R> {
         let origin = match self.rules.spawn {
-            PreparedSpawn::ErrorBound => interaction.surface.spawn(direction),
-            PreparedSpawn::Constant {
+            PreparedSpawnRule::ErrorBound => interaction.surface.spawn_ray_origin(direction),
+            PreparedSpawnRule::Constant {
                 offset,
                 along_ray: true,
                 ..
             } => interaction.surface.point + direction * offset,
-            PreparedSpawn::Constant { offset, .. } => {
+            PreparedSpawnRule::Constant { offset, .. } => {
                 interaction.surface.point + interaction.normal * (offset * side)
             }
         };
@@ -62,20 +62,20 @@ impl<R: Real> Prepared<R> {
 
     /// Whether the side of a surface that a ray hit emits light.
     #[inline(always)]
-    pub(super) fn shines(&self, interaction: &Interaction<R>) -> bool {
-        interaction.outside || !self.objects[interaction.object as usize].culled
+    pub(super) fn is_emissive_side(&self, interaction: &Interaction<R>) -> bool {
+        interaction.outside || !self.objects[interaction.object as usize].is_culled
     }
 
     /// Returns the dielectric interface at a hit, from directions and normals in `f64` before
     /// rounding.
     #[inline(always)]
-    pub(super) fn interface(
+    pub(super) fn dielectric_interface(
         &self,
         segment: &PathSegment<R>,
         hit: &Hit<R>,
         interaction: &Interaction<R>,
         glass: &Glass<R>,
-    ) -> Interface {
+    ) -> SmoothInterface {
         let (n, out) = (interaction.normal, interaction.surface.normal);
         // The unrounded geometric normal, if it is the shading normal.
         let known = || {
@@ -91,9 +91,9 @@ impl<R: Real> Prepared<R> {
         } else {
             n.to_f64()
         };
-        Interface::new(
-            segment.ray.direction.to_f64() + segment.rest.to_f64(),
-            n * interaction.side().to_f64(),
+        SmoothInterface::new(
+            segment.ray.direction.to_f64() + segment.direction_error.to_f64(),
+            n * interaction.facing_sign().to_f64(),
             glass.eta(interaction.outside),
         )
     }
@@ -110,7 +110,7 @@ impl<R: Real> Interaction<R> {
     /// Returns the sign, ±1, that turns the shading normal to the ray's side, also for objects
     /// whose normal always points outwards.
     #[inline(always)]
-    pub(super) fn side(&self) -> R {
+    pub(super) fn facing_sign(&self) -> R {
         if self.direction.dot(self.normal) > R::ZERO {
             -R::ONE
         } else {
@@ -121,6 +121,6 @@ impl<R: Real> Interaction<R> {
     /// Returns the shading normal on the side from which the ray arrived.
     #[inline(always)]
     pub(super) fn facing_normal(&self) -> R::Vec3 {
-        self.normal * self.side()
+        self.normal * self.facing_sign()
     }
 }

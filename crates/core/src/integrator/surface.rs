@@ -3,8 +3,8 @@
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use crate::interaction::{Interaction, interpolate};
-use crate::material::reflecting_above;
-use crate::prepare::{ObjectRecord, Prepared};
+use crate::material::ensure_reflection_above;
+use crate::prepare::{ObjectRecord, PreparedScene};
 use crate::scene::MOST_UV_SETS;
 
 /// A segment of a path: its ray, and data that one ray passes to the next.
@@ -12,12 +12,12 @@ use crate::scene::MOST_UV_SETS;
 pub(crate) struct PathSegment<R: Real> {
     pub ray: Ray<R>,
     /// Rounding error of the stored direction.
-    pub rest: R::Vec3,
+    pub direction_error: R::Vec3,
     /// Distance from the eye to the ray's origin for rays of a distant camera; zero otherwise.
-    pub ahead: R,
+    pub skipped_distance: R,
     /// Length of the path before this segment, for the width of the camera's ray cone; negative if
     /// unused, as for shadow rays.
-    pub before: R,
+    pub length_before: R,
 }
 
 impl<R: Real> PathSegment<R> {
@@ -25,15 +25,15 @@ impl<R: Real> PathSegment<R> {
     pub fn from_ray(ray: Ray<R>) -> Self {
         Self {
             ray,
-            rest: Vector::ZERO,
-            ahead: R::ZERO,
-            before: -R::ONE,
+            direction_error: Vector::ZERO,
+            skipped_distance: R::ZERO,
+            length_before: -R::ONE,
         }
     }
 
     /// Creates the segment of a camera ray; the caller sets the ray itself.
     #[inline(always)]
-    pub fn from_camera(scene: &Prepared<R>) -> Self {
+    pub fn from_camera(scene: &PreparedScene<R>) -> Self {
         let before = if scene.cone.is_some() {
             R::ZERO
         } else {
@@ -43,9 +43,9 @@ impl<R: Real> PathSegment<R> {
         let nowhere = Ray::new(Vector::ZERO, Vector::ZERO);
         Self {
             ray: nowhere,
-            rest: Vector::ZERO,
-            ahead: scene.camera.ahead(),
-            before,
+            direction_error: Vector::ZERO,
+            skipped_distance: scene.camera.skipped_distance(),
+            length_before: before,
         }
     }
 
@@ -53,23 +53,23 @@ impl<R: Real> PathSegment<R> {
     /// by vector, because a copied segment would wait for its own numbers to be stored.
     #[inline(always)]
     pub fn advance(&mut self, ray: &Ray<R>, rest: R::Vec3) {
-        if self.before >= R::ZERO {
-            self.before += (ray.origin - self.start()).length();
+        if self.length_before >= R::ZERO {
+            self.length_before += (ray.origin - self.start_point()).length();
         }
         self.ray.origin = ray.origin;
         self.ray.direction = ray.direction;
-        self.ray.culls = ray.culls;
-        self.rest = rest;
-        self.ahead = R::ZERO;
+        self.ray.is_camera_ray = ray.is_camera_ray;
+        self.direction_error = rest;
+        self.skipped_distance = R::ZERO;
     }
 
     /// Returns the beginning of the segment: the ray's origin, or the eye of a distant camera.
     #[inline(always)]
-    pub fn start(&self) -> R::Vec3 {
-        if self.ahead == R::ZERO {
+    pub fn start_point(&self) -> R::Vec3 {
+        if self.skipped_distance == R::ZERO {
             self.ray.origin
         } else {
-            self.ray.origin - self.ray.direction * self.ahead
+            self.ray.origin - self.ray.direction * self.skipped_distance
         }
     }
 }
@@ -77,54 +77,72 @@ impl<R: Real> PathSegment<R> {
 impl<R: Real> Interaction<R> {
     /// Creates the interaction of a hit.
     #[inline(always)]
-    pub fn from_hit(scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) -> Self {
-        let mut interaction = Self::begun(scene, segment, hit);
-        interaction.finish(scene, segment, hit);
-        interaction.perturb_where_bumpy(scene, segment, hit);
+    pub fn from_hit(scene: &PreparedScene<R>, segment: &PathSegment<R>, hit: &Hit<R>) -> Self {
+        let mut interaction = Self::with_hit_geometry(scene, segment, hit);
+        interaction.fill_attributes(scene, segment, hit);
+        interaction.apply_normal_map(scene, segment, hit);
         interaction
     }
 
     /// Applies the material's normal map, if any.
     #[inline(always)]
-    pub fn perturb_where_bumpy(
+    pub fn apply_normal_map(
         &mut self,
-        scene: &Prepared<R>,
+        scene: &PreparedScene<R>,
         segment: &PathSegment<R>,
         hit: &Hit<R>,
     ) {
-        if scene.objects[self.object as usize].bumpy {
+        if scene.objects[self.object as usize].needs_tangents {
             self.perturb_normal(scene, segment, hit);
         }
     }
 
     /// Creates the interaction of a hit without applying the material's normal map.
     #[inline(always)]
-    pub fn smooth(scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) -> Self {
-        let mut interaction = Self::begun(scene, segment, hit);
-        interaction.finish(scene, segment, hit);
+    pub fn from_hit_without_normal_map(
+        scene: &PreparedScene<R>,
+        segment: &PathSegment<R>,
+        hit: &Hit<R>,
+    ) -> Self {
+        let mut interaction = Self::with_hit_geometry(scene, segment, hit);
+        interaction.fill_attributes(scene, segment, hit);
         interaction
     }
 
-    /// Creates an interaction with the geometric data of a hit; [`Self::finish`] completes it.
+    /// Creates an interaction with the geometric data of a hit; [`Self::fill_attributes`] completes it.
     #[inline(always)]
-    pub fn begun(scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) -> Self {
-        let mut interaction = Self::NOWHERE;
-        interaction.begin(scene, segment, hit);
+    pub fn with_hit_geometry(
+        scene: &PreparedScene<R>,
+        segment: &PathSegment<R>,
+        hit: &Hit<R>,
+    ) -> Self {
+        let mut interaction = Self::PLACEHOLDER;
+        interaction.fill_geometry(scene, segment, hit);
         interaction
     }
 
     /// Fills in the geometric data of a hit, in place.
     #[inline(always)]
-    pub fn begin(&mut self, scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) {
+    pub fn fill_geometry(
+        &mut self,
+        scene: &PreparedScene<R>,
+        segment: &PathSegment<R>,
+        hit: &Hit<R>,
+    ) {
         self.surface = scene.geometry.surface(&segment.ray, hit);
-        self.begin_located(scene, &segment.ray, hit);
+        self.fill_geometry_from_surface(scene, &segment.ray, hit);
     }
 
     /// Fills in the geometric data of a hit for which `surface` is already set. Field by field,
     /// because an interaction is large and would be copied.
     #[inline(always)]
-    pub fn begin_located(&mut self, scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) {
-        self.object = hit.outermost();
+    pub fn fill_geometry_from_surface(
+        &mut self,
+        scene: &PreparedScene<R>,
+        ray: &Ray<R>,
+        hit: &Hit<R>,
+    ) {
+        self.object = hit.outermost_id();
         self.material = scene.objects[self.object as usize].material;
         self.normal = self.surface.normal;
         self.outside = ray.direction.dot(self.normal) < R::ZERO;
@@ -141,27 +159,33 @@ impl<R: Real> Interaction<R> {
     /// Fills in the data that depend on the object, the camera and the mesh: texture coordinates,
     /// footprints and shading normal, except the normal map.
     #[inline(always)]
-    pub fn finish(&mut self, scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) {
+    pub fn fill_attributes(
+        &mut self,
+        scene: &PreparedScene<R>,
+        segment: &PathSegment<R>,
+        hit: &Hit<R>,
+    ) {
         let (ray, record) = (&segment.ray, &scene.objects[self.object as usize]);
-        if segment.ahead != R::ZERO {
-            (self.origin, self.distance) = (segment.start(), hit.t + segment.ahead);
+        if segment.skipped_distance != R::ZERO {
+            (self.origin, self.distance) =
+                (segment.start_point(), hit.t + segment.skipped_distance);
         }
-        if record.coordinates {
-            let parameters = scene.geometry.parameters(ray, hit);
+        if record.needs_uv {
+            let parameters = scene.geometry.texture_coordinates(ray, hit);
             // A shape has one set of coordinates, used for every set.
             self.uv = [[parameters.u, parameters.v]; MOST_UV_SETS];
         }
-        self.attributes(scene, record, ray, hit);
-        if segment.before >= R::ZERO
+        self.interpolate_attributes(scene, record, ray, hit);
+        if segment.length_before >= R::ZERO
             && let Some(cone) = &scene.cone
         {
-            self.cover(scene, cone, segment, hit);
+            self.compute_footprints(scene, cone, segment, hit);
         }
         if record.face_viewer && !self.outside {
             self.normal = -self.normal;
         }
         if record.mesh.is_some() {
-            self.normal = reflecting_above::<R>(
+            self.normal = ensure_reflection_above::<R>(
                 self.normal,
                 self.surface.normal,
                 self.outside,
@@ -171,9 +195,9 @@ impl<R: Real> Interaction<R> {
     }
 
     /// Interpolates normals, texture coordinates and colours of the mesh's vertices at a hit.
-    fn attributes(
+    fn interpolate_attributes(
         &mut self,
-        scene: &Prepared<R>,
+        scene: &PreparedScene<R>,
         record: &ObjectRecord<R>,
         ray: &Ray<R>,
         hit: &Hit<R>,
@@ -195,8 +219,8 @@ impl<R: Real> Interaction<R> {
             };
             let n = normal(a) * w + normal(b) * u + normal(c) * v;
             let [x, y, z] = mesh.normals;
-            let n = if mesh.turns {
-                scene.geometry.normal(ray, hit, n)
+            let n = if mesh.rotates {
+                scene.geometry.normal_to_world(ray, hit, n)
             } else {
                 x * n.x() + y * n.y() + z * n.z()
             }
@@ -211,7 +235,7 @@ impl<R: Real> Interaction<R> {
             let at = |k: usize| interpolate([a, b, c].map(|i| real(set[i][k])), [w, u, v]);
             Some([at(0), at(1)])
         };
-        let mut sets = mesh.sets;
+        let mut sets = mesh.uv_sets;
         if sets & 1 != 0 {
             // A mesh without texture coordinates uses the barycentric coordinates of the second and
             // the third corner, in the order of the file.

@@ -12,17 +12,17 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use self::state::WhittedState;
 use super::shadow::ShadowResult;
-use super::spawn::LeastDistances;
+use super::spawn::MinHitDistances;
 use super::{
-    CameraRays, FirstHit, FirstHits, LightTransport, MOST_PASSAGES, PACKET, PathResult,
+    CameraRays, FirstHit, LightTransport, MOST_PASSAGES, PACKET, PacketHits, PathResult,
     PathResults, PathSegment,
 };
 use crate::counters::Counters;
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightSample};
 use crate::observer::Observer;
-use crate::prepare::{Prepared, PreparedMaterial};
-use crate::sampler::{Purpose, SampleAddress, pair};
+use crate::prepare::{PreparedMaterial, PreparedScene};
+use crate::sampler::{SampleAddress, SamplePurpose, sample_2d};
 use crate::scene::AlphaMode;
 use crate::settings::Settings;
 
@@ -31,10 +31,10 @@ const DIVISIONS: u32 = 4096;
 
 /// Whitted's ray tracer.
 pub(crate) struct WhittedTracer<'a, R: Real> {
-    scene: &'a Prepared<R>,
+    scene: &'a PreparedScene<R>,
     counters: Counters,
     /// Stack of paths that wait until their side branches end; empty between camera rays.
-    waiting: Vec<WhittedState<R>>,
+    waiting_paths: Vec<WhittedState<R>>,
     /// Checked for cancellation while paths branch, because the branches of a single pixel may take
     /// unlimited time.
     observer: &'a dyn Observer,
@@ -43,18 +43,18 @@ pub(crate) struct WhittedTracer<'a, R: Real> {
     /// Whether first hits of camera rays are kept; the first hit of the latest camera ray, and its
     /// directly visible radiance, without reflected light.
     keeps_first: bool,
-    first: Option<FirstHit>,
+    first_hit: Option<FirstHit>,
     direct: R::Vec3,
     max_depth: u32,
-    least: LeastDistances<R>,
-    first_hits: FirstHits<R>,
+    min_distances: MinHitDistances<R>,
+    first_hits: PacketHits<R>,
 }
 
 impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
-    const BATCH: usize = PACKET;
+    const MAX_BATCH: usize = PACKET;
 
     fn new(
-        scene: &'a Prepared<R>,
+        scene: &'a PreparedScene<R>,
         max_depth: u32,
         keeps_first: bool,
         observer: &'a dyn Observer,
@@ -62,17 +62,17 @@ impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
         Self {
             scene,
             counters: Counters::default(),
-            waiting: Vec::new(),
+            waiting_paths: Vec::new(),
             observer,
             divisions: 0,
             stopped: false,
             keeps_first,
-            first: None,
+            first_hit: None,
             direct: Vector::ZERO,
             // Rays divide: without a limit the tree of paths would never end.
             max_depth: max_depth.min(Settings::MOST_SEGMENTS),
-            least: scene.least_distances(),
-            first_hits: FirstHits::default(),
+            min_distances: scene.min_hit_distances(),
+            first_hits: PacketHits::default(),
         }
     }
 
@@ -84,25 +84,25 @@ impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
         out.clear();
         self.first_hits.intersect(self.scene, rays);
         for (index, (ray, address)) in rays.iter().zip(addresses).enumerate() {
-            let mut path = self.camera_path(ray, address);
-            let hit = self.first_hits.get(index).copied();
-            self.follow(&mut path, hit);
+            let mut path = self.start_path(ray, address);
+            let hit = self.first_hits.hit_of_ray(index).copied();
+            self.trace_path(&mut path, hit);
             let veil = self.scene.veil;
             out.paths.push(PathResult {
                 radiance: path.radiance + veil,
-                coverage: path.covered,
+                coverage: path.coverage,
                 shadow: R::ZERO,
             });
             if self.keeps_first {
-                out.first_hits.push(self.first);
+                out.first_hits.push(self.first_hit);
                 out.direct.push(self.direct + veil);
             }
         }
     }
 
-    fn first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit> {
+    fn trace_first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit> {
         self.counters.camera += 1;
-        FirstHit::of_ray(self.scene, ray)
+        FirstHit::from_ray(self.scene, ray)
     }
 
     fn take_counters(&mut self) -> Counters {
@@ -117,8 +117,8 @@ impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
 impl<R: Real> WhittedTracer<'_, R> {
     /// Returns the initial state of a camera ray's path.
     #[inline(always)]
-    fn camera_path(&mut self, ray: &Ray<R>, address: &SampleAddress) -> WhittedState<R> {
-        self.first = None;
+    fn start_path(&mut self, ray: &Ray<R>, address: &SampleAddress) -> WhittedState<R> {
+        self.first_hit = None;
         self.direct = Vector::ZERO;
         self.counters.camera += 1;
         // The ray is written in place: a copied segment would have to wait for its own numbers.
@@ -127,12 +127,12 @@ impl<R: Real> WhittedTracer<'_, R> {
             throughput: Vector::ONE,
             radiance: Vector::ZERO,
             address: *address,
-            segments: self.max_depth,
+            remaining_segments: self.max_depth,
             passages: 0,
-            camera: true,
+            is_camera_ray: true,
             share: R::ONE,
-            covered: R::ZERO,
-            hit: None,
+            coverage: R::ZERO,
+            known_hit: None,
         };
         path.segment.ray = *ray;
         path
@@ -140,11 +140,11 @@ impl<R: Real> WhittedTracer<'_, R> {
 
     /// Returns the closest hit of a path's ray.
     #[inline(always)]
-    fn hit(&self, path: &WhittedState<R>) -> Option<Hit<R>> {
-        let min = if path.camera {
-            self.least.camera - path.segment.ahead
+    fn intersect_path(&self, path: &WhittedState<R>) -> Option<Hit<R>> {
+        let min = if path.is_camera_ray {
+            self.min_distances.camera - path.segment.skipped_distance
         } else {
-            self.least.secondary
+            self.min_distances.secondary
         };
         self.scene.geometry.closest(
             &path.segment.ray,
@@ -159,82 +159,86 @@ impl<R: Real> WhittedTracer<'_, R> {
     /// Advances a path by a segment that ends at the given hit. Returns a side branch, if any: the
     /// caller has to trace the branch to its end and add its radiance before the path continues.
     #[inline(always)]
-    fn advance(
+    fn advance_path(
         &mut self,
         path: &mut WhittedState<R>,
         hit: Option<&Hit<R>>,
     ) -> Option<WhittedState<R>> {
         let Some(hit) = hit else {
-            let backdrop = if path.camera {
+            let backdrop = if path.is_camera_ray {
                 self.scene.backdrop
             } else {
                 None
             };
             let direction = path.segment.ray.direction;
             let seen = match backdrop {
-                Some(backdrop) => backdrop.seen(direction),
+                Some(backdrop) => backdrop.radiance(direction),
                 None => self
                     .scene
                     .lights
                     .sky
-                    .radiance(path.segment.start(), direction),
+                    .radiance(path.segment.start_point(), direction),
             };
             path.radiance += path.throughput * seen;
-            self.record_direct(path.camera, path.throughput * seen);
-            path.segments = 0;
+            self.record_direct(path.is_camera_ray, path.throughput * seen);
+            path.remaining_segments = 0;
             return None;
         };
         // `Interaction::from_hit`, in place.
-        let mut interaction = Interaction::begun(self.scene, &path.segment, hit);
-        interaction.finish(self.scene, &path.segment, hit);
-        interaction.perturb_where_bumpy(self.scene, &path.segment, hit);
-        if path.camera && self.keeps_first && self.first.is_none() {
-            self.first = Some(FirstHit::new(self.scene, &path.segment, hit));
+        let mut interaction = Interaction::with_hit_geometry(self.scene, &path.segment, hit);
+        interaction.fill_attributes(self.scene, &path.segment, hit);
+        interaction.apply_normal_map(self.scene, &path.segment, hit);
+        if path.is_camera_ray && self.keeps_first && self.first_hit.is_none() {
+            self.first_hit = Some(FirstHit::new(self.scene, &path.segment, hit));
         }
         match &self.scene.materials[interaction.material as usize] {
-            PreparedMaterial::Classic(m) => match self.edge(path, hit, &interaction) {
-                Some(edge) => self.draw_edge(path, edge),
-                None => self.classic(m, path, hit, &interaction),
+            PreparedMaterial::Classic(m) => match self.edge_colour(path, hit, &interaction) {
+                Some(edge) => self.end_on_edge(path, edge),
+                None => self.shade_classic(m, path, hit, &interaction),
             },
             PreparedMaterial::Physical(m) => {
                 if m.alpha != AlphaMode::Opaque
-                    && let Some(aside) = self.cutout(m, path, hit, &interaction)
+                    && let Some(side_branch) = self.split_at_alpha(m, path, hit, &interaction)
                 {
-                    return aside;
+                    return side_branch;
                 }
-                match self.edge(path, hit, &interaction) {
-                    Some(edge) => self.draw_edge(path, edge),
-                    None => self.physical(m, path, hit, &interaction),
+                match self.edge_colour(path, hit, &interaction) {
+                    Some(edge) => self.end_on_edge(path, edge),
+                    None => self.shade_physical(m, path, hit, &interaction),
                 }
             }
-            PreparedMaterial::Unused => path.leave([None; 2]),
+            PreparedMaterial::Unused => path.start_segment([None; 2]),
         }
     }
 
     /// Returns the wireframe's colour if a camera ray hits an edge.
     #[inline(always)]
-    fn edge(
+    fn edge_colour(
         &self,
         path: &WhittedState<R>,
         hit: &Hit<R>,
         interaction: &Interaction<R>,
     ) -> Option<R::Vec3> {
-        if path.camera {
-            self.scene.edge_at(&path.segment, hit, interaction)
+        if path.is_camera_ray {
+            self.scene.edge_colour_at(&path.segment, hit, interaction)
         } else {
             None
         }
     }
 
     /// Ends the path of a camera ray on a wireframe edge, with the colour of the edge.
-    fn draw_edge(&mut self, path: &mut WhittedState<R>, edge: R::Vec3) -> Option<WhittedState<R>> {
+    fn end_on_edge(
+        &mut self,
+        path: &mut WhittedState<R>,
+        edge: R::Vec3,
+    ) -> Option<WhittedState<R>> {
         let shown = path.throughput * edge;
         path.radiance += shown;
         self.record_direct(true, shown);
-        self.first
+        self.first_hit
             .iter_mut()
             .for_each(|first| first.albedo = [0.0; 3]);
-        path.leave([None; 2])
+        path.start_segment([None; 2])
     }
 
     /// Adds radiance to the directly visible radiance of a camera ray, if layers need it. `camera`:
@@ -248,14 +252,14 @@ impl<R: Real> WhittedTracer<'_, R> {
 
     /// Traces a path and its side branches to their ends. `known_hit` is the hit of the first ray,
     /// if already known.
-    fn follow(&mut self, path: &mut WhittedState<R>, mut known_hit: Option<Option<Hit<R>>>) {
-        while path.segments > 0 || self.resume(path) {
+    fn trace_path(&mut self, path: &mut WhittedState<R>, mut known_hit: Option<Option<Hit<R>>>) {
+        while path.remaining_segments > 0 || self.resume_waiting_path(path) {
             let hit = match known_hit.take() {
                 Some(hit) => hit,
-                None => path.hit.or_else(|| self.hit(path)),
+                None => path.known_hit.or_else(|| self.intersect_path(path)),
             };
-            if let Some(aside) = self.advance(path, hit.as_ref()) {
-                self.defer(path, aside);
+            if let Some(side_branch) = self.advance_path(path, hit.as_ref()) {
+                self.defer_path(path, side_branch);
             }
         }
     }
@@ -263,35 +267,36 @@ impl<R: Real> WhittedTracer<'_, R> {
     /// Pushes a path onto the stack of waiting paths, and continues with its side branch. Not
     /// inlined: most paths never branch.
     #[inline(never)]
-    fn defer(&mut self, path: &mut WhittedState<R>, aside: WhittedState<R>) {
+    fn defer_path(&mut self, path: &mut WhittedState<R>, side_branch: WhittedState<R>) {
         self.divisions = self.divisions.wrapping_add(1);
         if self.divisions.is_multiple_of(DIVISIONS) && self.observer.is_cancelled() {
             self.stopped = true;
         }
         if self.stopped {
-            self.waiting.clear();
-            path.segments = 0;
+            self.waiting_paths.clear();
+            path.remaining_segments = 0;
         } else {
-            self.waiting.push(core::mem::replace(path, aside));
+            self.waiting_paths
+                .push(core::mem::replace(path, side_branch));
         }
     }
 
     /// Replaces an ended path by the path that waits for it, if any. Returns whether a path
     /// continues.
     #[inline(always)]
-    fn resume(&mut self, path: &mut WhittedState<R>) -> bool {
-        !self.waiting.is_empty() && self.resume_deferred(path)
+    fn resume_waiting_path(&mut self, path: &mut WhittedState<R>) -> bool {
+        !self.waiting_paths.is_empty() && self.pop_waiting_path(path)
     }
 
     #[inline(never)]
-    fn resume_deferred(&mut self, path: &mut WhittedState<R>) -> bool {
-        while let Some(before) = self.waiting.pop() {
+    fn pop_waiting_path(&mut self, path: &mut WhittedState<R>) -> bool {
+        while let Some(before) = self.waiting_paths.pop() {
             let state = core::mem::replace(path, before);
             path.radiance += state.radiance;
-            path.covered += state.covered;
+            path.coverage += state.coverage;
             path.passages = state.passages;
             // The waiting path may itself have no segments left.
-            if path.segments > 0 {
+            if path.remaining_segments > 0 {
                 return true;
             }
         }
@@ -300,39 +305,40 @@ impl<R: Real> WhittedTracer<'_, R> {
 
     /// Continues a path in the same direction beyond a surface, with its new throughput. Takes no
     /// segment.
-    fn pass(
+    fn pass_through(
         &mut self,
         path: &mut WhittedState<R>,
         interaction: &Interaction<R>,
         throughput: R::Vec3,
     ) {
-        let rest = path.segment.rest;
-        path.segment.advance(&self.behind(path, interaction), rest);
+        let rest = path.segment.direction_error;
+        path.segment
+            .advance(&self.ray_behind_surface(path, interaction), rest);
         path.throughput = throughput;
         path.address.bounce += 1;
         self.count_passage(path);
     }
 
     /// Continues a path beyond an index-matched boundary, which only tints its throughput.
-    fn pass_border(
+    fn pass_index_matched_boundary(
         &mut self,
         path: &mut WhittedState<R>,
         interaction: &Interaction<R>,
         throughput: R::Vec3,
     ) {
         self.counters.refraction += 1;
-        path.covered += core::mem::replace(&mut path.share, R::ZERO);
-        path.camera = false;
-        self.pass(path, interaction, throughput);
+        path.coverage += core::mem::replace(&mut path.share, R::ZERO);
+        path.is_camera_ray = false;
+        self.pass_through(path, interaction, throughput);
     }
 
     /// Returns the ray that continues a path's ray beyond a surface.
-    fn behind(&self, path: &WhittedState<R>, interaction: &Interaction<R>) -> Ray<R> {
+    fn ray_behind_surface(&self, path: &WhittedState<R>, interaction: &Interaction<R>) -> Ray<R> {
         Ray {
-            culls: path.segment.ray.culls,
+            is_camera_ray: path.segment.ray.is_camera_ray,
             ..self
                 .scene
-                .spawn(interaction, interaction.direction, -R::ONE)
+                .spawn_ray(interaction, interaction.direction, -R::ONE)
         }
     }
 
@@ -340,14 +346,14 @@ impl<R: Real> WhittedTracer<'_, R> {
     fn count_passage(&mut self, path: &mut WhittedState<R>) {
         path.passages += 1;
         if path.passages > MOST_PASSAGES {
-            path.segments = 0;
+            path.remaining_segments = 0;
             self.counters.cut_short += 1;
         }
     }
 
     /// Traces and counts a shadow ray from a surface to a light sample.
     #[inline]
-    fn shadow_result(
+    fn trace_shadow_ray(
         &mut self,
         light: &LightSample<R>,
         interaction: &Interaction<R>,
@@ -357,7 +363,7 @@ impl<R: Real> WhittedTracer<'_, R> {
             Some((ray, range)) => {
                 self.counters.shadow += 1;
                 self.scene.trace_shadow(
-                    (&ray.at_time(interaction.time), range),
+                    (&ray.with_time(interaction.time), range),
                     &light.target,
                     want_distance,
                 )
@@ -372,7 +378,7 @@ impl<R: Real> WhittedTracer<'_, R> {
 
     /// Samples a point of an emitter chosen by power. Returns the light sample and the
     /// transmittance of its shadow ray, 0 to 1; `None` if no light arrives.
-    fn emitter(
+    fn sample_emitter(
         &mut self,
         interaction: &Interaction<R>,
         address: SampleAddress,
@@ -381,15 +387,15 @@ impl<R: Real> WhittedTracer<'_, R> {
         if emitters.is_empty() {
             return None;
         }
-        let pick = pair(address, Purpose::Emitter);
-        let position = pair(address, Purpose::EmitterPoint);
-        let (index, probability) = emitters.choose(pick)?;
+        let pick = sample_2d(address, SamplePurpose::Emitter);
+        let position = sample_2d(address, SamplePurpose::EmitterPoint);
+        let (index, probability) = emitters.sample_emitter(pick)?;
         let light_sample =
             emitters.sample(index, interaction.surface.point, position, probability)?;
         if interaction.normal.dot(light_sample.direction) <= R::ZERO {
             return None;
         }
-        let aimed = self.scene.aim_at_middle(
+        let aimed = self.scene.aim_at_centre(
             LightId::Emitter(index),
             light_sample,
             interaction.surface.point,
@@ -399,7 +405,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         let share = self
             .scene
             .trace_shadow(
-                (&ray.at_time(interaction.time), range),
+                (&ray.with_time(interaction.time), range),
                 &aimed.target,
                 false,
             )

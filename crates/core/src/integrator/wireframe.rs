@@ -10,7 +10,7 @@ use raywright_bvh::{Hit, Real, Vector};
 use super::PathSegment;
 use crate::display::curve::luminance;
 use crate::interaction::Interaction;
-use crate::prepare::{Prepared, PreparedMaterial};
+use crate::prepare::{PreparedMaterial, PreparedScene};
 
 /// Greatest width of a line, as a share of the distance from its edge to the opposite corner.
 const WIDEST: f64 = 1.0 / 12.0;
@@ -21,24 +21,27 @@ const DARK: f64 = 0.01;
 const BRIGHT: f64 = 0.6;
 const BETWEEN: f64 = 0.12;
 
-impl<R: Real> Prepared<R> {
+impl<R: Real> PreparedScene<R> {
     /// Returns the line's colour if a camera ray hits an edge; `None` beside edges, on shapes
     /// without triangles, and if the scene draws no edges.
     #[inline(always)]
-    pub(super) fn edge_at(
+    pub(super) fn edge_colour_at(
         &self,
         segment: &PathSegment<R>,
         hit: &Hit<R>,
         interaction: &Interaction<R>,
     ) -> Option<R::Vec3> {
-        if self.draws_edges && !self.is_cap(interaction.object) && self.is_on_edge(segment, hit) {
+        if self.draws_edges
+            && !self.is_section_cap(interaction.object)
+            && self.is_on_edge(segment, hit)
+        {
             Some(self.edge_colour(interaction))
         } else {
             None
         }
     }
 
-    fn is_cap(&self, object: u32) -> bool {
+    fn is_section_cap(&self, object: u32) -> bool {
         self.objects[object as usize]
             .mesh
             .as_ref()
@@ -49,11 +52,11 @@ impl<R: Real> Prepared<R> {
     /// the width of the ray's cone at the hit.
     #[inline(never)]
     fn is_on_edge(&self, segment: &PathSegment<R>, hit: &Hit<R>) -> bool {
-        let Some(corners) = self.geometry.corners(&segment.ray, hit) else {
+        let Some(corners) = self.geometry.triangle_corners(&segment.ray, hit) else {
             return false;
         };
-        let cone = self.camera.cone();
-        let pixel = (cone.width + cone.spread * (hit.t + segment.ahead)).to_f64();
+        let cone = self.camera.ray_cone();
+        let pixel = (cone.width + cone.spread * (hit.t + segment.skipped_distance)).to_f64();
         let (origin, direction) = (segment.ray.origin.to_f64(), segment.ray.direction.to_f64());
         let weights = [R::ONE - hit.u - hit.v, hit.u, hit.v].map(Real::to_f64);
         (0..3).any(|i| {
@@ -66,8 +69,8 @@ impl<R: Real> Prepared<R> {
     fn edge_colour(&self, interaction: &Interaction<R>) -> R::Vec3 {
         let context = self.texture_tables.shading_context(interaction);
         let colour = match &self.materials[interaction.material as usize] {
-            PreparedMaterial::Classic(m) => m.colour.colour(&context),
-            PreparedMaterial::Physical(m) => m.base_at(&context),
+            PreparedMaterial::Classic(m) => m.colour.eval_colour(&context),
+            PreparedMaterial::Physical(m) => m.base_colour_at(&context),
             PreparedMaterial::Unused => Vector::ZERO,
         };
         let is_bright = luminance(colour.to_f64().to_array()) > BETWEEN;

@@ -7,7 +7,7 @@ use crate::effects::{Effect, EffectSet};
 use crate::material::FresnelRule;
 use crate::scene::Scene;
 use crate::settings::{AreaShadows, Settings};
-use crate::suggest::closest;
+use crate::suggest::closest_word;
 
 /// A rung together with its ladder, such as `samples=16`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,21 +19,21 @@ pub struct RungChoice {
 /// Error of a text that names no rung of a ladder, with a hint.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
-pub struct UnknownRung(String);
+pub struct UnknownRungError(String);
 
 impl RungChoice {
-    /// Parses a rung in the form `LADDER=RUNG`.
+    /// Parses a rung in the form `LADDER=RUNG_PREFIX`.
     ///
     /// # Errors
-    /// [`UnknownRung`] for an unknown ladder or rung, with the nearest known name or all known
+    /// [`UnknownRungError`] for an unknown ladder or rung, with the nearest known name or all known
     /// names.
-    pub fn parse(text: &str) -> Result<Self, UnknownRung> {
+    pub fn parse(text: &str) -> Result<Self, UnknownRungError> {
         let (ladder, rung) = text.split_once('=').ok_or_else(|| {
-            UnknownRung("expected LADDER=RUNG, such as precision=reference".to_owned())
+            UnknownRungError("expected LADDER=RUNG, such as precision=reference".to_owned())
         })?;
         let found = Ladder::ALL.into_iter().find(|known| known.name() == ladder);
-        let ladder =
-            found.ok_or_else(|| unknown("ladder", ladder, &Ladder::ALL.map(Ladder::name)))?;
+        let ladder = found
+            .ok_or_else(|| unknown_rung_error("ladder", ladder, &Ladder::ALL.map(Ladder::name)))?;
         let names = || {
             ladder
                 .rungs()
@@ -41,9 +41,9 @@ impl RungChoice {
                 .map(|rung| rung.name)
                 .collect::<Vec<_>>()
         };
-        let rung = ladder
-            .rung(rung)
-            .ok_or_else(|| unknown(&format!("rung of {}", ladder.name()), rung, &names()))?;
+        let rung = ladder.rung_by_name(rung).ok_or_else(|| {
+            unknown_rung_error(&format!("rung of {}", ladder.name()), rung, &names())
+        })?;
         Ok(Self { ladder, rung })
     }
 
@@ -58,7 +58,7 @@ impl RungChoice {
     }
 
     /// Returns the description of the rung for users, with its error.
-    pub fn about(&self) -> &'static str {
+    pub fn description(&self) -> &'static str {
         self.rung.about
     }
 
@@ -70,7 +70,7 @@ impl RungChoice {
     /// Whether the rung changes the picture of a scene with these effects, compared with the next
     /// rung of its ladder. Hard shadows need area lights, and shadows can be switched off only for
     /// lights of zero size.
-    pub fn differs(&self, present: EffectSet) -> bool {
+    pub fn changes_picture(&self, present: EffectSet) -> bool {
         match self.value() {
             RungValue::Shadows(Some(AreaShadows::Hard)) => present.has(Effect::SoftShadows),
             RungValue::Shadows(None) => present.has(Effect::Shadows),
@@ -96,10 +96,10 @@ impl fmt::Display for RungChoice {
     }
 }
 
-fn unknown(label: &str, name: &str, known: &[&str]) -> UnknownRung {
-    let hint = match closest(name, known.iter().copied()) {
+fn unknown_rung_error(label: &str, name: &str, known: &[&str]) -> UnknownRungError {
+    let hint = match closest_word(name, known.iter().copied()) {
         Some(word) => format!("did you mean `{word}`?"),
         None => format!("known: {}", known.join(", ")),
     };
-    UnknownRung(format!("there is no {label} `{name}`; {hint}"))
+    UnknownRungError(format!("there is no {label} `{name}`; {hint}"))
 }

@@ -3,16 +3,16 @@
 use raywright_bvh::AcceleratorKind;
 
 use super::{Ladder, RungValue};
-use crate::effects::{Effect, chosen};
+use crate::effects::{Effect, chosen_integrator};
 use crate::scene::{Scene, SpawnRule};
 use crate::settings::Settings;
 
 impl Ladder {
     /// Returns the ladder's value in a scene and its settings. `None` for the texture filter if
     /// textures differ, and for the build quality without a tree.
-    pub(super) fn value_in_use(self, scene: &Scene, settings: &Settings) -> Option<RungValue> {
+    pub(super) fn current_value(self, scene: &Scene, settings: &Settings) -> Option<RungValue> {
         Some(match self {
-            Self::Integrator => RungValue::Integrator(chosen(scene, settings)),
+            Self::Integrator => RungValue::Integrator(chosen_integrator(scene, settings)),
             Self::Precision => RungValue::Precision(settings.precision),
             Self::RayOffset => {
                 RungValue::ConstantOffset(matches!(scene.classic.spawn, SpawnRule::Constant(_)))
@@ -35,7 +35,7 @@ impl Ladder {
             Self::Roulette => RungValue::Roulette(settings.roulette),
             Self::Clamp => RungValue::Clamp(settings.clamp),
             Self::PixelFilter => RungValue::PixelFilter(settings.filter),
-            Self::Samples => RungValue::Samples(settings.sampling.count()),
+            Self::Samples => RungValue::Samples(settings.sampling.samples_per_pixel()),
             Self::Sampler => RungValue::Sampler(settings.sampler),
             Self::Reconstruction => RungValue::Denoised(settings.denoise),
             Self::Output => RungValue::Output(settings.output),

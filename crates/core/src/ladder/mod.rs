@@ -14,10 +14,10 @@ use raywright_bvh::BuildQuality;
 use serde::Serialize;
 
 use crate::denoise;
-use crate::effects::{Effect, EffectReport, EffectSet, EffectStatus, chosen};
+use crate::effects::{Effect, EffectReport, EffectSet, EffectStatus, chosen_integrator};
 use crate::scene::{Integrator, Scene};
 use crate::settings::Settings;
-pub use choice::{RungChoice, UnknownRung};
+pub use choice::{RungChoice, UnknownRungError};
 pub use rungs::Ladder;
 pub use value::RungValue;
 
@@ -49,7 +49,7 @@ impl Ladder {
 
     /// Whether all rungs are equally accurate, although their pictures differ. The reference then
     /// has the scene's own rung.
-    pub const fn is_a_matter_of_taste(self) -> bool {
+    pub const fn has_equal_accuracy(self) -> bool {
         matches!(self, Self::PixelFilter)
     }
 
@@ -78,7 +78,7 @@ impl Ladder {
 
     /// Returns the effects that the ladder affects. It matters to scenes with any of these effects;
     /// an empty set means every scene.
-    pub const fn effects(self) -> EffectSet {
+    pub const fn affected_effects(self) -> EffectSet {
         match self {
             Self::RayOffset => EffectSet::from_effects(&[
                 Effect::Shadows,
@@ -106,31 +106,31 @@ impl Ladder {
     }
 
     /// Returns the rung with this name, or `None`.
-    pub fn rung(self, name: &str) -> Option<&'static Rung> {
+    pub fn rung_by_name(self, name: &str) -> Option<&'static Rung> {
         self.rungs().iter().find(|rung| rung.name == name)
     }
 
     /// Returns the name of the ladder's rung in a scene and its settings. For numbers of samples or
     /// segments that are no rung, returns the number.
-    pub fn in_use(self, scene: &Scene, settings: &Settings) -> String {
-        let Some(value) = self.value_in_use(scene, settings) else {
+    pub fn current_rung_name(self, scene: &Scene, settings: &Settings) -> String {
+        let Some(value) = self.current_value(scene, settings) else {
             return if self == Self::Build { "none" } else { "mixed" }.to_owned();
         };
         let rung = self.rungs().iter().find(|rung| rung.value == value);
-        rung.map_or_else(|| value.number(), |rung| rung.name.to_owned())
+        rung.map_or_else(|| value.name_of_number(), |rung| rung.name.to_owned())
     }
 }
 
 /// Returns the build quality of a rung of [`Ladder::Build`], or `None` for an unknown name.
-pub fn build_quality(rung: &str) -> Option<BuildQuality> {
-    let RungValue::Build(quality) = Ladder::Build.rung(rung)?.value else {
+pub fn build_quality_of_rung(rung: &str) -> Option<BuildQuality> {
+    let RungValue::Build(quality) = Ladder::Build.rung_by_name(rung)?.value else {
         return None;
     };
     Some(quality)
 }
 
 /// Returns the name of the rung of [`Ladder::Build`] with this build quality.
-pub fn build_rung(quality: BuildQuality) -> &'static str {
+pub fn build_quality_rung(quality: BuildQuality) -> &'static str {
     Ladder::Build
         .rungs()
         .iter()
@@ -154,7 +154,7 @@ pub struct CurrentRung {
 }
 
 /// Returns the effects that a scene needs: those that are simulated or left out.
-pub fn called_for(effects: &EffectReport) -> EffectSet {
+pub fn needed_effects(effects: &EffectReport) -> EffectSet {
     effects
         .effects
         .iter()
@@ -164,24 +164,24 @@ pub fn called_for(effects: &EffectReport) -> EffectSet {
 }
 
 /// Iterates over the ladders that matter to a scene with its integrator, sampling and effects.
-pub fn reached(
+pub fn applicable_ladders(
     scene: &Scene,
     settings: &Settings,
     effects: &EffectReport,
 ) -> impl Iterator<Item = Ladder> + use<> {
-    let present = called_for(effects);
+    let present = needed_effects(effects);
     // Whitted ray tracing samples every light and hits none by chance. Path tracing continues from
     // every surface.
-    let paths = chosen(scene, settings) == Integrator::Path;
+    let paths = chosen_integrator(scene, settings) == Integrator::Path;
     let is_fixed = settings.sampling.is_fixed();
-    let can_be_denoised = denoise::is_possible(settings.sampling);
+    let can_be_denoised = denoise::can_denoise(settings.sampling);
     // Whether random numbers choose positions in the pixel, paths, or points on area lights.
     let by_chance = !is_fixed
         || paths
         || present.has(Effect::SoftShadows)
         || present.has(Effect::FuzzyReflection);
     let called_for = move |ladder: Ladder| {
-        ladder.effects().is_empty() || !ladder.effects().and(present).is_empty()
+        ladder.affected_effects().is_empty() || !ladder.affected_effects().and(present).is_empty()
     };
     Ladder::ALL.into_iter().filter(move |&ladder| match ladder {
         // The integrators interpret classic materials differently, and neither is more exact.
@@ -199,15 +199,19 @@ pub fn reached(
 }
 
 /// Returns the ladders that matter to a scene, each with its rung in use.
-pub fn standings(scene: &Scene, settings: &Settings, effects: &EffectReport) -> Vec<CurrentRung> {
+pub fn current_rungs(
+    scene: &Scene,
+    settings: &Settings,
+    effects: &EffectReport,
+) -> Vec<CurrentRung> {
     let current_rung = |ladder: Ladder| CurrentRung {
         ladder: ladder.name(),
-        rung: ladder.in_use(scene, settings),
+        rung: ladder.current_rung_name(scene, settings),
         default: ladder.default_rung(),
         changes_pictures: ladder.changes_pictures(),
         rungs: ladder.rungs(),
     };
-    reached(scene, settings, effects)
+    applicable_ladders(scene, settings, effects)
         .map(current_rung)
         .collect()
 }

@@ -3,12 +3,12 @@
 use raywright_bvh::BuildQuality;
 
 use super::{Rung, RungValue};
-use crate::display::Output;
+use crate::display::OutputFormat;
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
-use crate::scene::{Filter, Integrator};
+use crate::scene::{Integrator, TextureFilter};
 use crate::settings::{
-    AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind,
+    AreaShadows, LightSampling, MicrofacetEnergy, PrecisionChoice, RouletteStart, SamplerKind,
 };
 
 /// Defines the ladders from a table. A ladder is `KIND = NAME, DEFAULT, VALUE;`, followed by a row
@@ -86,8 +86,8 @@ ladders! {
         "exact" { FresnelRule::Exact } "Fresnel's equations for every material with an index; metals with a colour alone keep Schlick's"
     /// Treatment of light scattered between microfacets.
     Microfacets = "microfacets", "compensated", Microfacets;
-        "single" { Microfacets::Single } "light between facets is lost: rough metal is up to 60 % too dark"
-        "compensated" { Microfacets::Compensated }
+        "single" { MicrofacetEnergy::Single } "light between facets is lost: rough metal is up to 60 % too dark"
+        "compensated" { MicrofacetEnergy::Compensated }
             "light between facets is compensated: white metal reflects all light, to half a per cent, anisotropic metal to one"
     /// Dispersion: refraction by wavelength.
     Colour = "colour", "spectral", Spectral;
@@ -95,9 +95,9 @@ ladders! {
         "spectral" { true } "each refracted path has one wavelength: noise in colours"
     /// Filter of image textures.
     TextureFilter = "texture-filter", "bilinear", TextureFilter;
-        "nearest" { Filter::Nearest } "the nearest texel: blocks near by, and sparkles far away"
-        "mipmaps" { Filter::Mipmaps } "the mean over about a pixel: no sparkles with one sample, and blurred with many"
-        "bilinear" { Filter::Bilinear } "the weighted mean of four: smooth near by, and far away as sharp as samples make it"
+        "nearest" { TextureFilter::Nearest } "the nearest texel: blocks near by, and sparkles far away"
+        "mipmaps" { TextureFilter::Mipmaps } "the mean over about a pixel: no sparkles with one sample, and blurred with many"
+        "bilinear" { TextureFilter::Bilinear } "the weighted mean of four: smooth near by, and far away as sharp as samples make it"
     /// Greatest number of segments of a path.
     PathLength = "path-length", "8", PathLength;
         "1" { 1 } "camera rays alone: no reflection, no refraction"
@@ -108,9 +108,9 @@ ladders! {
         "64" { 64 } "sixty-three; more by --max-depth alone"
     /// Start of Russian roulette.
     Roulette = "roulette", "late", Roulette;
-        "early" { Roulette::Early } "dim paths are ended by chance from the first surface on: less time a sample, more noise"
-        "late" { Roulette::Late } "from the fourth segment on"
-        "off" { Roulette::Off } "no path ends by chance: least noise a sample, most time"
+        "early" { RouletteStart::Early } "dim paths are ended by chance from the first surface on: less time a sample, more noise"
+        "late" { RouletteStart::Late } "from the fourth segment on"
+        "off" { RouletteStart::Off } "no path ends by chance: least noise a sample, most time"
     /// Limit on the radiance of a sample.
     Clamp = "clamp", "off", Clamp;
         "1" { Some(1.0) } "samples brighter than white are white: no fireflies, and dark where light is rare"
@@ -142,10 +142,10 @@ ladders! {
         "unbiased" { false } "the mean of the samples: right on average, with its noise"
     /// Output format of files.
     Output = "output", "8-bit", Output;
-        "8-bit" { Output::Eight } "PNG of 256 codes: steps in dark ramps, and nothing brighter than white"
-        "8-bit-dither" { Output::Dithered } "PNG of 256 codes, dithered: no steps, and a grain of one code"
-        "16-bit" { Output::Sixteen } "PNG of 65 536 codes: nothing brighter than white"
-        "float" { Output::Float } "EXR alone: linear radiance as it is"
+        "8-bit" { OutputFormat::Eight } "PNG of 256 codes: steps in dark ramps, and nothing brighter than white"
+        "8-bit-dither" { OutputFormat::Dithered } "PNG of 256 codes, dithered: no steps, and a grain of one code"
+        "16-bit" { OutputFormat::Sixteen } "PNG of 65 536 codes: nothing brighter than white"
+        "float" { OutputFormat::Float } "EXR alone: linear radiance as it is"
     /// Build quality of the tree: build time against traversal time.
     Build = "build", "medium", Build;
         "fast" { BuildQuality::Fast } "least build time: clustered, and improved a little"

@@ -2,7 +2,7 @@
 
 use super::value::OFFSET;
 use super::*;
-use crate::scene::{ColourSpace, ConstantOffset, Filter, SpawnRule, Texture, Wrap};
+use crate::scene::{ColourSpace, ConstantOffset, SpawnRule, Texture, TextureFilter, WrapMode};
 
 fn scene() -> Scene {
     let texture = |filter| Texture {
@@ -10,11 +10,14 @@ fn scene() -> Scene {
         image: String::new(),
         colour_space: ColourSpace::Srgb,
         filter,
-        wrap_u: Wrap::Repeat,
-        wrap_v: Wrap::Repeat,
+        wrap_u: WrapMode::Repeat,
+        wrap_v: WrapMode::Repeat,
     };
     Scene {
-        textures: vec![texture(Filter::Bilinear), texture(Filter::Nearest)],
+        textures: vec![
+            texture(TextureFilter::Bilinear),
+            texture(TextureFilter::Nearest),
+        ],
         ..Scene::default()
     }
 }
@@ -39,7 +42,10 @@ fn a_chosen_rung_is_in_use() {
                         .expect("a rung");
                     choice.apply(&mut scene, &mut settings);
                     assert_eq!(
-                        (ladder.in_use(&scene, &settings).as_str(), choice.ladder()),
+                        (
+                            ladder.current_rung_name(&scene, &settings).as_str(),
+                            choice.ladder()
+                        ),
                         (rung.name, ladder)
                     );
                     assert_eq!(
@@ -50,12 +56,12 @@ fn a_chosen_rung_is_in_use() {
                 for other in Ladder::ALL {
                     let tree = [Ladder::Build, Ladder::Accelerator];
                     if other != ladder && !(tree.contains(&other) && tree.contains(&ladder)) {
-                        let own = other.in_use(
+                        let own = other.current_rung_name(
                             &super::tests::scene(),
                             &Settings::from_scene(&super::tests::scene()),
                         );
                         assert_eq!(
-                            other.in_use(&scene, &settings),
+                            other.current_rung_name(&scene, &settings),
                             own,
                             "{ladder:?} moved {other:?}"
                         );
@@ -74,7 +80,7 @@ fn rungs_that_are_no_other_picture_are_told() {
         let present = EffectSet::from_effects(present);
         Ladder::Shadows
             .choices()
-            .filter(|choice| choice.differs(present))
+            .filter(|choice| choice.changes_picture(present))
             .map(|choice| choice.rung())
             .collect()
     };
@@ -91,7 +97,7 @@ fn rungs_that_are_no_other_picture_are_told() {
         assert!(
             ladder
                 .choices()
-                .all(|choice| choice.differs(EffectSet::EMPTY)),
+                .all(|choice| choice.changes_picture(EffectSet::EMPTY)),
             "{ladder:?}"
         );
     }
@@ -126,7 +132,7 @@ fn paths_have_a_length_to_choose() {
             },
         );
         let effects = crate::effects::detect(&scene, &settings);
-        reached(&scene, &settings, &effects).any(|ladder| ladder == Ladder::PathLength)
+        applicable_ladders(&scene, &settings, &effects).any(|ladder| ladder == Ladder::PathLength)
     };
     assert_eq!(
         [Integrator::Path, Integrator::Whitted].map(reached_by),
@@ -145,7 +151,7 @@ fn paths_may_be_longer_than_their_longest_rung() {
         ..Settings::from_scene(&scene())
     };
     assert_eq!(
-        Ladder::PathLength.in_use(&scene(), &beyond),
+        Ladder::PathLength.current_rung_name(&scene(), &beyond),
         (depth + 1).to_string()
     );
     assert!(

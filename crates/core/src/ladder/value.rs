@@ -2,14 +2,14 @@
 
 use raywright_bvh::{AcceleratorKind, BuildQuality};
 
-use crate::display::Output;
+use crate::display::OutputFormat;
 use crate::effects::{Effect, EffectSet};
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
-use crate::scene::{ConstantOffset, Filter, Integrator, OffsetDirection, Scene, SpawnRule};
+use crate::scene::{ConstantOffset, Integrator, OffsetDirection, Scene, SpawnRule, TextureFilter};
 use crate::settings::{
-    AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind, Sampling,
-    Settings,
+    AreaShadows, LightSampling, MicrofacetEnergy, PrecisionChoice, RouletteStart, SamplerKind,
+    Sampling, Settings,
 };
 
 /// Constant ray offset, in metres, that the rung `ray-offset=constant` sets in a scene without its
@@ -34,19 +34,19 @@ pub enum RungValue {
     Shadows(Option<AreaShadows>),
     LightSampling(LightSampling),
     Fresnel(FresnelRule),
-    Microfacets(Microfacets),
+    Microfacets(MicrofacetEnergy),
     /// Whether dispersed paths have a single wavelength.
     Spectral(bool),
-    TextureFilter(Filter),
+    TextureFilter(TextureFilter),
     PathLength(u32),
-    Roulette(Roulette),
+    Roulette(RouletteStart),
     /// Greatest radiance of a sample; `None` does not clamp.
     Clamp(Option<f64>),
     PixelFilter(PixelFilter),
     Samples(u32),
     Sampler(SamplerKind),
     Denoised(bool),
-    Output(Output),
+    Output(OutputFormat),
     Build(BuildQuality),
     /// Whether a tree is used.
     Tree(bool),
@@ -64,13 +64,13 @@ impl RungValue {
             }
             Self::ConstantOffset(true) => scene.classic.spawn = SpawnRule::Constant(OFFSET),
             Self::Shadows(value) => {
-                switch(settings, Effect::Shadows, value.is_none());
+                switch_effect(settings, Effect::Shadows, value.is_none());
                 settings.area_shadows = value.unwrap_or_default();
             }
             Self::LightSampling(value) => settings.light_sampling = value,
             Self::Fresnel(value) => settings.fresnel = value,
             Self::Microfacets(value) => settings.microfacets = value,
-            Self::Spectral(value) => switch(settings, Effect::Dispersion, !value),
+            Self::Spectral(value) => switch_effect(settings, Effect::Dispersion, !value),
             Self::TextureFilter(value) => scene
                 .textures
                 .iter_mut()
@@ -79,7 +79,7 @@ impl RungValue {
             Self::Roulette(value) => settings.roulette = value,
             Self::Clamp(value) => settings.clamp = value,
             Self::PixelFilter(value) => settings.filter = value,
-            Self::Samples(value) => settings.sampling = Sampling::resolve(scene, Some(value)),
+            Self::Samples(value) => settings.sampling = Sampling::from_spp(scene, Some(value)),
             Self::Sampler(value) => settings.sampler = value,
             Self::Denoised(value) => settings.denoise = value,
             Self::Output(value) => settings.output = value,
@@ -92,7 +92,7 @@ impl RungValue {
     }
 
     /// Returns the name, in reports, of a value that is no rung: a number, or `unlimited`.
-    pub(super) fn number(self) -> String {
+    pub(super) fn name_of_number(self) -> String {
         match self {
             Self::PathLength(Settings::UNLIMITED) => "unlimited".to_owned(),
             Self::PathLength(number) | Self::Samples(number) => number.to_string(),
@@ -104,7 +104,7 @@ impl RungValue {
 }
 
 /// Switches an effect off or on in the settings.
-fn switch(settings: &mut Settings, effect: Effect, off: bool) {
+fn switch_effect(settings: &mut Settings, effect: Effect, off: bool) {
     let (effects, others) = (
         EffectSet::from_effects(&[effect]),
         settings.without.without(EffectSet::from_effects(&[effect])),

@@ -10,54 +10,54 @@ use raywright_bvh::Aabb;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBounds {
     /// Bounding box of the light's points.
-    pub space: Aabb,
+    pub bounding_box: Aabb,
     /// Axis of the cone of normals, unit.
     pub axis: DVec3,
     /// Greatest angle in radians between the axis and a normal; π for all directions.
-    pub normals: f64,
+    pub normal_angle: f64,
     /// Greatest angle in radians between a normal and a direction of emission from the same point.
-    pub emission: f64,
+    pub emission_angle: f64,
 }
 
 impl LightBounds {
     /// Returns the bounds of a curved surface, whose normals may have any direction.
-    pub fn round(space: Aabb) -> Self {
+    pub fn for_curved_surface(space: Aabb) -> Self {
         Self {
-            space,
+            bounding_box: space,
             axis: DVec3::Y,
-            normals: PI,
-            emission: 0.5 * PI,
+            normal_angle: PI,
+            emission_angle: 0.5 * PI,
         }
     }
 
     /// Returns the bounds of a flat surface that emits on the side of its normal.
-    pub fn flat(space: Aabb, normal: DVec3) -> Self {
+    pub fn for_flat_surface(space: Aabb, normal: DVec3) -> Self {
         Self {
-            space,
+            bounding_box: space,
             axis: normal,
-            normals: 0.0,
-            emission: 0.5 * PI,
+            normal_angle: 0.0,
+            emission_angle: 0.5 * PI,
         }
     }
 
     /// Returns the bounds of a point or spot light that emits within `angle` radians of `axis`.
     /// Each of these directions counts as a normal, because the light does not weaken towards the
     /// edge of the cone as a surface's light does.
-    pub fn point(point: DVec3, axis: DVec3, angle: f64) -> Self {
+    pub fn for_point_light(point: DVec3, axis: DVec3, angle: f64) -> Self {
         Self {
-            space: Aabb {
+            bounding_box: Aabb {
                 min: point,
                 max: point,
             },
             axis,
-            normals: angle,
-            emission: 0.0,
+            normal_angle: angle,
+            emission_angle: 0.0,
         }
     }
 
     /// Whether the light may emit in a unit direction.
-    pub fn shines(&self, direction: DVec3) -> bool {
-        let widest = self.normals + self.emission;
+    pub fn may_emit(&self, direction: DVec3) -> bool {
+        let widest = self.normal_angle + self.emission_angle;
         widest >= PI || self.axis.dot(direction) >= libm::cos(widest) - 1e-6
     }
 }

@@ -4,7 +4,7 @@
 /// Appends the cumulative distribution of the weights, from the first share up to 1, and returns
 /// the sum of the weights. Weights that are not above zero count as zero. If all are zero, only the
 /// last entry is 1, so that searches end there.
-pub(super) fn push_shares(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
+pub(super) fn push_cdf(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
     let total: f64 = weights.iter().filter(|&&w| w > 0.0).sum();
     let last = weights
         .iter()
@@ -37,7 +37,7 @@ pub(super) fn probability_of<T: Copy + Into<f64>>(cumulative: &[T], index: usize
 /// its probability, and the position of the number within the entry, in [0, 1).
 pub(super) fn sample_index<T: Copy + Into<f64>>(cumulative: &[T], at: f64) -> (usize, f64, f64) {
     let at = at.min(1.0_f64.next_down());
-    taken(
+    entry_at(
         cumulative,
         cumulative.partition_point(|&c| c.into() <= at),
         at,
@@ -47,21 +47,21 @@ pub(super) fn sample_index<T: Copy + Into<f64>>(cumulative: &[T], at: f64) -> (u
 /// Returns the number of equal intervals of [0, 1) in the guide table for `entries` entries: a
 /// power of two, so that the interval of a number is exact, and two to four intervals for each
 /// entry, so that most searches end at the first entry.
-pub(super) fn guide_len(entries: usize) -> usize {
+pub(super) fn guide_table_len(entries: usize) -> usize {
     2 * entries.next_power_of_two()
 }
 
 /// Appends a guide table, which speeds up [`sample_index`]: for each of equal intervals of [0, 1)
 /// the entry at the interval's beginning, where a search starts ("An Algorithm for Generating
 /// Random Variates from Empirical Distributions", Chen, Asau 1974). For at most 256 entries.
-pub(super) fn push_guide<T: Copy + Into<f64>>(guide: &mut Vec<u8>, cumulative: &[T]) {
-    let parts = guide_len(cumulative.len());
+pub(super) fn push_guide_table<T: Copy + Into<f64>>(guide: &mut Vec<u8>, cumulative: &[T]) {
+    let parts = guide_table_len(cumulative.len());
     let entry = |part| cumulative.partition_point(|&c| c.into() <= part as f64 / parts as f64);
     guide.extend((0..parts).map(|part| entry(part) as u8));
 }
 
 /// Samples the same entry as [`sample_index`], with the help of a guide table.
-pub(super) fn pick_guided<T: Copy + Into<f64>>(
+pub(super) fn sample_index_guided<T: Copy + Into<f64>>(
     cumulative: &[T],
     guide: &[u8],
     at: f64,
@@ -71,10 +71,10 @@ pub(super) fn pick_guided<T: Copy + Into<f64>>(
     while cumulative[index].into() <= at {
         index += 1;
     }
-    taken(cumulative, index, at)
+    entry_at(cumulative, index, at)
 }
 
-fn taken<T: Copy + Into<f64>>(cumulative: &[T], index: usize, at: f64) -> (usize, f64, f64) {
+fn entry_at<T: Copy + Into<f64>>(cumulative: &[T], index: usize, at: f64) -> (usize, f64, f64) {
     let share = probability_of(cumulative, index);
     let before = cumulative[index].into() - share;
     (
@@ -87,17 +87,17 @@ fn taken<T: Copy + Into<f64>>(cumulative: &[T], index: usize, at: f64) -> (usize
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hash::mix;
+    use crate::hash::splitmix64;
 
     /// Protects: a guide table yields the entry, probability and position of a binary search, to
     /// the bit: for uniform weights, one sun among faint ones, rows of zeros and zeros alone, at
     /// the ends of entries, of parts and of [0, 1).
     #[test]
     fn guides_lead_to_the_same_entry() {
-        let number = |i: u64| (mix(i) >> 11) as f64 / (1_u64 << 53) as f64;
+        let number = |i: u64| (splitmix64(i) >> 11) as f64 / (1_u64 << 53) as f64;
         let weights: [fn(u64) -> f64; 6] = [
             |_| 1.0,
-            |i| (mix(i) % 97) as f64,
+            |i| (splitmix64(i) % 97) as f64,
             |i| if i % 50 == 30 { 1e6 } else { 1.0 },
             |i| if i / 3 % 2 == 0 { 0.0 } else { 1.0 },
             |i| 0.5_f64.powi(i as i32),
@@ -106,11 +106,11 @@ mod tests {
         for (kind, weight) in weights.iter().enumerate() {
             for count in [1, 2, 3, 63, 64, 65, 128, 255, 256] {
                 let mut sums = Vec::new();
-                push_shares(&mut sums, &(0..count).map(weight).collect::<Vec<_>>());
+                push_cdf(&mut sums, &(0..count).map(weight).collect::<Vec<_>>());
                 let rounded: Vec<f32> = sums.iter().map(|&sum| sum as f32).collect();
                 let (mut guide, mut rough) = (Vec::new(), Vec::new());
-                push_guide(&mut guide, &sums);
-                push_guide(&mut rough, &rounded);
+                push_guide_table(&mut guide, &sums);
+                push_guide_table(&mut rough, &rounded);
                 let edges = sums
                     .iter()
                     .copied()
@@ -124,12 +124,12 @@ mod tests {
                     .filter(|&at| (0.0..=1.0).contains(&at))
                 {
                     assert_eq!(
-                        pick_guided(&sums, &guide, at),
+                        sample_index_guided(&sums, &guide, at),
                         sample_index(&sums, at),
                         "{kind}, {count} entries at {at:e}"
                     );
                     assert_eq!(
-                        pick_guided(&rounded, &rough, at),
+                        sample_index_guided(&rounded, &rough, at),
                         sample_index(&rounded, at),
                         "{kind}, {count} entries in f32 at {at:e}"
                     );

@@ -4,13 +4,13 @@
 
 use raywright_bvh::{Real, Vector};
 
-use super::cdf::{probability_of, push_shares, sample_index};
-use super::tree::{LightLeaf, LightTree, Receiver};
+use super::cdf::{probability_of, push_cdf, sample_index};
+use super::tree::{LightLeaf, LightTree, ReceivingPoint};
 use super::{LightId, Lights};
 
 /// Query for the choice of a light: a surface point, and the uniform numbers for the choice.
 #[derive(Clone, Copy, Debug)]
-pub struct ChoiceQuery<R: Real> {
+pub struct LightSamplerQuery<R: Real> {
     /// The point.
     pub from: R::Vec3,
     /// Unit normal on the receiving side; zero if both sides receive light.
@@ -22,7 +22,7 @@ pub struct ChoiceQuery<R: Real> {
 
 /// Sampler of lights by their estimated contribution at a surface point.
 #[derive(Clone, Debug, Default)]
-pub struct LightChoice {
+pub struct LightSampler {
     /// Infinitely distant lights, and their cumulative distribution.
     far: Vec<LightId>,
     far_shares: Vec<f64>,
@@ -34,11 +34,11 @@ pub struct LightChoice {
     leaves: Vec<u32>,
 }
 
-impl LightChoice {
+impl LightSampler {
     /// Builds the sampler over all lights of positive power.
     pub(super) fn new<R: Real>(lights: &Lights<R>) -> Self {
         let (mut far, mut powers, mut near) = (Vec::new(), Vec::new(), Vec::new());
-        for id in lights.ids() {
+        for id in lights.light_ids() {
             let power = lights.power(id);
             // Leaves out NaN too.
             let shines = power > 0.0 && power.is_finite();
@@ -48,7 +48,7 @@ impl LightChoice {
                     bounds,
                     power,
                 }),
-                (None, LightId::Delta(_) | LightId::Sky) if lights.shines_from_afar(id) => {
+                (None, LightId::Delta(_) | LightId::Sky) if lights.emits_from_infinity(id) => {
                     far.push(id);
                     powers.push(power);
                 }
@@ -61,7 +61,7 @@ impl LightChoice {
             powers.fill(1.0);
         }
         let mut far_shares = Vec::with_capacity(far.len());
-        push_shares(&mut far_shares, &powers);
+        push_cdf(&mut far_shares, &powers);
         let far_share = match (far.is_empty(), near.is_empty()) {
             (true, _) => 0.0,
             (false, true) => 1.0,
@@ -91,13 +91,13 @@ impl LightChoice {
     /// with its probability. `normal` is the unit normal on the receiving side, or zero if both
     /// sides receive light. Returns `None` if the sampled light cannot contribute at the point.
     #[inline]
-    pub fn draw<R: Real>(
+    pub fn sample<R: Real>(
         &self,
         from: R::Vec3,
         normal: R::Vec3,
         numbers: [f32; 2],
     ) -> Option<(LightId, f64)> {
-        let [drawn] = self.draw_each([Some(ChoiceQuery::<R> {
+        let [drawn] = self.sample_many([Some(LightSamplerQuery::<R> {
             from,
             normal,
             numbers,
@@ -108,15 +108,15 @@ impl LightChoice {
     /// Samples a light for each of several points as [`Self::draw`] does, in less time; `None` for
     /// a missing point.
     #[inline]
-    pub fn draw_each<R: Real, const N: usize>(
+    pub fn sample_many<R: Real, const N: usize>(
         &self,
-        points: [Option<ChoiceQuery<R>>; N],
+        points: [Option<LightSamplerQuery<R>>; N],
     ) -> [Option<(LightId, f64)>; N] {
         const STEP: f64 = 1.0 / (1 << 23) as f64;
         let near_share = 1.0 - self.far_share;
         let (mut drawn, mut near) = ([None; N], [None; N]);
         for (i, point) in points.into_iter().enumerate() {
-            let Some(ChoiceQuery {
+            let Some(LightSamplerQuery {
                 from,
                 normal,
                 numbers: [coarse, fine],
@@ -130,7 +130,7 @@ impl LightChoice {
                 drawn[i] = Some((self.far[index], probability * self.far_share));
             } else {
                 near[i] = Some((
-                    Receiver {
+                    ReceivingPoint {
                         point: from.to_f64(),
                         normal: normal.to_f64(),
                     },
@@ -138,18 +138,18 @@ impl LightChoice {
                 ));
             }
         }
-        let near = self.tree.draw(&near);
+        let near = self.tree.sample_lights(&near);
         core::array::from_fn(|i| {
             drawn[i].or(near[i].map(|(light, probability)| (light, probability * near_share)))
         })
     }
 
-    /// Returns the probability with which [`LightChoice::draw`] chooses a light for a point.
+    /// Returns the probability with which [`LightSampler::sample`] chooses a light for a point.
     #[inline]
     pub fn probability<R: Real>(&self, light: LightId, from: R::Vec3, normal: R::Vec3) -> f64 {
         match light {
             LightId::Emitter(i) => {
-                let receiver = Receiver {
+                let receiver = ReceivingPoint {
                     point: from.to_f64(),
                     normal: normal.to_f64(),
                 };
@@ -175,14 +175,15 @@ impl LightChoice {
     }
 
     /// Returns the bytes of the tables for numbers of lights and of emitters among the lights.
-    pub(crate) fn bytes_of(lights: u64, emitters: u64) -> u64 {
-        LightTree::bytes_of(lights).saturating_add(emitters.saturating_mul(size_of::<u32>() as u64))
+    pub(crate) fn estimate_bytes(lights: u64, emitters: u64) -> u64 {
+        LightTree::estimate_bytes(lights)
+            .saturating_add(emitters.saturating_mul(size_of::<u32>() as u64))
     }
 }
 
 impl<R: Real> Lights<R> {
     /// Whether an infinitely distant light has any radiance.
-    fn shines_from_afar(&self, light: LightId) -> bool {
+    fn emits_from_infinity(&self, light: LightId) -> bool {
         match light {
             LightId::Delta(i) => {
                 self.delta[i as usize]

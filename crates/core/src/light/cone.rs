@@ -43,7 +43,7 @@ impl DirectionCone {
 
     /// Samples a direction of the cone uniformly by solid angle for two uniform numbers in [0, 1).
     /// Returns the outward unit normal at the direction's first hit of the sphere.
-    pub fn normal(&self, [u, v]: [f64; 2]) -> DVec3 {
+    pub fn sample_normal(&self, [u, v]: [f64; 2]) -> DVec3 {
         let (height, turn) = (u * self.height, v * TAU);
         let sine2 = height * (2.0 - height);
         // In units of the radius: the distance of the ray from the centre, and the distance from

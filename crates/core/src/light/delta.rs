@@ -4,19 +4,19 @@ use core::f64::consts::{PI, TAU};
 
 use raywright_bvh::{Real, Vector};
 
-use super::{Density, LightBounds, LightSample, LightTarget};
+use super::{LightBounds, LightDensity, LightSample, ShadowRayTarget};
 use crate::scene::{Falloff, Light as LightData, LightKind};
 use crate::validate::GREATEST;
 
 /// A directional, point or spot light: a light of zero size, which no ray can hit.
 #[derive(Clone, Copy, Debug)]
 pub struct DeltaLight<R: Real> {
-    kind: DeltaKind<R>,
+    kind: DeltaLightKind<R>,
     /// Irradiance of a directional light, intensity of a point or spot light.
     colour: R::Vec3,
     /// Whether the light casts shadows by the scene's description; a material's own shadow rule
     /// then applies.
-    pub dimmed: bool,
+    pub has_shadow_rule: bool,
     /// Whether the light needs shadow rays.
     pub shadows: bool,
     /// Whether the light makes highlights.
@@ -24,18 +24,18 @@ pub struct DeltaLight<R: Real> {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum DeltaKind<R: Real> {
+enum DeltaLightKind<R: Real> {
     Directional {
         to_light: R::Vec3,
     },
     Point {
         position: R::Vec3,
-        fade: Fade<R>,
+        fade: DistanceFalloff<R>,
     },
     Spot {
         position: R::Vec3,
         direction: R::Vec3,
-        fade: Fade<R>,
+        fade: DistanceFalloff<R>,
         scale: R,
         offset: R,
     },
@@ -47,14 +47,14 @@ const NARROWEST_EDGE: f64 = 1e-12;
 
 /// Falloff of a point or spot light with distance.
 #[derive(Clone, Copy, Debug)]
-struct Fade<R> {
+struct DistanceFalloff<R> {
     inverse_square: bool,
     /// Inverse square of the range; `None` without a range, where no power of the distance may
     /// overflow `f32`.
     inverse_range_2: Option<R>,
 }
 
-impl<R: Real> Fade<R> {
+impl<R: Real> DistanceFalloff<R> {
     fn new(falloff: Falloff, range: Option<f64>) -> Self {
         let inverse_range_2 = range.map(|r| R::from_f64(1.0 / (r * r)));
         Self {
@@ -63,7 +63,7 @@ impl<R: Real> Fade<R> {
         }
     }
 
-    fn at(&self, squared: R) -> R {
+    fn eval(&self, squared: R) -> R {
         let window = match self.inverse_range_2 {
             None => R::ONE,
             Some(inverse) => {
@@ -88,16 +88,16 @@ impl<R: Real> DeltaLight<R> {
         let v = |t: [f64; 3]| R::Vec3::from_f64(t.into());
         let unit = |t: [f64; 3]| R::Vec3::from_f64(glam::DVec3::from(t).normalize());
         let kind = match light.kind {
-            LightKind::Directional { to_light } => DeltaKind::Directional {
+            LightKind::Directional { to_light } => DeltaLightKind::Directional {
                 to_light: unit(to_light),
             },
             LightKind::Point {
                 position,
                 falloff,
                 range,
-            } => DeltaKind::Point {
+            } => DeltaLightKind::Point {
                 position: v(position),
-                fade: Fade::new(falloff, range),
+                fade: DistanceFalloff::new(falloff, range),
             },
             LightKind::Spot {
                 position,
@@ -114,10 +114,10 @@ impl<R: Real> DeltaLight<R> {
                     libm::cos(outer_angle.to_radians()),
                 );
                 let scale = 1.0 / (inner - outer).max(NARROWEST_EDGE);
-                DeltaKind::Spot {
+                DeltaLightKind::Spot {
                     position: v(position),
                     direction: unit(direction),
-                    fade: Fade::new(falloff, range),
+                    fade: DistanceFalloff::new(falloff, range),
                     scale: R::from_f64(scale),
                     offset: R::from_f64(-outer * scale),
                 }
@@ -127,7 +127,7 @@ impl<R: Real> DeltaLight<R> {
         Self {
             kind,
             colour: v(light.colour.0),
-            dimmed: light.shadows,
+            has_shadow_rule: light.shadows,
             shadows,
             specular: light.specular,
         }
@@ -137,20 +137,22 @@ impl<R: Real> DeltaLight<R> {
     #[inline(always)]
     pub fn sample(&self, from: R::Vec3) -> Option<LightSample<R>> {
         match &self.kind {
-            DeltaKind::Directional { to_light } => Some(LightSample {
+            DeltaLightKind::Directional { to_light } => Some(LightSample {
                 direction: *to_light,
                 arriving: self.colour,
-                density: Density::Delta,
-                target: LightTarget::Infinity,
+                density: LightDensity::Delta,
+                target: ShadowRayTarget::Infinity,
             }),
-            DeltaKind::Point { position, fade } => self.local(from, *position, fade, |_| R::ONE),
-            DeltaKind::Spot {
+            DeltaLightKind::Point { position, fade } => {
+                self.sample_positioned(from, *position, fade, |_| R::ONE)
+            }
+            DeltaLightKind::Spot {
                 position,
                 direction,
                 fade,
                 scale,
                 offset,
-            } => self.local(from, *position, fade, |l| {
+            } => self.sample_positioned(from, *position, fade, |l| {
                 let edge = Real::clamp(-(l.dot(*direction)) * *scale + *offset, R::ZERO, R::ONE);
                 edge * edge
             }),
@@ -158,25 +160,25 @@ impl<R: Real> DeltaLight<R> {
     }
 
     #[inline(always)]
-    fn local(
+    fn sample_positioned(
         &self,
         from: R::Vec3,
         position: R::Vec3,
-        fade: &Fade<R>,
+        fade: &DistanceFalloff<R>,
         cone: impl Fn(R::Vec3) -> R,
     ) -> Option<LightSample<R>> {
         let offset = position - from;
         let distance = offset.length();
         let direction = offset * (R::ONE / distance);
-        let strength = fade.at(distance * distance) * cone(direction);
+        let strength = fade.eval(distance * distance) * cone(direction);
         // False for NaN too, at the light itself.
         (strength > R::ZERO && strength.is_finite()).then(|| LightSample {
             direction,
             // Close to a strong light the product may overflow `f32` to infinity, and infinity
             // times a black channel is NaN.
             arriving: (self.colour * strength).min(R::Vec3::splat(R::from_f64(GREATEST))),
-            density: Density::Delta,
-            target: LightTarget::Point(position),
+            density: LightDensity::Delta,
+            target: ShadowRayTarget::Point(position),
         })
     }
 
@@ -184,7 +186,7 @@ impl<R: Real> DeltaLight<R> {
     /// is the flux through a sphere of radius `reach`.
     pub fn power(&self, reach: f64) -> f64 {
         let colour = self.colour.to_f64();
-        let across = |fade: &Fade<R>| {
+        let across = |fade: &DistanceFalloff<R>| {
             if fade.inverse_square {
                 1.0
             } else {
@@ -192,11 +194,11 @@ impl<R: Real> DeltaLight<R> {
             }
         };
         let share = match &self.kind {
-            DeltaKind::Directional { .. } => PI * reach * reach,
-            DeltaKind::Point { fade, .. } => 2.0 * TAU * across(fade),
+            DeltaLightKind::Directional { .. } => PI * reach * reach,
+            DeltaLightKind::Point { fade, .. } => 2.0 * TAU * across(fade),
             // Full strength within the inner angle; the squared falloff of the edge up to the outer
             // angle integrates to a third.
-            DeltaKind::Spot {
+            DeltaLightKind::Spot {
                 fade,
                 scale,
                 offset,
@@ -212,11 +214,13 @@ impl<R: Real> DeltaLight<R> {
     /// Returns the bounds in position and direction; `None` for a directional light.
     pub fn bounds(&self) -> Option<LightBounds> {
         match &self.kind {
-            DeltaKind::Directional { .. } => None,
-            DeltaKind::Point { position, .. } => {
-                Some(LightBounds::point(position.to_f64(), glam::DVec3::Y, PI))
-            }
-            DeltaKind::Spot {
+            DeltaLightKind::Directional { .. } => None,
+            DeltaLightKind::Point { position, .. } => Some(LightBounds::for_point_light(
+                position.to_f64(),
+                glam::DVec3::Y,
+                PI,
+            )),
+            DeltaLightKind::Spot {
                 position,
                 direction,
                 scale,
@@ -224,7 +228,7 @@ impl<R: Real> DeltaLight<R> {
                 ..
             } => {
                 let outer = -offset.to_f64() / scale.to_f64();
-                Some(LightBounds::point(
+                Some(LightBounds::for_point_light(
                     position.to_f64(),
                     direction.to_f64(),
                     libm::acos(outer.clamp(-1.0, 1.0)),

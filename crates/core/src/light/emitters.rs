@@ -2,9 +2,9 @@
 //! emitter here.
 
 mod cells;
+mod hard_shadow;
 mod lanes;
 mod list;
-mod middle;
 mod point;
 mod sample;
 
@@ -15,7 +15,7 @@ use raywright_bvh::shapes::AnyShape;
 use raywright_bvh::{Real, Shape, Side, Surface, Vector};
 
 use super::LightBounds;
-use super::cdf::{probability_of, push_shares, sample_index};
+use super::cdf::{probability_of, push_cdf, sample_index};
 
 pub(super) use lanes::EmitterLanes;
 pub use list::{EmissionEstimate, EmitterList};
@@ -75,7 +75,7 @@ impl<R: Real> Emitters<R> {
             };
         }
         let mut cumulative = Vec::with_capacity(powers.len());
-        push_shares(&mut cumulative, &powers);
+        push_cdf(&mut cumulative, &powers);
         Self {
             list,
             cumulative,
@@ -90,7 +90,7 @@ impl<R: Real> Emitters<R> {
     }
 
     /// Returns the number of emissive shapes and triangles of positive power.
-    pub fn lit(&self) -> usize {
+    pub fn lit_count(&self) -> usize {
         self.lit
     }
 
@@ -101,11 +101,11 @@ impl<R: Real> Emitters<R> {
 
     /// Returns the emitter of an object's primitive, by the primitive's index: a triangle of its
     /// mesh, alone or as half of a quad, or 0 for a shape. `None` if the object is not a light.
-    pub fn index_of(&self, object: u32, primitive: u32) -> Option<u32> {
-        let start = *self.list.first.get(object as usize)?;
+    pub fn emitter_index_of(&self, object: u32, primitive: u32) -> Option<u32> {
+        let start = *self.list.first_emitters.get(object as usize)?;
         let end = self
             .list
-            .first
+            .first_emitters
             .get(object as usize + 1)
             .map_or(self.len() as u32, |&end| end);
         let index = start.checked_add(primitive).filter(|&index| index < end)?;
@@ -113,8 +113,8 @@ impl<R: Real> Emitters<R> {
     }
 
     /// Iterates over the emissive objects, each with the range of its emitters.
-    pub fn objects(&self) -> impl Iterator<Item = (usize, Range<u32>)> {
-        let starts = self.list.first.iter().copied();
+    pub fn emitters_by_object(&self) -> impl Iterator<Item = (usize, Range<u32>)> {
+        let starts = self.list.first_emitters.iter().copied();
         let ends = starts.clone().skip(1).chain([self.len() as u32]);
         starts
             .zip(ends)
@@ -127,7 +127,7 @@ impl<R: Real> Emitters<R> {
     /// probability; `None` if no emitter has power. Two numbers are needed, because a single `f32`
     /// number has steps of 2⁻²³: of a million emitters, the faint ones would be sampled always or
     /// never.
-    pub fn choose(&self, [coarse, fine]: [f32; 2]) -> Option<(u32, f64)> {
+    pub fn sample_emitter(&self, [coarse, fine]: [f32; 2]) -> Option<(u32, f64)> {
         const STEP: f64 = 1.0 / (1 << 23) as f64;
         if self.is_empty() {
             return None;
@@ -137,7 +137,7 @@ impl<R: Real> Emitters<R> {
         Some((index as u32, probability))
     }
 
-    /// Returns the probability with which [`Emitters::choose`] returns an emitter.
+    /// Returns the probability with which [`Emitters::sample_emitter`] returns an emitter.
     pub fn probability(&self, index: u32) -> f64 {
         probability_of(&self.cumulative, index as usize)
     }
@@ -145,31 +145,31 @@ impl<R: Real> Emitters<R> {
     /// Bytes of the tables.
     pub(crate) fn bytes(&self) -> u64 {
         let list = &self.list;
-        EmitterList::<R>::bytes_of(
+        EmitterList::<R>::estimate_bytes(
             self.len() as u64,
             list.transformed_shapes.len() as u64,
-            list.first.len() as u64,
+            list.first_emitters.len() as u64,
             [0; 2],
         ) + list.cells.bytes()
     }
 
     /// Returns the number of emitters with a transform.
     #[cfg(test)]
-    pub(crate) fn under_maps(&self) -> usize {
+    pub(crate) fn transformed_count(&self) -> usize {
         self.list.transformed_shapes.len()
     }
 
     /// Whether the emission of an emitter varies over its surface. [`Emitters::sample`] then
     /// assumes a radiance of one, and the caller evaluates the emission.
-    pub fn varies(&self, index: u32) -> bool {
+    pub fn has_varying_emission(&self, index: u32) -> bool {
         self.list.emitters[index as usize].varies
     }
 
     /// Whether an emitter is flat, so that a ray hits it at most once.
     pub fn is_flat(&self, index: u32) -> bool {
-        is_flat(match &self.list.emitters[index as usize].form {
+        is_flat(match &self.list.emitters[index as usize].shape {
             EmitterShape::Plain(shape) => shape,
-            EmitterShape::Placed(i) => self.list.transformed_shapes[*i as usize].shape(),
+            EmitterShape::Transformed(i) => self.list.transformed_shapes[*i as usize].shape(),
         })
     }
 
@@ -195,9 +195,9 @@ impl<R: Real> Emitters<R> {
     pub fn bounds(&self, index: u32) -> Option<LightBounds> {
         let emitter = &self.list.emitters[index as usize];
         let half = R::from_f64(0.5);
-        let (space, shape, drawn) = match &emitter.form {
+        let (space, shape, drawn) = match &emitter.shape {
             EmitterShape::Plain(shape) => (shape.bounds()?, shape, shape.sample_area(half, half)),
-            EmitterShape::Placed(i) => {
+            EmitterShape::Transformed(i) => {
                 let transformed_shape = &self.list.transformed_shapes[*i as usize];
                 (
                     transformed_shape.bounds()?,
@@ -210,9 +210,9 @@ impl<R: Real> Emitters<R> {
             .map(|(anywhere, _)| anywhere.normal.to_f64())
             .filter(|n| is_flat(shape) && n.is_finite());
         Some(match (normal, emitter.side) {
-            (Some(normal), Side::Outside) => LightBounds::flat(space, normal),
-            (Some(normal), Side::Inside) => LightBounds::flat(space, -normal),
-            _ => LightBounds::round(space),
+            (Some(normal), Side::Outside) => LightBounds::for_flat_surface(space, normal),
+            (Some(normal), Side::Inside) => LightBounds::for_flat_surface(space, -normal),
+            _ => LightBounds::for_curved_surface(space),
         })
     }
 }

@@ -12,7 +12,9 @@ use core::f64::consts::{PI, TAU};
 use glam::DVec3;
 use raywright_bvh::{Real, SimdTask, prefetch, run_widest};
 
-use super::cdf::{guide_len, pick_guided, probability_of, push_guide, push_shares, sample_index};
+use super::cdf::{
+    guide_table_len, probability_of, push_cdf, push_guide_table, sample_index, sample_index_guided,
+};
 use crate::number::sines_and_cosines;
 
 /// Greatest numbers of blocks along azimuth and polar angle; guide tables index up to 256 entries.
@@ -39,7 +41,7 @@ pub struct SphereGrid {
     /// Guide table of `rows`, then of each row of `columns`.
     guides: Vec<u8>,
     /// Start of a block's cells in `cells`, or [`WHOLE`].
-    parts: Vec<u32>,
+    cell_starts: Vec<u32>,
     /// For each non-uniform block the cumulative distribution of its rows, and of the cells of each
     /// row.
     cells: Vec<f32>,
@@ -72,11 +74,11 @@ impl SphereGrid {
             rows: Vec::new(),
             columns: Vec::new(),
             guides: Vec::new(),
-            parts: Vec::new(),
+            cell_starts: Vec::new(),
             cells: Vec::new(),
             edges: (0..=height).map(edge).collect(),
             angles: (0..height)
-                .map(|row| solid_angle(width, height, row))
+                .map(|row| cell_solid_angle(width, height, row))
                 .collect(),
             block_angles: Vec::new(),
             flux: 0.0,
@@ -87,16 +89,16 @@ impl SphereGrid {
             let weights: Vec<f64> = rows
                 .clone()
                 .flat_map(|row| (0..width).map(move |x| (x, row)))
-                .map(|(x, row)| positive(radiance(x, row)))
+                .map(|(x, row)| positive_or_zero(radiance(x, row)))
                 .collect();
             grid.block_angles
                 .push(grid.angles[rows.clone()].iter().sum());
             fluxes.push(grid.push_blocks(&weights, rows.start));
         }
-        grid.flux = push_shares(&mut grid.rows, &fluxes);
-        push_guide(&mut grid.guides, &grid.rows);
+        grid.flux = push_cdf(&mut grid.rows, &fluxes);
+        push_guide_table(&mut grid.guides, &grid.rows);
         for row in grid.columns.chunks_exact(width.div_ceil(grid.block[0])) {
-            push_guide(&mut grid.guides, row);
+            push_guide_table(&mut grid.guides, row);
         }
         (grid.flux > 0.0 && grid.flux.is_finite()).then_some(grid)
     }
@@ -129,16 +131,16 @@ impl SphereGrid {
             } else {
                 u32::try_from(self.cells.len()).unwrap_or(WHOLE)
             };
-            self.parts.push(index);
+            self.cell_starts.push(index);
             if index != WHOLE {
-                push(&mut self.cells, &sent);
+                push_rounded_cdf(&mut self.cells, &sent);
                 rows.iter().for_each(|row| {
-                    push(&mut self.cells, row);
+                    push_rounded_cdf(&mut self.cells, row);
                 });
             }
             fluxes.push(sent.iter().sum());
         }
-        push(&mut self.columns, &fluxes)
+        push_rounded_cdf(&mut self.columns, &fluxes)
     }
 
     /// Returns the integral of the radiance over the sphere.
@@ -147,16 +149,16 @@ impl SphereGrid {
     }
 
     /// Samples a unit direction for two uniform numbers in [0, 1).
-    pub fn direction(&self, numbers: [f64; 2]) -> DVec3 {
-        let mut lanes = DirectionLanes::<1>::default();
-        lanes.set(0, self.polar_direction(self.block_point(numbers)));
+    pub fn sample_direction(&self, numbers: [f64; 2]) -> DVec3 {
+        let mut lanes = PolarDirectionLanes::<1>::default();
+        lanes.set_lane(0, self.sample_in_block(self.sample_block(numbers)));
         let [x, y, z] = lanes.run().map(|[x]| x);
         DVec3::new(x, y, z)
     }
 
     /// Samples many directions in order, as [`Self::direction`] does, and calls `visit` with each.
     /// Faster than one by one, by prefetched tables and vectorised trigonometry.
-    pub fn directions(
+    pub fn sample_directions(
         &self,
         mut numbers: impl Iterator<Item = [f64; 2]>,
         mut visit: impl FnMut(DVec3),
@@ -164,13 +166,13 @@ impl SphereGrid {
         loop {
             let (mut blocks, mut count) = ([BlockPoint::default(); LANES], 0);
             for (block, numbers) in blocks.iter_mut().zip(numbers.by_ref()) {
-                *block = self.block_point(numbers);
+                *block = self.sample_block(numbers);
                 prefetch(&self.cells, block.part as usize);
                 count += 1;
             }
-            let mut lanes = DirectionLanes::<LANES>::default();
+            let mut lanes = PolarDirectionLanes::<LANES>::default();
             for (lane, &block) in blocks[..count].iter().enumerate() {
-                lanes.set(lane, self.polar_direction(block));
+                lanes.set_lane(lane, self.sample_in_block(block));
             }
             let [x, y, z] = run_widest(lanes);
             (0..count).for_each(|lane| visit(DVec3::new(x[lane], y[lane], z[lane])));
@@ -183,30 +185,30 @@ impl SphereGrid {
     /// Samples a block for two uniform numbers in [0, 1); returns it with the numbers rescaled to
     /// the block.
     #[inline(always)]
-    fn block_point(&self, [u, v]: [f64; 2]) -> BlockPoint {
-        let (guide, guides) = self.guides.split_at(guide_len(self.rows.len()));
-        let (y, _, down) = pick_guided(&self.rows, guide, v);
+    fn sample_block(&self, [u, v]: [f64; 2]) -> BlockPoint {
+        let (guide, guides) = self.guides.split_at(guide_table_len(self.rows.len()));
+        let (y, _, down) = sample_index_guided(&self.rows, guide, v);
         let (blocks, parts) = (
-            self.columns_of(y),
-            guide_len(self.width.div_ceil(self.block[0])),
+            self.block_row_cdf(y),
+            guide_table_len(self.width.div_ceil(self.block[0])),
         );
-        let (x, _, along) = pick_guided(blocks, &guides[y * parts..][..parts], u);
+        let (x, _, along) = sample_index_guided(blocks, &guides[y * parts..][..parts], u);
         BlockPoint {
             at: [x, y],
-            part: self.parts[y * blocks.len() + x],
+            part: self.cell_starts[y * blocks.len() + x],
             numbers: [along, down],
         }
     }
 
     /// Returns the direction at a sampled point of a block.
     #[inline(always)]
-    fn polar_direction(&self, place: BlockPoint) -> PolarDirection {
+    fn sample_in_block(&self, place: BlockPoint) -> PolarDirection {
         let BlockPoint {
             at: [x, y],
             part,
             numbers: [along, down],
         } = place;
-        let ([left, top], [columns, rows]) = self.extent(x, y);
+        let ([left, top], [columns, rows]) = self.block_extent(x, y);
         let (column, row, down, span) = if part == WHOLE {
             (left as f64 + along * columns as f64, top, down, rows)
         } else {
@@ -238,10 +240,10 @@ impl SphereGrid {
         let column = (((u - Real::floor(u)) * self.width as f64) as usize).min(self.width - 1);
         let row = ((v * height as f64) as usize).min(height - 1);
         let (x, y) = (column / self.block[0], row / self.block[1]);
-        let blocks = self.columns_of(y);
+        let blocks = self.block_row_cdf(y);
         let probability = probability_of(&self.rows, y) * probability_of(blocks, x);
-        let ([left, top], [columns, rows]) = self.extent(x, y);
-        let index = self.parts[y * blocks.len() + x];
+        let ([left, top], [columns, rows]) = self.block_extent(x, y);
+        let index = self.cell_starts[y * blocks.len() + x];
         if index == WHOLE {
             return probability / (self.block_angles[y] * columns as f64);
         }
@@ -252,7 +254,7 @@ impl SphereGrid {
     }
 
     /// Returns the first column and row of cells in a block, and its numbers of columns and rows.
-    fn extent(&self, x: usize, y: usize) -> ([usize; 2], [usize; 2]) {
+    fn block_extent(&self, x: usize, y: usize) -> ([usize; 2], [usize; 2]) {
         let [width, height] = self.block;
         let (left, top) = (x * width, y * height);
         (
@@ -264,7 +266,7 @@ impl SphereGrid {
         )
     }
 
-    fn columns_of(&self, row: usize) -> &[f32] {
+    fn block_row_cdf(&self, row: usize) -> &[f32] {
         let blocks = self.width.div_ceil(self.block[0]);
         &self.columns[row * blocks..][..blocks]
     }
@@ -288,13 +290,13 @@ struct PolarDirection {
 }
 
 /// Directions in columns, before the sines and cosines of their azimuths are computed.
-struct DirectionLanes<const N: usize> {
+struct PolarDirectionLanes<const N: usize> {
     height: [f64; N],
     from_pole: [f64; N],
     angle: [f64; N],
 }
 
-impl<const N: usize> Default for DirectionLanes<N> {
+impl<const N: usize> Default for PolarDirectionLanes<N> {
     fn default() -> Self {
         let [height, from_pole, angle] = [[0.0; N]; 3];
         Self {
@@ -305,16 +307,16 @@ impl<const N: usize> Default for DirectionLanes<N> {
     }
 }
 
-impl<const N: usize> DirectionLanes<N> {
+impl<const N: usize> PolarDirectionLanes<N> {
     #[inline(always)]
-    fn set(&mut self, lane: usize, direction: PolarDirection) {
+    fn set_lane(&mut self, lane: usize, direction: PolarDirection) {
         self.height[lane] = direction.height;
         self.from_pole[lane] = direction.from_pole;
         self.angle[lane] = direction.angle;
     }
 }
 
-impl<const N: usize> SimdTask for DirectionLanes<N> {
+impl<const N: usize> SimdTask for PolarDirectionLanes<N> {
     type Output = [[f64; N]; 3];
 
     #[inline(always)]
@@ -341,22 +343,22 @@ impl<const N: usize> SimdTask for DirectionLanes<N> {
     }
 }
 
-fn positive(x: f64) -> f64 {
+fn positive_or_zero(x: f64) -> f64 {
     if x > 0.0 && x.is_finite() { x } else { 0.0 }
 }
 
-/// Appends a cumulative distribution as [`push_shares`] does, rounded to `f32`. Sampling and
+/// Appends a cumulative distribution as [`push_cdf`] does, rounded to `f32`. Sampling and
 /// density read the same rounded distribution, so densities are exact.
-fn push(cumulative: &mut Vec<f32>, weights: &[f64]) -> f64 {
+fn push_rounded_cdf(cumulative: &mut Vec<f32>, weights: &[f64]) -> f64 {
     let mut shares = Vec::with_capacity(weights.len());
-    let total = push_shares(&mut shares, weights);
+    let total = push_cdf(&mut shares, weights);
     cumulative.extend(shares.iter().map(|&share| share as f32));
     total
 }
 
 /// Returns the solid angle of a cell in a row, in steradians: the difference of the cosines of both
 /// edges, as a product of sines without cancellation.
-fn solid_angle(width: usize, height: usize, row: usize) -> f64 {
+fn cell_solid_angle(width: usize, height: usize, row: usize) -> f64 {
     let (step, middle) = (PI / height as f64, PI * (row as f64 + 0.5) / height as f64);
     TAU / width as f64 * 2.0 * libm::sin(middle) * libm::sin(0.5 * step)
 }

@@ -7,7 +7,7 @@ use core::f64::consts::PI;
 use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
-use super::sky::{Gradient, SkyKind, SkyRadiance};
+use super::sky::{GradientSky, SkyKind, SkyRadiance};
 
 /// Cosine-weighted mean radiance of the sky for any normal: coefficients of spherical harmonics,
 /// convolved with the cosine lobe and divided by π.
@@ -17,7 +17,7 @@ pub struct Irradiance<R: Real> {
 }
 
 /// Returns the nine real spherical harmonics up to band 2 for a unit direction.
-fn harmonics(d: DVec3) -> [f64; 9] {
+fn spherical_harmonics(d: DVec3) -> [f64; 9] {
     let DVec3 { x, y, z } = d;
     [
         0.282_094_791_773_878_14,
@@ -33,12 +33,12 @@ fn harmonics(d: DVec3) -> [f64; 9] {
 }
 
 /// Integral over all directions of radiance times each of the nine harmonics.
-type Integrals = [DVec3; 9];
+type HarmonicIntegrals = [DVec3; 9];
 
 /// Returns the integrals of a constant sky.
-fn even(radiance: DVec3) -> Integrals {
+fn integrate_constant_sky(radiance: DVec3) -> HarmonicIntegrals {
     let mut integrals = [DVec3::ZERO; 9];
-    integrals[0] = radiance * (4.0 * PI * harmonics(DVec3::Y)[0]);
+    integrals[0] = radiance * (4.0 * PI * spherical_harmonics(DVec3::Y)[0]);
     integrals
 }
 
@@ -46,11 +46,11 @@ fn even(radiance: DVec3) -> Integrals {
 /// a lobe around an axis is the value of each harmonic at the axis, times an integral over the
 /// cosine t that depends on the band alone (Funk, Hecke): 2π ∫ tⁿ P(t) dt from 0 to 1, with
 /// Legendre's polynomials P.
-fn lobe(radiance: DVec3, direction: DVec3, exponent: u32) -> Integrals {
+fn integrate_lobe(radiance: DVec3, direction: DVec3, exponent: u32) -> HarmonicIntegrals {
     // As in [`SkyRadiance`]: a lobe of exponent 0 is constant, because 0⁰ = 1 for directions behind
     // it.
     if exponent == 0 {
-        return even(radiance);
+        return integrate_constant_sky(radiance);
     }
     let n = f64::from(exponent);
     let [mean, linear, square] = [
@@ -62,13 +62,13 @@ fn lobe(radiance: DVec3, direction: DVec3, exponent: u32) -> Integrals {
     let bands = [
         mean, linear, linear, linear, square, square, square, square, square,
     ];
-    let at_axis = harmonics(direction);
+    let at_axis = spherical_harmonics(direction);
     core::array::from_fn(|i| radiance * (bands[i] * at_axis[i]))
 }
 
 /// Returns the integrals of any sky by the midpoint rule, in equal steps of height and azimuth, so
 /// that every cell has the same solid angle.
-fn summed<R: Real>(sky: &SkyRadiance<R>) -> Integrals {
+fn integrate_numerically<R: Real>(sky: &SkyRadiance<R>) -> HarmonicIntegrals {
     const ROWS: usize = 128;
     const COLUMNS: usize = 256;
     let mut sums = [DVec3::ZERO; 9];
@@ -83,7 +83,7 @@ fn summed<R: Real>(sky: &SkyRadiance<R>) -> Integrals {
         for [cos, sin] in around {
             let d = DVec3::new(s * cos, y, s * sin);
             let radiance = sky.radiance(R::Vec3::ZERO, R::Vec3::from_f64(d)).to_f64();
-            for (sum, h) in sums.iter_mut().zip(harmonics(d)) {
+            for (sum, h) in sums.iter_mut().zip(spherical_harmonics(d)) {
                 *sum += radiance * h;
             }
         }
@@ -96,20 +96,21 @@ impl<R: Real> Irradiance<R> {
     /// however small, and costs little beside the preparation of a model; else numerically.
     pub fn new(sky: &SkyRadiance<R>) -> Self {
         let integrals = match &sky.kind {
-            SkyKind::None => [DVec3::ZERO; 9],
-            SkyKind::Constant(radiance) => even(radiance.to_f64()),
-            SkyKind::Gradient(Gradient { bottom, top, suns }) => {
+            SkyKind::Black => [DVec3::ZERO; 9],
+            SkyKind::Constant(radiance) => integrate_constant_sky(radiance.to_f64()),
+            SkyKind::Gradient(GradientSky { bottom, top, suns }) => {
                 let (bottom, top) = (bottom.to_f64(), top.to_f64());
-                let mut all = even((bottom + top) * 0.5);
+                let mut all = integrate_constant_sky((bottom + top) * 0.5);
                 // (top − bottom) / 2 · y is orthogonal to all harmonics but its own.
-                all[1] = (top - bottom) * (0.5 * 4.0 * PI / 3.0 * harmonics(DVec3::Y)[1]);
+                all[1] = (top - bottom) * (0.5 * 4.0 * PI / 3.0 * spherical_harmonics(DVec3::Y)[1]);
                 for sun in suns {
-                    let own = lobe(sun.colour.to_f64(), sun.direction.to_f64(), sun.exponent);
+                    let own =
+                        integrate_lobe(sun.colour.to_f64(), sun.direction.to_f64(), sun.exponent);
                     all.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
                 }
                 all
             }
-            SkyKind::Expression(..) | SkyKind::Map(_) => summed(sky),
+            SkyKind::Expression(..) | SkyKind::Map(_) => integrate_numerically(sky),
         };
         // Cosine lobe by band, over π: 1, 2/3, 1/4.
         let band = [
@@ -131,7 +132,7 @@ impl<R: Real> Irradiance<R> {
     /// Returns the cosine-weighted mean radiance over the hemisphere about the unit normal `n`;
     /// never negative.
     pub fn eval(&self, n: R::Vec3) -> R::Vec3 {
-        let h = harmonics(n.to_f64());
+        let h = spherical_harmonics(n.to_f64());
         let sum = self
             .coefficients
             .iter()
@@ -150,7 +151,7 @@ mod tests {
     /// in height: mean = a + b · 2/3 · n.y for L = a + b·y.
     #[test]
     fn linear_sky_has_its_closed_form() {
-        let kind = SkyKind::<f64>::Gradient(Gradient {
+        let kind = SkyKind::<f64>::Gradient(GradientSky {
             bottom: DVec3::splat(0.4),
             top: DVec3::ONE,
             suns: Vec::new(),
@@ -179,7 +180,7 @@ mod tests {
     fn skies_have_their_closed_forms() {
         let direction = DVec3::new(0.6, -0.64, 0.48);
         let under = |suns| SkyRadiance {
-            kind: SkyKind::<f64>::Gradient(Gradient {
+            kind: SkyKind::<f64>::Gradient(GradientSky {
                 bottom: DVec3::new(0.1, 0.5, 2.0),
                 top: DVec3::new(0.7, 0.3, 0.0),
                 suns,
@@ -207,7 +208,7 @@ mod tests {
                 0.25,
                 0.25,
             ];
-            let sums = summed(sky);
+            let sums = integrate_numerically(sky);
             for (i, coefficient) in closed.coefficients.iter().enumerate() {
                 let expected = sums[i] * band[i];
                 assert!(
@@ -217,7 +218,7 @@ mod tests {
             }
         }
         let needle = Irradiance::new(&SkyRadiance {
-            kind: SkyKind::<f64>::Gradient(Gradient {
+            kind: SkyKind::<f64>::Gradient(GradientSky {
                 bottom: DVec3::ZERO,
                 top: DVec3::ZERO,
                 suns: vec![sun(1 << 20)],

@@ -2,25 +2,25 @@
 
 use raywright_bvh::{Real, Surface, Vector};
 
-use super::{Density, LightSample, LightTarget};
+use super::{LightDensity, LightSample, ShadowRayTarget};
 
 /// Number of points whose lights are sampled together.
 pub(crate) const LANES: usize = 8;
 
 /// A scalar for each lane.
-pub(crate) type Column<T> = [T; LANES];
+pub(crate) type LaneColumn<T> = [T; LANES];
 /// A vector for each lane, by component.
-pub(crate) type Vec3Column<R> = [Column<R>; 3];
+pub(crate) type Vec3Column<R> = [LaneColumn<R>; 3];
 
 /// Returns the vector in a lane.
 #[inline(always)]
-pub(crate) fn lane_vector<R: Real>(column: &Vec3Column<R>, lane: usize) -> R::Vec3 {
+pub(crate) fn get_lane_vector<R: Real>(column: &Vec3Column<R>, lane: usize) -> R::Vec3 {
     Vector::new(column[0][lane], column[1][lane], column[2][lane])
 }
 
 /// Sets the vector in a lane.
 #[inline(always)]
-pub(crate) fn set_lane<R: Real>(column: &mut Vec3Column<R>, lane: usize, v: R::Vec3) {
+pub(crate) fn set_lane_vector<R: Real>(column: &mut Vec3Column<R>, lane: usize, v: R::Vec3) {
     (column[0][lane], column[1][lane], column[2][lane]) = (v.x(), v.y(), v.z());
 }
 
@@ -31,7 +31,7 @@ pub(crate) struct SurfaceLanes<R: Real> {
     above: Vec3Column<R>,
     below: Vec3Column<R>,
     normal: Vec3Column<R>,
-    error: Column<R>,
+    error: LaneColumn<R>,
 }
 
 impl<R: Real> SurfaceLanes<R> {
@@ -47,21 +47,21 @@ impl<R: Real> SurfaceLanes<R> {
     }
 
     #[inline(always)]
-    pub fn set_lane(&mut self, lane: usize, surface: &Surface<R>) {
-        set_lane::<R>(&mut self.point, lane, surface.point);
-        set_lane::<R>(&mut self.above, lane, surface.above);
-        set_lane::<R>(&mut self.below, lane, surface.below);
-        set_lane::<R>(&mut self.normal, lane, surface.normal);
+    pub fn set_lane_vector(&mut self, lane: usize, surface: &Surface<R>) {
+        set_lane_vector::<R>(&mut self.point, lane, surface.point);
+        set_lane_vector::<R>(&mut self.above, lane, surface.above);
+        set_lane_vector::<R>(&mut self.below, lane, surface.below);
+        set_lane_vector::<R>(&mut self.normal, lane, surface.normal);
         self.error[lane] = surface.error;
     }
 
     #[inline(always)]
-    pub fn lane(&self, lane: usize) -> Surface<R> {
+    pub fn get_lane(&self, lane: usize) -> Surface<R> {
         Surface {
-            point: lane_vector::<R>(&self.point, lane),
-            above: lane_vector::<R>(&self.above, lane),
-            below: lane_vector::<R>(&self.below, lane),
-            normal: lane_vector::<R>(&self.normal, lane),
+            point: get_lane_vector::<R>(&self.point, lane),
+            above: get_lane_vector::<R>(&self.above, lane),
+            below: get_lane_vector::<R>(&self.below, lane),
+            normal: get_lane_vector::<R>(&self.normal, lane),
             error: self.error[lane],
         }
     }
@@ -69,7 +69,7 @@ impl<R: Real> SurfaceLanes<R> {
 
 /// Kind of a shadow ray's target, by the column that holds the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum LightTargetKind {
+pub(crate) enum ShadowRayTargetKind {
     /// No light.
     Nothing,
     /// The surface point in the column of surfaces.
@@ -77,83 +77,87 @@ pub(crate) enum LightTargetKind {
     /// Infinity.
     Infinity,
     /// The target in the column of other targets.
-    Target,
+    Stored,
 }
 
 /// A [`LightSample`] for each lane, in columns.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LightLanes<R: Real> {
+pub(crate) struct LightSampleLanes<R: Real> {
     pub direction: Vec3Column<R>,
     pub arriving: Vec3Column<R>,
     /// Density by solid angle; zero for a delta light.
-    pub density: Column<f64>,
-    pub target_kinds: Column<LightTargetKind>,
+    pub density: LaneColumn<f64>,
+    pub target_kinds: LaneColumn<ShadowRayTargetKind>,
     pub surface: SurfaceLanes<R>,
-    target: Column<LightTarget<R>>,
+    target: LaneColumn<ShadowRayTarget<R>>,
 }
 
-impl<R: Real> LightLanes<R> {
+impl<R: Real> LightSampleLanes<R> {
     pub fn new() -> Self {
         let none = [[R::ZERO; LANES]; 3];
         Self {
             direction: none,
             arriving: none,
             density: [0.0; LANES],
-            target_kinds: [LightTargetKind::Nothing; LANES],
+            target_kinds: [ShadowRayTargetKind::Nothing; LANES],
             surface: SurfaceLanes::new(),
-            target: [LightTarget::Infinity; LANES],
+            target: [ShadowRayTarget::Infinity; LANES],
         }
     }
 
     /// Sets the light sample in a lane.
     #[inline(always)]
-    pub fn set_lane(&mut self, lane: usize, sample: &LightSample<R>) {
-        set_lane::<R>(&mut self.direction, lane, sample.direction);
-        set_lane::<R>(&mut self.arriving, lane, sample.arriving);
+    pub fn set_lane_vector(&mut self, lane: usize, sample: &LightSample<R>) {
+        set_lane_vector::<R>(&mut self.direction, lane, sample.direction);
+        set_lane_vector::<R>(&mut self.arriving, lane, sample.arriving);
         self.density[lane] = match sample.density {
-            Density::Delta => 0.0,
-            Density::SolidAngle(density) => density,
+            LightDensity::Delta => 0.0,
+            LightDensity::SolidAngle(density) => density,
         };
         self.target_kinds[lane] = match &sample.target {
-            LightTarget::Surface(surface) => {
-                self.surface.set_lane(lane, surface);
-                LightTargetKind::Surface
+            ShadowRayTarget::Surface(surface) => {
+                self.surface.set_lane_vector(lane, surface);
+                ShadowRayTargetKind::Surface
             }
-            LightTarget::Infinity => LightTargetKind::Infinity,
+            ShadowRayTarget::Infinity => ShadowRayTargetKind::Infinity,
             target => {
                 self.target[lane] = *target;
-                LightTargetKind::Target
+                ShadowRayTargetKind::Stored
             }
         };
     }
 
     /// Whether the sample in a lane is that of a delta light.
     #[inline(always)]
-    pub fn is_sizeless(&self, lane: usize) -> bool {
+    pub fn is_delta(&self, lane: usize) -> bool {
         self.density[lane] == 0.0
     }
 
     /// Returns the sampling density of the light in a lane.
     #[inline(always)]
-    pub fn density_of(&self, lane: usize) -> Density {
-        if self.is_sizeless(lane) {
-            Density::Delta
+    pub fn lane_density(&self, lane: usize) -> LightDensity {
+        if self.is_delta(lane) {
+            LightDensity::Delta
         } else {
-            Density::SolidAngle(self.density[lane])
+            LightDensity::SolidAngle(self.density[lane])
         }
     }
 
     /// Returns the light sample in a lane that has a light.
     #[inline(always)]
-    pub fn lane(&self, lane: usize) -> LightSample<R> {
+    pub fn get_lane(&self, lane: usize) -> LightSample<R> {
         LightSample {
-            direction: lane_vector::<R>(&self.direction, lane),
-            arriving: lane_vector::<R>(&self.arriving, lane),
-            density: self.density_of(lane),
+            direction: get_lane_vector::<R>(&self.direction, lane),
+            arriving: get_lane_vector::<R>(&self.arriving, lane),
+            density: self.lane_density(lane),
             target: match self.target_kinds[lane] {
-                LightTargetKind::Surface => LightTarget::Surface(self.surface.lane(lane)),
-                LightTargetKind::Infinity | LightTargetKind::Nothing => LightTarget::Infinity,
-                LightTargetKind::Target => self.target[lane],
+                ShadowRayTargetKind::Surface => {
+                    ShadowRayTarget::Surface(self.surface.get_lane(lane))
+                }
+                ShadowRayTargetKind::Infinity | ShadowRayTargetKind::Nothing => {
+                    ShadowRayTarget::Infinity
+                }
+                ShadowRayTargetKind::Stored => self.target[lane],
             },
         }
     }

@@ -5,14 +5,14 @@
 //! [`Lights::sample`] samples a light from a point. The sample holds a direction, the radiance from
 //! that direction over its sampling density, the density by solid angle, and the target of a shadow
 //! ray. [`Lights::density`] returns the same density for a point of a light that a ray hit, and
-//! [`Emitters::index_of`] finds the light of such a hit. [`Lights::power`] and [`Lights::bounds`]
-//! serve the choice among lights. A delta light has no density ([`Density::Delta`]): no ray can hit
+//! [`Emitters::emitter_index_of`] finds the light of such a hit. [`Lights::power`] and [`Lights::bounds`]
+//! serve the choice among lights. A delta light has no density ([`LightDensity::Delta`]): no ray can hit
 //! it.
 //!
 //! Whitted's integrator samples every delta light in scene order, and one emitter chosen by power.
 //! It never samples the sky, so no sky sampler is built for it. The path tracer chooses one light
-//! at each vertex, the sky among them: it calls [`Lights::prepare_sky`] and
-//! [`Lights::prepare_choice`].
+//! at each vertex, the sky among them: it calls [`Lights::build_sky_sampler`] and
+//! [`Lights::build_light_sampler`].
 //!
 //! The tables are flat arrays of plain data, built by preparation and read-only while rendering.
 
@@ -37,18 +37,19 @@ use raywright_bvh::{Aabb, Real, Surface};
 use emitters::EmitterLanes;
 
 pub use bounds::LightBounds;
-pub use choice::{ChoiceQuery, LightChoice};
+pub use choice::{LightSampler, LightSamplerQuery};
 pub use cone::DirectionCone;
 pub use delta::DeltaLight;
 pub use emitters::{EmissionEstimate, EmissionPoint, EmitterList, EmitterStrategy, Emitters};
 pub use grid::SphereGrid;
 pub use irradiance::Irradiance;
 pub(crate) use lanes::{
-    Column, LANES, LightLanes, LightTargetKind, SurfaceLanes, Vec3Column, lane_vector, set_lane,
+    LANES, LaneColumn, LightSampleLanes, ShadowRayTargetKind, SurfaceLanes, Vec3Column,
+    get_lane_vector, set_lane_vector,
 };
 pub use polygon::Polygon;
 pub use sky::{SkyRadiance, SkySample};
-pub(crate) use sky::{packed_bytes, prepare as prepare_sky};
+pub(crate) use sky::{max_table_bytes, prepare_sky_radiance as prepare_sky};
 pub use sky_sampler::SkySampler;
 pub(crate) use usage::LightUsage;
 
@@ -65,7 +66,7 @@ pub enum LightId {
 
 /// Target of a shadow ray: a sampled or hit point of a light.
 #[derive(Clone, Copy, Debug)]
-pub enum LightTarget<R: Real> {
+pub enum ShadowRayTarget<R: Real> {
     /// Infinity.
     Infinity,
     /// A point that no ray can hit.
@@ -74,7 +75,7 @@ pub enum LightTarget<R: Real> {
     Surface(Surface<R>),
     /// The centre of an emitter. The emitter does not shadow itself, although rays to its centre
     /// hit it.
-    Middle {
+    EmitterCentre {
         /// The centre.
         point: R::Vec3,
         /// Index of the emitter.
@@ -84,7 +85,7 @@ pub enum LightTarget<R: Real> {
 
 /// Sampling density of a light sample's direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Density {
+pub enum LightDensity {
     /// A delta light: a single direction.
     Delta,
     /// Density by solid angle, times the probability of the light.
@@ -100,9 +101,9 @@ pub struct LightSample<R: Real> {
     /// density; the irradiance itself for a delta light.
     pub arriving: R::Vec3,
     /// Sampling density of `direction`.
-    pub density: Density,
+    pub density: LightDensity,
     /// Target of the shadow ray.
-    pub target: LightTarget<R>,
+    pub target: ShadowRayTarget<R>,
 }
 
 /// A light chosen for a receiving point with a probability, and two uniform numbers in [0, 1) for
@@ -130,10 +131,10 @@ pub struct Lights<R: Real> {
     pub sky: SkyRadiance<R>,
     sky_sampler: Option<SkySampler>,
     /// Sampler of lights; empty until prepared.
-    choice: LightChoice,
+    light_sampler: LightSampler,
     /// Half the diagonal of the bounded part of the scene: the radius of the scene for infinitely
     /// distant lights.
-    reach: f64,
+    scene_radius: f64,
 }
 
 impl<R: Real> Lights<R> {
@@ -154,38 +155,38 @@ impl<R: Real> Lights<R> {
             emitters,
             sky,
             sky_sampler: None,
-            choice: LightChoice::default(),
-            reach,
+            light_sampler: LightSampler::default(),
+            scene_radius: reach,
         }
     }
 
     /// Builds the sky sampler. Without a sampler, the sky has no power and is never sampled.
-    pub fn prepare_sky(&mut self) {
+    pub fn build_sky_sampler(&mut self) {
         self.sky_sampler = SkySampler::new(&self.sky);
     }
 
     /// Restricts sky sampling to the excess of the sky over its uniform part: see
-    /// [`SkySampler::of_excess`].
-    pub fn draw_excess_of_sky(&mut self) {
+    /// [`SkySampler::into_excess_sampler`].
+    pub fn restrict_sky_to_excess(&mut self) {
         self.sky_sampler = self
             .sky_sampler
             .take()
-            .map(|sampler| sampler.of_excess(&self.sky));
+            .map(|sampler| sampler.into_excess_sampler(&self.sky));
     }
 
     /// Builds the sampler of all lights; the sky is included if its sampler is built.
-    pub fn prepare_choice(&mut self) {
-        self.choice = LightChoice::new(self);
+    pub fn build_light_sampler(&mut self) {
+        self.light_sampler = LightSampler::new(self);
     }
 
     /// Returns the sampler of lights; empty if not prepared.
-    pub fn choice(&self) -> &LightChoice {
-        &self.choice
+    pub fn light_sampler(&self) -> &LightSampler {
+        &self.light_sampler
     }
 
     /// Iterates over all lights, in the order of the tables: delta lights, emitters, then the sky
     /// if it is sampled.
-    pub fn ids(&self) -> impl Iterator<Item = LightId> {
+    pub fn light_ids(&self) -> impl Iterator<Item = LightId> {
         let deltas = (0..self.delta.len()).map(|i| LightId::Delta(i as u32));
         let emitters = (0..self.emitters.len()).map(|i| LightId::Emitter(i as u32));
         deltas
@@ -203,10 +204,10 @@ impl<R: Real> Lights<R> {
     /// scene.
     pub fn power(&self, light: LightId) -> f64 {
         match light {
-            LightId::Delta(i) => self.delta[i as usize].power(self.reach),
+            LightId::Delta(i) => self.delta[i as usize].power(self.scene_radius),
             LightId::Emitter(i) => self.emitters.power(i),
             LightId::Sky => {
-                let across = core::f64::consts::PI * self.reach * self.reach;
+                let across = core::f64::consts::PI * self.scene_radius * self.scene_radius;
                 self.sky_sampler
                     .as_ref()
                     .map_or(0.0, |sampler| sampler.flux() * across)
@@ -257,18 +258,18 @@ impl<R: Real> Lights<R> {
 
     /// Samples many chosen lights as [`Lights::sample`] does, one lane of `samples` for each, and
     /// overwrites their contents. Lights of the same kind are sampled together.
-    pub(crate) fn sample_each(
+    pub(crate) fn sample_batches(
         &self,
         chosen_lights: &[Option<ChosenLight<R>>],
-        samples: &mut Vec<LightLanes<R>>,
+        samples: &mut Vec<LightSampleLanes<R>>,
     ) {
         samples.resize_with(
             chosen_lights.len().div_ceil(LANES).max(samples.len()),
-            LightLanes::new,
+            LightSampleLanes::new,
         );
         let mut emitters = EmitterLanes::new();
         for (chosen_lights, samples) in chosen_lights.chunks(LANES).zip(&mut *samples) {
-            samples.target_kinds = [LightTargetKind::Nothing; LANES];
+            samples.target_kinds = [ShadowRayTargetKind::Nothing; LANES];
             let each = || {
                 chosen_lights
                     .iter()
@@ -294,7 +295,7 @@ impl<R: Real> Lights<R> {
                 if matches!(light, LightId::Delta(_)) {
                     self.sample(light, from, position, probability)
                         .iter()
-                        .for_each(|sample| samples.set_lane(lane, sample));
+                        .for_each(|sample| samples.set_lane_vector(lane, sample));
                 }
             }
         }
@@ -313,9 +314,9 @@ impl<R: Real> Lights<R> {
         };
         let sky = || each().filter(|(_, chosen_light)| chosen_light.light == LightId::Sky);
         let directions =
-            sampler.drawn_each::<R>(sky().map(|(_, chosen_light)| chosen_light.position));
+            sampler.sample_directions::<R>(sky().map(|(_, chosen_light)| chosen_light.position));
         let mut sky_samples = Vec::with_capacity(directions.len());
-        self.sky.look(
+        self.sky.eval_rays(
             sky()
                 .zip(&directions)
                 .map(|((_, chosen_light), &direction)| (chosen_light.from, direction)),
@@ -324,10 +325,11 @@ impl<R: Real> Lights<R> {
         for (((index, chosen_light), &direction), sky_sample) in
             sky().zip(&directions).zip(&sky_samples)
         {
-            let sample = sampler.sample_seen(direction, sky_sample, chosen_light.probability);
+            let sample =
+                sampler.light_sample_from_radiance(direction, sky_sample, chosen_light.probability);
             sample
                 .iter()
-                .for_each(|sample| samples[index / LANES].set_lane(index % LANES, sample));
+                .for_each(|sample| samples[index / LANES].set_lane_vector(index % LANES, sample));
         }
     }
 
@@ -339,23 +341,25 @@ impl<R: Real> Lights<R> {
         light: LightId,
         from: R::Vec3,
         direction: R::Vec3,
-        light_target: &LightTarget<R>,
+        light_target: &ShadowRayTarget<R>,
         probability: f64,
     ) -> f64 {
         match (light, light_target) {
-            (LightId::Emitter(i), LightTarget::Surface(surface)) => {
+            (LightId::Emitter(i), ShadowRayTarget::Surface(surface)) => {
                 self.emitters.density(i, from, surface, probability)
             }
-            (LightId::Sky, LightTarget::Infinity) => {
-                self.density_of_sky(direction, self.sky.place(direction), probability)
-            }
+            (LightId::Sky, ShadowRayTarget::Infinity) => self.sky_density(
+                direction,
+                self.sky.image_coordinates(direction),
+                probability,
+            ),
             _ => 0.0,
         }
     }
 
     /// Returns the density of the sky as [`Lights::density`] does, for a direction with the given
-    /// image coordinates ([`SkyRadiance::place`]).
-    pub fn density_of_sky(&self, direction: R::Vec3, place: [R; 2], probability: f64) -> f64 {
+    /// image coordinates ([`SkyRadiance::image_coordinates`]).
+    pub fn sky_density(&self, direction: R::Vec3, place: [R; 2], probability: f64) -> f64 {
         self.sky_sampler.as_ref().map_or(0.0, |sampler| {
             sampler.density::<R>(direction, place) * probability
         })

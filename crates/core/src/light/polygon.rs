@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use crate::number::{angle_above, sines_and_cosines};
+use crate::number::{angle_above_axis, sines_and_cosines};
 
 /// Solid angle in steradians below which points are sampled by area: over so small a polygon,
 /// distances and cosines hardly differ, and its angles lose their digits.
@@ -32,12 +32,12 @@ pub(super) struct PolygonSample {
 
 impl Polygon {
     /// Returns a triangle as a polygon.
-    pub fn triangle([a, b, c]: [DVec3; 3]) -> Self {
+    pub fn from_triangle([a, b, c]: [DVec3; 3]) -> Self {
         Self([a, b, c, c])
     }
 
     /// Returns a quad as a polygon.
-    pub fn quad(corners: [DVec3; 4]) -> Self {
+    pub fn from_quad(corners: [DVec3; 4]) -> Self {
         Self(corners)
     }
 
@@ -45,7 +45,9 @@ impl Polygon {
     /// and for a point in the polygon's plane.
     #[inline]
     pub fn solid_angle(&self, from: DVec3) -> Option<f64> {
-        let [first, second] = angles(&sides(self.row(from)));
+        let [first, second] = triangle_solid_angles(&corner_directions_and_volumes(
+            self.flatten_with_point(from),
+        ));
         let solid_angle = first + second;
         (solid_angle >= LEAST).then_some(solid_angle)
     }
@@ -53,13 +55,13 @@ impl Polygon {
     /// Samples a point of the polygon uniformly by the solid angle seen from `from`, for two
     /// uniform numbers in [0, 1). Returns `None` if the polygon looks so small or flat that
     /// sampling by area is better.
-    pub(super) fn draw(&self, from: DVec3, [u, v]: [f64; 2]) -> Option<PolygonSample> {
+    pub(super) fn sample(&self, from: DVec3, [u, v]: [f64; 2]) -> Option<PolygonSample> {
         let drawn = PolygonLanes {
-            corner_directions: self.row(from).map(|x| [x]),
+            points_and_corners: self.flatten_with_point(from).map(|x| [x]),
             positions: [[u], [v]],
         }
-        .draw();
-        drawn.is_wide(0).then(|| PolygonSample {
+        .sample();
+        drawn.is_large_enough(0).then(|| PolygonSample {
             solid_angle: drawn.solid_angle[0],
             point: drawn.point(0),
         })
@@ -67,15 +69,15 @@ impl Polygon {
 
     /// Returns the components of the receiving point and of the four corners.
     #[inline(always)]
-    fn row(&self, from: DVec3) -> [f64; 15] {
+    fn flatten_with_point(&self, from: DVec3) -> [f64; 15] {
         let Self([a, b, c, d]) = *self;
-        row([from, a, b, c, d])
+        flatten_vectors([from, a, b, c, d])
     }
 }
 
 /// Returns the components of vectors, one vector after the other.
 #[inline(always)]
-fn row<const V: usize, const N: usize>(vectors: [DVec3; V]) -> [f64; N] {
+fn flatten_vectors<const V: usize, const N: usize>(vectors: [DVec3; V]) -> [f64; N] {
     let mut row = [0.0; N];
     for (row, v) in row.as_chunks_mut::<3>().0.iter_mut().zip(vectors) {
         *row = v.to_array();
@@ -85,7 +87,7 @@ fn row<const V: usize, const N: usize>(vectors: [DVec3; V]) -> [f64; N] {
 
 /// Returns the vector at an index of a list of components, three for each vector.
 #[inline(always)]
-fn vector<const N: usize>(row: &[f64; N], index: usize) -> DVec3 {
+fn vector_at<const N: usize>(row: &[f64; N], index: usize) -> DVec3 {
     DVec3::new(row[3 * index], row[3 * index + 1], row[3 * index + 2])
 }
 
@@ -94,19 +96,19 @@ fn vector<const N: usize>(row: &[f64; N], index: usize) -> DVec3 {
 /// its three directions span, and 1 plus their pairwise cosines ("The Solid Angle of a Plane
 /// Triangle", Van Oosterom, Strackee 1983).
 #[inline(always)]
-fn sides(corner_directions: [f64; 15]) -> [f64; 16] {
-    let from = vector(&corner_directions, 0);
+fn corner_directions_and_volumes(corner_directions: [f64; 15]) -> [f64; 16] {
+    let from = vector_at(&corner_directions, 0);
     // Vector by vector: `map` of an array is not always inlined.
     let (a, b) = (
-        (vector(&corner_directions, 1) - from).normalize(),
-        (vector(&corner_directions, 2) - from).normalize(),
+        (vector_at(&corner_directions, 1) - from).normalize(),
+        (vector_at(&corner_directions, 2) - from).normalize(),
     );
     let (c, d) = (
-        (vector(&corner_directions, 3) - from).normalize(),
-        (vector(&corner_directions, 4) - from).normalize(),
+        (vector_at(&corner_directions, 3) - from).normalize(),
+        (vector_at(&corner_directions, 4) - from).normalize(),
     );
     let across = a.dot(c);
-    let directions: [f64; 12] = row([a, b, c, d]);
+    let directions: [f64; 12] = flatten_vectors([a, b, c, d]);
     let mut sides = [0.0; 16];
     sides[..12].copy_from_slice(&directions);
     sides[12] = a.dot(b.cross(c)).abs();
@@ -118,11 +120,11 @@ fn sides(corner_directions: [f64; 15]) -> [f64; 16] {
 
 /// Returns the solid angles of both triangles in steradians; zero for a missing triangle.
 #[inline(always)]
-fn angles(sides: &[f64; 16]) -> [f64; 2] {
+fn triangle_solid_angles(sides: &[f64; 16]) -> [f64; 2] {
     // False for NaN too, from a corner.
     let value_of = |i: usize| {
         if sides[i] > FLAT {
-            2.0 * angle_above(sides[i], sides[i + 1])
+            2.0 * angle_above_axis(sides[i], sides[i + 1])
         } else {
             0.0
         }
@@ -135,23 +137,26 @@ fn angles(sides: &[f64; 16]) -> [f64; 2] {
 /// of the spherical triangle, given by its sine and cosine; the sampled point lies at the share `v`
 /// along that arc.
 #[inline(always)]
-fn offset(
+fn offset_to_sample(
     corner_directions: [f64; 15],
     sides: [f64; 16],
     [is_second, of_area, beside, v]: [f64; 4],
 ) -> [f64; 4] {
     let select = |first: DVec3, second: DVec3| if is_second > 0.0 { second } else { first };
     let (from, first, second) = (
-        vector(&corner_directions, 0),
-        vector(&corner_directions, 1),
-        vector(&corner_directions, 2),
+        vector_at(&corner_directions, 0),
+        vector_at(&corner_directions, 1),
+        vector_at(&corner_directions, 2),
     );
-    let (third, fourth) = (vector(&corner_directions, 3), vector(&corner_directions, 4));
+    let (third, fourth) = (
+        vector_at(&corner_directions, 3),
+        vector_at(&corner_directions, 4),
+    );
     let (a, b, c, d) = (
-        vector(&sides, 0),
-        vector(&sides, 1),
-        vector(&sides, 2),
-        vector(&sides, 3),
+        vector_at(&sides, 0),
+        vector_at(&sides, 1),
+        vector_at(&sides, 2),
+        vector_at(&sides, 3),
     );
     let normal = (select(second, third) - first).cross(select(third, fourth) - first);
     let (b, c) = (select(b, c), select(c, d));
@@ -169,11 +174,12 @@ fn offset(
     // For an area of zero this quotient is 0/0, and the arc is the side itself.
     let q = if q < -1.0 { -1.0 } else { q };
     let q = if q < 1.0 { q } else { 1.0 };
-    let on_side = a * q + unit(c - a * c.dot(a)) * (1.0 - q * q).sqrt();
+    let on_side = a * q + normalize_or_zero(c - a * c.dot(a)) * (1.0 - q * q).sqrt();
     let h = v * (1.0 - on_side.dot(b));
     let rest = h * (2.0 - h);
     let direction = b * (1.0 - h)
-        + unit(on_side - b * on_side.dot(b)) * (if rest > 0.0 { rest } else { 0.0 }).sqrt();
+        + normalize_or_zero(on_side - b * on_side.dot(b))
+            * (if rest > 0.0 { rest } else { 0.0 }).sqrt();
     let distance = normal.dot(first - from) / normal.dot(direction);
     let unit_direction = direction * distance;
     [
@@ -186,7 +192,7 @@ fn offset(
 
 /// The unit vector of a direction; zero for a zero vector.
 #[inline(always)]
-fn unit(v: DVec3) -> DVec3 {
+fn normalize_or_zero(v: DVec3) -> DVec3 {
     let inverse = 1.0 / v.length();
     v * if inverse < f64::INFINITY {
         inverse
@@ -199,7 +205,10 @@ fn unit(v: DVec3) -> DVec3 {
 type PolygonColumns<const K: usize, const N: usize> = [[f64; N]; K];
 
 #[inline(always)]
-fn lane<const K: usize, const N: usize>(columns: &PolygonColumns<K, N>, lane: usize) -> [f64; K] {
+fn get_lane_row<const K: usize, const N: usize>(
+    columns: &PolygonColumns<K, N>,
+    lane: usize,
+) -> [f64; K] {
     let mut row = [0.0; K];
     for (number, column) in row.iter_mut().zip(columns) {
         *number = column[lane];
@@ -208,7 +217,7 @@ fn lane<const K: usize, const N: usize>(columns: &PolygonColumns<K, N>, lane: us
 }
 
 #[inline(always)]
-fn put<const K: usize, const N: usize>(
+fn set_lane_row<const K: usize, const N: usize>(
     columns: &mut PolygonColumns<K, N>,
     lane: usize,
     row: [f64; K],
@@ -222,13 +231,13 @@ fn put<const K: usize, const N: usize>(
 /// [0, 1).
 #[derive(Clone, Copy)]
 pub(super) struct PolygonLanes<const N: usize> {
-    corner_directions: PolygonColumns<15, N>,
+    points_and_corners: PolygonColumns<15, N>,
     positions: PolygonColumns<2, N>,
 }
 
 /// Points sampled on polygons; meaningless for a polygon of too small a solid angle.
 #[derive(Clone, Copy)]
-pub(super) struct PolygonPoints<const N: usize> {
+pub(super) struct PolygonSamples<const N: usize> {
     pub solid_angle: [f64; N],
     from: PolygonColumns<3, N>,
     directions: PolygonColumns<4, N>,
@@ -237,37 +246,41 @@ pub(super) struct PolygonPoints<const N: usize> {
 impl<const N: usize> PolygonLanes<N> {
     pub fn new() -> Self {
         Self {
-            corner_directions: [[0.0; N]; 15],
+            points_and_corners: [[0.0; N]; 15],
             positions: [[0.0; N]; 2],
         }
     }
 
     /// Sets the polygon, the receiving point and the uniform numbers of a lane.
     #[inline(always)]
-    pub fn put(&mut self, lane: usize, polygon: &Polygon, from: DVec3, position: [f64; 2]) {
+    pub fn set_lane(&mut self, lane: usize, polygon: &Polygon, from: DVec3, position: [f64; 2]) {
         let Polygon([a, b, c, d]) = *polygon;
         for (columns, v) in self
-            .corner_directions
+            .points_and_corners
             .as_chunks_mut::<3>()
             .0
             .iter_mut()
             .zip([from, a, b, c, d])
         {
-            put(columns, lane, v.to_array());
+            set_lane_row(columns, lane, v.to_array());
         }
-        put(&mut self.positions, lane, position);
+        set_lane_row(&mut self.positions, lane, position);
     }
 
-    /// Samples a point in each lane, as [`Polygon::draw`] does.
+    /// Samples a point in each lane, as [`Polygon::sample`] does.
     #[inline(always)]
-    pub fn draw(&self) -> PolygonPoints<N> {
+    pub fn sample(&self) -> PolygonSamples<N> {
         let (mut sides, mut areas, mut seconds, mut solid_angle) =
             ([[0.0; N]; 16], [0.0; N], [0.0; N], [0.0; N]);
         for i in 0..N {
-            put(&mut sides, i, self::sides(lane(&self.corner_directions, i)));
+            set_lane_row(
+                &mut sides,
+                i,
+                self::corner_directions_and_volumes(get_lane_row(&self.points_and_corners, i)),
+            );
         }
         for i in 0..N {
-            let [first, second] = angles(&lane(&sides, i));
+            let [first, second] = triangle_solid_angles(&get_lane_row(&sides, i));
             solid_angle[i] = first + second;
             let at = self.positions[0][i] * solid_angle[i];
             let is_second = (second > 0.0) & (at >= first);
@@ -278,39 +291,43 @@ impl<const N: usize> PolygonLanes<N> {
         let mut directions = [[0.0; N]; 4];
         for i in 0..N {
             let choice = [seconds[i], sines[i], cosines[i], self.positions[1][i]];
-            put(
+            set_lane_row(
                 &mut directions,
                 i,
-                offset(lane(&self.corner_directions, i), lane(&sides, i), choice),
+                offset_to_sample(
+                    get_lane_row(&self.points_and_corners, i),
+                    get_lane_row(&sides, i),
+                    choice,
+                ),
             );
         }
-        PolygonPoints {
+        PolygonSamples {
             solid_angle,
             from: [
-                self.corner_directions[0],
-                self.corner_directions[1],
-                self.corner_directions[2],
+                self.points_and_corners[0],
+                self.points_and_corners[1],
+                self.points_and_corners[2],
             ],
             directions,
         }
     }
 }
 
-impl<const N: usize> PolygonPoints<N> {
+impl<const N: usize> PolygonSamples<N> {
     /// Whether the solid angle of the polygon in a lane is large enough for the method.
     #[inline(always)]
-    pub fn is_wide(&self, lane: usize) -> bool {
+    pub fn is_large_enough(&self, lane: usize) -> bool {
         self.solid_angle[lane] >= LEAST
     }
 
     /// Whether the sampled point in a lane is valid after rounding; for a polygon that is large
     /// enough.
     #[inline(always)]
-    pub fn is_some(&self, lane: usize) -> bool {
+    pub fn has_point(&self, lane: usize) -> bool {
         (self.directions[3][lane] > 0.0) & (self.directions[3][lane] < f64::INFINITY)
     }
 
-    /// Returns the sampled point in a lane; valid if [`Self::is_some`].
+    /// Returns the sampled point in a lane; valid if [`Self::has_point`].
     #[inline(always)]
     pub fn at(&self, lane: usize) -> DVec3 {
         let at = |axis: usize| self.from[axis][lane] + self.directions[axis][lane];
@@ -319,7 +336,7 @@ impl<const N: usize> PolygonPoints<N> {
 
     #[inline(always)]
     fn point(&self, lane: usize) -> Option<DVec3> {
-        self.is_some(lane).then(|| self.at(lane))
+        self.has_point(lane).then(|| self.at(lane))
     }
 }
 

@@ -7,13 +7,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec3;
-use raywright_bvh::shapes::equirectangular;
+use raywright_bvh::shapes::equirectangular_coordinates;
 use raywright_bvh::{Real, Vector};
 
-use crate::expr::{ExprScope, Programs, VariableValues, compile};
+use crate::expr::{ExprScope, ProgramTable, VariableValues, compile};
 use crate::lookup::SceneLookup;
 use crate::prepare::PrepareError;
-use crate::scene::{ColourInput, ImageData, Pixels, Sky as SkyData};
+use crate::scene::{ColourInput, ImageData, PixelData, Sky as SkyData};
 
 /// Radiance of rays that hit nothing.
 #[derive(Clone, Debug)]
@@ -21,21 +21,21 @@ pub struct SkyRadiance<R: Real> {
     pub(super) kind: SkyKind<R>,
 }
 
-pub(super) use gradient::{Gradient, SunLobe};
+pub(super) use gradient::{GradientSky, SunLobe};
 pub(super) use map::EquirectMap;
 
 /// Number of directions evaluated side by side.
 const LANES: usize = 16;
 
 /// Components of the directions in a batch.
-type DirectionColumns<R> = [[R; LANES]; 3];
+type DirectionBatch<R> = [[R; LANES]; 3];
 
 /// The sky's radiance along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct SkySample<R: Real> {
     /// Coordinates of the direction in the sky's image, each from 0 to 1; see
-    /// [`SkyRadiance::place`].
-    pub place: [R; 2],
+    /// [`SkyRadiance::image_coordinates`].
+    pub image_coordinates: [R; 2],
     /// Radiance.
     pub radiance: R::Vec3,
 }
@@ -43,24 +43,24 @@ pub struct SkySample<R: Real> {
 #[derive(Clone, Debug)]
 pub(super) enum SkyKind<R: Real> {
     /// No sky: black.
-    None,
+    Black,
     Constant(R::Vec3),
-    Gradient(Gradient<R>),
+    Gradient(GradientSky<R>),
     /// The program of an expression, and the offset from storage coordinates to those of the scene.
-    Expression(Programs<R>, R::Vec3),
+    Expression(ProgramTable<R>, R::Vec3),
     Map(EquirectMap<R>),
 }
 
-/// Prepares the sky of a scene; black without a sky. `seen_from` is the storage origin, relative to
+/// Prepares the sky of a scene; black without a sky. `resolve_view` is the storage origin, relative to
 /// which rays start.
-pub(crate) fn prepare<R: Real>(
+pub(crate) fn prepare_sky_radiance<R: Real>(
     (sky, seen_from): (Option<&SkyData>, DVec3),
     lookup: &SceneLookup<'_>,
     names: &BTreeMap<String, f64>,
 ) -> Result<SkyRadiance<R>, PrepareError> {
     let v = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
     let kind = match sky {
-        None => SkyKind::None,
+        None => SkyKind::Black,
         Some(SkyData::Constant(c)) => SkyKind::Constant(v(*c)),
         Some(SkyData::Gradient { bottom, top, suns }) => {
             let suns = suns.iter().map(|s| SunLobe {
@@ -68,7 +68,7 @@ pub(crate) fn prepare<R: Real>(
                 colour: R::Vec3::from_f64(DVec3::from(s.colour.0) * s.weight),
                 exponent: s.exponent,
             });
-            SkyKind::Gradient(Gradient {
+            SkyKind::Gradient(GradientSky {
                 bottom: v(*bottom),
                 top: v(*top),
                 suns: suns.collect(),
@@ -80,7 +80,7 @@ pub(crate) fn prepare<R: Real>(
                 source,
             };
             let programs =
-                Programs::from_program(&compile(text, names, ExprScope::Sky).map_err(failed)?);
+                ProgramTable::from_program(&compile(text, names, ExprScope::Sky).map_err(failed)?);
             SkyKind::Expression(programs, R::Vec3::from_f64(seen_from))
         }
         Some(SkyData::Expression(ColourInput::Constant(c))) => SkyKind::Constant(v(*c)),
@@ -90,7 +90,7 @@ pub(crate) fn prepare<R: Real>(
             });
         }
         // Studio lights stand around a camera: preparation replaces them by a gradient sky.
-        Some(SkyData::Studio(_)) => SkyKind::None,
+        Some(SkyData::Studio(_)) => SkyKind::Black,
         Some(SkyData::Map(map)) => {
             let image = lookup.image(&map.image);
             let missing = || PrepareError::Missing {
@@ -104,7 +104,7 @@ pub(crate) fn prepare<R: Real>(
                     R::from_f64(map.rotation / 360.0),
                     R::from_f64(map.strength),
                 )),
-                None => SkyKind::None,
+                None => SkyKind::Black,
             }
         }
     };
@@ -114,7 +114,7 @@ pub(crate) fn prepare<R: Real>(
 impl<R: Real> SkyRadiance<R> {
     /// Whether the sky is black.
     pub fn is_black(&self) -> bool {
-        matches!(self.kind, SkyKind::None)
+        matches!(self.kind, SkyKind::Black)
     }
 
     /// Returns the image of the sky, if any.
@@ -129,7 +129,7 @@ impl<R: Real> SkyRadiance<R> {
     /// Bytes of the tables besides the image.
     pub(crate) fn bytes(&self) -> u64 {
         if let SkyKind::Map(map) = &self.kind {
-            size_of_val(map.packed.as_slice()) as u64
+            size_of_val(map.packed_texels.as_slice()) as u64
         } else {
             0
         }
@@ -139,9 +139,9 @@ impl<R: Real> SkyRadiance<R> {
     /// without an image. Radiance and density of a direction share one computation of these
     /// coordinates.
     #[inline(always)]
-    pub fn place(&self, d: R::Vec3) -> [R; 2] {
+    pub fn image_coordinates(&self, d: R::Vec3) -> [R; 2] {
         if let SkyKind::Map(_) = &self.kind {
-            equirectangular::<R>(d)
+            equirectangular_coordinates::<R>(d)
         } else {
             [R::ZERO; 2]
         }
@@ -150,21 +150,23 @@ impl<R: Real> SkyRadiance<R> {
     /// Returns the radiance along a unit direction from an origin.
     #[inline(always)]
     pub fn radiance(&self, origin: R::Vec3, d: R::Vec3) -> R::Vec3 {
-        self.radiance_at(origin, d, self.place(d))
+        self.radiance_at(origin, d, self.image_coordinates(d))
     }
 
     /// Appends the radiance and image coordinates of many rays, given by origin and direction, in
     /// order; faster than one by one.
-    pub fn look(
+    pub fn eval_rays(
         &self,
         rays: impl Iterator<Item = (R::Vec3, R::Vec3)>,
         out: &mut Vec<SkySample<R>>,
     ) {
         match &self.kind {
-            SkyKind::Map(map) => map.look(rays.map(|(_, d)| d), out),
-            SkyKind::Gradient(gradient) if R::IS_SINGLE => gradient.look(rays.map(|(_, d)| d), out),
+            SkyKind::Map(map) => map.eval_directions(rays.map(|(_, d)| d), out),
+            SkyKind::Gradient(gradient) if R::IS_SINGLE => {
+                gradient.eval_directions(rays.map(|(_, d)| d), out)
+            }
             _ => out.extend(rays.map(|(origin, d)| SkySample {
-                place: [R::ZERO; 2],
+                image_coordinates: [R::ZERO; 2],
                 radiance: self.radiance(origin, d),
             })),
         }
@@ -175,10 +177,10 @@ impl<R: Real> SkyRadiance<R> {
     #[inline(always)]
     pub fn radiance_at(&self, origin: R::Vec3, d: R::Vec3, place: [R; 2]) -> R::Vec3 {
         match &self.kind {
-            SkyKind::None => R::Vec3::ZERO,
+            SkyKind::Black => R::Vec3::ZERO,
             SkyKind::Constant(c) => *c,
             SkyKind::Gradient(gradient) => gradient.radiance::<R>(d),
-            SkyKind::Expression(programs, zero) => programs.vector(
+            SkyKind::Expression(programs, zero) => programs.eval_vector(
                 0,
                 &VariableValues::<R> {
                     d,
@@ -193,28 +195,28 @@ impl<R: Real> SkyRadiance<R> {
 
 /// Calls `look` with batches of directions and the number of directions in each; the remaining
 /// lanes are meaningless.
-fn side_by_side<R: Real>(
+fn for_each_batch<R: Real>(
     directions: impl Iterator<Item = R::Vec3>,
-    mut look: impl FnMut(&DirectionColumns<R>, usize),
+    mut look: impl FnMut(&DirectionBatch<R>, usize),
 ) {
     let mut directions = directions.fuse();
     loop {
-        let mut these = [[R::ZERO; LANES]; 3];
+        let mut batch = [[R::ZERO; LANES]; 3];
         let mut count = 0;
         for (i, d) in (0..LANES).zip(&mut directions) {
-            [these[0][i], these[1][i], these[2][i]] = [d.x(), d.y(), d.z()];
+            [batch[0][i], batch[1][i], batch[2][i]] = [d.x(), d.y(), d.z()];
             count += 1;
         }
         if count == 0 {
             return;
         }
-        look(&these, count);
+        look(&batch, count);
     }
 }
 
 /// Returns the greatest number of bytes of a sky's tables besides its image.
-pub(crate) fn packed_bytes(image: &Arc<ImageData>) -> u64 {
-    if let Pixels::Linear(pixels) = &image.pixels {
+pub(crate) fn max_table_bytes(image: &Arc<ImageData>) -> u64 {
+    if let PixelData::Linear(pixels) = &image.pixels {
         (pixels.len() * size_of::<u32>()) as u64
     } else {
         0

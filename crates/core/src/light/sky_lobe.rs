@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use glam::DVec3;
 use raywright_bvh::{Real, SimdTask, run_widest};
 
-use crate::number::{exponential_beside_one, logarithm_beside_one, sines_and_cosines};
+use crate::number::{expm1, log1p, sines_and_cosines};
 
 /// Number of directions sampled together.
 const LANES: usize = 8;
@@ -21,20 +21,20 @@ pub(super) enum SkyLobe {
 
 impl SkyLobe {
     /// Samples a unit direction in proportion to the lobe, for two uniform numbers in [0, 1).
-    pub fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
+    pub fn sample_direction(&self, [u, v]: [f64; 2]) -> DVec3 {
         match *self {
             Self::Linear { bottom, top } => {
                 // The inverse of the integral of a linear density, without cancellation.
                 let root = (bottom * bottom * (1.0 - u) + top * top * u).sqrt();
-                at_height(
+                direction_at_height(
                     2.0 * u * (bottom + top) / (bottom + root).max(f64::MIN_POSITIVE) - 1.0,
                     v,
                 )
             }
             Self::Power { axis, exponent } => {
-                let mut waiting = PowerLanes::<1>::default();
-                waiting.push(axis, exponent, [u, v]);
-                let [x, y, z] = PowerLanes::run(waiting).map(|[x]| x);
+                let mut waiting = PowerLobeLanes::<1>::default();
+                waiting.push_lobe(axis, exponent, [u, v]);
+                let [x, y, z] = PowerLobeLanes::run(waiting).map(|[x]| x);
                 DVec3::new(x, y, z)
             }
         }
@@ -55,28 +55,29 @@ impl SkyLobe {
     }
 }
 
-/// Samples a direction of each lobe as [`SkyLobe::direction`] does, and appends them in order;
+/// Samples a direction of each lobe as [`SkyLobe::sample_direction`] does, and appends them in order;
 /// faster, because power lobes are sampled several together.
-pub(super) fn directions<'a>(
+pub(super) fn sample_directions<'a>(
     drawn: impl Iterator<Item = (&'a SkyLobe, [f64; 2])>,
     out: &mut Vec<DVec3>,
 ) {
-    let mut waiting = PowerLanes::<LANES>::default();
+    let mut waiting = PowerLobeLanes::<LANES>::default();
     let mut places = [0; LANES];
-    let flush = |waiting: &mut PowerLanes<LANES>, places: &[usize; LANES], out: &mut Vec<DVec3>| {
-        let [x, y, z] = run_widest(*waiting);
-        for (lane, &index) in places.iter().enumerate().take(waiting.len) {
-            out[index] = DVec3::new(x[lane], y[lane], z[lane]);
-        }
-        waiting.len = 0;
-    };
+    let flush =
+        |waiting: &mut PowerLobeLanes<LANES>, places: &[usize; LANES], out: &mut Vec<DVec3>| {
+            let [x, y, z] = run_widest(*waiting);
+            for (lane, &index) in places.iter().enumerate().take(waiting.len) {
+                out[index] = DVec3::new(x[lane], y[lane], z[lane]);
+            }
+            waiting.len = 0;
+        };
     for (lobe, numbers) in drawn {
         if let SkyLobe::Power { axis, exponent } = *lobe {
             places[waiting.len] = out.len();
-            waiting.push(axis, exponent, numbers);
+            waiting.push_lobe(axis, exponent, numbers);
             out.push(axis);
         } else {
-            out.push(lobe.direction(numbers));
+            out.push(lobe.sample_direction(numbers));
         }
         if waiting.len == LANES {
             flush(&mut waiting, &places, out);
@@ -89,14 +90,14 @@ pub(super) fn directions<'a>(
 
 /// Power lobes to be sampled together, each with two uniform numbers in [0, 1).
 #[derive(Clone, Copy)]
-struct PowerLanes<const N: usize> {
+struct PowerLobeLanes<const N: usize> {
     len: usize,
     axis: [[f64; N]; 3],
     exponent: [f64; N],
     numbers: [[f64; N]; 2],
 }
 
-impl<const N: usize> Default for PowerLanes<N> {
+impl<const N: usize> Default for PowerLobeLanes<N> {
     fn default() -> Self {
         Self {
             len: 0,
@@ -107,9 +108,9 @@ impl<const N: usize> Default for PowerLanes<N> {
     }
 }
 
-impl<const N: usize> PowerLanes<N> {
+impl<const N: usize> PowerLobeLanes<N> {
     #[inline(always)]
-    fn push(&mut self, axis: DVec3, exponent: u32, [u, v]: [f64; 2]) {
+    fn push_lobe(&mut self, axis: DVec3, exponent: u32, [u, v]: [f64; 2]) {
         let lane = self.len;
         self.len += 1;
         (self.axis[0][lane], self.axis[1][lane], self.axis[2][lane]) = (axis.x, axis.y, axis.z);
@@ -118,7 +119,7 @@ impl<const N: usize> PowerLanes<N> {
     }
 }
 
-impl<const N: usize> SimdTask for PowerLanes<N> {
+impl<const N: usize> SimdTask for PowerLobeLanes<N> {
     type Output = [[f64; N]; 3];
     #[inline(always)]
     fn run(self) -> Self::Output {
@@ -130,9 +131,7 @@ impl<const N: usize> SimdTask for PowerLanes<N> {
         let mut out = [[0.0; N]; 3];
         for i in 0..N {
             // 1 − cos, which keeps its digits where the lobe is narrow.
-            let h = -exponential_beside_one(
-                logarithm_beside_one(-self.numbers[0][i]) / (self.exponent[i] + 1.0),
-            );
+            let h = -expm1(log1p(-self.numbers[0][i]) / (self.exponent[i] + 1.0));
             let rest = h * (2.0 - h);
             let ring = (if rest > 0.0 { rest } else { 0.0 }).sqrt();
             let axis = DVec3::new(self.axis[0][i], self.axis[1][i], self.axis[2][i]);
@@ -145,7 +144,7 @@ impl<const N: usize> SimdTask for PowerLanes<N> {
 }
 
 /// Returns the unit direction with the height `y` and an azimuth in turns.
-pub(super) fn at_height(y: f64, turn: f64) -> DVec3 {
+pub(super) fn direction_at_height(y: f64, turn: f64) -> DVec3 {
     let ring = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
     DVec3::new(
         ring * libm::cos(TAU * turn),
@@ -171,7 +170,7 @@ mod tests {
             .map(|[bottom, top]| (SkyLobe::Linear { bottom, top }, DVec3::NEG_Y));
         for (lobe, axis) in suns.into_iter().chain(linear) {
             let at = |step: u32| {
-                let direction = lobe.direction([f64::from(step) / f64::from(STEPS), 0.3]);
+                let direction = lobe.sample_direction([f64::from(step) / f64::from(STEPS), 0.3]);
                 // 1 − cos of the angle to the axis, with its digits.
                 (
                     0.5 * (direction - axis).length_squared(),

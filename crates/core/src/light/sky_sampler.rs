@@ -5,10 +5,10 @@ use core::f64::consts::{FRAC_1_PI, PI, TAU};
 use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
-use super::cdf::{push_shares, sample_index};
-use super::sky::{EquirectMap, Gradient, SkyKind};
-use super::sky_lobe::{self, SkyLobe, at_height};
-use super::{Density, LightSample, LightTarget, SkyRadiance, SkySample, SphereGrid};
+use super::cdf::{push_cdf, sample_index};
+use super::sky::{EquirectMap, GradientSky, SkyKind};
+use super::sky_lobe::{self, SkyLobe, direction_at_height};
+use super::{LightDensity, LightSample, ShadowRayTarget, SkyRadiance, SkySample, SphereGrid};
 
 /// Share of an image's mean radiance that is left to BSDF sampling. The whole mean gives a seventh
 /// more noise under skies that are slightly brighter on one side; half of the mean gives three
@@ -23,16 +23,16 @@ const SMALL: f64 = 10.0;
 /// Sampler of a sky's directions.
 #[derive(Clone, Debug)]
 pub struct SkySampler {
-    form: SkyForm,
+    form: SkySamplerKind,
     flux: f64,
-    /// See [`Self::small`].
-    small: Option<f64>,
+    /// See [`Self::small_part_density`].
+    small_part_density: Option<f64>,
 }
 
 #[derive(Clone, Debug)]
-enum SkyForm {
+enum SkySamplerKind {
     /// Uniform over the sphere: for an expression, whose bright directions are unknown.
-    Even,
+    Uniform,
     /// A sum of lobes in closed form, chosen by their shares.
     Lobes {
         lobes: Vec<SkyLobe>,
@@ -42,43 +42,48 @@ enum SkyForm {
     Grid(SphereGrid),
 }
 
-fn sum<R: Real>(colour: R::Vec3) -> f64 {
+fn sum_channels<R: Real>(colour: R::Vec3) -> f64 {
     let c = colour.to_f64();
     (c.x + c.y + c.z).max(0.0)
 }
 
 impl SkySampler {
-    /// Builds the sampler of a sky; `None` for a black sky.
+    /// Builds the sampler of a sky; `Black` for a black sky.
     pub fn new<R: Real>(sky: &SkyRadiance<R>) -> Option<Self> {
         let linear = |bottom, top| (SkyLobe::Linear { bottom, top }, TAU * (bottom + top));
         let sampler = match &sky.kind {
-            SkyKind::None => None,
-            SkyKind::Constant(c) => Self::lobes([linear(sum::<R>(*c), sum::<R>(*c))]),
-            SkyKind::Gradient(Gradient { bottom, top, suns }) => {
+            SkyKind::Black => None,
+            SkyKind::Constant(c) => {
+                Self::from_lobes([linear(sum_channels::<R>(*c), sum_channels::<R>(*c))])
+            }
+            SkyKind::Gradient(GradientSky { bottom, top, suns }) => {
                 let suns = suns.iter().map(|sun| {
                     let (axis, exponent) = (sun.direction.to_f64().normalize(), sun.exponent);
                     (
                         SkyLobe::Power { axis, exponent },
-                        sum::<R>(sun.colour) * TAU / (f64::from(exponent) + 1.0),
+                        sum_channels::<R>(sun.colour) * TAU / (f64::from(exponent) + 1.0),
                     )
                 });
-                Self::lobes(core::iter::once(linear(sum::<R>(*bottom), sum::<R>(*top))).chain(suns))
+                Self::from_lobes(
+                    core::iter::once(linear(sum_channels::<R>(*bottom), sum_channels::<R>(*top)))
+                        .chain(suns),
+                )
             }
             SkyKind::Expression(..) => Some(Self {
-                form: SkyForm::Even,
-                flux: flux_by_quadrature(sky),
-                small: None,
+                form: SkySamplerKind::Uniform,
+                flux: integrate_flux(sky),
+                small_part_density: None,
             }),
             SkyKind::Map(map) => {
-                let grid = grid(map, |radiance| radiance)?;
+                let grid = build_image_grid(map, |radiance| radiance)?;
                 Some(Self {
                     flux: grid.flux(),
-                    form: SkyForm::Grid(grid),
-                    small: None,
+                    form: SkySamplerKind::Grid(grid),
+                    small_part_density: None,
                 })
             }
         };
-        sampler.map(|sampler| sampler.with_small(sky))
+        sampler.map(|sampler| sampler.with_small_part_detected(sky))
     }
 
     /// Restricts the sampler to the excess of the sky: to suns without the gradient, or to the
@@ -87,22 +92,22 @@ impl SkySampler {
     /// light ("MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling",
     /// Karlík et al. 2019). Without an excess the sampler stays as it is.
     #[must_use]
-    pub fn of_excess<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
+    pub fn into_excess_sampler<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         let excess = match (&self.form, &sky.kind) {
-            (SkyForm::Lobes { lobes, shares }, _) => {
+            (SkySamplerKind::Lobes { lobes, shares }, _) => {
                 let fluxes = lobes.iter().enumerate().map(|(i, lobe)| match lobe {
                     SkyLobe::Linear { .. } => 0.0,
                     SkyLobe::Power { .. } => super::cdf::probability_of(shares, i),
                 });
-                Self::lobes(lobes.iter().copied().zip(fluxes))
+                Self::from_lobes(lobes.iter().copied().zip(fluxes))
             }
-            (SkyForm::Grid(whole), SkyKind::Map(map)) => {
+            (SkySamplerKind::Grid(whole), SkyKind::Map(map)) => {
                 let even = EVEN * 0.25 * FRAC_1_PI * whole.flux();
-                let excess = grid(map, |radiance| (radiance - even).max(0.0));
+                let excess = build_image_grid(map, |radiance| (radiance - even).max(0.0));
                 excess.map(|grid| Self {
                     flux: grid.flux(),
-                    form: SkyForm::Grid(grid),
-                    small: None,
+                    form: SkySamplerKind::Grid(grid),
+                    small_part_density: None,
                 })
             }
             _ => None,
@@ -111,45 +116,46 @@ impl SkySampler {
             // The choice among lights needs the flux of the whole sky.
             Some(excess) => Self {
                 flux: self.flux,
-                ..excess.with_small(sky)
+                ..excess.with_small_part_detected(sky)
             },
             None => self,
         }
     }
 
-    fn lobes(lobes: impl IntoIterator<Item = (SkyLobe, f64)>) -> Option<Self> {
+    fn from_lobes(lobes: impl IntoIterator<Item = (SkyLobe, f64)>) -> Option<Self> {
         let (lobes, fluxes): (Vec<SkyLobe>, Vec<f64>) = lobes.into_iter().unzip();
         let mut shares = Vec::new();
-        let flux = push_shares(&mut shares, &fluxes);
+        let flux = push_cdf(&mut shares, &fluxes);
         (flux > 0.0).then_some(Self {
-            form: SkyForm::Lobes { lobes, shares },
+            form: SkySamplerKind::Lobes { lobes, shares },
             flux,
-            small: None,
+            small_part_density: None,
         })
     }
 
     /// Detects a small bright part of the sky. The mean density of sampled directions is ∫p² for
     /// the density p. It measures the concentration of the light, and so the noise of paths that
     /// hit the bright part by chance.
-    fn with_small<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
+    fn with_small_part_detected<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         const SIDE: u16 = 16;
         let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(SIDE);
-        let drawn = (0..SIDE * SIDE).map(|i| self.drawn::<R>([middle(i % SIDE), middle(i / SIDE)]));
+        let drawn = (0..SIDE * SIDE)
+            .map(|i| self.sample_direction::<R>([middle(i % SIDE), middle(i / SIDE)]));
         let mean = drawn
-            .map(|direction| self.density::<R>(direction, sky.place(direction)))
+            .map(|direction| self.density::<R>(direction, sky.image_coordinates(direction)))
             .sum::<f64>()
             / f64::from(SIDE * SIDE);
         Self {
-            small: (mean >= SMALL).then_some(0.5 * mean),
+            small_part_density: (mean >= SMALL).then_some(0.5 * mean),
             ..self
         }
     }
 
     /// Returns the sampling density from which on a direction belongs to a small bright part of the
-    /// sky; `None` without such a part.
+    /// sky; `Black` without such a part.
     #[inline(always)]
-    pub fn small(&self) -> Option<f64> {
-        self.small
+    pub fn small_part_density(&self) -> Option<f64> {
+        self.small_part_density
     }
 
     /// Returns the integral of the radiance over the sphere, summed over the three channels; of the
@@ -158,7 +164,7 @@ impl SkySampler {
         self.flux
     }
 
-    /// Samples the sky for two uniform numbers in [0, 1) and the receiving point `from`; `None` if
+    /// Samples the sky for two uniform numbers in [0, 1) and the receiving point `from`; `Black` if
     /// the sampled direction is black.
     pub fn sample<R: Real>(
         &self,
@@ -167,12 +173,12 @@ impl SkySampler {
         position: [f32; 2],
         probability: f64,
     ) -> Option<LightSample<R>> {
-        let direction = self.drawn::<R>(position);
-        let place = sky.place(direction);
-        self.sample_seen(
+        let direction = self.sample_direction::<R>(position);
+        let place = sky.image_coordinates(direction);
+        self.light_sample_from_radiance(
             direction,
             &SkySample {
-                place,
+                image_coordinates: place,
                 radiance: sky.radiance_at(from, direction, place),
             },
             probability,
@@ -181,22 +187,27 @@ impl SkySampler {
 
     /// Samples a unit direction for two uniform numbers in [0, 1): the first step of
     /// [`Self::sample`].
-    pub fn drawn<R: Real>(&self, position: [f32; 2]) -> R::Vec3 {
-        R::Vec3::from_f64(self.direction(position.map(f64::from)))
+    pub fn sample_direction<R: Real>(&self, position: [f32; 2]) -> R::Vec3 {
+        R::Vec3::from_f64(self.sample_direction_f64(position.map(f64::from)))
     }
 
     /// Samples many directions in order, as [`Self::drawn`] does; faster than one by one.
-    pub fn drawn_each<R: Real>(&self, positions: impl Iterator<Item = [f32; 2]>) -> Vec<R::Vec3> {
+    pub fn sample_directions<R: Real>(
+        &self,
+        positions: impl Iterator<Item = [f32; 2]>,
+    ) -> Vec<R::Vec3> {
         let (lobes, shares) = match &self.form {
-            SkyForm::Even => return positions.map(|at| self.drawn::<R>(at)).collect(),
-            SkyForm::Grid(grid) => {
+            SkySamplerKind::Uniform => {
+                return positions.map(|at| self.sample_direction::<R>(at)).collect();
+            }
+            SkySamplerKind::Grid(grid) => {
                 let mut directions = Vec::with_capacity(positions.size_hint().0);
-                grid.directions(positions.map(|at| at.map(f64::from)), |direction| {
+                grid.sample_directions(positions.map(|at| at.map(f64::from)), |direction| {
                     directions.push(R::Vec3::from_f64(direction));
                 });
                 return directions;
             }
-            SkyForm::Lobes { lobes, shares } => (lobes, shares),
+            SkySamplerKind::Lobes { lobes, shares } => (lobes, shares),
         };
         let mut directions = Vec::new();
         let chosen = positions.map(|position| {
@@ -204,14 +215,14 @@ impl SkySampler {
             let (index, _, rest) = sample_index(shares, u);
             (&lobes[index], [rest, v])
         });
-        sky_lobe::directions(chosen, &mut directions);
+        sky_lobe::sample_directions(chosen, &mut directions);
         directions.into_iter().map(R::Vec3::from_f64).collect()
     }
 
     /// Returns the light sample of a direction with known radiance: the second step of
     /// [`Self::sample`].
     #[inline]
-    pub fn sample_seen<R: Real>(
+    pub fn light_sample_from_radiance<R: Real>(
         &self,
         direction: R::Vec3,
         sky_sample: &SkySample<R>,
@@ -219,36 +230,36 @@ impl SkySampler {
     ) -> Option<LightSample<R>> {
         // Density of the rounded direction, so that a ray that hits the sky in this direction
         // computes the same density.
-        let density = self.density::<R>(direction, sky_sample.place) * probability;
+        let density = self.density::<R>(direction, sky_sample.image_coordinates) * probability;
         let arriving = sky_sample.radiance * R::from_f64(1.0 / density);
         (density > 0.0 && arriving.is_finite() && arriving.max_element() > R::ZERO).then_some(
             LightSample {
                 direction,
                 arriving,
-                density: Density::SolidAngle(density),
-                target: LightTarget::Infinity,
+                density: LightDensity::SolidAngle(density),
+                target: ShadowRayTarget::Infinity,
             },
         )
     }
 
-    fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
+    fn sample_direction_f64(&self, [u, v]: [f64; 2]) -> DVec3 {
         match &self.form {
-            SkyForm::Even => at_height(2.0 * u - 1.0, v),
-            SkyForm::Grid(grid) => grid.direction([u, v]),
-            SkyForm::Lobes { lobes, shares } => {
+            SkySamplerKind::Uniform => direction_at_height(2.0 * u - 1.0, v),
+            SkySamplerKind::Grid(grid) => grid.sample_direction([u, v]),
+            SkySamplerKind::Lobes { lobes, shares } => {
                 let (index, _, rest) = sample_index(shares, u);
-                lobes[index].direction([rest, v])
+                lobes[index].sample_direction([rest, v])
             }
         }
     }
 
     /// Returns the density by solid angle of a direction with the given image coordinates
-    /// ([`SkyRadiance::place`]).
+    /// ([`SkyRadiance::image_coordinates`]).
     pub fn density<R: Real>(&self, direction: R::Vec3, place: [R; 2]) -> f64 {
         match &self.form {
-            SkyForm::Even => 0.25 * FRAC_1_PI,
-            SkyForm::Grid(grid) => grid.density(place.map(Real::to_f64)),
-            SkyForm::Lobes { lobes, shares } => {
+            SkySamplerKind::Uniform => 0.25 * FRAC_1_PI,
+            SkySamplerKind::Grid(grid) => grid.density(place.map(Real::to_f64)),
+            SkySamplerKind::Lobes { lobes, shares } => {
                 let drawn = lobes
                     .iter()
                     .enumerate()
@@ -265,15 +276,15 @@ impl SkySampler {
 
 /// Integrates the radiance of a sky over the sphere, by the midpoint rule in cells of equal solid
 /// angle, summed over channels.
-fn flux_by_quadrature<R: Real>(sky: &SkyRadiance<R>) -> f64 {
+fn integrate_flux<R: Real>(sky: &SkyRadiance<R>) -> f64 {
     const ROWS: u32 = 32;
     const COLUMNS: u32 = 64;
     let at = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
     let cells = (0..ROWS)
         .flat_map(|row| (0..COLUMNS).map(move |column| (at(row, ROWS), at(column, COLUMNS))));
-    let seen = cells.map(|(u, v)| R::Vec3::from_f64(at_height(2.0 * u - 1.0, v)));
+    let seen = cells.map(|(u, v)| R::Vec3::from_f64(direction_at_height(2.0 * u - 1.0, v)));
     let total: f64 = seen
-        .map(|d| sum::<R>(sky.radiance(R::Vec3::ZERO, d)))
+        .map(|d| sum_channels::<R>(sky.radiance(R::Vec3::ZERO, d)))
         .filter(|x| x.is_finite())
         .sum();
     total * 4.0 * PI / f64::from(ROWS * COLUMNS)
@@ -283,10 +294,13 @@ fn flux_by_quadrature<R: Real>(sky: &SkyRadiance<R>) -> f64 {
 /// radiance to its sampling weight. Radiance is interpolated between texel centres, so the mean of
 /// a cell contains an eighth of each neighbour in both axes, and a black texel beside a bright
 /// texel has a density above zero.
-fn grid<R: Real>(map: &EquirectMap<R>, drawn: impl Fn(f64) -> f64) -> Option<SphereGrid> {
+fn build_image_grid<R: Real>(
+    map: &EquirectMap<R>,
+    drawn: impl Fn(f64) -> f64,
+) -> Option<SphereGrid> {
     let (width, height) = (map.image.width as usize, map.image.height as usize);
     let texels: Vec<f64> = (0..width * height)
-        .map(|i| sum::<R>(map.texel(i % width, i / width) * map.strength))
+        .map(|i| sum_channels::<R>(map.texel(i % width, i / width) * map.strength))
         .collect();
     let blended = |before: f64, at: f64, after: f64| 0.125 * (before + after) + 0.75 * at;
     let across = |x: usize, y: usize| {

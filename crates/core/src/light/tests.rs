@@ -7,7 +7,7 @@ mod varied;
 use core::f64::consts::TAU;
 
 use super::*;
-use crate::hash::mix;
+use crate::hash::splitmix64;
 use crate::scene::{Colour, Falloff, Light, LightKind};
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{
@@ -19,7 +19,7 @@ use raywright_bvh::{
 
 /// Two uniform pseudo-random numbers in [0, 1).
 fn numbers(i: u64) -> [f32; 2] {
-    [2 * i, 2 * i + 1].map(|k| (mix(k) >> 41) as f32 / (1 << 23) as f32)
+    [2 * i, 2 * i + 1].map(|k| (splitmix64(k) >> 41) as f32 / (1 << 23) as f32)
 }
 
 /// Lights of a scene with these emitters alone.
@@ -27,7 +27,7 @@ fn alone<R: Real>(list: EmitterList<R>, strategy: EmitterStrategy) -> Lights<R> 
     let mut emitters = Emitters::new(list);
     emitters.strategy = strategy;
     let none = SkyRadiance {
-        kind: sky::SkyKind::None,
+        kind: sky::SkyKind::Black,
     };
     Lights::new(
         Vec::new(),
@@ -51,12 +51,12 @@ fn surface<R: Real>(
         side: Side::Outside,
         ..Visibility::default()
     };
-    list.next_object();
+    list.begin_object();
     match map {
         None => {
-            list.add_constant(
+            list.add_shape(
                 shape,
-                EmissionEstimate::even(Vector::ONE),
+                EmissionEstimate::uniform(Vector::ONE),
                 Side::Outside,
                 None,
             );
@@ -65,7 +65,7 @@ fn surface<R: Real>(
         Some(map) => {
             list.add_transformed(
                 TransformedShape::new(shape, map).expect("a map"),
-                EmissionEstimate::even(Vector::ONE),
+                EmissionEstimate::uniform(Vector::ONE),
                 Side::Outside,
                 None,
             );
@@ -159,13 +159,13 @@ fn skies<R: Real>() -> Vec<(&'static str, SkyRadiance<R>)> {
     ];
     let texel = |i: u64| {
         [
-            (mix(i) >> 44) as f32 / (1 << 20) as f32,
+            (splitmix64(i) >> 44) as f32 / (1 << 20) as f32,
             0.3,
             if i == 21 { 40.0 } else { 0.0 },
             1.0,
         ]
     };
-    let pixels = crate::scene::Pixels::Linear((0..72).map(texel).collect());
+    let pixels = crate::scene::PixelData::Linear((0..72).map(texel).collect());
     let image = std::sync::Arc::new(crate::scene::ImageData {
         width: 12,
         height: 6,
@@ -181,7 +181,7 @@ fn skies<R: Real>() -> Vec<(&'static str, SkyRadiance<R>)> {
         (
             "gradient",
             SkyRadiance {
-                kind: sky::SkyKind::Gradient(sky::Gradient {
+                kind: sky::SkyKind::Gradient(sky::GradientSky {
                     bottom: v(0.0, 0.0, 0.0),
                     top: v(1.0, 2.0, 3.0),
                     suns: Vec::new(),
@@ -191,7 +191,7 @@ fn skies<R: Real>() -> Vec<(&'static str, SkyRadiance<R>)> {
         (
             "suns",
             SkyRadiance {
-                kind: sky::SkyKind::Gradient(sky::Gradient {
+                kind: sky::SkyKind::Gradient(sky::GradientSky {
                     bottom: v(0.3, 0.3, 0.3),
                     top: v(0.1, 0.2, 0.3),
                     suns,
@@ -218,7 +218,7 @@ fn under<R: Real>(sky: SkyRadiance<R>) -> Lights<R> {
         sky,
         &Aabb::EMPTY,
     );
-    lights.prepare_sky();
+    lights.build_sky_sampler();
     lights
 }
 
@@ -310,8 +310,8 @@ fn surfaces_are_drawn_by_their_density() {
                 |d| {
                     let ray = Ray::new(from, d);
                     let hit = geometry.closest(&ray, Interval::positive(), &mut ());
-                    let light_target = hit.map_or(LightTarget::Infinity, |hit| {
-                        LightTarget::Surface(geometry.surface(&ray, &hit))
+                    let light_target = hit.map_or(ShadowRayTarget::Infinity, |hit| {
+                        ShadowRayTarget::Surface(geometry.surface(&ray, &hit))
                     });
                     lights.density(light, from, d, &light_target, 1.0)
                 },
@@ -325,7 +325,15 @@ fn surfaces_are_drawn_by_their_density() {
 fn skies_are_drawn_by_their_density() {
     for (name, sky) in skies::<f64>() {
         let lights = under::<f64>(sky);
-        let density = |d| lights.density(LightId::Sky, DVec3::ZERO, d, &LightTarget::Infinity, 1.0);
+        let density = |d| {
+            lights.density(
+                LightId::Sky,
+                DVec3::ZERO,
+                d,
+                &ShadowRayTarget::Infinity,
+                1.0,
+            )
+        };
         agrees(name, &lights, LightId::Sky, DVec3::ZERO, density);
     }
 }
@@ -336,7 +344,7 @@ fn skies_are_drawn_by_their_density() {
 fn a_hit_has_the_density_of_the_draw() {
     fn check<R: Real>(name: &str, lights: &Lights<R>, tolerance: f64) {
         let from = R::Vec3::from_f64(DVec3::new(0.1, -0.2, 0.05));
-        let ids: Vec<LightId> = lights.ids().collect();
+        let ids: Vec<LightId> = lights.light_ids().collect();
         assert_eq!(ids.len(), 1, "{name}");
         let (light, mut drawn) = (ids[0], 0);
         assert!(!lights.is_delta(light) && lights.power(light) >= 0.0);
@@ -344,7 +352,7 @@ fn a_hit_has_the_density_of_the_draw() {
             let Some(sample) = lights.sample(light, from, numbers(i), 0.125) else {
                 continue;
             };
-            let Density::SolidAngle(density) = sample.density else {
+            let LightDensity::SolidAngle(density) = sample.density else {
                 panic!("{name}: {:?}", sample.density)
             };
             let again = lights.density(light, from, sample.direction, &sample.target, 0.125);
@@ -352,15 +360,16 @@ fn a_hit_has_the_density_of_the_draw() {
                 (again / density - 1.0).abs() <= tolerance,
                 "{name}: {again} and {density}"
             );
-            if let (Some(bounds), LightTarget::Surface(at)) = (lights.bounds(light), sample.target)
+            if let (Some(bounds), ShadowRayTarget::Surface(at)) =
+                (lights.bounds(light), sample.target)
             {
-                let (space, p) = (bounds.space, at.point.to_f64());
+                let (space, p) = (bounds.bounding_box, at.point.to_f64());
                 assert!(
                     (space.min - 1e-5).cmple(p).all() && (space.max + 1e-5).cmpge(p).all(),
                     "{name}: {p} outside"
                 );
                 assert!(
-                    bounds.shines(-sample.direction.to_f64()),
+                    bounds.may_emit(-sample.direction.to_f64()),
                     "{name}: {:?} has no {}",
                     bounds,
                     -sample.direction.to_f64()
@@ -410,7 +419,7 @@ fn delta(kind: LightKind) -> Lights<f64> {
         vec![DeltaLight::new(&light, true)],
         none,
         SkyRadiance {
-            kind: sky::SkyKind::None,
+            kind: sky::SkyKind::Black,
         },
         &Aabb {
             min: DVec3::NEG_ONE,
@@ -446,12 +455,12 @@ fn lights_without_size_say_so() {
     ];
     for kind in kinds {
         let (lights, light) = (delta(kind.clone()), LightId::Delta(0));
-        assert!(lights.is_delta(light) && lights.ids().eq([light]));
+        assert!(lights.is_delta(light) && lights.light_ids().eq([light]));
         let from = DVec3::new(0.5, 0.0, -0.9);
         let sample = lights
             .sample(light, from, [0.5; 2], 0.25)
             .expect("it shines there");
-        assert_eq!(sample.density, Density::Delta);
+        assert_eq!(sample.density, LightDensity::Delta);
         assert_eq!(
             lights.density(light, from, sample.direction, &sample.target, 1.0),
             0.0
@@ -473,7 +482,7 @@ fn lights_without_size_say_so() {
                 let seen_light_sample =
                     lights.sample(light, DVec3::from(position) + out * 2.0, [0.5; 2], 1.0);
                 let bounds = lights.bounds(light).expect("it is somewhere");
-                assert!(bounds.shines(out) || seen_light_sample.is_none(), "{out}");
+                assert!(bounds.may_emit(out) || seen_light_sample.is_none(), "{out}");
                 flux += seen_light_sample.map_or(0.0, |s| s.arriving.x + s.arriving.y)
                     * 4.0
                     * 2.0

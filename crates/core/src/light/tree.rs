@@ -12,8 +12,8 @@ mod node;
 use glam::DVec3;
 use raywright_bvh::{Real, SimdTask, run_widest};
 
-use build::{LeafGroup, divide};
-use node::{LightNode, WIDTH, running};
+use build::{LeafGroup, partition_children};
+use node::{LightNode, WIDTH, cumulative_sums};
 
 use super::{LightBounds, LightId};
 
@@ -28,7 +28,7 @@ pub(super) struct LightLeaf {
 
 /// A receiving point: a surface point for which a light is sampled.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Receiver {
+pub(super) struct ReceivingPoint {
     pub point: DVec3,
     /// Unit normal on the receiving side; zero if both sides receive light.
     pub normal: DVec3,
@@ -61,7 +61,7 @@ impl LightTree {
     pub fn new(mut leaves: Vec<LightLeaf>, mut place: impl FnMut(LightId, u32)) -> Self {
         let mut tree = Self::default();
         // Groups of lights whose nodes are not built yet, with their slots.
-        let mut open: Vec<(LeafGroup, u32)> = LeafGroup::of_all(&leaves)
+        let mut open: Vec<(LeafGroup, u32)> = LeafGroup::from_all_leaves(&leaves)
             .map(|all| (all, Self::TOP))
             .into_iter()
             .collect();
@@ -71,8 +71,11 @@ impl LightTree {
                 LightTreeChild::Light(leaf.light)
             } else {
                 let (index, mut node) = (tree.nodes.len(), LightNode::new(&group.sum, position));
-                for (lane, part) in divide(&mut leaves, group).into_iter().enumerate() {
-                    node.put(lane, &part.sum, &group.sum);
+                for (lane, part) in partition_children(&mut leaves, group)
+                    .into_iter()
+                    .enumerate()
+                {
+                    node.set_child(lane, &part.sum, &group.sum);
                     open.push((part, (WIDTH * index + lane) as u32));
                 }
                 tree.nodes.push(node);
@@ -81,7 +84,7 @@ impl LightTree {
             match position {
                 Self::TOP => tree.top = Some(content),
                 _ => {
-                    tree.nodes[position as usize / WIDTH].content[position as usize % WIDTH] =
+                    tree.nodes[position as usize / WIDTH].children[position as usize % WIDTH] =
                         content
                 }
             }
@@ -111,8 +114,8 @@ impl LightTree {
     /// Estimates the bytes of the nodes for a number of lights. A node has eight children, or as
     /// many as lights if fewer. So nodes are most numerous if lights end up in pairs: half as many
     /// nodes as lights, and a seventh of that above them. Only nested groups that are each far
-    /// smaller than their distances may need more nodes, see [`divide`].
-    pub fn bytes_of(lights: u64) -> u64 {
+    /// smaller than their distances may need more nodes, see [`partition_children`].
+    pub fn estimate_bytes(lights: u64) -> u64 {
         let nodes = if lights > 1 {
             lights.saturating_mul(4) / 7 + 1
         } else {
@@ -123,13 +126,13 @@ impl LightTree {
 
     /// Samples a light for each point by its uniform number in [0, 1), and returns the light with
     /// its probability; `None` if no light can contribute.
-    pub fn draw<const N: usize>(
+    pub fn sample_lights<const N: usize>(
         &self,
-        points: &[Option<(Receiver, f64)>; N],
+        points: &[Option<(ReceivingPoint, f64)>; N],
     ) -> [Option<(LightId, f64)>; N] {
         match self.top {
             Some(LightTreeChild::Inner(_)) if points.iter().any(Option::is_some) => {
-                run_widest(LightDraw { tree: self, points })
+                run_widest(LightTreeTask { tree: self, points })
             }
             Some(LightTreeChild::Light(light)) => points.map(|point| point.map(|_| (light, 1.0))),
             _ => [None; N],
@@ -138,7 +141,7 @@ impl LightTree {
 
     /// Returns the node in a slot; `None` for a light or an empty slot.
     #[inline(always)]
-    fn node(&self, content: LightTreeChild) -> Option<&LightNode> {
+    fn node_at(&self, content: LightTreeChild) -> Option<&LightNode> {
         match content {
             LightTreeChild::Inner(index) => self.nodes.get(index as usize),
             LightTreeChild::Light(_) => None,
@@ -148,9 +151,9 @@ impl LightTree {
     /// Traverses the tree level by level, each step for all points: the latencies of one point
     /// (roots, quotients, loading its node) overlap with those of other points.
     #[inline(always)]
-    fn drawn<const N: usize>(
+    fn traverse_lanes<const N: usize>(
         &self,
-        points: &[Option<(Receiver, f64)>; N],
+        points: &[Option<(ReceivingPoint, f64)>; N],
     ) -> [Option<(LightId, f64)>; N] {
         let nothing = LightTreeChild::Inner(Self::NONE);
         let top = self.top.unwrap_or(nothing);
@@ -161,8 +164,8 @@ impl LightTree {
         loop {
             let mut some = false;
             for i in 0..N {
-                if let (Some(node), Some((receiver, _))) = (self.node(content[i]), &points[i]) {
-                    importances[i] = node.importances(receiver);
+                if let (Some(node), Some((receiver, _))) = (self.node_at(content[i]), &points[i]) {
+                    importances[i] = node.child_importances(receiver);
                     some = true;
                 }
             }
@@ -173,10 +176,10 @@ impl LightTree {
                 });
             }
             for i in 0..N {
-                let Some(node) = self.node(content[i]) else {
+                let Some(node) = self.node_at(content[i]) else {
                     continue;
                 };
-                let sums = running(&importances[i]);
+                let sums = cumulative_sums(&importances[i]);
                 let total = sums[WIDTH];
                 // True for NaN too.
                 if !(total > 0.0 && total.is_finite()) {
@@ -194,22 +197,22 @@ impl LightTree {
                 let importance = f64::from(importances[i][lane]);
                 u[i] = Real::clamp((at - sums[lane]) / importance, 0.0, BELOW_ONE);
                 probability[i] *= importance / total;
-                content[i] = node.content[lane];
+                content[i] = node.children[lane];
             }
         }
     }
 
-    /// Returns the probability with which [`LightTree::draw`] samples the light in a slot.
+    /// Returns the probability with which [`LightTree::sample_lights`] samples the light in a slot.
     /// Probabilities are multiplied from the root down in the same order, for the same bits.
-    pub fn probability(&self, index: u32, receiver: &Receiver) -> f64 {
+    pub fn probability(&self, index: u32, receiver: &ReceivingPoint) -> f64 {
         if index == Self::TOP {
             return 1.0;
         }
         let Some(node) = self.nodes.get(index as usize / WIDTH) else {
             return 0.0;
         };
-        let importances = node.importances(receiver);
-        let total = running(&importances)[WIDTH];
+        let importances = node.child_importances(receiver);
+        let total = cumulative_sums(&importances)[WIDTH];
         if !(total > 0.0 && total.is_finite()) {
             return 0.0;
         }
@@ -221,17 +224,17 @@ impl LightTree {
 /// Greatest `f64` below 1.
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// SIMD task: the traversal of [`LightTree::draw`].
-struct LightDraw<'a, const N: usize> {
+/// SIMD task: the traversal of [`LightTree::sample_lights`].
+struct LightTreeTask<'a, const N: usize> {
     tree: &'a LightTree,
-    points: &'a [Option<(Receiver, f64)>; N],
+    points: &'a [Option<(ReceivingPoint, f64)>; N],
 }
 
-impl<const N: usize> SimdTask for LightDraw<'_, N> {
+impl<const N: usize> SimdTask for LightTreeTask<'_, N> {
     type Output = [Option<(LightId, f64)>; N];
     #[inline(always)]
     fn run(self) -> Self::Output {
-        self.tree.drawn(self.points)
+        self.tree.traverse_lanes(self.points)
     }
 }
 

@@ -16,7 +16,7 @@ const LIT: u32 = u32::MAX;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightUsage {
     deltas: usize,
-    stopped: Vec<u32>,
+    blocked: Vec<u32>,
 }
 
 impl LightUsage {
@@ -25,11 +25,11 @@ impl LightUsage {
         let (deltas, emitters) = (lights.delta.len(), lights.emitters.len());
         Self {
             deltas,
-            stopped: vec![0; deltas + emitters],
+            blocked: vec![0; deltas + emitters],
         }
     }
 
-    fn place(&self, light: LightId) -> Option<usize> {
+    fn counter_index(&self, light: LightId) -> Option<usize> {
         match light {
             LightId::Delta(i) => Some(i as usize),
             LightId::Emitter(i) => Some(self.deltas + i as usize),
@@ -40,39 +40,39 @@ impl LightUsage {
     /// Counts a shadow ray to a light, or a path that hit the light. `arrived`: whether light
     /// arrived.
     #[inline(always)]
-    pub fn count(&mut self, light: LightId, arrived: bool) {
+    pub fn count_ray(&mut self, light: LightId, arrived: bool) {
         let Some(stopped) = self
-            .place(light)
-            .and_then(|index| self.stopped.get_mut(index))
+            .counter_index(light)
+            .and_then(|index| self.blocked.get_mut(index))
         else {
             return;
         };
-        *stopped = sum(*stopped, if arrived { LIT } else { 1 });
+        *stopped = add_blocked_rays(*stopped, if arrived { LIT } else { 1 });
     }
 
     /// Adds another worker's counts of the same lights.
-    pub fn add(&mut self, other: &Self) {
-        if self.stopped.is_empty() {
+    pub fn add_worker(&mut self, other: &Self) {
+        if self.blocked.is_empty() {
             self.clone_from(other);
             return;
         }
-        self.stopped
+        self.blocked
             .iter_mut()
-            .zip(&other.stopped)
-            .for_each(|(own, &other)| *own = sum(*own, other));
+            .zip(&other.blocked)
+            .for_each(|(own, &other)| *own = add_blocked_rays(*own, other));
     }
 
     /// Returns the number of blocked shadow rays to a light; `None` if light arrived.
-    pub fn in_vain(&self, light: LightId) -> Option<u32> {
-        self.stopped
-            .get(self.place(light)?)
+    pub fn blocked_rays(&self, light: LightId) -> Option<u32> {
+        self.blocked
+            .get(self.counter_index(light)?)
             .copied()
             .filter(|&stopped| stopped != LIT)
     }
 
     /// Returns the bytes of all counts for a number of lights: a table for each worker of the
     /// current thread pool, and one for their sum.
-    pub fn bytes_of(lights: u64) -> u64 {
+    pub fn estimate_bytes(lights: u64) -> u64 {
         let tables = rayon::current_num_threads() as u64 + 1;
         lights.saturating_mul(size_of::<u32>() as u64 * tables)
     }
@@ -80,7 +80,7 @@ impl LightUsage {
 
 /// Adds two counts of blocked rays, saturating; [`LIT`] if light arrived in either.
 #[inline(always)]
-fn sum(a: u32, b: u32) -> u32 {
+fn add_blocked_rays(a: u32, b: u32) -> u32 {
     if a == LIT || b == LIT {
         LIT
     } else {
@@ -95,7 +95,7 @@ mod tests {
     fn of(stopped: [u32; 2]) -> LightUsage {
         LightUsage {
             deltas: 1,
-            stopped: stopped.into(),
+            blocked: stopped.into(),
         }
     }
 
@@ -104,11 +104,11 @@ mod tests {
     #[test]
     fn workers_add_up() {
         let (mut usage, lamp) = (of([0, 0]), LightId::Emitter(0));
-        (0..3).for_each(|_| usage.count(lamp, false));
-        usage.count(LightId::Delta(0), true);
-        usage.count(LightId::Delta(0), false);
-        usage.count(LightId::Sky, true);
-        assert_eq!(usage.stopped, [LIT, 3]);
+        (0..3).for_each(|_| usage.count_ray(lamp, false));
+        usage.count_ray(LightId::Delta(0), true);
+        usage.count_ray(LightId::Delta(0), false);
+        usage.count_ray(LightId::Sky, true);
+        assert_eq!(usage.blocked, [LIT, 3]);
         for (a, b, expected) in [
             ([0, 3], [5, 4], [5, 7]),
             ([LIT, 1], [2, LIT], [LIT; 2]),
@@ -116,16 +116,16 @@ mod tests {
         ] {
             for (first, second) in [(a, b), (b, a)] {
                 let mut usage = LightUsage::default();
-                usage.add(&of(first));
-                usage.add(&of(second));
-                assert_eq!(usage.stopped, expected);
+                usage.add_worker(&of(first));
+                usage.add_worker(&of(second));
+                assert_eq!(usage.blocked, expected);
             }
         }
         assert_eq!(
             [
-                usage.in_vain(lamp),
-                usage.in_vain(LightId::Delta(0)),
-                usage.in_vain(LightId::Sky)
+                usage.blocked_rays(lamp),
+                usage.blocked_rays(LightId::Delta(0)),
+                usage.blocked_rays(LightId::Sky)
             ],
             [Some(3), None, None]
         );

@@ -26,17 +26,18 @@ pub(super) type AlbedoEntry = [f32; 2];
 pub(super) const MEAN_GRAZING: f64 = 1.0 / 21.0;
 
 /// Steps of roughness and of cosine in the isotropic table.
-pub(super) const STEPS: usize = 32;
+pub(super) const ALBEDO_STEPS: usize = 32;
 /// Steps of the anisotropic table: cosine, azimuth, lesser roughness and strength of the
 /// anisotropy.
-pub(super) const ANISOTROPIC: [usize; 4] = [16, 12, 12, 8];
-pub(super) const ANISOTROPIC_MEANS: usize = 24;
+pub(super) const ANISOTROPIC_STEPS: [usize; 4] = [16, 12, 12, 8];
+pub(super) const ANISOTROPIC_MEAN_STEPS: usize = 24;
 /// Integer that stores a difference of 1 in the anisotropic table.
 pub(super) const UNIT: f64 = 32_767.0;
 
-const ENTRIES: usize = STEPS * STEPS;
-const DIFFERENCES: usize = ANISOTROPIC[0] * ANISOTROPIC[1] * ANISOTROPIC[2] * ANISOTROPIC[3];
-const MEANS: usize = ANISOTROPIC_MEANS * ANISOTROPIC_MEANS;
+const ENTRIES: usize = ALBEDO_STEPS * ALBEDO_STEPS;
+const DIFFERENCES: usize =
+    ANISOTROPIC_STEPS[0] * ANISOTROPIC_STEPS[1] * ANISOTROPIC_STEPS[2] * ANISOTROPIC_STEPS[3];
+const MEANS: usize = ANISOTROPIC_MEAN_STEPS * ANISOTROPIC_MEAN_STEPS;
 
 /// The tables of isotropic and anisotropic albedos.
 pub(super) struct AlbedoTable {
@@ -47,34 +48,34 @@ pub(super) struct AlbedoTable {
     /// roughness and in the square root of the cosine it was up to 0.010.
     pub entries: [AlbedoEntry; ENTRIES],
     /// Cosine-weighted means of the isotropic entries over the hemisphere, by roughness.
-    pub means: [AlbedoEntry; STEPS],
+    pub means: [AlbedoEntry; ALBEDO_STEPS],
     /// Cosine-weighted means of the anisotropic entries over the hemisphere, by the lesser
     /// roughness and the strength of the anisotropy.
     pub anisotropic_means: [AlbedoEntry; MEANS],
     /// Differences of anisotropic to isotropic albedos, in units of 1/[`UNIT`], at the coordinates
-    /// of [`anisotropic_coordinates`]. The error of interpolation is at most 0.008.
+    /// of [`anisotropic_table_coordinates`]. The error of interpolation is at most 0.008.
     pub anisotropic: [[i16; 2]; DIFFERENCES],
 }
 
-pub(super) static TABLE: AlbedoTable = AlbedoTable::read(include_bytes!("albedo.table"));
+pub(super) static TABLE: AlbedoTable = AlbedoTable::from_bytes(include_bytes!("albedo.table"));
 
 impl AlbedoTable {
     /// Length of `albedo.table` in bytes.
-    pub const BYTES: usize = 8 * (ENTRIES + STEPS + MEANS) + 4 * DIFFERENCES;
+    pub const BYTES: usize = 8 * (ENTRIES + ALBEDO_STEPS + MEANS) + 4 * DIFFERENCES;
 
     /// Reads the tables from the bytes of `albedo.table`.
-    pub const fn read(bytes: &[u8; Self::BYTES]) -> Self {
+    pub const fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
         Self {
-            entries: pairs(bytes, 0),
-            means: pairs(bytes, 8 * ENTRIES),
-            anisotropic_means: pairs(bytes, 8 * (ENTRIES + STEPS)),
-            anisotropic: differences(bytes, 8 * (ENTRIES + STEPS + MEANS)),
+            entries: read_f32_pairs(bytes, 0),
+            means: read_f32_pairs(bytes, 8 * ENTRIES),
+            anisotropic_means: read_f32_pairs(bytes, 8 * (ENTRIES + ALBEDO_STEPS)),
+            anisotropic: read_i16_pairs(bytes, 8 * (ENTRIES + ALBEDO_STEPS + MEANS)),
         }
     }
 }
 
 /// Reads `COUNT` pairs of little-endian `f32` from byte `from` on.
-const fn pairs<const COUNT: usize>(bytes: &[u8], from: usize) -> [AlbedoEntry; COUNT] {
+const fn read_f32_pairs<const COUNT: usize>(bytes: &[u8], from: usize) -> [AlbedoEntry; COUNT] {
     let mut out = [[0.0; 2]; COUNT];
     let mut k = 0;
     while k < 2 * COUNT {
@@ -91,7 +92,7 @@ const fn pairs<const COUNT: usize>(bytes: &[u8], from: usize) -> [AlbedoEntry; C
 }
 
 /// Reads `COUNT` pairs of little-endian `i16` from byte `from` on.
-const fn differences<const COUNT: usize>(bytes: &[u8], from: usize) -> [[i16; 2]; COUNT] {
+const fn read_i16_pairs<const COUNT: usize>(bytes: &[u8], from: usize) -> [[i16; 2]; COUNT] {
     let mut out = [[0; 2]; COUNT];
     let mut k = 0;
     while k < 2 * COUNT {
@@ -114,36 +115,36 @@ pub(super) fn table_position(x: f64, steps: usize) -> (usize, f64) {
 }
 
 #[inline(always)]
-fn mix(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
+fn lerp_pair(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
     [a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share]
 }
 
 /// Interpolates the isotropic entry at the cosine of the view and the perceptual roughness. Below
 /// [`LEAST_ROUGHNESS`] the entry is exact: a mirror loses no energy.
 #[inline(always)]
-pub(super) fn look_up(table: &AlbedoTable, cosine: f64, roughness: f64) -> [f64; 2] {
+pub(super) fn look_up_albedo(table: &AlbedoTable, cosine: f64, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
         return [0.0, schlick_weight(cosine.max(0.0))];
     }
     let ((i, u), (j, v)) = (
-        table_position(cosine.max(0.0).sqrt().sqrt(), STEPS),
-        table_position(roughness.sqrt(), STEPS),
+        table_position(cosine.max(0.0).sqrt().sqrt(), ALBEDO_STEPS),
+        table_position(roughness.sqrt(), ALBEDO_STEPS),
     );
     let row = |j: usize| {
-        let pair = &table.entries[j * STEPS + i..j * STEPS + i + 2];
-        mix(pair[0].map(f64::from), pair[1].map(f64::from), u)
+        let pair = &table.entries[j * ALBEDO_STEPS + i..j * ALBEDO_STEPS + i + 2];
+        lerp_pair(pair[0].map(f64::from), pair[1].map(f64::from), u)
     };
-    mix(row(j), row(j + 1), v)
+    lerp_pair(row(j), row(j + 1), v)
 }
 
 /// Interpolates the cosine-weighted mean of the isotropic entries over the hemisphere.
 #[inline(always)]
-fn look_up_mean(table: &AlbedoTable, roughness: f64) -> [f64; 2] {
+fn look_up_mean_albedo(table: &AlbedoTable, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
         return [0.0, MEAN_GRAZING];
     }
-    let (j, v) = table_position(roughness.sqrt(), STEPS);
-    mix(
+    let (j, v) = table_position(roughness.sqrt(), ALBEDO_STEPS);
+    lerp_pair(
         table.means[j].map(f64::from),
         table.means[j + 1].map(f64::from),
         v,
@@ -153,7 +154,7 @@ fn look_up_mean(table: &AlbedoTable, roughness: f64) -> [f64; 2] {
 /// Returns the coordinates in [0, 1] of the table of anisotropic means, for the greater and the
 /// lesser α: the square root of the lesser roughness, counted from [`LEAST_ROUGHNESS`], and the
 /// strength of the anisotropy.
-fn anisotropy_coordinates([wide, fine]: [f64; 2]) -> [f64; 2] {
+fn anisotropic_mean_coordinates([wide, fine]: [f64; 2]) -> [f64; 2] {
     let minimum = LEAST_ROUGHNESS.sqrt();
     let strength = ((wide - fine) / (1.0 - fine).max(1e-9)).max(0.0).sqrt();
     [(fine.sqrt().sqrt() - minimum) / (1.0 - minimum), strength]
@@ -162,7 +163,7 @@ fn anisotropy_coordinates([wide, fine]: [f64; 2]) -> [f64; 2] {
 /// Returns the four coordinates in [0, 1] of the anisotropic table, for a unit direction in the
 /// frame of the microfacets; and the perceptual roughness along the direction's azimuth. The
 /// coordinate of the azimuth is linear in the square root of this roughness.
-fn anisotropic_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4], f64) {
+fn anisotropic_table_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4], f64) {
     let (x2, y2) = (v.x * v.x, v.y * v.y);
     let across = x2 + y2;
     let shown2 = if across > 0.0 {
@@ -178,7 +179,7 @@ fn anisotropic_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4], f64) 
     } else {
         0.0
     };
-    let [finer, strength] = anisotropy_coordinates([wide, fine]);
+    let [finer, strength] = anisotropic_mean_coordinates([wide, fine]);
     (
         [v.z.abs().sqrt().sqrt(), azimuth, finer, strength],
         roughness,
@@ -187,15 +188,19 @@ fn anisotropic_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4], f64) 
 
 /// Interpolates the entry of anisotropic microfacets with the given α along both axes, for a unit
 /// direction in their frame.
-pub(super) fn look_up_anisotropic(table: &AlbedoTable, v: DVec3, alpha: [f64; 2]) -> [f64; 2] {
-    let (place, roughness) = anisotropic_coordinates(v, alpha);
-    let steps: [(usize, f64); 4] = from_fn(|k| table_position(place[k], ANISOTROPIC[k]));
-    let mut sum = look_up(table, v.z.abs(), roughness);
+pub(super) fn look_up_anisotropic_albedo(
+    table: &AlbedoTable,
+    v: DVec3,
+    alpha: [f64; 2],
+) -> [f64; 2] {
+    let (place, roughness) = anisotropic_table_coordinates(v, alpha);
+    let steps: [(usize, f64); 4] = from_fn(|k| table_position(place[k], ANISOTROPIC_STEPS[k]));
+    let mut sum = look_up_albedo(table, v.z.abs(), roughness);
     for corner in 0..16_usize {
         let (mut index, mut share) = (0, 1.0);
         for (k, &(below, beyond)) in steps.iter().enumerate() {
             let upper = corner >> k & 1;
-            index = index * ANISOTROPIC[k] + below + upper;
+            index = index * ANISOTROPIC_STEPS[k] + below + upper;
             share *= if upper == 1 { beyond } else { 1.0 - beyond };
         }
         for (sum, &difference) in sum.iter_mut().zip(&table.anisotropic[index]) {
@@ -206,42 +211,42 @@ pub(super) fn look_up_anisotropic(table: &AlbedoTable, v: DVec3, alpha: [f64; 2]
 }
 
 /// Interpolates the cosine-weighted mean of the anisotropic entries over the hemisphere.
-fn look_up_anisotropic_mean(table: &AlbedoTable, alpha: [f64; 2]) -> [f64; 2] {
+fn look_up_anisotropic_mean_albedo(table: &AlbedoTable, alpha: [f64; 2]) -> [f64; 2] {
     let [(i, u), (j, v)] =
-        anisotropy_coordinates(alpha).map(|x| table_position(x, ANISOTROPIC_MEANS));
+        anisotropic_mean_coordinates(alpha).map(|x| table_position(x, ANISOTROPIC_MEAN_STEPS));
     let row = |i: usize| {
-        let position = i * ANISOTROPIC_MEANS + j;
-        mix(
+        let position = i * ANISOTROPIC_MEAN_STEPS + j;
+        lerp_pair(
             table.anisotropic_means[position].map(f64::from),
             table.anisotropic_means[position + 1].map(f64::from),
             v,
         )
     };
-    mix(row(i), row(i + 1), u)
+    lerp_pair(row(i), row(i + 1), u)
 }
 
 /// Spread of Schlick's weight over the microfacets of a surface, as a fraction of its mean.
-const SPREAD: f64 = 0.35;
+const SCHLICK_SPREAD: f64 = 0.35;
 
 /// Directional albedo of microfacets in two parts, as in [`AlbedoEntry`]: the energy that white
 /// microfacets lose in a single reflection (`lost`), and the albedo for Schlick's weight as
 /// reflectance (`grazing`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Albedo<N: Number> {
-    pub lost: N,
-    pub grazing: N,
+    pub multiple_scattering_loss: N,
+    pub schlick_part: N,
 }
 
 impl<N: Number> Albedo<N> {
     #[inline(always)]
-    fn of(entry: impl Fn(usize) -> [f64; 2]) -> Self {
-        let both = <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
+    fn from_lanes(entry: impl Fn(usize) -> [f64; 2]) -> Self {
+        let both = <N::Vec3 as Vector3<N>>::from_lanes(|lane| {
             let [lost, grazing] = entry(lane);
             DVec3::new(lost, grazing, 0.0)
         });
         Self {
-            lost: both.x(),
-            grazing: both.y(),
+            multiple_scattering_loss: both.x(),
+            schlick_part: both.y(),
         }
     }
 
@@ -249,18 +254,18 @@ impl<N: Number> Albedo<N> {
     /// roughness.
     #[inline(always)]
     pub fn at_cosine(cosine: N, roughness: N) -> Self {
-        Self::of(|lane| look_up(&TABLE, cosine.lane(lane), roughness.lane(lane)))
+        Self::from_lanes(|lane| look_up_albedo(&TABLE, cosine.lane(lane), roughness.lane(lane)))
     }
 
     /// Returns the albedo of isotropic microfacets as a cosine-weighted mean over the hemisphere.
     #[inline(always)]
     pub fn mean(roughness: N) -> Self {
-        Self::of(|lane| look_up_mean(&TABLE, roughness.lane(lane)))
+        Self::from_lanes(|lane| look_up_mean_albedo(&TABLE, roughness.lane(lane)))
     }
 
     /// Returns the albedo for a direction, isotropic or anisotropic by lane. Lanes of the mask in
     /// `others` take the anisotropic microfacets beside the mask; all other lanes are isotropic.
-    pub fn at_cosine_either(
+    pub fn at_cosine_anisotropic(
         direction: N::Vec3,
         cosine: N,
         roughness: N,
@@ -271,33 +276,37 @@ impl<N: Number> Albedo<N> {
             return own;
         };
         let (local, alpha) = (ggx.frame().to_local(direction), ggx.alpha);
-        let other = Self::of(|lane| {
-            look_up_anisotropic(
+        let other = Self::from_lanes(|lane| {
+            look_up_anisotropic_albedo(
                 &TABLE,
                 local.lane(lane),
                 alpha.map(|alpha| alpha.lane(lane)),
             )
         });
-        Self::select(*mask, other, own)
+        Self::select_lanes(*mask, other, own)
     }
 
     /// Returns the cosine-weighted mean over the hemisphere, isotropic or anisotropic by lane as in
-    /// [`Self::at_cosine_either`].
-    pub fn mean_of_either(roughness: N, others: &Option<(N::Mask, Ggx<N>)>) -> Self {
+    /// [`Self::at_cosine_anisotropic`].
+    pub fn mean_anisotropic(roughness: N, others: &Option<(N::Mask, Ggx<N>)>) -> Self {
         let own = Self::mean(roughness);
         let Some((mask, ggx)) = others else {
             return own;
         };
-        let other = Self::of(|lane| {
-            look_up_anisotropic_mean(&TABLE, ggx.alpha.map(|alpha| alpha.lane(lane)))
+        let other = Self::from_lanes(|lane| {
+            look_up_anisotropic_mean_albedo(&TABLE, ggx.alpha.map(|alpha| alpha.lane(lane)))
         });
-        Self::select(*mask, other, own)
+        Self::select_lanes(*mask, other, own)
     }
 
-    fn select(mask: N::Mask, yes: Self, no: Self) -> Self {
+    fn select_lanes(mask: N::Mask, yes: Self, no: Self) -> Self {
         Self {
-            lost: N::select(mask, yes.lost, no.lost),
-            grazing: N::select(mask, yes.grazing, no.grazing),
+            multiple_scattering_loss: N::select(
+                mask,
+                yes.multiple_scattering_loss,
+                no.multiple_scattering_loss,
+            ),
+            schlick_part: N::select(mask, yes.schlick_part, no.schlick_part),
         }
     }
 
@@ -306,14 +315,14 @@ impl<N: Number> Albedo<N> {
     /// exact for mirrors and for Schlick's formula. Fresnel's equations rise less than in
     /// proportion to Schlick's weight, so the mean of two shifted cosines replaces this value where
     /// it is greater.
-    pub fn sent_by(&self, reflectance: impl Fn(N) -> N) -> N {
-        let scattered = N::ONE - self.lost;
+    pub fn albedo_for_reflectance(&self, reflectance: impl Fn(N) -> N) -> N {
+        let scattered = N::ONE - self.multiple_scattering_loss;
         // Reflectance at the mean Schlick weight plus `factor` times the spread.
         let value_of = |factor: f64| {
-            let cosine = N::of_lanes(|lane| {
+            let cosine = N::from_lanes(|lane| {
                 let weight =
-                    (self.grazing.lane(lane) / scattered.lane(lane).max(1e-6)).clamp(0.0, 1.0);
-                let spread = (SPREAD * weight).min(1.0 - weight);
+                    (self.schlick_part.lane(lane) / scattered.lane(lane).max(1e-6)).clamp(0.0, 1.0);
+                let spread = (SCHLICK_SPREAD * weight).min(1.0 - weight);
                 1.0 - libm::pow(weight + factor * spread, 0.2)
             });
             reflectance(cosine)
@@ -325,7 +334,7 @@ impl<N: Number> Albedo<N> {
     /// Returns the directional albedo of microfacets with Schlick's reflectance, from `f0` at
     /// normal incidence to `f90` at grazing incidence.
     #[inline(always)]
-    pub fn sent(&self, f0: N, f90: N) -> N {
-        f0 * (N::ONE - self.lost) + (f90 - f0) * self.grazing
+    pub fn schlick_albedo(&self, f0: N, f90: N) -> N {
+        f0 * (N::ONE - self.multiple_scattering_loss) + (f90 - f0) * self.schlick_part
     }
 }

@@ -5,73 +5,76 @@ use core::f64::consts::PI;
 
 use super::albedo::Albedo;
 use super::boundary;
-use super::energy::{EnergyComplement, mean_of};
+use super::energy::{EnergyComplement, cosine_weighted_mean};
 use super::frame::ShadingFrame;
 use super::fresnel::schlick_weight;
 use super::ggx::Ggx;
-use super::lobe_kind::{Directions, LobeKind, cosine_sample_either};
-use super::reflectance::Reflectance;
+use super::lobe_kind::{Directions, ScatteringLobe, sample_cosine_either_side};
+use super::reflectance::MicrofacetReflectance;
 use crate::number::{Mask, Number, Vector3};
 
 /// The diffuse lobe below the microfacets of a layered surface, for one viewing direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffuseBase<N: Number> {
     /// Diffuse reflectance by channel.
-    pub(super) back: N::Vec3,
+    pub(super) reflectance: N::Vec3,
     /// Diffuse transmittance by channel.
-    pub(super) through: N::Vec3,
+    pub(super) transmittance: N::Vec3,
     /// Factor on the multiple scattering among white microfacets.
-    pub(super) interreflected: N::Vec3,
+    pub(super) multiple_scattering: N::Vec3,
     /// Whether the base transmits light.
-    pub(super) both: bool,
+    pub(super) transmits: bool,
     /// The microfacets over the base.
-    pub(super) top: DiffuseCover<N>,
+    pub(super) microfacets: MicrofacetLayer<N>,
 }
 
 /// Reflectance of microfacets that do not follow Schlick's formula: Fresnel's equations or a thin
 /// film.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Curve<N: Number> {
+pub struct NonSchlickReflectance<N: Number> {
     /// Lanes with this reflectance; all others follow Schlick's formula.
     pub(super) mask: N::Mask,
-    pub(super) reflectance: Reflectance<N>,
+    pub(super) reflectance: MicrofacetReflectance<N>,
     /// Lanes of isotropic microfacets that reflect by Fresnel's equations alone. Their albedo is
     /// tabulated by the index of refraction.
-    pub(super) tabled: N::Mask,
+    pub(super) tabulated_lanes: N::Mask,
 }
 
 /// The microfacet layer over a base, for one viewing direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DiffuseCover<N: Number> {
+pub struct MicrofacetLayer<N: Number> {
     pub(super) energy_complement: EnergyComplement<N>,
     /// Mask of the lanes with anisotropic microfacets, and these microfacets.
     pub(super) anisotropic: Option<(N::Mask, Ggx<N>)>,
     /// Reflectance of the lanes that do not follow Schlick's formula.
-    pub(super) curve: Option<Curve<N>>,
+    pub(super) non_schlick: Option<NonSchlickReflectance<N>>,
     /// Reflectances at normal and at grazing incidence, for glTF's sample formula alone: the base
     /// is then weighted by 1 − F at the half vector.
-    pub(super) literal: Option<[N; 2]>,
+    pub(super) gltf_reflectances: Option<[N; 2]>,
 }
 
-impl<N: Number> DiffuseCover<N> {
+impl<N: Number> MicrofacetLayer<N> {
     /// Returns the layer viewed along `wo`, a unit direction of the given cosine to the normal.
-    pub(super) fn seen(self, wo: N::Vec3, cosine: N) -> Self {
-        let albedo = Albedo::mean_of_either(self.energy_complement.roughness, &self.anisotropic);
-        let [mut base, lost] = self.energy_complement.remaining(albedo);
-        if let Some(curve) = self.curve {
+    pub(super) fn with_view(self, wo: N::Vec3, cosine: N) -> Self {
+        let albedo = Albedo::mean_anisotropic(self.energy_complement.roughness, &self.anisotropic);
+        let [mut base, lost] = self.energy_complement.remaining_energy(albedo);
+        if let Some(curve) = self.non_schlick {
             let mean = match &self.anisotropic {
-                None => mean_of(|cosine| self.left(N::Vec3::ZERO, cosine)[0]),
+                None => {
+                    cosine_weighted_mean(|cosine| self.remaining_energy(N::Vec3::ZERO, cosine)[0])
+                }
                 Some((_, ggx)) => {
                     let frame = ggx.frame();
                     // By symmetry a quarter of the azimuths represents all.
                     let turns = [1.0, 3.0, 5.0, 7.0]
                         .map(|eighth| N::from_f64(eighth / 32.0).sin_cos_turns());
-                    mean_of(|cosine| {
+                    cosine_weighted_mean(|cosine| {
                         let sine = (N::ONE - cosine * cosine).max(N::ZERO).sqrt();
                         let direction = |[x, y]: [N; 2]| {
                             frame.to_world(N::Vec3::new(sine * x, sine * y, cosine))
                         };
-                        let value_of = |turn: &[N; 2]| self.left(direction(*turn), cosine)[0];
+                        let value_of =
+                            |turn: &[N; 2]| self.remaining_energy(direction(*turn), cosine)[0];
                         turns
                             .iter()
                             .map(value_of)
@@ -81,38 +84,44 @@ impl<N: Number> DiffuseCover<N> {
                 }
             };
             base = N::select(curve.mask, mean, base);
-            base = N::select(curve.tabled, self.tabled(&curve, albedo, None), base);
+            base = N::select(
+                curve.tabulated_lanes,
+                self.remaining_energy_by_fresnel(&curve, albedo, None),
+                base,
+            );
         }
         Self {
             energy_complement: self
                 .energy_complement
-                .seen_with(self.left(wo, cosine), [base, lost]),
+                .with_view_energy(self.remaining_energy(wo, cosine), [base, lost]),
             ..self
         }
     }
 
     /// Returns two shares of energy for a direction of the given cosine: the energy that passes the
     /// layer to the base, and the energy that white microfacets lose in a single reflection.
-    fn left(&self, direction: N::Vec3, cosine: N) -> [N; 2] {
-        let albedo = Albedo::at_cosine_either(
+    fn remaining_energy(&self, direction: N::Vec3, cosine: N) -> [N; 2] {
+        let albedo = Albedo::at_cosine_anisotropic(
             direction,
             cosine,
             self.energy_complement.roughness,
             &self.anisotropic,
         );
-        let [plain, lost] = self.energy_complement.remaining(albedo);
-        let Some(curve) = &self.curve else {
+        let [plain, lost] = self.energy_complement.remaining_energy(albedo);
+        let Some(curve) = &self.non_schlick else {
             return [plain, lost];
         };
-        let sent = || albedo.sent_by(|cosine| curve.reflectance.at(cosine).max_element());
-        let read = if (curve.mask & !curve.tabled).any() {
-            self.energy_complement.remaining_of(sent(), lost)[0]
+        let sent =
+            || albedo.albedo_for_reflectance(|cosine| curve.reflectance.eval(cosine).max_element());
+        let read = if (curve.mask & !curve.tabulated_lanes).any_lane() {
+            self.energy_complement
+                .remaining_energy_for_albedo(sent(), lost)[0]
         } else {
             plain
         };
         let base = N::select(
-            curve.tabled,
-            self.tabled(curve, albedo, Some(cosine)),
+            curve.tabulated_lanes,
+            self.remaining_energy_by_fresnel(curve, albedo, Some(cosine)),
             N::select(curve.mask, read, plain),
         );
         [base, lost]
@@ -120,52 +129,61 @@ impl<N: Number> DiffuseCover<N> {
 
     /// Returns the share of energy that passes microfacets with Fresnel's equations to the base, by
     /// the table; at a cosine, or as the mean over the hemisphere for `None`.
-    fn tabled(&self, curve: &Curve<N>, albedo: Albedo<N>, cosine: Option<N>) -> N {
+    fn remaining_energy_by_fresnel(
+        &self,
+        curve: &NonSchlickReflectance<N>,
+        albedo: Albedo<N>,
+        cosine: Option<N>,
+    ) -> N {
         let (Some(index), roughness) = (curve.reflectance.exact, self.energy_complement.roughness)
         else {
             return N::ZERO;
         };
         let sent = |lane: usize| {
             let index = N::exact_lane(index, lane).max(1.0);
-            boundary::reflected(
+            boundary::fresnel_albedo(
                 index,
                 roughness.lane(lane),
                 cosine.map(|cosine| cosine.lane(lane)),
             )
         };
-        let scattered = self.energy_complement.sent_exactly(
-            N::of_lanes(sent),
-            curve.reflectance.at_normal(),
+        let scattered = self.energy_complement.fresnel_layer_albedo(
+            N::from_lanes(sent),
+            curve.reflectance.index_f0(),
             albedo,
         );
-        self.energy_complement.remaining_of(scattered, albedo.lost)[0]
+        self.energy_complement
+            .remaining_energy_for_albedo(scattered, albedo.multiple_scattering_loss)[0]
     }
 
     /// Returns two factors for a pair of directions. Times 1/π, they are the BRDF of a white base,
     /// and the BRDF of the multiple scattering among white microfacets.
-    fn factors(&self, directions: &Directions<N>) -> [N; 2] {
-        let into = directions.into.max(-directions.into);
+    fn diffuse_factors(&self, directions: &Directions<N>) -> [N; 2] {
+        let into = directions.cos_wi.max(-directions.cos_wi);
         let ([base, lost], seen) = (
-            self.left(directions.wi, into),
+            self.remaining_energy(directions.wi, into),
             self.energy_complement.view_factors,
         );
         let literal = |[f0, f90]: [N; 2]| {
-            N::ONE - (f0 + (f90 - f0) * schlick_weight(directions.folded().tilt))
+            N::ONE - (f0 + (f90 - f0) * schlick_weight(directions.with_wi_above().cos_half))
         };
-        [self.literal.map_or(base * seen[0], literal), lost * seen[1]]
+        [
+            self.gltf_reflectances.map_or(base * seen[0], literal),
+            lost * seen[1],
+        ]
     }
 }
 
 impl<N: Number> DiffuseBase<N> {
     /// Returns the probability of sampling the reflection; the rest is the probability of sampling
     /// the transmission.
-    fn back_share(&self) -> N {
+    fn reflection_probability(&self) -> N {
         let (back, through) = (
-            (self.back + self.interreflected).max_element(),
-            self.through.max_element(),
+            (self.reflectance + self.multiple_scattering).max_element(),
+            self.transmittance.max_element(),
         );
         let some = (back + through).greater_than(N::ZERO);
-        if self.both {
+        if self.transmits {
             N::select(some, back / (back + through), N::ONE)
         } else {
             N::ONE
@@ -173,41 +191,45 @@ impl<N: Number> DiffuseBase<N> {
     }
 }
 
-impl<N: Number> LobeKind<N> for DiffuseBase<N> {
+impl<N: Number> ScatteringLobe<N> for DiffuseBase<N> {
     fn importance(&self, _: N) -> N {
-        let [base, lost] = self.top.energy_complement.shown;
-        let base = if self.top.literal.is_some() {
+        let [base, lost] = self.microfacets.energy_complement.view_energy;
+        let base = if self.microfacets.gltf_reflectances.is_some() {
             N::ONE
         } else {
             base
         };
-        ((self.back + self.through) * base + self.interreflected * lost).max_element()
+        ((self.reflectance + self.transmittance) * base + self.multiple_scattering * lost)
+            .max_element()
     }
 
     fn is_transmissive(&self) -> bool {
-        self.both
+        self.transmits
     }
 
     fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
-        let ([base, lost], pi) = (self.top.factors(directions), N::from_f64(PI));
+        let ([base, lost], pi) = (
+            self.microfacets.diffuse_factors(directions),
+            N::from_f64(PI),
+        );
         (
-            (self.back * base + self.interreflected * lost) / pi,
-            self.back_share() * directions.into / pi,
+            (self.reflectance * base + self.multiple_scattering * lost) / pi,
+            self.reflection_probability() * directions.cos_wi / pi,
         )
     }
 
     fn eval_diffuse(&self, directions: &Directions<N>) -> N::Vec3 {
-        self.back * (self.top.factors(directions)[0] / N::from_f64(PI))
+        self.reflectance * (self.microfacets.diffuse_factors(directions)[0] / N::from_f64(PI))
     }
 
     fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
-        if !self.both {
+        if !self.transmits {
             return (N::Vec3::ZERO, N::ZERO);
         }
         let pi = N::from_f64(PI);
         (
-            self.through * (self.top.factors(directions)[0] / pi),
-            (N::ONE - self.back_share()) * -directions.into / pi,
+            self.transmittance * (self.microfacets.diffuse_factors(directions)[0] / pi),
+            (N::ONE - self.reflection_probability()) * -directions.cos_wi / pi,
         )
     }
 
@@ -219,6 +241,10 @@ impl<N: Number> LobeKind<N> for DiffuseBase<N> {
         choice: N,
         point: [N; 2],
     ) -> N::Vec3 {
-        cosine_sample_either::<N>(frame, self.back_share().greater_than(choice), point)
+        sample_cosine_either_side::<N>(
+            frame,
+            self.reflection_probability().greater_than(choice),
+            point,
+        )
     }
 }

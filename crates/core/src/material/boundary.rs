@@ -7,20 +7,20 @@
 //! cosine-weighted mean over the hemisphere.
 
 use super::albedo::table_position;
-use super::fresnel::dielectric_in_air;
+use super::fresnel::fresnel_dielectric_in_air;
 use super::ggx::LEAST_ROUGHNESS;
 
 /// Steps of index, roughness and cosine in the table of reflection.
-pub(super) const REFLECTED: [usize; 3] = [33, 24, 32];
+pub(super) const REFLECTION_STEPS: [usize; 3] = [33, 24, 32];
 /// Steps of index, roughness and cosine in the tables of loss.
-pub(super) const LOST: [usize; 3] = [33, 20, 20];
+pub(super) const LOSS_STEPS: [usize; 3] = [33, 20, 20];
 /// Integer that stores a share of 1.
 pub(super) const UNIT: f64 = 65_535.0;
 /// Greatest index of refraction of the tables.
 pub(super) const MOST_INDEX: f64 = 1e3;
 
 /// Returns the number of entries of a table, with a mean at the end of each row of cosines.
-const fn places([indices, roughnesses, cosines]: [usize; 3]) -> usize {
+const fn table_len([indices, roughnesses, cosines]: [usize; 3]) -> usize {
     indices * roughnesses * (cosines + 1)
 }
 
@@ -28,30 +28,31 @@ const fn places([indices, roughnesses, cosines]: [usize; 3]) -> usize {
 /// 1/[`UNIT`].
 pub(super) struct BoundaryTable {
     /// Reflected share of light from the side of lower index.
-    pub reflected: [u16; places(REFLECTED)],
+    pub reflection: [u16; table_len(REFLECTION_STEPS)],
     /// Lost shares in four tables. Two are for light from the side of lower index, two for light
     /// from the side of higher index. The first of each two holds microfacets that reflect by
     /// Fresnel's equations; the second holds microfacets that reflect only under total reflection.
-    pub lost: [u16; 4 * places(LOST)],
+    pub loss: [u16; 4 * table_len(LOSS_STEPS)],
 }
 
-pub(super) static TABLE: BoundaryTable = BoundaryTable::read(include_bytes!("boundary.table"));
+pub(super) static TABLE: BoundaryTable =
+    BoundaryTable::from_bytes(include_bytes!("boundary.table"));
 
 impl BoundaryTable {
     /// Length of `boundary.table` in bytes.
-    pub const BYTES: usize = 2 * (places(REFLECTED) + 4 * places(LOST));
+    pub const BYTES: usize = 2 * (table_len(REFLECTION_STEPS) + 4 * table_len(LOSS_STEPS));
 
     /// Reads the tables from the bytes of `boundary.table`.
-    pub const fn read(bytes: &[u8; Self::BYTES]) -> Self {
+    pub const fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
         Self {
-            reflected: shares(bytes, 0),
-            lost: shares(bytes, 2 * places(REFLECTED)),
+            reflection: read_u16s(bytes, 0),
+            loss: read_u16s(bytes, 2 * table_len(REFLECTION_STEPS)),
         }
     }
 }
 
 /// Reads `COUNT` little-endian `u16` from byte `from` on.
-const fn shares<const COUNT: usize>(bytes: &[u8], from: usize) -> [u16; COUNT] {
+const fn read_u16s<const COUNT: usize>(bytes: &[u8], from: usize) -> [u16; COUNT] {
     let mut out = [0; COUNT];
     let mut k = 0;
     while k < COUNT {
@@ -64,7 +65,7 @@ const fn shares<const COUNT: usize>(bytes: &[u8], from: usize) -> [u16; COUNT] {
 /// Returns the table coordinate in [0, 1] of an index of refraction, at least 1. Steps are finer
 /// towards index 1, where reflection begins, and towards [`MOST_INDEX`], where reflection is nearly
 /// total.
-fn place_of(index: f64) -> f64 {
+fn index_coordinate(index: f64) -> f64 {
     let value_of = |index: f64| {
         let root = (0.5 * (index - 1.0).max(0.0)).sqrt().sqrt();
         root / (1.0 + root)
@@ -79,9 +80,9 @@ struct TableCell {
     /// Distance in entries between neighbouring roughnesses, and between neighbouring indices.
     strides: [usize; 2],
     /// Fractions in [0, 1] across the cell, for the index and for the roughness.
-    shares: [f64; 2],
+    fractions: [f64; 2],
     /// Fraction in [0, 1] across the cell for the cosine; `None` for the mean over the hemisphere.
-    along: Option<f64>,
+    cosine_fraction: Option<f64>,
 }
 
 impl TableCell {
@@ -95,7 +96,7 @@ impl TableCell {
         cosine: Option<f64>,
     ) -> Self {
         let minimum = LEAST_ROUGHNESS.sqrt();
-        let (i, u) = table_position(place_of(index), indices);
+        let (i, u) = table_position(index_coordinate(index), indices);
         let (j, v) = table_position((roughness.sqrt() - minimum) / (1.0 - minimum), roughnesses);
         let stride = cosines + 1;
         let (k, along) = cosine.map_or((cosines, None), |cosine| {
@@ -105,21 +106,21 @@ impl TableCell {
         Self {
             first: (i * roughnesses + j) * stride + k,
             strides: [stride, roughnesses * stride],
-            shares: [u, v],
-            along,
+            fractions: [u, v],
+            cosine_fraction: along,
         }
     }
 
     /// Interpolates the table in the cell.
     #[inline(always)]
-    fn value(&self, table: &[u16]) -> f64 {
+    fn interpolate(&self, table: &[u16]) -> f64 {
         let entry = |index: usize| f64::from(table[index]) / UNIT;
         let mix = |a: f64, b: f64, share: f64| a + (b - a) * share;
         let row = |index: usize| {
-            self.along
+            self.cosine_fraction
                 .map_or_else(|| entry(index), |w| mix(entry(index), entry(index + 1), w))
         };
-        let ([u, v], [rougher, denser]) = (self.shares, self.strides);
+        let ([u, v], [rougher, denser]) = (self.fractions, self.strides);
         let column = |index: usize| mix(row(index), row(index + rougher), v);
         mix(column(self.first), column(self.first + denser), u)
     }
@@ -127,29 +128,29 @@ impl TableCell {
 
 /// Returns the share of light from the side of lower index that microfacets reflect by Fresnel's
 /// equations. `index` is at least 1. Without a cosine, the share is the mean over the hemisphere.
-pub(super) fn reflected(index: f64, roughness: f64, cosine: Option<f64>) -> f64 {
+pub(super) fn fresnel_albedo(index: f64, roughness: f64, cosine: Option<f64>) -> f64 {
     if roughness <= LEAST_ROUGHNESS {
         return cosine.map_or_else(
-            || mean_reflectance(index),
-            |cosine| dielectric_in_air(cosine, index),
+            || smooth_mean_reflectance(index),
+            |cosine| fresnel_dielectric_in_air(cosine, index),
         );
     }
-    TableCell::new(REFLECTED, index, roughness, cosine).value(&TABLE.reflected)
+    TableCell::new(REFLECTION_STEPS, index, roughness, cosine).interpolate(&TABLE.reflection)
 }
 
 /// Returns two shares of light that single scattering loses: for microfacets that reflect by
 /// Fresnel's equations, and for microfacets that reflect only under total reflection. `eta` is the
 /// index on the incident side over the index on the opposite side.
-pub(super) fn lost(eta: f64, roughness: f64, cosine: Option<f64>) -> [f64; 2] {
+pub(super) fn single_scattering_loss(eta: f64, roughness: f64, cosine: Option<f64>) -> [f64; 2] {
     let (side, index) = if eta > 1.0 { (1, eta) } else { (0, 1.0 / eta) };
-    let cell = TableCell::new(LOST, index, roughness, cosine);
-    let (tables, _) = TABLE.lost.as_chunks::<{ places(LOST) }>();
-    [0, 1].map(|selected| cell.value(&tables[2 * side + selected]))
+    let cell = TableCell::new(LOSS_STEPS, index, roughness, cosine);
+    let (tables, _) = TABLE.loss.as_chunks::<{ table_len(LOSS_STEPS) }>();
+    [0, 1].map(|selected| cell.interpolate(&tables[2 * side + selected]))
 }
 
 /// Returns the cosine-weighted mean reflectance of a smooth boundary over the hemisphere on its
 /// side of lower index (Duntley 1942). `index` is at least 1.
-pub(super) fn mean_reflectance(index: f64) -> f64 {
+pub(super) fn smooth_mean_reflectance(index: f64) -> f64 {
     // Closer to index 1, only the cancellation error of large numbers would remain.
     if index < 1.0 + 1e-4 {
         return 0.0;

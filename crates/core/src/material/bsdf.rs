@@ -3,7 +3,7 @@
 
 use super::frame::ShadingFrame;
 use super::lobe::Lobe;
-use super::lobe_kind::{Directions, LobeFamily};
+use super::lobe_kind::{BsdfLobe, Directions};
 use crate::number::{Mask, Number, Vector3};
 
 /// Greatest number of lobes of a BSDF of [`Lobe`]s.
@@ -11,7 +11,7 @@ pub const MOST_LOBES: usize = 6;
 
 /// The BSDF of a surface at a point: at most `MOST` lobes of the type `L`.
 #[derive(Clone, Copy, Debug)]
-pub struct Bsdf<N: Number, L: LobeFamily<N> = Lobe<N>, const MOST: usize = MOST_LOBES> {
+pub struct Bsdf<N: Number, L: BsdfLobe<N> = Lobe<N>, const MOST: usize = MOST_LOBES> {
     normal: N::Vec3,
     lobes: [L; MOST],
     count: usize,
@@ -22,7 +22,7 @@ pub struct Bsdf<N: Number, L: LobeFamily<N> = Lobe<N>, const MOST: usize = MOST_
 pub struct BsdfSample<N: Number> {
     /// Whether the sample is valid. A sample that carries no light is invalid, and its other fields
     /// are zero.
-    pub some: N::Mask,
+    pub is_valid: N::Mask,
     /// Unit direction, away from the surface.
     pub direction: N::Vec3,
     /// BSDF value · |cosine| / density; its mean is the albedo.
@@ -33,7 +33,7 @@ pub struct BsdfSample<N: Number> {
     pub delta: N::Mask,
 }
 
-impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
+impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// Creates a BSDF without lobes, which is black.
     #[inline(always)]
     pub fn new(normal: N::Vec3) -> Self {
@@ -46,24 +46,24 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
 
     /// Resets the BSDF in place: no lobes, and another normal.
     #[inline(always)]
-    pub fn renew(&mut self, normal: N::Vec3) {
+    pub fn reset(&mut self, normal: N::Vec3) {
         (self.normal, self.count) = (normal, 0);
     }
 
     /// Adds a lobe. A BSDF that already holds `MOST` lobes ignores it.
     #[inline(always)]
-    pub fn add(&mut self, lobe: L) {
+    pub fn add_lobe(&mut self, lobe: L) {
         if let Some(slot) = self.lobes.get_mut(self.count) {
             *slot = lobe;
             self.count += 1;
         }
     }
 
-    /// Returns the BSDF with an additional lobe, as by [`Self::add`].
+    /// Returns the BSDF with an additional lobe, as by [`Self::add_lobe`].
     #[inline(always)]
     #[must_use]
     pub fn with_lobe(mut self, lobe: L) -> Self {
-        self.add(lobe);
+        self.add_lobe(lobe);
         self
     }
 
@@ -88,7 +88,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// Sums the lobes' values, and their densities weighted by importance. `value_of` returns the
     /// value and the density of a lobe.
     #[inline(always)]
-    fn sum(
+    fn sum_lobes(
         &self,
         directions: &Directions<N>,
         importances: &[N; MOST],
@@ -107,7 +107,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// contribute zero.
     #[inline(always)]
     pub fn eval(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        self.sum(
+        self.sum_lobes(
             &Directions::new(self.normal, wo, wi),
             &[N::ZERO; MOST],
             L::eval_and_pdf,
@@ -127,7 +127,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     pub fn eval_diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
         let diffuse =
             |lobe: &L, directions: &Directions<N>| (lobe.eval_diffuse(directions), N::ZERO);
-        self.sum(
+        self.sum_lobes(
             &Directions::new(self.normal, wo, wi),
             &[N::ZERO; MOST],
             diffuse,
@@ -159,12 +159,12 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     #[inline(always)]
     pub fn eval_and_pdf(&self, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
         let cosine = self.normal.dot(wo);
-        self.eval_and_pdf_by(&self.importances(cosine), cosine, wo, wi)
+        self.eval_and_pdf_with_importances(&self.importances(cosine), cosine, wo, wi)
     }
 
     /// [`Self::eval_and_pdf`] with the lobes' sampling weights already computed.
     #[inline(always)]
-    fn eval_and_pdf_by(
+    fn eval_and_pdf_with_importances(
         &self,
         (importances, total): &([N; MOST], N),
         cosine: N,
@@ -172,7 +172,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         wi: N::Vec3,
     ) -> (N::Vec3, N) {
         let (directions, zero) = (Directions::new(self.normal, wo, wi), N::ZERO);
-        let (value, sum) = self.sum(&directions, importances, L::eval_and_pdf);
+        let (value, sum) = self.sum_lobes(&directions, importances, L::eval_and_pdf);
         let (able, above) = (
             cosine.greater_than(zero) & total.greater_than(zero),
             self.normal.dot(wi).greater_than(zero),
@@ -181,7 +181,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         if !self.is_transmissive() {
             return (value, over);
         }
-        let (through, sum) = self.sum(&directions, importances, L::eval_and_pdf_through);
+        let (through, sum) = self.sum_lobes(&directions, importances, L::eval_and_pdf_through);
         let below = zero.greater_than(self.normal.dot(wi));
         (
             N::Vec3::select(below, through, value),
@@ -209,12 +209,12 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         for ((lobe, chosen), importance) in self
             .lobes()
             .iter()
-            .zip(self.chosen(&each, choice * total, able))
+            .zip(self.choose_lobes(&each, choice * total, able))
             .zip(each)
         {
             let start = before;
             before = before + importance;
-            if !chosen.any() {
+            if !chosen.any_lane() {
                 continue;
             }
             if lobe.is_delta() {
@@ -233,7 +233,8 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
                 );
             }
         }
-        let (value, density) = self.eval_and_pdf_by(&importances, cosine, wo, direction);
+        let (value, density) =
+            self.eval_and_pdf_with_importances(&importances, cosine, wo, direction);
         let facing = self.normal.dot(direction);
         // False for NaN and for a failed sample too.
         let mut sent = density.greater_than(N::ZERO) & facing.greater_than(N::ZERO) & !delta;
@@ -245,7 +246,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
         let some = delta | sent;
         BsdfSample {
-            some,
+            is_valid: some,
             direction: N::Vec3::select(some, direction, N::Vec3::ZERO),
             weight: N::Vec3::select(sent, drawn, weight),
             density: N::select(sent, density, N::ZERO),
@@ -258,7 +259,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// most `target`. The search starts at the last lobe, so that rounding leaves no gap at the
     /// end.
     #[inline(always)]
-    fn chosen(&self, importances: &[N; MOST], target: N, able: N::Mask) -> [N::Mask; MOST] {
+    fn choose_lobes(&self, importances: &[N; MOST], target: N, able: N::Mask) -> [N::Mask; MOST] {
         let (mut chosen, mut left) = ([N::Mask::default(); MOST], able);
         let mut before = [N::ZERO; MOST];
         for i in 1..MOST {

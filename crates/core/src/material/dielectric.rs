@@ -7,9 +7,9 @@
 //! enters and leaves the glass would undo this factor.
 
 use super::frame::ShadingFrame;
-use super::ggx::{Ggx, alpha, mirrored, sample_wm};
-use super::interface::Interface;
-use super::lobe_kind::{Directions, LobeKind, on_disk};
+use super::ggx::{Ggx, alpha_from_roughness, reflect, sample_wm};
+use super::interface::SmoothInterface;
+use super::lobe_kind::{Directions, ScatteringLobe, sample_disk};
 use crate::number::{Mask, Number, Vector3};
 
 /// A dielectric boundary, viewed from one side.
@@ -52,7 +52,10 @@ impl<N: Number> Dielectric<N> {
     /// Returns the microfacet normal that refracts between `wo` and `wi`, its cosines to `wo`
     /// (positive) and to `wi` (negative), and a mask of the lanes in which such a normal exists.
     #[inline(always)]
-    pub(super) fn refracting_half(&self, directions: &Directions<N>) -> (N::Vec3, [N; 2], N::Mask) {
+    pub(super) fn refraction_half_vector(
+        &self,
+        directions: &Directions<N>,
+    ) -> (N::Vec3, [N; 2], N::Mask) {
         let along = directions.wo * self.facet_eta + directions.wi;
         let length = along.dot(along).sqrt();
         let facet = along / length;
@@ -70,7 +73,7 @@ impl<N: Number> Dielectric<N> {
     }
 }
 
-impl<N: Number> LobeKind<N> for Dielectric<N> {
+impl<N: Number> ScatteringLobe<N> for Dielectric<N> {
     #[inline(always)]
     fn importance(&self, _: N) -> N {
         self.share * self.reflected.max(self.transmitted).max_element()
@@ -92,10 +95,10 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         let Some(roughness) = self.roughness else {
             return (N::Vec3::ZERO, N::ZERO);
         };
-        let (reflectance, _) = fresnel(directions.tilt, self.facet_eta);
+        let (reflectance, _) = fresnel(directions.cos_half, self.facet_eta);
         let ggx = Ggx::isotropic(directions.normal, roughness);
         let (value, density) =
-            ggx.reflected(directions, self.reflected * (self.share * reflectance));
+            ggx.eval_reflection_and_pdf(directions, self.reflected * (self.share * reflectance));
         (
             N::Vec3::select(self.share.greater_than(N::ZERO), value, N::Vec3::ZERO),
             reflectance * density,
@@ -110,21 +113,22 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         };
         let (ggx, (facet, [out, into], able)) = (
             Ggx::isotropic(directions.normal, roughness),
-            self.refracting_half(directions),
+            self.refraction_half_vector(directions),
         );
         // The density of visible normals times the Jacobian of refraction; the transmitted share
         // follows below.
-        let seen =
-            N::from_f64(2.0) * out / (directions.out + ggx.root(directions.wo, directions.out));
+        let seen = N::from_f64(2.0) * out
+            / (directions.cos_wo + ggx.smith_root(directions.wo, directions.cos_wo));
         let denominator = self.facet_eta * out + into;
         let spread = seen * -into / (ggx.inverse_d(facet) * denominator * denominator);
         let density = (N::ONE - fresnel(out, self.facet_eta).0) * spread;
-        let below = -directions.into;
+        let below = -directions.cos_wi;
         // The factor after the density is Smith's G₁ of the far side over its cosine: masking on
         // the two sides is independent.
         let value = self.transmitted
-            * (self.share * density * N::from_f64(2.0) / (below + ggx.root(directions.wi, below)));
-        let lit = able & directions.out.greater_than(N::ZERO) & below.greater_than(N::ZERO);
+            * (self.share * density * N::from_f64(2.0)
+                / (below + ggx.smith_root(directions.wi, below)));
+        let lit = able & directions.cos_wo.greater_than(N::ZERO) & below.greater_than(N::ZERO);
         (
             N::Vec3::select(lit, value, N::Vec3::ZERO),
             N::select(able, density, N::ZERO),
@@ -147,11 +151,11 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         };
         let (eta, facet) = (
             self.facet_eta,
-            sample_wm::<N>(wo, [alpha(roughness); 2], on_disk(point)),
+            sample_wm::<N>(wo, [alpha_from_roughness(roughness); 2], sample_disk(point)),
         );
         let cosine = wo.dot(facet);
         let (reflectance, beyond) = fresnel(cosine, eta);
-        let mirrored = mirrored::<N>(wo, facet);
+        let mirrored = reflect::<N>(wo, facet);
         let refracted = facet * (eta * cosine - beyond) - wo * eta;
         // Light on the wrong side would hit another microfacet and counts as lost.
         let above = mirrored.z().greater_than(N::ZERO);
@@ -168,8 +172,8 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
     #[inline(always)]
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
         let mut through = N::Mask::default();
-        let direction = N::Vec3::of_lanes(|lane| {
-            let interface = Interface::new(
+        let direction = N::Vec3::from_lanes(|lane| {
+            let interface = SmoothInterface::new(
                 -wo.lane(lane),
                 normal.lane(lane),
                 N::exact_lane(self.eta, lane),
@@ -177,7 +181,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
             // The probability is the Fresnel reflectance itself, so the weight is the tint.
             match interface.refracted {
                 Some(direction) if u.lane(lane) >= interface.fresnel() => {
-                    through.set(lane);
+                    through.set_lane(lane);
                     direction
                 }
                 _ => interface.reflected,
@@ -193,7 +197,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
 #[cfg(test)]
 mod tests {
     use super::fresnel;
-    use crate::material::dielectric as exact;
+    use crate::material::fresnel_dielectric as exact;
 
     /// Protects: microfacets reflect by Fresnel's equations from both sides, from head-on to
     /// grazing, at Brewster's angle and beyond the critical angle; the cosine beyond follows

@@ -21,7 +21,7 @@ use crate::number::{Mask, Number, Vector3};
 /// normal incidence to 1 at grazing incidence.
 pub(super) fn directional_albedo(f0: f64, roughness: f64, cosine: f64) -> f64 {
     Albedo::<f64>::at_cosine(cosine, roughness)
-        .sent(f0, 1.0)
+        .schlick_albedo(f0, 1.0)
         .clamp(0.0, 1.0)
 }
 
@@ -29,23 +29,23 @@ pub(super) fn directional_albedo(f0: f64, roughness: f64, cosine: f64) -> f64 {
 /// Schlick's reflectance from `f0` to `f90`: F̄²·Ē/(1 − F̄·(1 − Ē)) with the mean reflectance F̄
 /// (Kulla, Conty 2017). `lost` is 1 − Ē, the mean loss of white microfacets.
 #[inline(always)]
-pub(super) fn interreflected_of<N: Number>(f0: N, f90: N, lost: N) -> N {
+pub(super) fn multiple_scattering_factor<N: Number>(f0: N, f90: N, lost: N) -> N {
     let mean = f0 + (f90 - f0) * N::from_f64(MEAN_GRAZING);
     mean * mean * (N::ONE - lost) / (N::ONE - mean * lost)
 }
 
-/// Returns two factors as [`interreflected_of`] does: for the dielectric microfacets alone, and for
+/// Returns two factors as [`multiple_scattering_factor`] does: for the dielectric microfacets alone, and for
 /// the mixture of dielectric and metal by `shares`. `[f0, f90]` are the dielectric reflectances at
 /// normal and grazing incidence, `metal` is the metal's reflectance at normal incidence.
 #[inline(always)]
-pub(super) fn interreflections<N: Number>(
+pub(super) fn multiple_scattering_factors<N: Number>(
     [f0, f90]: [N; 2],
     metal: N::Vec3,
     shares: [N; 2],
     lost: N,
 ) -> (N, N::Vec3) {
-    let (dielectric, part) = (interreflected_of(f0, f90, lost), |f0: N| {
-        interreflected_of(f0, N::ONE, lost)
+    let (dielectric, part) = (multiple_scattering_factor(f0, f90, lost), |f0: N| {
+        multiple_scattering_factor(f0, N::ONE, lost)
     });
     let metal = N::Vec3::new(part(metal.x()), part(metal.y()), part(metal.z()));
     (
@@ -56,7 +56,7 @@ pub(super) fn interreflections<N: Number>(
 
 /// Returns the cosine-weighted mean of a function of the cosine over the hemisphere, by
 /// Gauss–Legendre quadrature in the squared cosine.
-pub(super) fn mean_of<N: Number>(value_of: impl Fn(N) -> N) -> N {
+pub(super) fn cosine_weighted_mean<N: Number>(value_of: impl Fn(N) -> N) -> N {
     const RULE: [[f64; 2]; 4] = [
         [0.069_431_844_202_973_7, 0.173_927_422_568_726_9],
         [0.330_009_478_207_571_9, 0.326_072_577_431_273_1],
@@ -82,7 +82,7 @@ pub struct EnergyComplement<N: Number> {
     pub(super) view_factors: [N; 2],
     /// Remaining energy 1 − E(o) for the view: for the layer, where it is the albedo of a white
     /// base, and for white microfacets. These numbers are the sampling weights of the lobes.
-    pub(super) shown: [N; 2],
+    pub(super) view_energy: [N; 2],
 }
 
 /// Lower limit of a mean that divides.
@@ -96,41 +96,44 @@ impl<N: Number> EnergyComplement<N> {
             layer,
             roughness,
             view_factors: [N::ONE; 2],
-            shown: [N::ONE; 2],
+            view_energy: [N::ONE; 2],
         }
     }
 
     /// Sets the viewing direction, by the remaining energy for it and the mean of the remaining
     /// energy.
     #[inline(always)]
-    pub(super) fn seen_with(self, left: [N; 2], mean: [N; 2]) -> Self {
+    pub(super) fn with_view_energy(self, left: [N; 2], mean: [N; 2]) -> Self {
         let over = |k: usize| left[k] / mean[k].max(N::from_f64(LEAST_MEAN));
         Self {
             view_factors: [over(0), over(1)],
-            shown: left,
+            view_energy: left,
             ..self
         }
     }
 
     /// Sets the viewing direction by its cosine to the normal; `mean` is the mean albedo.
     #[inline(always)]
-    pub(super) fn seen_at(self, cosine: N, mean: Albedo<N>) -> Self {
-        self.seen_with(
-            self.remaining(Albedo::at_cosine(cosine, self.roughness)),
-            self.remaining(mean),
+    pub(super) fn with_view_cosine(self, cosine: N, mean: Albedo<N>) -> Self {
+        self.with_view_energy(
+            self.remaining_energy(Albedo::at_cosine(cosine, self.roughness)),
+            self.remaining_energy(mean),
         )
     }
 
     /// Returns the remaining energy 1 − E for an albedo: for the layer, and for white microfacets.
     #[inline(always)]
-    pub(super) fn remaining(&self, albedo: Albedo<N>) -> [N; 2] {
-        self.remaining_of(albedo.sent(self.layer[0], self.layer[1]), albedo.lost)
+    pub(super) fn remaining_energy(&self, albedo: Albedo<N>) -> [N; 2] {
+        self.remaining_energy_for_albedo(
+            albedo.schlick_albedo(self.layer[0], self.layer[1]),
+            albedo.multiple_scattering_loss,
+        )
     }
 
-    /// Returns the remaining energy 1 − E as [`Self::remaining`] does, for a layer whose
+    /// Returns the remaining energy 1 − E as [`Self::remaining_energy`] does, for a layer whose
     /// single-scattering albedo is `scattered`. `lost` is the loss of white microfacets.
     #[inline(always)]
-    pub(super) fn remaining_of(&self, scattered: N, lost: N) -> [N; 2] {
+    pub(super) fn remaining_energy_for_albedo(&self, scattered: N, lost: N) -> [N; 2] {
         [
             (N::ONE - (scattered + self.layer[2] * lost)).max(N::ZERO),
             lost,
@@ -141,27 +144,27 @@ impl<N: Number> EnergyComplement<N> {
     /// `scattered` is the albedo of the index of refraction alone, `normal` its reflectance at
     /// normal incidence. Where a tint changes the reflectance at normal incidence, the difference
     /// fades as Schlick's weight rises.
-    pub(super) fn sent_exactly(&self, scattered: N, normal: N, albedo: Albedo<N>) -> N {
-        let falling = (N::ONE - albedo.lost - albedo.grazing).max(N::ZERO);
+    pub(super) fn fresnel_layer_albedo(&self, scattered: N, normal: N, albedo: Albedo<N>) -> N {
+        let falling = (N::ONE - albedo.multiple_scattering_loss - albedo.schlick_part).max(N::ZERO);
         (self.layer[1] * scattered + (self.layer[0] - self.layer[1] * normal) * falling)
             .max(N::ZERO)
     }
 
     /// Whether the layer reflects in any lane.
     #[inline(always)]
-    pub(super) fn is_covered(&self) -> bool {
+    pub(super) fn has_reflective_layer(&self) -> bool {
         self.layer[0]
             .max(self.layer[1])
             .max(self.layer[2])
             .greater_than(N::ZERO)
-            .any()
+            .any_lane()
     }
 
     /// Returns two factors for light at a cosine to the normal. Times 1/π, they are the BRDF of a
     /// white base, and the BRDF of the multiple scattering of white microfacets.
     #[inline(always)]
-    pub(super) fn factors(&self, cosine: N) -> [N; 2] {
-        let left = self.remaining(Albedo::at_cosine(cosine, self.roughness));
+    pub(super) fn diffuse_factors(&self, cosine: N) -> [N; 2] {
+        let left = self.remaining_energy(Albedo::at_cosine(cosine, self.roughness));
         [
             left[0] * self.view_factors[0],
             left[1] * self.view_factors[1],

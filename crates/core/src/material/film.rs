@@ -7,7 +7,7 @@
 //! observer's curves replaces the paper's fits. The error against a sum over wavelengths is about a
 //! thousandth.
 
-use super::spectrum::coherence;
+use super::spectrum::film_coherence;
 use super::stage::layer;
 use crate::number::{Number, Vector3};
 
@@ -15,26 +15,26 @@ layer! {
     /// A thin film.
     ThinFilm
     /// Share of the surface under the film, 0 to 1.
-    share: Share by share;
+    share: Share by eval_share;
     /// Index of refraction of the film.
-    ior: Constant by constant;
+    ior: Constant by eval_constant;
     /// Thickness in nanometres.
-    thickness: Thickness by thickness;
+    thickness: Thickness by eval_thickness;
 }
 
 /// Greatest number of terms of the series.
 const TERMS: usize = 64;
 /// Amplitude of a term below which the series ends.
-const LEAST: f64 = 1e-5;
+const LEAST_AMPLITUDE: f64 = 1e-5;
 
 impl<N: Number> ThinFilm<N> {
     /// Returns the reflectance of microfacets under the film at a cosine of incidence in air.
     /// `bare` is their reflectance at this cosine without the film, `f0` the same at normal
     /// incidence.
-    pub(super) fn over(&self, bare: N::Vec3, f0: N::Vec3, cosine: N) -> N::Vec3 {
-        let filmed = N::Vec3::of_lanes(|lane| {
+    pub(super) fn reflectance_over(&self, bare: N::Vec3, f0: N::Vec3, cosine: N) -> N::Vec3 {
+        let filmed = N::Vec3::from_lanes(|lane| {
             let ior = N::exact_lane(self.ior, lane);
-            reflectance(
+            thin_film_reflectance(
                 cosine.lane(lane),
                 ior,
                 self.thickness.lane(lane),
@@ -49,7 +49,7 @@ impl<N: Number> ThinFilm<N> {
 /// Returns the amplitude reflection coefficients of a boundary between two indices of refraction,
 /// for perpendicular and parallel polarisation. `ci` and `ct` are the cosines on the incident and
 /// the transmitted side.
-fn amplitudes([here, beyond]: [f64; 2], [ci, ct]: [f64; 2]) -> [f64; 2] {
+fn fresnel_amplitudes([here, beyond]: [f64; 2], [ci, ct]: [f64; 2]) -> [f64; 2] {
     let across = (here * ci - beyond * ct) / (here * ci + beyond * ct).max(f64::MIN_POSITIVE);
     let along = (beyond * ci - here * ct) / (beyond * ci + here * ct).max(f64::MIN_POSITIVE);
     [across, along]
@@ -59,7 +59,12 @@ fn amplitudes([here, beyond]: [f64; 2], [ci, ct]: [f64; 2]) -> [f64; 2] {
 /// incidence in air. `ior` is the film's index, `thickness` is in nanometres. `f0` is the base's
 /// reflectance in air at normal incidence. The base counts as a dielectric with this reflectance,
 /// as in KHR_materials_iridescence.
-pub(super) fn reflectance(cosine: f64, ior: f64, thickness: f64, f0: [f64; 3]) -> [f64; 3] {
+pub(super) fn thin_film_reflectance(
+    cosine: f64,
+    ior: f64,
+    thickness: f64,
+    f0: [f64; 3],
+) -> [f64; 3] {
     let cosine = cosine.clamp(0.0, 1.0);
     let within = |index: f64| {
         (1.0 - (1.0 - cosine * cosine) / (index * index))
@@ -68,13 +73,16 @@ pub(super) fn reflectance(cosine: f64, ior: f64, thickness: f64, f0: [f64; 3]) -
     };
     let inside = within(ior);
     let path = 2.0 * ior * thickness.max(0.0) * inside;
-    let first = amplitudes([1.0, ior], [cosine, inside]);
+    let first = fresnel_amplitudes([1.0, ior], [cosine, inside]);
     let mut out = [0.0; 3];
     // Index and coefficients of the base, by channel.
     let bases = f0.map(|f0| {
         let root = f0.clamp(0.0, 0.9999).sqrt();
         let base = (1.0 + root) / (1.0 - root);
-        (base, amplitudes([ior, base], [inside, within(base)]))
+        (
+            base,
+            fresnel_amplitudes([ior, base], [inside, within(base)]),
+        )
     });
     for (k, (_, second)) in bases.iter().enumerate() {
         for (a, b) in first.iter().zip(second) {
@@ -88,10 +96,10 @@ pub(super) fn reflectance(cosine: f64, ior: f64, thickness: f64, f0: [f64; 3]) -
             let (mut sum, mut power) = (1.0, 1.0);
             for m in 1..=TERMS {
                 power *= -both;
-                if power.abs() < LEAST {
+                if power.abs() < LEAST_AMPLITUDE {
                     break;
                 }
-                sum += 2.0 * power * coherence(path * m as f64)[k];
+                sum += 2.0 * power * film_coherence(path * m as f64)[k];
             }
             out[k] += 0.5 * (1.0 - (1.0 - a * a) * (1.0 - b * b) / rest * sum);
         }
@@ -101,7 +109,7 @@ pub(super) fn reflectance(cosine: f64, ior: f64, thickness: f64, f0: [f64; 3]) -
 
 #[cfg(test)]
 mod tests {
-    use super::super::fresnel::dielectric;
+    use super::super::fresnel::fresnel_dielectric;
     use super::super::spectrum::tests::direct;
     use super::*;
 
@@ -145,7 +153,7 @@ mod tests {
                     for cosine in [1.0, 0.9, 0.6, 0.3, 0.1, 0.02] {
                         let requested =
                             direct(|nanometres| [airy(cosine, ior, thickness, f0, nanometres); 3]);
-                        let found = reflectance(cosine, ior, thickness, [f0; 3]);
+                        let found = thin_film_reflectance(cosine, ior, thickness, [f0; 3]);
                         let off = (0..3)
                             .map(|k| (found[k] - requested[k].clamp(0.0, 1.0)).abs())
                             .fold(0.0, f64::max);
@@ -169,8 +177,8 @@ mod tests {
             for (f0, cosine) in [(0.04, 1.0), (0.04, 0.3), (0.5, 0.1), (0.2, 0.7)] {
                 let b = base(f0);
                 let below = (1.0 - (1.0 - cosine * cosine) / (b * b)).sqrt();
-                let requested = dielectric(cosine, Some(below), 1.0 / b);
-                let found = reflectance(cosine, ior, 0.0, [f0; 3]);
+                let requested = fresnel_dielectric(cosine, Some(below), 1.0 / b);
+                let found = thin_film_reflectance(cosine, ior, 0.0, [f0; 3]);
                 assert!(
                     found.iter().all(|r| (r - requested).abs() < 1e-4),
                     "{ior}, {f0} at {cosine}: {found:?}, not {requested}"
@@ -187,7 +195,7 @@ mod tests {
             for ior in [1.0, 1.5, 3.0] {
                 for thickness in [0.0, 1.0, 1e9, f64::INFINITY] {
                     for f0 in [0.0, 0.04, 1.0] {
-                        let found = reflectance(cosine, ior, thickness, [f0; 3]);
+                        let found = thin_film_reflectance(cosine, ior, thickness, [f0; 3]);
                         let sound = found.iter().all(|r| (0.0..=1.0).contains(r));
                         assert!(
                             sound || cosine.is_nan(),

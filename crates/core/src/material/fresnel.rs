@@ -38,7 +38,7 @@ pub fn environment_reflectance<N: Number>(f0: N::Vec3, roughness: N, facing: N) 
 /// Returns the unpolarised reflectance of a dielectric by Fresnel's equations. `incident` and
 /// `transmitted` are the cosines of the two angles; `None` means total reflection and returns 1.
 /// `eta` is the index on the incident side over the index on the transmitted side.
-pub fn dielectric(incident: f64, transmitted: Option<f64>, eta: f64) -> f64 {
+pub fn fresnel_dielectric(incident: f64, transmitted: Option<f64>, eta: f64) -> f64 {
     let (ci, Some(ct)) = (incident.clamp(0.0, 1.0), transmitted) else {
         return 1.0;
     };
@@ -52,7 +52,7 @@ pub fn dielectric(incident: f64, transmitted: Option<f64>, eta: f64) -> f64 {
 
 /// Returns the unpolarised reflectance of a conductor in air with the complex index n + ik, at a
 /// cosine of incidence, by Fresnel's equations (Born, Wolf, "Principles of Optics", 1999, §14.4).
-pub fn conductor(cosine: f64, [n, k]: [f64; 2]) -> f64 {
+pub fn fresnel_conductor(cosine: f64, [n, k]: [f64; 2]) -> f64 {
     let c = cosine.clamp(0.0, 1.0);
     let (c2, s2) = (c * c, 1.0 - c * c);
     // p + iq = √((n + ik)² − sin²), computed without a difference of nearly equal numbers.
@@ -73,9 +73,9 @@ pub fn conductor(cosine: f64, [n, k]: [f64; 2]) -> f64 {
 
 /// Returns the unpolarised reflectance of a dielectric of index `ior` in air by Fresnel's
 /// equations, at the cosine of incidence in air.
-pub fn dielectric_in_air(cosine: f64, ior: f64) -> f64 {
+pub fn fresnel_dielectric_in_air(cosine: f64, ior: f64) -> f64 {
     let c = cosine.clamp(0.0, 1.0);
-    dielectric(
+    fresnel_dielectric(
         c,
         Some((1.0 - (1.0 - c * c) / (ior * ior)).max(0.0).sqrt()),
         1.0 / ior,

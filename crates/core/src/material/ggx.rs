@@ -6,7 +6,7 @@
 use core::f64::consts::PI;
 
 use super::frame::ShadingFrame;
-use super::lobe_kind::{Directions, on_disk};
+use super::lobe_kind::{Directions, sample_disk};
 use crate::number::{Number, Vector3};
 
 /// Least perceptual roughness of a glossy lobe. A smoother surface would show a delta light as a
@@ -16,7 +16,7 @@ pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
 /// Returns the microfacet α of a perceptual roughness: the square, at least that of
 /// [`LEAST_ROUGHNESS`].
 #[inline(always)]
-pub(super) fn alpha<N: Number>(roughness: N) -> N {
+pub(super) fn alpha_from_roughness<N: Number>(roughness: N) -> N {
     roughness.max(N::from_f64(LEAST_ROUGHNESS)).powi(2)
 }
 
@@ -38,7 +38,7 @@ impl<N: Number> Ggx<N> {
         Self {
             normal,
             axes: None,
-            alpha: [alpha(roughness); 2],
+            alpha: [alpha_from_roughness(roughness); 2],
         }
     }
 
@@ -47,7 +47,7 @@ impl<N: Number> Ggx<N> {
     /// tangent rises from the α of `roughness` to 1.
     #[inline]
     pub fn anisotropic(frame: ShadingFrame<N>, roughness: N, strength: N) -> Self {
-        let alpha = alpha(roughness);
+        let alpha = alpha_from_roughness(roughness);
         let ShadingFrame {
             tangent,
             bitangent,
@@ -101,7 +101,7 @@ impl<N: Number> Ggx<N> {
     /// direction of the given cosine to the normal. For isotropic microfacets it is √(α² + (1 −
     /// α²)·cos²).
     #[inline(always)]
-    pub(super) fn root(&self, v: N::Vec3, cosine: N) -> N {
+    pub(super) fn smith_root(&self, v: N::Vec3, cosine: N) -> N {
         let [wide, fine] = self.alpha;
         match self.axes {
             None => {
@@ -121,20 +121,21 @@ impl<N: Number> Ggx<N> {
     pub(super) fn eval_and_pdf(&self, directions: &Directions<N>) -> (N, N) {
         let (d, root) = (
             N::ONE / self.inverse_d(directions.half),
-            self.root(directions.wo, directions.out),
+            self.smith_root(directions.wo, directions.cos_wo),
         );
         let visibility = N::from_f64(0.5)
-            / (directions.into * root + directions.out * self.root(directions.wi, directions.into));
+            / (directions.cos_wi * root
+                + directions.cos_wo * self.smith_root(directions.wi, directions.cos_wi));
         (
             d * visibility,
-            d / (N::from_f64(2.0) * (directions.out + root)),
+            d / (N::from_f64(2.0) * (directions.cos_wo + root)),
         )
     }
 
     /// Returns the BRDF of microfacets with a reflectance, and the density by solid angle of
-    /// [`Self::sample_mirrored`].
+    /// [`Self::sample_reflection`].
     #[inline(always)]
-    pub(super) fn reflected(
+    pub(super) fn eval_reflection_and_pdf(
         &self,
         directions: &Directions<N>,
         reflectance: N::Vec3,
@@ -142,7 +143,7 @@ impl<N: Number> Ggx<N> {
         let (value, density) = self.eval_and_pdf(directions);
         (
             N::Vec3::select(
-                directions.out.greater_than(N::ZERO),
+                directions.cos_wo.greater_than(N::ZERO),
                 reflectance * value,
                 N::Vec3::ZERO,
             ),
@@ -154,7 +155,7 @@ impl<N: Number> Ggx<N> {
     /// normal and `wo` mirrored at it. A mirrored direction below the surface is replaced by zero:
     /// its light would hit another microfacet and counts as lost, and no other lobe may take it for
     /// transmission.
-    pub(super) fn sample_mirrored(
+    pub(super) fn sample_reflection(
         &self,
         normal: N::Vec3,
         wo: N::Vec3,
@@ -164,9 +165,9 @@ impl<N: Number> Ggx<N> {
         let facet = frame.to_world(sample_wm::<N>(
             frame.to_local(wo),
             self.alpha,
-            on_disk(point),
+            sample_disk(point),
         ));
-        let direction = mirrored::<N>(wo, facet);
+        let direction = reflect::<N>(wo, facet);
         (
             facet,
             N::Vec3::select(
@@ -180,7 +181,7 @@ impl<N: Number> Ggx<N> {
 
 /// Returns `wo` mirrored at a unit microfacet normal.
 #[inline(always)]
-pub(super) fn mirrored<N: Number>(wo: N::Vec3, facet: N::Vec3) -> N::Vec3 {
+pub(super) fn reflect<N: Number>(wo: N::Vec3, facet: N::Vec3) -> N::Vec3 {
     facet * (N::from_f64(2.0) * wo.dot(facet)) - wo
 }
 

@@ -8,9 +8,9 @@ use super::film::ThinFilm;
 use super::frame::ShadingFrame;
 use super::fresnel::{self, FresnelRule, schlick_weight};
 use super::ggx::Ggx;
-use super::interface::Interface;
-use super::interreflected::{Interreflected, mean_reflectance};
-use super::lobe_kind::{Directions, LobeKind, kept_unit};
+use super::interface::SmoothInterface;
+use super::lobe_kind::{Directions, ScatteringLobe, renormalize};
+use super::multiple_scattering::{MultipleScattering, hemispherical_mean_reflectance};
 use crate::number::{Mask, Number, Vector3};
 
 /// Fresnel reflectance of a boundary with a tint, a thin film, or another formula.
@@ -40,14 +40,14 @@ impl<N: Number> TintedFresnel<N> {
             FresnelRule::Schlick => {
                 f0 + (1.0 - f0) * schlick_weight(if ior < 1.0 { inside } else { outside })
             }
-            _ => fresnel::dielectric(outside, Some(inside), 1.0 / ior),
+            _ => fresnel::fresnel_dielectric(outside, Some(inside), 1.0 / ior),
         };
         let bare = self.reflected.lane(lane) * share;
         let Some(film) = self.film else {
             return bare.to_array();
         };
         let at_normal = (self.reflected.lane(lane) * f0).to_array();
-        let filmed = super::film::reflectance(
+        let filmed = super::film::thin_film_reflectance(
             outside,
             N::exact_lane(film.ior, lane),
             film.thickness.lane(lane),
@@ -58,13 +58,13 @@ impl<N: Number> TintedFresnel<N> {
     }
 }
 
-/// Cosines on the side of lower index at which [`TintedFresnel::of_fresnel`] compares reflectances.
-const COMPARED: [f64; 5] = [1.0, 0.8, 0.5, 0.25, 0.1];
+/// Cosines on the side of lower index at which [`TintedFresnel::fresnel_ratio_bounds`] compares reflectances.
+const COMPARED_COSINES: [f64; 5] = [1.0, 0.8, 0.5, 0.25, 0.1];
 
 impl<N: Number> TintedFresnel<N> {
     /// Returns the least and the greatest ratio of this reflectance to the plain Fresnel
-    /// reflectance, over the angles of [`COMPARED`].
-    pub(super) fn of_fresnel(&self) -> [N::Vec3; 2] {
+    /// reflectance, over the angles of [`COMPARED_COSINES`].
+    pub(super) fn fresnel_ratio_bounds(&self) -> [N::Vec3; 2] {
         if self.film.is_none() && self.rule != FresnelRule::Schlick {
             return [self.reflected; 2];
         }
@@ -76,16 +76,16 @@ impl<N: Number> TintedFresnel<N> {
             } else {
                 [own, beyond]
             };
-            let exact = fresnel::dielectric(outside, Some(inside), 1.0 / ior).max(1e-6);
+            let exact = fresnel::fresnel_dielectric(outside, Some(inside), 1.0 / ior).max(1e-6);
             DVec3::from(self.reflectance(lane, Some([outside, inside]))) / exact
         };
         let fold = |of: fn(DVec3, DVec3) -> DVec3| {
             let lane = |lane: usize| {
-                COMPARED
+                COMPARED_COSINES
                     .iter()
                     .fold(DVec3::ONE, |all, &cosine| of(all, over(lane, cosine)))
             };
-            <N::Vec3 as Vector3<N>>::of_lanes(lane)
+            <N::Vec3 as Vector3<N>>::from_lanes(lane)
         };
         [fold(DVec3::min), fold(DVec3::max)]
     }
@@ -93,7 +93,7 @@ impl<N: Number> TintedFresnel<N> {
 
 /// The boundary of a solid body, with a tinted or filmed reflection.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LayeredDielectric<N: Number> {
+pub struct TintedDielectric<N: Number> {
     pub(super) tinted_fresnel: TintedFresnel<N>,
     /// The boundary without tint and film.
     pub(super) boundary: Dielectric<N>,
@@ -101,10 +101,10 @@ pub struct LayeredDielectric<N: Number> {
     pub(super) outside: N::Mask,
 }
 
-impl<N: Number> LayeredDielectric<N> {
+impl<N: Number> TintedDielectric<N> {
     /// Returns two reflectances of a lane's microfacet at a cosine of incidence: with tint and film
     /// by channel, and the plain Fresnel reflectance.
-    fn at(&self, lane: usize, cosine: f64) -> (DVec3, f64) {
+    fn tinted_and_fresnel_reflectance(&self, lane: usize, cosine: f64) -> (DVec3, f64) {
         let (exact, beyond) = facet_fresnel(cosine, N::exact_lane(self.boundary.eta, lane));
         let own = cosine.clamp(0.0, 1.0);
         let cosines = (beyond > 0.0).then_some(if self.outside.lane(lane) {
@@ -117,7 +117,7 @@ impl<N: Number> LayeredDielectric<N> {
 
     /// Scales a value of the untinted boundary by `of(tinted, plain)`, a function of the tinted and
     /// the plain Fresnel reflectance at a cosine of incidence. The density stays.
-    fn tint(
+    fn apply_tint(
         &self,
         (own, density): (N::Vec3, N),
         cosine: N,
@@ -132,15 +132,15 @@ impl<N: Number> LayeredDielectric<N> {
         if film.is_none() && reflected == N::Vec3::ONE && rule != FresnelRule::Schlick {
             return (own, density);
         }
-        let factor = <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
-            let (found, exact) = self.at(lane, cosine.lane(lane));
+        let factor = <N::Vec3 as Vector3<N>>::from_lanes(|lane| {
+            let (found, exact) = self.tinted_and_fresnel_reflectance(lane, cosine.lane(lane));
             found.map(|found| of(found, exact))
         });
         (own * factor, density)
     }
 }
 
-impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
+impl<N: Number> ScatteringLobe<N> for TintedDielectric<N> {
     fn importance(&self, _: N) -> N {
         self.boundary.share
             * self
@@ -160,9 +160,9 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
 
     fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         let factor = |found: f64, exact: f64| if exact > 0.0 { found / exact } else { 0.0 };
-        self.tint(
+        self.apply_tint(
             self.boundary.eval_and_pdf(directions),
-            directions.tilt,
+            directions.cos_half,
             factor,
         )
     }
@@ -175,9 +175,9 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
                 0.0
             }
         };
-        self.tint(
+        self.apply_tint(
             self.boundary.eval_and_pdf_through(directions),
-            self.boundary.refracting_half(directions).1[0],
+            self.boundary.refraction_half_vector(directions).1[0],
             factor,
         )
     }
@@ -197,12 +197,12 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
     /// channels, else refracts.
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
         let drawn = |lane: usize| {
-            let interface = Interface::new(
+            let interface = SmoothInterface::new(
                 -wo.lane(lane),
                 normal.lane(lane),
                 N::exact_lane(self.boundary.eta, lane),
             );
-            let (found, _) = self.at(lane, interface.cos_incident);
+            let (found, _) = self.tinted_and_fresnel_reflectance(lane, interface.cos_incident);
             // The greatest reflectance of the channels is the probability of reflection, so that no
             // weight exceeds one.
             let chance = found.max_element();
@@ -222,8 +222,8 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
             }
         };
         (
-            N::Vec3::of_lanes(|lane| drawn(lane).0),
-            <N::Vec3 as Vector3<N>>::of_lanes(|lane| drawn(lane).1) * self.boundary.share,
+            N::Vec3::from_lanes(|lane| drawn(lane).0),
+            <N::Vec3 as Vector3<N>>::from_lanes(|lane| drawn(lane).1) * self.boundary.share,
         )
     }
 }
@@ -246,7 +246,7 @@ pub struct ThinDielectric<N: Number> {
 impl<N: Number> ThinDielectric<N> {
     /// Returns the reflectance 2R/(1 + R) of the wall in a lane, by channel, at a cosine of
     /// incidence.
-    fn at(&self, lane: usize, cosine: f64) -> [f64; 3] {
+    fn lane_reflectance(&self, lane: usize, cosine: f64) -> [f64; 3] {
         let (ior, c) = (
             N::exact_lane(self.tinted_fresnel.ior, lane),
             cosine.clamp(0.0, 1.0),
@@ -259,19 +259,21 @@ impl<N: Number> ThinDielectric<N> {
 
     /// Returns the reflectance of the wall in all lanes.
     fn reflectance(&self, cosine: N) -> N::Vec3 {
-        <N::Vec3 as Vector3<N>>::of_lanes(|lane| self.at(lane, cosine.lane(lane)).into())
+        <N::Vec3 as Vector3<N>>::from_lanes(|lane| {
+            self.lane_reflectance(lane, cosine.lane(lane)).into()
+        })
     }
 
     /// Returns the lobe of multiple scattering among the wall's microfacets. `seen` holds the
     /// viewing direction and the normal.
-    pub(super) fn interreflected(
+    pub(super) fn multiple_scattering(
         &self,
         roughness: N,
         anisotropic: Option<(N::Mask, Ggx<N>)>,
         seen: [N::Vec3; 2],
-    ) -> Interreflected<N> {
-        let mean = mean_reflectance(|cosine| self.reflectance(cosine));
-        Interreflected::of_wall(
+    ) -> MultipleScattering<N> {
+        let mean = hemispherical_mean_reflectance(|cosine| self.reflectance(cosine));
+        MultipleScattering::for_wall(
             roughness,
             anisotropic,
             self.share,
@@ -282,7 +284,7 @@ impl<N: Number> ThinDielectric<N> {
 
     /// Returns the transmittance of a smooth wall for light straight on, at a cosine of incidence;
     /// zero for a rough wall.
-    pub(super) fn straight(&self, cosine: N) -> N::Vec3 {
+    pub(super) fn straight_transmittance(&self, cosine: N) -> N::Vec3 {
         if self.ggx.is_some() {
             return N::Vec3::ZERO;
         }
@@ -290,7 +292,7 @@ impl<N: Number> ThinDielectric<N> {
     }
 }
 
-impl<N: Number> LobeKind<N> for ThinDielectric<N> {
+impl<N: Number> ScatteringLobe<N> for ThinDielectric<N> {
     fn importance(&self, _: N) -> N {
         self.share
             * self
@@ -312,8 +314,8 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
         let Some(ggx) = &self.ggx else {
             return (N::Vec3::ZERO, N::ZERO);
         };
-        let found = self.reflectance(directions.tilt);
-        let (value, density) = ggx.reflected(directions, found * self.share);
+        let found = self.reflectance(directions.cos_half);
+        let (value, density) = ggx.eval_reflection_and_pdf(directions, found * self.share);
         (value, found.max_element() * density)
     }
 
@@ -323,9 +325,9 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
         let Some(ggx) = &self.ggx else {
             return (N::Vec3::ZERO, N::ZERO);
         };
-        let folded = directions.folded();
-        let found = self.reflectance(folded.tilt);
-        let (value, density) = ggx.reflected(
+        let folded = directions.with_wi_above();
+        let found = self.reflectance(folded.cos_half);
+        let (value, density) = ggx.eval_reflection_and_pdf(
             &folded,
             self.transmitted * (N::Vec3::ONE - found) * self.share,
         );
@@ -343,7 +345,7 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
         let Some(ggx) = &self.ggx else {
             return N::Vec3::ZERO;
         };
-        let (facet, up) = ggx.sample_mirrored(frame.normal, wo, point);
+        let (facet, up) = ggx.sample_reflection(frame.normal, wo, point);
         let down = up - frame.normal * (N::from_f64(2.0) * frame.normal.dot(up));
         let chance = self.reflectance(facet.dot(wo)).max_element();
         N::Vec3::select(chance.greater_than(choice), up, down)
@@ -353,7 +355,7 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
         let cosine = normal.dot(wo);
         let found = self.reflectance(cosine);
         let chance = found.max_element();
-        let mirror = kept_unit::<N>(normal * (N::from_f64(2.0) * cosine) - wo);
+        let mirror = renormalize::<N>(normal * (N::from_f64(2.0) * cosine) - wo);
         let on = self.transmitted * (N::Vec3::ONE - found) / (N::ONE - chance);
         let reflects = chance.greater_than(u);
         let weight = N::Vec3::select(reflects, found / chance, on);

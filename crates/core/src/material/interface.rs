@@ -10,7 +10,7 @@ use super::fresnel;
 
 /// Reflection and refraction of a ray at a smooth interface.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Interface {
+pub(crate) struct SmoothInterface {
     /// Unit direction of the reflected ray.
     pub reflected: DVec3,
     /// Unit direction of the refracted ray; `None` under total reflection.
@@ -21,7 +21,7 @@ pub(crate) struct Interface {
     eta: f64,
 }
 
-impl Interface {
+impl SmoothInterface {
     /// Reflects and refracts a ray of direction `d` at the normal `n`, which points to the ray's
     /// side. `d` and `n` may have any length. `eta` is the index on the ray's side over the index
     /// on the far side.
@@ -63,7 +63,7 @@ impl Interface {
         let beyond = ((1.0 - eta) * (1.0 + eta) + eta * eta * c * c)
             .max(0.0)
             .sqrt();
-        fresnel::dielectric(c, self.refracted.map(|_| beyond), eta)
+        fresnel::fresnel_dielectric(c, self.refracted.map(|_| beyond), eta)
     }
 }
 
@@ -74,8 +74,8 @@ mod tests {
     use crate::{Scene, prepare};
     use glam::DQuat;
 
-    fn at(cos: f64, eta: f64) -> Interface {
-        Interface::new(
+    fn at(cos: f64, eta: f64) -> SmoothInterface {
+        SmoothInterface::new(
             DVec3::new((1.0 - cos * cos).sqrt(), -cos, 0.0),
             DVec3::Y,
             eta,
@@ -94,7 +94,7 @@ mod tests {
         assert_eq!(
             [
                 at(0.0, 1.0).fresnel(),
-                fresnel::dielectric(0.0, Some(0.0), 1.0)
+                fresnel::fresnel_dielectric(0.0, Some(0.0), 1.0)
             ],
             [1.0; 2]
         );
@@ -141,7 +141,7 @@ mod tests {
                     for (sine, eta) in [(thin.sin(), 1.0 / ior), (thin.sin() / ior, ior)] {
                         let d = tangent * sine - n * (1.0 - sine * sine).sqrt();
                         let (d, n) = (d.as_vec3().as_dvec3(), n.as_vec3().as_dvec3());
-                        let interface = Interface::new(d, n, eta);
+                        let interface = SmoothInterface::new(d, n, eta);
                         let mirrored =
                             d.normalize() - n * (2.0 * d.normalize().dot(n) / n.length_squared());
                         assert!(

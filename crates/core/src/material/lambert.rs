@@ -3,7 +3,7 @@
 use core::f64::consts::PI;
 
 use super::frame::ShadingFrame;
-use super::lobe_kind::{Directions, LobeFamily, LobeKind, cosine_sample};
+use super::lobe_kind::{BsdfLobe, Directions, ScatteringLobe, sample_cosine_hemisphere};
 use crate::number::{Number, Vector3};
 
 /// Lambert's lobe, which reflects the same radiance in every direction.
@@ -13,13 +13,13 @@ pub struct Lambert<N: Number> {
     pub albedo: N::Vec3,
 }
 
-impl<N: Number> LobeFamily<N> for Lambert<N> {
+impl<N: Number> BsdfLobe<N> for Lambert<N> {
     const NOTHING: Self = Self {
         albedo: <N::Vec3 as Vector3<N>>::ZERO,
     };
 }
 
-impl<N: Number> LobeKind<N> for Lambert<N> {
+impl<N: Number> ScatteringLobe<N> for Lambert<N> {
     #[inline(always)]
     fn importance(&self, _: N) -> N {
         self.albedo.max_element()
@@ -29,7 +29,7 @@ impl<N: Number> LobeKind<N> for Lambert<N> {
     fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         (
             self.albedo / N::from_f64(PI),
-            directions.into / N::from_f64(PI),
+            directions.cos_wi / N::from_f64(PI),
         )
     }
 
@@ -47,6 +47,6 @@ impl<N: Number> LobeKind<N> for Lambert<N> {
         _: N,
         point: [N; 2],
     ) -> N::Vec3 {
-        frame.to_world(cosine_sample::<N>(point))
+        frame.to_world(sample_cosine_hemisphere::<N>(point))
     }
 }

@@ -9,36 +9,36 @@
 use super::base::DiffuseBase;
 use super::energy::directional_albedo;
 use super::frame::ShadingFrame;
-use super::ggx::{Ggx, mirrored};
-use super::glass_layer::{LayeredDielectric, ThinDielectric};
-use super::interreflected::Interreflected;
-use super::lobe_kind::{Directions, LobeFamily, LobeKind};
-use super::reflectance::Reflectance;
+use super::ggx::{Ggx, reflect};
+use super::glass_layer::{ThinDielectric, TintedDielectric};
+use super::lobe_kind::{BsdfLobe, Directions, ScatteringLobe};
+use super::multiple_scattering::MultipleScattering;
+use super::reflectance::MicrofacetReflectance;
 use super::sheen::Sheen;
 use super::stage::layer;
 use crate::number::{Number, Vector3};
 
 /// Reflectance of a coat at normal incidence, for the index of refraction 1.5.
-pub(super) const COAT: f64 = 0.04;
+pub(super) const COAT_F0: f64 = 0.04;
 
 layer! {
     /// A clear coat over a surface.
     Coat
     /// Share of the surface under the coat, 0 to 1.
-    weight: Share by share;
+    weight: Share by eval_share;
     /// Perceptual roughness.
-    roughness: Share by share;
+    roughness: Share by eval_share;
     /// Unit normal of the coat, which may have its own normal map.
-    normal: Normal by normal;
+    normal: Normal by eval_normal;
 }
 
 impl<N: Number> Coat<N> {
     /// Returns the directional albedo of the coat for a direction, 0 to 1.
-    fn reflected_share(&self, direction: N::Vec3) -> N {
+    fn directional_albedo(&self, direction: N::Vec3) -> N {
         let cosine = self.normal.dot(direction).max(N::ZERO);
         self.weight
-            * N::of_lanes(|lane| {
-                directional_albedo(COAT, self.roughness.lane(lane), cosine.lane(lane))
+            * N::from_lanes(|lane| {
+                directional_albedo(COAT_F0, self.roughness.lane(lane), cosine.lane(lane))
             })
     }
 }
@@ -59,22 +59,22 @@ impl<N: Number> Coating<N> {
 
     /// Returns the share of light that passes the layers once, in or out, along a direction above
     /// the surface.
-    pub(super) fn pass_once(&self, normal: N::Vec3, direction: N::Vec3) -> N {
+    pub(super) fn one_way_transmittance(&self, normal: N::Vec3, direction: N::Vec3) -> N {
         let coat = self
             .coat
-            .map_or(N::ONE, |coat| N::ONE - coat.reflected_share(direction));
+            .map_or(N::ONE, |coat| N::ONE - coat.directional_albedo(direction));
         self.sheen.map_or(coat, |sheen| {
-            coat * (N::ONE - sheen.sent(normal.dot(direction).max(N::ZERO)))
+            coat * (N::ONE - sheen.directional_albedo(normal.dot(direction).max(N::ZERO)))
         })
     }
 
     /// Returns the factor of the layers on the value of the lobe below, for a pair of directions.
     /// Transmitted light passes the layers once, reflected light twice.
-    fn pass_both(&self, directions: &Directions<N>) -> N {
-        let out = self.pass_once(directions.normal, directions.wo);
+    fn two_way_transmittance(&self, directions: &Directions<N>) -> N {
+        let out = self.one_way_transmittance(directions.normal, directions.wo);
         N::select(
-            directions.into.greater_than(N::ZERO),
-            out.min(self.pass_once(directions.normal, directions.wi)),
+            directions.cos_wi.greater_than(N::ZERO),
+            out.min(self.one_way_transmittance(directions.normal, directions.wi)),
             out,
         )
     }
@@ -87,12 +87,12 @@ pub(super) struct GgxLobe<N: Number> {
     pub(super) ggx: Ggx<N>,
     /// Whether the lobe is a mirror, a delta lobe.
     pub(super) smooth: bool,
-    pub(super) reflectance: Reflectance<N>,
+    pub(super) reflectance: MicrofacetReflectance<N>,
 }
 
-impl<N: Number> LobeKind<N> for GgxLobe<N> {
+impl<N: Number> ScatteringLobe<N> for GgxLobe<N> {
     fn importance(&self, cosine: N) -> N {
-        self.reflectance.at(cosine).max_element()
+        self.reflectance.eval(cosine).max_element()
     }
 
     fn is_delta(&self) -> bool {
@@ -105,18 +105,18 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
         }
         // The BSDF multiplies by the cosine to the surface's normal, so the value is corrected for
         // the lobe's normal.
-        let own_directions = directions.about(self.ggx.normal);
+        let own_directions = directions.with_normal(self.ggx.normal);
         let (scattered, density) = self
             .ggx
-            .reflected(&own_directions, self.reflectance.at(directions.tilt));
+            .eval_reflection_and_pdf(&own_directions, self.reflectance.eval(directions.cos_half));
         let (out, into) = (
-            own_directions.out.greater_than(N::ZERO),
-            own_directions.into.greater_than(N::ZERO),
+            own_directions.cos_wo.greater_than(N::ZERO),
+            own_directions.cos_wi.greater_than(N::ZERO),
         );
         (
             N::Vec3::select(
                 into,
-                scattered * (own_directions.into / directions.into),
+                scattered * (own_directions.cos_wi / directions.cos_wi),
                 N::Vec3::ZERO,
             ),
             N::select(out & into, density, N::ZERO),
@@ -131,17 +131,17 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
         _: N,
         point: [N; 2],
     ) -> N::Vec3 {
-        self.ggx.sample_mirrored(frame.normal, wo, point).1
+        self.ggx.sample_reflection(frame.normal, wo, point).1
     }
 
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, _: N) -> (N::Vec3, N::Vec3) {
         let own = self.ggx.normal;
-        let direction = mirrored::<N>(wo, own);
+        let direction = reflect::<N>(wo, own);
         // A coat's normal may mirror the direction into the surface. This light counts as lost.
         let above = normal.dot(direction).greater_than(N::ZERO);
         (
             direction,
-            N::Vec3::select(above, self.reflectance.at(own.dot(wo)), N::Vec3::ZERO),
+            N::Vec3::select(above, self.reflectance.eval(own.dot(wo)), N::Vec3::ZERO),
         )
     }
 }
@@ -156,11 +156,11 @@ pub(super) enum LayerLobe<N: Number> {
     /// Rough microfacets, or a smooth mirror.
     Ggx(GgxLobe<N>),
     /// The boundary of a solid body.
-    Dielectric(LayeredDielectric<N>),
+    Dielectric(TintedDielectric<N>),
     /// A thin wall, without refraction.
     ThinDielectric(ThinDielectric<N>),
     /// Multiple scattering among the microfacets of a boundary or a thin wall.
-    Interreflected(Interreflected<N>),
+    MultipleScattering(MultipleScattering<N>),
 }
 
 /// Dispatches an expression to the variant of a [`LayerLobe`].
@@ -172,7 +172,7 @@ macro_rules! ask {
             LayerLobe::Ggx($of) => $question,
             LayerLobe::Dielectric($of) => $question,
             LayerLobe::ThinDielectric($of) => $question,
-            LayerLobe::Interreflected($of) => $question,
+            LayerLobe::MultipleScattering($of) => $question,
         }
     };
 }
@@ -202,33 +202,44 @@ impl<N: Number> CoatedLobe<N> {
         Self {
             lobe,
             coating,
-            importance: own * coating.pass_once(normal, wo),
+            importance: own * coating.one_way_transmittance(normal, wo),
         }
     }
 
     /// Scales a lobe's value by the factor of its coating; the density stays. A value of zero stays
     /// zero also for opposite directions, which have no half vector.
-    fn coated(&self, directions: &Directions<N>, (own, density): (N::Vec3, N)) -> (N::Vec3, N) {
+    fn apply_coating(
+        &self,
+        directions: &Directions<N>,
+        (own, density): (N::Vec3, N),
+    ) -> (N::Vec3, N) {
         let (some, none) = (self.importance.greater_than(N::ZERO), N::Vec3::ZERO);
         let scattered = if own == none {
             own
         } else {
-            N::Vec3::select(some, own * self.coating.pass_both(directions), none)
+            N::Vec3::select(
+                some,
+                own * self.coating.two_way_transmittance(directions),
+                none,
+            )
         };
         (scattered, density)
     }
 
     /// Returns the transmittance for light straight on, from −`wo` to `wo`. Only smooth thin walls
     /// have any.
-    pub(super) fn straight(&self, normal: N::Vec3, wo: N::Vec3) -> N::Vec3 {
+    pub(super) fn straight_transmittance(&self, normal: N::Vec3, wo: N::Vec3) -> N::Vec3 {
         let LayerLobe::ThinDielectric(wall) = &self.lobe else {
             return N::Vec3::ZERO;
         };
-        wall.straight(normal.dot(wo)) * self.coating.pass_both(&Directions::new(normal, wo, -wo))
+        wall.straight_transmittance(normal.dot(wo))
+            * self
+                .coating
+                .two_way_transmittance(&Directions::new(normal, wo, -wo))
     }
 }
 
-impl<N: Number> LobeFamily<N> for CoatedLobe<N> {
+impl<N: Number> BsdfLobe<N> for CoatedLobe<N> {
     const NOTHING: Self = Self {
         lobe: LayerLobe::Sheen(Sheen {
             colour: <N::Vec3 as Vector3<N>>::ZERO,
@@ -240,7 +251,7 @@ impl<N: Number> LobeFamily<N> for CoatedLobe<N> {
     const COATED: bool = true;
 }
 
-impl<N: Number> LobeKind<N> for CoatedLobe<N> {
+impl<N: Number> ScatteringLobe<N> for CoatedLobe<N> {
     fn importance(&self, _: N) -> N {
         self.importance
     }
@@ -254,14 +265,14 @@ impl<N: Number> LobeKind<N> for CoatedLobe<N> {
     }
 
     fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
-        self.coated(
+        self.apply_coating(
             directions,
             ask!(self.lobe, lobe => lobe.eval_and_pdf(directions)),
         )
     }
 
     fn eval_diffuse(&self, directions: &Directions<N>) -> N::Vec3 {
-        self.coated(
+        self.apply_coating(
             directions,
             (
                 ask!(self.lobe, lobe => lobe.eval_diffuse(directions)),
@@ -272,7 +283,7 @@ impl<N: Number> LobeKind<N> for CoatedLobe<N> {
     }
 
     fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
-        self.coated(
+        self.apply_coating(
             directions,
             ask!(self.lobe, lobe => lobe.eval_and_pdf_through(directions)),
         )
@@ -296,7 +307,7 @@ impl<N: Number> LobeKind<N> for CoatedLobe<N> {
             weight
                 * self
                     .coating
-                    .pass_both(&Directions::new(normal, wo, direction)),
+                    .two_way_transmittance(&Directions::new(normal, wo, direction)),
         )
     }
 }

@@ -1,18 +1,18 @@
 //! Layered surfaces: the metallic-roughness model of glTF with the layers of its extensions.
 
 use super::albedo::Albedo;
-use super::base::{Curve, DiffuseBase, DiffuseCover};
+use super::base::{DiffuseBase, MicrofacetLayer, NonSchlickReflectance};
 use super::bsdf::Bsdf;
-use super::energy::{EnergyComplement, interreflections};
+use super::energy::{EnergyComplement, multiple_scattering_factors};
 use super::film::ThinFilm;
 use super::fresnel::FresnelRule;
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
-use super::glass_layer::{LayeredDielectric, ThinDielectric, TintedFresnel};
-use super::layer::{COAT, Coat, CoatedLobe, Coating, GgxLobe, LayerLobe};
+use super::glass_layer::{ThinDielectric, TintedDielectric, TintedFresnel};
+use super::layer::{COAT_F0, Coat, CoatedLobe, Coating, GgxLobe, LayerLobe};
 use super::metallic_roughness::{Glass, MetallicRoughness};
-use super::reflectance::{Reflectance, of_conductor};
+use super::reflectance::{MicrofacetReflectance, eval_conductor};
 use super::sheen::Sheen;
-use super::stage::{LayerStage, ReadAt, layer};
+use super::stage::{LayerFieldEvaluator, LayerFieldTypes, layer};
 use crate::number::{Mask, Number, Vector3};
 
 /// Greatest number of lobes of a layered surface.
@@ -25,24 +25,24 @@ layer! {
     /// Anisotropy of the microfacets.
     Anisotropy
     /// Strength, from 0 (isotropic) to 1.
-    strength: Share by share;
+    strength: Share by eval_share;
     /// Frame whose tangent is the rougher direction.
-    frame: Frame by frame;
+    frame: Frame by eval_frame;
 }
 
 layer! {
     /// Diffuse transmission.
     Diffused
     /// Share of the diffuse light that is transmitted instead of reflected, 0 to 1.
-    share: Share by share;
+    share: Share by eval_share;
     /// Colour of the transmission.
-    colour: Tint by tint;
+    colour: Tint by eval_tint;
 }
 
 /// A layered surface. The type parameter decides what its fields are: inputs before a hit, or
-/// numbers at a hit (see [`LayerStage`]).
+/// numbers at a hit (see [`LayerFieldTypes`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layered<S: LayerStage> {
+pub struct LayeredSurface<S: LayerFieldTypes> {
     /// The metallic-roughness base.
     pub base: S::Base,
     /// Index of refraction of the dielectric part.
@@ -56,7 +56,7 @@ pub struct Layered<S: LayerStage> {
     /// Whether glass is a thin wall, without refraction.
     pub thin: bool,
     /// Diffuse transmission.
-    pub diffused: Option<Diffused<S>>,
+    pub diffuse_transmission: Option<Diffused<S>>,
     /// Anisotropy of the microfacets.
     pub anisotropy: Option<Anisotropy<S>>,
     /// A thin film on the microfacets.
@@ -68,34 +68,37 @@ pub struct Layered<S: LayerStage> {
     /// Choice of the reflectance formulas.
     pub rule: FresnelRule,
     /// Whether multiple scattering among microfacets is included.
-    pub compensated: bool,
+    pub multiple_scattering: bool,
 }
 
-impl<S: LayerStage> Layered<S> {
+impl<S: LayerFieldTypes> LayeredSurface<S> {
     /// Evaluates all fields at a hit, over a given base with a given index of refraction.
-    pub fn at<N: Number>(
+    pub fn eval_at<N: Number>(
         &self,
-        here: &impl ReadAt<S, N>,
+        here: &impl LayerFieldEvaluator<S, N>,
         base: MetallicRoughness<N>,
         ior: N::Exact,
-    ) -> Layered<N> {
-        Layered {
+    ) -> LayeredSurface<N> {
+        LayeredSurface {
             base,
             ior,
-            specular: here.share(&self.specular),
-            specular_colour: here.colour(&self.specular_colour),
+            specular: here.eval_share(&self.specular),
+            specular_colour: here.eval_colour(&self.specular_colour),
             conductor: self
                 .conductor
                 .as_ref()
-                .map(|index| index.each_ref().map(|part| here.spectrum(part))),
+                .map(|index| index.each_ref().map(|part| here.eval_spectrum(part))),
             thin: self.thin,
-            diffused: self.diffused.as_ref().map(|layer| layer.at(here)),
+            diffuse_transmission: self
+                .diffuse_transmission
+                .as_ref()
+                .map(|layer| layer.at(here)),
             anisotropy: self.anisotropy.as_ref().map(|layer| layer.at(here)),
             film: self.film.as_ref().map(|layer| layer.at(here)),
             sheen: self.sheen.as_ref().map(|layer| layer.at(here)),
             coat: self.coat.as_ref().map(|layer| layer.at(here)),
             rule: self.rule,
-            compensated: self.compensated,
+            multiple_scattering: self.multiple_scattering,
         }
     }
 }
@@ -104,12 +107,12 @@ impl<N: Number> LayeredBsdf<N> {
     /// Returns the transmittance for light straight on, from −`wo` to `wo`.
     pub fn straight(&self, wo: N::Vec3) -> N::Vec3 {
         self.lobes().iter().fold(N::Vec3::ZERO, |sum, lobe| {
-            sum + lobe.straight(self.normal(), wo)
+            sum + lobe.straight_transmittance(self.normal(), wo)
         })
     }
 }
 
-impl<N: Number> Layered<N> {
+impl<N: Number> LayeredSurface<N> {
     /// Creates a surface without layers.
     pub fn from_base(base: MetallicRoughness<N>, ior: N::Exact) -> Self {
         Self {
@@ -119,28 +122,28 @@ impl<N: Number> Layered<N> {
             specular_colour: N::Vec3::ONE,
             conductor: None,
             thin: false,
-            diffused: None,
+            diffuse_transmission: None,
             anisotropy: None,
             film: None,
             sheen: None,
             coat: None,
             rule: FresnelRule::default(),
-            compensated: true,
+            multiple_scattering: true,
         }
     }
 
     /// Returns the reflectance of the microfacets. `dielectric` is the share of the surface that is
     /// neither metal nor glass.
-    fn reflectance(&self, dielectric: N) -> Reflectance<N> {
+    fn reflectance(&self, dielectric: N) -> MicrofacetReflectance<N> {
         let normal =
             (self.specular_colour * self.base.dielectric).min(N::Vec3::ONE) * self.specular;
-        Reflectance {
+        MicrofacetReflectance {
             shares: [dielectric, self.base.metallic],
             dielectric: [normal, N::Vec3::splat(self.specular)],
             exact: (self.rule == FresnelRule::Exact).then_some(self.ior),
             metal: self
                 .conductor
-                .map_or(self.base.base, |index| of_conductor(N::ONE, index)),
+                .map_or(self.base.base, |index| eval_conductor(N::ONE, index)),
             conductor: self.conductor.filter(|_| self.rule != FresnelRule::Schlick),
             film: self.film,
         }
@@ -148,24 +151,24 @@ impl<N: Number> Layered<N> {
 
     /// Returns the BSDF for light transport, viewed along `wo`. `outside` is the mask of the lanes
     /// whose ray comes from outside.
-    pub fn transport(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask) -> LayeredBsdf<N> {
+    pub fn transport_bsdf(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask) -> LayeredBsdf<N> {
         let mut bsdf = LayeredBsdf::new(normal);
-        self.add_to(&mut bsdf, wo, outside);
+        self.add_lobes_to(&mut bsdf, wo, outside);
         bsdf
     }
 
     /// Returns the mask of the lanes with anisotropic microfacets, and these microfacets; `None` if
     /// all lanes are isotropic.
-    fn anisotropic(&self) -> Option<(N::Mask, Ggx<N>)> {
+    fn anisotropic_ggx(&self) -> Option<(N::Mask, Ggx<N>)> {
         let Anisotropy { strength, frame } = self.anisotropy?;
         let mask = strength.greater_than(N::ZERO);
-        mask.any()
+        mask.any_lane()
             .then(|| (mask, Ggx::anisotropic(frame, self.base.roughness, strength)))
     }
 
     /// Returns the microfacets about a normal, anisotropic if any lane is.
-    fn ggx(&self, normal: N::Vec3) -> Ggx<N> {
-        self.anisotropic().map_or_else(
+    fn surface_ggx(&self, normal: N::Vec3) -> Ggx<N> {
+        self.anisotropic_ggx().map_or_else(
             || Ggx::isotropic(normal, self.base.roughness),
             |(_, ggx)| ggx,
         )
@@ -173,9 +176,9 @@ impl<N: Number> Layered<N> {
 
     /// Adds all lobes, viewed along `wo`, to an empty BSDF. The BSDF is filled in place, because
     /// moving it would be slow.
-    pub fn add_to(&self, bsdf: &mut LayeredBsdf<N>, wo: N::Vec3, outside: N::Mask) {
-        let (through, normal) = (self.base.through(), bsdf.normal());
-        let mut list = LayeredBuilder {
+    pub fn add_lobes_to(&self, bsdf: &mut LayeredBsdf<N>, wo: N::Vec3, outside: N::Mask) {
+        let (through, normal) = (self.base.glass_share(), bsdf.normal());
+        let mut list = LayerLobeBuilder {
             bsdf,
             wo,
             coating: Coating::NONE,
@@ -187,12 +190,12 @@ impl<N: Number> Layered<N> {
         } else {
             N::select(outside, N::ONE, N::ZERO)
         };
-        let is_over = over.greater_than(N::ZERO).any();
+        let is_over = over.greater_than(N::ZERO).any_lane();
         let coat = self.coat.filter(|_| is_over);
         if let Some(coat) = coat {
-            let reflectance = Reflectance {
+            let reflectance = MicrofacetReflectance {
                 shares: [coat.weight, N::ZERO],
-                dielectric: [N::Vec3::splat(N::from_f64(COAT)), N::Vec3::ONE],
+                dielectric: [N::Vec3::splat(N::from_f64(COAT_F0)), N::Vec3::ONE],
                 exact: None,
                 metal: N::Vec3::ZERO,
                 conductor: None,
@@ -206,40 +209,45 @@ impl<N: Number> Layered<N> {
         }
         list.coating.coat = coat;
         if let Some(sheen) = self.sheen.filter(|_| is_over) {
-            list.push(LayerLobe::Sheen(sheen));
+            list.push_lobe(LayerLobe::Sheen(sheen));
             list.coating.sheen = Some(sheen);
         }
-        let reflectance = self.reflectance(self.base.painted() * over);
-        self.diffuse(&mut list, &reflectance, over);
-        if reflectance.is_some() {
+        let reflectance = self.reflectance(self.base.opaque_dielectric_share() * over);
+        self.add_diffuse(&mut list, &reflectance, over);
+        if reflectance.reflects() {
             let own = self.base.roughness;
             let roughness = self
-                .anisotropic()
+                .anisotropic_ggx()
                 .map_or(own, |(mask, ggx)| N::select(mask, ggx.roughness(), own));
-            list.add_ggx(self.ggx(normal), reflectance, roughness);
+            list.add_ggx(self.surface_ggx(normal), reflectance, roughness);
         }
-        self.glass(&mut list, through, outside);
+        self.add_glass(&mut list, through, outside);
     }
 
     /// Adds the lobe of the diffuse base below the microfacets and of the multiple scattering among
     /// the microfacets. `over` is 1 in lanes where microfacets cover the base, else 0.
-    fn diffuse(&self, list: &mut LayeredBuilder<'_, N>, reflectance: &Reflectance<N>, over: N) {
+    fn add_diffuse(
+        &self,
+        list: &mut LayerLobeBuilder<'_, N>,
+        reflectance: &MicrofacetReflectance<N>,
+        over: N,
+    ) {
         let (albedo, zero) = (self.base.albedo(), N::Vec3::ZERO);
-        let (back, through) = self
-            .diffused
-            .map_or((albedo, zero), |Diffused { share, colour }| {
-                (
-                    albedo * (N::ONE - share),
-                    colour * (self.base.painted() * share),
-                )
-            });
+        let (back, through) =
+            self.diffuse_transmission
+                .map_or((albedo, zero), |Diffused { share, colour }| {
+                    (
+                        albedo * (N::ONE - share),
+                        colour * (self.base.opaque_dielectric_share() * share),
+                    )
+                });
         let roughness = self.base.roughness;
         // Anisotropic microfacets count as rough, even if the smoother of their axes is smooth.
         let (anisotropic, mut rough) = (
-            self.anisotropic(),
+            self.anisotropic_ggx(),
             roughness.greater_than(N::from_f64(LEAST_ROUGHNESS)),
         );
-        let mean = Albedo::mean_of_either(roughness, &anisotropic);
+        let mean = Albedo::mean_anisotropic(roughness, &anisotropic);
         if let Some((anisotropy, _)) = anisotropic {
             rough = anisotropy | rough;
         }
@@ -248,9 +256,13 @@ impl<N: Number> Layered<N> {
             reflectance.dielectric[0].max_element() * over,
             reflectance.dielectric[1].max_element() * over,
         ];
-        if self.compensated && rough.any() {
-            let (dielectric, all) =
-                interreflections::<N>(layer, reflectance.metal, reflectance.shares, mean.lost);
+        if self.multiple_scattering && rough.any_lane() {
+            let (dielectric, all) = multiple_scattering_factors::<N>(
+                layer,
+                reflectance.metal,
+                reflectance.shares,
+                mean.multiple_scattering_loss,
+            );
             (own, scattered) = (
                 N::select(rough, dielectric, N::ZERO),
                 N::Vec3::select(rough, all, zero),
@@ -261,22 +273,22 @@ impl<N: Number> Layered<N> {
             .max(scattered)
             .max_element()
             .greater_than(N::ZERO)
-            .any()
+            .any_lane()
         {
             return;
         }
         // Only dielectric microfacets lie over the base. Metal lies beside the base and takes no
         // light from it.
-        let alone = Reflectance {
+        let alone = MicrofacetReflectance {
             shares: [over, N::ZERO],
             ..*reflectance
         };
         let literal = (self.rule == FresnelRule::Model).then(|| {
-            let mixed = Reflectance {
+            let mixed = MicrofacetReflectance {
                 shares: [N::ONE - self.base.metallic, self.base.metallic],
                 ..*reflectance
             };
-            [N::ONE, N::ZERO].map(|cosine| mixed.at(cosine).max_element() * over)
+            [N::ONE, N::ZERO].map(|cosine| mixed.eval(cosine).max_element() * over)
         });
         let filmed = reflectance
             .film
@@ -285,7 +297,7 @@ impl<N: Number> Layered<N> {
         let (exact, anisotropy) = (
             reflectance
                 .exact
-                .filter(|_| over.greater_than(N::ZERO).any()),
+                .filter(|_| over.greater_than(N::ZERO).any_lane()),
             anisotropic.map_or(none, |(mask, _)| mask),
         );
         let indexed = exact.map_or(none, |ior| {
@@ -296,42 +308,42 @@ impl<N: Number> Layered<N> {
                     0.0
                 }
             };
-            N::of_lanes(beyond_air).greater_than(N::ZERO)
+            N::from_lanes(beyond_air).greater_than(N::ZERO)
         });
         let mask = if reflectance.exact.is_some() {
             !none
         } else {
             filmed
         };
-        let curve = mask.any().then_some(Curve {
+        let curve = mask.any_lane().then_some(NonSchlickReflectance {
             mask,
             reflectance: alone,
-            tabled: indexed & !anisotropy & !filmed,
+            tabulated_lanes: indexed & !anisotropy & !filmed,
         });
         let energy_complement = EnergyComplement::new([layer[0], layer[1], own], roughness);
-        let top = DiffuseCover {
+        let top = MicrofacetLayer {
             energy_complement,
             anisotropic,
-            curve,
-            literal,
+            non_schlick: curve,
+            gltf_reflectances: literal,
         }
-        .seen(list.wo, list.bsdf.normal().dot(list.wo));
-        let both = through.max_element().greater_than(N::ZERO).any();
-        list.push(LayerLobe::Diffuse(DiffuseBase {
-            back,
-            through,
-            interreflected: scattered,
-            both,
-            top,
+        .with_view(list.wo, list.bsdf.normal().dot(list.wo));
+        let both = through.max_element().greater_than(N::ZERO).any_lane();
+        list.push_lobe(LayerLobe::Diffuse(DiffuseBase {
+            reflectance: back,
+            transmittance: through,
+            multiple_scattering: scattered,
+            transmits: both,
+            microfacets: top,
         }));
     }
 
     /// Adds the boundary lobes of glass, which covers a share of the surface.
-    fn glass(&self, list: &mut LayeredBuilder<'_, N>, share: N, outside: N::Mask) {
+    fn add_glass(&self, list: &mut LayerLobeBuilder<'_, N>, share: N, outside: N::Mask) {
         let Some(glass) = self
             .base
             .glass
-            .filter(|_| share.greater_than(N::ZERO).any())
+            .filter(|_| share.greater_than(N::ZERO).any_lane())
         else {
             return;
         };
@@ -353,41 +365,41 @@ impl<N: Number> Layered<N> {
         let rough = if self.thin {
             rough
         } else {
-            rough & glass.bends()
+            rough & glass.is_refractive()
         };
         for (of, is_rough) in [(rough, true), (!rough, false)] {
             let share = N::select(of, share, N::ZERO);
-            if of.any() && self.thin {
-                let ggx = is_rough.then(|| self.ggx(list.bsdf.normal()));
+            if of.any_lane() && self.thin {
+                let ggx = is_rough.then(|| self.surface_ggx(list.bsdf.normal()));
                 let wall = ThinDielectric {
                     tinted_fresnel,
                     share,
                     transmitted,
                     ggx,
                 };
-                list.push(LayerLobe::ThinDielectric(wall));
-                if is_rough && self.compensated {
+                list.push_lobe(LayerLobe::ThinDielectric(wall));
+                if is_rough && self.multiple_scattering {
                     let seen = [list.wo, list.bsdf.normal()];
-                    list.push(LayerLobe::Interreflected(wall.interreflected(
+                    list.push_lobe(LayerLobe::MultipleScattering(wall.multiple_scattering(
                         roughness,
-                        self.anisotropic(),
+                        self.anisotropic_ggx(),
                         seen,
                     )));
                 }
-            } else if of.any() {
-                let boundary = bare.boundary(outside, share, is_rough.then_some(roughness));
-                list.push(LayerLobe::Dielectric(LayeredDielectric {
+            } else if of.any_lane() {
+                let boundary = bare.dielectric_lobe(outside, share, is_rough.then_some(roughness));
+                list.push_lobe(LayerLobe::Dielectric(TintedDielectric {
                     tinted_fresnel,
                     boundary,
                     outside,
                 }));
-                if is_rough && self.compensated {
+                if is_rough && self.multiple_scattering {
                     let seen = [share, list.bsdf.normal().dot(list.wo)];
-                    list.push(LayerLobe::Interreflected(bare.interreflected(
+                    list.push_lobe(LayerLobe::MultipleScattering(bare.multiple_scattering(
                         outside,
                         roughness,
                         seen,
-                        tinted_fresnel.of_fresnel(),
+                        tinted_fresnel.fresnel_ratio_bounds(),
                     )));
                 }
             }
@@ -396,16 +408,16 @@ impl<N: Number> Layered<N> {
 }
 
 /// Builder that adds lobes to a BSDF, each under the current coating.
-struct LayeredBuilder<'a, N: Number> {
+struct LayerLobeBuilder<'a, N: Number> {
     bsdf: &'a mut LayeredBsdf<N>,
     wo: N::Vec3,
     coating: Coating<N>,
 }
 
-impl<N: Number> LayeredBuilder<'_, N> {
+impl<N: Number> LayerLobeBuilder<'_, N> {
     /// Adds a lobe under the current coating.
-    fn push(&mut self, lobe: LayerLobe<N>) {
-        self.bsdf.add(CoatedLobe::new(
+    fn push_lobe(&mut self, lobe: LayerLobe<N>) {
+        self.bsdf.add_lobe(CoatedLobe::new(
             lobe,
             self.coating,
             self.bsdf.normal(),
@@ -414,17 +426,17 @@ impl<N: Number> LayeredBuilder<'_, N> {
     }
 
     /// Adds a lobe of microfacets for the rough lanes, and a mirror for the smooth lanes.
-    fn add_ggx(&mut self, ggx: Ggx<N>, reflectance: Reflectance<N>, roughness: N) {
+    fn add_ggx(&mut self, ggx: Ggx<N>, reflectance: MicrofacetReflectance<N>, roughness: N) {
         let rough = roughness.greater_than(N::from_f64(LEAST_ROUGHNESS));
         for (of, smooth) in [(rough, false), (!rough, true)] {
-            if of.any() {
+            if of.any_lane() {
                 let shares = reflectance
                     .shares
                     .map(|share| N::select(of, share, N::ZERO));
-                self.push(LayerLobe::Ggx(GgxLobe {
+                self.push_lobe(LayerLobe::Ggx(GgxLobe {
                     ggx,
                     smooth,
-                    reflectance: Reflectance {
+                    reflectance: MicrofacetReflectance {
                         shares,
                         ..reflectance
                     },

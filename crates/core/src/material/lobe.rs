@@ -6,10 +6,12 @@ use super::dielectric::Dielectric;
 use super::energy::EnergyComplement;
 use super::frame::ShadingFrame;
 use super::fresnel::schlick_weight;
-use super::ggx::{Ggx, alpha, mirrored, sample_wm};
-use super::interreflected::Interreflected;
+use super::ggx::{Ggx, alpha_from_roughness, reflect, sample_wm};
 use super::lambert::Lambert;
-use super::lobe_kind::{Directions, LobeFamily, LobeKind, cosine_sample, kept_unit, on_disk};
+use super::lobe_kind::{
+    BsdfLobe, Directions, ScatteringLobe, renormalize, sample_cosine_hemisphere, sample_disk,
+};
+use super::multiple_scattering::MultipleScattering;
 use crate::number::{Mask, Number, Vector3};
 
 /// A lobe of a BSDF.
@@ -46,17 +48,17 @@ pub enum Lobe<N: Number> {
     /// A dielectric boundary, smooth or rough.
     Dielectric(Dielectric<N>),
     /// Multiple scattering among the microfacets of a rough dielectric boundary.
-    Interreflected(Interreflected<N>),
+    MultipleScattering(MultipleScattering<N>),
 }
 
-impl<N: Number> LobeFamily<N> for Lobe<N> {
+impl<N: Number> BsdfLobe<N> for Lobe<N> {
     const NOTHING: Self = Self::Mirror {
         f0: <N::Vec3 as Vector3<N>>::ZERO,
         f90: <N::Vec3 as Vector3<N>>::ZERO,
     };
 }
 
-impl<N: Number> LobeKind<N> for Lobe<N> {
+impl<N: Number> ScatteringLobe<N> for Lobe<N> {
     #[inline(always)]
     fn is_delta(&self) -> bool {
         matches!(
@@ -76,7 +78,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
             Self::Dielectric(Dielectric {
                 roughness: Some(_),
                 ..
-            }) | Self::Interreflected(_)
+            }) | Self::MultipleScattering(_)
         )
     }
 
@@ -85,7 +87,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
         let by_cosine = |diffused: N::Vec3| {
             (
                 diffused / N::from_f64(PI),
-                directions.into / N::from_f64(PI),
+                directions.cos_wi / N::from_f64(PI),
             )
         };
         match *self {
@@ -96,25 +98,28 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
             } => {
                 // Matte surfaces of the classic model have no microfacets, so the tables are not
                 // needed.
-                if !energy_complement.is_covered()
-                    && !interreflected.max_element().greater_than(N::ZERO).any()
+                if !energy_complement.has_reflective_layer()
+                    && !interreflected
+                        .max_element()
+                        .greater_than(N::ZERO)
+                        .any_lane()
                 {
                     return by_cosine(albedo);
                 }
-                let [base, lost] = energy_complement.factors(directions.into);
+                let [base, lost] = energy_complement.diffuse_factors(directions.cos_wi);
                 by_cosine(albedo * base + interreflected * lost)
             }
             Self::Lambert(lambert) => lambert.eval_and_pdf(directions),
             Self::Rough { f0, f90, roughness } => {
-                let reflectance = f0 + (f90 - f0) * schlick_weight(directions.tilt);
-                let (value, density) =
-                    Ggx::isotropic(directions.normal, roughness).reflected(directions, reflectance);
+                let reflectance = f0 + (f90 - f0) * schlick_weight(directions.cos_half);
+                let (value, density) = Ggx::isotropic(directions.normal, roughness)
+                    .eval_reflection_and_pdf(directions, reflectance);
                 // The selection also gives zero for opposite directions, which have no half vector.
                 let some = f0.max(f90).max_element().greater_than(N::ZERO);
                 (N::Vec3::select(some, value, N::Vec3::ZERO), density)
             }
             Self::Dielectric(boundary) => boundary.eval_and_pdf(directions),
-            Self::Interreflected(bare_interreflected) => {
+            Self::MultipleScattering(bare_interreflected) => {
                 bare_interreflected.eval_and_pdf(directions)
             }
             Self::Mirror { .. } => (N::Vec3::ZERO, N::ZERO),
@@ -129,8 +134,8 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
                 energy_complement,
                 ..
             } => {
-                let base = if energy_complement.is_covered() {
-                    energy_complement.factors(directions.into)[0]
+                let base = if energy_complement.has_reflective_layer() {
+                    energy_complement.diffuse_factors(directions.cos_wi)[0]
                 } else {
                     N::ONE
                 };
@@ -145,7 +150,9 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
     fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         match self {
             Self::Dielectric(boundary) => boundary.eval_and_pdf_through(directions),
-            Self::Interreflected(interreflected) => interreflected.eval_and_pdf_through(directions),
+            Self::MultipleScattering(interreflected) => {
+                interreflected.eval_and_pdf_through(directions)
+            }
             _ => (N::Vec3::ZERO, N::ZERO),
         }
     }
@@ -161,17 +168,21 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
     ) -> N::Vec3 {
         frame.to_world(match *self {
             Self::Dielectric(boundary) => return boundary.sample(frame, wo, local, choice, [u, v]),
-            Self::Interreflected(interreflected) => {
+            Self::MultipleScattering(interreflected) => {
                 return interreflected.sample(frame, wo, local, choice, [u, v]);
             }
             Self::Rough { roughness, .. } => {
-                let facet = sample_wm::<N>(local, [alpha(roughness); 2], on_disk([u, v]));
-                let mirrored = mirrored::<N>(local, facet);
+                let facet = sample_wm::<N>(
+                    local,
+                    [alpha_from_roughness(roughness); 2],
+                    sample_disk([u, v]),
+                );
+                let mirrored = reflect::<N>(local, facet);
                 // Light mirrored below the surface would hit another microfacet and counts as lost.
                 // No other lobe may take its direction for transmission.
                 N::Vec3::select(mirrored.z().greater_than(N::ZERO), mirrored, N::Vec3::ZERO)
             }
-            _ => cosine_sample::<N>([u, v]),
+            _ => sample_cosine_hemisphere::<N>([u, v]),
         })
     }
 
@@ -182,7 +193,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
         }
         let cosine = normal.dot(wo);
         (
-            kept_unit::<N>(normal * (N::from_f64(2.0) * cosine) - wo),
+            renormalize::<N>(normal * (N::from_f64(2.0) * cosine) - wo),
             self.reflectance(cosine),
         )
     }
@@ -194,13 +205,13 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
                 albedo,
                 interreflected,
                 energy_complement,
-            } => (albedo * energy_complement.shown[0]
-                + interreflected * energy_complement.shown[1])
+            } => (albedo * energy_complement.view_energy[0]
+                + interreflected * energy_complement.view_energy[1])
                 .max_element(),
             Self::Lambert(lambert) => lambert.importance(cosine),
             Self::Rough { .. } | Self::Mirror { .. } => self.reflectance(cosine).max_element(),
             Self::Dielectric(boundary) => boundary.importance(cosine),
-            Self::Interreflected(bare_interreflected) => bare_interreflected.importance(cosine),
+            Self::MultipleScattering(bare_interreflected) => bare_interreflected.importance(cosine),
         }
     }
 }

@@ -13,11 +13,11 @@ pub struct Directions<N: Number> {
     /// Unit half vector of `wo` and `wi`.
     pub(super) half: N::Vec3,
     /// Cosine of `wo` to the normal.
-    pub(super) out: N,
+    pub(super) cos_wo: N,
     /// Cosine of `wi` to the normal; negative below the surface.
-    pub(super) into: N,
+    pub(super) cos_wi: N,
     /// Cosine between `wi` and `half`, at least zero.
-    pub(super) tilt: N,
+    pub(super) cos_half: N,
 }
 
 impl<N: Number> Directions<N> {
@@ -30,35 +30,35 @@ impl<N: Number> Directions<N> {
             wo,
             wi,
             half,
-            out: normal.dot(wo),
-            into: normal.dot(wi),
-            tilt: half.dot(wi).max(N::ZERO),
+            cos_wo: normal.dot(wo),
+            cos_wi: normal.dot(wi),
+            cos_half: half.dot(wi).max(N::ZERO),
         }
     }
 
     /// Returns the pair with `wi` above the surface: a `wi` below is mirrored at the surface.
-    pub(super) fn folded(&self) -> Self {
-        let up = self.wi - self.normal * (N::from_f64(2.0) * self.into);
+    pub(super) fn with_wi_above(&self) -> Self {
+        let up = self.wi - self.normal * (N::from_f64(2.0) * self.cos_wi);
         Self::new(
             self.normal,
             self.wo,
-            N::Vec3::select(self.into.greater_than(N::ZERO), self.wi, up),
+            N::Vec3::select(self.cos_wi.greater_than(N::ZERO), self.wi, up),
         )
     }
 
     /// Returns the pair with its cosines to another normal.
-    pub(super) fn about(&self, normal: N::Vec3) -> Self {
+    pub(super) fn with_normal(&self, normal: N::Vec3) -> Self {
         Self {
             normal,
-            out: normal.dot(self.wo),
-            into: normal.dot(self.wi),
+            cos_wo: normal.dot(self.wo),
+            cos_wi: normal.dot(self.wi),
             ..*self
         }
     }
 }
 
 /// A type of lobe that a [`Bsdf`](super::Bsdf) can hold.
-pub trait LobeFamily<N: Number>: LobeKind<N> + Copy + core::fmt::Debug {
+pub trait BsdfLobe<N: Number>: ScatteringLobe<N> + Copy + core::fmt::Debug {
     /// A black lobe, which fills unused slots.
     const NOTHING: Self;
     /// Whether a lobe's normal may differ from the surface's normal.
@@ -67,7 +67,7 @@ pub trait LobeFamily<N: Number>: LobeKind<N> + Copy + core::fmt::Debug {
 
 /// A lobe: value, density and sampling. The default methods are those of a lobe that neither
 /// transmits nor reflects diffusely.
-pub trait LobeKind<N: Number> {
+pub trait ScatteringLobe<N: Number> {
     /// Returns the sampling weight of the lobe: an estimate of its albedo for the cosine of `wo`.
     fn importance(&self, cosine: N) -> N;
     /// Whether the lobe is a delta distribution, whose value and density are zero.
@@ -114,7 +114,7 @@ pub trait LobeKind<N: Number> {
 /// returns other directions unchanged. The rounding error of each mirror's normal changes the
 /// length, and exceeds this limit after ten mirrors at the earliest.
 #[inline(always)]
-pub(super) fn kept_unit<N: Number>(direction: N::Vec3) -> N::Vec3 {
+pub(super) fn renormalize<N: Number>(direction: N::Vec3) -> N::Vec3 {
     let off = N::ONE - direction.dot(direction);
     let has_strayed = off.max(-off).greater_than(N::from_f64(8e-6));
     N::Vec3::select(
@@ -126,7 +126,7 @@ pub(super) fn kept_unit<N: Number>(direction: N::Vec3) -> N::Vec3 {
 
 /// Returns a uniform point of the unit disk for two random numbers in [0, 1).
 #[inline(always)]
-pub(super) fn on_disk<N: Number>([u, v]: [N; 2]) -> [N; 2] {
+pub(super) fn sample_disk<N: Number>([u, v]: [N; 2]) -> [N; 2] {
     let [cos, sin] = v.sin_cos_turns();
     [u.sqrt() * cos, u.sqrt() * sin]
 }
@@ -134,19 +134,19 @@ pub(super) fn on_disk<N: Number>([u, v]: [N; 2]) -> [N; 2] {
 /// Returns a cosine-weighted direction about the z axis for two random numbers in [0, 1): a point
 /// of the unit disk, raised to the hemisphere (Malley).
 #[inline(always)]
-pub(crate) fn cosine_sample<N: Number>([u, v]: [N; 2]) -> N::Vec3 {
-    let [x, y] = on_disk([u, v]);
+pub(crate) fn sample_cosine_hemisphere<N: Number>([u, v]: [N; 2]) -> N::Vec3 {
+    let [x, y] = sample_disk([u, v]);
     N::Vec3::new(x, y, (N::ONE - u).max(N::ZERO).sqrt())
 }
 
 /// Returns a cosine-weighted world direction about the normal of a frame: above the surface in the
 /// lanes of the mask `above`, below in the others.
-pub(super) fn cosine_sample_either<N: Number>(
+pub(super) fn sample_cosine_either_side<N: Number>(
     frame: &ShadingFrame<N>,
     above: N::Mask,
     point: [N; 2],
 ) -> N::Vec3 {
-    let up = cosine_sample::<N>(point);
+    let up = sample_cosine_hemisphere::<N>(point);
     let down = N::Vec3::new(up.x(), up.y(), -up.z());
     frame.to_world(N::Vec3::select(above, up, down))
 }

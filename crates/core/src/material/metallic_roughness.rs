@@ -3,10 +3,10 @@
 use super::albedo::Albedo;
 use super::bsdf::Bsdf;
 use super::dielectric::Dielectric;
-use super::energy::{EnergyComplement, interreflections};
+use super::energy::{EnergyComplement, multiple_scattering_factors};
 use super::ggx::LEAST_ROUGHNESS;
-use super::interreflected::Interreflected;
 use super::lobe::Lobe;
+use super::multiple_scattering::MultipleScattering;
 use crate::number::{Mask, Number, Vector3};
 
 /// Glass in a share of a surface's area.
@@ -35,7 +35,7 @@ impl<N: Number> Glass<N> {
     #[inline(always)]
     pub fn eta(&self, outside: N::Mask) -> N::Exact {
         let ior = |lane| N::exact_lane(self.ior, lane);
-        N::exact(|lane| {
+        N::exact_from_lanes(|lane| {
             if outside.lane(lane) {
                 1.0 / ior(lane)
             } else {
@@ -47,8 +47,8 @@ impl<N: Number> Glass<N> {
     /// Whether the boundary refracts noticeably. Between nearly equal indices, rough microfacets
     /// refract by negligible angles.
     #[inline(always)]
-    pub(super) fn bends(&self) -> N::Mask {
-        N::of_lanes(|lane| (N::exact_lane(self.ior, lane) - 1.0).abs())
+    pub(super) fn is_refractive(&self) -> N::Mask {
+        N::from_lanes(|lane| (N::exact_lane(self.ior, lane) - 1.0).abs())
             .greater_than(N::from_f64(LEAST_BEND))
     }
 
@@ -56,22 +56,27 @@ impl<N: Number> Glass<N> {
     /// holds the boundary's share of the surface and the cosine of the view, `tint` the least and
     /// the greatest ratio of the reflectance to the Fresnel reflectance.
     #[inline(never)]
-    pub(super) fn interreflected(
+    pub(super) fn multiple_scattering(
         &self,
         outside: N::Mask,
         roughness: N,
         seen: [N; 2],
         tint: [N::Vec3; 2],
-    ) -> Interreflected<N> {
+    ) -> MultipleScattering<N> {
         let eta = self.eta(outside);
-        let eta = N::of_lanes(|lane| N::exact_lane(eta, lane));
-        Interreflected::of_boundary(eta, roughness, seen, tint, self.transmitted)
+        let eta = N::from_lanes(|lane| N::exact_lane(eta, lane));
+        MultipleScattering::for_boundary(eta, roughness, seen, tint, self.transmitted)
     }
 
     /// Returns the lobe of the boundary, which covers a share of the surface; smooth without a
     /// roughness.
     #[inline(always)]
-    pub fn boundary(&self, outside: N::Mask, share: N, roughness: Option<N>) -> Dielectric<N> {
+    pub fn dielectric_lobe(
+        &self,
+        outside: N::Mask,
+        share: N,
+        roughness: Option<N>,
+    ) -> Dielectric<N> {
         let (
             eta,
             Self {
@@ -82,7 +87,7 @@ impl<N: Number> Glass<N> {
         ) = (self.eta(outside), *self);
         Dielectric {
             eta,
-            facet_eta: N::of_lanes(|lane| N::exact_lane(eta, lane)),
+            facet_eta: N::from_lanes(|lane| N::exact_lane(eta, lane)),
             share,
             reflected,
             transmitted,
@@ -116,14 +121,14 @@ const LEAST_BEND: f64 = 5e-3;
 impl<N: Number> MetallicRoughness<N> {
     /// Returns the share of the surface that is glass.
     #[inline(always)]
-    pub fn through(&self) -> N {
+    pub fn glass_share(&self) -> N {
         self.glass
             .map_or(N::ZERO, |glass| glass.share * (N::ONE - self.metallic))
     }
 
     /// Returns the share of the surface that is an opaque dielectric, neither glass nor metal.
     #[inline(always)]
-    pub fn painted(&self) -> N {
+    pub fn opaque_dielectric_share(&self) -> N {
         let dielectric = N::ONE - self.metallic;
         self.glass
             .map_or(dielectric, |glass| dielectric * (N::ONE - glass.share))
@@ -132,7 +137,7 @@ impl<N: Number> MetallicRoughness<N> {
     /// Returns the diffuse albedo by channel, before microfacets take their share.
     #[inline(always)]
     pub fn albedo(&self) -> N::Vec3 {
-        self.base * self.painted()
+        self.base * self.opaque_dielectric_share()
     }
 
     /// Returns the reflectance at normal incidence of the mixture of dielectric and metal.
@@ -160,7 +165,7 @@ impl<N: Number> MetallicRoughness<N> {
     /// alone. Metal lies beside the base and takes no light from it, as in glTF's mixture of a
     /// metal and a dielectric.
     #[inline(always)]
-    fn diffuse(
+    fn diffuse_lobe(
         &self,
         [dielectric, over]: [N; 2],
         cosine: N,
@@ -169,7 +174,7 @@ impl<N: Number> MetallicRoughness<N> {
         let (albedo, zero) = (self.albedo(), N::Vec3::ZERO);
         let layer = [self.dielectric * over, self.grazing * over];
         let bare = EnergyComplement::new([layer[0], layer[1], N::ZERO], self.roughness);
-        if !bare.is_covered() && !self.metallic.greater_than(N::ZERO).any() {
+        if !bare.has_reflective_layer() && !self.metallic.greater_than(N::ZERO).any_lane() {
             return (
                 Lobe::Diffuse {
                     albedo,
@@ -183,16 +188,20 @@ impl<N: Number> MetallicRoughness<N> {
         let (mut scattered, mut own) = (zero, N::ZERO);
         if compensated {
             let all;
-            (own, all) =
-                interreflections::<N>(layer, self.base, [dielectric, self.metallic], mean.lost);
+            (own, all) = multiple_scattering_factors::<N>(
+                layer,
+                self.base,
+                [dielectric, self.metallic],
+                mean.multiple_scattering_loss,
+            );
             scattered = N::Vec3::select(
                 self.roughness.greater_than(N::from_f64(LEAST_ROUGHNESS)),
                 all,
                 zero,
             );
         }
-        let energy_complement =
-            EnergyComplement::new([layer[0], layer[1], own], self.roughness).seen_at(cosine, mean);
+        let energy_complement = EnergyComplement::new([layer[0], layer[1], own], self.roughness)
+            .with_view_cosine(cosine, mean);
         (
             Lobe::Diffuse {
                 albedo,
@@ -205,7 +214,7 @@ impl<N: Number> MetallicRoughness<N> {
 
     /// Returns the glossy lobe of a nearly smooth surface, a mirror.
     #[inline(always)]
-    pub fn mirror(&self) -> Lobe<N> {
+    pub fn mirror_lobe(&self) -> Lobe<N> {
         let (f0, f90) = self.facet_reflectance(N::ONE - self.metallic);
         Lobe::Mirror {
             f0,
@@ -218,7 +227,8 @@ impl<N: Number> MetallicRoughness<N> {
     #[inline(always)]
     pub fn local_bsdf(&self, normal: N::Vec3, wo: N::Vec3) -> Bsdf<N> {
         let f0 = self.f0();
-        let (diffuse, _) = self.diffuse([N::ONE - self.metallic, N::ONE], normal.dot(wo), false);
+        let (diffuse, _) =
+            self.diffuse_lobe([N::ONE - self.metallic, N::ONE], normal.dot(wo), false);
         Bsdf::new(normal).with_lobe(diffuse).with_lobe(Lobe::Rough {
             f0,
             f90: N::Vec3::ONE,
@@ -232,7 +242,7 @@ impl<N: Number> MetallicRoughness<N> {
     /// lobes, and the other lobes then cover paint and metal alone. `outside` is the mask of the
     /// lanes whose ray comes from outside.
     #[inline(always)]
-    pub fn transport(
+    pub fn transport_bsdf(
         &self,
         normal: N::Vec3,
         wo: N::Vec3,
@@ -240,7 +250,7 @@ impl<N: Number> MetallicRoughness<N> {
         compensated: bool,
     ) -> Bsdf<N> {
         let zero = N::Vec3::ZERO;
-        let through = self.through();
+        let through = self.glass_share();
         let glassy = through.greater_than(N::ZERO);
         // For a ray inside a body, the back of the paint has no microfacets.
         let over = if self.glass.is_some() {
@@ -248,18 +258,18 @@ impl<N: Number> MetallicRoughness<N> {
         } else {
             N::ONE
         };
-        let painted = self.painted() * over;
+        let painted = self.opaque_dielectric_share() * over;
         let (f0, f90) = self.facet_reflectance(painted);
-        let (diffuse, some) = self.diffuse([painted, over], normal.dot(wo), compensated);
-        let mut bsdf = if some.any() {
+        let (diffuse, some) = self.diffuse_lobe([painted, over], normal.dot(wo), compensated);
+        let mut bsdf = if some.any_lane() {
             Bsdf::new(normal).with_lobe(diffuse)
         } else {
             Bsdf::new(normal)
         };
         let f90 = N::Vec3::splat(f90);
         let rough = self.roughness.greater_than(N::from_f64(LEAST_ROUGHNESS));
-        if f90.max_element().greater_than(N::ZERO).any() {
-            if rough.any() {
+        if f90.max_element().greater_than(N::ZERO).any_lane() {
+            if rough.any_lane() {
                 let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, f, zero));
                 bsdf = bsdf.with_lobe(Lobe::Rough {
                     f0,
@@ -267,27 +277,27 @@ impl<N: Number> MetallicRoughness<N> {
                     roughness: self.roughness,
                 });
             }
-            if (!rough).any() {
+            if (!rough).any_lane() {
                 let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, zero, f));
                 bsdf = bsdf.with_lobe(Lobe::Mirror { f0, f90 });
             }
         }
-        let Some(glass) = self.glass.filter(|_| glassy.any()) else {
+        let Some(glass) = self.glass.filter(|_| glassy.any_lane()) else {
             return bsdf;
         };
-        let rough = rough & glass.bends();
+        let rough = rough & glass.is_refractive();
         for (of, roughness) in [(!rough, None), (rough, Some(self.roughness))] {
-            if of.any() {
-                bsdf = bsdf.with_lobe(Lobe::Dielectric(glass.boundary(
+            if of.any_lane() {
+                bsdf = bsdf.with_lobe(Lobe::Dielectric(glass.dielectric_lobe(
                     outside,
                     N::select(of, through, N::ZERO),
                     roughness,
                 )));
             }
         }
-        if compensated && rough.any() {
+        if compensated && rough.any_lane() {
             let (share, tint) = (N::select(rough, through, N::ZERO), [glass.reflected; 2]);
-            bsdf.add(Lobe::Interreflected(glass.interreflected(
+            bsdf.add_lobe(Lobe::MultipleScattering(glass.multiple_scattering(
                 outside,
                 self.roughness,
                 [share, normal.dot(wo)],
@@ -297,13 +307,18 @@ impl<N: Number> MetallicRoughness<N> {
         bsdf
     }
 
-    /// Returns the BSDF of [`Self::transport`] for lanes that are all rough and opaque (see
+    /// Returns the BSDF of [`Self::transport_bsdf`] for lanes that are all rough and opaque (see
     /// [`Self::is_rough`]). The kinds of its two lobes are known at compile time.
     #[inline(always)]
-    pub fn rough(&self, normal: N::Vec3, wo: N::Vec3, compensated: bool) -> Bsdf<N, Lobe<N>, 2> {
+    pub fn rough_bsdf(
+        &self,
+        normal: N::Vec3,
+        wo: N::Vec3,
+        compensated: bool,
+    ) -> Bsdf<N, Lobe<N>, 2> {
         let dielectric = N::ONE - self.metallic;
         let (f0, f90) = self.facet_reflectance(dielectric);
-        let (diffuse, _) = self.diffuse([dielectric, N::ONE], normal.dot(wo), compensated);
+        let (diffuse, _) = self.diffuse_lobe([dielectric, N::ONE], normal.dot(wo), compensated);
         Bsdf::new(normal).with_lobe(diffuse).with_lobe(Lobe::Rough {
             f0,
             f90: N::Vec3::splat(f90),

@@ -32,13 +32,13 @@ mod fresnel;
 mod ggx;
 mod glass_layer;
 mod interface;
-mod interreflected;
 mod lambert;
 mod layer;
 mod layered;
 mod lobe;
 mod lobe_kind;
 mod metallic_roughness;
+mod multiple_scattering;
 mod normal_map;
 mod reflectance;
 mod sheen;
@@ -52,21 +52,22 @@ pub use dielectric::Dielectric;
 pub use film::ThinFilm;
 pub use frame::ShadingFrame;
 pub use fresnel::{
-    FresnelRule, conductor, dielectric, environment_reflectance, schlick, schlick_weight,
+    FresnelRule, environment_reflectance, fresnel_conductor, fresnel_dielectric, schlick,
+    schlick_weight,
 };
-pub(crate) use interface::Interface;
-pub use interreflected::Interreflected;
+pub(crate) use interface::SmoothInterface;
 pub use lambert::Lambert;
 pub use layer::*;
 pub use layered::*;
 pub use lobe::Lobe;
-pub(crate) use lobe_kind::cosine_sample;
-pub use lobe_kind::{Directions, LobeFamily, LobeKind};
+pub(crate) use lobe_kind::sample_cosine_hemisphere;
+pub use lobe_kind::{BsdfLobe, Directions, ScatteringLobe};
 pub use metallic_roughness::{Glass, MetallicRoughness};
-pub use normal_map::{NormalMap, reflecting_above};
+pub use multiple_scattering::MultipleScattering;
+pub use normal_map::{NormalMap, ensure_reflection_above};
 pub use sheen::Sheen;
-pub(crate) use spectrum::{HeroWavelength, index_at};
-pub use stage::{LayerStage, ReadAt};
+pub(crate) use spectrum::{HeroWavelength, ior_at_wavelength};
+pub use stage::{LayerFieldEvaluator, LayerFieldTypes};
 
 /// The lazily computed tables that a scene's materials need. Their content depends on no scene.
 #[derive(Clone, Copy, Debug, Default)]
@@ -82,15 +83,15 @@ pub(crate) struct MaterialTables {
 impl MaterialTables {
     /// Computes the tables that are missing. Preparation calls it, so that rendering times do not
     /// include the tables.
-    pub(crate) fn prepare(&self) {
+    pub(crate) fn compute_tables(&self) {
         if self.sheen {
-            LazyLock::force(&sheen::SENT);
+            LazyLock::force(&sheen::ALBEDO);
         }
         if self.films {
             LazyLock::force(&spectrum::COHERENCE);
         }
         if self.wavelengths {
-            LazyLock::force(&spectrum::CHANCES);
+            LazyLock::force(&spectrum::CUMULATIVE_PROBABILITY);
         }
     }
 }

@@ -31,7 +31,8 @@ impl<N: Number> NormalMap<N> {
         let perturbed = ShadingFrame::<N>::from_tangent(self.normal, self.along, self.mirrored)
             .to_world(self.code)
             .normalize();
-        let turned = reflecting_above::<N>(perturbed, self.geometric, self.outside, self.direction);
+        let turned =
+            ensure_reflection_above::<N>(perturbed, self.geometric, self.outside, self.direction);
         // Invalid texels, such as zero, leave the normal unperturbed.
         N::Vec3::select(is_unit::<N>(perturbed), turned, self.normal)
     }
@@ -63,7 +64,7 @@ const LEAST_HEIGHT: f64 = 0.02;
 /// Simulation and Rendering System", Keller et al. 2017, §A.3; Cycles' valid reflections, V-Ray).
 /// The bent normal depends on the view, so the result is not reciprocal.
 #[inline(always)]
-pub fn reflecting_above<N: Number>(
+pub fn ensure_reflection_above<N: Number>(
     n: N::Vec3,
     geometric: N::Vec3,
     outside: N::Mask,
@@ -76,7 +77,7 @@ pub fn reflecting_above<N: Number>(
     let kept = !minimum.greater_than(height) & rise.greater_than(N::ZERO);
     // An early return is worthwhile: nearly every normal is kept, and the remaining code is a chain
     // of dependent square roots.
-    if !(!kept).any() {
+    if !(!kept).any_lane() {
         return n;
     }
     let half = minimum * N::from_f64(0.5);

@@ -2,12 +2,12 @@
 //! Schlick's formula or by Fresnel's equations, with or without a thin film.
 
 use super::film::ThinFilm;
-use super::fresnel::{conductor, dielectric_in_air, schlick, schlick_weight};
+use super::fresnel::{fresnel_conductor, fresnel_dielectric_in_air, schlick, schlick_weight};
 use crate::number::{Mask, Number, Vector3};
 
 /// Reflectance of a microfacet as a function of the cosine of incidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reflectance<N: Number> {
+pub struct MicrofacetReflectance<N: Number> {
     /// Shares of the surface that are dielectric and metal.
     pub shares: [N; 2],
     /// Reflectance of the dielectric part at normal and at grazing incidence.
@@ -24,30 +24,33 @@ pub struct Reflectance<N: Number> {
     pub film: Option<ThinFilm<N>>,
 }
 
-impl<N: Number> Reflectance<N> {
+impl<N: Number> MicrofacetReflectance<N> {
     /// Returns the reflectance at a cosine of incidence.
-    pub fn at(&self, cosine: N) -> N::Vec3 {
+    pub fn eval(&self, cosine: N) -> N::Vec3 {
         let cosine = cosine.max(N::ZERO).min(N::ONE);
         let mut sum = N::Vec3::ZERO;
         for (k, &share) in self.shares.iter().enumerate() {
-            if share.greater_than(N::ZERO).any() {
+            if share.greater_than(N::ZERO).any_lane() {
                 let by_colour = || schlick(self.metal, cosine);
                 let (bare, f0) = match k {
-                    0 => (self.of_dielectric(cosine), self.dielectric[0]),
+                    0 => (self.eval_dielectric(cosine), self.dielectric[0]),
                     _ => (
                         self.conductor
-                            .map_or_else(by_colour, |index| of_conductor(cosine, index)),
+                            .map_or_else(by_colour, |index| eval_conductor(cosine, index)),
                         self.metal,
                     ),
                 };
-                sum += self.film.map_or(bare, |film| film.over(bare, f0, cosine)) * share;
+                sum += self
+                    .film
+                    .map_or(bare, |film| film.reflectance_over(bare, f0, cosine))
+                    * share;
             }
         }
         sum
     }
 
     /// Returns the reflectance of the dielectric part, without film, at a cosine of incidence.
-    fn of_dielectric(&self, cosine: N) -> N::Vec3 {
+    fn eval_dielectric(&self, cosine: N) -> N::Vec3 {
         let [normal, grazing] = self.dielectric;
         let schlick = schlick_weight(cosine);
         let Some(ior) = self.exact else {
@@ -56,15 +59,15 @@ impl<N: Number> Reflectance<N> {
         // An index of zero stands for total reflection at every angle.
         let value_of = |ior: f64, cosine: f64| {
             if ior > 0.0 {
-                dielectric_in_air(cosine, ior)
+                fresnel_dielectric_in_air(cosine, ior)
             } else {
                 1.0
             }
         };
-        let exact = N::of_lanes(|lane| value_of(N::exact_lane(ior, lane), cosine.lane(lane)));
+        let exact = N::from_lanes(|lane| value_of(N::exact_lane(ior, lane), cosine.lane(lane)));
         // Where a tint changes the reflectance at normal incidence, the difference fades as
         // Schlick's weight rises.
-        let added = (normal - grazing * self.at_normal()) * (N::ONE - schlick);
+        let added = (normal - grazing * self.index_f0()) * (N::ONE - schlick);
         (grazing * exact + added)
             .max(N::Vec3::ZERO)
             .min(N::Vec3::ONE)
@@ -72,24 +75,27 @@ impl<N: Number> Reflectance<N> {
 
     /// Returns the Fresnel reflectance at normal incidence of the index [`Self::exact`]; zero
     /// without an index.
-    pub(super) fn at_normal(&self) -> N {
+    pub(super) fn index_f0(&self) -> N {
         let ior = |lane| self.exact.map_or(1.0, |ior| N::exact_lane(ior, lane));
-        N::of_lanes(|lane| ((ior(lane) - 1.0) / (ior(lane) + 1.0)).powi(2))
+        N::from_lanes(|lane| ((ior(lane) - 1.0) / (ior(lane) + 1.0)).powi(2))
     }
 
     /// Whether the reflectance is above zero in any lane.
-    pub fn is_some(&self) -> bool {
+    pub fn reflects(&self) -> bool {
         let dielectric = self.dielectric[0].max(self.dielectric[1]).max_element() * self.shares[0];
-        dielectric.max(self.shares[1]).greater_than(N::ZERO).any()
+        dielectric
+            .max(self.shares[1])
+            .greater_than(N::ZERO)
+            .any_lane()
     }
 }
 
 /// Returns the reflectance of a metal with a complex index n + ik by channel, at a cosine of
 /// incidence.
-pub(super) fn of_conductor<N: Number>(cosine: N, [n, k]: [N::Vec3; 2]) -> N::Vec3 {
-    N::Vec3::of_lanes(|lane| {
+pub(super) fn eval_conductor<N: Number>(cosine: N, [n, k]: [N::Vec3; 2]) -> N::Vec3 {
+    N::Vec3::from_lanes(|lane| {
         let (n, k) = (n.lane(lane), k.lane(lane));
-        let value_of = |n: f64, k: f64| conductor(cosine.lane(lane), [n, k]);
+        let value_of = |n: f64, k: f64| fresnel_conductor(cosine.lane(lane), [n, k]);
         glam::DVec3::new(value_of(n.x, k.x), value_of(n.y, k.y), value_of(n.z, k.z))
     })
 }

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use super::albedo::table_position;
 use super::frame::ShadingFrame;
-use super::lobe_kind::{Directions, LobeKind, on_disk};
+use super::lobe_kind::{Directions, ScatteringLobe, sample_disk};
 use super::stage::layer;
 use crate::number::{Number, Vector3};
 
@@ -17,25 +17,26 @@ layer! {
     /// Fibres on a surface.
     Sheen
     /// Colour, which is also the strength of the sheen.
-    colour: Tint by tint;
+    colour: Tint by eval_tint;
     /// Perceptual roughness; α is its square.
-    roughness: Share by share;
+    roughness: Share by eval_share;
 }
 
 impl<N: Number> Sheen<N> {
     /// Returns the directional albedo at a cosine: that of white fibres times the strongest channel
     /// of the colour.
-    pub(super) fn sent(&self, cosine: N) -> N {
-        let share = N::of_lanes(|lane| {
-            looked_up(&SENT, cosine.lane(lane), self.roughness.lane(lane)).clamp(0.0, 1.0)
+    pub(super) fn directional_albedo(&self, cosine: N) -> N {
+        let share = N::from_lanes(|lane| {
+            interpolate_albedo(&ALBEDO, cosine.lane(lane), self.roughness.lane(lane))
+                .clamp(0.0, 1.0)
         });
         self.colour.max_element() * share
     }
 }
 
-impl<N: Number> LobeKind<N> for Sheen<N> {
+impl<N: Number> ScatteringLobe<N> for Sheen<N> {
     fn importance(&self, cosine: N) -> N {
-        self.sent(cosine)
+        self.directional_albedo(cosine)
     }
 
     fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
@@ -45,13 +46,13 @@ impl<N: Number> LobeKind<N> for Sheen<N> {
             .min(N::ONE);
         let cosines = |lane: usize| {
             [
-                directions.out.lane(lane),
-                directions.into.lane(lane),
+                directions.cos_wo.lane(lane),
+                directions.cos_wi.lane(lane),
                 half.lane(lane),
             ]
         };
-        let value =
-            self.colour * N::of_lanes(|lane| charlie(self.roughness.lane(lane), cosines(lane)));
+        let value = self.colour
+            * N::from_lanes(|lane| eval_sheen(self.roughness.lane(lane), cosines(lane)));
         (value, N::from_f64(0.5 / PI))
     }
 
@@ -69,7 +70,7 @@ impl<N: Number> LobeKind<N> for Sheen<N> {
     ) -> N::Vec3 {
         // The direction is uniform over the hemisphere: zones of equal height have equal areas
         // (Archimedes).
-        let [x, y] = on_disk([N::ONE, point[1]]);
+        let [x, y] = sample_disk([N::ONE, point[1]]);
         let height = N::ONE - point[0];
         let across = (N::ONE - height * height).max(N::ZERO).sqrt();
         frame.to_world(N::Vec3::new(x * across, y * across, height))
@@ -79,29 +80,33 @@ impl<N: Number> LobeKind<N> for Sheen<N> {
 /// Returns the BRDF D·V of white fibres, from the cosines of `wo`, `wi` and the half vector to the
 /// normal. The published lobe reflects up to 2.5 times the incident light at grazing views of
 /// smooth fibres. The excess over 1 is scaled away, symmetrically in `wo` and `wi`.
-fn charlie(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
+fn eval_sheen(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
     // The factor 1.02 covers the error of interpolation.
     let maximum = (1.02
-        * looked_up(&PUBLISHED, out, roughness).max(looked_up(&PUBLISHED, into, roughness)))
+        * interpolate_albedo(&PUBLISHED_ALBEDO, out, roughness).max(interpolate_albedo(
+            &PUBLISHED_ALBEDO,
+            into,
+            roughness,
+        )))
     .max(1.0);
-    published(roughness, [out, into, half]) / maximum
+    eval_published_sheen(roughness, [out, into, half]) / maximum
 }
 
 /// Returns the BRDF D·V of white fibres as published, from the cosines of `wo`, `wi` and the half
 /// vector to the normal.
-fn published(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
+fn eval_published_sheen(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
     if !(out > 0.0 && into > 0.0) {
         return 0.0;
     }
     let alpha = roughness.clamp(LEAST, 1.0).powi(2);
     let sine = (1.0 - half * half).max(0.0).sqrt();
     let density = (2.0 + 1.0 / alpha) * libm::pow(sine, 1.0 / alpha) / TAU;
-    density / ((1.0 + hidden(out, alpha) + hidden(into, alpha)) * 4.0 * out * into)
+    density / ((1.0 + sheen_lambda(out, alpha) + sheen_lambda(into, alpha)) * 4.0 * out * into)
 }
 
 /// Returns the paper's Λ, the masking of fibres by each other, at a cosine. The paper gives fits
 /// for α = 0 and α = 1, between which the parameters are interpolated.
-fn hidden(cosine: f64, alpha: f64) -> f64 {
+fn sheen_lambda(cosine: f64, alpha: f64) -> f64 {
     let share = (1.0 - alpha) * (1.0 - alpha);
     let mix = |rough: f64, smooth: f64| rough + (smooth - rough) * share;
     let (a, b, c) = (
@@ -123,21 +128,22 @@ const STEPS: usize = 24;
 /// Points of the sum for an entry of a table: heights, and azimuths.
 const POINTS: [usize; 2] = [48, 24];
 
-/// A BRDF by roughness and the three cosines of [`charlie`].
-type SheenLobe = fn(f64, [f64; 3]) -> f64;
+/// A BRDF by roughness and the three cosines of [`eval_sheen`].
+type SheenFunction = fn(f64, [f64; 3]) -> f64;
 
 /// Directional albedos of the published lobe, by roughness and cosine.
-static PUBLISHED: LazyLock<Vec<f64>> = LazyLock::new(|| table(published));
-/// Directional albedos of the scaled lobe [`charlie`], by roughness and cosine.
-pub(super) static SENT: LazyLock<Vec<f64>> = LazyLock::new(|| table(charlie));
+static PUBLISHED_ALBEDO: LazyLock<Vec<f64>> =
+    LazyLock::new(|| tabulate_albedo(eval_published_sheen));
+/// Directional albedos of the scaled lobe [`eval_sheen`], by roughness and cosine.
+pub(super) static ALBEDO: LazyLock<Vec<f64>> = LazyLock::new(|| tabulate_albedo(eval_sheen));
 
 /// Tabulates the directional albedos of a lobe: `STEPS` roughnesses by `STEPS` cosines.
-fn table(lobe: SheenLobe) -> Vec<f64> {
+fn tabulate_albedo(lobe: SheenFunction) -> Vec<f64> {
     let share = |i: usize| i as f64 / (STEPS - 1) as f64;
     let entry = |i: usize| {
-        summed(
+        integrate_albedo(
             lobe,
-            cosine_of(share(i % STEPS)),
+            table_cosine(share(i % STEPS)),
             LEAST + (1.0 - LEAST) * share(i / STEPS),
             POINTS,
         )
@@ -147,13 +153,18 @@ fn table(lobe: SheenLobe) -> Vec<f64> {
 
 /// Returns the cosine at a table coordinate in [0, 1]. Steps are finer towards grazing angles,
 /// where sheen is strongest.
-fn cosine_of(share: f64) -> f64 {
+fn table_cosine(share: f64) -> f64 {
     (share * share).max(1e-3)
 }
 
 /// Integrates a lobe to its directional albedo at a cosine, by the midpoint rule over the
 /// hemisphere.
-fn summed(lobe: SheenLobe, cosine: f64, roughness: f64, [heights, turns]: [usize; 2]) -> f64 {
+fn integrate_albedo(
+    lobe: SheenFunction,
+    cosine: f64,
+    roughness: f64,
+    [heights, turns]: [usize; 2],
+) -> f64 {
     let sine = (1.0 - cosine * cosine).sqrt();
     let mut sum = 0.0;
     for i in 0..heights {
@@ -172,7 +183,7 @@ fn summed(lobe: SheenLobe, cosine: f64, roughness: f64, [heights, turns]: [usize
 }
 
 /// Interpolates a table at a cosine and a perceptual roughness.
-fn looked_up(table: &[f64], cosine: f64, roughness: f64) -> f64 {
+fn interpolate_albedo(table: &[f64], cosine: f64, roughness: f64) -> f64 {
     let ((i, u), (j, v)) = (
         table_position(cosine.max(0.0).sqrt(), STEPS),
         table_position((roughness - LEAST) / (1.0 - LEAST), STEPS),
@@ -193,10 +204,12 @@ mod tests {
         let mut worst = 0.0_f64;
         for roughness in [0.07, 0.15, 0.3, 0.42, 0.6, 0.77, 0.9, 1.0] {
             for cosine in [0.01, 0.03, 0.1, 0.22, 0.4, 0.63, 0.81, 1.0] {
-                let requested = summed(charlie, cosine, roughness, [400, 120]);
+                let requested = integrate_albedo(eval_sheen, cosine, roughness, [400, 120]);
                 assert!(requested <= 1.005, "{roughness} at {cosine}: {requested}");
-                worst = worst
-                    .max((looked_up(&SENT, cosine, roughness).clamp(0.0, 1.0) - requested).abs());
+                worst = worst.max(
+                    (interpolate_albedo(&ALBEDO, cosine, roughness).clamp(0.0, 1.0) - requested)
+                        .abs(),
+                );
             }
         }
         assert!(worst < 0.02, "{worst}");

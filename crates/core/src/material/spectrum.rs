@@ -4,18 +4,18 @@
 use std::sync::LazyLock;
 
 /// First visible wavelength in nanometres.
-const FIRST: f64 = 380.0;
-/// Number of visible wavelengths, in steps of one nanometre from [`FIRST`].
+const FIRST_WAVELENGTH: f64 = 380.0;
+/// Number of visible wavelengths, in steps of one nanometre from [`FIRST_WAVELENGTH`].
 const STEPS: usize = 350;
 
 /// Wavelengths in nanometres of the Fraunhofer lines F, d and C, which define the index and the
 /// Abbe number of a glass.
-pub(crate) const LINES: [f64; 3] = [486.13, 587.56, 656.27];
+pub(crate) const FRAUNHOFER_LINES: [f64; 3] = [486.13, 587.56, 656.27];
 
 /// Returns the standard observer's response to a wavelength as linear Rec. 709 red, green and blue,
 /// which are negative outside the gamut. The response is a sum of lobes ("Simple Analytic
 /// Approximations to the CIE XYZ Color Matching Functions", Wyman, Sloan, Shirley 2013).
-fn observed(nanometres: f64) -> [f64; 3] {
+fn observer_response(nanometres: f64) -> [f64; 3] {
     let lobe = |height: f64, centre: f64, [below, above]: [f64; 2]| {
         let t = (nanometres - centre) / if nanometres < centre { below } else { above };
         height * libm::exp(-0.5 * t * t)
@@ -33,22 +33,23 @@ fn observed(nanometres: f64) -> [f64; 3] {
 }
 
 /// Returns the wavelength in nanometres at the middle of a step.
-fn middle(step: usize) -> f64 {
-    FIRST + step as f64 + 0.5
+fn step_wavelength(step: usize) -> f64 {
+    FIRST_WAVELENGTH + step as f64 + 0.5
 }
 
 /// Response of the observer for each step and channel. Each channel sums to 1, so that a uniform
 /// spectrum is white.
-static SHARES: LazyLock<Vec<[f64; 3]>> =
-    LazyLock::new(|| normalised(|step| observed(middle(step))));
+static OBSERVER_WEIGHTS: LazyLock<Vec<[f64; 3]>> =
+    LazyLock::new(|| normalise_channels(|step| observer_response(step_wavelength(step))));
 
-/// The responses of [`SHARES`] without negative channels, so that they can weight a path. Each
+/// The responses of [`OBSERVER_WEIGHTS`] without negative channels, so that they can weight a path. Each
 /// channel sums to 1.
-static WITHIN: LazyLock<Vec<[f64; 3]>> =
-    LazyLock::new(|| normalised(|step| observed(middle(step)).map(|c| c.max(0.0))));
+static GAMUT_WEIGHTS: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
+    normalise_channels(|step| observer_response(step_wavelength(step)).map(|c| c.max(0.0)))
+});
 
 /// Evaluates a function at every step and scales each channel to the sum 1.
-fn normalised(value_of: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
+fn normalise_channels(value_of: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
     let all: Vec<[f64; 3]> = (0..STEPS).map(value_of).collect();
     let sums = [0, 1, 2].map(|k| all.iter().map(|c| c[k]).sum::<f64>());
     all.into_iter()
@@ -57,10 +58,10 @@ fn normalised(value_of: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
 }
 
 /// Cumulative probability of sampling each step or an earlier step. The probability of a step is
-/// the mean of its three channels in [`WITHIN`].
-pub(super) static CHANCES: LazyLock<Vec<f64>> = LazyLock::new(|| {
+/// the mean of its three channels in [`GAMUT_WEIGHTS`].
+pub(super) static CUMULATIVE_PROBABILITY: LazyLock<Vec<f64>> = LazyLock::new(|| {
     let mut sum = 0.0;
-    let each = WITHIN.iter().map(|[r, g, b]| {
+    let each = GAMUT_WEIGHTS.iter().map(|[r, g, b]| {
         sum += (r + g + b) / 3.0;
         sum
     });
@@ -79,18 +80,18 @@ pub(crate) struct HeroWavelength {
 impl HeroWavelength {
     /// Samples a wavelength for a random number in [0, 1), with a density in proportion to the
     /// observer's response. The weight is the response over the density.
-    pub fn drawn(u: f64) -> Self {
-        let chances = &*CHANCES;
+    pub fn sample(u: f64) -> Self {
+        let chances = &*CUMULATIVE_PROBABILITY;
         let step = chances.partition_point(|&sum| sum <= u).min(STEPS - 1);
         let before = if step == 0 { 0.0 } else { chances[step - 1] };
-        let (chance, shares) = (chances[step] - before, WITHIN[step]);
+        let (chance, shares) = (chances[step] - before, GAMUT_WEIGHTS[step]);
         let within = if chance > 0.0 {
             ((u - before) / chance).clamp(0.0, 1.0)
         } else {
             0.5
         };
         Self {
-            nanometres: FIRST + step as f64 + within,
+            nanometres: FIRST_WAVELENGTH + step as f64 + within,
             weight: shares.map(|share| if chance > 0.0 { share / chance } else { 0.0 }),
         }
     }
@@ -99,23 +100,23 @@ impl HeroWavelength {
 /// Returns the index of refraction at a wavelength in nanometres, at least 1, by Cauchy's equation
 /// with two terms. `ior` is the index at the Fraunhofer line d. The Abbe number is 20 over
 /// `dispersion`.
-pub(crate) fn index_at(ior: f64, dispersion: f64, nanometres: f64) -> f64 {
+pub(crate) fn ior_at_wavelength(ior: f64, dispersion: f64, nanometres: f64) -> f64 {
     let per = |wavelength: f64| 1.0 / (wavelength * wavelength);
-    let [f, d, c] = LINES.map(per);
+    let [f, d, c] = FRAUNHOFER_LINES.map(per);
     (ior + (ior - 1.0) * dispersion / 20.0 * (per(nanometres) - d) / (f - c)).max(1.0)
 }
 
 /// Step of the table [`COHERENCE`], in nanometres of path.
-const APART: f64 = 4.0;
+const COHERENCE_STEP: f64 = 4.0;
 /// Number of entries of the table [`COHERENCE`].
 const ENTRIES: usize = 3000;
 
-/// Mean of cos(2π·path/λ) over white light, by channel, for optical paths in steps of [`APART`].
+/// Mean of cos(2π·path/λ) over white light, by channel, for optical paths in steps of [`COHERENCE_STEP`].
 pub(super) static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     let mut table = vec![[0.0; 3]; ENTRIES];
-    for (step, shares) in SHARES.iter().enumerate() {
+    for (step, shares) in OBSERVER_WEIGHTS.iter().enumerate() {
         // cos((n + 1)·a) = 2·cos(a)·cos(n·a) − cos((n − 1)·a).
-        let once = libm::cos(core::f64::consts::TAU * APART / middle(step));
+        let once = libm::cos(core::f64::consts::TAU * COHERENCE_STEP / step_wavelength(step));
         let (mut before, mut here) = (once, 1.0);
         for entry in &mut table {
             for k in 0..3 {
@@ -130,8 +131,8 @@ pub(super) static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
 /// Returns the mean of cos(2π·path/λ) over white light by channel, for an optical path in
 /// nanometres. It is 1 at a path of zero, where all wavelengths are in phase, and falls to 0 for
 /// long paths.
-pub(super) fn coherence(path: f64) -> [f64; 3] {
-    let at = path / APART;
+pub(super) fn film_coherence(path: f64) -> [f64; 3] {
+    let at = path / COHERENCE_STEP;
     if at.is_nan() || at >= (ENTRIES - 1) as f64 {
         return [0.0; 3];
     }
@@ -147,8 +148,8 @@ pub(super) mod tests {
     /// Mean over white light of a quantity by wavelength, summed directly.
     pub fn direct(value_of: impl Fn(f64) -> [f64; 3]) -> [f64; 3] {
         let mut sum = [0.0; 3];
-        for (step, shares) in SHARES.iter().enumerate() {
-            let found = value_of(middle(step));
+        for (step, shares) in OBSERVER_WEIGHTS.iter().enumerate() {
+            let found = value_of(step_wavelength(step));
             (0..3).for_each(|k| sum[k] += shares[k] * found[k]);
         }
         sum
@@ -161,7 +162,7 @@ pub(super) mod tests {
         const COUNT: usize = 200_000;
         let (mut sum, mut minimum, mut maximum) = ([0.0; 3], f64::INFINITY, 0.0_f64);
         for i in 0..COUNT {
-            let hero = HeroWavelength::drawn((i as f64 + 0.5) / COUNT as f64);
+            let hero = HeroWavelength::sample((i as f64 + 0.5) / COUNT as f64);
             assert!(
                 hero.weight.iter().all(|w| (0.0..=3.0 + 1e-12).contains(w)),
                 "{hero:?}"
@@ -175,11 +176,11 @@ pub(super) mod tests {
             "{minimum} to {maximum}"
         );
         for end in [0.0, 1.0 - f64::EPSILON / 2.0] {
-            assert!((380.0..=730.0).contains(&HeroWavelength::drawn(end).nanometres));
+            assert!((380.0..=730.0).contains(&HeroWavelength::sample(end).nanometres));
         }
         // Violet and blue, green, and red have their colours.
         let strongest = |u: f64| {
-            let HeroWavelength { weight, .. } = HeroWavelength::drawn(u);
+            let HeroWavelength { weight, .. } = HeroWavelength::sample(u);
             (0..3)
                 .max_by(|&a, &b| weight[a].total_cmp(&weight[b]))
                 .expect("three")
@@ -191,27 +192,32 @@ pub(super) mod tests {
     /// for glass of 1.5 and 20, and without dispersion.
     #[test]
     fn indices_by_the_abbe_number() {
-        let [f, d, c] = LINES.map(|line| index_at(1.5, 1.0, line));
+        let [f, d, c] = FRAUNHOFER_LINES.map(|line| ior_at_wavelength(1.5, 1.0, line));
         assert!(
             (d - 1.5).abs() < 1e-12 && (0.5 / (f - c) - 20.0).abs() < 1e-9,
             "{f} {d} {c}"
         );
         // B = 0.5/20/(1/0.48613² − 1/0.65627²) μm² = 0.013 094 7, A = 1.5 − B/0.58756² = 1.462 069.
-        assert!((index_at(1.5, 1.0, 400.0) - (1.462_069 + 0.013_094_7 / 0.16)).abs() < 2e-5);
-        assert_eq!(index_at(1.5, 0.0, 400.0), 1.5);
-        assert_eq!(index_at(1.0, 5.0, 700.0), 1.0);
-        assert!(index_at(1.01, 400.0, 730.0) >= 1.0);
+        assert!(
+            (ior_at_wavelength(1.5, 1.0, 400.0) - (1.462_069 + 0.013_094_7 / 0.16)).abs() < 2e-5
+        );
+        assert_eq!(ior_at_wavelength(1.5, 0.0, 400.0), 1.5);
+        assert_eq!(ior_at_wavelength(1.0, 5.0, 700.0), 1.0);
+        assert!(ior_at_wavelength(1.01, 400.0, 730.0) >= 1.0);
     }
 
     /// Protects: the table of coherence equals the sum over wavelengths.
     #[test]
     fn coherence_is_the_mean_of_cosines() {
-        assert!(coherence(0.0).iter().all(|c| (c - 1.0).abs() < 1e-9));
-        assert_eq!((coherence(1e9), coherence(f64::NAN)), ([0.0; 3], [0.0; 3]));
+        assert!(film_coherence(0.0).iter().all(|c| (c - 1.0).abs() < 1e-9));
+        assert_eq!(
+            (film_coherence(1e9), film_coherence(f64::NAN)),
+            ([0.0; 3], [0.0; 3])
+        );
         for path in [1.0, 37.0, 250.0, 551.3, 999.0, 2750.5, 5000.0, 11_000.0] {
             let requested =
                 direct(|nanometres| [libm::cos(core::f64::consts::TAU * path / nanometres); 3]);
-            let found = coherence(path);
+            let found = film_coherence(path);
             assert!(
                 (0..3).all(|k| (found[k] - requested[k]).abs() < 1e-3),
                 "{path}: {found:?}, not {requested:?}"

@@ -8,7 +8,7 @@ use super::metallic_roughness::MetallicRoughness;
 use crate::number::Number;
 
 /// The type of each kind of field in a layer, before a hit or at a hit.
-pub trait LayerStage {
+pub trait LayerFieldTypes {
     /// A number from 0 to 1.
     type Share: Copy + Debug + PartialEq;
     /// A colour with channels from 0 to 1.
@@ -30,7 +30,7 @@ pub trait LayerStage {
 }
 
 /// The field types at a hit: numbers, each with a value per lane.
-impl<N: Number> LayerStage for N {
+impl<N: Number> LayerFieldTypes for N {
     type Share = N;
     type Tint = N::Vec3;
     type Colour = N::Vec3;
@@ -43,38 +43,38 @@ impl<N: Number> LayerStage for N {
 }
 
 /// Evaluates the fields of a layer at a hit, or at a hit for each lane.
-pub trait ReadAt<S: LayerStage, N: Number> {
+pub trait LayerFieldEvaluator<S: LayerFieldTypes, N: Number> {
     /// Evaluates a number, clamped to 0..1.
-    fn share(&self, input: &S::Share) -> N;
+    fn eval_share(&self, input: &S::Share) -> N;
     /// Evaluates a colour, clamped to 0..1.
-    fn tint(&self, input: &S::Tint) -> N::Vec3;
+    fn eval_tint(&self, input: &S::Tint) -> N::Vec3;
     /// Evaluates a colour, at least 0.
-    fn colour(&self, input: &S::Colour) -> N::Vec3;
+    fn eval_colour(&self, input: &S::Colour) -> N::Vec3;
     /// Evaluates a length in nanometres, at least 0.
-    fn thickness(&self, input: &S::Thickness) -> N;
+    fn eval_thickness(&self, input: &S::Thickness) -> N;
     /// Returns a constant.
-    fn constant(&self, input: &S::Constant) -> N::Exact;
+    fn eval_constant(&self, input: &S::Constant) -> N::Exact;
     /// Returns a constant by channel.
-    fn spectrum(&self, input: &S::Spectrum) -> N::Vec3;
+    fn eval_spectrum(&self, input: &S::Spectrum) -> N::Vec3;
     /// Evaluates a unit normal, on the same side as the surface's normal.
-    fn normal(&self, input: &S::Normal) -> N::Vec3;
+    fn eval_normal(&self, input: &S::Normal) -> N::Vec3;
     /// Evaluates a frame about the surface's normal.
-    fn frame(&self, input: &S::Frame) -> ShadingFrame<N>;
+    fn eval_frame(&self, input: &S::Frame) -> ShadingFrame<N>;
 }
 
 /// Defines the struct of a layer from a list of fields `name: Kind by method;`, where the method of
-/// [`ReadAt`] evaluates the field.
+/// [`LayerFieldEvaluator`] evaluates the field.
 macro_rules! layer {
     ($(#[$meta:meta])* $Name:ident $($(#[$of:meta])* $field:ident: $Kind:ident by $read:ident;)*) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq)]
-        pub struct $Name<S: $crate::material::LayerStage> {
+        pub struct $Name<S: $crate::material::LayerFieldTypes> {
             $($(#[$of])* pub $field: S::$Kind,)*
         }
 
-        impl<S: $crate::material::LayerStage> $Name<S> {
+        impl<S: $crate::material::LayerFieldTypes> $Name<S> {
             /// Evaluates the fields at a point.
-            pub fn at<N: $crate::number::Number>(&self, here: &impl $crate::material::ReadAt<S, N>) -> $Name<N> {
+            pub fn at<N: $crate::number::Number>(&self, here: &impl $crate::material::LayerFieldEvaluator<S, N>) -> $Name<N> {
                 $Name { $($field: here.$read(&self.$field),)* }
             }
         }

@@ -54,8 +54,8 @@ const WHITE: DVec3 = DVec3::ONE;
 /// The diffuse lobe below microfacets of index 1.5, viewed at a cosine; white microfacets return
 /// all that single scattering loses.
 fn diffuse(roughness: f64, interreflected: f64, height: f64) -> Lobe<f64> {
-    let energy_complement =
-        EnergyComplement::new([0.04, 1.0, 0.0], roughness).seen_at(height, Albedo::mean(roughness));
+    let energy_complement = EnergyComplement::new([0.04, 1.0, 0.0], roughness)
+        .with_view_cosine(height, Albedo::mean(roughness));
     Lobe::Diffuse {
         albedo: WHITE,
         interreflected: WHITE * interreflected,
@@ -146,7 +146,7 @@ const HEIGHTS: [f64; 3] = [1.0, 0.7, 0.2];
 
 /// Integrates the density over cells of the sphere, `rows` of equal height by `columns`, each by
 /// its own midpoint rule.
-fn expected<L: LobeFamily<f64>, const MOST: usize>(
+fn expected<L: BsdfLobe<f64>, const MOST: usize>(
     bsdf: &Bsdf<f64, L, MOST>,
     wo: DVec3,
     [rows, columns]: [usize; 2],
@@ -174,7 +174,7 @@ fn expected<L: LobeFamily<f64>, const MOST: usize>(
 
 /// Tests by χ² over cells of the sphere that samples follow `pdf`. Samples outside the cells are
 /// lost by microfacets or belong to a delta lobe.
-fn chi_squared<L: LobeFamily<f64>, const MOST: usize>(
+fn chi_squared<L: BsdfLobe<f64>, const MOST: usize>(
     name: &str,
     bsdf: &Bsdf<f64, L, MOST>,
     wo: DVec3,
@@ -201,7 +201,7 @@ fn chi_squared<L: LobeFamily<f64>, const MOST: usize>(
     let mut found = vec![0.0; expected.len()];
     let frame = ShadingFrame::<f64>::from_normal(NORMAL);
     let drawn = (0..COUNT).map(|i| bsdf.sample(&frame, wo, numbers(i)));
-    for sampled in drawn.filter(|sampled| sampled.some && !sampled.delta) {
+    for sampled in drawn.filter(|sampled| sampled.is_valid && !sampled.delta) {
         let d = sampled.direction;
         assert!(
             (d.length() - 1.0).abs() < 1e-12
@@ -241,7 +241,7 @@ fn chi_squared<L: LobeFamily<f64>, const MOST: usize>(
 }
 
 /// The albedo of a surface under white light, and its greatest standard deviation.
-fn furnace<L: LobeFamily<f64>, const MOST: usize>(
+fn furnace<L: BsdfLobe<f64>, const MOST: usize>(
     bsdf: &Bsdf<f64, L, MOST>,
     wo: DVec3,
 ) -> (DVec3, f64) {
@@ -249,7 +249,7 @@ fn furnace<L: LobeFamily<f64>, const MOST: usize>(
 }
 
 /// [`furnace`] with a given number of samples.
-fn furnace_of<L: LobeFamily<f64>, const MOST: usize>(
+fn furnace_of<L: BsdfLobe<f64>, const MOST: usize>(
     bsdf: &Bsdf<f64, L, MOST>,
     wo: DVec3,
     count: u64,
@@ -341,7 +341,7 @@ fn m08_white_metal_in_a_white_furnace() {
         for height in [1.0, 0.8, 0.5, 0.3, 0.12, 0.05] {
             let wo = direction_at(NORMAL, height, 0.4);
             let (scattered, deviation) =
-                mean(&metal(roughness).transport(NORMAL, wo, true, true), wo);
+                mean(&metal(roughness).transport_bsdf(NORMAL, wo, true, true), wo);
             assert!(
                 (scattered - 1.0).abs() <= 0.005 + 3.0 * deviation,
                 "roughness {roughness} at {height}: {scattered} ± {deviation}"
@@ -459,7 +459,7 @@ fn lists_are_begun_anew() {
         .with_lobe(diffuse(0.5, 0.0, 1.0))
         .with_lobe(glossy(0.5, 0.04));
     assert_eq!((bsdf.lobes().len(), bsdf.normal()), (2, NORMAL));
-    bsdf.renew(-NORMAL);
+    bsdf.reset(-NORMAL);
     assert_eq!((bsdf.lobes().len(), bsdf.normal()), (0, -NORMAL));
     assert_eq!(bsdf.eval(-NORMAL, -NORMAL), DVec3::ZERO);
 }
@@ -480,7 +480,7 @@ fn delta_lobes_are_kept_apart() {
         reflected: WHITE,
         transmitted: WHITE * 0.5,
     }
-    .boundary(true, 0.5, None);
+    .dielectric_lobe(true, 0.5, None);
     let glass = Bsdf::<f64>::new(NORMAL).with_lobe(Lobe::Dielectric(glass));
     for bsdf in [&mirror, &glass] {
         assert_eq!(
@@ -490,18 +490,18 @@ fn delta_lobes_are_kept_apart() {
     }
     let sampled = mirror.sample(&ShadingFrame::from_normal(NORMAL), wo, [0.3; 3]);
     assert!(
-        sampled.some
+        sampled.is_valid
             && sampled.delta
             && sampled.density == 0.0
             && (sampled.direction - mirrored).length() < 1e-12
     );
     let schlick = 0.25 + 0.75 * 0.4_f64.powi(5);
     assert!((sampled.weight.x - schlick).abs() < 1e-12);
-    let share = dielectric(0.6, Some((1.0 - 0.64 / 2.25_f64).sqrt()), 1.0 / 1.5);
+    let share = fresnel_dielectric(0.6, Some((1.0 - 0.64 / 2.25_f64).sqrt()), 1.0 / 1.5);
     for (u, factor, upwards) in [(share - 1e-9, 1.0, true), (share + 1e-9, 0.5, false)] {
         let sampled = glass.sample(&ShadingFrame::from_normal(NORMAL), wo, [0.0, u, 0.0]);
         assert!(
-            sampled.some && sampled.delta && (sampled.weight.x - 0.5 * factor).abs() < 1e-12,
+            sampled.is_valid && sampled.delta && (sampled.weight.x - 0.5 * factor).abs() < 1e-12,
             "{sampled:?}"
         );
         assert_eq!(sampled.direction.dot(NORMAL) > 0.0, upwards);
@@ -558,18 +558,27 @@ fn lobes_of_the_metallic_roughness_model() {
     });
     let half = value_of(0.5, glass);
     assert_eq!(
-        (half.through(), half.painted(), half.albedo()),
+        (
+            half.glass_share(),
+            half.opaque_dielectric_share(),
+            half.albedo()
+        ),
         (0.125, 0.375, base * 0.375)
     );
-    assert_eq!(half.transport(NORMAL, NORMAL, true, true).lobes().len(), 4);
+    assert_eq!(
+        half.transport_bsdf(NORMAL, NORMAL, true, true)
+            .lobes()
+            .len(),
+        4
+    );
     assert_eq!(
         value_of(1.0, glass)
-            .transport(NORMAL, NORMAL, true, true)
+            .transport_bsdf(NORMAL, NORMAL, true, true)
             .lobes()
             .len(),
         2
     );
-    let inside = half.transport(NORMAL, NORMAL, false, true);
+    let inside = half.transport_bsdf(NORMAL, NORMAL, false, true);
     let Some(Lobe::Dielectric(Dielectric { eta, share, .. })) =
         inside.lobes().iter().rev().nth(1).copied()
     else {

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::{
-    DEFAULT_PIXELS_PER_DEGREE, MetricsError, PictureErrors, Statistics, check, differences, errors,
-    flip, share_beyond, statistics,
+    DEFAULT_PIXELS_PER_DEGREE, MetricsError, PictureErrors, Statistics, check_sizes, flip,
+    max_channel_differences, picture_errors, share_above, statistics,
 };
 use crate::display::Display;
 use crate::picture::{Encoding, Picture};
@@ -89,14 +89,14 @@ pub fn compare(
     reference: ComparedPicture<'_>,
     display: Display,
 ) -> Result<Comparison, MetricsError> {
-    check(picture.picture, reference.picture)?;
+    check_sizes(picture.picture, reference.picture)?;
     let both_linear =
         picture.encoding == Encoding::Linear && reference.encoding == Encoding::Linear;
     let sides = [picture, reference];
     let shown = sides.map(|side| match side.encoding {
         Encoding::Linear if both_linear => Some(display.to_values(side.picture)),
         // Display values are stored unassociated, linear values premultiplied.
-        Encoding::Linear => Some(display.to_values(&side.picture.straight())),
+        Encoding::Linear => Some(display.to_values(&side.picture.to_straight_alpha())),
         Encoding::Display => None,
     });
     let values = [0, 1].map(|i| shown[i].as_ref().unwrap_or(sides[i].picture));
@@ -106,12 +106,12 @@ pub fn compare(
         values
     };
     let flip_map = flip(values[0], values[1], DEFAULT_PIXELS_PER_DEGREE)?;
-    let differences = differences(values[0], values[1])?;
+    let differences = max_channel_differences(values[0], values[1])?;
     let beyond = THRESHOLDS.map(|codes| ExceedingPixels {
         codes,
-        share: share_beyond(&differences, threshold(codes)),
+        share: share_above(&differences, threshold_of_codes(codes)),
     });
-    let coverage = coverage_difference(picture.picture, reference.picture);
+    let coverage = max_coverage_difference(picture.picture, reference.picture);
     Ok(Comparison {
         width: picture.picture.width,
         height: picture.picture.height,
@@ -122,7 +122,7 @@ pub fn compare(
         } else {
             Encoding::Display
         },
-        errors: errors(numbers[0], numbers[1])?,
+        errors: picture_errors(numbers[0], numbers[1])?,
         beyond: beyond.to_vec(),
         flip: statistics(&flip_map),
         coverage,
@@ -135,7 +135,7 @@ pub fn compare(
 
 /// Returns a threshold given in 255ths as a display value. It is increased by 1e-6, so that codes
 /// that differ by exactly the threshold do not exceed it by rounding.
-fn threshold(codes: u32) -> f64 {
+fn threshold_of_codes(codes: u32) -> f64 {
     if codes == 0 {
         0.0
     } else {
@@ -150,18 +150,22 @@ fn same_bits(a: &Picture, b: &Picture) -> bool {
         .all(|(a, b)| a.map(f32::to_bits) == b.map(f32::to_bits))
 }
 
-fn coverage_difference(a: &Picture, b: &Picture) -> Option<f64> {
+fn max_coverage_difference(a: &Picture, b: &Picture) -> Option<f64> {
     if a.alpha.is_none() && b.alpha.is_none() {
         return None;
     }
     let difference = |i| f64::from(coverage_at(a, i) - coverage_at(b, i)).abs();
-    Some((0..a.pixels()).map(difference).fold(0.0, |largest, x| {
-        if x > largest || x.is_nan() {
-            x
-        } else {
-            largest
-        }
-    }))
+    Some(
+        (0..a.pixel_count())
+            .map(difference)
+            .fold(0.0, |largest, x| {
+                if x > largest || x.is_nan() {
+                    x
+                } else {
+                    largest
+                }
+            }),
+    )
 }
 
 /// Returns the coverage of a pixel, 0 to 1; 1 for a picture without coverage.
@@ -180,7 +184,7 @@ fn coverage_errors(a: &Picture, b: &Picture, largest: f64) -> Result<CoverageErr
         return Ok(CoverageErrors::default());
     }
     let grey = |picture: &Picture| Picture {
-        rgb: (0..picture.pixels())
+        rgb: (0..picture.pixel_count())
             .map(|pixel| [coverage_at(picture, pixel); 3])
             .collect(),
         ..Picture::new(picture.width, picture.height)
@@ -193,7 +197,7 @@ fn coverage_errors(a: &Picture, b: &Picture, largest: f64) -> Result<CoverageErr
         relmse_trimmed,
         psnr,
         ..
-    } = errors(&a, &b)?;
+    } = picture_errors(&a, &b)?;
     let flip = statistics(&flip(&a, &b, DEFAULT_PIXELS_PER_DEGREE)?).mean;
     Ok(CoverageErrors {
         non_finite,

@@ -4,7 +4,7 @@
 use raywright_bvh::scalar::Real;
 use serde::Serialize;
 
-use super::{MetricsError, check};
+use super::{MetricsError, check_sizes};
 use crate::picture::Picture;
 
 /// Constant added to the squared colour in the denominator of the relative error, so that the error
@@ -56,10 +56,13 @@ pub struct WorstPixel {
 /// # Errors
 /// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or
 /// inconsistent picture.
-pub fn errors(picture: &Picture, reference: &Picture) -> Result<PictureErrors, MetricsError> {
-    check(picture, reference)?;
+pub fn picture_errors(
+    picture: &Picture,
+    reference: &Picture,
+) -> Result<PictureErrors, MetricsError> {
+    check_sizes(picture, reference)?;
     let (mut squares, mut absolutes, mut max_abs, mut worst) = (0.0, 0.0, 0.0_f64, None);
-    let mut relative = Vec::with_capacity(picture.pixels());
+    let mut relative = Vec::with_capacity(picture.pixel_count());
     for (index, (image, truth)) in picture.rgb.iter().zip(&reference.rgb).enumerate() {
         if !is_finite(image) || !is_finite(truth) {
             continue;
@@ -89,10 +92,10 @@ pub fn errors(picture: &Picture, reference: &Picture) -> Result<PictureErrors, M
     relative.sort_unstable_by(f64::total_cmp);
     Ok(PictureErrors {
         pixels,
-        non_finite: picture.pixels() - pixels,
+        non_finite: picture.pixel_count() - pixels,
         rmse: mse.sqrt(),
-        relmse: mean(&relative),
-        relmse_trimmed: mean(&relative[..pixels - pixels / TRIM]),
+        relmse: mean_or_zero(&relative),
+        relmse_trimmed: mean_or_zero(&relative[..pixels - pixels / TRIM]),
         psnr: (mse > 0.0).then(|| -10.0 * Real::ln(mse) / core::f64::consts::LN_10),
         mean_abs: per_channel(absolutes),
         max_abs,
@@ -111,7 +114,7 @@ fn worst_pixel(picture: &Picture, reference: &Picture, index: usize) -> WorstPix
     }
 }
 
-fn mean(values: &[f64]) -> f64 {
+fn mean_or_zero(values: &[f64]) -> f64 {
     if values.is_empty() {
         0.0
     } else {
@@ -129,8 +132,11 @@ fn is_finite(rgb: &[f32; 3]) -> bool {
 /// # Errors
 /// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or
 /// inconsistent picture.
-pub fn differences(picture: &Picture, reference: &Picture) -> Result<Vec<f32>, MetricsError> {
-    check(picture, reference)?;
+pub fn max_channel_differences(
+    picture: &Picture,
+    reference: &Picture,
+) -> Result<Vec<f32>, MetricsError> {
+    check_sizes(picture, reference)?;
     let difference = |(image, truth): (&[f32; 3], &[f32; 3])| {
         if !is_finite(image) || !is_finite(truth) {
             return f32::INFINITY;
@@ -151,7 +157,7 @@ pub fn differences(picture: &Picture, reference: &Picture) -> Result<Vec<f32>, M
 
 /// Returns the share of the pixels, 0 to 1, whose difference (see [`differences`]) is above a
 /// threshold.
-pub fn share_beyond(differences: &[f32], threshold: f64) -> f64 {
+pub fn share_above(differences: &[f32], threshold: f64) -> f64 {
     let beyond = differences
         .iter()
         .filter(|&&difference| f64::from(difference) > threshold)
@@ -174,7 +180,7 @@ mod tests {
     #[test]
     fn a_picture_equals_itself() {
         let picture = grey(3, 2, 0.7);
-        let own_errors = errors(&picture, &picture).unwrap();
+        let own_errors = picture_errors(&picture, &picture).unwrap();
         assert_eq!(
             (
                 own_errors.rmse,
@@ -194,7 +200,7 @@ mod tests {
         let reference = grey(2, 2, 0.5);
         let mut picture = reference.clone();
         picture.rgb[2][1] = 0.25;
-        let e = errors(&picture, &reference).unwrap();
+        let e = picture_errors(&picture, &reference).unwrap();
         let mse = 0.0625 / 12.0;
         assert!((e.rmse - f64::sqrt(mse)).abs() < 1e-15);
         assert!((e.relmse - 0.0625 / (0.25 + 0.01) / 12.0).abs() < 1e-15);
@@ -215,8 +221,8 @@ mod tests {
     #[test]
     fn relative_error_is_relative_to_the_reference() {
         let (dark, bright) = (grey(1, 1, 0.0), grey(1, 1, 1.0));
-        assert!((errors(&bright, &dark).unwrap().relmse - 100.0).abs() < 1e-12);
-        assert!((errors(&dark, &bright).unwrap().relmse - 1.0 / 1.01).abs() < 1e-12);
+        assert!((picture_errors(&bright, &dark).unwrap().relmse - 100.0).abs() < 1e-12);
+        assert!((picture_errors(&dark, &bright).unwrap().relmse - 1.0 / 1.01).abs() < 1e-12);
     }
 
     /// Protects: trimming removes the worst 0.1 % of the pixels and divides by the number of the
@@ -228,7 +234,7 @@ mod tests {
         picture.rgb[7] = [100.0; 3];
         picture.rgb[8] = [90.0; 3];
         picture.rgb[9] = [1.0; 3];
-        let e = errors(&picture, &reference).unwrap();
+        let e = picture_errors(&picture, &reference).unwrap();
         // 2 000 pixels: two are left out, the third of the wrong ones stays.
         assert!(
             (e.relmse_trimmed - (1997.0 + 100.0) / 1998.0).abs() < 1e-5,
@@ -246,15 +252,15 @@ mod tests {
         let mut picture = reference.clone();
         picture.rgb[0][2] = f32::NAN;
         picture.rgb[3][0] = f32::INFINITY;
-        let e = errors(&picture, &reference).unwrap();
+        let e = picture_errors(&picture, &reference).unwrap();
         assert_eq!((e.pixels, e.non_finite, e.rmse), (2, 2, 0.0));
-        let differences = differences(&picture, &reference).unwrap();
-        assert_eq!(share_beyond(&differences, 1e30), 0.5);
+        let differences = max_channel_differences(&picture, &reference).unwrap();
+        assert_eq!(share_above(&differences, 1e30), 0.5);
         let all = Picture {
             rgb: vec![[f32::NAN; 3]; 4],
             ..reference.clone()
         };
-        assert_eq!(errors(&all, &reference).unwrap().non_finite, 4);
+        assert_eq!(picture_errors(&all, &reference).unwrap().non_finite, 4);
     }
 
     /// Protects: the comparison with a threshold is strict, and a single channel suffices.
@@ -263,19 +269,19 @@ mod tests {
         let reference = grey(2, 1, 0.0);
         let mut picture = reference.clone();
         picture.rgb[1][2] = -0.25;
-        let differences = differences(&picture, &reference).unwrap();
-        assert_eq!(share_beyond(&differences, 0.25), 0.0);
-        assert_eq!(share_beyond(&differences, 0.2499), 0.5);
+        let differences = max_channel_differences(&picture, &reference).unwrap();
+        assert_eq!(share_above(&differences, 0.25), 0.0);
+        assert_eq!(share_above(&differences, 0.2499), 0.5);
     }
 
     /// Protects: pictures of different sizes and empty ones return errors that name the reason.
     #[test]
     fn sizes_must_agree() {
-        let error = errors(&grey(2, 3, 0.0), &grey(3, 2, 0.0)).unwrap_err();
+        let error = picture_errors(&grey(2, 3, 0.0), &grey(3, 2, 0.0)).unwrap_err();
         assert_eq!(error, MetricsError::Size(2, 3, 3, 2));
         assert!(error.to_string().contains("2 × 3 against 3 × 2"));
         assert_eq!(
-            errors(&grey(0, 3, 0.0), &grey(0, 3, 0.0)),
+            picture_errors(&grey(0, 3, 0.0), &grey(0, 3, 0.0)),
             Err(MetricsError::Pixels)
         );
         let short = Picture {
@@ -283,7 +289,7 @@ mod tests {
             ..Picture::new(2, 2)
         };
         assert_eq!(
-            differences(&grey(2, 2, 0.0), &short),
+            max_channel_differences(&grey(2, 2, 0.0), &short),
             Err(MetricsError::Pixels)
         );
     }

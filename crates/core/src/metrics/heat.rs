@@ -22,8 +22,8 @@ const SCALE: [[f64; 3]; 8] = [
 /// [`Display::PLAIN`](crate::display::Display::PLAIN) shows it with the intended colours.
 pub fn heat_map(width: u32, height: u32, values: &[f32], full: f32) -> Picture {
     let colour = |value: &f32| {
-        let rgb = scale_at(f64::from(value / full));
-        rgb.map(|x| curve::decode(TransferCurve::Srgb, x) as f32)
+        let rgb = colour_of_scale(f64::from(value / full));
+        rgb.map(|x| curve::decode_transfer(TransferCurve::Srgb, x) as f32)
     };
     let mut picture = Picture::new(width, height);
     for (rgb, value) in picture.rgb.iter_mut().zip(values) {
@@ -32,7 +32,7 @@ pub fn heat_map(width: u32, height: u32, values: &[f32], full: f32) -> Picture {
     picture
 }
 
-fn scale_at(x: f64) -> [f64; 3] {
+fn colour_of_scale(x: f64) -> [f64; 3] {
     let place = x.clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
     let index = (place as usize).min(SCALE.len() - 2);
     let (low, high, share) = (SCALE[index], SCALE[index + 1], place - index as f64);
@@ -65,7 +65,7 @@ mod tests {
         let map = |value| {
             Display::PLAIN
                 .prepare()
-                .values(heat_map(1, 1, &[value], 0.5).rgb[0])
+                .display_values(heat_map(1, 1, &[value], 0.5).rgb[0])
         };
         assert_eq!(map(-1.0), map(0.0));
         assert_eq!(map(0.5), map(f32::INFINITY));

@@ -10,11 +10,11 @@ mod statistics;
 
 pub use comparison::{ComparedPicture, Comparison, CoverageErrors, ExceedingPixels, compare};
 pub(crate) use errors::RELATIVE_FLOOR;
-pub use errors::{PictureErrors, WorstPixel, differences, errors, share_beyond};
+pub use errors::{PictureErrors, WorstPixel, max_channel_differences, picture_errors, share_above};
 pub use flip::{DEFAULT_PIXELS_PER_DEGREE, flip};
 pub use heat::heat_map;
-pub use noise::{NoiseBlock, NoiseVerdict, NoisyPicture, judge_noise};
-pub use statistics::{Statistics, statistics, student_95};
+pub use noise::{NoiseTestResult, PictureWithErrors, TestedBlock, test_against_noise};
+pub use statistics::{Statistics, statistics, student_factor_95};
 
 use crate::picture::Picture;
 
@@ -33,7 +33,7 @@ pub enum MetricsError {
 }
 
 /// Checks that two pictures have the same size, at least one pixel, and a colour for every pixel.
-fn check(picture: &Picture, reference: &Picture) -> Result<(), MetricsError> {
+fn check_sizes(picture: &Picture, reference: &Picture) -> Result<(), MetricsError> {
     if (picture.width, picture.height) != (reference.width, reference.height) {
         return Err(MetricsError::Size(
             picture.width,
@@ -42,7 +42,7 @@ fn check(picture: &Picture, reference: &Picture) -> Result<(), MetricsError> {
             reference.height,
         ));
     }
-    let n = picture.pixels();
+    let n = picture.pixel_count();
     if n == 0 || picture.rgb.len() != n || reference.rgb.len() != n {
         return Err(MetricsError::Pixels);
     }

@@ -29,7 +29,7 @@ const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
 
 /// Picture with the standard errors of its pixels.
 #[derive(Clone, Debug)]
-pub struct NoisyPicture<'a> {
+pub struct PictureWithErrors<'a> {
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
@@ -44,7 +44,7 @@ pub struct NoisyPicture<'a> {
 
 /// Result of the tests of a picture against a reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct NoiseVerdict {
+pub struct NoiseTestResult {
     /// Level: the probability that pictures that differ by noise alone fail a test.
     pub level: f64,
     /// Number of tested blocks, each in three channels.
@@ -53,7 +53,7 @@ pub struct NoiseVerdict {
     pub beyond: usize,
     /// Block and channel whose difference is least probable by noise alone; `None` if no pixel
     /// could be tested.
-    pub clearest: Option<NoiseBlock>,
+    pub clearest: Option<TestedBlock>,
     /// Number of pixels left out, because they are not finite or have no standard error in one of
     /// the pictures.
     pub untested: usize,
@@ -61,7 +61,7 @@ pub struct NoiseVerdict {
 
 /// Block of a picture in a channel, with its tested difference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct NoiseBlock {
+pub struct TestedBlock {
     /// First column of the block.
     pub x: u32,
     /// First row of the block, counted from the top.
@@ -94,7 +94,7 @@ struct BlockSums {
 }
 
 impl BlockSums {
-    fn plus(self, other: &Self) -> Self {
+    fn add(self, other: &Self) -> Self {
         Self {
             difference: self.difference + other.difference,
             reference: self.reference + other.reference,
@@ -107,7 +107,7 @@ impl BlockSums {
 
     /// Returns the summed difference in units of its standard error, and the probability of a
     /// difference at least as large by noise alone.
-    fn test(&self) -> (f64, f64) {
+    fn t_test(&self) -> (f64, f64) {
         let beyond_rounding = (self.difference.abs() - ROUNDING * self.size).max(0.0);
         if beyond_rounding == 0.0 {
             return (0.0, 1.0);
@@ -117,14 +117,17 @@ impl BlockSums {
         }
         let t = beyond_rounding / self.variance.sqrt();
         let freedom = self.variance * self.variance / self.uncertainty;
-        (t.copysign(self.difference), two_sided(t, freedom))
+        (
+            t.copysign(self.difference),
+            student_two_sided_tail(t, freedom),
+        )
     }
 }
 
 /// Returns the two-sided tail probability of Student's t with `freedom` degrees of freedom, by the
 /// incomplete beta function (Abramowitz and Stegun, "Handbook of Mathematical Functions", 1964,
 /// 26.7.1 and 26.5.27).
-fn two_sided(t: f64, freedom: f64) -> f64 {
+fn student_two_sided_tail(t: f64, freedom: f64) -> f64 {
     // Beyond 1e12, more degrees of freedom change no digit; infinity would give NaN.
     let freedom = freedom.min(1e12);
     let (a, b) = (0.5 * freedom, 0.5);
@@ -146,9 +149,9 @@ fn two_sided(t: f64, freedom: f64) -> f64 {
     };
     let term = libm::exp(a * logarithm + b * libm::log(rest) + quotient - libm::lgamma(b));
     if x < (a + 1.0) / (a + b + 2.0) {
-        term / (a * beta_fraction(a, b, x))
+        term / (a * incomplete_beta_fraction(a, b, x))
     } else {
-        1.0 - term / (b * beta_fraction(b, a, rest))
+        1.0 - term / (b * incomplete_beta_fraction(b, a, rest))
     }
 }
 
@@ -156,7 +159,7 @@ fn two_sided(t: f64, freedom: f64) -> f64 {
 /// Functions", 2010, 8.17.22) by Lentz's method ("Generating Bessel Functions in Mie Scattering
 /// Calculations Using Continued Fractions", 1976). It converges fast for `x < (a + 1) / (a + b +
 /// 2)`.
-fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
+fn incomplete_beta_fraction(a: f64, b: f64, x: f64) -> f64 {
     const MOST: u32 = 10_000;
     let (mut value, mut numerator, mut denominator) = (1.0, 1.0, 0.0);
     for i in 1..MOST {
@@ -189,11 +192,11 @@ fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
 /// # Errors
 /// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] where a buffer does not
 /// match its picture.
-pub fn judge_noise(
-    picture: &NoisyPicture<'_>,
-    reference: &NoisyPicture<'_>,
+pub fn test_against_noise(
+    picture: &PictureWithErrors<'_>,
+    reference: &PictureWithErrors<'_>,
     level: f64,
-) -> Result<NoiseVerdict, MetricsError> {
+) -> Result<NoiseTestResult, MetricsError> {
     let (width, height) = (picture.width, picture.height);
     if (width, height) != (reference.width, reference.height) {
         return Err(MetricsError::Size(
@@ -204,7 +207,7 @@ pub fn judge_noise(
         ));
     }
     let pixels = width as usize * height as usize;
-    let fits = |side: &NoisyPicture<'_>| {
+    let fits = |side: &PictureWithErrors<'_>| {
         side.rgb.len() == pixels
             && side
                 .standard_errors
@@ -224,7 +227,7 @@ pub fn judge_noise(
     let cells: Vec<([BlockSums; 3], usize)> = (0..columns * rows)
         .into_par_iter()
         .map(|cell| {
-            sums(
+            cell_sums(
                 picture,
                 reference,
                 [cell % columns * step, cell / columns * step],
@@ -233,16 +236,16 @@ pub fn judge_noise(
         })
         .collect();
     let untested = cells.iter().map(|(_, untested)| untested).sum();
-    let mut found = NoiseSums {
+    let mut found = NoiseTests {
         level,
         blocks: 0,
         beyond: 0,
         clearest: None,
     };
     for &edge in &edges {
-        found.test_edge(&cells, [columns, rows], edge, edges.len());
+        found.test_blocks(&cells, [columns, rows], edge, edges.len());
     }
-    Ok(NoiseVerdict {
+    Ok(NoiseTestResult {
         level,
         blocks: found.blocks,
         beyond: found.beyond,
@@ -253,9 +256,9 @@ pub fn judge_noise(
 
 /// Returns the sums over a square of pixels for each channel, and the number of pixels left out.
 /// `[x, y]` is the upper left pixel.
-fn sums(
-    picture: &NoisyPicture<'_>,
-    reference: &NoisyPicture<'_>,
+fn cell_sums(
+    picture: &PictureWithErrors<'_>,
+    reference: &PictureWithErrors<'_>,
     [x, y]: [u32; 2],
     edge: u32,
 ) -> ([BlockSums; 3], usize) {
@@ -298,16 +301,16 @@ fn sums(
 }
 
 /// Results of the tests so far.
-struct NoiseSums {
+struct NoiseTests {
     level: f64,
     blocks: usize,
     beyond: usize,
-    clearest: Option<NoiseBlock>,
+    clearest: Option<TestedBlock>,
 }
 
-impl NoiseSums {
+impl NoiseTests {
     /// Tests all blocks of an edge length in pixels; `edges` is the number of tested edge lengths.
-    fn test_edge(
+    fn test_blocks(
         &mut self,
         cells: &[([BlockSums; 3], usize)],
         [columns, rows]: [u32; 2],
@@ -338,7 +341,7 @@ impl NoiseSums {
                 block
                     .iter_mut()
                     .zip(sums)
-                    .for_each(|(all, more)| *all = all.plus(more));
+                    .for_each(|(all, more)| *all = all.add(more));
             }
             let mut is_beyond = false;
             for (channel, sums) in block
@@ -346,7 +349,7 @@ impl NoiseSums {
                 .enumerate()
                 .filter(|(_, sums)| sums.pixels > 0.0)
             {
-                let (deviation, probability) = sums.test();
+                let (deviation, probability) = sums.t_test();
                 let probability = (probability * tests as f64).min(1.0);
                 is_beyond |= probability <= self.level;
                 if self.clearest.is_none_or(|clearest| {
@@ -356,7 +359,7 @@ impl NoiseSums {
                     let share = (sums.reference != 0.0).then(|| sums.difference / sums.reference);
                     let (x, y, difference) =
                         (column * step, row * step, sums.difference / sums.pixels);
-                    self.clearest = Some(NoiseBlock {
+                    self.clearest = Some(TestedBlock {
                         x,
                         y,
                         edge,
@@ -376,11 +379,11 @@ impl NoiseSums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hash::mix;
+    use crate::hash::splitmix64;
 
     fn unit(seed: [u32; 3]) -> f64 {
         let bits = seed.iter().fold(1, |state, &part| {
-            mix(state ^ u64::from(part).wrapping_mul(0x9E37_79B9_7F4A_7C15))
+            splitmix64(state ^ u64::from(part).wrapping_mul(0x9E37_79B9_7F4A_7C15))
         });
         (bits >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -416,16 +419,16 @@ mod tests {
 
     const SIZE: u32 = 96;
 
-    fn judged(seed: u32, edge: u32, factor: f64) -> NoiseVerdict {
+    fn judged(seed: u32, edge: u32, factor: f64) -> NoiseTestResult {
         let sides = pair(seed, edge, factor);
-        let [a, b] = sides.each_ref().map(|(rgb, errors)| NoisyPicture {
+        let [a, b] = sides.each_ref().map(|(rgb, errors)| PictureWithErrors {
             width: SIZE,
             height: SIZE,
             rgb,
             standard_errors: Some(errors.clone()),
             freedom: 3.0,
         });
-        judge_noise(&a, &b, 0.05).expect("one size")
+        test_against_noise(&a, &b, 0.05).expect("one size")
     }
 
     /// Protects: Student's distribution agrees with numbers of 60 digits (the incomplete beta
@@ -451,14 +454,20 @@ mod tests {
         for (t, freedom, expected) in known {
             // More degrees of freedom bring the argument nearer to one, where the fraction loses
             // digits.
-            let (found, bound) = (two_sided(t, freedom), 1e-12 + 1e-17 * freedom.min(1e12));
+            let (found, bound) = (
+                student_two_sided_tail(t, freedom),
+                1e-12 + 1e-17 * freedom.min(1e12),
+            );
             assert!(
                 (found / expected - 1.0_f64).abs() < bound,
                 "{t}, {freedom}: {found}"
             );
         }
         assert_eq!(
-            [two_sided(0.0, 3.0), two_sided(f64::INFINITY, 3.0)],
+            [
+                student_two_sided_tail(0.0, 3.0),
+                student_two_sided_tail(f64::INFINITY, 3.0)
+            ],
             [1.0, 0.0]
         );
     }
@@ -485,14 +494,14 @@ mod tests {
     #[test]
     fn exact_pictures_differ_by_their_numbers() {
         let exact = |rgb: &[[f32; 3]], other: &[[f32; 3]]| {
-            let side = |rgb| NoisyPicture {
+            let side = |rgb| PictureWithErrors {
                 width: 20,
                 height: 20,
                 rgb,
                 standard_errors: None,
                 freedom: 1.0,
             };
-            judge_noise(&side(rgb), &side(other), 0.01).expect("one size")
+            test_against_noise(&side(rgb), &side(other), 0.01).expect("one size")
         };
         let grey = vec![[0.3_f32; 3]; 400];
         let mut other = grey.clone();

@@ -63,7 +63,7 @@ fn quantile(sorted: &[f32], share: f64) -> f64 {
 ///
 /// The factor is tabulated up to ten degrees of freedom, and beyond computed by the expansion in
 /// Abramowitz and Stegun, "Handbook of Mathematical Functions" (1964), 26.7.5, to five digits.
-pub fn student_95(freedom: u32) -> f64 {
+pub fn student_factor_95(freedom: u32) -> f64 {
     const FEW: [f64; 10] = [
         12.706_205, 4.302_653, 3.182_446, 2.776_445, 2.570_582, 2.446_912, 2.364_624, 2.306_004,
         2.262_157, 2.228_139,
@@ -104,12 +104,12 @@ mod tests {
             (120, 1.9799),
         ] {
             assert!(
-                (student_95(freedom) - factor).abs() < 6e-5,
+                (student_factor_95(freedom) - factor).abs() < 6e-5,
                 "{freedom}: {}",
-                student_95(freedom)
+                student_factor_95(freedom)
             );
         }
-        assert_eq!(student_95(0), f64::INFINITY);
+        assert_eq!(student_factor_95(0), f64::INFINITY);
     }
 
     /// Protects: quantiles of 0, 1, …, 1000 in any order equal their ranks.
@@ -163,7 +163,7 @@ mod tests {
                 ratio / (n * core::f64::consts::PI).sqrt()
                     * (1.0 + x * x / n).powf(-(n + 1.0) / 2.0)
             };
-            let (steps, factor) = (20_000, student_95(freedom));
+            let (steps, factor) = (20_000, student_factor_95(freedom));
             let at = |i: i32| density(factor * (f64::from(i) + 0.5) / f64::from(steps));
             let share = 2.0 * factor / f64::from(steps) * (0..steps).map(at).sum::<f64>();
             assert!((share - 0.95).abs() < 2e-6, "{freedom}: {share}");

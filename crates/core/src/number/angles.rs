@@ -35,7 +35,7 @@ const COSINE: [f64; 6] = [
 ];
 
 /// Returns the `f64` with the given upper 32 bits, and zeros as the lower 32 bits.
-const fn upper(bits: u64) -> f64 {
+const fn from_upper_bits(bits: u64) -> f64 {
     f64::from_bits(bits << 32)
 }
 
@@ -43,7 +43,7 @@ const fn upper(bits: u64) -> f64 {
 /// point (x, y), without the sign of y. Neither coordinate may exceed 10¹⁵ times the other, except
 /// for x = 0.
 #[inline(always)]
-pub(crate) fn angle_above(y: f64, x: f64) -> f64 {
+pub(crate) fn angle_above_axis(y: f64, x: f64) -> f64 {
     let angle = arc_tangent((y / x).abs());
     if x < 0.0 {
         PI - (angle - PI_LOW)
@@ -72,8 +72,13 @@ fn arc_tangent(x: f64) -> f64 {
     ];
     let mut part = [x, 1.0, 0.0, 0.0];
     let [half, one, more, all] = ARCS;
-    let or =
-        |from: u64, now: [f64; 4], before: [f64; 4]| if x < upper(from) { before } else { now };
+    let or = |from: u64, now: [f64; 4], before: [f64; 4]| {
+        if x < from_upper_bits(from) {
+            before
+        } else {
+            now
+        }
+    };
     part = or(
         0x3fdc_0000,
         [2.0 * x - 1.0, 2.0 + x, half[0], half[1]],
@@ -129,7 +134,13 @@ fn is_near_an_axis(angle: f64) -> bool {
 /// Returns the sine and the cosine of an angle that is not [near an axis](is_near_an_axis).
 #[inline(always)]
 fn sine_and_cosine(angle: f64) -> [f64; 2] {
-    let from = |bits: u64| if angle < upper(bits) { 0.0 } else { 1.0 };
+    let from = |bits: u64| {
+        if angle < from_upper_bits(bits) {
+            0.0
+        } else {
+            1.0
+        }
+    };
     let quarters = from(0x3fe9_21fc) + from(0x4002_d97d) + from(0x400f_6a7b) + from(0x4015_fdbd);
     let first = angle - quarters * HALF_PI[0];
     let last = quarters * HALF_PI[1];
@@ -170,10 +181,10 @@ fn sine_and_cosine(angle: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hash::mix;
+    use crate::hash::splitmix64;
 
     fn number(i: u64) -> f64 {
-        (mix(i) >> 11) as f64 / (1_u64 << 53) as f64
+        (splitmix64(i) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// Protects: angles, sines and cosines have the bits of libm, also where the formulas change
@@ -225,7 +236,7 @@ mod tests {
                 (number(2 * i + 1) - 0.3) * libm::exp2(-number(7 * i) * 20.0),
             );
             assert_eq!(
-                angle_above(y, x).to_bits(),
+                angle_above_axis(y, x).to_bits(),
                 libm::atan2(y, x).to_bits(),
                 "of {y:e}, {x:e}"
             );
@@ -241,7 +252,7 @@ mod tests {
             (2.4375, 1.0),
         ] {
             assert_eq!(
-                angle_above(y, x).to_bits(),
+                angle_above_axis(y, x).to_bits(),
                 libm::atan2(y, x).to_bits(),
                 "of {y:e}, {x:e}"
             );

@@ -48,7 +48,7 @@ impl<const N: usize> Lanes<N> {
     /// Returns the maximum by lane as the vector functions define it: `other` if either number is
     /// NaN.
     #[inline(always)]
-    fn greater(self, other: Self) -> Self {
+    fn max_or_second(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })
     }
 }
@@ -138,7 +138,7 @@ impl<const N: usize> Number for Lanes<N> {
         Self([x as f32; N])
     }
     #[inline(always)]
-    fn of_lanes(mut value: impl FnMut(usize) -> f64) -> Self {
+    fn from_lanes(mut value: impl FnMut(usize) -> f64) -> Self {
         // `from_fn` is avoided, because its closure is not always inlined.
         let mut out = [0.0; N];
         each_lane!(N, i, out[i] = value(i) as f32);
@@ -149,7 +149,7 @@ impl<const N: usize> Number for Lanes<N> {
         self.0[index].into()
     }
     #[inline(always)]
-    fn exact(value: impl FnMut(usize) -> f64) -> [f64; N] {
+    fn exact_from_lanes(value: impl FnMut(usize) -> f64) -> [f64; N] {
         from_fn(value)
     }
     #[inline(always)]
@@ -158,7 +158,7 @@ impl<const N: usize> Number for Lanes<N> {
     }
     #[inline(always)]
     fn greater_than(self, other: Self) -> LaneMask<N> {
-        LaneMask::of(|i| self.0[i] > other.0[i])
+        LaneMask::from_lanes(|i| self.0[i] > other.0[i])
     }
     #[inline(always)]
     fn select(mask: LaneMask<N>, yes: Self, no: Self) -> Self {
@@ -166,7 +166,7 @@ impl<const N: usize> Number for Lanes<N> {
         each_lane!(
             N,
             i,
-            out.0[i] = f32::from_bits(mask.choose(i, yes.0[i].to_bits(), no.0[i].to_bits()))
+            out.0[i] = f32::from_bits(mask.select_bits(i, yes.0[i].to_bits(), no.0[i].to_bits()))
         );
         out
     }
@@ -246,7 +246,7 @@ impl<const N: usize> Vector3<Lanes<N>> for Vec3Lanes<N> {
         }
     }
     #[inline(always)]
-    fn of_lanes(mut value: impl FnMut(usize) -> DVec3) -> Self {
+    fn from_lanes(mut value: impl FnMut(usize) -> DVec3) -> Self {
         let mut out = <Self as Vector3<Lanes<N>>>::ZERO;
         each_lane!(N, i, {
             let v = value(i);
@@ -292,11 +292,11 @@ impl<const N: usize> Vector3<Lanes<N>> for Vec3Lanes<N> {
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        self.zip(other, Lanes::greater)
+        self.zip(other, Lanes::max_or_second)
     }
     #[inline(always)]
     fn max_element(self) -> Lanes<N> {
-        self.x.greater(self.y.greater(self.z))
+        self.x.max_or_second(self.y.max_or_second(self.z))
     }
     #[inline(always)]
     fn select(mask: LaneMask<N>, yes: Self, no: Self) -> Self {

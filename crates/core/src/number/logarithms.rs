@@ -10,13 +10,13 @@ const WHOLE: f64 = (1_u64 << 52) as f64;
 /// Converts an integer below 2⁵² to `f64` by bit operations, because few processors have a vector
 /// instruction for the conversion.
 #[inline(always)]
-fn from_whole(n: u64) -> f64 {
+fn integer_to_f64(n: u64) -> f64 {
     f64::from_bits(WHOLE.to_bits() | n) - WHOLE
 }
 
 /// Returns ln(1 + x) for x in (−1, 0].
 #[inline(always)]
-pub(crate) fn logarithm_beside_one(x: f64) -> f64 {
+pub(crate) fn log1p(x: f64) -> f64 {
     const EVEN: [f64; 3] = [
         3.999_999_999_940_942e-1,
         2.222_219_843_214_978_4e-1,
@@ -38,7 +38,7 @@ pub(crate) fn logarithm_beside_one(x: f64) -> f64 {
     let exponent = if near {
         0.0
     } else {
-        from_whole(high >> 20) - 1023.0
+        integer_to_f64(high >> 20) - 1023.0
     };
     let lost = if near { 0.0 } else { (x - (sum - 1.0)) / sum };
     let half = 0.5 * f * f;
@@ -58,7 +58,7 @@ pub(crate) fn logarithm_beside_one(x: f64) -> f64 {
 
 /// Returns exp(x) − 1 for x in [−38, 0].
 #[inline(always)]
-pub(crate) fn exponential_beside_one(x: f64) -> f64 {
+pub(crate) fn expm1(x: f64) -> f64 {
     const Q: [f64; 5] = [
         -3.333_333_333_333_313e-2,
         1.587_301_587_254_814_6e-3,
@@ -107,13 +107,13 @@ pub(crate) fn exponential_beside_one(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hash::mix;
+    use crate::hash::splitmix64;
 
     /// Protects: `log1p` and `expm1` have the bits of libm, over their whole range, also where the
     /// formulas change.
     #[test]
     fn bits_are_those_of_libm() {
-        let number = |i: u64| (mix(i) >> 11) as f64 / (1_u64 << 53) as f64;
+        let number = |i: u64| (splitmix64(i) >> 11) as f64 / (1_u64 << 53) as f64;
         let edges: [u64; 6] = [
             0x3fd2_bec4,
             0x3fd2_bec5,
@@ -140,14 +140,14 @@ mod tests {
         {
             if x < 1.0 {
                 assert_eq!(
-                    logarithm_beside_one(-x).to_bits(),
+                    log1p(-x).to_bits(),
                     libm::log1p(-x).to_bits(),
                     "logarithm at −{x:e}"
                 );
             }
             for x in [x, 38.0 * x].into_iter().filter(|&x| x <= 38.0) {
                 assert_eq!(
-                    exponential_beside_one(-x).to_bits(),
+                    expm1(-x).to_bits(),
                     libm::expm1(-x).to_bits(),
                     "exponential of −{x:e}"
                 );

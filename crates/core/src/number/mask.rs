@@ -13,7 +13,7 @@ pub struct LaneMask<const N: usize>([u32; N]);
 impl<const N: usize> LaneMask<N> {
     /// Creates a mask from a function of the lane.
     #[inline(always)]
-    pub(super) fn of(yes: impl Fn(usize) -> bool) -> Self {
+    pub(super) fn from_lanes(yes: impl Fn(usize) -> bool) -> Self {
         let mut out = Self::default();
         each_lane!(N, i, out.0[i] = if yes(i) { u32::MAX } else { 0 });
         out
@@ -28,7 +28,7 @@ impl<const N: usize> LaneMask<N> {
 
     /// Returns `yes` if a lane is set, else `no`.
     #[inline(always)]
-    pub(super) fn choose(&self, lane: usize, yes: u32, no: u32) -> u32 {
+    pub(super) fn select_bits(&self, lane: usize, yes: u32, no: u32) -> u32 {
         yes & self.0[lane] | no & !self.0[lane]
     }
 }
@@ -67,7 +67,7 @@ impl<const N: usize> Not for LaneMask<N> {
 
 impl<const N: usize> Mask for LaneMask<N> {
     #[inline(always)]
-    fn any(self) -> bool {
+    fn any_lane(self) -> bool {
         let mut some = 0;
         each_lane!(N, i, some |= self.0[i]);
         some != 0
@@ -77,7 +77,7 @@ impl<const N: usize> Mask for LaneMask<N> {
         self.0[index] != 0
     }
     #[inline(always)]
-    fn set(&mut self, index: usize) {
+    fn set_lane(&mut self, index: usize) {
         self.0[index] = u32::MAX;
     }
 }

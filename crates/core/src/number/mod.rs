@@ -32,10 +32,10 @@ mod tests;
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-pub(crate) use angles::{angle_above, sines_and_cosines};
+pub(crate) use angles::{angle_above_axis, sines_and_cosines};
 use glam::DVec3;
 pub use lanes::{Lanes, Vec3Lanes};
-pub(crate) use logarithms::{exponential_beside_one, logarithm_beside_one};
+pub(crate) use logarithms::{expm1, log1p};
 pub use mask::LaneMask;
 use raywright_bvh::{Real, Vector};
 
@@ -68,11 +68,11 @@ pub trait Number:
     /// Returns the value nearest to `x`, in every lane.
     fn from_f64(x: f64) -> Self;
     /// Returns the value nearest to `value(lane)` in each lane.
-    fn of_lanes(value: impl FnMut(usize) -> f64) -> Self;
+    fn from_lanes(value: impl FnMut(usize) -> f64) -> Self;
     /// Returns the value of a lane, exactly.
     fn lane(self, index: usize) -> f64;
     /// Returns `value(lane)` in each lane, exactly.
-    fn exact(value: impl FnMut(usize) -> f64) -> Self::Exact;
+    fn exact_from_lanes(value: impl FnMut(usize) -> f64) -> Self::Exact;
     /// Returns the value of a lane.
     fn exact_lane(exact: Self::Exact, index: usize) -> f64;
     /// Returns whether this number is greater than another, by lane; false for NaN.
@@ -120,7 +120,7 @@ pub trait Vector3<N: Number>:
     /// Creates a vector with three equal components.
     fn splat(value: N) -> Self;
     /// Returns the vector nearest to `value(lane)` in each lane.
-    fn of_lanes(value: impl FnMut(usize) -> DVec3) -> Self;
+    fn from_lanes(value: impl FnMut(usize) -> DVec3) -> Self;
     /// Returns the value of a lane, exactly.
     fn lane(self, index: usize) -> DVec3;
     /// First component.
@@ -159,11 +159,11 @@ pub trait Mask:
     + Not<Output = Self>
 {
     /// Whether any lane is set.
-    fn any(self) -> bool;
+    fn any_lane(self) -> bool;
     /// Returns the value of a lane.
     fn lane(self, index: usize) -> bool;
     /// Sets one lane.
-    fn set(&mut self, index: usize);
+    fn set_lane(&mut self, index: usize);
 }
 
 impl<R: Real> Number for R {
@@ -178,7 +178,7 @@ impl<R: Real> Number for R {
         Real::from_f64(x)
     }
     #[inline(always)]
-    fn of_lanes(mut value: impl FnMut(usize) -> f64) -> Self {
+    fn from_lanes(mut value: impl FnMut(usize) -> f64) -> Self {
         Real::from_f64(value(0))
     }
     #[inline(always)]
@@ -186,7 +186,7 @@ impl<R: Real> Number for R {
         self.to_f64()
     }
     #[inline(always)]
-    fn exact(mut value: impl FnMut(usize) -> f64) -> f64 {
+    fn exact_from_lanes(mut value: impl FnMut(usize) -> f64) -> f64 {
         value(0)
     }
     #[inline(always)]
@@ -243,7 +243,7 @@ impl<R: Real, V: Vector<R>> Vector3<R> for V {
         Vector::splat(value)
     }
     #[inline(always)]
-    fn of_lanes(mut value: impl FnMut(usize) -> DVec3) -> Self {
+    fn from_lanes(mut value: impl FnMut(usize) -> DVec3) -> Self {
         Vector::from_f64(value(0))
     }
     #[inline(always)]
@@ -294,7 +294,7 @@ impl<R: Real, V: Vector<R>> Vector3<R> for V {
 
 impl Mask for bool {
     #[inline(always)]
-    fn any(self) -> bool {
+    fn any_lane(self) -> bool {
         self
     }
     #[inline(always)]
@@ -302,7 +302,7 @@ impl Mask for bool {
         self
     }
     #[inline(always)]
-    fn set(&mut self, _: usize) {
+    fn set_lane(&mut self, _: usize) {
         *self = true;
     }
 }

@@ -133,20 +133,20 @@ fn masks_and_lanes_keep_their_places() {
     assert_eq!(lanes(above), [true, false, true, false]);
     assert_eq!(lanes(!above), [false, true, false, true]);
     let mut other = LaneMask::default();
-    assert!(!other.any());
-    other.set(1);
-    other.set(2);
-    assert!(other.any());
+    assert!(!other.any_lane());
+    other.set_lane(1);
+    other.set_lane(2);
+    assert!(other.any_lane());
     assert_eq!(
         (lanes(above & other), lanes(above | other)),
         ([false, false, true, false], [true, true, true, false])
     );
-    let numbers = Lanes::<4>::of_lanes(|i| i as f64 + 0.5);
+    let numbers = Lanes::<4>::from_lanes(|i| i as f64 + 0.5);
     assert_eq!(
         core::array::from_fn(|i| numbers.lane(i)),
         [0.5, 1.5, 2.5, 3.5]
     );
-    let vectors = <super::Vec3Lanes<4> as Vector3<Lanes<4>>>::of_lanes(|i| {
+    let vectors = <super::Vec3Lanes<4> as Vector3<Lanes<4>>>::from_lanes(|i| {
         DVec3::new(1.0, 2.0, 3.0) * i as f64
     });
     assert_eq!(

@@ -5,39 +5,43 @@
 use glam::{DMat3, DVec3};
 use raywright_bvh::Real;
 
-use crate::affine::affine;
-use crate::generate::places;
+use crate::affine::affine_from_steps;
+use crate::generate::generator_offsets;
 use crate::lookup::SceneLookup;
-use crate::motion::ends;
+use crate::motion::object_motion_ends;
 use crate::origin::StorageOrigin;
 use crate::scene::{Generator, Object, Scene, Shape};
-use crate::shape::own_origin;
-use crate::validate::{MOST, Problem, list, no_area};
+use crate::shape::shape_origin;
+use crate::validate::{MAX_PROBLEMS, Problem, format_list, spans_no_area};
 
 /// The extent that a collapsing shape loses.
-struct CollapseLoss {
+struct LostExtent {
     /// Path of the shape's field, for the message.
     key: &'static str,
     /// Description of the lost extent, for the message.
     label: &'static str,
     /// Whether the shape's distance from the origin is the cause.
-    far: bool,
+    caused_by_distance: bool,
 }
 
 /// Whether a shape collapses if its coordinates, moved by an offset, are rounded.
-pub(super) fn collapses(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> bool {
-    loss(shape, offset, round).is_some()
+pub(super) fn shape_collapses(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> bool {
+    find_lost_extent(shape, offset, round).is_some()
 }
 
 /// Returns the extent that a shape loses if its coordinates, moved by an offset, are rounded.
-fn loss(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> Option<CollapseLoss> {
+fn find_lost_extent(
+    shape: &Shape,
+    offset: DVec3,
+    round: impl Fn(f64) -> f64,
+) -> Option<LostExtent> {
     let stored = |p: DVec3| (p + offset).to_array().map(&round).into();
-    let flat = |[a, b, c]: [DVec3; 3]| a == b || b == c || c == a || no_area(b - a, c - a);
+    let flat = |[a, b, c]: [DVec3; 3]| a == b || b == c || c == a || spans_no_area(b - a, c - a);
     let far = |key, label| {
-        Some(CollapseLoss {
+        Some(LostExtent {
             key,
             label,
-            far: true,
+            caused_by_distance: true,
         })
     };
     match *shape {
@@ -68,104 +72,112 @@ fn loss(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> Option<Coll
             major_radius,
             minor_radius,
             ..
-        } if round(minor_radius) >= round(major_radius) => Some(CollapseLoss {
+        } if round(minor_radius) >= round(major_radius) => Some(LostExtent {
             key: "torus.minor_radius",
             label: "the difference of `minor_radius` from `major_radius`",
-            far: false,
+            caused_by_distance: false,
         }),
         _ => None,
     }
 }
 
 /// Rounds a number to the stored scalar `R`.
-pub(crate) fn rounded<R: Real>(x: f64) -> f64 {
+pub(crate) fn round_to_scalar<R: Real>(x: f64) -> f64 {
     R::from_f64(x).to_f64()
 }
 
 /// Returns the translation of an object that is only translated; such a shape is stored in
 /// translated coordinates. `None` for a rotated, scaled or moving object, whose shape is stored in
 /// its own coordinates.
-fn moved_by(object: &Object) -> Option<DVec3> {
-    let map = affine(&object.transform);
-    (map.matrix3 == DMat3::IDENTITY && ends(object).is_none()).then_some(map.translation)
+fn pure_translation(object: &Object) -> Option<DVec3> {
+    let map = affine_from_steps(&object.transform);
+    (map.matrix3 == DMat3::IDENTITY && object_motion_ends(object).is_none())
+        .then_some(map.translation)
 }
 
 /// Returns a problem for each listed object that collapses when stored, and for each generator's
-/// first such object; at most [`MOST`] problems.
-pub(crate) fn collapsed<R: Real>(scene: &Scene) -> Vec<Problem> {
-    collapsed_about::<R>(
+/// first such object; at most [`MAX_PROBLEMS`] problems.
+pub(crate) fn find_collapsed_objects<R: Real>(scene: &Scene) -> Vec<Problem> {
+    find_collapsed_objects_near::<R>(
         scene,
         StorageOrigin::from_scene::<R>(scene, &SceneLookup::new(scene)).origin,
     )
 }
 
-/// Returns the problems of [`collapsed`] for coordinates relative to an origin.
-pub(super) fn collapsed_about<R: Real>(scene: &Scene, origin: DVec3) -> Vec<Problem> {
+/// Returns the problems of [`find_collapsed_objects`] for coordinates relative to an origin.
+pub(super) fn find_collapsed_objects_near<R: Real>(scene: &Scene, origin: DVec3) -> Vec<Problem> {
     let objects = scene.objects.iter().enumerate();
-    let listed =
-        objects.filter_map(|(i, object)| listed::<R>(&format!("objects[{i}]"), object, origin));
+    let listed = objects.filter_map(|(i, object)| {
+        listed_object_problem::<R>(&format!("objects[{i}]"), object, origin)
+    });
     let generators = scene.generators.iter().enumerate();
     let generated = generators.filter_map(|(i, generator)| {
-        generated::<R>(&format!("generators[{i}].object"), generator, origin)
+        generated_object_problem::<R>(&format!("generators[{i}].object"), generator, origin)
     });
-    listed.chain(generated).take(MOST).collect()
+    listed.chain(generated).take(MAX_PROBLEMS).collect()
 }
 
 /// Returns the problem of a listed object, if it collapses.
-fn listed<R: Real>(path: &str, object: &Object, origin: DVec3) -> Option<Problem> {
-    let offset =
-        moved_by(object).map_or_else(|| -own_origin(&object.shape), |offset| offset - origin);
-    let loss = loss(&object.shape, offset, rounded::<R>)?;
+fn listed_object_problem<R: Real>(path: &str, object: &Object, origin: DVec3) -> Option<Problem> {
+    let offset = pure_translation(object)
+        .map_or_else(|| -shape_origin(&object.shape), |offset| offset - origin);
+    let loss = find_lost_extent(&object.shape, offset, round_to_scalar::<R>)?;
     let nearer = loss
-        .far
+        .caused_by_distance
         .then_some("move it nearer to the rest of the scene");
-    Some(problem::<R>(
+    Some(collapse_problem::<R>(
         path,
         &loss,
         "",
         nearer,
-        !collapses(&object.shape, offset, |x| x),
+        !shape_collapses(&object.shape, offset, |x| x),
     ))
 }
 
 /// Returns the problem of a generator's first object that collapses at its position.
-fn generated<R: Real>(path: &str, generator: &Generator, origin: DVec3) -> Option<Problem> {
+fn generated_object_problem<R: Real>(
+    path: &str,
+    generator: &Generator,
+    origin: DVec3,
+) -> Option<Problem> {
     let object = &generator.object;
     let placed = matches!(
         object.shape,
         Shape::Box { .. } | Shape::Quad { .. } | Shape::Triangle { .. }
     );
-    let Some(own) = moved_by(object).filter(|_| placed) else {
-        return listed::<R>(path, object, origin);
+    let Some(own) = pure_translation(object).filter(|_| placed) else {
+        return listed_object_problem::<R>(path, object, origin);
     };
     let own = own - origin;
     let lost = |(i, position)| {
         Some((
             i,
             position,
-            loss(&object.shape, position + own, rounded::<R>)?,
+            find_lost_extent(&object.shape, position + own, round_to_scalar::<R>)?,
         ))
     };
-    let (index, position, loss) = places(&generator.kind).enumerate().find_map(lost)?;
+    let (index, position, loss) = generator_offsets(&generator.kind)
+        .enumerate()
+        .find_map(lost)?;
     let which = format!(
         " of the generator's object {index}, at {}",
-        list(&position.to_array())
+        format_list(&position.to_array())
     );
     let nearer = Some("make it larger, put the generator's places nearer to the rest of the scene");
-    Some(problem::<R>(
+    Some(collapse_problem::<R>(
         path,
         &loss,
         &which,
         nearer,
-        !collapses(&object.shape, position + own, |x| x),
+        !shape_collapses(&object.shape, position + own, |x| x),
     ))
 }
 
 /// Returns the problem of a collapsing object, with hints. `which` names the object of a generator,
 /// `nearer` is a hint about its place. `kept` tells whether the shape survives in double precision.
-fn problem<R: Real>(
+fn collapse_problem<R: Real>(
     path: &str,
-    loss: &CollapseLoss,
+    loss: &LostExtent,
     which: &str,
     nearer: Option<&str>,
     kept: bool,
@@ -186,7 +198,7 @@ fn problem<R: Real>(
             loss.label
         ),
         hint: (!hint.is_empty()).then_some(hint),
-        within: None,
+        span: None,
     }
 }
 

@@ -6,74 +6,80 @@ use raywright_bvh::shapes::{AnyShape, Quad, SampleArea, TransformedShape, Triang
 use raywright_bvh::{PrimitiveSet, Real, Side, Surface, Vector, Visibility};
 
 use super::error::{PrepareError, check_cancelled};
-use super::geometry::{BLOCK, side_of, triangles};
-use crate::generate::{all_about, counted};
+use super::geometry::{CANCEL_CHECK_INTERVAL, add_triangles, side_from_rule};
+use crate::generate::{objects_relative_to, objects_with_counts};
 use crate::interaction::{Interaction, interpolate};
 use crate::light::{EmissionEstimate, EmitterList};
 use crate::lookup::SceneLookup;
 use crate::observer::Observer;
 use crate::scene::{Colour, MOST_UV_SETS, Material as MaterialData, MeshData, Scene, Shape};
-use crate::shape::placed_shape;
-use crate::texture::TextureTables;
+use crate::shape::convert_shape;
+use crate::texture::InputTables;
 
 /// Selection of the emissive materials whose objects become area lights.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EmitterFilter {
     /// Whether uniform emission is selected.
-    pub even: bool,
+    pub uniform: bool,
     /// Whether varying emission is selected.
-    pub varied: bool,
+    pub varying: bool,
     /// Whether the emission of partly transparent surfaces is evaluated at each hit, as by a path
     /// tracer.
-    pub read: bool,
+    pub evaluated_at_hits: bool,
 }
 
 /// Greatest number of points at which varying emission is evaluated while preparing a scene.
-const POINTS: u64 = 1 << 20;
+const MAX_EMISSION_POINTS: u64 = 1 << 20;
 /// Least and greatest number of points along each side of a triangle.
-const EACH: [u64; 2] = [2, 32];
+const TRIANGLE_GRID_RANGE: [u64; 2] = [2, 32];
 /// Number of points along each side of a shape that is no mesh.
-const OF_SHAPE: usize = 8;
+const SHAPE_GRID_SIZE: usize = 8;
 
 /// Returns the number of points along each side of a triangle of varying emission, for the number
 /// of such triangles in the scene.
-pub(super) fn points_across(triangles: u64) -> u64 {
-    let [minimum, maximum] = EACH;
-    (POINTS / triangles.max(1)).isqrt().clamp(minimum, maximum)
+pub(super) fn emission_grid_size(triangles: u64) -> u64 {
+    let [minimum, maximum] = TRIANGLE_GRID_RANGE;
+    (MAX_EMISSION_POINTS / triangles.max(1))
+        .isqrt()
+        .clamp(minimum, maximum)
 }
 
 /// Emission of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Emission {
     /// Uniform radiance.
-    Even(Colour),
+    Uniform(Colour),
     /// Radiance evaluated at each point.
-    Varied,
+    Varying,
 }
 
 impl EmitterFilter {
     /// Returns the emission of a material, or `None` if the material does not emit or is not
     /// selected.
-    pub fn of(self, material: &MaterialData) -> Option<Emission> {
-        match material.even_emission() {
-            Some(_) if self.even && self.read && material.is_cut() => Some(Emission::Varied),
-            Some(radiance) if self.even => Some(Emission::Even(radiance)),
-            None if self.varied && material.emits() => Some(Emission::Varied),
+    pub fn selected_emission(self, material: &MaterialData) -> Option<Emission> {
+        match material.uniform_emission() {
+            Some(_)
+                if self.uniform && self.evaluated_at_hits && material.is_partly_transparent() =>
+            {
+                Some(Emission::Varying)
+            }
+            Some(radiance) if self.uniform => Some(Emission::Uniform(radiance)),
+            None if self.varying && material.emits() => Some(Emission::Varying),
             _ => None,
         }
     }
 }
 
 /// Counts the triangles of selected varying emission in a scene.
-fn varied_triangles(
+fn count_varying_triangles(
     scene: &Scene,
     lookup: &SceneLookup<'_>,
     requested: EmitterFilter,
     observer: &dyn Observer,
 ) -> Result<u64, PrepareError> {
     let mut sum = 0_u64;
-    for (index, (object, count)) in counted(scene).enumerate() {
-        if index.is_multiple_of(BLOCK) {
+    for (index, (object, count)) in objects_with_counts(scene).enumerate() {
+        if index.is_multiple_of(CANCEL_CHECK_INTERVAL) {
             check_cancelled(observer)?;
         }
         let Shape::Mesh(name) = &object.shape else {
@@ -81,7 +87,9 @@ fn varied_triangles(
         };
         let varies = lookup
             .material(&object.material)
-            .is_some_and(|(_, material)| requested.of(material) == Some(Emission::Varied));
+            .is_some_and(|(_, material)| {
+                requested.selected_emission(material) == Some(Emission::Varying)
+            });
         let triangles = lookup
             .mesh_data(name)
             .filter(|_| varies)
@@ -96,44 +104,47 @@ fn varied_triangles(
 ///
 /// # Errors
 /// [`PrepareError::Cancelled`].
-pub(super) fn emitters<R: Real>(
+pub(super) fn list_emitters<R: Real>(
     (scene, origin): (&Scene, DVec3),
     lookup: &SceneLookup<'_>,
-    (materials, texture_tables): (&[super::PreparedMaterial<R>], &TextureTables<R>),
+    (materials, texture_tables): (&[super::PreparedMaterial<R>], &InputTables<R>),
     requested: EmitterFilter,
     observer: &dyn Observer,
 ) -> Result<EmitterList<R>, PrepareError> {
     let mut list = EmitterList::default();
-    let varied = varied_triangles(scene, lookup, requested, observer)?;
-    let across = points_across(varied);
+    let varied = count_varying_triangles(scene, lookup, requested, observer)?;
+    let across = emission_grid_size(varied);
     list.reserve_cells(varied, across);
     let across = across as usize;
     // The area of the last shape is reused, because a generator's objects differ only in position.
     let mut last: Option<(&Shape, DMat3, f64)> = None;
-    for (index, placed_object) in all_about(scene, origin).enumerate() {
-        if index.is_multiple_of(BLOCK) {
+    for (index, placed_object) in objects_relative_to(scene, origin).enumerate() {
+        if index.is_multiple_of(CANCEL_CHECK_INTERVAL) {
             check_cancelled(observer)?;
         }
-        list.next_object();
+        list.begin_object();
         let object = placed_object.object;
         let Some((position, material)) = lookup.material(&object.material) else {
             continue;
         };
-        let source = match requested.of(material) {
-            Some(Emission::Even(radiance)) => {
-                EmissionSource::Even(Vector::from_f64(radiance.0.into()))
+        let source = match requested.selected_emission(material) {
+            Some(Emission::Uniform(radiance)) => {
+                EmissionSource::Uniform(Vector::from_f64(radiance.0.into()))
             }
-            Some(Emission::Varied) => EmissionSource::Varied(VaryingEmission {
+            Some(Emission::Varying) => EmissionSource::Varying(VaryingEmission {
                 material: &materials[position],
                 texture_tables,
-                cut: material.is_cut(),
+                partly_transparent: material.is_partly_transparent(),
             }),
             None => continue,
         };
-        let (side, map) = (side_of(object.side).seen(), placed_object.map());
+        let (side, map) = (
+            side_from_rule(object.side).visible_to_camera(),
+            placed_object.object_to_world(),
+        );
         if let Shape::Mesh(name) = &object.shape {
             if let Some(data) = lookup.mesh_data(name) {
-                mesh(
+                add_mesh(
                     &mut list,
                     (index, data),
                     map,
@@ -146,7 +157,7 @@ pub(super) fn emitters<R: Real>(
         let known = last
             .filter(|(shape, turn, _)| **shape == object.shape && *turn == map.matrix3)
             .map(|(.., area)| area);
-        let area = shape(&mut list, &object.shape, map, &source, side, known);
+        let area = add_shape(&mut list, &object.shape, map, &source, side, known);
         last = area.map(|area| (&object.shape, map.matrix3, area)).or(last);
     }
     Ok(list)
@@ -155,24 +166,24 @@ pub(super) fn emitters<R: Real>(
 /// Emission of an object while its area lights are added.
 enum EmissionSource<'a, R: Real> {
     /// Uniform radiance.
-    Even(R::Vec3),
+    Uniform(R::Vec3),
     /// Radiance evaluated at each point.
-    Varied(VaryingEmission<'a, R>),
+    Varying(VaryingEmission<'a, R>),
 }
 
 /// Varying emission of an object's material.
 struct VaryingEmission<'a, R: Real> {
     material: &'a super::PreparedMaterial<R>,
-    texture_tables: &'a TextureTables<R>,
+    texture_tables: &'a InputTables<R>,
     /// Whether the surface is partly transparent.
-    cut: bool,
+    partly_transparent: bool,
 }
 
 impl<R: Real> VaryingEmission<'_, R> {
     /// Evaluates the radiance at a point times the surface's alpha. Inputs that depend on the ray
     /// are replaced by constants. The values serve only as sampling weights of emitters, which do
     /// not change the expectation of a picture.
-    fn at(&self, surface: &Surface<R>, uv: [[R; 2]; MOST_UV_SETS], colour: [R; 4]) -> R::Vec3 {
+    fn eval(&self, surface: &Surface<R>, uv: [[R; 2]; MOST_UV_SETS], colour: [R; 4]) -> R::Vec3 {
         let interaction = Interaction {
             surface: *surface,
             normal: surface.normal,
@@ -202,7 +213,11 @@ impl<R: Real> VaryingEmission<'_, R> {
 
 /// Evaluates `at` at the centres of a grid of `across` × `across` cells over the unit square, row
 /// by row, and replaces the content of `found`.
-fn look<R: Real>(across: usize, found: &mut Vec<R::Vec3>, mut at: impl FnMut([R; 2]) -> R::Vec3) {
+fn eval_on_grid<R: Real>(
+    across: usize,
+    found: &mut Vec<R::Vec3>,
+    mut at: impl FnMut([R; 2]) -> R::Vec3,
+) {
     let step = |i: usize| R::from_f64((i as f64 + 0.5) / across as f64);
     found.clear();
     found.extend((0..across * across).map(|i| at([step(i % across), step(i / across)])));
@@ -211,7 +226,7 @@ fn look<R: Real>(across: usize, found: &mut Vec<R::Vec3>, mut at: impl FnMut([R;
 /// Adds a shape under a transform as an area light, and returns its area. `area` is the known area
 /// of an equal shape, if any. As in the geometry, a pure translation moves the shape's own
 /// coordinates.
-fn shape<R: Real>(
+fn add_shape<R: Real>(
     list: &mut EmitterList<R>,
     shape: &Shape,
     map: DAffine3,
@@ -220,22 +235,22 @@ fn shape<R: Real>(
     area: Option<f64>,
 ) -> Option<f64> {
     let glow = |drawn: &dyn Fn([R; 2]) -> Option<Surface<R>>| match source {
-        EmissionSource::Even(radiance) => EmissionEstimate::even(*radiance),
-        EmissionSource::Varied(varied) => {
+        EmissionSource::Uniform(radiance) => EmissionEstimate::uniform(*radiance),
+        EmissionSource::Varying(varied) => {
             let mut found = Vec::new();
-            look(OF_SHAPE, &mut found, |uv| {
+            eval_on_grid(SHAPE_GRID_SIZE, &mut found, |uv| {
                 let surface = drawn(uv);
                 surface.map_or(Vector::ZERO, |surface| {
-                    varied.at(&surface, [uv; MOST_UV_SETS], [R::ONE; 4])
+                    varied.eval(&surface, [uv; MOST_UV_SETS], [R::ONE; 4])
                 })
             });
-            EmissionEstimate::varied(&found, varied.cut)
+            EmissionEstimate::from_samples(&found, varied.partly_transparent)
         }
     };
-    let (shape, map) = placed_shape(shape, map)?;
+    let (shape, map) = convert_shape(shape, map)?;
     let Some(map) = map else {
         let emission = glow(&|[u, v]| Some(shape.sample_area(u, v)?.0.to_scalar::<R>()));
-        return Some(list.add_constant(shape, emission, side, area));
+        return Some(list.add_shape(shape, emission, side, area));
     };
     let transformed_shape = TransformedShape::new(shape, map)?;
     let emission = glow(&|[u, v]| Some(transformed_shape.sample_area(u, v)?.0.to_scalar::<R>()));
@@ -244,7 +259,7 @@ fn shape<R: Real>(
 
 /// Adds the triangles of a transformed mesh as area lights. Two triangles that form a parallelogram
 /// of uniform emission become a quad.
-fn mesh<R: Real>(
+fn add_mesh<R: Real>(
     list: &mut EmitterList<R>,
     (object, data): (usize, &MeshData),
     map: DAffine3,
@@ -253,7 +268,7 @@ fn mesh<R: Real>(
 ) -> Result<(), PrepareError> {
     let mut group = PrimitiveSet::<R>::default();
     let flipped = map.matrix3.determinant() < 0.0;
-    triangles(
+    add_triangles(
         &mut group,
         object,
         data,
@@ -263,29 +278,35 @@ fn mesh<R: Real>(
     )?;
     let (mut found, mut done) = (Vec::new(), 0);
     for (index, &triangle) in group.triangles().iter().enumerate() {
-        if index.is_multiple_of(BLOCK) {
+        if index.is_multiple_of(CANCEL_CHECK_INTERVAL) {
             check_cancelled(observer)?;
         }
         match source {
             _ if index < done => {}
-            EmissionSource::Even(radiance) => {
-                if let Some(quad) = quad(group.triangles(), (data, index, flipped)) {
-                    list.add_halves(quad, *radiance, side);
+            EmissionSource::Uniform(radiance) => {
+                if let Some(quad) = merge_into_quad(group.triangles(), (data, index, flipped)) {
+                    list.add_quad_halves(quad, *radiance, side);
                     done = index + 2;
                     continue;
                 }
-                list.add_constant(
+                list.add_shape(
                     AnyShape::Triangle(triangle),
-                    EmissionEstimate::even(*radiance),
+                    EmissionEstimate::uniform(*radiance),
                     side,
                     None,
                 );
             }
-            EmissionSource::Varied(varied) => {
-                look(across, &mut found, |uv| {
-                    on_triangle(varied, &triangle, (data, index, flipped), uv)
+            EmissionSource::Varying(varied) => {
+                eval_on_grid(across, &mut found, |uv| {
+                    eval_on_triangle(varied, &triangle, (data, index, flipped), uv)
                 });
-                list.varied(triangle, &found, varied.cut, side, across);
+                list.add_varying_triangle(
+                    triangle,
+                    &found,
+                    varied.partly_transparent,
+                    side,
+                    across,
+                );
             }
         }
     }
@@ -295,7 +316,7 @@ fn mesh<R: Real>(
 /// Returns the quad that a triangle of a mesh forms with the next triangle, as in most lamps of
 /// models. The quad must be an exact parallelogram in the coordinates of the file, so that the
 /// result is the same in every precision.
-fn quad<R: Real>(
+fn merge_into_quad<R: Real>(
     triangles: &[Triangle<R>],
     (data, index, flipped): (&MeshData, usize, bool),
 ) -> Option<Quad<R>> {
@@ -329,7 +350,7 @@ fn quad<R: Real>(
 }
 
 /// Evaluates the radiance of a mesh's triangle at the point that two numbers in [0, 1) sample.
-fn on_triangle<R: Real>(
+fn eval_on_triangle<R: Real>(
     varied: &VaryingEmission<'_, R>,
     triangle: &Triangle<R>,
     (data, index, flipped): (&MeshData, usize, bool),
@@ -359,7 +380,7 @@ fn on_triangle<R: Real>(
         }
     });
     let (surface_point, _) = triangle.sample_area(u, v);
-    varied.at(&surface_point.to_scalar::<R>(), uv, colour)
+    varied.eval(&surface_point.to_scalar::<R>(), uv, colour)
 }
 
 #[cfg(test)]

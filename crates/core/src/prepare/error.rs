@@ -3,7 +3,7 @@
 use raywright_bvh::GeometryError;
 
 use crate::expr::ExprError;
-use crate::memory::Memory;
+use crate::memory::MemoryUse;
 use crate::observer::Observer;
 use crate::settings::SettingsError;
 use crate::validate::Problem;
@@ -60,7 +60,7 @@ pub enum PrepareError {
     #[error("rendering needs about {} bytes, but at most {allowed} are allowed", needed.total())]
     Memory {
         /// Estimated memory by purpose.
-        needed: Memory,
+        needed: MemoryUse,
         /// Limit in bytes.
         allowed: u64,
     },
@@ -68,7 +68,7 @@ pub enum PrepareError {
     #[error("rendering needs about {} bytes, and the system does not give as much", needed.total())]
     OutOfMemory {
         /// Estimated memory by purpose.
-        needed: Memory,
+        needed: MemoryUse,
     },
 }
 

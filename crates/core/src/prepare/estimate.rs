@@ -8,39 +8,39 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use raywright_bvh::{Geometry, GeometryMemory, Real};
 
-use super::emitters::{Emission, EmitterFilter, points_across};
+use super::emitters::{Emission, EmitterFilter, emission_grid_size};
 use super::geometry::ObjectRecord;
-use super::material::{LayeredInputs, PreparedMaterial, count_layered};
+use super::material::{LayeredInputs, PreparedMaterial, count_layered_materials};
 use super::tangents;
-use crate::affine::affine;
+use crate::affine::affine_from_steps;
 use crate::effects::{Effect, RenderSetup};
 use crate::extent::MeshUses;
 use crate::film::FilmPlan;
-use crate::generate::{count, counted};
-use crate::light::packed_bytes;
-use crate::light::{DeltaLight, EmitterList, LightChoice, LightUsage};
+use crate::generate::{count_objects, objects_with_counts};
+use crate::light::max_table_bytes;
+use crate::light::{DeltaLight, EmitterList, LightSampler, LightUsage};
 use crate::lookup::SceneLookup;
-use crate::memory::Memory;
-use crate::motion::{ends, simulated_scene};
-use crate::scene::{Filter, ImageData, Integrator, Projection, Scene, Shape, Sky};
+use crate::memory::MemoryUse;
+use crate::motion::{object_motion_ends, simulated_scene};
+use crate::scene::{ImageData, Integrator, Projection, Scene, Shape, Sky, TextureFilter};
 use crate::settings::Settings;
-use crate::shape::any_shape;
-use crate::texture::{TextureBinding, pyramid};
+use crate::shape::convert_moved_shape;
+use crate::texture::{TextureBinding, mipmap};
 
 /// Estimates the memory of a render from above, by counts alone: at most twice the actual use (more
-/// in a wide tree, see `crate::estimate`). Two numbers are bounded, because only a build determines
+/// in a wide tree, see `crate::estimate_memory`). Two numbers are bounded, because only a build determines
 /// them: the nodes of a tree, and the area lights whose area can be sampled.
-pub(crate) fn estimate<R: Real>(render_setup: &RenderSetup<'_>) -> Memory {
+pub(crate) fn estimate_memory<R: Real>(render_setup: &RenderSetup<'_>) -> MemoryUse {
     let (settings, simulated) = (&render_setup.settings, render_setup.effects.simulated());
     let scene = &*simulated_scene(&render_setup.scene, settings.camera.as_ref(), simulated);
     let lookup = SceneLookup::new(scene);
     let paths = render_setup.integrator() == Integrator::Path;
     let requested = EmitterFilter {
-        even: simulated.has(Effect::SoftShadows),
-        varied: paths && simulated.has(Effect::TexturedEmitters),
-        read: paths,
+        uniform: simulated.has(Effect::SoftShadows),
+        varying: paths && simulated.has(Effect::TexturedEmitters),
+        evaluated_at_hits: paths,
     };
-    let needs = MemoryNeeds::of::<R>(scene, settings, &lookup, requested);
+    let needs = MemoryNeeds::from_scene::<R>(scene, settings, &lookup, requested);
     let lens = match settings.camera.as_ref().map(|camera| &camera.projection) {
         Some(Projection::ThinLens {
             aperture_radius, ..
@@ -50,21 +50,22 @@ pub(crate) fn estimate<R: Real>(render_setup: &RenderSetup<'_>) -> Memory {
     let random = paths || lens || needs.lamps > 0 || !settings.sampling.is_fixed();
     let lights = needs.lamps.saturating_add(scene.lights.len() as u64);
     let choice = if paths {
-        LightChoice::bytes_of(lights, needs.lamps).saturating_add(LightUsage::bytes_of(lights))
+        LightSampler::estimate_bytes(lights, needs.lamps)
+            .saturating_add(LightUsage::estimate_bytes(lights))
     } else {
         0
     };
     let plan = FilmPlan::new(settings, random, simulated.has(Effect::GroundShadow));
     let times = |count: u64, each: usize| count.saturating_mul(each as u64);
     let tables = [
-        times(count(scene), size_of::<ObjectRecord<R>>()),
+        times(count_objects(scene), size_of::<ObjectRecord<R>>()),
         times(
             scene.materials.len() as u64,
             size_of::<PreparedMaterial<R>>() + size_of::<Range<u32>>(),
         ),
         times(
             if paths {
-                count_layered(scene, settings.fresnel)
+                count_layered_materials(scene, settings.fresnel)
             } else {
                 0
             },
@@ -73,13 +74,18 @@ pub(crate) fn estimate<R: Real>(render_setup: &RenderSetup<'_>) -> Memory {
         times(needs.texture_uses, size_of::<TextureBinding<R>>()),
         times(scene.lights.len() as u64, size_of::<DeltaLight<R>>()),
         choice,
-        EmitterList::<R>::bytes_of(needs.lamps, needs.placed_lamps, count(scene), needs.varied),
+        EmitterList::<R>::estimate_bytes(
+            needs.lamps,
+            needs.transformed_lamps,
+            count_objects(scene),
+            needs.varying_emission,
+        ),
     ];
-    Memory {
+    MemoryUse {
         geometry: needs
             .geometry_memory
-            .most_bytes::<R>(settings.accelerator)
-            .saturating_add(needs.shared),
+            .max_geometry_bytes::<R>(settings.accelerator)
+            .saturating_add(needs.shared_geometry_bytes),
         meshes: needs.meshes,
         tables: tables.into_iter().fold(0, u64::saturating_add),
         textures: needs.images,
@@ -93,16 +99,16 @@ struct MemoryNeeds {
     /// Counts of the primitives on the scene's top level.
     geometry_memory: GeometryMemory,
     /// Bytes of the geometries that instances share.
-    shared: u64,
+    shared_geometry_bytes: u64,
     /// Bytes of the meshes in use, without duplicates.
     meshes: u64,
     /// Number of emissive shapes and triangles.
     lamps: u64,
     /// Number of emissive shapes that are rotated or scaled.
-    placed_lamps: u64,
+    transformed_lamps: u64,
     /// Number of triangles of varying emission, and the number of points along each side of a
     /// triangle.
-    varied: [u64; 2],
+    varying_emission: [u64; 2],
     /// Number of texture uses.
     texture_uses: u64,
     /// Bytes of the images in use with their mipmaps, without duplicates.
@@ -111,27 +117,27 @@ struct MemoryNeeds {
 
 impl MemoryNeeds {
     /// Counts the needs of a scene with the selected emitters.
-    fn of<R: Real>(
+    fn from_scene<R: Real>(
         scene: &Scene,
         settings: &Settings,
         lookup: &SceneLookup<'_>,
         requested: EmitterFilter,
     ) -> Self {
-        let (mut needs, uses) = (Self::default(), MeshUses::of(scene));
+        let (mut needs, uses) = (Self::default(), MeshUses::from_scene(scene));
         let (mut anisotropy, mut meshes, mut shared, mut used) = (
             HashSet::new(),
             HashSet::new(),
             HashSet::new(),
             HashSet::new(),
         );
-        for (object, count) in counted(scene) {
+        for (object, count) in objects_with_counts(scene) {
             used.insert(object.material.as_str());
             let material = lookup
                 .material(&object.material)
                 .map(|(_, material)| material);
-            let glow = material.and_then(|material| requested.of(material));
+            let glow = material.and_then(|material| requested.selected_emission(material));
             let glows = glow.is_some();
-            let (mut each, moves) = (1, ends(object).is_some());
+            let (mut each, moves) = (1, object_motion_ends(object).is_some());
             match &object.shape {
                 Shape::Mesh(name) => {
                     let Some(data) = lookup.mesh_data(name) else {
@@ -139,80 +145,83 @@ impl MemoryNeeds {
                     };
                     each = data.indices.len() as u64;
                     if meshes.insert(Arc::as_ptr(data)) {
-                        needs.meshes += data.bytes() as u64;
+                        needs.meshes += data.byte_size() as u64;
                     }
-                    if let Some(tangent_key) = tangents::tangent_source(material, data)
+                    if let Some(tangent_key) = tangents::tangent_key(material, data)
                         && anisotropy.insert((Arc::as_ptr(data), tangent_key))
                     {
                         needs.meshes += each * size_of::<[[f32; 4]; 3]>() as u64;
                     }
-                    if !uses.share(name, object.side) {
+                    if !uses.is_shared(name, object.side) {
                         needs.geometry_memory.triangles += each;
                     } else {
-                        needs.instances(count, moves);
+                        needs.add_instances(count, moves);
                         if shared.insert((name, object.side)) {
-                            needs.part::<R>(&GeometryMemory::of_triangles(each), settings);
+                            needs.add_shared_geometry::<R>(
+                                &GeometryMemory::from_triangle_count(each),
+                                settings,
+                            );
                         }
                     }
                 }
                 shape if moves => {
-                    if let Some(shape) = any_shape::<R>(shape, DVec3::ZERO) {
+                    if let Some(shape) = convert_moved_shape::<R>(shape, DVec3::ZERO) {
                         let mut alone = GeometryMemory::default();
-                        alone.add(&shape, false, 1);
-                        needs.part::<R>(&alone, settings);
-                        needs.instances(count, true);
+                        alone.add_shapes(&shape, false, 1);
+                        needs.add_shared_geometry::<R>(&alone, settings);
+                        needs.add_instances(count, true);
                     }
                 }
                 shape => {
-                    let mapped = affine(&object.transform).matrix3 != DMat3::IDENTITY;
-                    if let Some(shape) = any_shape::<R>(shape, DVec3::ZERO) {
-                        needs.geometry_memory.add(&shape, mapped, count);
+                    let mapped = affine_from_steps(&object.transform).matrix3 != DMat3::IDENTITY;
+                    if let Some(shape) = convert_moved_shape::<R>(shape, DVec3::ZERO) {
+                        needs.geometry_memory.add_shapes(&shape, mapped, count);
                     }
-                    needs.placed_lamps =
-                        needs
-                            .placed_lamps
-                            .saturating_add(if glows && mapped { count } else { 0 });
+                    needs.transformed_lamps = needs
+                        .transformed_lamps
+                        .saturating_add(if glows && mapped { count } else { 0 });
                 }
             }
             needs.lamps =
                 needs
                     .lamps
                     .saturating_add(if glows { count.saturating_mul(each) } else { 0 });
-            let in_cells = glow == Some(Emission::Varied) && matches!(object.shape, Shape::Mesh(_));
-            needs.varied[0] = needs.varied[0].saturating_add(if in_cells {
+            let in_cells =
+                glow == Some(Emission::Varying) && matches!(object.shape, Shape::Mesh(_));
+            needs.varying_emission[0] = needs.varying_emission[0].saturating_add(if in_cells {
                 count.saturating_mul(each)
             } else {
                 0
             });
         }
-        needs.varied[1] = points_across(needs.varied[0]);
-        needs.look_up_images(scene, lookup, &used);
+        needs.varying_emission[1] = emission_grid_size(needs.varying_emission[0]);
+        needs.add_images(scene, lookup, &used);
         needs
     }
 
     /// Adds a number of moving or static instances.
-    fn instances(&mut self, count: u64, moves: bool) {
+    fn add_instances(&mut self, count: u64, moves: bool) {
         self.geometry_memory.instances = self.geometry_memory.instances.saturating_add(count);
-        self.geometry_memory.moving =
-            self.geometry_memory
-                .moving
-                .saturating_add(if moves { count } else { 0 });
+        self.geometry_memory.moving_instances = self
+            .geometry_memory
+            .moving_instances
+            .saturating_add(if moves { count } else { 0 });
     }
 
     /// Adds the bytes of a geometry that instances share.
-    fn part<R: Real>(&mut self, alone: &GeometryMemory, settings: &Settings) {
-        self.shared +=
-            size_of::<Geometry<R>>() as u64 + alone.most_bytes::<R>(settings.accelerator);
+    fn add_shared_geometry<R: Real>(&mut self, alone: &GeometryMemory, settings: &Settings) {
+        self.shared_geometry_bytes +=
+            size_of::<Geometry<R>>() as u64 + alone.max_geometry_bytes::<R>(settings.accelerator);
     }
 
     /// Adds the images, mipmaps and texture uses of the used materials and of the sky.
-    fn look_up_images(&mut self, scene: &Scene, lookup: &SceneLookup<'_>, used: &HashSet<&str>) {
+    fn add_images(&mut self, scene: &Scene, lookup: &SceneLookup<'_>, used: &HashSet<&str>) {
         let mut images: HashSet<*const ImageData> = HashSet::new();
         let mut pyramids = HashSet::new();
         let mut image = |name: &str| {
             let data = lookup.image(name)?.data.as_ref()?;
             Some(if images.insert(Arc::as_ptr(data)) {
-                data.bytes() as u64
+                data.byte_size() as u64
             } else {
                 0
             })
@@ -231,12 +240,12 @@ impl MemoryNeeds {
                 };
                 self.texture_uses += 1;
                 self.images += image(&texture.image).unwrap_or(0);
-                if texture.filter == Filter::Mipmaps {
+                if texture.filter == TextureFilter::Mipmaps {
                     // An alpha mask has a second texture use, without mipmaps.
                     self.texture_uses += 1;
                     let first = pyramids.insert((Arc::as_ptr(data), texture.colour_space));
                     self.images += if first {
-                        pyramid::bytes_of(data.width, data.height)
+                        mipmap::mipmap_bytes(data.width, data.height)
                     } else {
                         0
                     };
@@ -248,7 +257,7 @@ impl MemoryNeeds {
             self.images += lookup
                 .image(&map.image)
                 .and_then(|image| image.data.as_ref())
-                .map_or(0, packed_bytes);
+                .map_or(0, max_table_bytes);
         }
     }
 }

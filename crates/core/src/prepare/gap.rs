@@ -4,33 +4,33 @@
 
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
-use super::{Prepared, PreparedSpawn};
+use super::{PreparedScene, PreparedSpawnRule};
 
 /// Rays that search for gaps, along the width and the height of the picture.
-const RAYS: [u32; 2] = [32, 18];
+const GRID_RAYS: [u32; 2] = [32, 18];
 
 /// Greatest number of surfaces along a ray that are tested.
-const HITS: usize = 16;
+const MAX_HITS: usize = 16;
 
 /// A gap between two objects that is narrower than the offset of spawned rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClosedGap {
+pub struct UnresolvedGap {
     /// Index of the transmissive object in the scene's list of objects; generated objects follow
     /// the listed objects.
     pub object: usize,
     /// Index of the object beyond which spawned rays start.
     pub other: usize,
     /// Least width in metres of a gap at this hit that rays resolve.
-    pub resolved: f64,
+    pub resolved_width: f64,
 }
 
-impl<R: Real> Prepared<R> {
+impl<R: Real> PreparedScene<R> {
     /// Returns the pairs of objects with unresolved gaps along 576 straight rays through a picture
     /// of the given size, without duplicates. A scene with a constant ray offset closes gaps on
     /// purpose, so the list is then empty.
-    pub(crate) fn closed_gaps(&self, [width, height]: [u32; 2]) -> Vec<ClosedGap> {
-        let mut gaps: Vec<ClosedGap> = Vec::new();
-        if !matches!(self.rules.spawn, PreparedSpawn::ErrorBound)
+    pub(crate) fn find_unresolved_gaps(&self, [width, height]: [u32; 2]) -> Vec<UnresolvedGap> {
+        let mut gaps: Vec<UnresolvedGap> = Vec::new();
+        if !matches!(self.rules.spawn, PreparedSpawnRule::ErrorBound)
             || self.materials.iter().all(|material| material.is_opaque())
         {
             return gaps;
@@ -38,44 +38,47 @@ impl<R: Real> Prepared<R> {
         let at = |i: u32, total: u32, edge: u32| {
             R::from_f64((f64::from(i) + 0.5) / f64::from(total) * f64::from(edge))
         };
-        for i in 0..RAYS[0] * RAYS[1] {
+        for i in 0..GRID_RAYS[0] * GRID_RAYS[1] {
             let (x, y) = (
-                at(i % RAYS[0], RAYS[0], width),
-                at(i / RAYS[0], RAYS[1], height),
+                at(i % GRID_RAYS[0], GRID_RAYS[0], width),
+                at(i / GRID_RAYS[0], GRID_RAYS[1], height),
             );
-            self.gaps_along(&self.camera.generate_ray(x, y, [0.5; 2]), &mut gaps);
+            self.find_gaps_along_ray(&self.camera.generate_ray(x, y, [0.5; 2]), &mut gaps);
         }
         gaps
     }
 
     /// Adds the unresolved gaps along a straight ray.
-    fn gaps_along(&self, ray: &Ray<R>, gaps: &mut Vec<ClosedGap>) {
+    fn find_gaps_along_ray(&self, ray: &Ray<R>, gaps: &mut Vec<UnresolvedGap>) {
         let mut range = Interval::positive();
-        for _ in 0..HITS {
+        for _ in 0..MAX_HITS {
             let Some(hit) = self.geometry.closest(ray, range, &mut ()) else {
                 return;
             };
             range.min = hit.t;
-            let object = hit.outermost();
+            let object = hit.outermost_id();
             if self.materials[self.objects[object as usize].material as usize].is_opaque() {
                 continue;
             }
             let surface = self.geometry.surface(ray, &hit);
-            let [above, below] = [surface.normal, -surface.normal].map(|side| surface.spawn(side));
+            let [above, below] =
+                [surface.normal, -surface.normal].map(|side| surface.spawn_ray_origin(side));
             for [from, to] in [[above, below], [below, above]] {
-                let Some(other) = self.first_of_others([from, to], ray.time, object) else {
+                let Some(other) = self.first_other_object([from, to], ray.time, object) else {
                     continue;
                 };
-                let gap = ClosedGap {
+                let gap = UnresolvedGap {
                     object: object as usize,
                     other: other as usize,
-                    resolved: (to - from).length().to_f64(),
+                    resolved_width: (to - from).length().to_f64(),
                 };
                 match gaps
                     .iter_mut()
                     .find(|known| (known.object, known.other) == (gap.object, gap.other))
                 {
-                    Some(known) => known.resolved = known.resolved.max(gap.resolved),
+                    Some(known) => {
+                        known.resolved_width = known.resolved_width.max(gap.resolved_width)
+                    }
                     None => gaps.push(gap),
                 }
             }
@@ -84,7 +87,7 @@ impl<R: Real> Prepared<R> {
 
     /// Returns the object of the closest hit between two points; `None` without a hit, or if the
     /// object is `own`.
-    fn first_of_others(&self, [from, to]: [R::Vec3; 2], time: R, own: u32) -> Option<u32> {
+    fn first_other_object(&self, [from, to]: [R::Vec3; 2], time: R, own: u32) -> Option<u32> {
         let across = to - from;
         let length = across.length();
         let range = Interval {
@@ -92,11 +95,11 @@ impl<R: Real> Prepared<R> {
             max: length,
         };
         let hit = self.geometry.closest(
-            &Ray::new(from, across / length).at_time(time),
+            &Ray::new(from, across / length).with_time(time),
             range,
             &mut (),
         )?;
-        Some(hit.outermost()).filter(|&object| object != own)
+        Some(hit.outermost_id()).filter(|&object| object != own)
     }
 }
 
@@ -131,11 +134,11 @@ mod tests {
             &(),
         )
         .unwrap_or_else(|e| panic!("{e}"));
-        let found = ready.closed_gaps();
+        let found = ready.find_closed_gaps();
         assert!(
             found
                 .iter()
-                .all(|gap| gap.resolved > 0.0 && gap.resolved < 1e-5),
+                .all(|gap| gap.resolved_width > 0.0 && gap.resolved_width < 1e-5),
             "{found:?}"
         );
         found.iter().map(|gap| (gap.object, gap.other)).collect()

@@ -11,15 +11,15 @@ use raywright_bvh::{
     AcceleratorKind, Geometry, Occlusion, PrimitiveSet, Real, Side, Vector, Visibility,
 };
 
-use super::collapse::{collapsed_about, collapses, rounded};
+use super::collapse::{find_collapsed_objects_near, round_to_scalar, shape_collapses};
 use super::error::{PrepareError, check_cancelled};
 use crate::extent::MeshUses;
-use crate::generate::{PlacedObject, all, all_about};
+use crate::generate::{PlacedObject, all_objects, objects_relative_to};
 use crate::lookup::SceneLookup;
 use crate::observer::Observer;
 use crate::origin::StorageOrigin;
 use crate::scene::{MeshData, Object, Scene, Shape, SideRule};
-use crate::shape::{map_about, own_shape, placed_shape};
+use crate::shape::{convert_in_own_space, convert_shape, map_relative_to};
 
 /// Data of an object that shading reads.
 #[derive(Clone, Copy, Debug)]
@@ -29,13 +29,13 @@ pub(crate) struct ObjectRecord<R: Real> {
     /// Whether the normal is turned to the viewer's side for shading.
     pub face_viewer: bool,
     /// Whether only the outside emits.
-    pub culled: bool,
+    pub is_culled: bool,
     /// Whether the object blocks delta lights; read by integrators that filter each shadow-ray hit.
     pub casts_shadow: bool,
     /// Whether the material needs a shape's texture coordinates.
-    pub coordinates: bool,
+    pub needs_uv: bool,
     /// Whether the material needs tangents, for a normal map or anisotropy.
-    pub bumpy: bool,
+    pub needs_tangents: bool,
     /// The mesh; `None` for another shape.
     pub mesh: Option<MeshUse<R>>,
 }
@@ -50,11 +50,11 @@ pub(crate) struct MeshUse<R: Real> {
     pub normals: [R::Vec3; 3],
     /// Whether the object moves other than by translation. Then [`Self::normals`] holds for time 0,
     /// and the geometry transforms normals at other times.
-    pub turns: bool,
+    pub rotates: bool,
     /// Whether the triangles' orientation is reversed, because the transform mirrors.
     pub flipped: bool,
     /// Bit mask of the sets of texture coordinates that the material reads.
-    pub sets: u8,
+    pub uv_sets: u8,
     /// Index in the table of generated tangents; `None` if the mesh file has tangents or none are
     /// needed.
     pub tangents: Option<u32>,
@@ -68,7 +68,7 @@ pub(crate) struct BuiltGeometry<R: Real> {
     /// Data for shading, by index of the scene's objects.
     pub objects: Vec<ObjectRecord<R>>,
     /// Indices, ascending, of the objects whose mesh collapses when stored.
-    pub lost: Vec<u32>,
+    pub collapsed_meshes: Vec<u32>,
 }
 
 /// Properties of a material that geometry needs.
@@ -79,14 +79,14 @@ pub(crate) struct GeometryNeeds {
     /// Effect on shadow rays of objects that cast no shadow.
     pub without_shadow: Occlusion,
     /// Whether the material needs a shape's texture coordinates.
-    pub coordinates: bool,
+    pub needs_uv: bool,
     /// Bit mask of a mesh's sets of texture coordinates that the material reads.
-    pub sets: u8,
+    pub uv_sets: u8,
     /// Whether the material needs tangents, for a normal map or anisotropy.
-    pub bumpy: bool,
+    pub needs_tangents: bool,
 }
 
-pub(super) fn side_of(rule: SideRule) -> Side {
+pub(super) fn side_from_rule(rule: SideRule) -> Side {
     match rule {
         SideRule::Both => Side::Both,
         SideRule::Outside => Side::Outside,
@@ -95,27 +95,30 @@ pub(super) fn side_of(rule: SideRule) -> Side {
     }
 }
 
-fn visibility(object: &Object, geometry_needs: &GeometryNeeds) -> Visibility {
+fn object_visibility(object: &Object, geometry_needs: &GeometryNeeds) -> Visibility {
     let occlusion = if object.casts_shadow {
         geometry_needs.occlusion
     } else {
         geometry_needs.without_shadow
     };
     Visibility {
-        side: side_of(object.side),
+        side: side_from_rule(object.side),
         occlusion,
     }
 }
 
 /// Number of objects between two checks for cancellation, or of groups of 64 triangles:
 /// milliseconds of work.
-pub(super) const BLOCK: usize = 1 << 10;
+pub(super) const CANCEL_CHECK_INTERVAL: usize = 1 << 10;
 
 /// Returns the index of each object's material.
 ///
 /// # Errors
 /// [`PrepareError::Missing`] for an undefined material.
-pub(super) fn materials(scene: &Scene, lookup: &SceneLookup<'_>) -> Result<Vec<u32>, PrepareError> {
+pub(super) fn object_materials(
+    scene: &Scene,
+    lookup: &SceneLookup<'_>,
+) -> Result<Vec<u32>, PrepareError> {
     let material = |(index, placed_object): (usize, PlacedObject<'_>)| match lookup
         .material(&placed_object.object.material)
     {
@@ -126,14 +129,14 @@ pub(super) fn materials(scene: &Scene, lookup: &SceneLookup<'_>) -> Result<Vec<u
             name: placed_object.object.material.clone(),
         }),
     };
-    all(scene).enumerate().map(material).collect()
+    all_objects(scene).enumerate().map(material).collect()
 }
 
 /// Builds the geometry of a scene for callers that need no materials.
 ///
 /// # Errors
-/// Those of [`build_with`], and an undefined material.
-pub(crate) fn build<R: Real>(
+/// Those of [`build_geometry_with_materials`], and an undefined material.
+pub(crate) fn build_geometry<R: Real>(
     scene: &Scene,
     lookup: &SceneLookup<'_>,
     kind: AcceleratorKind,
@@ -142,17 +145,17 @@ pub(crate) fn build<R: Real>(
     let geometry_needs = GeometryNeeds {
         occlusion: Occlusion::Opaque,
         without_shadow: Occlusion::None,
-        coordinates: false,
-        sets: 0,
-        bumpy: false,
+        needs_uv: false,
+        uv_sets: 0,
+        needs_tangents: false,
     };
     let origin = StorageOrigin::from_scene::<R>(scene, lookup);
-    build_with(
+    build_geometry_with_materials(
         (scene, origin),
         lookup,
         kind,
         (
-            &materials(scene, lookup)?,
+            &object_materials(scene, lookup)?,
             &vec![geometry_needs; scene.materials.len()],
         ),
         observer,
@@ -164,38 +167,40 @@ pub(crate) fn build<R: Real>(
 ///
 /// # Errors
 /// Shapes that collapse or that the geometry rejects, an undefined mesh, and cancellation.
-pub(super) fn build_with<R: Real>(
+pub(super) fn build_geometry_with_materials<R: Real>(
     (scene, origin): (&Scene, StorageOrigin),
     lookup: &SceneLookup<'_>,
     kind: AcceleratorKind,
     (materials, geometry_needs): (&[u32], &[GeometryNeeds]),
     observer: &dyn Observer,
 ) -> Result<BuiltGeometry<R>, PrepareError> {
-    let problems = collapsed_about::<R>(scene, origin.origin);
+    let problems = find_collapsed_objects_near::<R>(scene, origin.origin);
     if !problems.is_empty() {
         return Err(PrepareError::Collapsed { problems });
     }
     let mut builder = GeometryBuilder::<R>::new(scene, lookup, kind, observer);
-    for (index, (placed_object, &material)) in
-        all_about(scene, origin.origin).zip(materials).enumerate()
+    for (index, (placed_object, &material)) in objects_relative_to(scene, origin.origin)
+        .zip(materials)
+        .enumerate()
     {
-        if index.is_multiple_of(BLOCK) {
+        if index.is_multiple_of(CANCEL_CHECK_INTERVAL) {
             check_cancelled(observer)?;
         }
-        builder.add(
+        builder.add_object(
             index,
             &placed_object,
             material,
             &geometry_needs[material as usize],
         )?;
     }
-    let geometry = Geometry::unless(builder.group, kind, &|| observer.is_cancelled())
-        .ok_or(PrepareError::Cancelled)?;
+    let geometry =
+        Geometry::build_cancellable(builder.primitives, kind, &|| observer.is_cancelled())
+            .ok_or(PrepareError::Cancelled)?;
     Ok(BuiltGeometry {
         geometry,
         meshes: builder.meshes,
         objects: builder.records,
-        lost: builder.lost,
+        collapsed_meshes: builder.collapsed_meshes,
     })
 }
 
@@ -204,16 +209,16 @@ struct GeometryBuilder<'a, R: Real> {
     kind: AcceleratorKind,
     lookup: &'a SceneLookup<'a>,
     uses: MeshUses<'a>,
-    group: PrimitiveSet<R>,
+    primitives: PrimitiveSet<R>,
     /// Index of the shared geometry of each mesh and side rule.
     shared: HashMap<(&'a str, SideRule), u32>,
     meshes: Vec<Arc<MeshData>>,
     /// Index of each named mesh in [`Self::meshes`].
-    places: HashMap<&'a str, u32>,
+    mesh_indices: HashMap<&'a str, u32>,
     records: Vec<ObjectRecord<R>>,
-    lost: Vec<u32>,
+    collapsed_meshes: Vec<u32>,
     /// The last moving object, the index of its shared geometry, and the origin of its coordinates.
-    moving: Option<(&'a Object, u32, DVec3)>,
+    last_moving_shape: Option<(&'a Object, u32, DVec3)>,
     observer: &'a dyn Observer,
 }
 
@@ -227,36 +232,36 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         Self {
             kind,
             lookup,
-            uses: MeshUses::of(scene),
-            group: PrimitiveSet::default(),
+            uses: MeshUses::from_scene(scene),
+            primitives: PrimitiveSet::default(),
             shared: HashMap::new(),
             meshes: Vec::new(),
-            places: HashMap::new(),
+            mesh_indices: HashMap::new(),
             records: Vec::new(),
-            lost: Vec::new(),
-            moving: None,
+            collapsed_meshes: Vec::new(),
+            last_moving_shape: None,
             observer,
         }
     }
 
-    fn add(
+    fn add_object(
         &mut self,
         index: usize,
         placed_object: &PlacedObject<'a>,
         material: u32,
         geometry_needs: &GeometryNeeds,
     ) -> Result<(), PrepareError> {
-        let visibility = visibility(placed_object.object, geometry_needs);
+        let visibility = object_visibility(placed_object.object, geometry_needs);
         let mesh = match &placed_object.object.shape {
             Shape::Mesh(name) => {
-                Some(self.mesh(index, placed_object, name, visibility, geometry_needs)?)
+                Some(self.add_mesh(index, placed_object, name, visibility, geometry_needs)?)
             }
             shape => {
-                match placed_object.ends() {
+                match placed_object.object_to_world_at_ends() {
                     Some(ends) => {
-                        self.moving_shape(index, shape, placed_object.object, ends, visibility)?
+                        self.add_moving_shape(index, shape, placed_object.object, ends, visibility)?
                     }
-                    None => self.shape(index, shape, placed_object, visibility)?,
+                    None => self.add_shape(index, shape, placed_object, visibility)?,
                 }
                 None
             }
@@ -268,20 +273,20 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             ..
         } = *placed_object.object;
         let culled = side == SideRule::Culled;
-        let coordinates = mesh.is_none() && geometry_needs.coordinates;
+        let coordinates = mesh.is_none() && geometry_needs.needs_uv;
         self.records.push(ObjectRecord {
             material,
             face_viewer,
-            culled,
+            is_culled: culled,
             casts_shadow,
-            coordinates,
-            bumpy: geometry_needs.bumpy,
+            needs_uv: coordinates,
+            needs_tangents: geometry_needs.needs_tangents,
             mesh,
         });
         Ok(())
     }
 
-    fn mesh(
+    fn add_mesh(
         &mut self,
         index: usize,
         placed_object: &PlacedObject<'a>,
@@ -295,7 +300,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             name: name.to_owned(),
         };
         let data = self.lookup.mesh_data(name).ok_or_else(missing)?;
-        let mesh = *self.places.entry(name).or_insert_with(|| {
+        let mesh = *self.mesh_indices.entry(name).or_insert_with(|| {
             self.meshes.push(Arc::clone(data));
             self.meshes.len() as u32 - 1
         });
@@ -303,47 +308,52 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             object: index,
             source,
         };
-        let (map, ends) = (placed_object.map(), placed_object.ends());
+        let (map, ends) = (
+            placed_object.object_to_world(),
+            placed_object.object_to_world_at_ends(),
+        );
         let local = data.positions.origin();
         let mut flipped = false;
         let key = (name, placed_object.object.side);
-        if self.uses.share(name, placed_object.object.side) {
+        if self.uses.is_shared(name, placed_object.object.side) {
             let part = match self.shared.entry(key) {
                 Entry::Occupied(shared) => *shared.get(),
                 Entry::Vacant(shared) => {
                     let mut group = PrimitiveSet::default();
-                    triangles(&mut group, index, data, None, visibility, self.observer)?;
-                    let part = Geometry::unless(group, self.kind, &|| self.observer.is_cancelled());
+                    add_triangles(&mut group, index, data, None, visibility, self.observer)?;
+                    let part = Geometry::build_cancellable(group, self.kind, &|| {
+                        self.observer.is_cancelled()
+                    });
                     *shared.insert(
-                        self.group
+                        self.primitives
                             .add_part(part.ok_or(PrepareError::Cancelled)?)
                             .map_err(refused)?,
                     )
                 }
             };
             let added = match ends {
-                Some(ends) => self.group.add_moving_instance(
+                Some(ends) => self.primitives.add_moving_instance(
                     part,
-                    ends.map(|end| map_about(end, local)),
+                    ends.map(|end| map_relative_to(end, local)),
                     visibility,
                 ),
                 None => self
-                    .group
-                    .add_instance(part, map_about(map, local), visibility),
+                    .primitives
+                    .add_instance(part, map_relative_to(map, local), visibility),
             };
             added.map_err(refused)?;
         } else {
             flipped = map.matrix3.determinant() < 0.0;
-            triangles(
-                &mut self.group,
+            add_triangles(
+                &mut self.primitives,
                 index,
                 data,
                 Some((map, flipped)),
                 visibility,
                 self.observer,
             )?;
-            if vanishes::<R>(data, &map) {
-                self.lost.push(index as u32);
+            if mesh_collapses::<R>(data, &map) {
+                self.collapsed_meshes.push(index as u32);
             }
         }
         let inverse_transpose = map.matrix3.inverse().transpose();
@@ -356,9 +366,9 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         Ok(MeshUse {
             mesh,
             normals: columns.map(Vector::from_f64),
-            turns,
+            rotates: turns,
             flipped,
-            sets: geometry_needs.sets,
+            uv_sets: geometry_needs.uv_sets,
             tangents: None,
         })
     }
@@ -366,7 +376,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
 
 /// Whether all triangles of a transformed mesh collapse when stored, though not all are degenerate
 /// before. The test ends at the first surviving triangle.
-fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
+fn mesh_collapses<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
     let corner = |i: u32| {
         map.transform_point3(data.positions.position(i as usize))
             .to_array()
@@ -375,9 +385,9 @@ fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
         let mut triangles = data.indices.iter().map(|corners| Shape::Triangle {
             vertices: corners.map(corner),
         });
-        triangles.all(|triangle| collapses(&triangle, DVec3::ZERO, round))
+        triangles.all(|triangle| shape_collapses(&triangle, DVec3::ZERO, round))
     };
-    nothing(rounded::<R>) && !nothing(|x| x)
+    nothing(round_to_scalar::<R>) && !nothing(|x| x)
 }
 
 /// Adds the triangles of a mesh as a single object. With a map, the triangles are transformed;
@@ -386,7 +396,7 @@ fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
 ///
 /// # Errors
 /// Triangles that the geometry rejects, and [`PrepareError::Cancelled`].
-pub(super) fn triangles<R: Real>(
+pub(super) fn add_triangles<R: Real>(
     group: &mut PrimitiveSet<R>,
     object: usize,
     data: &MeshData,
@@ -408,7 +418,7 @@ pub(super) fn triangles<R: Real>(
     // Cancellation ends the iteration early, and the check below returns the error.
     let blocks = data
         .indices
-        .chunks(64 * BLOCK)
+        .chunks(64 * CANCEL_CHECK_INTERVAL)
         .take_while(|_| !observer.is_cancelled());
     group.reserve_triangles(data.indices.len());
     group
@@ -423,16 +433,16 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
     ///
     /// # Errors
     /// A shape that the geometry rejects.
-    fn shape(
+    fn add_shape(
         &mut self,
         index: usize,
         shape: &Shape,
         placed_object: &PlacedObject<'_>,
         visibility: Visibility,
     ) -> Result<(), PrepareError> {
-        let added = match placed_shape(shape, placed_object.map()) {
-            Some((shape, None)) => self.group.add_shape(shape, visibility),
-            Some((shape, Some(map))) => self.group.add_transformed(shape, map, visibility),
+        let added = match convert_shape(shape, placed_object.object_to_world()) {
+            Some((shape, None)) => self.primitives.add_shape(shape, visibility),
+            Some((shape, Some(map))) => self.primitives.add_transformed(shape, map, visibility),
             None => return Ok(()),
         };
         added.map(drop).map_err(|source| PrepareError::Geometry {
@@ -446,7 +456,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
     ///
     /// # Errors
     /// A shape that the geometry rejects.
-    fn moving_shape(
+    fn add_moving_shape(
         &mut self,
         index: usize,
         shape: &Shape,
@@ -458,24 +468,28 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             object: index,
             source,
         };
-        let (part, local) = match self.moving {
+        let (part, local) = match self.last_moving_shape {
             Some((last, part, local)) if core::ptr::eq(last, object) => (part, local),
             _ => {
-                let Some((shape, local)) = own_shape(shape) else {
+                let Some((shape, local)) = convert_in_own_space(shape) else {
                     return Ok(());
                 };
                 let mut alone = PrimitiveSet::default();
                 alone.add_shape(shape, visibility).map_err(refused)?;
                 let part = self
-                    .group
+                    .primitives
                     .add_part(Geometry::new(alone, self.kind))
                     .map_err(refused)?;
-                self.moving = Some((object, part, local));
+                self.last_moving_shape = Some((object, part, local));
                 (part, local)
             }
         };
-        self.group
-            .add_moving_instance(part, ends.map(|end| map_about(end, local)), visibility)
+        self.primitives
+            .add_moving_instance(
+                part,
+                ends.map(|end| map_relative_to(end, local)),
+                visibility,
+            )
             .map(drop)
             .map_err(refused)
     }

@@ -8,19 +8,19 @@ use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
 use super::error::PrepareError;
-use crate::expr::{ExprScope, Programs, Variable, compile};
+use crate::expr::{ExprScope, ProgramTable, Variable, compile};
 use crate::lookup::SceneLookup;
 use crate::scene::{
-    ColourSpace, Filter, ImageData, Input as InputData, InputValue, TextureRef, Weight,
+    ColourSpace, ImageData, Input as InputData, InputValue, ScalarFactor, TextureFilter, TextureRef,
 };
 use crate::texture::{
-    FarPrograms, InputProduct, PreparedInput, Sampler, TexelCodes, TextureBinding, TextureTables,
-    pyramid,
+    F64Programs, InputProduct, InputTables, PreparedInput, TexelDecoder, TextureBinding,
+    TextureSampler, mipmap,
 };
 
 /// Dependencies of a material's inputs on properties of the hit.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct InputReads {
+pub(super) struct InputDependencies {
     /// Whether an input reads the surface's texture coordinates.
     pub coordinates: bool,
     /// Whether an input is an expression.
@@ -28,23 +28,23 @@ pub(super) struct InputReads {
 }
 
 /// Compiler of materials' inputs, material by material, into common tables.
-pub(super) struct Compiler<'a, R: Real> {
-    names: &'a BTreeMap<String, f64>,
+pub(super) struct InputCompiler<'a, R: Real> {
+    constants: &'a BTreeMap<String, f64>,
     lookup: &'a SceneLookup<'a>,
     /// Path of the current material in the scene, for errors.
     pub path: String,
-    pub texture_tables: TextureTables<R>,
-    /// Index of each image in [`TextureTables::images`], by the image's address.
-    places: HashMap<*const ImageData, u32>,
+    pub texture_tables: InputTables<R>,
+    /// Index of each image in [`InputTables::images`], by the image's address.
+    image_indices: HashMap<*const ImageData, u32>,
     /// Index of mipmaps, by the image's index and whether its codes are sRGB.
-    pyramids: HashMap<(u32, bool), u32>,
+    mipmap_indices: HashMap<(u32, bool), u32>,
     /// Whether texture uses ignore mipmaps.
-    pub finest: bool,
+    pub ignore_mipmaps: bool,
     /// Dependencies of the current material's inputs so far.
-    pub reads: InputReads,
+    pub dependencies: InputDependencies,
 }
 
-impl<'a, R: Real> Compiler<'a, R> {
+impl<'a, R: Real> InputCompiler<'a, R> {
     /// Creates a compiler for a scene whose coordinates are relative to an origin. `names` are the
     /// time and the parameters.
     pub fn new(
@@ -52,35 +52,35 @@ impl<'a, R: Real> Compiler<'a, R> {
         lookup: &'a SceneLookup<'a>,
         origin: DVec3,
     ) -> Self {
-        let texture_tables = TextureTables {
-            programs: Programs::default(),
-            far: (origin != DVec3::ZERO).then(|| {
-                Box::new(FarPrograms {
+        let texture_tables = InputTables {
+            programs: ProgramTable::default(),
+            f64_programs: (origin != DVec3::ZERO).then(|| {
+                Box::new(F64Programs {
                     origin,
-                    programs: Programs::default(),
+                    programs: ProgramTable::default(),
                 })
             }),
             textures: Vec::new(),
-            of_materials: Vec::new(),
+            material_textures: Vec::new(),
             images: Vec::new(),
             pyramids: Vec::new(),
-            codes: TexelCodes::new(),
+            texel_decoder: TexelDecoder::new(),
         };
         Self {
-            names,
+            constants: names,
             lookup,
             path: String::new(),
             texture_tables,
-            places: HashMap::new(),
-            pyramids: HashMap::new(),
-            finest: false,
-            reads: InputReads::default(),
+            image_indices: HashMap::new(),
+            mipmap_indices: HashMap::new(),
+            ignore_mipmaps: false,
+            dependencies: InputDependencies::default(),
         }
     }
 
     /// Compiles an expression and adds its program to the tables. `field` is the path of the input
     /// in the material.
-    fn program(
+    fn compile_program(
         &mut self,
         text: &str,
         scope: ExprScope,
@@ -90,34 +90,36 @@ impl<'a, R: Real> Compiler<'a, R> {
             path: format!("{}.{field}", self.path),
             source,
         };
-        let program = compile(text, self.names, scope).map_err(failed)?;
+        let program = compile(text, self.constants, scope).map_err(failed)?;
         self.texture_tables
-            .far
+            .f64_programs
             .iter_mut()
             .for_each(|far| _ = far.programs.add(&program));
         let program = self.texture_tables.programs.add(&program);
-        self.reads.expressions = true;
-        self.reads.coordinates |= [Variable::U, Variable::V]
-            .iter()
-            .any(|&variable| self.texture_tables.programs.uses(program, variable));
+        self.dependencies.expressions = true;
+        self.dependencies.coordinates |= [Variable::U, Variable::V].iter().any(|&variable| {
+            self.texture_tables
+                .programs
+                .uses_variable(program, variable)
+        });
         Ok(PreparedInput::Program(program))
     }
 
     /// Compiles a weight of a classic material, or a texture coordinate.
-    pub fn weight(
+    pub fn compile_weight(
         &mut self,
-        weight: &Weight,
+        weight: &ScalarFactor,
         scope: ExprScope,
         field: &str,
     ) -> Result<PreparedInput<R>, PrepareError> {
         match weight {
-            Weight::Number(v) => Ok(PreparedInput::Constant(R::Vec3::splat(R::from_f64(*v)))),
-            Weight::Expression(text) => self.program(text, scope, field),
+            ScalarFactor::Number(v) => Ok(PreparedInput::Constant(R::Vec3::splat(R::from_f64(*v)))),
+            ScalarFactor::Expression(text) => self.compile_program(text, scope, field),
         }
     }
 
     /// Compiles a texture use; `None` if the image could not be read.
-    pub fn texture(
+    pub fn compile_texture(
         &mut self,
         reference: &TextureRef,
         field: &str,
@@ -133,8 +135,8 @@ impl<'a, R: Real> Compiler<'a, R> {
         let coordinates = match &reference.uv {
             None => None,
             Some([u, v]) => Some([
-                self.weight(u, ExprScope::Surface, field)?,
-                self.weight(v, ExprScope::Surface, field)?,
+                self.compile_weight(u, ExprScope::Surface, field)?,
+                self.compile_weight(v, ExprScope::Surface, field)?,
             ]),
         };
         let image = self
@@ -142,23 +144,28 @@ impl<'a, R: Real> Compiler<'a, R> {
             .image(&texture.image)
             .and_then(|image| image.data.as_ref());
         let Some(image) = image else { return Ok(None) };
-        let (image, sampler) = (self.place_of(image), Sampler::new(texture, reference));
+        let (image, sampler) = (
+            self.image_index(image),
+            TextureSampler::new(texture, reference),
+        );
         // Expressions stretch an image by an unknown factor, so they read it without mipmaps.
-        let filtered = texture.filter == Filter::Mipmaps && coordinates.is_none() && !self.finest;
+        let filtered = texture.filter == TextureFilter::Mipmaps
+            && coordinates.is_none()
+            && !self.ignore_mipmaps;
         let pyramid =
-            filtered.then(|| self.pyramid_of(image, texture.colour_space == ColourSpace::Srgb));
+            filtered.then(|| self.mipmap_index(image, texture.colour_space == ColourSpace::Srgb));
         let set = reference.uv_set as usize;
         let depends = pyramid.is_some() || coordinates.is_some();
-        let footprint_of = (!depends).then(|| self.first_like(image, &sampler, set));
-        self.reads.expressions |= coordinates.is_some();
-        self.reads.coordinates |= coordinates.is_none();
+        let footprint_of = (!depends).then(|| self.first_with_footprint(image, &sampler, set));
+        self.dependencies.expressions |= coordinates.is_some();
+        self.dependencies.coordinates |= coordinates.is_none();
         self.texture_tables.textures.push(TextureBinding {
             image,
             sampler,
             pyramid,
             set,
             coordinates,
-            footprint_of,
+            footprint_source: footprint_of,
         });
         Ok(Some(PreparedInput::Texture(
             self.texture_tables.textures.len() as u32 - 1,
@@ -169,14 +176,14 @@ impl<'a, R: Real> Compiler<'a, R> {
     /// Returns the index of the first texture use with the same footprint as a new texture use.
     /// Only the last 16 uses are searched, because a material's textures are added in sequence.
     /// Without a match, it is the index of the new use itself.
-    fn first_like(&self, image: u32, sampler: &Sampler<R>, set: usize) -> u32 {
+    fn first_with_footprint(&self, image: u32, sampler: &TextureSampler<R>, set: usize) -> u32 {
         const LAST: usize = 16;
-        let TextureTables {
+        let InputTables {
             textures, images, ..
         } = &self.texture_tables;
         let size = |image: u32| (images[image as usize].width, images[image as usize].height);
         let equal = |other: &&TextureBinding<R>| {
-            other.footprint_of.is_some()
+            other.footprint_source.is_some()
                 && other.set == set
                 && size(other.image) == size(image)
                 && other.sampler.shares_footprint(sampler)
@@ -186,58 +193,61 @@ impl<'a, R: Real> Compiler<'a, R> {
             .rev()
             .take(LAST)
             .find(equal)
-            .and_then(|other| other.footprint_of);
+            .and_then(|other| other.footprint_source);
         found.unwrap_or(textures.len() as u32)
     }
 
     /// Returns the index of an image in the table, to which it is added if missing.
-    fn place_of(&mut self, image: &Arc<ImageData>) -> u32 {
+    fn image_index(&mut self, image: &Arc<ImageData>) -> u32 {
         let images = &mut self.texture_tables.images;
-        *self.places.entry(Arc::as_ptr(image)).or_insert_with(|| {
-            images.push(Arc::clone(image));
-            images.len() as u32 - 1
-        })
+        *self
+            .image_indices
+            .entry(Arc::as_ptr(image))
+            .or_insert_with(|| {
+                images.push(Arc::clone(image));
+                images.len() as u32 - 1
+            })
     }
 
     /// Whether a texture is filtered by mipmaps.
-    pub fn reduces(&self, reference: &TextureRef) -> bool {
+    pub fn uses_mipmaps(&self, reference: &TextureRef) -> bool {
         self.lookup
             .texture(&reference.name)
-            .is_some_and(|texture| texture.filter == Filter::Mipmaps)
+            .is_some_and(|texture| texture.filter == TextureFilter::Mipmaps)
     }
 
     /// Returns the index of an image's mipmaps, which are built if missing.
-    fn pyramid_of(&mut self, image: u32, srgb: bool) -> u32 {
-        let TextureTables {
+    fn mipmap_index(&mut self, image: u32, srgb: bool) -> u32 {
+        let InputTables {
             images, pyramids, ..
         } = &mut self.texture_tables;
-        *self.pyramids.entry((image, srgb)).or_insert_with(|| {
-            pyramids.push(pyramid::levels(&images[image as usize], srgb));
+        *self.mipmap_indices.entry((image, srgb)).or_insert_with(|| {
+            pyramids.push(mipmap::build_mipmaps(&images[image as usize], srgb));
             pyramids.len() as u32 - 1
         })
     }
 
     /// Compiles an optional image that multiplies an input.
-    pub fn image(
+    pub fn compile_image(
         &mut self,
         reference: &Option<TextureRef>,
         field: &str,
     ) -> Result<Option<PreparedInput<R>>, PrepareError> {
         reference
             .as_ref()
-            .map_or(Ok(None), |reference| self.texture(reference, field))
+            .map_or(Ok(None), |reference| self.compile_texture(reference, field))
     }
 
     /// Compiles a number or a colour that may vary over the surface.
-    pub fn input<T: InputValue>(
+    pub fn compile_input<T: InputValue>(
         &mut self,
         input: &InputData<T>,
         field: &str,
     ) -> Result<PreparedInput<R>, PrepareError> {
         let colour = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
         Ok(match input {
-            InputData::Constant(value) => PreparedInput::Constant(colour(value.colour())),
-            InputData::Expression(text) => self.program(text, ExprScope::Surface, field)?,
+            InputData::Constant(value) => PreparedInput::Constant(colour(value.to_colour())),
+            InputData::Expression(text) => self.compile_program(text, ExprScope::Surface, field)?,
             InputData::Checker(c) => {
                 let checker = &c.checker;
                 PreparedInput::Checker {
@@ -247,31 +257,31 @@ impl<'a, R: Real> Compiler<'a, R> {
                 }
             }
             InputData::Texture(t) => self
-                .texture(&t.texture, field)?
+                .compile_texture(&t.texture, field)?
                 .unwrap_or(PreparedInput::Constant(colour(t.texture.factor))),
         })
     }
 
     /// Compiles the product of an input and the image of a separate key.
-    pub fn factor<T: InputValue>(
+    pub fn compile_factor<T: InputValue>(
         &mut self,
         input: &InputData<T>,
         image: &Option<TextureRef>,
         field: &str,
     ) -> Result<InputProduct<R>, PrepareError> {
-        let image = self.image(image, field)?;
-        self.product(input, image, field)
+        let image = self.compile_image(image, field)?;
+        self.compile_product(input, image, field)
     }
 
     /// Compiles the product of an input and a compiled image.
-    pub fn product<T: InputValue>(
+    pub fn compile_product<T: InputValue>(
         &mut self,
         input: &InputData<T>,
         image: Option<PreparedInput<R>>,
         field: &str,
     ) -> Result<InputProduct<R>, PrepareError> {
         Ok(InputProduct {
-            own: self.input(input, field)?,
+            input: self.compile_input(input, field)?,
             image,
         })
     }

@@ -3,22 +3,22 @@
 
 use raywright_bvh::{Interval, Ray, Real, Surface, Vector};
 
-use super::{Prepared, PreparedSpawn};
-use crate::light::{LightId, LightTarget};
+use super::{PreparedScene, PreparedSpawnRule};
+use crate::light::{LightId, ShadowRayTarget};
 
 /// Rays whose first hits sample lights, along the width and the height of the picture.
-const RAYS: [u32; 2] = [32, 18];
+const GRID_RAYS: [u32; 2] = [32, 18];
 
 /// Greatest number of lights that a hit samples. In a scene with more lights, successive hits
 /// sample different lights.
-const LIGHTS: usize = 8;
+const LIGHTS_PER_HIT: usize = 8;
 
 /// Greatest number of surfaces tested in front of a lamp.
-const HITS: usize = 4;
+const MAX_HITS: usize = 4;
 
 /// A delta light or an emissive object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lamp {
+pub enum LampRef {
     /// A delta light, by its index in the scene's list of lights.
     Light(usize),
     /// An emissive object, by its index in the scene's list of objects; generated objects follow
@@ -30,35 +30,35 @@ pub enum Lamp {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightLeak {
     /// Lamp whose light leaks.
-    pub lamp: Lamp,
+    pub lamp: LampRef,
     /// Index of the opaque object in the scene's list of objects; generated objects follow the
     /// listed objects.
     pub cover: usize,
     /// Least distance in metres from the lamp at which the object blocks the light.
-    pub resolved: f64,
+    pub resolved_distance: f64,
 }
 
-impl<R: Real> Prepared<R> {
+impl<R: Real> PreparedScene<R> {
     /// Returns the light leaks onto the first hits of 576 rays through a picture of the given size,
     /// without duplicate pairs. At most eight shadow rays start at each hit. A scene with a
     /// constant ray offset lets light through on purpose, so the list is then empty.
-    pub(crate) fn light_leaks(&self, [width, height]: [u32; 2]) -> Vec<LightLeak> {
+    pub(crate) fn find_light_leaks(&self, [width, height]: [u32; 2]) -> Vec<LightLeak> {
         let mut leaks = Vec::new();
         let lights: Vec<LightId> = self
             .lights
-            .ids()
+            .light_ids()
             .filter(|&light| light != LightId::Sky)
             .collect();
-        if lights.is_empty() || !matches!(self.rules.spawn, PreparedSpawn::ErrorBound) {
+        if lights.is_empty() || !matches!(self.rules.spawn, PreparedSpawnRule::ErrorBound) {
             return leaks;
         }
         let at = |i: u32, total: u32, edge: u32| {
             R::from_f64((f64::from(i) + 0.5) / f64::from(total) * f64::from(edge))
         };
-        for i in 0..RAYS[0] * RAYS[1] {
+        for i in 0..GRID_RAYS[0] * GRID_RAYS[1] {
             let (x, y) = (
-                at(i % RAYS[0], RAYS[0], width),
-                at(i / RAYS[0], RAYS[1], height),
+                at(i % GRID_RAYS[0], GRID_RAYS[0], width),
+                at(i / GRID_RAYS[0], GRID_RAYS[1], height),
             );
             let ray = self.camera.generate_ray(x, y, [0.5; 2]);
             let Some(hit) = self.geometry.closest(&ray, Interval::positive(), &mut ()) else {
@@ -66,27 +66,27 @@ impl<R: Real> Prepared<R> {
             };
             let from = self.geometry.surface(&ray, &hit);
             // Only light on the viewer's side reaches an opaque surface's hit.
-            let opaque = self.is_opaque(hit.outermost());
+            let opaque = self.is_object_opaque(hit.outermost_id());
             let seen = from.normal.dot(ray.direction) < R::ZERO;
             let faces =
                 |direction: R::Vec3| !opaque || (from.normal.dot(direction) > R::ZERO) == seen;
-            for k in 0..LIGHTS.min(lights.len()) {
-                let light = lights[(i as usize * LIGHTS + k) % lights.len()];
-                leaks.extend(self.leak(&from, light, place(i), ray.time, faces));
+            for k in 0..LIGHTS_PER_HIT.min(lights.len()) {
+                let light = lights[(i as usize * LIGHTS_PER_HIT + k) % lights.len()];
+                leaks.extend(self.find_leak(&from, light, quasirandom_point(i), ray.time, faces));
             }
         }
-        merged(leaks)
+        merge_leaks(leaks)
     }
 
     /// Whether the material of an object is opaque.
-    fn is_opaque(&self, object: u32) -> bool {
+    fn is_object_opaque(&self, object: u32) -> bool {
         self.materials[self.objects[object as usize].material as usize].is_opaque()
     }
 
     /// Returns the leak through which a sampled point of a light reaches the surface point `from`,
     /// if any. `place` are two random numbers, and `faces` tells whether light from a direction is
     /// visible.
-    fn leak(
+    fn find_leak(
         &self,
         from: &Surface<R>,
         light: LightId,
@@ -99,20 +99,20 @@ impl<R: Real> Prepared<R> {
             .sample(light, from.point, place, 1.0)
             .filter(|sample| faces(sample.direction))?;
         let (ray, range, start) = match &sample.target {
-            LightTarget::Surface(lamp) => {
-                let (ray, range) = from.spawn_to_surface(lamp)?;
-                (ray, range, lamp.spawn(sample.direction))
+            ShadowRayTarget::Surface(lamp) => {
+                let (ray, range) = from.spawn_ray_to_surface(lamp)?;
+                (ray, range, lamp.spawn_ray_origin(sample.direction))
             }
-            LightTarget::Point(point) => {
-                let (ray, range) = from.spawn_to(*point)?;
+            ShadowRayTarget::Point(point) => {
+                let (ray, range) = from.spawn_ray_to_point(*point)?;
                 (ray, range, *point)
             }
-            LightTarget::Infinity | LightTarget::Middle { .. } => return None,
+            ShadowRayTarget::Infinity | ShadowRayTarget::EmitterCentre { .. } => return None,
         };
-        let shadowed = self.geometry.any(
-            &ray.at_time(time),
+        let shadowed = self.geometry.occluded(
+            &ray.with_time(time),
             range,
-            &mut |hit| self.is_opaque(hit.outermost()),
+            &mut |hit| self.is_object_opaque(hit.outermost_id()),
             &mut (),
         );
         if shadowed {
@@ -127,46 +127,46 @@ impl<R: Real> Prepared<R> {
             min: R::ZERO,
             max: R::from_f64(resolved),
         };
-        let (own, cover) = self.cover(
+        let (own, cover) = self.find_cover(
             light,
-            &Ray::new(start, -sample.direction).at_time(time),
+            &Ray::new(start, -sample.direction).with_time(time),
             range,
         )?;
         let lamp = match light {
-            LightId::Delta(index) => Lamp::Light(index as usize),
-            LightId::Emitter(_) | LightId::Sky => Lamp::Object(own? as usize),
+            LightId::Delta(index) => LampRef::Light(index as usize),
+            LightId::Emitter(_) | LightId::Sky => LampRef::Object(own? as usize),
         };
         Some(LightLeak {
             lamp,
             cover: cover as usize,
-            resolved,
+            resolved_distance: resolved,
         })
     }
 
     /// Follows a ray that starts behind a lamp. Returns the lamp's own object, if the ray hits it,
     /// and the first other opaque object after the lamp.
-    fn cover(
+    fn find_cover(
         &self,
         light: LightId,
         ray: &Ray<R>,
         mut range: Interval<R>,
     ) -> Option<(Option<u32>, u32)> {
         let mut own = None;
-        for _ in 0..HITS {
+        for _ in 0..MAX_HITS {
             let hit = self.geometry.closest(ray, range, &mut ())?;
             range.min = hit.t;
-            let object = hit.outermost();
+            let object = hit.outermost_id();
             let is_lamp = self
                 .lights
                 .emitters
-                .index_of(object, hit.primitive)
+                .emitter_index_of(object, hit.primitive)
                 .map(LightId::Emitter)
                 == Some(light);
             if is_lamp {
                 own = Some(object);
             } else if (own.is_some() || matches!(light, LightId::Delta(_)))
                 && own != Some(object)
-                && self.is_opaque(object)
+                && self.is_object_opaque(object)
             {
                 return Some((own, object));
             }
@@ -177,18 +177,22 @@ impl<R: Real> Prepared<R> {
 
 /// Returns the `i`-th point in [0, 1)² of a low-discrepancy sequence (Roberts, "The Unreasonable
 /// Effectiveness of Quasirandom Sequences", 2018).
-fn place(i: u32) -> [f32; 2] {
+fn quasirandom_point(i: u32) -> [f32; 2] {
     [0.754_877_666_246_692_8, 0.569_840_290_998_053_3]
         .map(|step: f64| ((0.5 + step * f64::from(i)).fract() as f32).min(0.999_999))
 }
 
 /// Merges leaks of the same lamp and object to a single leak with the greatest distance.
-fn merged(mut leaks: Vec<LightLeak>) -> Vec<LightLeak> {
+fn merge_leaks(mut leaks: Vec<LightLeak>) -> Vec<LightLeak> {
     let key = |leak: &LightLeak| match leak.lamp {
-        Lamp::Light(index) => (0, index, leak.cover),
-        Lamp::Object(index) => (1, index, leak.cover),
+        LampRef::Light(index) => (0, index, leak.cover),
+        LampRef::Object(index) => (1, index, leak.cover),
     };
-    leaks.sort_by(|a, b| key(a).cmp(&key(b)).then(b.resolved.total_cmp(&a.resolved)));
+    leaks.sort_by(|a, b| {
+        key(a)
+            .cmp(&key(b))
+            .then(b.resolved_distance.total_cmp(&a.resolved_distance))
+    });
     leaks.dedup_by_key(|leak| key(leak));
     leaks
 }
@@ -197,7 +201,7 @@ fn merged(mut leaks: Vec<LightLeak>) -> Vec<LightLeak> {
 mod tests {
     use serde_json::{Value, json};
 
-    use super::{Lamp, LightLeak};
+    use super::{LampRef, LightLeak};
     use crate::scene::Scene;
     use crate::settings::{PrecisionChoice, Settings};
 
@@ -231,7 +235,7 @@ mod tests {
         let ready = crate::prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
         let picture = ready.render(&()).picture;
         let sum = picture.rgb.iter().map(|pixel| f64::from(pixel[0])).sum();
-        (sum, ready.light_leaks())
+        (sum, ready.find_light_leaks())
     }
 
     fn quad(y: f64, r: f64) -> Value {
@@ -299,14 +303,14 @@ mod tests {
                         format!("{steps} steps at {height}, pair {i}: {light}, {leaks:?}\n{parts}")
                     };
                     let by = if parts.get("lights").is_some() {
-                        Lamp::Light(0)
+                        LampRef::Light(0)
                     } else {
-                        Lamp::Object(1)
+                        LampRef::Object(1)
                     };
                     assert!(
                         leaks.iter().all(|leak| leak.lamp == by
                             && leak.cover == 0
-                            && leak.resolved > gap * 0.9),
+                            && leak.resolved_distance > gap * 0.9),
                         "{}",
                         label()
                     );

@@ -8,20 +8,20 @@ use raywright_bvh::{Real, Vector};
 
 pub(crate) use classic::{ClassicInputs, SpecularInputs};
 pub(super) use layered::MaterialContext;
-use layered::is_directed;
-pub(crate) use layered::{InputStage, LayeredInputs, SurfaceDirections, Thickness, count_layered};
-pub(crate) use physical::{
-    DielectricBoundary, PhysicalInputs, PhysicalTransmission, RefractiveIndex,
+use layered::layers_need_tangents;
+pub(crate) use layered::{
+    AnisotropyFrame, FilmThickness, InputFieldTypes, LayeredInputs, count_layered_materials,
 };
+pub(crate) use physical::{ConstantIor, PhysicalInputs, PhysicalTransmission, RefractiveIndex};
 
 use super::error::PrepareError;
-use super::inputs::Compiler;
+use super::inputs::InputCompiler;
 use crate::material::MaterialTables;
-use crate::scene::{AlphaMode, Colour, Material as MaterialData, Model, Scene};
+use crate::scene::{AlphaMode, Colour, Material as MaterialData, MaterialModel, Scene};
 use crate::texture::ShadingContext;
 
 /// Returns the tables that the given layers need.
-pub(super) fn tables<R: Real>(layers: &[LayeredInputs<R>]) -> MaterialTables {
+pub(super) fn required_tables<R: Real>(layers: &[LayeredInputs<R>]) -> MaterialTables {
     let some = |has: fn(&LayeredInputs<R>) -> bool| layers.iter().any(has);
     MaterialTables {
         sheen: some(|layers| layers.sheen.is_some()),
@@ -42,11 +42,11 @@ pub(crate) enum PreparedMaterial<R: Real> {
 impl<R: Real> PreparedMaterial<R> {
     /// Whether the material blocks all light at every point.
     pub fn is_opaque(&self) -> bool {
-        self.covers() && self.shadow_transmittance() == Some(R::ZERO)
+        self.blocks_straight_rays() && self.shadow_transmittance() == Some(R::ZERO)
     }
 
     /// Whether the material may emit light.
-    pub fn glows(&self) -> bool {
+    pub fn emits(&self) -> bool {
         match self {
             Self::Classic(m) => m.emission.is_some(),
             Self::Physical(m) => m.emission.is_some(),
@@ -60,9 +60,9 @@ impl<R: Real> PreparedMaterial<R> {
             Self::Classic(m) => m
                 .emission
                 .as_ref()
-                .map_or(R::Vec3::ZERO, |emission| emission.colour(context)),
+                .map_or(R::Vec3::ZERO, |emission| emission.eval_colour(context)),
             Self::Physical(m) => m.emission.as_ref().map_or(R::Vec3::ZERO, |emission| {
-                emission.tint(context, R::Vec3::ONE)
+                emission.multiply_colour(context, R::Vec3::ONE)
             }),
             Self::Unused => R::Vec3::ZERO,
         }
@@ -84,7 +84,7 @@ impl<R: Real> PreparedMaterial<R> {
                 .mixture
                 .map(|mixture| mixture.absorption)
                 .filter(|&a| a != Colour::BLACK)
-                .map(vector::<R>),
+                .map(colour_vector::<R>),
             Self::Physical(m) => m.absorption,
             Self::Unused => None,
         }
@@ -92,7 +92,7 @@ impl<R: Real> PreparedMaterial<R> {
 
     /// Whether no ray passes straight through the surface at any point. Refracted rays do not
     /// count, because their direction changes.
-    pub fn covers(&self) -> bool {
+    pub fn blocks_straight_rays(&self) -> bool {
         !matches!(self, Self::Physical(m) if m.alpha != AlphaMode::Opaque)
     }
 
@@ -102,9 +102,9 @@ impl<R: Real> PreparedMaterial<R> {
     }
 
     /// Whether the material needs tangents, for normal maps or anisotropy.
-    pub fn is_bumpy(&self, layers: &[LayeredInputs<R>]) -> bool {
-        let directed = |index: u32| is_directed(&layers[index as usize]);
-        matches!(self, Self::Physical(m) if m.bump.is_some() || m.layered.is_some_and(directed))
+    pub fn needs_tangents(&self, layers: &[LayeredInputs<R>]) -> bool {
+        let directed = |index: u32| layers_need_tangents(&layers[index as usize]);
+        matches!(self, Self::Physical(m) if m.normal_map.is_some() || m.layers.is_some_and(directed))
     }
 
     /// Whether the surface bounds a solid body, into which transmitted light enters.
@@ -113,8 +113,8 @@ impl<R: Real> PreparedMaterial<R> {
     }
 
     /// Whether an expression of the material reads the distance of the nearest occluder.
-    pub fn asks_how_far(&self) -> bool {
-        matches!(self, Self::Classic(m) if m.asks_how_far)
+    pub fn reads_occluder_distance(&self) -> bool {
+        matches!(self, Self::Classic(m) if m.reads_occluder_distance)
     }
 
     /// Returns the transmittance for shadow rays if it is constant over the surface; `None` if it
@@ -125,40 +125,43 @@ impl<R: Real> PreparedMaterial<R> {
             Self::Physical(m) => m
                 .transmission
                 .as_ref()
-                .map_or(Some(R::ZERO), |transmission| transmission.even),
+                .map_or(Some(R::ZERO), |transmission| {
+                    transmission.constant_transmittance
+                }),
             Self::Unused => Some(R::ONE),
         }
     }
 }
 
 /// Prepares a material of the scene; `index` is its position in the list.
-pub(super) fn prepare<R: Real>(
+pub(super) fn prepare_material<R: Real>(
     material: &MaterialData,
     index: usize,
     scene: &Scene,
-    inputs: &mut Compiler<'_, R>,
+    inputs: &mut InputCompiler<'_, R>,
     context: &mut MaterialContext<R>,
 ) -> Result<PreparedMaterial<R>, PrepareError> {
     match &material.model {
-        Model::Classic(m) => {
+        MaterialModel::Classic(m) => {
             inputs.path = format!("materials[{index}].model.classic");
-            classic::classic(m, scene.classic.ambient, inputs).map(PreparedMaterial::Classic)
+            classic::prepare_classic(m, scene.classic.ambient, inputs)
+                .map(PreparedMaterial::Classic)
         }
-        Model::Physical(m) => {
+        MaterialModel::Physical(m) => {
             inputs.path = format!("materials[{index}].model.physical");
-            physical::physical(m, inputs, context).map(PreparedMaterial::Physical)
+            physical::prepare_physical(m, inputs, context).map(PreparedMaterial::Physical)
         }
     }
 }
 
 /// Prepares an optional part of a material, such as its highlight.
-fn prepared<T, P>(
+fn prepare_optional<T, P>(
     part: Option<T>,
     prepare: impl FnOnce(T) -> Result<P, PrepareError>,
 ) -> Result<Option<P>, PrepareError> {
     part.map(prepare).transpose()
 }
 
-fn vector<R: Real>(c: Colour) -> R::Vec3 {
+fn colour_vector<R: Real>(c: Colour) -> R::Vec3 {
     R::Vec3::from_f64(c.0.into())
 }

@@ -5,21 +5,21 @@ mod collapse;
 mod emitters;
 mod error;
 mod estimate;
-mod furnish;
 mod gap;
 mod geometry;
 mod inputs;
 mod leak;
 mod material;
-mod prepared;
+mod prepared_scene;
 mod studio;
+mod studio_setup;
 mod tangents;
 mod unreached;
 
 use raywright_bvh::{Occlusion, Real, Vector};
 
 use crate::camera::PreparedCamera;
-use crate::effects::{Effect, EffectSet, chosen};
+use crate::effects::{Effect, EffectSet, chosen_integrator};
 use crate::framing::{FIELD_OF_VIEW, Silhouette};
 use crate::light::{
     DeltaLight, EmitterList, EmitterStrategy, Emitters, Irradiance, Lights, prepare_sky,
@@ -27,30 +27,29 @@ use crate::light::{
 use crate::lookup::SceneLookup;
 use crate::motion::{simulated_camera, simulated_scene};
 use crate::observer::Observer;
-use crate::origin::{StorageOrigin, camera_about, light_about};
+use crate::origin::{StorageOrigin, camera_relative_to, light_relative_to};
 use crate::scene::{self, Integrator, Scene, ShadowRule, Sky, Studio};
-use crate::settings::{AreaShadows, Background, LightSampling, Microfacets, Settings};
+use crate::settings::{AreaShadows, Background, LightSampling, MicrofacetEnergy, Settings};
 
-pub(crate) use collapse::{collapsed, rounded};
+pub(crate) use collapse::{find_collapsed_objects, round_to_scalar};
 pub use error::PrepareError;
 pub(crate) use error::check_cancelled;
-pub(crate) use estimate::estimate;
-pub use gap::ClosedGap;
+pub(crate) use estimate::estimate_memory;
+pub use gap::UnresolvedGap;
 use geometry::GeometryNeeds;
-pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
-pub use leak::{Lamp, LightLeak};
+pub(crate) use geometry::{MeshUse, ObjectRecord, build_geometry};
+pub use leak::{LampRef, LightLeak};
 pub(crate) use material::{
-    ClassicInputs, DielectricBoundary, InputStage, LayeredInputs, PhysicalInputs,
-    PhysicalTransmission, PreparedMaterial, RefractiveIndex, SpecularInputs, SurfaceDirections,
-    Thickness,
+    AnisotropyFrame, ClassicInputs, ConstantIor, FilmThickness, InputFieldTypes, LayeredInputs,
+    PhysicalInputs, PhysicalTransmission, PreparedMaterial, RefractiveIndex, SpecularInputs,
 };
-use prepared::PreparedRules;
-pub(crate) use prepared::PreparedSpawn;
-pub use prepared::{BuiltCounts, Prepared};
+use prepared_scene::PreparedClassicRules;
+pub(crate) use prepared_scene::PreparedSpawnRule;
+pub use prepared_scene::{PreparedScene, TableCounts};
 use studio::Backdrop;
 pub use unreached::UnreachedLight;
 
-impl<R: Real> Prepared<R> {
+impl<R: Real> PreparedScene<R> {
     /// Prepares a scene for rendering with the simulated effects. Tables of other effects stay
     /// empty. Only materials that an object uses are prepared.
     ///
@@ -74,52 +73,52 @@ impl<R: Real> Prepared<R> {
                 name: model.file.clone(),
             });
         }
-        let names = names(scene);
+        let names = expression_constants(scene);
         let lookup = SceneLookup::new(scene);
-        let shown = geometry::materials(scene, &lookup)?;
+        let shown = geometry::object_materials(scene, &lookup)?;
         let mut used = vec![false; scene.materials.len()];
         shown
             .iter()
             .for_each(|&material| used[material as usize] = true);
-        let paths = chosen(scene, settings) == Integrator::Path;
-        let compensates = settings.microfacets == Microfacets::Compensated;
+        let paths = chosen_integrator(scene, settings) == Integrator::Path;
+        let compensates = settings.microfacets == MicrofacetEnergy::Compensated;
         let (without, fresnel) = (settings.without, settings.fresnel);
         let mut context = material::MaterialContext {
             layers: Vec::new(),
-            paths,
-            without,
+            is_path_tracing: paths,
+            disabled_effects: without,
             fresnel,
-            compensates,
+            multiple_scattering: compensates,
         };
         let origin = StorageOrigin::from_scene::<R>(scene, &lookup);
-        let mut inputs = inputs::Compiler::new(&names, &lookup, origin.origin);
+        let mut inputs = inputs::InputCompiler::new(&names, &lookup, origin.origin);
         let mut materials = Vec::with_capacity(scene.materials.len());
         let mut reads_coordinates = Vec::with_capacity(scene.materials.len());
         for (index, material) in scene.materials.iter().enumerate() {
             check_cancelled(observer)?;
             let first = inputs.texture_tables.textures.len() as u32;
-            inputs.reads = inputs::InputReads::default();
+            inputs.dependencies = inputs::InputDependencies::default();
             materials.push(if used[index] {
-                material::prepare(material, index, scene, &mut inputs, &mut context)?
+                material::prepare_material(material, index, scene, &mut inputs, &mut context)?
             } else {
                 PreparedMaterial::Unused
             });
             inputs
                 .texture_tables
-                .of_materials
+                .material_textures
                 .push(first..inputs.texture_tables.textures.len() as u32);
-            reads_coordinates.push(inputs.reads.coordinates);
+            reads_coordinates.push(inputs.dependencies.coordinates);
         }
-        material::tables(&context.layers).prepare();
-        settings.filter.draws();
+        material::required_tables(&context.layers).compute_tables();
+        settings.filter.sampler();
         let hard_shadows = settings.area_shadows == AreaShadows::Hard;
-        let geometry_needs = geometry_needs_of(
+        let geometry_needs = material_geometry_needs(
             scene,
             (&materials, &context.layers),
             &reads_coordinates,
             (paths, hard_shadows),
         );
-        let mut built = geometry::build_with::<R>(
+        let mut built = geometry::build_geometry_with_materials::<R>(
             (scene, origin),
             &lookup,
             settings.accelerator,
@@ -127,18 +126,18 @@ impl<R: Real> Prepared<R> {
             observer,
         )?;
         check_cancelled(observer)?;
-        let tangents = tangents::make(scene, &mut built, observer)?;
+        let tangents = tangents::generate_missing_tangents(scene, &mut built, observer)?;
         let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
         // The default camera frames the whole motion of all objects, even if the picture shows them
         // at rest.
         let framed = || {
             let silhouette = Silhouette::from_scene(whole);
-            silhouette.frame(silhouette.front(), FIELD_OF_VIEW, aspect)
+            silhouette.frame_camera(silhouette.default_view(), FIELD_OF_VIEW, aspect)
         };
         let view = simulated_camera(settings.camera.clone().unwrap_or_else(framed), simulated);
-        let view = camera_about(origin.origin, &view);
-        let studio = studio_of(scene);
-        let lit_by = studio.map(|studio| crate::studio::lights(&studio, &view));
+        let view = camera_relative_to(origin.origin, &view);
+        let studio = scene_studio(scene);
+        let lit_by = studio.map(|studio| crate::studio::studio_sky(&studio, &view));
         let sky = prepare_sky::<R>(
             (lit_by.as_ref().or(scene.sky.as_ref()), origin.origin),
             &lookup,
@@ -149,12 +148,12 @@ impl<R: Real> Prepared<R> {
         let irradiance = (simulated.has(Effect::SkyLight) && !paths && !sky.is_black())
             .then(|| Irradiance::new(&sky));
         let requested = emitters::EmitterFilter {
-            even: simulated.has(Effect::SoftShadows),
-            varied: paths && simulated.has(Effect::TexturedEmitters),
-            read: paths,
+            uniform: simulated.has(Effect::SoftShadows),
+            varying: paths && simulated.has(Effect::TexturedEmitters),
+            evaluated_at_hits: paths,
         };
-        let emitters = if requested.even || requested.varied {
-            emitters::emitters::<R>(
+        let emitters = if requested.uniform || requested.varying {
+            emitters::list_emitters::<R>(
                 (scene, origin.origin),
                 &lookup,
                 (&materials, &inputs.texture_tables),
@@ -168,7 +167,7 @@ impl<R: Real> Prepared<R> {
         let placed = scene
             .lights
             .iter()
-            .map(|light| light_about(origin.origin, light));
+            .map(|light| light_relative_to(origin.origin, light));
         let delta = if lit {
             placed
                 .map(|light| DeltaLight::new(&light, casters))
@@ -180,47 +179,51 @@ impl<R: Real> Prepared<R> {
             delta,
             Emitters::new(emitters),
             sky,
-            &built.geometry.bounded_part(),
+            &built.geometry.bounded_primitives_box(),
         );
         if paths {
             lights.emitters.strategy = EmitterStrategy::SolidAngle;
             if simulated.has(Effect::SkyLight) {
-                lights.prepare_sky();
+                lights.build_sky_sampler();
                 if settings.light_sampling == LightSampling::Both {
-                    lights.draw_excess_of_sky();
+                    lights.restrict_sky_to_excess();
                 }
             }
-            lights.prepare_choice();
+            lights.build_light_sampler();
         }
         let backdrop = match settings.background {
             Background::Environment => None,
-            Background::Transparent => Some(Backdrop::Plain(Vector::ZERO)),
+            Background::Transparent => Some(Backdrop::Constant(Vector::ZERO)),
         };
-        let camera = PreparedCamera::towards(&view, settings.size, &built.geometry.bounded_part());
+        let camera = PreparedCamera::for_scene_bounds(
+            &view,
+            settings.size,
+            &built.geometry.bounded_primitives_box(),
+        );
         let absorbs = simulated.has(Effect::Absorption)
             && materials
                 .iter()
                 .any(|material| material.absorption().is_some());
         let priorities = if paths && simulated.has(Effect::NestedMedia) {
-            priorities(scene)
+            medium_priorities(scene)
         } else {
             Vec::new()
         };
         let mut prepared = Self {
-            geometry_bytes: built.geometry.bytes(),
+            geometry_bytes: built.geometry.memory_bytes(),
             geometry: built.geometry,
             meshes: built.meshes,
             objects: built.objects,
-            lost: built.lost,
+            collapsed_meshes: built.collapsed_meshes,
             origin,
             absorbs,
             tracks_media: absorbs || !priorities.is_empty(),
-            lets_straight: paths
+            transmits_straight: paths
                 && (!priorities.is_empty() || materials.iter().any(PreparedMaterial::is_thin)),
             priorities,
             tangents,
             materials,
-            cone: (!inputs.texture_tables.pyramids.is_empty()).then(|| camera.cone()),
+            cone: (!inputs.texture_tables.pyramids.is_empty()).then(|| camera.ray_cone()),
             texture_tables: inputs.texture_tables,
             lights,
             backdrop,
@@ -228,7 +231,7 @@ impl<R: Real> Prepared<R> {
             studio_backdrop: None,
             irradiance,
             camera,
-            rules: PreparedRules::new(&scene.classic),
+            rules: PreparedClassicRules::new(&scene.classic),
             layers: context.layers,
             light_sampling: settings.light_sampling,
             hard_shadows,
@@ -239,7 +242,7 @@ impl<R: Real> Prepared<R> {
             draws_edges: settings.wireframe,
         };
         if let Some(studio) = &studio {
-            prepared.furnish(studio, &view, settings, simulated);
+            prepared.add_studio(studio, &view, settings, simulated);
         }
         Ok(prepared)
     }
@@ -249,50 +252,54 @@ impl<R: Real> Prepared<R> {
     /// for this camera. The camera must have no open shutter. Returns false and changes nothing if
     /// the lights of a studio cannot be prepared.
     #[must_use]
-    pub(crate) fn turn_to(
+    pub(crate) fn set_camera(
         &mut self,
         scene: &Scene,
         settings: &Settings,
         view: &scene::Camera,
         simulated: EffectSet,
     ) -> bool {
-        let view = camera_about(
+        let view = camera_relative_to(
             self.origin.origin,
             &simulated_camera(view.clone(), simulated),
         );
-        let studio = studio_of(scene);
-        let lit_by = studio.map(|studio| crate::studio::lights(&studio, &view));
+        let studio = scene_studio(scene);
+        let lit_by = studio.map(|studio| crate::studio::studio_sky(&studio, &view));
         let prepared = |lit_by| {
             prepare_sky::<R>(
                 (Some(&lit_by), self.origin.origin),
                 &SceneLookup::new(scene),
-                &names(scene),
+                &expression_constants(scene),
             )
         };
         let Ok(sky) = lit_by.map(prepared).transpose() else {
             return false;
         };
-        self.camera = PreparedCamera::towards(&view, settings.size, &self.geometry.bounded_part());
-        self.cone = self.cone.is_some().then(|| self.camera.cone());
+        self.camera = PreparedCamera::for_scene_bounds(
+            &view,
+            settings.size,
+            &self.geometry.bounded_primitives_box(),
+        );
+        self.cone = self.cone.is_some().then(|| self.camera.ray_cone());
         let (Some(studio), Some(sky)) = (studio, sky) else {
             return true;
         };
         self.irradiance = self.irradiance.is_some().then(|| Irradiance::new(&sky));
         self.lights.sky = sky;
         if self.lights.sky_sampler().is_some() {
-            self.lights.prepare_sky();
+            self.lights.build_sky_sampler();
             if settings.light_sampling == LightSampling::Both {
-                self.lights.draw_excess_of_sky();
+                self.lights.restrict_sky_to_excess();
             }
-            self.lights.prepare_choice();
+            self.lights.build_light_sampler();
         }
-        self.furnish(&studio, &view, settings, simulated);
+        self.add_studio(&studio, &view, settings, simulated);
         true
     }
 }
 
 /// Returns the studio of a scene whose sky is a studio.
-fn studio_of(scene: &Scene) -> Option<Studio> {
+fn scene_studio(scene: &Scene) -> Option<Studio> {
     if let Some(Sky::Studio(studio)) = &scene.sky {
         Some(*studio)
     } else {
@@ -301,9 +308,9 @@ fn studio_of(scene: &Scene) -> Option<Studio> {
 }
 
 /// Returns the priority of each material's body where bodies overlap.
-fn priorities(scene: &Scene) -> Vec<u32> {
+fn medium_priorities(scene: &Scene) -> Vec<u32> {
     let value_of = |material: &scene::Material| {
-        if let scene::Model::Physical(m) = &material.model {
+        if let scene::MaterialModel::Physical(m) = &material.model {
             m.priority
         } else {
             0
@@ -314,14 +321,16 @@ fn priorities(scene: &Scene) -> Vec<u32> {
 
 /// Returns the properties of each material that the geometry needs. An opaque occluder blocks
 /// shadow rays without a filter, unless the order or the distance of occluders matters.
-fn geometry_needs_of<R: Real>(
+fn material_geometry_needs<R: Real>(
     scene: &Scene,
     (materials, layers): (&[PreparedMaterial<R>], &[LayeredInputs<R>]),
     reads_coordinates: &[bool],
     (paths, hard): (bool, bool),
 ) -> Vec<GeometryNeeds> {
     let asks = scene.classic.shadow == ShadowRule::FirstInOrder
-        || materials.iter().any(PreparedMaterial::asks_how_far);
+        || materials
+            .iter()
+            .any(PreparedMaterial::reads_occluder_distance);
     let facet =
         |((material, data), &coordinates): ((&PreparedMaterial<R>, &scene::Material), &bool)| {
             let sets = data
@@ -329,27 +338,27 @@ fn geometry_needs_of<R: Real>(
                 .into_iter()
                 .filter(|&set| (set as usize) < scene::MOST_UV_SETS);
             let solid = if paths {
-                material.covers()
+                material.blocks_straight_rays()
             } else {
                 material.is_opaque() && !asks
             };
             GeometryNeeds {
                 // For hard shadows, a ray to a lamp's centre passes through the lamp's own surface.
-                occlusion: if solid && !(hard && material.glows()) {
+                occlusion: if solid && !(hard && material.emits()) {
                     Occlusion::Opaque
                 } else {
-                    Occlusion::Ask
+                    Occlusion::Filtered
                 },
                 // A path tracer filters each hit by the kind of light: objects without a shadow
                 // still block the light of emitters and of the sky.
                 without_shadow: if paths {
-                    Occlusion::Ask
+                    Occlusion::Filtered
                 } else {
                     Occlusion::None
                 },
-                coordinates,
-                bumpy: material.is_bumpy(layers),
-                sets: sets.fold(u8::from(coordinates), |bits, set| bits | 1 << set),
+                needs_uv: coordinates,
+                needs_tangents: material.needs_tangents(layers),
+                uv_sets: sets.fold(u8::from(coordinates), |bits, set| bits | 1 << set),
             }
         };
     materials
@@ -361,7 +370,7 @@ fn geometry_needs_of<R: Real>(
 }
 
 /// Returns the names that expressions may read as constants: the time `t` and the parameters.
-pub(crate) fn names(scene: &Scene) -> std::collections::BTreeMap<String, f64> {
+pub(crate) fn expression_constants(scene: &Scene) -> std::collections::BTreeMap<String, f64> {
     let mut names = scene.parameters.clone();
     names.insert("t".to_owned(), scene.t);
     names

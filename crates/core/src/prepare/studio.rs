@@ -3,16 +3,16 @@
 use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
-use crate::camera::axes;
+use crate::camera::eye_and_axes;
 use crate::light::SphereGrid;
-use crate::motion::{opening, pose_at};
+use crate::motion::{pose_at, shutter_opening};
 use crate::scene::{Camera, Projection};
 
 /// Background of camera rays that hit nothing, in place of the sky.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Backdrop<R: Real> {
     /// A constant radiance.
-    Plain(R::Vec3),
+    Constant(R::Vec3),
     /// A studio's backdrop, brightest along the camera's axis.
     Studio {
         /// Radiance along the axis.
@@ -24,13 +24,13 @@ pub(crate) enum Backdrop<R: Real> {
 
 impl<R: Real> Backdrop<R> {
     /// Creates a studio's backdrop for a camera. An orthographic camera sees a constant radiance.
-    pub fn of_studio(radiance: f64, camera: &Camera) -> Self {
+    pub fn from_studio(radiance: f64, camera: &Camera) -> Self {
         match camera.projection {
             Projection::Orthographic { .. } => {
-                Self::Plain(R::Vec3::from_f64(DVec3::splat(radiance)))
+                Self::Constant(R::Vec3::from_f64(DVec3::splat(radiance)))
             }
             _ => {
-                let (_, frame) = axes(&pose_at(camera, opening(camera)));
+                let (_, frame) = eye_and_axes(&pose_at(camera, shutter_opening(camera)));
                 Self::Studio {
                     radiance: R::from_f64(radiance),
                     axis: R::Vec3::from_f64(-frame.z_axis.normalize()),
@@ -41,9 +41,9 @@ impl<R: Real> Backdrop<R> {
 
     /// Returns the radiance along a unit direction.
     #[inline]
-    pub fn seen(&self, direction: R::Vec3) -> R::Vec3 {
+    pub fn radiance(&self, direction: R::Vec3) -> R::Vec3 {
         match *self {
-            Self::Plain(radiance) => radiance,
+            Self::Constant(radiance) => radiance,
             Self::Studio { radiance, axis } => {
                 let away = R::ONE - direction.dot(axis);
                 R::Vec3::ONE * (radiance * (R::ONE - away).max(R::from_f64(DARKEST)))
@@ -63,8 +63,8 @@ pub(crate) struct StudioGround<R: Real> {
     /// Centre of the shadow.
     pub centre: R::Vec3,
     /// Radius of the shadow. Beyond it, the scene blocks a negligible share of the light.
-    pub reach: R,
+    pub shadow_radius: R,
     /// Distribution of directions above the ground, by their contribution to the ground's
     /// irradiance.
-    pub light: SphereGrid,
+    pub direction_sampler: SphereGrid,
 }

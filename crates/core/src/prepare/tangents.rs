@@ -10,10 +10,10 @@ use raywright_bvh::Real;
 
 use super::error::{PrepareError, check_cancelled};
 use super::geometry::BuiltGeometry;
-use crate::generate::all;
+use crate::generate::all_objects;
 use crate::lookup::SceneLookup;
 use crate::observer::Observer;
-use crate::scene::{Material, MeshData, Model, Scene, Shape};
+use crate::scene::{Material, MaterialModel, MeshData, Scene, Shape};
 
 /// Tangents of a mesh for the three corners of each triangle, in the format of
 /// [`MeshData::tangents`].
@@ -21,18 +21,15 @@ pub(crate) type CornerTangents = Vec<[[f32; 4]; 3]>;
 
 /// Key of generated tangents: the set of texture coordinates, and the linear part of their
 /// transform as bits of four `f64`.
-pub(super) type TangentSource = (u32, [u64; 4]);
+pub(super) type TangentKey = (u32, [u64; 4]);
 
 /// Returns the key of the tangents to generate for a mesh with a material; `None` if the mesh has
 /// tangents or needs none.
-pub(super) fn tangent_source(
-    material: Option<&Material>,
-    data: &MeshData,
-) -> Option<TangentSource> {
-    let Model::Physical(model) = &material?.model else {
+pub(super) fn tangent_key(material: Option<&Material>, data: &MeshData) -> Option<TangentKey> {
+    let MaterialModel::Physical(model) = &material?.model else {
         return None;
     };
-    let image = model.directed_by();
+    let image = model.tangent_texture();
     // Anisotropy without an image follows the first set of coordinates.
     let requested =
         data.tangents.is_empty() && (image.is_some() || model.active_anisotropy().is_some());
@@ -52,7 +49,7 @@ pub(super) fn tangent_source(
 ///
 /// # Errors
 /// [`PrepareError::Cancelled`], checked between meshes.
-pub(super) fn make<R: Real>(
+pub(super) fn generate_missing_tangents<R: Real>(
     scene: &Scene,
     built: &mut BuiltGeometry<R>,
     observer: &dyn Observer,
@@ -62,8 +59,8 @@ pub(super) fn make<R: Real>(
     let bumpy = built
         .objects
         .iter_mut()
-        .zip(all(scene))
-        .filter(|(record, _)| record.bumpy);
+        .zip(all_objects(scene))
+        .filter(|(record, _)| record.needs_tangents);
     for (record, placed_object) in bumpy {
         let (Some(mesh), Shape::Mesh(name)) = (&mut record.mesh, &placed_object.object.shape)
         else {
@@ -75,7 +72,7 @@ pub(super) fn make<R: Real>(
         let Some(data) = lookup.mesh_data(name) else {
             continue;
         };
-        let Some(tangent_key) = tangent_source(material, data) else {
+        let Some(tangent_key) = tangent_key(material, data) else {
             continue;
         };
         let known = places.get(&(mesh.mesh, tangent_key)).copied();
@@ -83,7 +80,7 @@ pub(super) fn make<R: Real>(
             Some(index) => index,
             None => {
                 check_cancelled(observer)?;
-                tables.push(corners(data, tangent_key));
+                tables.push(generate_mesh_tangents(data, tangent_key));
                 let index = tables.len() as u32 - 1;
                 places.insert((mesh.mesh, tangent_key), index);
                 index
@@ -95,7 +92,7 @@ pub(super) fn make<R: Real>(
 }
 
 /// Generates the tangents of a mesh.
-fn corners(data: &MeshData, (set, map): TangentSource) -> CornerTangents {
+fn generate_mesh_tangents(data: &MeshData, (set, map): TangentKey) -> CornerTangents {
     let largest = data
         .positions
         .offsets()
@@ -144,7 +141,7 @@ struct TangentMesh<'a> {
 }
 
 impl TangentMesh<'_> {
-    fn vertex(&self, face: usize, corner: usize) -> usize {
+    fn vertex_index(&self, face: usize, corner: usize) -> usize {
         self.data.indices[face][corner] as usize
     }
 }
@@ -157,11 +154,11 @@ impl Geometry<PortableMath> for TangentMesh<'_> {
         3
     }
     fn position(&self, face: usize, corner: usize) -> [f32; 3] {
-        self.data.positions.offsets()[self.vertex(face, corner)]
+        self.data.positions.offsets()[self.vertex_index(face, corner)]
             .map(|x| (f64::from(x) * self.scale) as f32)
     }
     fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
-        match self.data.normals.get(self.vertex(face, corner)) {
+        match self.data.normals.get(self.vertex_index(face, corner)) {
             Some(normal) => *normal,
             None => {
                 let [a, b, c] = [0, 1, 2]
@@ -178,7 +175,7 @@ impl Geometry<PortableMath> for TangentMesh<'_> {
         // Texture coordinates at the corners of a triangle whose mesh has none.
         const WEIGHTS: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
         let [u, v] = match self.data.uvs.get(self.set).filter(|set| !set.is_empty()) {
-            Some(set) => set[self.vertex(face, corner)],
+            Some(set) => set[self.vertex_index(face, corner)],
             None if self.set == 0 => WEIGHTS[corner],
             None => [0.0; 2],
         };

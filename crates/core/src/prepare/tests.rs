@@ -4,7 +4,7 @@ use std::sync::Arc;
 use serde_json::json;
 
 use super::*;
-use crate::scene::{ImageData, MeshSource, Pixels};
+use crate::scene::{ImageData, MeshSource, PixelData};
 
 /// A mesh used once directly and twice by instances, under two textures of one image.
 fn textured() -> Scene {
@@ -23,7 +23,7 @@ fn textured() -> Scene {
     scene.images[1].data = Some(Arc::new(ImageData {
         width: 1,
         height: 1,
-        pixels: Pixels::Codes(vec![[128; 4]]),
+        pixels: PixelData::Codes(vec![[128; 4]]),
     }));
     scene
 }
@@ -40,7 +40,7 @@ fn prepared_is_flat() {
 
     let scene = textured();
     let prepared =
-        Prepared::<f32>::new(&scene, &Settings::from_scene(&scene), EffectSet::EMPTY, &())
+        PreparedScene::<f32>::new(&scene, &Settings::from_scene(&scene), EffectSet::EMPTY, &())
             .expect("it can be prepared");
     let MeshSource::Inline(mesh) = &scene.meshes[0].source else {
         panic!("it has its arrays")
@@ -76,7 +76,7 @@ fn an_integrator_that_is_not_named_is_chosen() {
             integrator,
             ..Settings::from_scene(&scene)
         };
-        let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &())
+        let prepared = PreparedScene::<f32>::new(&scene, &settings, EffectSet::ALL, &())
             .expect("it can be prepared");
         prepared.lights.sky_sampler().is_some()
     };
@@ -98,7 +98,8 @@ fn a_sky_without_a_surface_is_refused() {
             ..textured()
         };
         let refused =
-            Prepared::<f32>::new(&scene, &Settings::from_scene(&scene), EffectSet::ALL, &()).err();
+            PreparedScene::<f32>::new(&scene, &Settings::from_scene(&scene), EffectSet::ALL, &())
+                .err();
         assert_eq!(
             refused,
             Some(PrepareError::NoSurface {

@@ -2,12 +2,12 @@
 
 use raywright_bvh::Real;
 
-use super::Prepared;
+use super::PreparedScene;
 use crate::light::{LightId, LightUsage};
 
 /// Least number of blocked shadow rays for a report. If a twentieth of the rays reached the light,
 /// the probability that a hundred are all blocked would be less than a hundredth.
-const ENOUGH: u64 = 100;
+const MIN_BLOCKED_RAYS: u64 = 100;
 
 /// A light or an emissive object that contributed nothing to a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,11 +29,11 @@ pub enum UnreachedLight {
     },
 }
 
-impl<R: Real> Prepared<R> {
-    /// Returns the lights without a contribution to which at least [`ENOUGH`] shadow rays were
+impl<R: Real> PreparedScene<R> {
+    /// Returns the lights without a contribution to which at least [`MIN_BLOCKED_RAYS`] shadow rays were
     /// blocked.
-    pub(crate) fn shut_away(&self, usage: &LightUsage) -> Vec<UnreachedLight> {
-        let in_vain = |light| usage.in_vain(light).map(u64::from);
+    pub(crate) fn find_unreached_lights(&self, usage: &LightUsage) -> Vec<UnreachedLight> {
+        let in_vain = |light| usage.blocked_rays(light).map(u64::from);
         let lights = (0..self.lights.delta.len()).filter_map(|index| {
             let rays = in_vain(LightId::Delta(index as u32))?;
             Some(UnreachedLight::Light { index, rays })
@@ -42,14 +42,14 @@ impl<R: Real> Prepared<R> {
         let objects = self
             .lights
             .emitters
-            .objects()
+            .emitters_by_object()
             .filter_map(|(index, emitters)| {
                 let rays: Option<u64> = emitters
                     .map(|emitter| in_vain(LightId::Emitter(emitter)))
                     .sum();
                 Some(UnreachedLight::Object { index, rays: rays? })
             });
-        let sure = |unreached_light: &UnreachedLight| matches!(unreached_light, UnreachedLight::Light { rays, .. } | UnreachedLight::Object { rays, .. } if *rays >= ENOUGH);
+        let sure = |unreached_light: &UnreachedLight| matches!(unreached_light, UnreachedLight::Light { rays, .. } | UnreachedLight::Object { rays, .. } if *rays >= MIN_BLOCKED_RAYS);
         lights.chain(objects).filter(sure).collect()
     }
 }

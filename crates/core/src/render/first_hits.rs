@@ -21,7 +21,7 @@ impl<'a> FirstHitSums<'a> {
     }
 
     /// Continues a pixel from the sums of its earlier samples.
-    pub fn resume(&mut self, buffer: &ReplicateBuffer, pixel: usize) {
+    pub fn resume_pixel(&mut self, buffer: &ReplicateBuffer, pixel: usize) {
         for (sum, layer) in self.sums.iter_mut().zip(&buffer.layers) {
             *sum = layer.get(pixel).copied().unwrap_or([0.0; 3]);
         }
@@ -31,18 +31,18 @@ impl<'a> FirstHitSums<'a> {
     /// Adds the first hit of a sample's camera ray; `first` is called only if a layer shows first
     /// hits. `entered`: whether the sample was finite.
     #[inline(always)]
-    pub fn add<'f>(
+    pub fn add_sample<'f>(
         &mut self,
         first: impl FnOnce() -> (Option<&'f FirstHit>, [f64; 3]),
         entered: bool,
     ) {
         if !self.sums.is_empty() {
             let (first, direct) = first();
-            self.sum(first, direct, entered);
+            self.add_values(first, direct, entered);
         }
     }
 
-    fn sum(&mut self, first: Option<&FirstHit>, direct: [f64; 3], entered: bool) {
+    fn add_values(&mut self, first: Option<&FirstHit>, direct: [f64; 3], entered: bool) {
         self.hits += u16::from(first.is_some());
         for (sum, (aov, _)) in self.sums.iter_mut().zip(&self.plan.layers.mean) {
             let value = match (aov, first) {
@@ -59,7 +59,7 @@ impl<'a> FirstHitSums<'a> {
 
     /// Appends the sums of the pixel to the buffer, and starts the next pixel.
     #[inline(always)]
-    pub fn push(&mut self, buffer: &mut ReplicateBuffer) {
+    pub fn push_pixel(&mut self, buffer: &mut ReplicateBuffer) {
         if self.sums.is_empty() {
             return;
         }

@@ -5,25 +5,25 @@
 use raywright_bvh::{Ray, Real, Vector};
 
 use crate::integrator::{CameraRays, FirstHit, LightTransport, PathResult, PathResults};
-use crate::sampler::{SampleAddress, Sequence};
+use crate::sampler::{SampleAddress, SampleSequence};
 
 /// Samples of a batch: their addresses, their camera rays, and buffers for generating them.
 pub(super) struct SampleBatch<R: Real> {
     pub addresses: Vec<SampleAddress>,
     pub rays: Vec<Ray<R>>,
-    pub sequences: Vec<(Sequence, u32)>,
+    pub sequences: Vec<(SampleSequence, u32)>,
     pub places: Vec<[f32; 4]>,
 }
 
 /// Source of sample results: holds the results of a batch and the index of the next result, and
 /// traces a new batch when needed.
-pub(super) struct SampleLookahead<R: Real> {
+pub(super) struct SampleStream<R: Real> {
     samples: SampleBatch<R>,
     results: PathResults<R>,
     next: usize,
 }
 
-impl<R: Real> Default for SampleLookahead<R> {
+impl<R: Real> Default for SampleStream<R> {
     fn default() -> Self {
         let samples = SampleBatch {
             addresses: Vec::new(),
@@ -39,11 +39,11 @@ impl<R: Real> Default for SampleLookahead<R> {
     }
 }
 
-impl<R: Real> SampleLookahead<R> {
+impl<R: Real> SampleStream<R> {
     /// Returns the result of the next sample. If no result is left, `make` generates at most the
     /// given number of samples, and the batch is traced.
     #[inline(always)]
-    pub fn next<'a, T: LightTransport<'a, R>>(
+    pub fn next_result<'a, T: LightTransport<'a, R>>(
         &mut self,
         tracer: &mut T,
         make: impl FnOnce(usize, &mut SampleBatch<R>),
@@ -54,7 +54,7 @@ impl<R: Real> SampleLookahead<R> {
             self.samples.rays.clear();
             self.samples.sequences.clear();
             self.samples.places.clear();
-            make(T::BATCH, &mut self.samples);
+            make(T::MAX_BATCH, &mut self.samples);
             let SampleBatch {
                 addresses, rays, ..
             } = &self.samples;
@@ -68,8 +68,8 @@ impl<R: Real> SampleLookahead<R> {
     /// Returns the first hit of the last sample's camera ray (`None` for the sky), and its directly
     /// visible radiance; zero if no layer needs them.
     #[inline(always)]
-    pub fn first(&self) -> (Option<&FirstHit>, [f64; 3]) {
-        let (first, direct) = self.results.first(self.next - 1);
+    pub fn first_hit_and_emission(&self) -> (Option<&FirstHit>, [f64; 3]) {
+        let (first, direct) = self.results.first_hit_and_emission(self.next - 1);
         (first, direct.to_f64().to_array())
     }
 }

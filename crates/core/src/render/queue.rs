@@ -10,21 +10,21 @@ use crate::light::LightUsage;
 use crate::observer::Observer;
 
 /// Queue of the units of work in order, with the film that receives their results.
-pub(super) struct UnitQueue<'f> {
+pub(super) struct WorkQueue<'f> {
     film: &'f mut Film,
     /// Heap of the next pass of each tile in each replicate, as (pass, replicate, tile); without
     /// finished tiles and units in progress. A thread that finds the heap empty can end: threads
     /// continue their own units.
     waiting: BinaryHeap<Reverse<(u32, u32, u32)>>,
     /// Number of tiles of the rendered part without any samples.
-    bare: usize,
+    tiles_without_samples: usize,
     /// Samples of all pixels: finished, and total.
-    done: u64,
-    total: u64,
+    samples_done: u64,
+    samples_total: u64,
 }
 
 /// A unit of work for a thread: a range of samples of one tile in one replicate.
-pub(super) struct NextUnit {
+pub(super) struct WorkUnit {
     pub tile: u32,
     pub replicate: u32,
     pub samples: Range<u32>,
@@ -32,18 +32,18 @@ pub(super) struct NextUnit {
     pub start: ReplicateBuffer,
 }
 
-impl<'f> UnitQueue<'f> {
+impl<'f> WorkQueue<'f> {
     pub fn new(film: &'f mut Film, part: &FilmPart) -> Self {
         let plan = film.plan();
         let replicates = part.replicates.start..part.replicates.end.min(plan.replicates);
         let (mut waiting, mut bare) = (Vec::new(), 0);
         let (done, total) = film.progress(part);
-        for tile in part.each_tile(plan) {
+        for tile in part.iter_tiles(plan) {
             bare += usize::from(
                 (0..plan.replicates).all(|replicate| film.samples_drawn(tile, replicate) == 0),
             );
             for replicate in replicates.clone() {
-                let next = plan.pass(
+                let next = plan.next_pass(
                     film.sample_goal(tile, replicate),
                     film.samples_drawn(tile, replicate),
                 );
@@ -53,66 +53,67 @@ impl<'f> UnitQueue<'f> {
         Self {
             film,
             waiting: waiting.into(),
-            bare,
-            done,
-            total,
+            tiles_without_samples: bare,
+            samples_done: done,
+            samples_total: total,
         }
     }
 
     /// Stores the result of a finished unit, and returns the next unit; `None` if none is waiting
     /// or the observer has enough samples. Takes one lock for each tile.
-    pub fn exchange(
+    pub fn exchange_unit(
         &mut self,
         finished: Option<TileUpdate>,
         observer: &dyn Observer,
-    ) -> Option<NextUnit> {
-        self.put(finished, observer);
-        if observer.has_enough(self.bare == 0) {
+    ) -> Option<WorkUnit> {
+        self.store_result(finished, observer);
+        if observer.has_enough_samples(self.tiles_without_samples == 0) {
             return None;
         }
         let Reverse((_, replicate, tile)) = self.waiting.pop()?;
-        let (_, samples) = self.next(tile, replicate)?;
-        Some(NextUnit {
+        let (_, samples) = self.next_pass(tile, replicate)?;
+        Some(WorkUnit {
             tile,
             replicate,
             samples,
-            start: self.film.state(tile, replicate),
+            start: self.film.tile_buffer(tile, replicate),
         })
     }
 
     /// Returns the next pass of a tile in a replicate, and the range of its samples; `None` if the
     /// tile is finished.
-    fn next(&self, tile: u32, replicate: u32) -> Option<(u32, Range<u32>)> {
-        self.film.plan().pass(
+    fn next_pass(&self, tile: u32, replicate: u32) -> Option<(u32, Range<u32>)> {
+        self.film.plan().next_pass(
             self.film.sample_goal(tile, replicate),
             self.film.samples_drawn(tile, replicate),
         )
     }
 
     /// Stores the last result and the light usage of a worker that ends.
-    pub fn end(
+    pub fn finish_worker(
         &mut self,
         finished: Option<TileUpdate>,
         usage: &LightUsage,
         observer: &dyn Observer,
     ) {
-        self.put(finished, observer);
-        self.film.add_usage(usage);
+        self.store_result(finished, observer);
+        self.film.add_light_usage(usage);
     }
 
-    fn put(&mut self, finished: Option<TileUpdate>, observer: &dyn Observer) {
+    fn store_result(&mut self, finished: Option<TileUpdate>, observer: &dyn Observer) {
         let Some(tile_update) = finished else { return };
         let (tile, replicate) = (tile_update.tile, tile_update.replicate);
         let bare = (0..self.film.plan().replicates)
             .all(|replicate| self.film.samples_drawn(tile, replicate) == 0);
         let before = self.film.samples_drawn(tile, replicate);
-        self.film.put(&tile_update);
-        self.bare -= usize::from(bare);
-        self.done += self.film.plan().pixels_of(tile) * u64::from(tile_update.drawn - before);
+        self.film.store_tile(&tile_update);
+        self.tiles_without_samples -= usize::from(bare);
+        self.samples_done +=
+            self.film.plan().tile_pixel_count(tile) * u64::from(tile_update.drawn - before);
         self.waiting.extend(
-            self.next(tile, replicate)
+            self.next_pass(tile, replicate)
                 .map(|(pass, _)| Reverse((pass, replicate, tile))),
         );
-        observer.progress(self.done, self.total);
+        observer.progress(self.samples_done, self.samples_total);
     }
 }

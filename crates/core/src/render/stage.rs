@@ -18,7 +18,7 @@ pub struct RenderStage<'a> {
 
 impl<'a> RenderStage<'a> {
     /// Returns the state of a film.
-    pub fn of(film: &'a Film) -> Self {
+    pub fn from_film(film: &'a Film) -> Self {
         Self {
             film,
             picture: OnceCell::new(),
@@ -38,19 +38,19 @@ impl<'a> RenderStage<'a> {
     }
 
     /// Returns the least and the greatest number of samples of a pixel.
-    pub fn samples(&self) -> RangeInclusive<u32> {
-        self.film.samples(&self.film.whole_part())
+    pub fn sample_range(&self) -> RangeInclusive<u32> {
+        self.film.sample_range(&self.film.full_part())
     }
 
     /// Returns the estimated error of the picture with its interval; `None` without random
     /// sampling, or while samples are too few for an estimate.
     pub fn error(&self) -> Option<Uncertainty> {
-        *self.error.get_or_init(|| self.film.uncertainty())
+        *self.error.get_or_init(|| self.film.estimate_uncertainty())
     }
 
     /// Returns the result of the render so far: [`Self::picture`], denoised if requested and
     /// possible.
-    pub fn rendered(self, observer: &dyn Observer) -> RenderOutput {
+    pub fn into_output(self, observer: &dyn Observer) -> RenderOutput {
         match self.picture.into_inner() {
             Some(picture) if !self.film.is_to_be_denoised() => {
                 RenderOutput::with_picture(self.film, picture)

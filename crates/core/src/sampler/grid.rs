@@ -1,14 +1,14 @@
 //! Samplers simpler than Sobol points, for comparison: independent numbers, and jittered grids.
 
-use crate::hash::mix;
+use crate::hash::splitmix64;
 
 /// Bits of a number in [0, 1), as many as Sobol points have.
 const BITS: u32 = 23;
 
 /// Returns four independent numbers in [0, 1): the point `index` of a scramble's sequence.
 #[inline]
-pub(super) fn independent(index: u32, scramble: u32) -> [f32; 4] {
-    bits(index, scramble).map(unit)
+pub(super) fn independent_point(index: u32, scramble: u32) -> [f32; 4] {
+    hash_bits(index, scramble).map(bits_to_unit)
 }
 
 /// Returns four numbers in [0, 1) as two stratified pairs (Cook, "Stochastic Sampling in Computer
@@ -16,34 +16,34 @@ pub(super) fn independent(index: u32, scramble: u32) -> [f32; 4] {
 /// has a point in every cell of a 4 × 4 grid, jittered within the cell. The order of the cells is
 /// random for each pair.
 #[inline]
-pub(super) fn stratified(index: u32, scramble: u32) -> [f32; 4] {
-    let grid = mix(u64::from(scramble) << 32 | u64::from(index / 16) | 1 << 31);
-    let jitter = bits(index, scramble);
+pub(super) fn stratified_point(index: u32, scramble: u32) -> [f32; 4] {
+    let grid = splitmix64(u64::from(scramble) << 32 | u64::from(index / 16) | 1 << 31);
+    let jitter = hash_bits(index, scramble);
     let cells = [
-        cell(index % 16, grid as u32),
-        cell(index % 16, (grid >> 32) as u32),
+        permute_cell(index % 16, grid as u32),
+        permute_cell(index % 16, (grid >> 32) as u32),
     ];
     let places = [cells[0] % 4, cells[0] / 4, cells[1] % 4, cells[1] / 4];
-    core::array::from_fn(|k| unit(places[k] << (BITS - 2) | jitter[k] >> 2))
+    core::array::from_fn(|k| bits_to_unit(places[k] << (BITS - 2) | jitter[k] >> 2))
 }
 
 /// Returns four independent hashes of 23 bits.
 #[inline]
-fn bits(index: u32, scramble: u32) -> [u32; 4] {
-    let a = mix(u64::from(scramble) << 32 | u64::from(index));
-    let b = mix(a);
+fn hash_bits(index: u32, scramble: u32) -> [u32; 4] {
+    let a = splitmix64(u64::from(scramble) << 32 | u64::from(index));
+    let b = splitmix64(a);
     [a, a >> 32, b, b >> 32].map(|word| word as u32 >> (u32::BITS - BITS))
 }
 
 #[inline]
-fn unit(bits: u32) -> f32 {
+fn bits_to_unit(bits: u32) -> f32 {
     bits as f32 / (1 << BITS) as f32
 }
 
 /// Returns the image of `number` under a permutation of 0..16 chosen by a key. Each step is itself
 /// a permutation.
 #[inline]
-fn cell(number: u32, key: u32) -> u32 {
+fn permute_cell(number: u32, key: u32) -> u32 {
     (0..4).fold(number, |x, round| {
         let part = key >> (8 * round);
         let x = (x * (part & 15 | 1) + (part >> 4)) & 15;
@@ -63,7 +63,7 @@ mod tests {
         for (scramble, block) in [(0, 0), (7, 0), (7, 1), (u32::MAX, 4095)] {
             for pair in [0, 2] {
                 let value_of = |i: u32| {
-                    let point = stratified(16 * block + i, scramble);
+                    let point = stratified_point(16 * block + i, scramble);
                     (4.0 * point[pair]) as usize + 4 * (4.0 * point[pair + 1]) as usize
                 };
                 let order: Vec<usize> = (0..16).map(value_of).collect();
@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn m11_numbers_are_even() {
         const COUNT: u32 = 1 << 16;
-        for draw in [independent, stratified] {
+        for draw in [independent_point, stratified_point] {
             let (mut mean, mut square, mut product) = ([0.0; 4], [0.0; 4], 0.0);
             for index in 0..COUNT {
                 let point = draw(index, 99).map(f64::from);
@@ -119,7 +119,7 @@ mod tests {
     fn independent_points_are_not_stratified() {
         let empty = |scramble: u32| {
             let hit = (0..16).fold(0_u32, |hit, i| {
-                let [x, y, ..] = independent(i, scramble);
+                let [x, y, ..] = independent_point(i, scramble);
                 hit | 1 << ((4.0 * x) as u32 + 4 * (4.0 * y) as u32)
             });
             f64::from(hit.count_zeros() - 16)

@@ -30,15 +30,15 @@ static SUMS: LazyLock<[[[u32; 4]; 16]; 4]> = LazyLock::new(|| {
 
 /// Identifies a point of a sequence: its index, below 2¹⁶, and a scramble.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct SobolPoint {
+pub(super) struct SobolIndex {
     pub index: u32,
     pub scramble: u32,
 }
 
 /// Returns the four numbers in [0, 1) of a point.
 #[inline]
-pub(super) fn point(sobol_point: SobolPoint) -> [f32; 4] {
-    let [point] = side_by_side(&SUMS, &[sobol_point]);
+pub(super) fn eval_point(sobol_point: SobolIndex) -> [f32; 4] {
+    let [point] = compute_lanes(&SUMS, &[sobol_point]);
     point
 }
 
@@ -46,36 +46,36 @@ pub(super) fn point(sobol_point: SobolPoint) -> [f32; 4] {
 const LANES: usize = 16;
 
 /// Appends the four numbers of many points, in order, as [`point`] does.
-pub(super) fn points(which: impl Iterator<Item = SobolPoint>, out: &mut Vec<[f32; 4]>) {
+pub(super) fn eval_points(which: impl Iterator<Item = SobolIndex>, out: &mut Vec<[f32; 4]>) {
     let mut which = which.fuse();
     loop {
-        let mut requested = [SobolPoint::default(); LANES];
+        let mut requested = [SobolIndex::default(); LANES];
         let mut count = 0;
         for (slot, sobol_point) in requested.iter_mut().zip(&mut which) {
             *slot = sobol_point;
             count += 1;
         }
-        out.extend_from_slice(&run_widest(SobolLanes(&SUMS, &requested))[..count]);
+        out.extend_from_slice(&run_widest(SobolTask(&SUMS, &requested))[..count]);
         if count < LANES {
             return;
         }
     }
 }
 
-struct SobolLanes<'a>(&'a [[[u32; 4]; 16]; 4], &'a [SobolPoint; LANES]);
+struct SobolTask<'a>(&'a [[[u32; 4]; 16]; 4], &'a [SobolIndex; LANES]);
 
-impl SimdTask for SobolLanes<'_> {
+impl SimdTask for SobolTask<'_> {
     type Output = [[f32; 4]; LANES];
     #[inline(always)]
     fn run(self) -> Self::Output {
-        side_by_side(self.0, self.1)
+        compute_lanes(self.0, self.1)
     }
 }
 
 #[inline(always)]
-fn side_by_side<const N: usize>(
+fn compute_lanes<const N: usize>(
     sums: &[[[u32; 4]; 16]; 4],
-    sobol_points: &[SobolPoint; N],
+    sobol_points: &[SobolIndex; N],
 ) -> [[f32; 4]; N] {
     let mut shuffled = [0; N];
     for (shuffled, sobol_point) in shuffled.iter_mut().zip(sobol_points) {
@@ -116,7 +116,7 @@ mod tests {
         for index in 0..1_u32 << 16 {
             let scramble = index.wrapping_mul(0x9e37_79b9).rotate_left(index % 32);
             let [found, expected] = [
-                point(SobolPoint { index, scramble }),
+                eval_point(SobolIndex { index, scramble }),
                 sobol_burley::sample_4d(index, 0, scramble),
             ];
             assert_eq!(
@@ -127,7 +127,7 @@ mod tests {
         }
         for scramble in [0, 1, u32::MAX, 0x79c6_8e4a] {
             assert_eq!(
-                point(SobolPoint {
+                eval_point(SobolIndex {
                     index: 0xffff,
                     scramble
                 })
@@ -141,14 +141,14 @@ mod tests {
     #[test]
     fn points_side_by_side_are_those_alone() {
         for count in [0, 1, 15, 16, 17, 33, 1000] {
-            let which = |i: u32| SobolPoint {
+            let which = |i: u32| SobolIndex {
                 index: i.wrapping_mul(7919) % (1 << 16),
                 scramble: i.wrapping_mul(0x9e37_79b9),
             };
             let mut out = vec![[0.5; 4]];
-            points((0..count).map(which), &mut out);
+            eval_points((0..count).map(which), &mut out);
             let alone: Vec<_> = (0..count)
-                .map(|i| point(which(i)).map(f32::to_bits))
+                .map(|i| eval_point(which(i)).map(f32::to_bits))
                 .collect();
             assert_eq!(
                 out[1..]

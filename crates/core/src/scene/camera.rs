@@ -22,7 +22,7 @@ pub struct Camera {
     pub aspect: Option<f64>,
     /// Fit of the view to a picture whose shape differs from `aspect`.
     #[serde(default)]
-    pub fit: Fit,
+    pub fit: AspectFit,
     /// Pose at time 1 of a moving camera, of the same kind as `pose`, which is the pose at time 0.
     /// Each number is interpolated linearly. None: the camera stands still.
     #[serde(default)]
@@ -37,7 +37,7 @@ pub struct Camera {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
-pub enum Fit {
+pub enum AspectFit {
     /// The view is stretched to the picture.
     #[default]
     Stretch,
@@ -59,7 +59,7 @@ pub enum Pose {
         /// Point in the middle of the picture, different from the eye.
         target: Triple,
         /// Upward direction, not parallel to the view.
-        #[serde(default = "y_up")]
+        #[serde(default = "default_up")]
         up: Triple,
     },
     /// The camera is on a sphere around its target: eye = target + distance · (cos e · sin a, sin
@@ -88,7 +88,7 @@ pub enum Pose {
     },
 }
 
-fn y_up() -> Triple {
+fn default_up() -> Triple {
     [0.0, 1.0, 0.0]
 }
 

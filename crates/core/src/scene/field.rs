@@ -9,7 +9,7 @@ pub enum FieldBounds {
     /// Every value.
     Any,
     /// From the first number to the second number, in each channel of a colour.
-    Within(f64, f64),
+    Range(f64, f64),
     /// Zero, with a special meaning, or from the first number to the second number.
     ZeroOrWithin(f64, f64),
     /// Any number within the supported range.
@@ -76,13 +76,13 @@ pub trait FieldValue {
     }
     /// Replaces an image by its factor if `_images`, and a checkerboard by the mean of its two
     /// colours if `_checkers`.
-    fn flatten(&mut self, _images: bool, _checkers: bool) {}
+    fn make_constant(&mut self, _images: bool, _checkers: bool) {}
     /// Returns the fields of the layer that this value is; empty for any other value.
-    fn parts(&self) -> Vec<MaterialField<'_>> {
+    fn layer_fields(&self) -> Vec<MaterialField<'_>> {
         Vec::new()
     }
     /// Applies a change to the value of each field of the layer that this value is.
-    fn change_parts(&mut self, _change: &mut dyn FnMut(&mut dyn FieldValue)) {}
+    fn change_layer_fields(&mut self, _change: &mut dyn FnMut(&mut dyn FieldValue)) {}
 }
 
 impl FieldValue for bool {}
@@ -117,7 +117,7 @@ impl<T: InputValue> FieldValue for Input<T> {
     }
     fn expression(&self) -> Option<(&str, bool)> {
         if let Self::Expression(text) = self {
-            Some((text, T::of_colour(Colour::BLACK).is_none()))
+            Some((text, T::from_colour(Colour::BLACK).is_none()))
         } else {
             None
         }
@@ -129,7 +129,7 @@ impl<T: InputValue> FieldValue for Input<T> {
             None
         }
     }
-    fn flatten(&mut self, images: bool, checkers: bool) {
+    fn make_constant(&mut self, images: bool, checkers: bool) {
         let colour = match self {
             Self::Texture(input) if images => input.texture.factor,
             Self::Checker(CheckerInput { checker }) if checkers => {
@@ -139,11 +139,12 @@ impl<T: InputValue> FieldValue for Input<T> {
             }
             _ => return,
         };
-        *self = Self::Constant(T::of_colour(colour).unwrap_or_else(|| T::of_number(colour.0[0])));
+        *self =
+            Self::Constant(T::from_colour(colour).unwrap_or_else(|| T::from_number(colour.0[0])));
     }
     fn constant_value(&self) -> Option<ConstantValue> {
-        let is_number = T::of_colour(Colour::BLACK).is_none();
-        let value = self.constant()?.colour();
+        let is_number = T::from_colour(Colour::BLACK).is_none();
+        let value = self.constant()?.to_colour();
         Some(if is_number {
             ConstantValue::Number(value.0[0])
         } else {
@@ -159,7 +160,7 @@ impl FieldValue for Option<TextureRef> {
     fn texture_mut(&mut self) -> Option<&mut TextureRef> {
         self.as_mut()
     }
-    fn flatten(&mut self, images: bool, _: bool) {
+    fn make_constant(&mut self, images: bool, _: bool) {
         if images {
             *self = None;
         }
@@ -177,16 +178,16 @@ pub trait MaterialFields {
     /// Returns the fields of the struct and of its layers.
     fn fields(&self) -> Vec<MaterialField<'_>>;
     /// Applies a change to the value of each field of the struct and of its layers.
-    fn change(&mut self, change: &mut dyn FnMut(&mut dyn FieldValue));
+    fn change_values(&mut self, change: &mut dyn FnMut(&mut dyn FieldValue));
 }
 
 impl<L: MaterialFields> FieldValue for Option<L> {
-    fn parts(&self) -> Vec<MaterialField<'_>> {
+    fn layer_fields(&self) -> Vec<MaterialField<'_>> {
         self.as_ref().map_or_else(Vec::new, MaterialFields::fields)
     }
-    fn change_parts(&mut self, change: &mut dyn FnMut(&mut dyn FieldValue)) {
+    fn change_layer_fields(&mut self, change: &mut dyn FnMut(&mut dyn FieldValue)) {
         if let Some(layer) = self {
-            layer.change(change);
+            layer.change_values(change);
         }
     }
 }
@@ -199,16 +200,16 @@ macro_rules! fields {
                 let mut list = Vec::new();
                 $(
                     list.push(MaterialField { layer: None, key: stringify!($key), value: &self.$key, bounds: $bounds });
-                    let parts = self.$key.parts().into_iter();
-                    list.extend(parts.map(|part| MaterialField { layer: Some(stringify!($key)), ..part }));
+                    let layer_fields = self.$key.layer_fields().into_iter();
+                    list.extend(layer_fields.map(|part| MaterialField { layer: Some(stringify!($key)), ..part }));
                 )*
                 list
             }
 
-            fn change(&mut self, change: &mut dyn FnMut(&mut dyn FieldValue)) {
+            fn change_values(&mut self, change: &mut dyn FnMut(&mut dyn FieldValue)) {
                 $(
                     change(&mut self.$key);
-                    self.$key.change_parts(change);
+                    self.$key.change_layer_fields(change);
                 )*
             }
         }

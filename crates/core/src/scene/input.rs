@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Triple;
 
-pub(super) use read::early;
+pub(super) use read::deserialize_early;
 
 /// Linear Rec. 709 red, green and blue. A single number in a file stands for all three channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -24,14 +24,14 @@ impl Colour {
 /// A scalar factor: a number, or an expression evaluated at each hit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum Weight {
+pub enum ScalarFactor {
     /// A constant.
     Number(f64),
     /// Text of an expression whose value is a number; [`crate::expr`] lists its variables.
     Expression(String),
 }
 
-impl Default for Weight {
+impl Default for ScalarFactor {
     fn default() -> Self {
         Self::Number(1.0)
     }
@@ -48,11 +48,11 @@ pub struct Checker {
     /// Colour of cells whose indices have an odd sum.
     pub odd: Colour,
     /// Edge of a cell in world units.
-    #[serde(default = "one")]
+    #[serde(default = "default_cell_size")]
     pub size: f64,
 }
 
-fn one() -> f64 {
+fn default_cell_size() -> f64 {
     1.0
 }
 
@@ -82,23 +82,23 @@ pub trait InputValue: Copy + PartialEq + Serialize + 'static {
     /// Description of the accepted values, for messages.
     const EXPECTED: &'static str;
     /// Creates a value from a single number in a file.
-    fn of_number(number: f64) -> Self;
+    fn from_number(number: f64) -> Self;
     /// Creates a value from three numbers in a file; `None` if the type is a number.
-    fn of_colour(colour: Colour) -> Option<Self>;
+    fn from_colour(colour: Colour) -> Option<Self>;
     /// Converts to a colour; a number becomes grey.
-    fn colour(self) -> Colour;
+    fn to_colour(self) -> Colour;
 }
 
 impl InputValue for f64 {
     const EXPECTED: &'static str =
         "a number, an expression in quotes, { texture = … } or { checker = … }";
-    fn of_number(number: f64) -> Self {
+    fn from_number(number: f64) -> Self {
         number
     }
-    fn of_colour(_: Colour) -> Option<Self> {
+    fn from_colour(_: Colour) -> Option<Self> {
         None
     }
-    fn colour(self) -> Colour {
+    fn to_colour(self) -> Colour {
         Colour([self; 3])
     }
 }
@@ -106,13 +106,13 @@ impl InputValue for f64 {
 impl InputValue for Colour {
     const EXPECTED: &'static str =
         "[red, green, blue], a number, an expression in quotes, { texture = … } or { checker = … }";
-    fn of_number(number: f64) -> Self {
+    fn from_number(number: f64) -> Self {
         Self([number; 3])
     }
-    fn of_colour(colour: Colour) -> Option<Self> {
+    fn from_colour(colour: Colour) -> Option<Self> {
         Some(colour)
     }
-    fn colour(self) -> Colour {
+    fn to_colour(self) -> Colour {
         self
     }
 }
@@ -135,9 +135,9 @@ pub struct TextureRef {
     /// Expressions for the coordinates u and v, evaluated at each hit. None: the surface's own
     /// texture coordinates.
     #[serde(default)]
-    pub uv: Option<[Weight; 2]>,
+    pub uv: Option<[ScalarFactor; 2]>,
     /// Factor on the texel's colour.
-    #[serde(default = "white")]
+    #[serde(default = "default_white")]
     pub factor: Colour,
     /// The channel to read. None: red for a number, all channels for a colour.
     #[serde(default)]
@@ -159,7 +159,7 @@ pub enum Channel {
     Alpha = 3,
 }
 
-pub(super) fn white() -> Colour {
+pub(super) fn default_white() -> Colour {
     Colour::WHITE
 }
 
@@ -180,7 +180,7 @@ pub struct CheckerInput {
 impl<T: InputValue> Default for Input<T> {
     /// Creates the constant 1, or white.
     fn default() -> Self {
-        Self::Constant(T::of_number(1.0))
+        Self::Constant(T::from_number(1.0))
     }
 }
 

@@ -20,14 +20,14 @@ pub struct Light {
     /// material by its base colour over π.
     pub colour: Colour,
     /// Whether objects block the light.
-    #[serde(default = "yes")]
+    #[serde(default = "default_true")]
     pub shadows: bool,
     /// Whether the light makes highlights.
-    #[serde(default = "yes")]
+    #[serde(default = "default_true")]
     pub specular: bool,
 }
 
-fn yes() -> bool {
+fn default_true() -> bool {
     true
 }
 
@@ -179,10 +179,10 @@ pub struct SkyMap {
     #[serde(default)]
     pub rotation: f64,
     /// Factor on the radiance.
-    #[serde(default = "unit")]
+    #[serde(default = "default_strength")]
     pub strength: f64,
 }
 
-fn unit() -> f64 {
+fn default_strength() -> f64 {
     1.0
 }

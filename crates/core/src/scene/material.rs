@@ -8,7 +8,7 @@ mod physical;
 use serde::{Deserialize, Serialize};
 
 use super::field::{FieldValue, MaterialFields};
-use super::input::{Colour, ColourInput, TextureRef, Weight, white};
+use super::input::{Colour, ColourInput, ScalarFactor, TextureRef, default_white};
 pub use layers::*;
 pub use mixture::Mixture;
 pub(crate) use physical::physical_fields;
@@ -22,26 +22,28 @@ pub struct Material {
     /// Unique name that objects refer to.
     pub name: String,
     /// Model of the scattered and emitted light.
-    pub model: Model,
+    pub model: MaterialModel,
 }
 
 impl Material {
     /// Whether the material emits light anywhere.
     pub fn emits(&self) -> bool {
         match &self.model {
-            Model::Classic(m) => m
+            MaterialModel::Classic(m) => m
                 .emission
                 .as_ref()
                 .is_some_and(|e| *e != ColourInput::Constant(Colour::BLACK)),
-            Model::Physical(m) => m.gives_off().is_some(),
+            MaterialModel::Physical(m) => m.active_emission().is_some(),
         }
     }
 
     /// Returns the radiance of a constant emission; `None` if the emission is absent or varies.
-    pub fn even_emission(&self) -> Option<Colour> {
+    pub fn uniform_emission(&self) -> Option<Colour> {
         let emission = match &self.model {
-            Model::Classic(m) => m.emission.as_ref(),
-            Model::Physical(m) => m.gives_off().filter(|_| m.emission_texture.is_none()),
+            MaterialModel::Classic(m) => m.emission.as_ref(),
+            MaterialModel::Physical(m) => {
+                m.active_emission().filter(|_| m.emission_texture.is_none())
+            }
         };
         emission
             .and_then(ColourInput::constant)
@@ -49,18 +51,18 @@ impl Material {
     }
 
     /// Whether the surface may be partly transparent by alpha (mask or blend).
-    pub fn is_cut(&self) -> bool {
-        matches!(&self.model, Model::Physical(m) if m.alpha != AlphaMode::Opaque)
+    pub fn is_partly_transparent(&self) -> bool {
+        matches!(&self.model, MaterialModel::Physical(m) if m.alpha != AlphaMode::Opaque)
     }
 
     /// Iterates over the texture uses of the material.
     pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
         let values: Vec<&dyn FieldValue> = match &self.model {
-            Model::Classic(m) => core::iter::once(&m.colour)
+            MaterialModel::Classic(m) => core::iter::once(&m.colour)
                 .chain(&m.emission)
                 .map(|input| input as &dyn FieldValue)
                 .collect(),
-            Model::Physical(m) => m.fields().into_iter().map(|field| field.value).collect(),
+            MaterialModel::Physical(m) => m.fields().into_iter().map(|field| field.value).collect(),
         };
         values
             .into_iter()
@@ -87,9 +89,9 @@ impl Material {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[doc(alias("principled", "Disney BSDF", "DielectricMaterial", "ConductorMaterial"))]
-pub enum Model {
+pub enum MaterialModel {
     /// The classic model: a local lighting model of several terms.
-    Classic(Box<Classic>),
+    Classic(Box<ClassicMaterial>),
     /// The metallic-roughness model of glTF.
     Physical(Box<Physical>),
 }
@@ -104,22 +106,22 @@ pub enum Model {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
-pub struct Classic {
+pub struct ClassicMaterial {
     /// Base colour.
     pub colour: ColourInput,
     /// Factor on the local term in parentheses: 0 for a pure mirror or glass, 1 for a matte
     /// surface.
-    pub local: Weight,
+    pub local: ScalarFactor,
     /// Ambient light. None: that of the scene, `classic.ambient`.
     pub ambient: Option<Colour>,
     /// Factor on the Lambert term. An expression is evaluated for each light.
-    pub diffuse: Weight,
+    pub diffuse: ScalarFactor,
     /// Highlight of each light.
-    pub specular: Option<Specular>,
+    pub specular: Option<ClassicHighlight>,
     /// Additional light at grazing angles.
-    pub rim: Option<Rim>,
+    pub rim: Option<RimLight>,
     /// A traced mirror reflection.
-    pub reflection: Option<Reflection>,
+    pub reflection: Option<MirrorReflection>,
     /// Traced refraction, with the mirror reflection of glass. It cannot be combined with
     /// `reflection`.
     pub transmission: Option<Transmission>,
@@ -134,7 +136,7 @@ pub struct Classic {
     /// expression may read `occluder_distance` (infinite without an occluder), `shadow` (the rule's
     /// factor) and the variables of the hit. If it reads neither `occluder_distance` nor `shadow`,
     /// no shadow ray is traced.
-    pub shadow: Option<Weight>,
+    pub shadow: Option<ScalarFactor>,
 }
 
 /// Shape of a highlight.
@@ -160,18 +162,18 @@ pub enum SpecularModel {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub struct Specular {
+pub struct ClassicHighlight {
     /// Shape of the highlight.
     pub model: SpecularModel,
     /// Sharpness, a whole number from 1 to 65536.
     pub exponent: u32,
     /// Factor on the highlight.
-    pub strength: Weight,
+    pub strength: ScalarFactor,
     /// Whether the light's colour tints the highlight; otherwise the highlight is white.
-    #[serde(default = "yes")]
+    #[serde(default = "default_true")]
     pub lit: bool,
     /// Whether shadows dim the highlight.
-    #[serde(default = "yes")]
+    #[serde(default = "default_true")]
     pub shadowed: bool,
     /// Whether the highlight is multiplied by the weight of the mirror reflection instead of the
     /// factor `local`. A documented preset uses it for its mirror.
@@ -179,7 +181,7 @@ pub struct Specular {
     pub on_reflection: bool,
 }
 
-fn yes() -> bool {
+fn default_true() -> bool {
     true
 }
 
@@ -187,9 +189,9 @@ fn yes() -> bool {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub struct Rim {
+pub struct RimLight {
     /// Factor on the light at grazing angles.
-    pub strength: Weight,
+    pub strength: ScalarFactor,
     /// Whole exponent from 1 to 64.
     pub exponent: u32,
 }
@@ -198,16 +200,16 @@ pub struct Rim {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub struct Reflection {
+pub struct MirrorReflection {
     /// Factor on the radiance of the mirrored ray. In an expression, `l`, `shadow` and
     /// `occluder_distance` are those of the first light that reaches the point.
-    pub weight: Weight,
+    pub weight: ScalarFactor,
     /// Whether the base colour tints the reflection.
-    #[serde(default = "yes")]
+    #[serde(default = "default_true")]
     pub tinted: bool,
     /// Disturbance of the mirrored direction. None: an exact mirror.
     #[serde(default)]
-    pub fuzz: Option<Fuzz>,
+    pub fuzz: Option<ReflectionFuzz>,
 }
 
 /// A disturbance of the mirrored direction by a fixed pattern: direction = unit(mirror + amount·w),
@@ -215,7 +217,7 @@ pub struct Reflection {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub struct Fuzz {
+pub struct ReflectionFuzz {
     /// Length of the disturbance.
     pub amount: f64,
     /// Row i is f_i: the factors on x, y and z of the hit point in the i-th sine, in radians per
@@ -234,10 +236,10 @@ pub struct Transmission {
     #[serde(default)]
     pub choice: TransmissionChoice,
     /// Factor on the radiance of the reflected ray.
-    #[serde(default = "white")]
+    #[serde(default = "default_white")]
     pub reflected_tint: Colour,
     /// Factor on the radiance of the refracted ray.
-    #[serde(default = "white")]
+    #[serde(default = "default_white")]
     pub refracted_tint: Colour,
 }
 

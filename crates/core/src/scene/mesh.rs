@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::Positions;
+use super::VertexPositions;
 
 /// Greatest number of sets of texture coordinates of a mesh.
 pub const MOST_UV_SETS: usize = 8;
@@ -20,14 +20,14 @@ pub struct Mesh {
     pub source: MeshSource,
     /// Part of a glTF or GLB file that the mesh shows. None: the file's default scene at rest.
     #[serde(default)]
-    pub model: Option<ModelPart>,
+    pub model: Option<ModelSelection>,
 }
 
 /// The part of a glTF or GLB file that a mesh shows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
-pub struct ModelPart {
+pub struct ModelSelection {
     /// Name of a scene of the file; if no scene has this name, its index. None: the file's default
     /// scene.
     pub scene: Option<String>,
@@ -54,7 +54,7 @@ pub enum MeshSource {
 #[doc(alias = "TriangleMesh")]
 pub struct MeshData {
     /// Vertex positions in the mesh's own space.
-    pub positions: Positions,
+    pub positions: VertexPositions,
     /// Three vertex indices for each triangle, counter-clockwise as seen from outside.
     pub indices: Vec<[u32; 3]>,
     /// Shading normal for each vertex. Empty: the facets are flat.
@@ -77,7 +77,7 @@ pub struct MeshData {
 
 impl MeshData {
     /// Returns the size of the arrays in bytes.
-    pub fn bytes(&self) -> usize {
+    pub fn byte_size(&self) -> usize {
         size_of_val(self.positions.offsets())
             + size_of_val(self.indices.as_slice())
             + size_of_val(self.normals.as_slice())
@@ -120,22 +120,22 @@ pub struct ImageData {
     /// Height in pixels, above zero.
     pub height: u32,
     /// Red, green, blue and alpha of each pixel, row by row.
-    pub pixels: Pixels,
+    pub pixels: PixelData,
 }
 
 impl ImageData {
     /// Returns the size of the pixels in bytes.
-    pub fn bytes(&self) -> usize {
+    pub fn byte_size(&self) -> usize {
         match &self.pixels {
-            Pixels::Codes(pixels) => size_of_val(pixels.as_slice()),
-            Pixels::Linear(pixels) => size_of_val(pixels.as_slice()),
+            PixelData::Codes(pixels) => size_of_val(pixels.as_slice()),
+            PixelData::Linear(pixels) => size_of_val(pixels.as_slice()),
         }
     }
 }
 
 /// Pixels of an image in their stored format.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Pixels {
+pub enum PixelData {
     /// Four codes from 0 to 255 per pixel.
     Codes(Vec<[u8; 4]>),
     /// Four linear values per pixel.
@@ -156,13 +156,13 @@ pub struct Texture {
     pub colour_space: ColourSpace,
     /// Interpolation between texels.
     #[serde(default)]
-    pub filter: Filter,
+    pub filter: TextureFilter,
     /// Wrap mode of u outside 0..1, horizontally.
     #[serde(default)]
-    pub wrap_u: Wrap,
+    pub wrap_u: WrapMode,
     /// Wrap mode of v outside 0..1, vertically.
     #[serde(default)]
-    pub wrap_v: Wrap,
+    pub wrap_v: WrapMode,
 }
 
 /// Conversion of 8-bit codes to numbers.
@@ -181,7 +181,7 @@ pub enum ColourSpace {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum Filter {
+pub enum TextureFilter {
     /// The nearest texel.
     Nearest,
     /// Weighted mean of four texels.
@@ -196,8 +196,7 @@ pub enum Filter {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-#[doc(alias = "WrapMode")]
-pub enum Wrap {
+pub enum WrapMode {
     /// Repeats the image.
     #[default]
     Repeat,

@@ -5,7 +5,7 @@
 //! [`crate::effects`] lists the effects that it needs, and [`crate::prepare()`] builds the data
 //! that an integrator reads. Numbers in a file may be expressions of `t` and the scene's
 //! parameters; the loader replaces these expressions by their values. Expressions that are
-//! evaluated at each hit remain text ([`Weight::Expression`], [`ColourInput::Expression`]).
+//! evaluated at each hit remain text ([`ScalarFactor::Expression`], [`ColourInput::Expression`]).
 //!
 //! Units: metres, seconds, degrees; radiance in linear Rec. 709 primaries.
 
@@ -22,24 +22,24 @@ mod render;
 #[cfg(test)]
 mod schema;
 
-pub use camera::{Camera, Fit, Pinhole, Pose, Projection};
+pub use camera::{AspectFit, Camera, Pinhole, Pose, Projection};
 pub use field::{ConstantValue, FieldBounds, FieldValue, MaterialField, MaterialFields};
 pub use input::{
     Channel, Checker, CheckerInput, Colour, ColourInput, Input, InputValue, NumberInput,
-    TextureInput, TextureRef, Weight,
+    ScalarFactor, TextureInput, TextureRef,
 };
 pub use light::{Falloff, Light, LightKind, Sky, SkyMap, Studio, Sun};
 pub use material::*;
 pub use mesh::{
-    ColourSpace, Filter, Image, ImageData, MOST_UV_SETS, Mesh, MeshData, MeshSource, ModelPart,
-    Pixels, Texture, Wrap,
+    ColourSpace, Image, ImageData, MOST_UV_SETS, Mesh, MeshData, MeshSource, ModelSelection,
+    PixelData, Texture, TextureFilter, WrapMode,
 };
 pub use model::ModelFile;
 pub use object::{Generator, GeneratorKind, Object, Shape, SideRule, TransformStep};
-pub use positions::{Positions, origin_near};
+pub use positions::{VertexPositions, choose_origin};
 pub use render::{
-    ClassicRules, ConstantOffset, DepthLimit, Integrator, OffsetDirection, Pattern, Render,
-    ShadowRule, SpawnRule, ToneMap, TransferCurve,
+    ClassicRules, ConstantOffset, DepthLimit, Integrator, OffsetDirection, RenderSettings,
+    SamplePattern, ShadowRule, SpawnRule, ToneMap, TransferCurve,
 };
 
 use std::collections::BTreeMap;
@@ -77,7 +77,7 @@ pub struct Scene {
     pub parameters: BTreeMap<String, f64>,
     /// Picture size, samples, depth and display. Flags of the command line override each.
     #[serde(default)]
-    pub render: Render,
+    pub render: RenderSettings,
     /// Rules for all classic materials of the scene.
     #[serde(default)]
     pub classic: ClassicRules,
@@ -117,12 +117,12 @@ pub struct Scene {
     /// in the list.
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
-    pub unread: Vec<UnreadPart>,
+    pub unread: Vec<UnsupportedProperty>,
 }
 
 /// A material property of an imported file that the scene format cannot represent.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UnreadPart {
+pub struct UnsupportedProperty {
     /// Name of the material.
     pub material: String,
     /// Name of the property in the file's format, such as that of an extension.
@@ -136,7 +136,7 @@ impl Default for Scene {
             title: String::new(),
             t: 0.0,
             parameters: BTreeMap::new(),
-            render: Render::default(),
+            render: RenderSettings::default(),
             classic: ClassicRules::default(),
             cameras: Vec::new(),
             sky: None,

@@ -22,10 +22,10 @@ pub struct Object {
     pub side: SideRule,
     /// Whether the normal is turned to the side of the ray for shading. Otherwise the normal always
     /// points outwards.
-    #[serde(default = "yes")]
+    #[serde(default = "default_true")]
     pub face_viewer: bool,
     /// Whether the object casts shadows.
-    #[serde(default = "yes")]
+    #[serde(default = "default_true")]
     pub casts_shadow: bool,
     /// Affine transform: steps in the order of their application. Empty: no transform.
     #[serde(default)]
@@ -39,7 +39,7 @@ pub struct Object {
     pub transform_end: Option<Vec<TransformStep>>,
 }
 
-fn yes() -> bool {
+fn default_true() -> bool {
     true
 }
 
@@ -145,7 +145,7 @@ pub enum Shape {
         #[serde(default)]
         height: Option<f64>,
         /// Whether a finite cylinder has caps.
-        #[serde(default = "yes")]
+        #[serde(default = "default_true")]
         caps: bool,
     },
     /// A cone or, with a top radius, a truncated cone, closed at its ends. u runs about the axis. v

@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::Triple;
-use crate::nearby::{FAR_FROM_OWN, near};
+use crate::origin_grid::{MESH_DISTANCE_LIMIT, storage_origin_near};
 use crate::validate::FARTHEST;
 use raywright_bvh::Aabb;
 
@@ -13,12 +13,12 @@ use raywright_bvh::Aabb;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(from = "Vec<Triple>", into = "Vec<Triple>")]
-pub struct Positions {
+pub struct VertexPositions {
     origin: Triple,
     offsets: Vec<[f32; 3]>,
 }
 
-impl Positions {
+impl VertexPositions {
     /// Returns the number of vertices.
     pub fn len(&self) -> usize {
         self.offsets.len()
@@ -59,7 +59,7 @@ impl Positions {
 
     /// Returns the positions of the given vertices, in their order and with the same origin.
     /// Vertices that do not exist are skipped.
-    pub fn select(&self, vertices: impl Iterator<Item = usize>) -> Self {
+    pub fn subset(&self, vertices: impl Iterator<Item = usize>) -> Self {
         Self {
             origin: self.origin,
             offsets: vertices
@@ -69,7 +69,7 @@ impl Positions {
     }
 
     /// Creates an empty list with a given origin.
-    pub fn about(origin: DVec3) -> Self {
+    pub fn with_origin(origin: DVec3) -> Self {
         Self {
             origin: origin.into(),
             offsets: Vec::new(),
@@ -77,13 +77,13 @@ impl Positions {
     }
 
     /// Appends offsets, which are positions relative to the origin.
-    pub fn extend(&mut self, offsets: impl IntoIterator<Item = [f32; 3]>) {
+    pub fn extend_offsets(&mut self, offsets: impl IntoIterator<Item = [f32; 3]>) {
         self.offsets.extend(offsets);
     }
 
     /// Stores points relative to an origin near them.
-    fn of<P: Iterator<Item = DVec3>>(points: impl Fn() -> P) -> Self {
-        let origin = origin_near(points());
+    fn from_points<P: Iterator<Item = DVec3>>(points: impl Fn() -> P) -> Self {
+        let origin = choose_origin(points());
         Self {
             origin: origin.into(),
             offsets: points()
@@ -95,26 +95,26 @@ impl Positions {
 
 /// Returns an origin near the points, or zero for points near zero. Points that are not finite or
 /// out of range are ignored.
-pub fn origin_near(points: impl IntoIterator<Item = DVec3>) -> DVec3 {
+pub fn choose_origin(points: impl IntoIterator<Item = DVec3>) -> DVec3 {
     let usable = points
         .into_iter()
         .filter(|p| p.to_array().iter().all(|x| x.abs() <= FARTHEST));
-    near(&Aabb::from_points(usable), FAR_FROM_OWN)
+    storage_origin_near(&Aabb::from_points(usable), MESH_DISTANCE_LIMIT)
 }
 
-impl From<Vec<Triple>> for Positions {
+impl From<Vec<Triple>> for VertexPositions {
     fn from(points: Vec<Triple>) -> Self {
-        Self::of(|| points.iter().copied().map(DVec3::from))
+        Self::from_points(|| points.iter().copied().map(DVec3::from))
     }
 }
 
-impl From<Vec<DVec3>> for Positions {
+impl From<Vec<DVec3>> for VertexPositions {
     fn from(points: Vec<DVec3>) -> Self {
-        Self::of(|| points.iter().copied())
+        Self::from_points(|| points.iter().copied())
     }
 }
 
-impl From<Vec<[f32; 3]>> for Positions {
+impl From<Vec<[f32; 3]>> for VertexPositions {
     /// Keeps the numbers unchanged, with the origin zero: `f32` input has no further digits to
     /// preserve.
     fn from(offsets: Vec<[f32; 3]>) -> Self {
@@ -125,8 +125,8 @@ impl From<Vec<[f32; 3]>> for Positions {
     }
 }
 
-impl From<Positions> for Vec<Triple> {
-    fn from(positions: Positions) -> Self {
+impl From<VertexPositions> for Vec<Triple> {
+    fn from(positions: VertexPositions) -> Self {
         positions.iter().map(|p| p.to_array()).collect()
     }
 }

@@ -10,13 +10,13 @@ use crate::filter::PixelFilter;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
-pub struct Render {
+pub struct RenderSettings {
     /// Width and height in pixels, each 1 to 65536.
     pub size: [u32; 2],
     /// Samples per pixel, above zero. Ignored if a pattern is given.
     pub samples: u32,
     /// Fixed sample positions in a pixel, in place of the sampler.
-    pub pattern: Option<Pattern>,
+    pub pattern: Option<SamplePattern>,
     /// Pixel filter: the weight of samples around a pixel. Ignored if a pattern is given.
     pub filter: PixelFilter,
     /// Greatest number of ray segments of a path, the camera ray included; 1 to 64.
@@ -35,7 +35,7 @@ pub struct Render {
     pub veil: Colour,
 }
 
-impl Default for Render {
+impl Default for RenderSettings {
     fn default() -> Self {
         Self {
             size: [1280, 720],
@@ -57,16 +57,16 @@ impl Default for Render {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum Pattern {
+pub enum SamplePattern {
     /// A sample at the centre of the pixel.
     Centre,
     /// Four samples at the corners of the pixel, which neighbouring pixels share.
     Corners,
 }
 
-impl Pattern {
+impl SamplePattern {
     /// Returns the samples per pixel.
-    pub fn count(self) -> u32 {
+    pub fn sample_count(self) -> u32 {
         match self {
             Self::Centre => 1,
             Self::Corners => 4,

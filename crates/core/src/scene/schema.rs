@@ -8,7 +8,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde_json::{Map, Value as Json, json};
 
 use super::{
-    Checker, Colour, FORMAT, Input, InputValue, SCHEMA, Scene, TextureRef, Triple, Weight,
+    Checker, Colour, FORMAT, Input, InputValue, SCHEMA, ScalarFactor, Scene, TextureRef, Triple,
 };
 use crate::expr::{ExprScope, constant_names, function_names};
 
@@ -16,7 +16,7 @@ use crate::expr::{ExprScope, constant_names, function_names};
 /// raywright-core --lib scene::schema` rewrites the file.
 #[test]
 fn the_shipped_schema_is_that_of_the_types() {
-    let schema = schema();
+    let schema = build_schema();
     if std::env::var_os("TAKE_SCHEMA").is_some() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/scene/schema.json");
         std::fs::write(file, schema).expect("the file can be written");
@@ -28,7 +28,7 @@ fn the_shipped_schema_is_that_of_the_types() {
     );
 }
 
-fn schema() -> String {
+fn build_schema() -> String {
     let mut schema = schemars::schema_for!(Scene).to_value();
     allow_expressions(&mut schema);
     join_lines(&mut schema);
@@ -102,7 +102,7 @@ impl JsonSchema for Colour {
 }
 
 /// Describes the names that an expression may use, for authors who have the schema alone.
-fn language(scope: ExprScope) -> String {
+fn describe_expressions(scope: ExprScope) -> String {
     let list = |names: &mut dyn Iterator<Item = &'static str>| names.collect::<Vec<_>>().join(", ");
     let place = match scope {
         ExprScope::Light => {
@@ -119,33 +119,33 @@ fn language(scope: ExprScope) -> String {
     )
 }
 
-impl JsonSchema for Weight {
+impl JsonSchema for ScalarFactor {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Weight".into()
     }
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         let description = format!(
             "A number, or the text of an expression that is a number at each hit. {}",
-            language(ExprScope::Light)
+            describe_expressions(ExprScope::Light)
         );
         json_schema!({ "description": description, "type": ["number", "string"] })
     }
 }
 
 /// Value type of an input, with the input's name in the schema.
-trait NamedValue: InputValue + JsonSchema {
+trait NamedInputValue: InputValue + JsonSchema {
     const NAME: &'static str;
 }
 
-impl NamedValue for f64 {
+impl NamedInputValue for f64 {
     const NAME: &'static str = "NumberInput";
 }
 
-impl NamedValue for Colour {
+impl NamedInputValue for Colour {
     const NAME: &'static str = "ColourInput";
 }
 
-impl<T: NamedValue> JsonSchema for Input<T> {
+impl<T: NamedInputValue> JsonSchema for Input<T> {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         T::NAME.into()
     }
@@ -157,7 +157,7 @@ impl<T: NamedValue> JsonSchema for Input<T> {
             "description": "A constant, the text of an expression evaluated at each hit, a texture or a checkerboard.",
             "anyOf": [
                 constant,
-                { "description": language(ExprScope::Surface), "type": "string" },
+                { "description": describe_expressions(ExprScope::Surface), "type": "string" },
                 { "type": "object", "properties": { "texture": texture }, "required": ["texture"], "additionalProperties": false },
                 { "type": "object", "properties": { "checker": checker }, "required": ["checker"], "additionalProperties": false }
             ]

@@ -30,7 +30,7 @@ pub enum LightSampling {
 
 /// Treatment of light scattered between microfacets, under path tracing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Microfacets {
+pub enum MicrofacetEnergy {
     /// Light scattered more than once between microfacets is lost.
     Single,
     /// The lost light is compensated, so that white metal reflects all light.
@@ -54,7 +54,7 @@ pub enum SamplerKind {
 /// Segment of a path at which Russian roulette starts. All choices are unbiased and differ in time
 /// and noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Roulette {
+pub enum RouletteStart {
     /// From the first surface of a path on.
     Early,
     /// From the fourth segment of a path on.

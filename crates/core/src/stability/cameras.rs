@@ -2,8 +2,10 @@
 //! of view or straight at edges, and lenses without an aperture.
 
 use glam::DVec3;
-use raywright_bvh::stability::judge::{CaseRng, Outcome, RayCount, Verdict, hex, judge, to_scalar};
-use raywright_bvh::stability::{Measurement, by_each_kernel, by_shapes};
+use raywright_bvh::stability::verdicts::{
+    CaseOutcome, CaseRng, RayCount, Verdict, format_ray_bits, judge_rays, to_scalar,
+};
+use raywright_bvh::stability::{Measurement, measure_by_each_kernel, measurement_without_kernels};
 use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
 };
@@ -15,7 +17,7 @@ use crate::validate::validate;
 /// Width and height of a view in pixels.
 const SIZE: u32 = 64;
 
-fn camera(pose: Pose, projection: Projection) -> CameraData {
+fn camera_with_pose(pose: Pose, projection: Projection) -> CameraData {
     CameraData {
         name: String::new(),
         pose,
@@ -27,7 +29,7 @@ fn camera(pose: Pose, projection: Projection) -> CameraData {
     }
 }
 
-fn opening(degrees: f64) -> Pinhole {
+fn pinhole_of_angle(degrees: f64) -> Pinhole {
     Pinhole {
         vertical_fov: Some(degrees),
         ..Pinhole::default()
@@ -35,9 +37,9 @@ fn opening(degrees: f64) -> Pinhole {
 }
 
 /// Draws a random camera with extreme positions, directions and fields of view.
-fn drawn(rng: &mut CaseRng) -> CameraData {
-    let position = rng.in_cube() * rng.choose(&[0.0, 1.0, 1e6]);
-    let pose = match rng.bits() % 3 {
+fn draw_camera(rng: &mut CaseRng) -> CameraData {
+    let position = rng.sample_cube() * rng.choose(&[0.0, 1.0, 1e6]);
+    let pose = match rng.next_bits() % 3 {
         // The view is along the up direction, or the target is the eye.
         0 => {
             let view =
@@ -49,8 +51,11 @@ fn drawn(rng: &mut CaseRng) -> CameraData {
             }
         }
         1 => {
-            let elevation = rng.sign() * (90.0 - rng.choose(&[1e-12, 1e-9, 1e-6, 1e-3]));
-            let (distance, azimuth) = (rng.choose(&[1e-3, 1.0, 1e3]), rng.uniform(-180.0, 180.0));
+            let elevation = rng.next_sign() * (90.0 - rng.choose(&[1e-12, 1e-9, 1e-6, 1e-3]));
+            let (distance, azimuth) = (
+                rng.choose(&[1e-3, 1.0, 1e3]),
+                rng.next_uniform(-180.0, 180.0),
+            );
             Pose::Orbit {
                 target: position.to_array(),
                 distance,
@@ -59,7 +64,7 @@ fn drawn(rng: &mut CaseRng) -> CameraData {
             }
         }
         _ => {
-            let target = position + rng.direction() * rng.choose(&[1.0, 1e3]);
+            let target = position + rng.sample_direction() * rng.choose(&[1.0, 1e3]);
             Pose::LookAt {
                 eye: position.to_array(),
                 target: target.to_array(),
@@ -67,17 +72,17 @@ fn drawn(rng: &mut CaseRng) -> CameraData {
             }
         }
     };
-    camera(
+    camera_with_pose(
         pose,
-        Projection::Pinhole(opening(rng.choose(&[1e-3, 1.0, 40.0, 179.9]))),
+        Projection::Pinhole(pinhole_of_angle(rng.choose(&[1e-3, 1.0, 40.0, 179.9]))),
     )
 }
 
 /// Measures F01: a degenerate camera is refused by validation, or neighbouring pixels have
 /// different rays with finite unit directions.
-pub fn degenerate_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let outcome = judge("F01", 501, 4000, rays, |rng| {
-        let data = drawn(rng);
+pub fn measure_degenerate_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge_rays("F01", 501, 4000, rays, |rng| {
+        let data = draw_camera(rng);
         let scene = Scene {
             cameras: vec![data.clone()],
             ..Scene::default()
@@ -94,8 +99,8 @@ pub fn degenerate_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
             )
         };
         let (x, y) = (
-            rng.bits() as u32 % (SIZE - 1),
-            rng.bits() as u32 % (SIZE - 1),
+            rng.next_bits() as u32 % (SIZE - 1),
+            rng.next_bits() as u32 % (SIZE - 1),
         );
         let all = [at(x, y), at(x + 1, y), at(x, y + 1)].map(|ray| ray.direction);
         let off = all
@@ -104,36 +109,36 @@ pub fn degenerate_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
             .fold(0.0, f64::max);
         let is_number = all.iter().all(|d| d.is_finite());
         let is_distinct = all[0] != all[1] && all[0] != all[2] && all[1] != all[2];
-        Verdict::holds(is_number && is_distinct, || {
+        Verdict::from_condition(is_number && is_distinct, || {
             format!("{data:?} at {x}, {y}: {all:?}")
         })
-        .and(|| {
-            Verdict::within_bound(off, 4.0 * R::ROUNDOFF.to_f64(), || {
+        .and_then(|| {
+            Verdict::from_error(off, 4.0 * R::ROUNDOFF.to_f64(), || {
                 format!("{data:?} at {x}, {y}: {all:?}")
             })
         })
     });
-    vec![by_shapes::<R>(outcome)]
+    vec![measurement_without_kernels::<R>(outcome)]
 }
 
 /// Measures F03: a lens without an aperture equals a pinhole to the bit, and a lens with a tiny or
 /// huge focus distance has unit directions.
-pub fn lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let outcome = judge("F03", 502, 20_000, rays, |rng| {
-        let eye = rng.in_cube() * 10.0;
+pub fn measure_lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge_rays("F03", 502, 20_000, rays, |rng| {
+        let eye = rng.sample_cube() * 10.0;
         let pose = Pose::LookAt {
             eye: eye.to_array(),
-            target: (eye + rng.direction()).to_array(),
+            target: (eye + rng.sample_direction()).to_array(),
             up: [0.1, 1.0, 0.2],
         };
         let (pinhole, focus_distance) = (
-            opening(rng.choose(&[1.0, 40.0, 120.0])),
+            pinhole_of_angle(rng.choose(&[1.0, 40.0, 120.0])),
             rng.choose(&[1e-6, 1.0, 1e7]),
         );
         let lens = |aperture_radius| {
             let pinhole = pinhole.clone();
             PreparedCamera::<R>::new(
-                &camera(
+                &camera_with_pose(
                     pose.clone(),
                     Projection::ThinLens {
                         pinhole,
@@ -144,12 +149,12 @@ pub fn lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 [SIZE; 2],
             )
         };
-        let [x, y] = [rng.unit(), rng.unit()].map(|u| R::from_f64(u * f64::from(SIZE)));
-        let on_lens = [rng.unit() as f32, rng.unit() as f32].map(|u| u.min(1.0 - 6e-8));
+        let [x, y] = [rng.next_unit(), rng.next_unit()].map(|u| R::from_f64(u * f64::from(SIZE)));
+        let on_lens = [rng.next_unit() as f32, rng.next_unit() as f32].map(|u| u.min(1.0 - 6e-8));
         let (without, plain) = (
             lens(0.0).generate_ray(x, y, on_lens),
             PreparedCamera::<R>::new(
-                &camera(pose.clone(), Projection::Pinhole(pinhole.clone())),
+                &camera_with_pose(pose.clone(), Projection::Pinhole(pinhole.clone())),
                 [SIZE; 2],
             )
             .generate_ray(x, y, on_lens),
@@ -159,22 +164,22 @@ pub fn lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
         };
         let open = lens(rng.choose(&[1e-6, 1e-2, 1.0])).generate_ray(x, y, on_lens);
         let off = (open.direction.to_f64().length() - 1.0).abs();
-        Verdict::holds(bits(&without) == bits(&plain), || {
+        Verdict::from_condition(bits(&without) == bits(&plain), || {
             format!("{without:?} instead of {plain:?}")
         })
-        .and(|| {
-            Verdict::within_bound(off, 4.0 * R::ROUNDOFF.to_f64(), || {
+        .and_then(|| {
+            Verdict::from_error(off, 4.0 * R::ROUNDOFF.to_f64(), || {
                 format!("{open:?} focused at {focus_distance:e}")
             })
         })
     });
-    vec![by_shapes::<R>(outcome)]
+    vec![measurement_without_kernels::<R>(outcome)]
 }
 
 /// Measures F02: views straight at the middle of a lattice of triangles. The rays have zeros of
 /// either sign and lie in planes through edges. In a picture with an odd number of pixels, the ray
 /// of each pixel must hit the lattice.
-pub fn symmetric_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_symmetric_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
     const CELLS: i32 = 20;
     /// Pixels along each side: one per half cell, without the border.
     const ODD: u32 = 2 * CELLS as u32 - 1;
@@ -198,7 +203,7 @@ pub fn symmetric_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
     };
     let height = f64::from(ODD) * 0.5;
     let degrees = 2.0 * libm::atan(0.5 * height / FAR).to_degrees();
-    by_each_kernel((0..3).map(lattice).collect(), |trees| {
+    measure_by_each_kernel((0..3).map(lattice).collect(), |trees| {
         let view = |view: usize| {
             let (axis, side) = (view / 4, [1.0, -1.0][view % 2]);
             let (right, up, back) = (
@@ -210,10 +215,10 @@ pub fn symmetric_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
             let projection = if (view / 2).is_multiple_of(2) {
                 Projection::Orthographic { height }
             } else {
-                Projection::Pinhole(opening(degrees))
+                Projection::Pinhole(pinhole_of_angle(degrees))
             };
             let camera = PreparedCamera::<R>::new(
-                &camera(
+                &camera_with_pose(
                     Pose::Axes {
                         eye,
                         right,
@@ -225,8 +230,8 @@ pub fn symmetric_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 [ODD; 2],
             );
             // The rays are so few that all are traced for any requested number.
-            judge("F02", 503, ODD * ODD, rays, |rng| {
-                let [x, y] = [rng.index() as u32 % ODD, rng.index() as u32 / ODD];
+            judge_rays("F02", 503, ODD * ODD, rays, |rng| {
+                let [x, y] = [rng.ray_index() as u32 % ODD, rng.ray_index() as u32 / ODD];
                 let ray = camera.generate_ray(
                     R::from_f64(f64::from(x) + 0.5),
                     R::from_f64(f64::from(y) + 0.5),
@@ -235,11 +240,11 @@ pub fn symmetric_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 let is_seen = trees[axis]
                     .closest(&ray, Interval::positive(), &mut ())
                     .is_some();
-                Verdict::holds(is_seen, || {
-                    format!("view {view}, pixel {x}, {y}{}", hex(&ray))
+                Verdict::from_condition(is_seen, || {
+                    format!("view {view}, pixel {x}, {y}{}", format_ray_bits(&ray))
                 })
             })
         };
-        (0..12).map(view).reduce(Outcome::plus).expect("views")
+        (0..12).map(view).reduce(CaseOutcome::merge).expect("views")
     })
 }

@@ -3,13 +3,16 @@
 
 use glam::DVec3;
 use raywright_bvh::stability::Measurement;
-use raywright_bvh::stability::judge::{CaseRng, Outcome, RayCount, U, Verdict, judge};
+use raywright_bvh::stability::verdicts::{CaseOutcome, CaseRng, RayCount, U, Verdict, judge_rays};
 
-use crate::material::{Interface, dielectric};
+use crate::material::{SmoothInterface, fresnel_dielectric};
 
 /// Returns the same outcome as the measurement of both precisions, for a computation that always
 /// uses f64.
-fn alone(outcome: &Outcome, textbook: Option<&Outcome>) -> Vec<Measurement> {
+fn precision_independent(
+    outcome: &CaseOutcome,
+    textbook: Option<&CaseOutcome>,
+) -> Vec<Measurement> {
     let value_of = |setting: &str| Measurement {
         setting: setting.to_owned(),
         outcome: outcome.clone(),
@@ -20,8 +23,8 @@ fn alone(outcome: &Outcome, textbook: Option<&Outcome>) -> Vec<Measurement> {
 
 /// Returns the interface of a ray that hits a horizontal boundary from above, with this cosine of
 /// incidence and relative index `eta`.
-fn at(cosine: f64, eta: f64) -> Interface {
-    Interface::new(
+fn interface_at_cosine(cosine: f64, eta: f64) -> SmoothInterface {
+    SmoothInterface::new(
         DVec3::new(
             ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt(),
             -cosine,
@@ -34,7 +37,7 @@ fn at(cosine: f64, eta: f64) -> Interface {
 
 /// Returns the unpolarised Fresnel reflectance without cancellation: the difference of the cosines
 /// is computed as the difference of their squares over their sum. `None` under total reflection.
-fn reflectance(cosine: f64, eta: f64) -> Option<f64> {
+fn accurate_reflectance(cosine: f64, eta: f64) -> Option<f64> {
     let sine2 = (1.0 - cosine) * (1.0 + cosine);
     let beyond2 = 1.0 - eta * eta * sine2;
     if beyond2 < 0.0 {
@@ -49,65 +52,77 @@ fn reflectance(cosine: f64, eta: f64) -> Option<f64> {
 }
 
 /// Draws a cosine of incidence: uniform, near 0, near 1, or a special value.
-fn cosine(rng: &mut CaseRng) -> f64 {
-    match rng.bits() % 4 {
-        0 => rng.unit(),
-        1 => 10_f64.powf(rng.uniform(-8.0, 0.0)),
-        2 => 1.0 - 10_f64.powf(rng.uniform(-8.0, 0.0)),
+fn draw_cosine(rng: &mut CaseRng) -> f64 {
+    match rng.next_bits() % 4 {
+        0 => rng.next_unit(),
+        1 => 10_f64.powf(rng.next_uniform(-8.0, 0.0)),
+        2 => 1.0 - 10_f64.powf(rng.next_uniform(-8.0, 0.0)),
         _ => rng.choose(&[1.0, 0.5, 1e-4, 1e-6, 1.0 - U]),
     }
 }
 
 /// Measures S13: boundaries between media with a relative index of exactly or nearly one.
-pub fn matched_indices(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_matched_indices(rays: RayCount) -> Vec<Measurement> {
     let drawn = |rng: &mut CaseRng| {
         let ratio = rng.choose(&[1.0, 1.0003, 1.0 + 1e-6]);
         (
-            cosine(rng),
-            if rng.sign() > 0.0 { ratio } else { 1.0 / ratio },
+            draw_cosine(rng),
+            if rng.next_sign() > 0.0 {
+                ratio
+            } else {
+                1.0 / ratio
+            },
         )
     };
     let describe = |cosine: f64, eta: f64| format!("cosine {:016x}, ratio {eta}", cosine.to_bits());
     let judged = |f: &(dyn Fn(f64, f64) -> f64 + Sync)| {
-        judge("S13", 411, 200_000, rays, |rng| {
+        judge_rays("S13", 411, 200_000, rays, |rng| {
             let (cosine, eta) = drawn(rng);
-            let (found, requested) = (f(cosine, eta), reflectance(cosine, eta).unwrap_or(1.0));
-            Verdict::within_bound((found - requested).abs(), 1e-6, || describe(cosine, eta))
-                .and(|| Verdict::holds((0.0..=1.0).contains(&found), || describe(cosine, eta)))
+            let (found, requested) = (
+                f(cosine, eta),
+                accurate_reflectance(cosine, eta).unwrap_or(1.0),
+            );
+            Verdict::from_error((found - requested).abs(), 1e-6, || describe(cosine, eta)).and_then(
+                || Verdict::from_condition((0.0..=1.0).contains(&found), || describe(cosine, eta)),
+            )
         })
     };
-    let straight = judge("S13 straight", 412, 50_000, rays, |rng| {
-        let (d, n) = (rng.direction(), rng.direction());
+    let straight = judge_rays("S13 straight", 412, 50_000, rays, |rng| {
+        let (d, n) = (rng.sample_direction(), rng.sample_direction());
         let n = if d.dot(n) < 0.0 { n } else { -n };
-        let off = Interface::new(d, n, 1.0)
+        let off = SmoothInterface::new(d, n, 1.0)
             .refracted
             .map_or(f64::INFINITY, |refracted| {
                 (refracted - d).abs().max_element()
             });
-        Verdict::within_bound(off, 4.0 * U, || format!("{d} at {n}"))
+        Verdict::from_error(off, 4.0 * U, || format!("{d} at {n}"))
     });
     // Schlick's approximation approaches one at grazing angles for any indices.
-    let textbook = judged(&|cosine, eta| at(cosine, eta).schlick(cosine));
-    alone(
-        &judged(&|cosine, eta| at(cosine, eta).fresnel()).plus(straight),
+    let textbook = judged(&|cosine, eta| interface_at_cosine(cosine, eta).schlick(cosine));
+    precision_independent(
+        &judged(&|cosine, eta| interface_at_cosine(cosine, eta).fresnel()).merge(straight),
         Some(&textbook),
     )
 }
 
 /// Measures S14: the relative error of Fresnel's equations for glasses and diamond, from outside
 /// and inside.
-pub fn exact_equations(rays: RayCount) -> Vec<Measurement> {
-    let outcome = judge("S14", 413, 400_000, rays, |rng| {
+pub fn measure_fresnel(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge_rays("S14", 413, 400_000, rays, |rng| {
         let ior = rng.choose(&[1.333, 1.5, 1.7, 2.42]);
-        let eta = if rng.sign() > 0.0 { ior } else { 1.0 / ior };
-        let cosine = if rng.bits().is_multiple_of(50) {
+        let eta = if rng.next_sign() > 0.0 {
+            ior
+        } else {
+            1.0 / ior
+        };
+        let cosine = if rng.next_bits().is_multiple_of(50) {
             rng.choose(&[0.0, -0.0, 1.0, 1.0 + 2.0 * U])
         } else {
-            cosine(rng)
+            draw_cosine(rng)
         };
         let beyond2 = 1.0 - eta * eta * (1.0 - cosine) * (1.0 + cosine);
-        let found = dielectric(cosine, (beyond2 >= 0.0).then(|| beyond2.sqrt()), eta);
-        let requested = reflectance(cosine.clamp(0.0, 1.0), eta).unwrap_or(1.0);
+        let found = fresnel_dielectric(cosine, (beyond2 >= 0.0).then(|| beyond2.sqrt()), eta);
+        let requested = accurate_reflectance(cosine.clamp(0.0, 1.0), eta).unwrap_or(1.0);
         let describe = || {
             format!(
                 "cosine {:016x}, ratio {eta}: {found}, not {requested}",
@@ -122,39 +137,39 @@ pub fn exact_equations(rays: RayCount) -> Vec<Measurement> {
         } else {
             1.0 - found
         };
-        Verdict::within_bound((found - requested).abs(), 1e-6 * requested, describe)
-            .and(|| Verdict::holds((0.0..=1.0).contains(&found), describe))
-            .and(|| Verdict::within_bound((found + through - 1.0).abs(), 1e-6, describe))
+        Verdict::from_error((found - requested).abs(), 1e-6 * requested, describe)
+            .and_then(|| Verdict::from_condition((0.0..=1.0).contains(&found), describe))
+            .and_then(|| Verdict::from_error((found + through - 1.0).abs(), 1e-6, describe))
     });
-    alone(&outcome, None)
+    precision_independent(&outcome, None)
 }
 
 /// Measures S15: Schlick's approximation differs from Fresnel's equations by at most its known
 /// greatest error. From inside, the cosine in the thinner medium is used.
-pub fn schlick(rays: RayCount) -> Vec<Measurement> {
-    let outcome = judge("S15", 414, 40_000, rays, |rng| {
+pub fn measure_schlick(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge_rays("S15", 414, 40_000, rays, |rng| {
         let (ior, maximum) = rng.choose(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);
-        let outside = rng.unit();
-        let requested = reflectance(outside, 1.0 / ior).unwrap_or(1.0);
+        let outside = rng.next_unit();
+        let requested = accurate_reflectance(outside, 1.0 / ior).unwrap_or(1.0);
         let describe = || format!("cosine {:016x}, index {ior}", outside.to_bits());
-        let from_without = at(outside, 1.0 / ior).schlick(outside);
+        let from_without = interface_at_cosine(outside, 1.0 / ior).schlick(outside);
         // Cosine of the same ray in the reverse direction.
         let inside = (1.0 - (1.0 - outside) * (1.0 + outside) / (ior * ior)).sqrt();
-        let from_within = at(inside, ior).schlick(outside);
-        Verdict::within_bound((from_without - requested).abs(), maximum + 5e-4, describe).and(
-            || Verdict::within_bound((from_within - requested).abs(), maximum + 5e-4, describe),
+        let from_within = interface_at_cosine(inside, ior).schlick(outside);
+        Verdict::from_error((from_without - requested).abs(), maximum + 5e-4, describe).and_then(
+            || Verdict::from_error((from_within - requested).abs(), maximum + 5e-4, describe),
         )
     });
-    let textbook = judge("S15", 414, 40_000, rays, |rng| {
+    let textbook = judge_rays("S15", 414, 40_000, rays, |rng| {
         let (ior, maximum) = rng.choose(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);
-        let outside = rng.unit();
+        let outside = rng.next_unit();
         let inside = (1.0 - (1.0 - outside) * (1.0 + outside) / (ior * ior)).sqrt();
-        let requested = reflectance(outside, 1.0 / ior).unwrap_or(1.0);
-        Verdict::within_bound(
-            (at(inside, ior).schlick(inside) - requested).abs(),
+        let requested = accurate_reflectance(outside, 1.0 / ior).unwrap_or(1.0);
+        Verdict::from_error(
+            (interface_at_cosine(inside, ior).schlick(inside) - requested).abs(),
             maximum + 5e-4,
             || format!("index {ior}"),
         )
     });
-    alone(&outcome, Some(&textbook))
+    precision_independent(&outcome, Some(&textbook))
 }

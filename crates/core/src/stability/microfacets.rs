@@ -4,8 +4,8 @@
 use core::f64::consts::PI;
 
 use glam::DVec3;
-use raywright_bvh::stability::judge::{RayCount, Verdict, judge, to_scalar};
-use raywright_bvh::stability::{Measurement, by_shapes};
+use raywright_bvh::stability::verdicts::{RayCount, Verdict, judge_rays, to_scalar};
+use raywright_bvh::stability::{Measurement, measurement_without_kernels};
 use raywright_bvh::{Real, Vector};
 
 use crate::material::{Bsdf, Lobe, ShadingFrame};
@@ -15,7 +15,7 @@ use crate::material::{Bsdf, Lobe, ShadingFrame};
 const ALPHAS: [f64; 6] = [0.1, 1e-2, 1e-3, 9e-4, 1e-4, 1e-6];
 
 /// Returns a BSDF of white microfacets with the roughness α.
-fn rough_mirror<R: Real>(normal: R::Vec3, alpha: f64) -> Bsdf<R> {
+fn white_microfacet_bsdf<R: Real>(normal: R::Vec3, alpha: f64) -> Bsdf<R> {
     let white = R::Vec3::ONE;
     Bsdf::new(normal).with_lobe(Lobe::Rough {
         f0: white,
@@ -26,13 +26,13 @@ fn rough_mirror<R: Real>(normal: R::Vec3, alpha: f64) -> Bsdf<R> {
 
 /// Measures S17: the retroreflected BSDF value of microfacets with normals within 5α of the shading
 /// normal, against an evaluation in f64 by slopes.
-pub fn narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let drawn = |rng: &mut raywright_bvh::stability::judge::CaseRng| {
-        let (n, alpha) = (to_scalar::<R>(rng.direction()), rng.choose(&ALPHAS));
+pub fn measure_narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let drawn = |rng: &mut raywright_bvh::stability::verdicts::CaseRng| {
+        let (n, alpha) = (to_scalar::<R>(rng.sample_direction()), rng.choose(&ALPHAS));
         let (x, y) = n.to_f64().any_orthonormal_pair();
         let (slope, turn) = (
-            rng.uniform(0.0, 5.0) * alpha.max(9e-4),
-            rng.uniform(0.0, 2.0 * PI),
+            rng.next_uniform(0.0, 5.0) * alpha.max(9e-4),
+            rng.next_uniform(0.0, 2.0 * PI),
         );
         (
             n,
@@ -48,20 +48,20 @@ pub fn narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
         1.0 / (PI * a2 * slope * slope)
             / (4.0 * cosine * (a2 + (1.0 - a2) * cosine * cosine).sqrt())
     };
-    let outcome = judge("S17", 421, 200_000, rays, |rng| {
+    let outcome = judge_rays("S17", 421, 200_000, rays, |rng| {
         let (n, alpha, h) = drawn(rng);
-        let found = rough_mirror::<R>(n, alpha).eval(h, h).x().to_f64();
+        let found = white_microfacet_bsdf::<R>(n, alpha).eval(h, h).x().to_f64();
         // α is computed from the roughness as stored.
         let roughness = R::from_f64(alpha.sqrt())
             .to_f64()
             .max(R::from_f64(0.03).to_f64());
         let requested = requested(n.to_f64(), h.to_f64(), roughness * roughness);
-        Verdict::within_bound((found / requested - 1.0).abs(), 1e-3, || {
+        Verdict::from_error((found / requested - 1.0).abs(), 1e-3, || {
             format!("α {alpha:e}: {found}, not {requested}")
         })
     });
     // The textbook's denominator (n·h)²·(α² − 1) + 1, in f32.
-    let textbook = judge("S17", 421, 200_000, rays, |rng| {
+    let textbook = judge_rays("S17", 421, 200_000, rays, |rng| {
         let (n, alpha, h) = drawn(rng);
         let (alpha, cosine) = (alpha as f32, n.to_f32().dot(h.to_f32()));
         let a2 = alpha * alpha;
@@ -69,7 +69,7 @@ pub fn narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let d = f64::from(a2 / (core::f32::consts::PI * denominator * denominator));
         let root = f64::from((a2 + (1.0 - a2) * cosine * cosine).sqrt());
         let found = d / (4.0 * f64::from(cosine) * root);
-        Verdict::within_bound(
+        Verdict::from_error(
             (found / requested(n.to_f64(), h.to_f64(), f64::from(alpha)) - 1.0).abs(),
             1e-3,
             || format!("α {alpha:e}"),
@@ -77,21 +77,22 @@ pub fn narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     });
     vec![Measurement {
         textbook: Some(textbook),
-        ..by_shapes::<R>(outcome)
+        ..measurement_without_kernels::<R>(outcome)
     }]
 }
 
 /// Measures S18: sampled directions of white microfacets, viewed at normal incidence, at grazing
 /// angles and from just below the horizon. No weight exceeds 1, and no direction points below the
 /// horizon.
-pub fn visible_normals<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let outcome = judge("S18", 422, 400_000, rays, |rng| {
-        let (n, alpha) = (to_scalar::<R>(rng.direction()), rng.choose(&ALPHAS));
+pub fn measure_visible_normals<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge_rays("S18", 422, 400_000, rays, |rng| {
+        let (n, alpha) = (to_scalar::<R>(rng.sample_direction()), rng.choose(&ALPHAS));
         let (x, _) = n.to_f64().any_orthonormal_pair();
         let height = rng.choose(&[1.0, 0.5, 1.745_240_6e-2, 1.745_329e-5, 1e-9, 0.0, -1e-6]);
         let wo = to_scalar::<R>(n.to_f64() * height + x * (1.0 - height * height).sqrt());
-        let bsdf = rough_mirror::<R>(n, alpha);
-        let numbers = [rng.unit(), rng.unit(), rng.unit()].map(|u| R::from_f64(u.min(1.0 - 6e-8)));
+        let bsdf = white_microfacet_bsdf::<R>(n, alpha);
+        let numbers = [rng.next_unit(), rng.next_unit(), rng.next_unit()]
+            .map(|u| R::from_f64(u.min(1.0 - 6e-8)));
         let bsdf_sample = bsdf.sample(&ShadingFrame::<R>::from_normal(n), wo, numbers);
         let weight = bsdf_sample.weight.x().to_f64();
         let describe = || {
@@ -100,13 +101,15 @@ pub fn visible_normals<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 bsdf_sample.direction
             )
         };
-        let is_above = !bsdf_sample.some || n.to_f64().dot(bsdf_sample.direction.to_f64()) > 0.0;
+        let is_above =
+            !bsdf_sample.is_valid || n.to_f64().dot(bsdf_sample.direction.to_f64()) > 0.0;
         let is_sound = bsdf_sample.direction.is_finite()
             && bsdf_sample.density.is_finite()
             && bsdf_sample.density >= R::ZERO;
-        let is_black = bsdf_sample.some || weight == 0.0;
-        Verdict::within_bound(weight, 1.0 + 1e-4, describe)
-            .and(|| Verdict::holds(weight >= 0.0 && is_above && is_sound && is_black, describe))
+        let is_black = bsdf_sample.is_valid || weight == 0.0;
+        Verdict::from_error(weight, 1.0 + 1e-4, describe).and_then(|| {
+            Verdict::from_condition(weight >= 0.0 && is_above && is_sound && is_black, describe)
+        })
     });
-    vec![by_shapes::<R>(outcome)]
+    vec![measurement_without_kernels::<R>(outcome)]
 }

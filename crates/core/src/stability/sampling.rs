@@ -4,16 +4,18 @@
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Quad, Sphere, Torus, Triangle,
 };
-use raywright_bvh::stability::judge::{Outcome, RayCount, U, Verdict, judge, to_scalar};
-use raywright_bvh::stability::{Measurement, by_shapes};
+use raywright_bvh::stability::verdicts::{
+    CaseOutcome, RayCount, U, Verdict, judge_rays, to_scalar,
+};
+use raywright_bvh::stability::{Measurement, measurement_without_kernels};
 use raywright_bvh::{Real, Vector};
 
 use glam::DVec3;
 
 use crate::filter::PixelFilter;
 use crate::light::DirectionCone;
-use crate::material::cosine_sample;
-use crate::sampler::{Purpose, SampleAddress, pair};
+use crate::material::sample_cosine_hemisphere;
+use crate::sampler::{SampleAddress, SamplePurpose, sample_2d};
 use crate::settings::SamplerKind;
 
 /// Numbers at the ends and in the middle of [0, 1): zero, 2⁻²³, a half, the greatest f32 below one,
@@ -28,7 +30,7 @@ const CORNERS: [f64; 5] = [
 
 /// Returns the same outcome as the measurement of both precisions, for numbers that do not depend
 /// on the precision.
-fn alone(outcome: &Outcome) -> Vec<Measurement> {
+fn precision_independent(outcome: &CaseOutcome) -> Vec<Measurement> {
     ["robust", "reference"]
         .map(|setting| Measurement {
             setting: setting.to_owned(),
@@ -40,21 +42,21 @@ fn alone(outcome: &Outcome) -> Vec<Measurement> {
 
 /// Measures M01: the numbers of every sampler are in [0, 1), also for words with all high bits set,
 /// and pixel filters map them to positions within their radius.
-pub fn below_one(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_random_range(rays: RayCount) -> Vec<Measurement> {
     let maximum = 1.0 - U;
-    let words = judge("M01 words", 301, 10_000, rays, |rng| {
-        let word = !(rng.index() as u32);
+    let words = judge_rays("M01 words", 301, 10_000, rays, |rng| {
+        let word = !(rng.ray_index() as u32);
         let x = f64::from(sobol_burley::parts::u32_to_f32_norm(word));
-        Verdict::within_bound(x, maximum, || format!("word {word:#010x}"))
-            .and(|| Verdict::holds(x >= 0.0, || format!("{x}")))
+        Verdict::from_error(x, maximum, || format!("word {word:#010x}"))
+            .and_then(|| Verdict::from_condition(x >= 0.0, || format!("{x}")))
     });
-    let drawn = judge("M01", 302, 1_000_000, rays, |rng| {
+    let drawn = judge_rays("M01", 302, 1_000_000, rays, |rng| {
         let sampler = rng.choose(&[
             SamplerKind::Sobol,
             SamplerKind::Stratified,
             SamplerKind::Independent,
         ]);
-        let mut word = || rng.bits() as u32;
+        let mut word = || rng.next_bits() as u32;
         let address = SampleAddress {
             pixel: [word(), word()],
             replicate: word() % 256,
@@ -62,31 +64,31 @@ pub fn below_one(rays: RayCount) -> Vec<Measurement> {
             sampler,
             ..SampleAddress::default()
         };
-        let numbers = pair(address, Purpose::Scatter);
+        let numbers = sample_2d(address, SamplePurpose::Scatter);
         let is_within = numbers
             .iter()
             .all(|&x| (0.0..=maximum).contains(&f64::from(x)));
-        Verdict::holds(is_within, || {
+        Verdict::from_condition(is_within, || {
             format!("{:08x?} of {address:?}", numbers.map(f32::to_bits))
         })
     });
-    let filters = judge("M01 filters", 303, 10_000, rays, |rng| {
+    let filters = judge_rays("M01 filters", 303, 10_000, rays, |rng| {
         let filter = rng.choose(&PixelFilter::ALL);
-        let number = if rng.sign() > 0.0 {
+        let number = if rng.next_sign() > 0.0 {
             rng.choose(&CORNERS).min(maximum)
         } else {
-            rng.unit()
+            rng.next_unit()
         } as f32;
-        let place = f64::from(filter.draws().sample(number.min(maximum as f32)));
-        Verdict::within_bound((place - 0.5).abs(), filter.radius(), || {
+        let place = f64::from(filter.sampler().sample(number.min(maximum as f32)));
+        Verdict::from_error((place - 0.5).abs(), filter.radius(), || {
             format!("{filter:?} of {:08x}", number.to_bits())
         })
     });
-    alone(&drawn.plus(words).plus(filters))
+    precision_independent(&drawn.merge(words).merge(filters))
 }
 
 /// Returns a shape of each kind whose surface can be sampled.
-fn shapes<R: Real>() -> Vec<AnyShape<R>> {
+fn sampled_shapes<R: Real>() -> Vec<AnyShape<R>> {
     let (c, axis) = (DVec3::new(0.3, -0.2, 0.1), DVec3::new(0.6, 1.0, -0.3));
     let (x, y) = (DVec3::new(1.5, 0.5, 0.0), DVec3::new(0.25, 0.75, 1.0));
     vec![
@@ -107,43 +109,44 @@ fn shapes<R: Real>() -> Vec<AnyShape<R>> {
 
 /// Measures M02: hemispheres, cones and surfaces are sampled at the corners of the unit square and
 /// inside it. Directions have unit length within two roundings, and densities are positive.
-pub fn warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let shapes = shapes::<R>();
+pub fn measure_warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let shapes = sampled_shapes::<R>();
     let roundoff = R::ROUNDOFF.to_f64();
-    let outcome = judge("M02", 310, 200_000, rays, |rng| {
+    let outcome = judge_rays("M02", 310, 200_000, rays, |rng| {
         // Numbers are at most the greatest f32 below one, in every precision.
         let mut number = || {
-            if rng.sign() > 0.0 {
+            if rng.next_sign() > 0.0 {
                 rng.choose(&CORNERS).min(1.0 - U)
             } else {
-                f64::from(rng.unit() as f32).min(1.0 - U)
+                f64::from(rng.next_unit() as f32).min(1.0 - U)
             }
         };
         let [u, v] = [number(), number()];
         let describe =
             |label: &str| format!("{label} at {:016x} {:016x}", u.to_bits(), v.to_bits());
         let unit = |label: &str, d: DVec3, bound: f64| {
-            Verdict::within_bound((d.length() - 1.0).abs(), bound, || describe(label))
+            Verdict::from_error((d.length() - 1.0).abs(), bound, || describe(label))
         };
-        match rng.bits() % 3 {
+        match rng.next_bits() % 3 {
             0 => {
-                let d = cosine_sample::<R>([R::from_f64(u), R::from_f64(v)]).to_f64();
+                let d = sample_cosine_hemisphere::<R>([R::from_f64(u), R::from_f64(v)]).to_f64();
                 // The square of the height is one minus the first number.
                 let off = (d.z * d.z - (1.0 - u)).abs();
                 unit("hemisphere", d, 2.0 * roundoff)
-                    .and(|| Verdict::within_bound(off, 4.0 * roundoff, || describe("height")))
-                    .and(|| Verdict::holds(d.z > 0.0, || describe("density")))
+                    .and_then(|| Verdict::from_error(off, 4.0 * roundoff, || describe("height")))
+                    .and_then(|| Verdict::from_condition(d.z > 0.0, || describe("density")))
             }
             1 => {
                 // Cones from a nearly zero angle to a half-space, by the sine of their half-angle.
                 let share = rng.choose(&[1e-7, 1e-6, 1e-3, 0.5, 0.999, 1.0 - 1e-9]);
-                let Some(cone) = DirectionCone::new(rng.direction() / share, 1.0, DVec3::ZERO)
+                let Some(cone) =
+                    DirectionCone::new(rng.sample_direction() / share, 1.0, DVec3::ZERO)
                 else {
-                    return Verdict::Skip;
+                    return Verdict::Skipped;
                 };
                 let density = 1.0 / cone.solid_angle();
-                unit("cone", cone.normal([u, v]), 2.0 * U).and(|| {
-                    Verdict::holds(density > 0.0 && density.is_finite(), || {
+                unit("cone", cone.sample_normal([u, v]), 2.0 * U).and_then(|| {
+                    Verdict::from_condition(density > 0.0 && density.is_finite(), || {
                         describe("density of a cone")
                     })
                 })
@@ -152,45 +155,46 @@ pub fn warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 let shape = rng.choose(&shapes);
                 let Some((point, density)) = shape.sample_area(R::from_f64(u), R::from_f64(v))
                 else {
-                    return Verdict::Skip;
+                    return Verdict::Skipped;
                 };
                 let is_sound = density > 0.0 && density.is_finite() && point.point.is_finite();
-                unit("normal", point.normal, 2.0 * U)
-                    .and(|| Verdict::holds(is_sound, || describe("density of a point")))
+                unit("normal", point.normal, 2.0 * U).and_then(|| {
+                    Verdict::from_condition(is_sound, || describe("density of a point"))
+                })
             }
         }
     });
-    vec![by_shapes::<R>(outcome)]
+    vec![measurement_without_kernels::<R>(outcome)]
 }
 
 /// Measures M11: 65 536 points of a sequence in two dimensions. Each division of the unit square
 /// into 65 536 rectangles of powers of two has one point in each rectangle. The pixels are at both
 /// ends of the address range.
-pub fn stratified(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_stratification(rays: RayCount) -> Vec<Measurement> {
     const BITS: u32 = 16;
-    let outcome = judge("M11", 320, 34, rays, |rng| {
-        let pixel = [[0, 0], [65_535, 65_535]][(rng.index() % 2) as usize];
-        let columns = rng.index() as u32 / 2;
+    let outcome = judge_rays("M11", 320, 34, rays, |rng| {
+        let pixel = [[0, 0], [65_535, 65_535]][(rng.ray_index() % 2) as usize];
+        let columns = rng.ray_index() as u32 / 2;
         let mut is_taken = vec![false; 1 << BITS];
         let cell = |x: f32, bits: u32| (f64::from(x) * f64::from(1 << bits)) as usize;
         let twice = (0..1 << BITS).find(|&index| {
-            let [x, y] = pair(
+            let [x, y] = sample_2d(
                 SampleAddress {
                     pixel,
                     index,
                     replicate: columns,
                     ..SampleAddress::default()
                 },
-                Purpose::Pixel,
+                SamplePurpose::Pixel,
             );
             core::mem::replace(
                 &mut is_taken[cell(x, columns) << (BITS - columns) | cell(y, BITS - columns)],
                 true,
             )
         });
-        Verdict::holds(twice.is_none(), || {
+        Verdict::from_condition(twice.is_none(), || {
             format!("{pixel:?}: {twice:?} falls into a cell of 2^{columns} columns that is taken")
         })
     });
-    alone(&outcome)
+    precision_independent(&outcome)
 }

@@ -4,35 +4,35 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use raywright_bvh::shapes::{AnyShape, Quad, Sphere};
-use raywright_bvh::stability::judge::{
-    CaseRng, Outcome, RayCount, Verdict, exact, judge, ray, to_scalar,
+use raywright_bvh::stability::verdicts::{
+    CaseOutcome, CaseRng, RayCount, Verdict, judge_rays, round_to_f32, to_scalar, unnormalised_ray,
 };
-use raywright_bvh::stability::{Measurement, by_shapes};
+use raywright_bvh::stability::{Measurement, measurement_without_kernels};
 use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
 };
 
-use crate::material::{Bsdf, Interface, Lobe, NormalMap, ShadingFrame};
+use crate::material::{Bsdf, Lobe, NormalMap, ShadingFrame, SmoothInterface};
 
 /// Draws a unit normal in the stored precision: uniform, close to an axis, or along an axis with
 /// zeros of either sign.
-fn normal<R: Real>(rng: &mut CaseRng) -> R::Vec3 {
-    let axis = rng.bits() as usize % 3;
-    let mut n = match rng.bits() % 5 {
+fn draw_normal<R: Real>(rng: &mut CaseRng) -> R::Vec3 {
+    let axis = rng.next_bits() as usize % 3;
+    let mut n = match rng.next_bits() % 5 {
         0 => {
             let zero = |rng: &mut CaseRng| rng.choose(&[0.0, -0.0]);
             DVec3::new(zero(rng), zero(rng), zero(rng))
         }
-        1 | 2 => rng.in_cube() * rng.choose(&[1e-2, 1e-3, 1e-4]),
-        _ => return to_scalar::<R>(rng.direction()),
+        1 | 2 => rng.sample_cube() * rng.choose(&[1e-2, 1e-3, 1e-4]),
+        _ => return to_scalar::<R>(rng.sample_direction()),
     };
-    n[axis] = rng.sign();
+    n[axis] = rng.next_sign();
     to_scalar::<R>(n / n.length())
 }
 
 /// Returns the largest deviation of three vectors from an orthonormal frame, by lengths and dot
 /// products.
-fn gram(frame: [DVec3; 3]) -> f64 {
+fn orthonormality_error(frame: [DVec3; 3]) -> f64 {
     let [t, b, n] = frame;
     let lengths = frame.map(|v| (v.length() - 1.0).abs());
     [t.dot(b), b.dot(n), n.dot(t)]
@@ -49,7 +49,7 @@ fn gram(frame: [DVec3; 3]) -> f64 {
 
 /// Returns the textbook's frame about a normal, which divides by 1 + z for either sign of z and
 /// fails near z = −1.
-pub(super) fn unsigned_frame(n: Vec3) -> [Vec3; 3] {
+pub(super) fn textbook_frame(n: Vec3) -> [Vec3; 3] {
     let a = 1.0 / (1.0 + n.z);
     let b = -n.x * n.y * a;
     [
@@ -60,42 +60,42 @@ pub(super) fn unsigned_frame(n: Vec3) -> [Vec3; 3] {
 }
 
 /// Measures S09: shading frames about any normal are orthonormal.
-pub fn frames<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_frames<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let describe = |n: R::Vec3| format!("{:08x?}", n.to_f32().to_array().map(f32::to_bits));
-    let outcome = judge("S09", 401, 1_000_000, rays, |rng| {
-        let n = normal::<R>(rng);
+    let outcome = judge_rays("S09", 401, 1_000_000, rays, |rng| {
+        let n = draw_normal::<R>(rng);
         let ShadingFrame {
             tangent,
             bitangent,
             normal,
         } = ShadingFrame::<R>::from_normal(n);
-        Verdict::within_bound(
-            gram([tangent, bitangent, normal].map(|v| v.to_f64())),
+        Verdict::from_error(
+            orthonormality_error([tangent, bitangent, normal].map(|v| v.to_f64())),
             4e-7,
             || describe(n),
         )
     });
-    let textbook = judge("S09", 401, 1_000_000, rays, |rng| {
-        let n = normal::<R>(rng);
-        Verdict::within_bound(
-            gram(unsigned_frame(n.to_f32()).map(|v| v.as_dvec3())),
+    let textbook = judge_rays("S09", 401, 1_000_000, rays, |rng| {
+        let n = draw_normal::<R>(rng);
+        Verdict::from_error(
+            orthonormality_error(textbook_frame(n.to_f32()).map(|v| v.as_dvec3())),
             4e-7,
             || describe(n),
         )
     });
     vec![Measurement {
         textbook: Some(textbook),
-        ..by_shapes::<R>(outcome)
+        ..measurement_without_kernels::<R>(outcome)
     }]
 }
 
 /// Measures S10: normalisation of vectors of any length, for the normal of a normal map, the
 /// tangent of its frame, and the reflected direction at a boundary.
-pub fn lengths<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let outcome = judge("S10", 402, 200_000, rays, |rng| {
-        let n = to_scalar::<R>(rng.direction());
+pub fn measure_normalisation<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge_rays("S10", 402, 200_000, rays, |rng| {
+        let n = to_scalar::<R>(rng.sample_direction());
         let length = rng.choose(&[0.0, 1e-30, 1e-22, 1e-10, 1.0, 1e10, 1e19]);
-        let v = to_scalar::<R>(rng.direction() * length);
+        let v = to_scalar::<R>(rng.sample_direction() * length);
         let describe = || {
             format!(
                 "length {length:e}: {:08x?}",
@@ -103,12 +103,12 @@ pub fn lengths<R: Real>(rays: RayCount) -> Vec<Measurement> {
             )
         };
         let unit =
-            |w: DVec3, bound: f64| Verdict::within_bound((w.length() - 1.0).abs(), bound, describe);
+            |w: DVec3, bound: f64| Verdict::from_error((w.length() - 1.0).abs(), bound, describe);
         let roundoff = R::ROUNDOFF.to_f64();
         // The stored normal has unit length within one rounding of each component.
         let within = 2.0 * roundoff + (n.to_f64().length() - 1.0).abs();
         let frame = ShadingFrame::<R>::from_tangent(n, v, false);
-        let direction = exact(rng.direction());
+        let direction = round_to_f32(rng.sample_direction());
         let facing = if n.to_f64().dot(direction) < 0.0 {
             direction
         } else {
@@ -123,10 +123,10 @@ pub fn lengths<R: Real>(rays: RayCount) -> Vec<Measurement> {
             outside: true,
             direction: to_scalar::<R>(facing),
         };
-        let interface = Interface::new(v.to_f64(), n.to_f64(), 1.0);
+        let interface = SmoothInterface::new(v.to_f64(), n.to_f64(), 1.0);
         unit(map.perturbed_normal().to_f64(), 4.0 * roundoff + within)
-            .and(|| unit(frame.tangent.to_f64(), 4e-7_f64.max(within)))
-            .and(|| {
+            .and_then(|| unit(frame.tangent.to_f64(), 4e-7_f64.max(within)))
+            .and_then(|| {
                 if length == 0.0 {
                     Verdict::Right(0.0)
                 } else {
@@ -134,7 +134,7 @@ pub fn lengths<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 }
             })
     });
-    vec![by_shapes::<R>(outcome)]
+    vec![measurement_without_kernels::<R>(outcome)]
 }
 
 /// Number of bounces of a ray between mirrors, and number of rays for each arrangement of mirrors.
@@ -144,7 +144,7 @@ const MIRRORED: u32 = 60;
 /// Traces a ray between mirrors with the operations of a path: closest hit, surface, mirror lobe
 /// and start of the next ray. Returns the largest deviation of the direction's length from one, and
 /// the largest change of `invariant`; `None` if the ray escapes.
-fn mirrored<R: Real>(
+fn trace_mirror_bounces<R: Real>(
     geometry: &Geometry<R>,
     mut ray: Ray<R>,
     invariant: impl Fn(&Ray<R>) -> f64,
@@ -169,7 +169,10 @@ fn mirrored<R: Real>(
             -ray.direction,
             [R::ZERO; 3],
         );
-        ray = Ray::new(surface.spawn(bsdf_sample.direction), bsdf_sample.direction);
+        ray = Ray::new(
+            surface.spawn_ray_origin(bsdf_sample.direction),
+            bsdf_sample.direction,
+        );
         length = length.max((ray.direction.to_f64().length() - 1.0).abs());
         drift = drift.max((invariant(&ray) - before).abs());
     }
@@ -178,7 +181,7 @@ fn mirrored<R: Real>(
 
 /// Traces rays between mirrors in parallel, each by `made` with its own random numbers, and returns
 /// the deviations of each.
-fn mirrored_each(
+fn trace_mirror_rays(
     seed: u64,
     made: impl Fn(&mut CaseRng) -> Option<[f64; 2]> + Sync,
 ) -> Vec<Option<[f64; 2]>> {
@@ -191,7 +194,7 @@ fn mirrored_each(
 /// Measures S11: rays between two parallel mirrors keep their angle, and rays in a mirrored ball
 /// keep their distance from the centre. Reported are the length of the directions and the drift of
 /// these invariants.
-pub fn mirrors<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_mirror_bounces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let geometry = |shapes: &[AnyShape<R>]| {
         let mut group = PrimitiveSet::<R>::default();
         for &shape in shapes {
@@ -201,8 +204,8 @@ pub fn mirrors<R: Real>(rays: RayCount) -> Vec<Measurement> {
         }
         Geometry::new(group, AcceleratorKind::Linear)
     };
-    let walls = mirrored_each(403, |rng| {
-        let n = rng.direction();
+    let walls = trace_mirror_rays(403, |rng| {
+        let n = rng.sample_direction();
         let (x, y) = n.any_orthonormal_pair();
         let half = 1e5;
         let wall = |at: f64| {
@@ -212,40 +215,46 @@ pub fn mirrors<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 y * (2.0 * half),
             ))
         };
-        let d = exact((n + x * rng.uniform(-2.0, 2.0) + y * rng.uniform(-2.0, 2.0)).normalize());
-        mirrored(
+        let d = round_to_f32(
+            (n + x * rng.next_uniform(-2.0, 2.0) + y * rng.next_uniform(-2.0, 2.0)).normalize(),
+        );
+        trace_mirror_bounces(
             &geometry(&[wall(-1.0), wall(1.0)]),
-            ray::<R>(DVec3::ZERO, d),
+            unnormalised_ray::<R>(DVec3::ZERO, d),
             |ray| ray.direction.to_f64().normalize().dot(n).abs(),
         )
     });
-    let ball = mirrored_each(404, |rng| {
+    let ball = trace_mirror_rays(404, |rng| {
         let sphere = AnyShape::Sphere(Sphere {
             centre: R::Vec3::from_f64(DVec3::ZERO),
             radius: R::ONE,
         });
-        let d = exact(rng.direction());
-        let start = ray::<R>(exact(rng.direction() * rng.uniform(0.1, 0.9)), d);
-        mirrored(&geometry(&[sphere]), start, |ray| {
+        let d = round_to_f32(rng.sample_direction());
+        let start = unnormalised_ray::<R>(
+            round_to_f32(rng.sample_direction() * rng.next_uniform(0.1, 0.9)),
+            d,
+        );
+        trace_mirror_bounces(&geometry(&[sphere]), start, |ray| {
             let d = ray.direction.to_f64();
             ray.origin.to_f64().cross(d / d.length()).length()
         })
     });
-    let judged = |part: &str, found: &[Option<[f64; 2]>], selected: usize, bound: f64| -> Outcome {
-        judge(&format!("S11 {part}"), 0, MIRRORED, rays, |rng| {
-            let index = rng.index();
-            let Some(errors) = found[index as usize] else {
-                return Verdict::Wrong(format!("ray {index} escapes"));
-            };
-            Verdict::within_bound(errors[selected], bound, || format!("ray {index}"))
-        })
-    };
-    let lengths = judged("lengths", &walls, 0, 1e-5).plus(judged("lengths", &ball, 0, 1e-5));
+    let judged =
+        |part: &str, found: &[Option<[f64; 2]>], selected: usize, bound: f64| -> CaseOutcome {
+            judge_rays(&format!("S11 {part}"), 0, MIRRORED, rays, |rng| {
+                let index = rng.ray_index();
+                let Some(errors) = found[index as usize] else {
+                    return Verdict::Wrong(format!("ray {index} escapes"));
+                };
+                Verdict::from_error(errors[selected], bound, || format!("ray {index}"))
+            })
+        };
+    let lengths = judged("lengths", &walls, 0, 1e-5).merge(judged("lengths", &ball, 0, 1e-5));
     [
         ("lengths", lengths),
         ("between walls", judged("between walls", &walls, 1, 1e-3)),
         ("in a ball", judged("in a ball", &ball, 1, 1e-3)),
     ]
-    .map(|(part, outcome)| by_shapes::<R>(outcome).of_part(part))
+    .map(|(part, outcome)| measurement_without_kernels::<R>(outcome).with_part_name(part))
     .to_vec()
 }

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::env;
 
 use raywright_bvh::stability::Measurement;
-use raywright_bvh::stability::judge::RayCount;
+use raywright_bvh::stability::verdicts::RayCount;
 
-use super::{hard_cases, measure};
+use super::{hard_cases, measure_case};
 
 /// Requires that no part of a case is wrong in any precision, and at most one in a thousand too
 /// close to call; returns the measurements.
@@ -16,18 +16,18 @@ fn expect_all(number: &str) -> Vec<Measurement> {
     } else {
         RayCount::Quarter
     };
-    let measurements = measure(number, rays).expect("a case of the library");
+    let measurements = measure_case(number, rays).expect("a case of the library");
     for Measurement {
         setting, outcome, ..
     } in &measurements
     {
         assert_eq!(
-            outcome.first, None,
+            outcome.first_wrong, None,
             "{setting}: {} of {} wrong",
             outcome.wrong, outcome.judged
         );
         assert!(
-            2 * outcome.judged >= outcome.shot && outcome.band * 1000 <= outcome.shot,
+            2 * outcome.judged >= outcome.shot && outcome.undecidable * 1000 <= outcome.shot,
             "{setting}: {outcome:?}"
         );
     }
@@ -49,7 +49,7 @@ fn expect_hard(measurements: &[Measurement], minimum: f64) {
         .textbook
         .as_ref()
         .expect("of the textbook")
-        .wrong_share();
+        .wrong_fraction();
     assert!(
         share >= minimum,
         "{}: only {share} wrong",
@@ -97,7 +97,7 @@ fn s10_vectors_of_any_length() {
 fn s11_mirror_bounces() {
     for Measurement {
         setting, outcome, ..
-    } in measure("S11", RayCount::All).expect("a case of the library")
+    } in measure_case("S11", RayCount::All).expect("a case of the library")
     {
         let known = if setting == "robust, in a ball" { 9 } else { 0 };
         assert!(
@@ -170,7 +170,7 @@ fn the_list_is_whole() {
         .flat_map(|(letter, last)| (1..=*last).map(move |i| format!("{letter}{i:02}")));
     assert_eq!(numbers, expected.collect());
     assert_eq!(hard_cases().count(), numbers.len());
-    assert!(hard_cases().all(|case| !case.hard.is_empty() && !case.bound.is_empty()));
+    assert!(hard_cases().all(|case| !case.difficulty.is_empty() && !case.bound.is_empty()));
     // A bar is also an absolute value.
     let bound = |number: &str| {
         hard_cases()

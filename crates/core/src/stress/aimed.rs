@@ -8,13 +8,13 @@ use rayon::prelude::*;
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
 use super::RayDeadline;
-use super::facts::{SceneFacts, unit};
+use super::facts::{SceneFacts, unit_random};
 use super::fans::TriangleFan;
 use super::finding::CheckRun;
 use super::topology::{SharedEdge, Topology};
-use crate::dispatch::PreparedWork;
-use crate::generate::{PlacedObject, all_about};
-use crate::prepare::Prepared;
+use crate::dispatch::PreparedSceneTask;
+use crate::generate::{PlacedObject, objects_relative_to};
+use crate::prepare::PreparedScene;
 use crate::scene::{MeshData, SideRule};
 
 /// Rays in all, objects that they are aimed at, and rays between two looks at the clock.
@@ -29,15 +29,15 @@ const ROOM: f64 = 1024.0;
 
 /// What aimed rays found.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct AimedRays {
+pub(crate) struct AimedRayResult {
     pub sent: u64,
     pub planned: u64,
     /// Rays that passed, by the facts of their object, and where the first did.
     pub leaks: BTreeMap<usize, (u64, DVec3)>,
 }
 
-impl AimedRays {
-    pub fn run(&self) -> CheckRun {
+impl AimedRayResult {
+    pub fn check_run(&self) -> CheckRun {
         CheckRun {
             name: "rays aimed at edges and corners",
             looked_at: self.sent,
@@ -48,7 +48,7 @@ impl AimedRays {
 }
 
 /// A mesh in its place.
-struct PlacedMesh<'a> {
+struct MeshInstance<'a> {
     object: usize,
     data: &'a MeshData,
     shared: &'a [SharedEdge],
@@ -57,36 +57,36 @@ struct PlacedMesh<'a> {
 }
 
 /// The meshes that rays are aimed at.
-pub(super) struct EdgeAim<'a> {
+pub(super) struct AimedRayTask<'a> {
     pub scene_facts: &'a SceneFacts<'a>,
     pub topologies: &'a BTreeMap<usize, Topology>,
     pub seed: u64,
     pub deadline: &'a RayDeadline<'a>,
 }
 
-impl PreparedWork for EdgeAim<'_> {
-    type Output = AimedRays;
+impl PreparedSceneTask for AimedRayTask<'_> {
+    type Output = AimedRayResult;
 
     /// Sends the rays from the middle of the camera.
-    fn run<R: Real>(&self, prepared: &Prepared<R>) -> AimedRays {
-        aim_rays(
+    fn run<R: Real>(&self, prepared: &PreparedScene<R>) -> AimedRayResult {
+        trace_aimed_rays(
             prepared,
-            &targets(prepared, self.scene_facts, self.topologies),
+            &select_target_meshes(prepared, self.scene_facts, self.topologies),
             self.seed,
             self.deadline,
         )
     }
 }
 
-fn aim_rays<R: Real>(
-    prepared: &Prepared<R>,
-    targets: &[PlacedMesh<'_>],
+fn trace_aimed_rays<R: Real>(
+    prepared: &PreparedScene<R>,
+    targets: &[MeshInstance<'_>],
     seed: u64,
     deadline: &RayDeadline<'_>,
-) -> AimedRays {
-    let mut found = AimedRays {
+) -> AimedRayResult {
+    let mut found = AimedRayResult {
         planned: if targets.is_empty() { 0 } else { RAYS },
-        ..AimedRays::default()
+        ..AimedRayResult::default()
     };
     let half = prepared.camera.generate_ray(R::ZERO, R::ZERO, [0.5; 2]);
     let eye = half.origin.to_f64();
@@ -94,7 +94,8 @@ fn aim_rays<R: Real>(
         let until = (found.sent + BLOCK).min(found.planned);
         let leak = |index: u64| {
             let target = &targets[(index % targets.len() as u64) as usize];
-            leak(prepared, target, eye, [seed, index]).map(|position| (target.object, position))
+            trace_for_leak(prepared, target, eye, [seed, index])
+                .map(|position| (target.object, position))
         };
         let leaks: Vec<_> = (found.sent..until)
             .into_par_iter()
@@ -104,7 +105,7 @@ fn aim_rays<R: Real>(
             found
                 .leaks
                 .entry(object)
-                .or_insert((0, prepared.in_world(R::Vec3::from_f64(position))))
+                .or_insert((0, prepared.to_world(R::Vec3::from_f64(position))))
                 .0 += 1;
         }
         found.sent = until;
@@ -112,22 +113,26 @@ fn aim_rays<R: Real>(
     found
 }
 
-fn targets<'a, R: Real>(
-    prepared: &Prepared<R>,
+fn select_target_meshes<'a, R: Real>(
+    prepared: &PreparedScene<R>,
     scene_facts: &SceneFacts<'a>,
     topologies: &'a BTreeMap<usize, Topology>,
-) -> Vec<PlacedMesh<'a>> {
-    let all: Vec<PlacedMesh<'a>> = all_about(scene_facts.scene, prepared.origin.origin)
+) -> Vec<MeshInstance<'a>> {
+    let all: Vec<MeshInstance<'a>> = objects_relative_to(scene_facts.scene, prepared.origin.origin)
         .enumerate()
         .filter(|(_, placed_object)| {
             matches!(placed_object.object.side, SideRule::Both | SideRule::Culled)
-                && placed_object.ends().is_none()
+                && placed_object.object_to_world_at_ends().is_none()
         })
         .filter_map(|(index, placed_object)| {
-            let (mesh, data) = scene_facts.mesh(placed_object.object)?;
-            let Topology { shared, fans, .. } = topologies.get(&mesh)?;
-            let object = scene_facts.index_of(index as u32);
-            (!shared.is_empty()).then_some(PlacedMesh {
+            let (mesh, data) = scene_facts.mesh_of_object(placed_object.object)?;
+            let Topology {
+                shared_edges: shared,
+                fans,
+                ..
+            } = topologies.get(&mesh)?;
+            let object = scene_facts.facts_index(index as u32);
+            (!shared.is_empty()).then_some(MeshInstance {
                 object,
                 data,
                 shared,
@@ -142,15 +147,15 @@ fn targets<'a, R: Real>(
 
 /// A place on a mesh, with the triangles there: for each the cosine under which the eye sees it,
 /// and the width that a ray has to miss it by.
-struct AimPoint {
+struct EdgePoint {
     point: DVec3,
     faces: Vec<[f64; 2]>,
 }
 
-impl PlacedMesh<'_> {
+impl MeshInstance<'_> {
     /// A place on an edge, or at a corner, in the coordinates that are stored.
-    fn aim_point(&self, eye: DVec3, number: impl Fn(u64) -> f64) -> Option<AimPoint> {
-        let map = self.placed_object.map();
+    fn sample_edge_point(&self, eye: DVec3, number: impl Fn(u64) -> f64) -> Option<EdgePoint> {
+        let map = self.placed_object.object_to_world();
         let at = |corner: u32| map.transform_point3(self.data.positions.position(corner as usize));
         let pick = |count: usize| (number(0) * count as f64) as usize;
         if number(2) < 0.5 && !self.fans.is_empty() {
@@ -165,7 +170,7 @@ impl PlacedMesh<'_> {
                     normal.length() / (c - b).length(),
                 ]
             };
-            return Some(AimPoint {
+            return Some(EdgePoint {
                 point,
                 faces: fan.across.iter().map(face).collect(),
             });
@@ -183,7 +188,7 @@ impl PlacedMesh<'_> {
                 height.length().min((b - a).length()),
             ]
         };
-        Some(AimPoint {
+        Some(EdgePoint {
             point,
             faces: [(across[0], 1.0), (across[1], -1.0)].map(face).into(),
         })
@@ -192,14 +197,14 @@ impl PlacedMesh<'_> {
 
 /// The place that a ray passes which is aimed at it; none where it meets something, or where
 /// rounding may lead it past all triangles there.
-fn leak<R: Real>(
-    prepared: &Prepared<R>,
-    target: &PlacedMesh<'_>,
+fn trace_for_leak<R: Real>(
+    prepared: &PreparedScene<R>,
+    target: &MeshInstance<'_>,
     eye: DVec3,
     [seed, index]: [u64; 2],
 ) -> Option<DVec3> {
-    let AimPoint { point, faces } =
-        target.aim_point(eye, |selected| unit(seed, index, 32 + selected))?;
+    let EdgePoint { point, faces } =
+        target.sample_edge_point(eye, |selected| unit_random(seed, index, 32 + selected))?;
     let (distance, side) = (point.distance(eye), faces.first()?[0]);
     let rounding =
         R::ROUNDOFF.to_f64() * (distance + point.abs().max_element() + eye.abs().max_element());
@@ -276,9 +281,9 @@ mod tests {
         let whole = globe(usize::MAX);
         let scene_facts = SceneFacts::new(
             &whole,
-            crate::dispatch::extent(&whole, Default::default()).bounds,
+            crate::dispatch::measure_extent(&whole, Default::default()).bounds,
         );
-        let topologies = super::super::meshes::topologies(&scene_facts);
+        let topologies = super::super::meshes::mesh_topologies(&scene_facts);
         let deadline = RayDeadline {
             observer: &(),
             end: None,
@@ -293,7 +298,7 @@ mod tests {
                     ..Settings::from_scene(scene)
                 };
                 let ready = crate::prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
-                let rays = ready.work(&EdgeAim {
+                let rays = ready.run_task(&AimedRayTask {
                     scene_facts: &scene_facts,
                     topologies: &topologies,
                     seed: 7,

@@ -2,17 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use super::aimed::AimedRays;
-use super::coplanar::{Resolution, remedy};
-use super::duplicates::Doubles;
-use super::facts::{SceneFacts, scene_point};
+use super::aimed::AimedRayResult;
+use super::coplanar::{DepthResolution, separation_remedy};
+use super::duplicates::DuplicateObjects;
+use super::facts::{SceneFacts, finite_point};
 use super::finding::{
-    FindingCode, FindingSubject, Severity, StressFinding, decimal, one_digit_above,
+    FindingCode, FindingSubject, Severity, StressFinding, format_decimal, round_up_to_digit,
 };
 use super::ray_survey::{RaySurvey, Sighting};
 use super::topology::Topology;
-use crate::prepare::{ClosedGap, Lamp, LightLeak};
-use crate::scene::{Material, Model, Shape};
+use crate::prepare::{LampRef, LightLeak, UnresolvedGap};
+use crate::scene::{Material, MaterialModel, Shape};
 
 /// Share of the rays on whose way something is from which on it is seen in the picture.
 const SEEN: f64 = 0.02;
@@ -20,37 +20,37 @@ const SEEN: f64 = 0.02;
 const OF_ALL: f64 = 0.002;
 
 /// What rays met.
-pub(super) struct Bodies<'a> {
+pub(super) struct BodyChecks<'a> {
     pub scene_facts: &'a SceneFacts<'a>,
     pub topologies: &'a BTreeMap<usize, Topology>,
-    pub doubles: &'a Doubles,
+    pub doubles: &'a DuplicateObjects,
     pub survey: &'a RaySurvey,
-    pub resolution: &'a Resolution<'a>,
+    pub resolution: &'a DepthResolution<'a>,
 }
 
-impl Bodies<'_> {
+impl BodyChecks<'_> {
     /// What rays say.
-    pub fn check(&self, aimed: &[AimedRays]) -> Vec<StressFinding> {
-        let mut findings = self.open_bodies();
-        findings.extend(self.nested());
-        findings.extend(self.flickering());
-        findings.extend(self.starts());
+    pub fn check_bodies(&self, aimed: &[AimedRayResult]) -> Vec<StressFinding> {
+        let mut findings = self.check_open_bodies();
+        findings.extend(self.check_nested_bodies());
+        findings.extend(self.check_flickering());
+        findings.extend(self.check_ray_starts());
         let sent = aimed.iter().map(|rays| rays.sent).sum();
         for (&object, &(count, point)) in aimed.iter().flat_map(|rays| &rays.leaks) {
             let reason = "rays pass between triangles that share an edge or a corner";
             let remedy = "please report this: it is a fault of the program";
             let predicate = "aimed at edges and corners passed";
             findings.push(
-                self.finding(FindingCode::Leak, object, reason, remedy)
-                    .counted(count, sent, "rays", predicate)
-                    .with_place(scene_point(point)),
+                self.wrong_picture_finding(FindingCode::Leak, object, reason, remedy)
+                    .with_count(count, sent, "rays", predicate)
+                    .with_place(finite_point(point)),
             );
         }
         findings
     }
 
     /// A finding that makes the picture wrong.
-    fn finding(
+    fn wrong_picture_finding(
         &self,
         code: FindingCode,
         object: usize,
@@ -62,7 +62,7 @@ impl Bodies<'_> {
     }
 
     /// Rays that start from a surface.
-    fn starts(&self) -> Vec<StressFinding> {
+    fn check_ray_starts(&self) -> Vec<StressFinding> {
         let survey = self.survey;
         let mut findings = Vec::new();
         for (&object, sighting) in &survey.self_hits {
@@ -70,9 +70,9 @@ impl Bodies<'_> {
             let remedy = "leave `classic.spawn` away, or give it a larger `offset`";
             let predicate = "that start from a surface met it again";
             findings.push(
-                self.finding(FindingCode::SelfHit, object, reason, remedy)
-                    .counted(sighting.count, survey.starts, "rays", predicate)
-                    .with_place(scene_point(sighting.position)),
+                self.wrong_picture_finding(FindingCode::SelfHit, object, reason, remedy)
+                    .with_count(sighting.count, survey.starts, "rays", predicate)
+                    .with_place(finite_point(sighting.position)),
             );
         }
         let many = |sighting: &Sighting| sighting.count as f64 > OF_ALL * survey.starts as f64;
@@ -81,111 +81,110 @@ impl Bodies<'_> {
             let remedy = "leave `classic.spawn` away, or give it a smaller `offset`";
             let predicate = "that start from a surface started beyond another";
             findings.push(
-                self.finding(FindingCode::StartBeyondSurface, object, reason, remedy)
-                    .counted(sighting.count, survey.starts, "rays", predicate)
-                    .with_place(scene_point(sighting.position)),
+                self.wrong_picture_finding(FindingCode::StartBeyondSurface, object, reason, remedy)
+                    .with_count(sighting.count, survey.starts, "rays", predicate)
+                    .with_place(finite_point(sighting.position)),
             );
         }
         findings
     }
 
     /// Bodies of glass that are not closed, and are no meshes whose edges say so.
-    fn open_bodies(&self) -> Vec<StressFinding> {
+    fn check_open_bodies(&self) -> Vec<StressFinding> {
         let finding = |(&object, sighting): (&usize, &Sighting)| {
             let object_facts = &self.scene_facts.objects[object];
             let edges_tell = self
                 .scene_facts
-                .mesh(object_facts.object)
+                .mesh_of_object(object_facts.object)
                 .and_then(|(mesh, _)| self.topologies.get(&mesh))
                 .is_some_and(|t| !t.is_closed());
-            let hit_count = RaySurvey::count(&self.survey.sightings, &object);
+            let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &object);
             // What has no end has an inside that nothing leaves.
             let is_endless = matches!(object_facts.object.shape, Shape::Plane { .. });
             let is_few = sighting.count < 3 || (sighting.count as f64) < SEEN * hit_count as f64;
-            if edges_tell || is_endless || is_few || self.doubles.has_twin(object) {
+            if edges_tell || is_endless || is_few || self.doubles.has_duplicate(object) {
                 return None;
             }
             let reason = "rays go into a body of glass and do not come out of it, or the other way round: it is open, and they are bent and tinted wrongly";
             let remedy = "close it (a tube by `caps`), or set `thin_walled` where it is to be a pane without an inside";
             let predicate = "that meet it only enter it or only leave it";
             Some(
-                self.finding(FindingCode::OpenBody, object, reason, remedy)
-                    .counted(sighting.count, hit_count, "rays", predicate)
-                    .with_place(scene_point(sighting.position)),
+                self.wrong_picture_finding(FindingCode::OpenBody, object, reason, remedy)
+                    .with_count(sighting.count, hit_count, "rays", predicate)
+                    .with_place(finite_point(sighting.position)),
             )
         };
         self.survey.unbalanced.iter().filter_map(finding).collect()
     }
 
-    fn nested(&self) -> Vec<StressFinding> {
-        let is_nested =
-            |material: &Material| matches!(&material.model, Model::Physical(m) if m.is_nested());
+    fn check_nested_bodies(&self) -> Vec<StressFinding> {
+        let is_nested = |material: &Material| matches!(&material.model, MaterialModel::Physical(m) if m.has_priority());
         let used = self.scene_facts.used_materials();
         if used.iter().any(|(_, material)| is_nested(material)) {
             return Vec::new();
         }
         let finding = |(&[outer, inner], sighting): (&[usize; 2], &Sighting)| {
-            let hit_count = RaySurvey::count(&self.survey.sightings, &inner);
+            let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &inner);
             let is_few = sighting.count < 3 || (sighting.count as f64) < SEEN * hit_count as f64;
-            if is_few || self.doubles.are_one([outer, inner]) {
+            if is_few || self.doubles.are_duplicates([outer, inner]) {
                 return None;
             }
             let around = self.scene_facts.objects[outer]
                 .subject
-                .words(self.scene_facts.scene);
+                .display_name(self.scene_facts.scene);
             let reason = format!(
                 "it is within {around} or reaches into it, and each boundary bends light as if there were air between them"
             );
             let remedy = "give both materials a `priority`: the body with the greater one is there where they overlap";
             let predicate = "on whose way it lies came into it within the other body";
             Some(
-                self.finding(FindingCode::NestedGlass, inner, reason, remedy)
-                    .counted(sighting.count, hit_count, "rays", predicate)
-                    .with_place(scene_point(sighting.position)),
+                self.wrong_picture_finding(FindingCode::NestedGlass, inner, reason, remedy)
+                    .with_count(sighting.count, hit_count, "rays", predicate)
+                    .with_place(finite_point(sighting.position)),
             )
         };
         self.survey.nested.iter().filter_map(finding).collect()
     }
 
     /// Whether of two surfaces in one place each is seen here and there.
-    pub fn flickers(&self, [a, b]: [usize; 2]) -> bool {
+    pub fn is_flickering_pair(&self, [a, b]: [usize; 2]) -> bool {
         let objects = &self.scene_facts.objects;
         let [one, other] =
-            [[a, b], [b, a]].map(|pair| RaySurvey::count(&self.survey.coincident, &pair));
+            [[a, b], [b, a]].map(|pair| RaySurvey::sighting_count(&self.survey.coincident, &pair));
         let differ = objects[a].object.material != objects[b].object.material;
         differ && one + other >= 10 && 20 * one.min(other) >= one + other
     }
 
     /// Those of which that is so.
-    fn flickering(&self) -> Vec<StressFinding> {
+    fn check_flickering(&self) -> Vec<StressFinding> {
         let finding = |(pair, sighting): (&[usize; 2], &Sighting)| {
             let [a, b] = *pair;
-            if a > b || !self.flickers(*pair) || self.doubles.are_one(*pair) {
+            if a > b || !self.is_flickering_pair(*pair) || self.doubles.are_duplicates(*pair) {
                 return None;
             }
             let pairs = [[a, b], [b, a]];
-            let all = pairs.map(|pair| RaySurvey::count(&self.survey.coincident, &pair));
+            let all = pairs.map(|pair| RaySurvey::sighting_count(&self.survey.coincident, &pair));
             let apart = pairs
                 .iter()
                 .filter_map(|pair| self.survey.apart.get(pair))
                 .fold(0.0_f64, |maximum, &apart| maximum.max(apart));
             let with = self.scene_facts.objects[b]
                 .subject
-                .words(self.scene_facts.scene);
+                .display_name(self.scene_facts.scene);
             let reason = format!(
                 "it lies in one place with {with}, at most {} metres apart, and rounding decides from ray to ray which of them is seen",
-                decimal(apart)
+                format_decimal(apart)
             );
-            let remedy = remedy(
-                self.resolution.at(sighting.position),
+            let remedy = separation_remedy(
+                self.resolution.min_separation_at(sighting.position),
                 apart,
                 self.resolution.precision,
             );
             let predicate = "of the cameras met both in one place";
             Some(
-                self.finding(FindingCode::FlickeringSurfaces, a, reason, remedy)
-                    .counted(all.iter().sum(), self.survey.rays, "rays", predicate)
-                    .with_place(scene_point(sighting.position)),
+                self.wrong_picture_finding(FindingCode::FlickeringSurfaces, a, reason, remedy)
+                    .with_count(all.iter().sum(), self.survey.rays, "rays", predicate)
+                    .with_place(finite_point(sighting.position)),
             )
         };
         self.survey.coincident.iter().filter_map(finding).collect()
@@ -193,22 +192,23 @@ impl Bodies<'_> {
 }
 
 /// Gaps and covers that storing closes.
-pub(super) fn closed(
+pub(super) fn closed_gap_findings(
     scene_facts: &SceneFacts<'_>,
-    doubles: &Doubles,
-    gaps: &[ClosedGap],
+    doubles: &DuplicateObjects,
+    gaps: &[UnresolvedGap],
     leaks: &[LightLeak],
 ) -> Vec<StressFinding> {
-    let subject = |object: usize| scene_facts.objects[scene_facts.index_of(object as u32)].subject;
-    let words = |object: usize| subject(object).words(scene_facts.scene);
-    let gap = |gap: &ClosedGap| {
+    let subject =
+        |object: usize| scene_facts.objects[scene_facts.facts_index(object as u32)].subject;
+    let words = |object: usize| subject(object).display_name(scene_facts.scene);
+    let gap = |gap: &UnresolvedGap| {
         let reason = format!(
             "the gap to {} is closed: light that passes the one starts beyond the other, since they touch or are nearer than rounding tells apart",
             words(gap.other)
         );
         let remedy = format!(
             "leave {} metres or more between them, or add --precision reference",
-            one_digit_above(gap.resolved)
+            round_up_to_digit(gap.resolved_width)
         );
         StressFinding::new(
             FindingCode::ClosedGap,
@@ -220,8 +220,8 @@ pub(super) fn closed(
     };
     let leak = |leak: &LightLeak| {
         let lamp = match leak.lamp {
-            Lamp::Light(index) => FindingSubject::Light(index),
-            Lamp::Object(object) => subject(object),
+            LampRef::Light(index) => FindingSubject::Light(index),
+            LampRef::Object(object) => subject(object),
         };
         let reason = format!(
             "it shines through {}, which is opaque but nearer before it than rounding tells apart",
@@ -229,7 +229,7 @@ pub(super) fn closed(
         );
         let remedy = format!(
             "leave {} metres or more between them, or add --precision reference",
-            one_digit_above(leak.resolved)
+            round_up_to_digit(leak.resolved_distance)
         );
         StressFinding::new(
             FindingCode::LightThroughCover,
@@ -240,8 +240,8 @@ pub(super) fn closed(
         )
     };
     let apart = gaps.iter().filter(|gap| {
-        let pair = [gap.object, gap.other].map(|object| scene_facts.index_of(object as u32));
-        !doubles.are_one(pair)
+        let pair = [gap.object, gap.other].map(|object| scene_facts.facts_index(object as u32));
+        !doubles.are_duplicates(pair)
     });
     apart.map(gap).chain(leaks.iter().map(leak)).collect()
 }

@@ -4,14 +4,14 @@
 use glam::DVec3;
 use raywright_bvh::{Aabb, Ray};
 
-use super::facts::{SceneFacts, SurfaceMatter};
-use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, decimal};
+use super::facts::{SceneFacts, SurfaceKind};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, format_decimal};
 use super::ray_survey::RaySurvey;
-use crate::camera::{PreparedCamera as Prepared, axes};
-use crate::scene::{Camera, Fit, Projection, Shape};
+use crate::camera::{PreparedCamera as Prepared, eye_and_axes};
+use crate::scene::{AspectFit, Camera, Projection, Shape};
 
 /// A camera with its picture.
-pub(super) struct CameraPicture {
+pub(super) struct CameraView {
     /// Its place in the scene's list, and what messages call it.
     pub index: usize,
     pub subject: FindingSubject,
@@ -20,7 +20,7 @@ pub(super) struct CameraPicture {
     prepared: Prepared<f64>,
 }
 
-impl CameraPicture {
+impl CameraView {
     pub fn new(index: usize, subject: FindingSubject, data: Camera, size: [u32; 2]) -> Self {
         let prepared = Prepared::new(&data, size);
         Self {
@@ -33,43 +33,43 @@ impl CameraPicture {
     }
 
     /// Where a point is in its picture.
-    pub fn pixel_of(&self, point: DVec3) -> Option<[f64; 2]> {
-        let pixel = self.prepared.pixel_of(point)?;
+    pub fn project_point(&self, point: DVec3) -> Option<[f64; 2]> {
+        let pixel = self.prepared.project_to_pixel(point)?;
         let is_inside = (0..2).all(|axis| (0.0..f64::from(self.size[axis])).contains(&pixel[axis]));
         is_inside.then_some(pixel)
     }
 
     /// The ray through the middle of the lens to a place of its picture.
-    pub fn ray_to(&self, [x, y]: [f64; 2]) -> Ray<f64> {
+    pub fn ray_through_pixel(&self, [x, y]: [f64; 2]) -> Ray<f64> {
         self.prepared.generate_ray(x, y, [0.5; 2])
     }
 
     /// From its eye, in metres.
-    pub fn distance_to(&self, point: DVec3) -> f64 {
+    pub fn distance_from_eye(&self, point: DVec3) -> f64 {
         point.distance(self.eye())
     }
 
     fn eye(&self) -> DVec3 {
-        axes(&self.data.pose).0
+        eye_and_axes(&self.data.pose).0
     }
 
     /// How wide a pixel is at a point.
-    fn pixel_at(&self, point: DVec3) -> f64 {
-        let cone = self.prepared.cone();
+    fn pixel_width_at(&self, point: DVec3) -> f64 {
+        let cone = self.prepared.ray_cone();
         cone.width + cone.spread * point.distance(self.eye())
     }
 
     /// Whether a ball is in view and smaller than a pixel.
     pub fn sees_within_pixel(&self, centre: DVec3, radius: f64) -> bool {
-        2.0 * radius < self.pixel_at(centre) && self.pixel_of(centre).is_some()
+        2.0 * radius < self.pixel_width_at(centre) && self.project_point(centre).is_some()
     }
 }
 
 /// How near a place is to the cameras: what is in view of one before what is not, then by distance.
-pub(super) fn nearness(views: &[CameraPicture], position: DVec3) -> (bool, f64) {
-    let value_of = |view: &CameraPicture| {
+pub(super) fn view_distance_key(views: &[CameraView], position: DVec3) -> (bool, f64) {
+    let value_of = |view: &CameraView| {
         (
-            view.pixel_of(position).is_none(),
+            view.project_point(position).is_none(),
             position.distance(view.eye()),
         )
     };
@@ -82,32 +82,33 @@ pub(super) fn nearness(views: &[CameraPicture], position: DVec3) -> (bool, f64) 
 }
 
 /// Of things in places the one that is nearest to a camera.
-pub(super) fn nearest<T>(
-    views: &[CameraPicture],
+pub(super) fn nearest_to_camera<T>(
+    views: &[CameraView],
     places: impl Iterator<Item = (T, DVec3)>,
 ) -> Option<(T, DVec3)> {
     places
-        .map(|(thing, position)| (nearness(views, position), (thing, position)))
+        .map(|(thing, position)| (view_distance_key(views, position), (thing, position)))
         .min_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))
         .map(|(_, nearest)| nearest)
 }
 
 /// Whether a corner or the middle of a box is in view.
-pub(super) fn is_in_view(views: &[CameraPicture], bounds: &Aabb) -> bool {
+pub(super) fn is_box_in_view(views: &[CameraView], bounds: &Aabb) -> bool {
     let corner = |i: u32| {
         let high = glam::BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4);
         DVec3::select(high, bounds.max, bounds.min)
     };
-    (0..8)
-        .map(corner)
-        .chain([bounds.centre()])
-        .any(|position| views.iter().any(|view| view.pixel_of(position).is_some()))
+    (0..8).map(corner).chain([bounds.centre()]).any(|position| {
+        views
+            .iter()
+            .any(|view| view.project_point(position).is_some())
+    })
 }
 
 /// What is wrong with the cameras, by what rays of each saw.
-pub(super) fn check(
+pub(super) fn check_cameras(
     scene_facts: &SceneFacts<'_>,
-    views: &[CameraPicture],
+    views: &[CameraView],
     surveys: &[RaySurvey],
 ) -> Vec<StressFinding> {
     let mut findings = Vec::new();
@@ -130,12 +131,12 @@ pub(super) fn check(
                 remedy,
             ));
         }
-        findings.extend(within_bodies(scene_facts, view, survey));
-        findings.extend(too_small(scene_facts, view));
-        findings.extend(unfocused(scene_facts, view));
+        findings.extend(cameras_in_bodies(scene_facts, view, survey));
+        findings.extend(small_scene_finding(scene_facts, view));
+        findings.extend(focus_finding(scene_facts, view));
         let [width, height] = view.size.map(f64::from);
         if let Some(aspect) = view.data.aspect.filter(|aspect| {
-            view.data.fit == Fit::Stretch && (aspect * height / width - 1.0).abs() > 0.02
+            view.data.fit == AspectFit::Stretch && (aspect * height / width - 1.0).abs() > 0.02
         }) {
             let reason = format!(
                 "its `aspect` is {aspect:.3} and the picture's {:.3}, so that everything is stretched",
@@ -155,14 +156,16 @@ pub(super) fn check(
 }
 
 /// Bodies that a camera is in: of glass, or so that it sees nothing else.
-fn within_bodies(
+fn cameras_in_bodies(
     scene_facts: &SceneFacts<'_>,
-    view: &CameraPicture,
+    view: &CameraView,
     survey: &RaySurvey,
 ) -> Vec<StressFinding> {
     let mut findings = Vec::new();
     for (&object, sighting) in &survey.within {
-        let body = scene_facts.objects[object].subject.words(scene_facts.scene);
+        let body = scene_facts.objects[object]
+            .subject
+            .display_name(scene_facts.scene);
         let reason = format!(
             "it is within {body}, which light goes through: everything is seen from inside of it"
         );
@@ -174,7 +177,7 @@ fn within_bodies(
                 reason,
                 "move it out, unless it is meant to be in there",
             )
-            .counted(
+            .with_count(
                 sighting.count,
                 survey.rays,
                 "rays",
@@ -194,13 +197,15 @@ fn within_bodies(
             .any(|(index, object_facts)| index != object && is_bounded(&object_facts.object.shape))
     };
     let encloses = |object: usize| {
-        scene_facts.objects[object].matter == SurfaceMatter::Opaque
-            && is_around(scene_facts, object, view.eye())
+        scene_facts.objects[object].matter == SurfaceKind::Opaque
+            && may_contain_point(scene_facts, object, view.eye())
     };
     if let Some((&object, sighting)) =
         alone.filter(|(object, _)| others(**object) && encloses(**object))
     {
-        let body = scene_facts.objects[object].subject.words(scene_facts.scene);
+        let body = scene_facts.objects[object]
+            .subject
+            .display_name(scene_facts.scene);
         let reason = format!(
             "it is within {body} and sees nothing but its inside, though there are other objects"
         );
@@ -212,14 +217,14 @@ fn within_bodies(
                 reason,
                 "move it out of there",
             )
-            .counted(sighting.count, survey.rays, "rays", "met its inside first"),
+            .with_count(sighting.count, survey.rays, "rays", "met its inside first"),
         );
     }
     findings
 }
 
 /// Whether a point may be within an object, which is a body and no sheet.
-fn is_around(scene_facts: &SceneFacts<'_>, object: usize, point: DVec3) -> bool {
+fn may_contain_point(scene_facts: &SceneFacts<'_>, object: usize, point: DVec3) -> bool {
     let own = scene_facts.objects[object].object;
     match &own.shape {
         Shape::Sphere { .. }
@@ -228,7 +233,7 @@ fn is_around(scene_facts: &SceneFacts<'_>, object: usize, point: DVec3) -> bool 
         | Shape::Torus { .. }
         | Shape::Cone { .. } => true,
         Shape::Cylinder { height, caps, .. } => height.is_some() && *caps,
-        Shape::Mesh(_) => scene_facts.mesh(own).is_some_and(|(_, data)| {
+        Shape::Mesh(_) => scene_facts.mesh_of_object(own).is_some_and(|(_, data)| {
             let map = scene_facts.objects[object].map;
             let bounds = Aabb::from_points(
                 data.positions
@@ -248,17 +253,17 @@ fn is_bounded(shape: &Shape) -> bool {
     )
 }
 
-fn too_small(scene_facts: &SceneFacts<'_>, view: &CameraPicture) -> Option<StressFinding> {
+fn small_scene_finding(scene_facts: &SceneFacts<'_>, view: &CameraView) -> Option<StressFinding> {
     let has_plane = scene_facts
         .objects
         .iter()
         .any(|object_facts| !is_bounded(&object_facts.object.shape));
-    if scene_facts.diagonal() == 0.0 || has_plane {
+    if scene_facts.bounds_diagonal() == 0.0 || has_plane {
         return None;
     }
     let (size, pixel) = (
-        scene_facts.diagonal(),
-        view.pixel_at(scene_facts.bounds.centre()),
+        scene_facts.bounds_diagonal(),
+        view.pixel_width_at(scene_facts.bounds.centre()),
     );
     let reason = format!("all of the scene is {:.2} pixels wide in it", size / pixel);
     let remedy = "move it nearer with --eye, or narrow its field of view";
@@ -274,7 +279,7 @@ fn too_small(scene_facts: &SceneFacts<'_>, view: &CameraPicture) -> Option<Stres
 }
 
 /// A lens that is sharp before or behind everything.
-fn unfocused(scene_facts: &SceneFacts<'_>, view: &CameraPicture) -> Option<StressFinding> {
+fn focus_finding(scene_facts: &SceneFacts<'_>, view: &CameraView) -> Option<StressFinding> {
     let Projection::ThinLens {
         aperture_radius,
         focus_distance,
@@ -292,7 +297,7 @@ fn unfocused(scene_facts: &SceneFacts<'_>, view: &CameraPicture) -> Option<Stres
     {
         return None;
     }
-    let (eye, frame) = axes(&view.data.pose);
+    let (eye, frame) = eye_and_axes(&view.data.pose);
     let (centre, half) = (
         scene_facts.bounds.centre(),
         0.5 * scene_facts.bounds.extent(),
@@ -302,8 +307,8 @@ fn unfocused(scene_facts: &SceneFacts<'_>, view: &CameraPicture) -> Option<Stres
     let [near, far] = [along - reach, along + reach];
     let reason = format!(
         "its lens is sharp at {focus_distance} metres, and everything lies between {} and {} metres",
-        decimal(near),
-        decimal(far)
+        format_decimal(near),
+        format_decimal(far)
     );
     let remedy = "set `focus_distance` to the distance of what is to be sharp";
     (focus_distance < near || focus_distance > far).then(|| {

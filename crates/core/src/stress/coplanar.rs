@@ -8,10 +8,13 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::cameras::CameraPicture;
-use super::faces::{ALL_MESH_FACES, Face, area, clipped, counter_clockwise, faces};
-use super::facts::{SceneFacts, scene_point};
-use super::finding::{FindingCode, Severity, StressFinding, decimal, one_digit_above};
+use super::cameras::CameraView;
+use super::faces::{
+    ALL_MESH_FACES, FlatFace, clip_polygon, counter_clockwise_corners, flat_faces,
+    signed_double_area,
+};
+use super::facts::{SceneFacts, finite_point};
+use super::finding::{FindingCode, Severity, StressFinding, format_decimal, round_up_to_digit};
 use super::ray_survey::RaySurvey;
 use super::topology::Topology;
 use crate::settings::PrecisionChoice;
@@ -30,7 +33,7 @@ const MOST_PAIRS: usize = 1 << 24;
 
 /// Two objects with a face each in one plane, and where both are.
 #[derive(Clone, Debug)]
-pub(super) struct Overlap {
+pub(super) struct CoplanarOverlap {
     pub objects: [usize; 2],
     /// Whether no body is among them, whose face may be hidden by what it stands on.
     are_sheets: bool,
@@ -44,13 +47,13 @@ pub(super) struct Overlap {
 }
 
 /// What a precision tells apart in the pictures of some cameras.
-pub(super) struct Resolution<'a> {
+pub(super) struct DepthResolution<'a> {
     pub precision: PrecisionChoice,
-    pub views: &'a [CameraPicture],
+    pub views: &'a [CameraView],
 }
 
-impl Resolution<'_> {
-    fn roundoff(&self) -> f64 {
+impl DepthResolution<'_> {
+    fn unit_roundoff(&self) -> f64 {
         0.5 * match self.precision {
             PrecisionChoice::Robust => f64::from(f32::EPSILON),
             PrecisionChoice::Reference => f64::EPSILON,
@@ -59,21 +62,21 @@ impl Resolution<'_> {
 
     /// How far surfaces have to be apart at a place, in metres: a ray's way there is rounded, and
     /// so is the place itself.
-    pub fn at(&self, position: DVec3) -> f64 {
+    pub fn min_separation_at(&self, position: DVec3) -> f64 {
         let in_view = self
             .views
             .iter()
-            .filter(|view| view.pixel_of(position).is_some());
+            .filter(|view| view.project_point(position).is_some());
         let farthest = in_view
-            .map(|view| view.distance_to(position))
+            .map(|view| view.distance_from_eye(position))
             .fold(0.0, f64::max);
-        ROUNDINGS * self.roundoff() * (position.abs().max_element() + farthest)
+        ROUNDINGS * self.unit_roundoff() * (position.abs().max_element() + farthest)
     }
 }
 
-impl Overlap {
+impl CoplanarOverlap {
     /// Whether a point with this normal, or the opposite one, is where both are.
-    fn holds(&self, point: DVec3, normal: DVec3) -> bool {
+    fn contains(&self, point: DVec3, normal: DVec3) -> bool {
         let within = |i: usize| {
             let (from, to) = (self.outline[i], self.outline[(i + 1) % self.outline.len()]);
             self.normal.cross(to - from).dot(point - from) >= 0.0
@@ -86,23 +89,28 @@ impl Overlap {
 
 /// All overlaps of a scene, and those of each object.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Overlaps {
-    list: Vec<Overlap>,
+pub(super) struct OverlapTable {
+    list: Vec<CoplanarOverlap>,
     of: BTreeMap<usize, Vec<usize>>,
     /// Pairs that were compared.
     pairs: usize,
 }
 
-impl Overlaps {
+impl OverlapTable {
     /// The other objects that are where this one is seen.
-    pub fn at(&self, object: usize, point: DVec3, normal: DVec3) -> impl Iterator<Item = usize> {
+    pub fn overlapping_objects(
+        &self,
+        object: usize,
+        point: DVec3,
+        normal: DVec3,
+    ) -> impl Iterator<Item = usize> {
         let own = self
             .of
             .get(&object)
             .into_iter()
             .flatten()
             .map(|&index| &self.list[index]);
-        own.filter(move |overlap| overlap.holds(point, normal))
+        own.filter(move |overlap| overlap.contains(point, normal))
             .map(move |overlap| {
                 let [a, b] = overlap.objects;
                 if a == object { b } else { a }
@@ -111,14 +119,14 @@ impl Overlaps {
 }
 
 /// Finds what lies in one plane and overlaps there, of objects of different materials.
-pub(super) fn overlaps(
+pub(super) fn find_overlaps(
     scene_facts: &SceneFacts<'_>,
     topologies: &BTreeMap<usize, Topology>,
-    resolution: &Resolution<'_>,
-) -> Overlaps {
+    resolution: &DepthResolution<'_>,
+) -> OverlapTable {
     let mut room = ALL_MESH_FACES;
-    let mut all: Vec<Face> = (0..scene_facts.scene.objects.len())
-        .flat_map(|object| faces(object, scene_facts, topologies, &mut room))
+    let mut all: Vec<FlatFace> = (0..scene_facts.scene.objects.len())
+        .flat_map(|object| flat_faces(object, scene_facts, topologies, &mut room))
         .collect();
     let reach = all
         .iter()
@@ -129,15 +137,16 @@ pub(super) fn overlaps(
     let way = resolution
         .views
         .iter()
-        .map(|view| view.distance_to(DVec3::ZERO))
+        .map(|view| view.distance_from_eye(DVec3::ZERO))
         .fold(reach, f64::max);
-    let tolerance = (reach * ONE_PLANE).max(ROUNDINGS * resolution.roundoff() * way);
-    all.sort_by(|a, b| a.key()[0].total_cmp(&b.key()[0]));
-    let mut found = Overlaps::default();
-    for parallel in all.chunk_by_mut(|a, b| b.key()[0] - a.key()[0] <= PARALLEL) {
-        parallel.sort_by(|a, b| a.key()[1].total_cmp(&b.key()[1]));
-        for plane in parallel.chunk_by_mut(|a, b| b.key()[1] - a.key()[1] <= tolerance) {
-            sweep(scene_facts, plane, tolerance, &mut found);
+    let tolerance = (reach * ONE_PLANE).max(ROUNDINGS * resolution.unit_roundoff() * way);
+    all.sort_by(|a, b| a.plane_key()[0].total_cmp(&b.plane_key()[0]));
+    let mut found = OverlapTable::default();
+    for parallel in all.chunk_by_mut(|a, b| b.plane_key()[0] - a.plane_key()[0] <= PARALLEL) {
+        parallel.sort_by(|a, b| a.plane_key()[1].total_cmp(&b.plane_key()[1]));
+        for plane in parallel.chunk_by_mut(|a, b| b.plane_key()[1] - a.plane_key()[1] <= tolerance)
+        {
+            sweep_faces(scene_facts, plane, tolerance, &mut found);
         }
     }
     for (index, overlap) in found.list.iter().enumerate() {
@@ -150,7 +159,12 @@ pub(super) fn overlaps(
 
 /// Compares the faces of a plane that are beside each other along the axis in which they reach
 /// furthest.
-fn sweep(scene_facts: &SceneFacts<'_>, faces: &mut [Face], tolerance: f64, found: &mut Overlaps) {
+fn sweep_faces(
+    scene_facts: &SceneFacts<'_>,
+    faces: &mut [FlatFace],
+    tolerance: f64,
+    found: &mut OverlapTable,
+) {
     let reach = |axis: usize| {
         let along = faces
             .iter()
@@ -164,7 +178,7 @@ fn sweep(scene_facts: &SceneFacts<'_>, faces: &mut [Face], tolerance: f64, found
     let axis = (0..3)
         .max_by(|&a, &b| reach(a).total_cmp(&reach(b)))
         .unwrap_or(0);
-    let ends = |face: &Face| {
+    let ends = |face: &FlatFace| {
         let along = face.corners.iter().map(|corner| corner[axis]);
         let ends = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
             [low.min(x), high.max(x)]
@@ -176,7 +190,7 @@ fn sweep(scene_facts: &SceneFacts<'_>, faces: &mut [Face], tolerance: f64, found
         }
     };
     faces.sort_by(|a, b| ends(a)[0].total_cmp(&ends(b)[0]));
-    let mut open: Vec<&Face> = Vec::new();
+    let mut open: Vec<&FlatFace> = Vec::new();
     for face in &*faces {
         open.retain(|other| ends(other)[1] > ends(face)[0]);
         for other in &open {
@@ -186,15 +200,20 @@ fn sweep(scene_facts: &SceneFacts<'_>, faces: &mut [Face], tolerance: f64, found
             }
             found
                 .list
-                .extend(overlap(scene_facts, other, face, tolerance));
+                .extend(intersect_faces(scene_facts, other, face, tolerance));
         }
         open.push(face);
     }
 }
 
 /// What two faces have in common.
-fn overlap(scene_facts: &SceneFacts<'_>, a: &Face, b: &Face, tolerance: f64) -> Option<Overlap> {
-    let material = |face: &Face| &scene_facts.objects[face.object].object.material;
+fn intersect_faces(
+    scene_facts: &SceneFacts<'_>,
+    a: &FlatFace,
+    b: &FlatFace,
+    tolerance: f64,
+) -> Option<CoplanarOverlap> {
+    let material = |face: &FlatFace| &scene_facts.objects[face.object].object.material;
     // Bodies back to back touch.
     let touch = !a.is_sheet && !b.is_sheet && a.normal.dot(b.normal) < 0.0;
     if a.object == b.object
@@ -214,11 +233,14 @@ fn overlap(scene_facts: &SceneFacts<'_>, a: &Face, b: &Face, tolerance: f64) -> 
         return None;
     }
     let normal = bounded.normal;
-    let mut outline = counter_clockwise(bounded, normal);
+    let mut outline = counter_clockwise_corners(bounded, normal);
     if !bounded.is_endless && !other.is_endless {
-        let whole = area(&outline, normal).min(area(&counter_clockwise(other, normal), normal));
-        outline = clipped(outline, &counter_clockwise(other, normal), normal);
-        if area(&outline, normal) <= 1e-6 * whole {
+        let whole = signed_double_area(&outline, normal).min(signed_double_area(
+            &counter_clockwise_corners(other, normal),
+            normal,
+        ));
+        outline = clip_polygon(outline, &counter_clockwise_corners(other, normal), normal);
+        if signed_double_area(&outline, normal) <= 1e-6 * whole {
             return None;
         }
     }
@@ -235,7 +257,7 @@ fn overlap(scene_facts: &SceneFacts<'_>, a: &Face, b: &Face, tolerance: f64) -> 
         outline
     };
     let objects = [a.object.min(b.object), a.object.max(b.object)];
-    Some(Overlap {
+    Some(CoplanarOverlap {
         objects,
         are_sheets: a.is_sheet && b.is_sheet,
         normal,
@@ -261,24 +283,24 @@ struct CoveredObject {
 /// What overlaps and is not told by rays that see now the one and now the other: the picture is
 /// wrong where all that is to be seen of one of them is where others are seen, and where rounding
 /// decides from ray to ray.
-pub(super) fn check(
+pub(super) fn check_overlaps(
     scene_facts: &SceneFacts<'_>,
-    overlaps: &Overlaps,
+    overlaps: &OverlapTable,
     survey: &RaySurvey,
-    resolution: &Resolution<'_>,
+    resolution: &DepthResolution<'_>,
     is_told: impl Fn([usize; 2]) -> bool,
 ) -> Vec<StressFinding> {
-    let mut pairs: BTreeMap<[usize; 2], &Overlap> = BTreeMap::new();
+    let mut pairs: BTreeMap<[usize; 2], &CoplanarOverlap> = BTreeMap::new();
     for overlap in &overlaps.list {
         pairs.entry(overlap.objects).or_insert(overlap);
     }
     let mut all: BTreeMap<(bool, usize), CoveredObject> = BTreeMap::new();
     for ([a, b], overlap) in pairs {
         let [first, second] =
-            [[a, b], [b, a]].map(|pair| RaySurvey::count(&survey.coplanar, &pair));
+            [[a, b], [b, a]].map(|pair| RaySurvey::sighting_count(&survey.coplanar, &pair));
         let is_seen = first + second >= 3;
         let flickers = first + second >= 10 && 20 * first.min(second) >= first + second;
-        let is_apart = overlap.gap > resolution.at(overlap.position) && !flickers;
+        let is_apart = overlap.gap > resolution.min_separation_at(overlap.position) && !flickers;
         if is_told([a, b]) || is_apart || !is_seen && !overlap.are_sheets {
             continue;
         }
@@ -302,33 +324,35 @@ pub(super) fn check(
         covered.others += 1;
     }
     all.iter()
-        .map(|(&(_, hidden), covered)| finding(scene_facts, hidden, covered, survey, resolution))
+        .map(|(&(_, hidden), covered)| {
+            overlap_finding(scene_facts, hidden, covered, survey, resolution)
+        })
         .collect()
 }
 
-fn finding(
+fn overlap_finding(
     scene_facts: &SceneFacts<'_>,
     hidden: usize,
     covered: &CoveredObject,
     survey: &RaySurvey,
-    resolution: &Resolution<'_>,
+    resolution: &DepthResolution<'_>,
 ) -> StressFinding {
     let named = scene_facts.objects[covered.other]
         .subject
-        .words(scene_facts.scene);
+        .display_name(scene_facts.scene);
     let others = match covered.others {
         1 => named,
         more => format!("{named} and {} more", more - 1),
     };
     let [rays, own] = covered.rays;
-    let is_lost = 20 * own < rays && RaySurvey::count(&survey.first, &hidden) <= own;
-    let minimum = resolution.at(covered.position);
+    let is_lost = 20 * own < rays && RaySurvey::sighting_count(&survey.first, &hidden) <= own;
+    let minimum = resolution.min_separation_at(covered.position);
     let lies = match covered.gap {
         0.0 => format!("it lies in one plane with {others}"),
         gap => format!(
             "it lies {} metres from {others}, and only what is {} metres apart is told apart there",
-            decimal(gap),
-            one_digit_above(minimum)
+            format_decimal(gap),
+            round_up_to_digit(minimum)
         ),
     };
     let (code, severity, end) = if covered.flickers {
@@ -346,22 +370,22 @@ fn finding(
         severity,
         scene_facts.objects[hidden].subject,
         lies + end,
-        remedy(minimum, covered.gap, resolution.precision),
+        separation_remedy(minimum, covered.gap, resolution.precision),
     );
     let counted_finding = if rays > 0 {
-        finding.counted(rays, survey.rays, "rays", "of the cameras met that place")
+        finding.with_count(rays, survey.rays, "rays", "of the cameras met that place")
     } else {
         finding
     };
-    counted_finding.with_place(scene_point(covered.position))
+    counted_finding.with_place(finite_point(covered.position))
 }
 
 /// What to do about surfaces so far apart, where only those of another distance are told apart.
-pub(super) fn remedy(minimum: f64, gap: f64, precision: PrecisionChoice) -> String {
+pub(super) fn separation_remedy(minimum: f64, gap: f64, precision: PrecisionChoice) -> String {
     let exact = match precision {
         PrecisionChoice::Robust if gap > 0.0 => ", or add --precision reference",
         _ => "",
     };
-    let least = one_digit_above(minimum);
+    let least = round_up_to_digit(minimum);
     format!("move one of them {least} metres or more away, or take it away{exact}")
 }

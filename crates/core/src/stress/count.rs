@@ -20,23 +20,23 @@ impl<T> Default for CountAndFirst<T> {
 }
 
 impl<T> CountAndFirst<T> {
-    pub fn add(&mut self, one: T) {
+    pub fn add_item(&mut self, one: T) {
         self.count += 1;
         if self.some.len() < KEPT {
             self.some.push(one);
         }
     }
 
-    pub fn plus(mut self, other: Self) -> Self {
+    pub fn merge(mut self, other: Self) -> Self {
         self.count += other.count;
         let room = KEPT - self.some.len();
         self.some.extend(other.some.into_iter().take(room));
         self
     }
 
-    pub fn of(all: impl Iterator<Item = T>) -> Self {
+    pub fn from_items(all: impl Iterator<Item = T>) -> Self {
         let mut tally = Self::default();
-        all.for_each(|one| tally.add(one));
+        all.for_each(|one| tally.add_item(one));
         tally
     }
 }
@@ -57,8 +57,8 @@ mod tests {
             (KEPT + 7, 5),
             (2, KEPT),
         ] {
-            let [first, second] = [0..left, left..left + right].map(CountAndFirst::of);
-            let sum = first.plus(second);
+            let [first, second] = [0..left, left..left + right].map(CountAndFirst::from_items);
+            let sum = first.merge(second);
             let all = left + right;
             assert_eq!(sum.count, all as u64, "{left} and {right}");
             let kept = left.min(KEPT) + right.min(KEPT - left.min(KEPT));

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
 
-use super::facts::{ObjectFacts, SceneFacts, SurfaceMatter, scene_point};
+use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding};
 use super::ray_survey::RaySurvey;
 use crate::scene::{MeshData, Object, Shape};
@@ -14,19 +14,19 @@ use crate::scene::{MeshData, Object, Shape};
 const STEP: f64 = 0.739_085e-8;
 
 /// Where and what an object is, the same for all that are in one place.
-type Key = (String, Vec<i64>);
+type ObjectKey = (String, Vec<i64>);
 
 /// Which objects are in one place and of one shape.
-pub(super) struct Doubles {
+pub(super) struct DuplicateObjects {
     /// The first of those in its place, for each listed object.
     first: Vec<usize>,
     /// Whether others are in its place.
     have_twins: Vec<bool>,
 }
 
-impl Doubles {
-    pub fn of(scene_facts: &SceneFacts<'_>) -> Self {
-        let mut places: HashMap<Key, usize> = HashMap::new();
+impl DuplicateObjects {
+    pub fn from_scene(scene_facts: &SceneFacts<'_>) -> Self {
+        let mut places: HashMap<ObjectKey, usize> = HashMap::new();
         let mut meshes: HashMap<usize, u64> = HashMap::new();
         let listed = scene_facts
             .objects
@@ -34,9 +34,15 @@ impl Doubles {
             .take(scene_facts.scene.objects.len());
         let first_of = |(index, object_facts): (usize, &ObjectFacts<'_>)| {
             let content = scene_facts
-                .mesh(object_facts.object)
-                .map(|(mesh, data)| *meshes.entry(mesh).or_insert_with(|| content_of(data)));
-            *places.entry(key(object_facts, content)).or_insert(index)
+                .mesh_of_object(object_facts.object)
+                .map(|(mesh, data)| {
+                    *meshes
+                        .entry(mesh)
+                        .or_insert_with(|| mesh_content_hash(data))
+                });
+            *places
+                .entry(object_key(object_facts, content))
+                .or_insert(index)
         };
         let first: Vec<usize> = listed.enumerate().map(first_of).collect();
         let mut have_twins = vec![false; first.len()];
@@ -47,13 +53,13 @@ impl Doubles {
     }
 
     /// Whether both of two objects are in one place.
-    pub fn are_one(&self, [a, b]: [usize; 2]) -> bool {
+    pub fn are_duplicates(&self, [a, b]: [usize; 2]) -> bool {
         let first = |object: usize| self.first.get(object);
         first(a).is_some() && first(a) == first(b)
     }
 
     /// Whether there are others in the place of one.
-    pub fn has_twin(&self, object: usize) -> bool {
+    pub fn has_duplicate(&self, object: usize) -> bool {
         self.have_twins
             .get(object)
             .is_some_and(|&has_twin| has_twin)
@@ -61,20 +67,20 @@ impl Doubles {
 }
 
 /// Objects that are there twice.
-pub(super) fn check(
+pub(super) fn check_duplicates(
     scene_facts: &SceneFacts<'_>,
-    doubles: &Doubles,
+    duplicates: &DuplicateObjects,
     survey: &RaySurvey,
 ) -> Vec<StressFinding> {
-    let twins = doubles.first.iter().enumerate();
+    let twins = duplicates.first.iter().enumerate();
     twins
         .filter(|(index, first)| index != *first)
-        .map(|(index, &first)| finding(scene_facts, survey, [first, index]))
+        .map(|(index, &first)| duplicate_finding(scene_facts, survey, [first, index]))
         .collect()
 }
 
 /// A number that meshes of the same corners and triangles have in common.
-fn content_of(data: &MeshData) -> u64 {
+fn mesh_content_hash(data: &MeshData) -> u64 {
     let mut hasher = DefaultHasher::new();
     for corner in data.positions.iter() {
         corner.to_array().map(f64::to_bits).hash(&mut hasher);
@@ -83,7 +89,7 @@ fn content_of(data: &MeshData) -> u64 {
     hasher.finish()
 }
 
-fn key(object_facts: &ObjectFacts<'_>, content: Option<u64>) -> Key {
+fn object_key(object_facts: &ObjectFacts<'_>, content: Option<u64>) -> ObjectKey {
     let Object {
         shape,
         transform_end,
@@ -99,15 +105,15 @@ fn key(object_facts: &ObjectFacts<'_>, content: Option<u64>) -> Key {
     let scale = matrix.determinant().abs().cbrt();
     // A ball is the same however it is turned.
     if let Shape::Sphere { centre, radius } = *shape
-        && is_similar(matrix, scale)
+        && is_similarity_transform(matrix, scale)
         && way.is_none()
     {
         let (centre, size) = (
             object_facts.map.transform_point3(centre.into()),
             radius * scale,
         );
-        let mut place = steps(&centre.to_array(), size);
-        place.extend(steps(&[libm::log(size)], 1.0));
+        let mut place = quantise_values(&centre.to_array(), size);
+        place.extend(quantise_values(&[libm::log(size)], 1.0));
         return (format!("ball{side:?}"), place);
     }
     let label = match content {
@@ -117,18 +123,18 @@ fn key(object_facts: &ObjectFacts<'_>, content: Option<u64>) -> Key {
     let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
     let mut place: Vec<i64> = columns
         .iter()
-        .flat_map(|column| steps(&column.to_array(), scale.max(f64::MIN_POSITIVE)))
+        .flat_map(|column| quantise_values(&column.to_array(), scale.max(f64::MIN_POSITIVE)))
         .collect();
     let size = object_facts
         .bounds
         .map_or(1.0, |bounds| bounds.extent().length());
     let origin = object_facts.map.translation.to_array();
-    place.extend(steps(&origin, size.max(f64::MIN_POSITIVE)));
+    place.extend(quantise_values(&origin, size.max(f64::MIN_POSITIVE)));
     (format!("{label}{side:?}{way:?}"), place)
 }
 
 /// Numbers in steps of a size. Where that is finer than their own digits, the digits count.
-fn steps(values: &[f64], size: f64) -> Vec<i64> {
+fn quantise_values(values: &[f64], size: f64) -> Vec<i64> {
     let step = |value: &f64| {
         let steps = (value / (STEP * size)).round();
         if steps.abs() < 1e15 {
@@ -141,29 +147,30 @@ fn steps(values: &[f64], size: f64) -> Vec<i64> {
 }
 
 /// Whether a matrix only turns, mirrors and scales alike along all axes.
-fn is_similar(matrix: glam::DMat3, scale: f64) -> bool {
+fn is_similarity_transform(matrix: glam::DMat3, scale: f64) -> bool {
     let square = matrix.transpose() * matrix;
     let other = glam::DMat3::from_diagonal(glam::DVec3::splat(scale * scale));
     square.abs_diff_eq(other, 1e-9 * scale * scale)
 }
 
-fn finding(
+fn duplicate_finding(
     scene_facts: &SceneFacts<'_>,
     survey: &RaySurvey,
     [before, index]: [usize; 2],
 ) -> StressFinding {
     let object_facts = &scene_facts.objects[index];
     let pair = [&scene_facts.objects[before], object_facts];
-    let other = pair[0].subject.words(scene_facts.scene);
-    let sightings = [before, index].map(|object| RaySurvey::count(&survey.sightings, &object));
+    let other = pair[0].subject.display_name(scene_facts.scene);
+    let sightings =
+        [before, index].map(|object| RaySurvey::sighting_count(&survey.sightings, &object));
     let is_seen = sightings.iter().sum::<u64>() > 0;
     let (severity, label) = if pair
         .iter()
-        .any(|object_facts| object_facts.matter != SurfaceMatter::Opaque)
+        .any(|object_facts| object_facts.matter != SurfaceKind::Opaque)
     {
         let label = "light that passes is bent or dimmed twice";
         (Severity::PictureWrong, label)
-    } else if pair.iter().all(|object_facts| object_facts.emits()) {
+    } else if pair.iter().all(|object_facts| object_facts.emits_light()) {
         let label = "both shine, so that it lights twice as much as it is seen to";
         (Severity::PictureWrong, label)
     } else if pair[0].object.material == pair[1].object.material {
@@ -180,11 +187,11 @@ fn finding(
     let reason = format!("it is in one place with {other}: {label}");
     let seen_at = [before, index]
         .iter()
-        .find_map(|object| scene_point(survey.sightings.get(object)?.position));
+        .find_map(|object| finite_point(survey.sightings.get(object)?.position));
     let at = seen_at.or_else(|| {
         object_facts
             .bounds
-            .and_then(|bounds| scene_point(bounds.centre()))
+            .and_then(|bounds| finite_point(bounds.centre()))
     });
     StressFinding::new(
         FindingCode::DuplicateObject,

@@ -15,7 +15,7 @@ const MESH_FACES: usize = 64;
 pub(super) const ALL_MESH_FACES: usize = 1 << 18;
 
 /// A flat face in the world.
-pub(super) struct Face {
+pub(super) struct FlatFace {
     pub object: usize,
     pub normal: DVec3,
     /// Corners in order; of a plane, which has none, a point.
@@ -24,9 +24,9 @@ pub(super) struct Face {
     pub is_sheet: bool,
 }
 
-impl Face {
+impl FlatFace {
     /// Its normal's direction without a sign, and how far along that its plane is.
-    pub fn key(&self) -> [f64; 2] {
+    pub fn plane_key(&self) -> [f64; 2] {
         // Directions that are no multiples of each other have other products with it, but for rare
         // ones.
         let tilt = self.normal.dot(DVec3::new(0.539_134, 0.617_291, 0.573_008));
@@ -35,12 +35,12 @@ impl Face {
 }
 
 /// The flat faces of an object that stands still, of meshes of those with few triangles.
-pub(super) fn faces(
+pub(super) fn flat_faces(
     object: usize,
     scene_facts: &SceneFacts<'_>,
     topologies: &BTreeMap<usize, Topology>,
     room: &mut usize,
-) -> Vec<Face> {
+) -> Vec<FlatFace> {
     let object_facts = &scene_facts.objects[object];
     if object_facts.object.transform_end.is_some() {
         return Vec::new();
@@ -51,7 +51,7 @@ pub(super) fn faces(
             .iter()
             .map(|&corner| object_facts.map.transform_point3(corner))
             .collect();
-        Face {
+        FlatFace {
             object,
             normal: (turned * normal).normalize(),
             corners,
@@ -61,7 +61,7 @@ pub(super) fn faces(
     };
     let v = DVec3::from_array;
     let found = match object_facts.object.shape {
-        Shape::Plane { point, normal } => vec![Face {
+        Shape::Plane { point, normal } => vec![FlatFace {
             is_endless: true,
             ..face(v(normal), &[v(point)], true)
         }],
@@ -111,7 +111,7 @@ pub(super) fn faces(
             };
             (0..6).map(side).collect()
         }
-        Shape::Mesh(_) => match scene_facts.mesh(object_facts.object) {
+        Shape::Mesh(_) => match scene_facts.mesh_of_object(object_facts.object) {
             Some((mesh, data)) if data.indices.len() <= MESH_FACES.min(*room) => {
                 *room -= data.indices.len();
                 let is_sheet = topologies.get(&mesh).is_none_or(|t| !t.is_closed());
@@ -135,16 +135,16 @@ pub(super) fn faces(
 }
 
 /// A face's corners, counter-clockwise about a normal.
-pub(super) fn counter_clockwise(face: &Face, normal: DVec3) -> Vec<DVec3> {
+pub(super) fn counter_clockwise_corners(face: &FlatFace, normal: DVec3) -> Vec<DVec3> {
     let mut corners = face.corners.clone();
-    if area(&corners, normal) < 0.0 {
+    if signed_double_area(&corners, normal) < 0.0 {
         corners.reverse();
     }
     corners
 }
 
 /// Twice the area of a polygon, below zero where it is clockwise about the normal.
-pub(super) fn area(corners: &[DVec3], normal: DVec3) -> f64 {
+pub(super) fn signed_double_area(corners: &[DVec3], normal: DVec3) -> f64 {
     let first = corners.first().copied().unwrap_or_default();
     corners
         .windows(2)
@@ -154,7 +154,7 @@ pub(super) fn area(corners: &[DVec3], normal: DVec3) -> f64 {
 
 /// A convex polygon cut by the edges of another ("Reentrant Polygon Clipping", Sutherland, Hodgman
 /// 1974).
-pub(super) fn clipped(mut corners: Vec<DVec3>, by: &[DVec3], normal: DVec3) -> Vec<DVec3> {
+pub(super) fn clip_polygon(mut corners: Vec<DVec3>, by: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     for (i, &from) in by.iter().enumerate() {
         let inwards = normal.cross(by[(i + 1) % by.len()] - from);
         let inside = |corner: DVec3| inwards.dot(corner - from);

@@ -8,15 +8,15 @@ use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::{Aabb, Shape as _};
 
 use super::finding::FindingSubject;
-use crate::affine::affine;
-use crate::generate::{count_of, places};
+use crate::affine::affine_from_steps;
+use crate::generate::{count_generated_objects, generator_offsets};
 use crate::lookup::SceneLookup;
-use crate::scene::{AlphaMode, Material, MeshData, Model, Object, Scene, Shape, SideRule};
-use crate::shape::placed_shape;
+use crate::scene::{AlphaMode, Material, MaterialModel, MeshData, Object, Scene, Shape, SideRule};
+use crate::shape::convert_shape;
 
 /// What a material makes of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum SurfaceMatter {
+pub(crate) enum SurfaceKind {
     /// Light ends at it or is sent back.
     Opaque,
     /// It bounds a body that light goes through, so that it has to be closed.
@@ -25,19 +25,19 @@ pub(crate) enum SurfaceMatter {
     Veil,
 }
 
-impl SurfaceMatter {
-    fn of(material: &Material) -> Self {
+impl SurfaceKind {
+    fn from_material(material: &Material) -> Self {
         match &material.model {
-            Model::Physical(m) if m.alpha == AlphaMode::Blend => Self::Veil,
-            Model::Physical(m) if m.may_transmit() => {
+            MaterialModel::Physical(m) if m.alpha == AlphaMode::Blend => Self::Veil,
+            MaterialModel::Physical(m) if m.may_transmit() => {
                 if m.thin_walled {
                     Self::Veil
                 } else {
                     Self::Body
                 }
             }
-            Model::Physical(_) => Self::Opaque,
-            Model::Classic(m) => {
+            MaterialModel::Physical(_) => Self::Opaque,
+            MaterialModel::Classic(m) => {
                 let refracts = m
                     .mixture
                     .as_ref()
@@ -59,7 +59,7 @@ pub(crate) struct ObjectFacts<'a> {
     pub subject: FindingSubject,
     /// Its material with its place in the scene's list.
     pub material: Option<(usize, &'a Material)>,
-    pub matter: SurfaceMatter,
+    pub matter: SurfaceKind,
     /// From object space to the world; for a generator, that of its first object.
     pub map: DAffine3,
     /// Bounding box of the object, or of a generator's first object; none if it is unbounded.
@@ -68,11 +68,11 @@ pub(crate) struct ObjectFacts<'a> {
 
 impl ObjectFacts<'_> {
     /// Whether the camera looks through its back.
-    pub fn hides_back(&self) -> bool {
+    pub fn hides_back_faces(&self) -> bool {
         self.object.side != SideRule::Both
     }
 
-    pub fn emits(&self) -> bool {
+    pub fn emits_light(&self) -> bool {
         self.material.is_some_and(|(_, material)| material.emits())
     }
 }
@@ -94,23 +94,23 @@ impl<'a> SceneFacts<'a> {
         let lookup = SceneLookup::new(scene);
         let listed = scene.objects.iter().map(|object| (object, DVec3::ZERO));
         let generated = scene.generators.iter().map(|generator| {
-            let first = places(&generator.kind).next();
+            let first = generator_offsets(&generator.kind).next();
             (&generator.object, first.unwrap_or_default())
         });
         let mut meshes = BTreeMap::new();
         let mut object_facts = |(index, (object, position)): (usize, (&'a Object, DVec3))| {
             let material = lookup.material(&object.material);
-            let matter = material.map_or(SurfaceMatter::Opaque, |(_, material)| {
-                SurfaceMatter::of(material)
+            let matter = material.map_or(SurfaceKind::Opaque, |(_, material)| {
+                SurfaceKind::from_material(material)
             });
-            let map = DAffine3::from_translation(position) * affine(&object.transform);
+            let map = DAffine3::from_translation(position) * affine_from_steps(&object.transform);
             ObjectFacts {
                 object,
                 subject: FindingSubject::Object(index),
                 material,
                 matter,
                 map,
-                bounds: bounds_of(&lookup, &mut meshes, object, map),
+                bounds: object_bounds(&lookup, &mut meshes, object, map),
             }
         };
         let objects = listed
@@ -121,7 +121,7 @@ impl<'a> SceneFacts<'a> {
         let mut next = scene.objects.len() as u64;
         let start = |kind| {
             let start = next;
-            next = next.saturating_add(count_of(kind));
+            next = next.saturating_add(count_generated_objects(kind));
             start
         };
         let starts = scene
@@ -140,7 +140,7 @@ impl<'a> SceneFacts<'a> {
     }
 
     /// The facts of one of all objects, generated ones counted each.
-    pub fn index_of(&self, object: u32) -> usize {
+    pub fn facts_index(&self, object: u32) -> usize {
         let (object, listed) = (object as usize, self.scene.objects.len());
         if object < listed {
             object
@@ -150,18 +150,21 @@ impl<'a> SceneFacts<'a> {
     }
 
     /// The mesh that an object shows, with its place in the scene's list.
-    pub fn mesh(&self, object: &Object) -> Option<(usize, &'a MeshData)> {
+    pub fn mesh_of_object(&self, object: &Object) -> Option<(usize, &'a MeshData)> {
         let Shape::Mesh(name) = &object.shape else {
             return None;
         };
-        Some((self.lookup.meshes.get(name)?, self.lookup.mesh_data(name)?))
+        Some((
+            self.lookup.meshes.index_of(name)?,
+            self.lookup.mesh_data(name)?,
+        ))
     }
 
     /// The objects that show each mesh, by its place in the scene's list.
     pub fn shown_meshes(&self) -> BTreeMap<usize, (&'a MeshData, Vec<&ObjectFacts<'a>>)> {
         let mut shown: BTreeMap<usize, (&MeshData, Vec<&ObjectFacts<'_>>)> = BTreeMap::new();
         for object_facts in &self.objects {
-            if let Some((mesh, data)) = self.mesh(object_facts.object) {
+            if let Some((mesh, data)) = self.mesh_of_object(object_facts.object) {
                 shown
                     .entry(mesh)
                     .or_insert_with(|| (data, Vec::new()))
@@ -190,7 +193,7 @@ impl<'a> SceneFacts<'a> {
     }
 
     /// The length of the diagonal of everything that has an end.
-    pub fn diagonal(&self) -> f64 {
+    pub fn bounds_diagonal(&self) -> f64 {
         if self.bounds.is_empty() {
             0.0
         } else {
@@ -200,7 +203,7 @@ impl<'a> SceneFacts<'a> {
 }
 
 /// The box around an object where a map puts it.
-fn bounds_of<'a>(
+fn object_bounds<'a>(
     lookup: &SceneLookup<'a>,
     meshes: &mut BTreeMap<&'a str, Aabb>,
     object: &'a Object,
@@ -213,7 +216,7 @@ fn bounds_of<'a>(
             let own_bounds = meshes.entry(name.as_str()).or_insert_with(around);
             (!own_bounds.is_empty()).then(|| transform_bounds(&map, own_bounds))
         }
-        shape => match placed_shape::<f64>(shape, map)? {
+        shape => match convert_shape::<f64>(shape, map)? {
             (shape, None) => shape.bounds(),
             (shape, Some(map)) => Some(transform_bounds(&map, &shape.bounds()?)),
         },
@@ -222,17 +225,17 @@ fn bounds_of<'a>(
 }
 
 /// A place as findings have it.
-pub(super) fn scene_point(point: DVec3) -> Option<[f64; 3]> {
+pub(super) fn finite_point(point: DVec3) -> Option<[f64; 3]> {
     point.is_finite().then(|| point.to_array())
 }
 
 /// A number in [0, 1) by a seed and two indices.
-pub(super) fn unit(seed: u64, index: u64, selected: u64) -> f64 {
-    let bits = crate::hash::mix(
-        seed ^ crate::hash::mix(
+pub(super) fn unit_random(seed: u64, index: u64, selected: u64) -> f64 {
+    let bits = crate::hash::splitmix64(
+        seed ^ crate::hash::splitmix64(
             index
                 .wrapping_mul(0x9e37_79b9)
-                .wrapping_add(crate::hash::mix(selected)),
+                .wrapping_add(crate::hash::splitmix64(selected)),
         ),
     );
     (bits >> 11) as f64 / (1_u64 << 53) as f64

@@ -21,7 +21,7 @@ impl Severity {
     pub const ALL: [Self; 3] = [Self::PictureWrong, Self::SlowOrNoisy, Self::Harmless];
 
     /// The words for it.
-    pub const fn words(self) -> &'static str {
+    pub const fn description(self) -> &'static str {
         match self {
             Self::PictureWrong => "picture wrong",
             Self::SlowOrNoisy => "slow or noisy",
@@ -184,7 +184,7 @@ pub enum FindingSubject {
 
 impl FindingSubject {
     /// Its place in its list; zero where there is none.
-    pub(super) fn index(self) -> usize {
+    pub(super) fn list_index(self) -> usize {
         match self {
             Self::Object(index)
             | Self::Light(index)
@@ -196,12 +196,12 @@ impl FindingSubject {
     }
 
     /// Whether another one is of the same kind: both objects, both materials.
-    pub(super) fn is_alike(self, other: Self) -> bool {
+    pub(super) fn is_same_kind(self, other: Self) -> bool {
         core::mem::discriminant(&self) == core::mem::discriminant(&other)
     }
 
     /// Its path in the scene's file; empty for all of it.
-    pub fn path(self, scene: &Scene) -> String {
+    pub fn scene_path(self, scene: &Scene) -> String {
         let listed = scene.objects.len();
         match self {
             Self::Object(index) if index < listed => format!("objects[{index}]"),
@@ -217,7 +217,7 @@ impl FindingSubject {
 
     /// What messages call it: by its name, or by its path, whose numbers count from 0 as all others
     /// do.
-    pub fn words(self, scene: &Scene) -> String {
+    pub fn display_name(self, scene: &Scene) -> String {
         let called = |kind: &str, name: Option<&String>, index: usize| match name {
             Some(name) if !name.is_empty() => format!("{kind} `{name}`"),
             _ => format!("{kind}s[{index}]"),
@@ -317,7 +317,7 @@ impl StressFinding {
 
     /// So many of so many, and what is so of them.
     #[must_use]
-    pub fn counted(
+    pub fn with_count(
         self,
         count: u64,
         total: u64,
@@ -334,20 +334,20 @@ impl StressFinding {
     }
 
     /// How many, in words; none where nothing is counted.
-    pub fn share(&self) -> Option<String> {
+    pub fn count_text(&self) -> Option<String> {
         if self.unit.is_empty() {
             return None;
         }
         let number = if self.of == 0 {
-            counted(self.count, self.unit)
+            count_with_unit(self.count, self.unit)
         } else {
-            format!("{} of {}", self.count, counted(self.of, self.unit))
+            format!("{} of {}", self.count, count_with_unit(self.of, self.unit))
         };
         Some(format!("{number} {}", self.predicate).trim_end().to_owned())
     }
 
     /// Takes in another one of the same kind and cause, whose subject may be nearer.
-    pub(super) fn join<K: PartialOrd>(&mut self, other: Self, nearness: impl Fn(Triple) -> K) {
+    pub(super) fn merge<K: PartialOrd>(&mut self, other: Self, nearness: impl Fn(Triple) -> K) {
         let subject = other.subject;
         if self.others.last() == Some(&subject) {
             return;
@@ -375,7 +375,7 @@ impl StressFinding {
 
     /// Of a primitive.
     #[must_use]
-    pub fn of_primitive(self, primitive: u32) -> Self {
+    pub fn with_primitive(self, primitive: u32) -> Self {
         Self {
             primitive: Some(primitive),
             ..self
@@ -384,7 +384,7 @@ impl StressFinding {
 }
 
 /// A number of what is named in the plural.
-pub fn counted(count: u64, unit: &str) -> String {
+pub fn count_with_unit(count: u64, unit: &str) -> String {
     let unit = match count {
         1 => unit.strip_suffix('s').unwrap_or(unit),
         _ => unit,
@@ -393,7 +393,7 @@ pub fn counted(count: u64, unit: &str) -> String {
 }
 
 /// A number with four digits, written out where it is of a usual size.
-pub fn decimal(x: f64) -> String {
+pub fn format_decimal(x: f64) -> String {
     let size = x.abs();
     if x == 0.0 {
         return "0".to_owned();
@@ -401,13 +401,13 @@ pub fn decimal(x: f64) -> String {
     if !(1e-3..1e6).contains(&size) {
         let short = format!("{x:.3e}");
         let (digits, power) = short.split_once('e').unwrap_or((&short, "0"));
-        return format!("{}e{power}", without_zeros(digits));
+        return format!("{}e{power}", trim_zeros(digits));
     }
     let places = (3.0 - size.log10().floor()).max(0.0) as usize;
-    without_zeros(&format!("{x:.places$}")).to_owned()
+    trim_zeros(&format!("{x:.places$}")).to_owned()
 }
 
-fn without_zeros(digits: &str) -> &str {
+fn trim_zeros(digits: &str) -> &str {
     if digits.contains('.') {
         digits.trim_end_matches('0').trim_end_matches('.')
     } else {
@@ -416,9 +416,9 @@ fn without_zeros(digits: &str) -> &str {
 }
 
 /// A number with one digit, rounded up: a distance from which on something holds.
-pub(super) fn one_digit_above(x: f64) -> String {
+pub(super) fn round_up_to_digit(x: f64) -> String {
     let step = libm::pow(10.0, x.log10().floor());
-    decimal((x / step).ceil() * step)
+    format_decimal((x / step).ceil() * step)
 }
 
 /// A check with what it sent.
@@ -436,7 +436,7 @@ pub struct CheckRun {
 
 impl CheckRun {
     /// Whether time ended it.
-    pub fn is_cut(&self) -> bool {
+    pub fn is_cut_short(&self) -> bool {
         self.looked_at < self.planned
     }
 }
@@ -449,17 +449,17 @@ mod tests {
     /// are very small or large.
     #[test]
     fn numbers_are_short() {
-        let of = [0.0, 2.0, 0.012345, -1234.56, 123456.7, 1e-8, 1.5e9].map(decimal);
+        let of = [0.0, 2.0, 0.012345, -1234.56, 123456.7, 1e-8, 1.5e9].map(format_decimal);
         assert_eq!(
             of,
             ["0", "2", "0.01235", "-1235", "123457", "1e-8", "1.5e9"]
         );
         assert_eq!(
-            [1.2e-6, 3.0, 171.0].map(one_digit_above),
+            [1.2e-6, 3.0, 171.0].map(round_up_to_digit),
             ["2e-6", "3", "200"]
         );
         assert_eq!(
-            [counted(1, "rays"), counted(2, "rays")],
+            [count_with_unit(1, "rays"), count_with_unit(2, "rays")],
             ["1 ray", "2 rays"]
         );
     }

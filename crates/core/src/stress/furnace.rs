@@ -4,10 +4,10 @@
 use super::RayDeadline;
 use super::facts::SceneFacts;
 use crate::dispatch::prepare;
-use crate::effects::chosen;
+use crate::effects::chosen_integrator;
 use crate::scene::{
-    Camera, Classic, Colour, Integrator, Material, Model, Object, Pose, Projection, Render, Scene,
-    Shape, SideRule, Sky,
+    Camera, ClassicMaterial, Colour, Integrator, Material, MaterialModel, Object, Pose, Projection,
+    RenderSettings, Scene, Shape, SideRule, Sky,
 };
 use crate::settings::{Sampling, Settings};
 
@@ -20,30 +20,30 @@ const MOST: f64 = 1.02;
 
 /// What a material sends back.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct FurnaceResult {
+pub(super) struct FurnaceAlbedo {
     /// Its place in the scene's list.
     pub material: usize,
     /// Mean of what comes from the brightest row of pixels that the ball fills, over what it gets.
     pub sent_back: f64,
 }
 
-impl FurnaceResult {
-    pub fn makes_energy(&self) -> bool {
+impl FurnaceAlbedo {
+    pub fn creates_energy(&self) -> bool {
         self.sent_back > MOST
     }
 }
 
 /// The furnaces of all materials that objects show, as many as there is time for, and how many
 /// there would be. Classic materials in Whitted's rules are no model of energy, and are not asked.
-pub(super) fn measure(
+pub(super) fn measure_furnaces(
     scene_facts: &SceneFacts<'_>,
     settings: &Settings,
     deadline: &RayDeadline<'_>,
-) -> (Vec<FurnaceResult>, usize) {
-    let by_paths = chosen(scene_facts.scene, settings) == Integrator::Path;
-    let judged = |model: &Model| match model {
-        Model::Physical(m) => !m.unlit,
-        Model::Classic(_) => by_paths,
+) -> (Vec<FurnaceAlbedo>, usize) {
+    let by_paths = chosen_integrator(scene_facts.scene, settings) == Integrator::Path;
+    let judged = |model: &MaterialModel| match model {
+        MaterialModel::Physical(m) => !m.unlit,
+        MaterialModel::Classic(_) => by_paths,
     };
     let materials: Vec<_> = scene_facts
         .used_materials()
@@ -56,11 +56,9 @@ pub(super) fn measure(
             break;
         }
         measured.extend(
-            directional_albedo(scene_facts.scene, material, settings).map(|sent_back| {
-                FurnaceResult {
-                    material: index,
-                    sent_back,
-                }
+            furnace_albedo(scene_facts.scene, material, settings).map(|sent_back| FurnaceAlbedo {
+                material: index,
+                sent_back,
             }),
         );
     }
@@ -68,12 +66,14 @@ pub(super) fn measure(
 }
 
 /// The material without what it gives off by itself.
-fn dark(material: &Material) -> Material {
+fn without_emission(material: &Material) -> Material {
     let mut material = material.clone();
     match &mut material.model {
-        Model::Physical(m) => (m.emission, m.emission_texture) = (Colour::BLACK.into(), None),
-        Model::Classic(m) => {
-            **m = Classic {
+        MaterialModel::Physical(m) => {
+            (m.emission, m.emission_texture) = (Colour::BLACK.into(), None)
+        }
+        MaterialModel::Classic(m) => {
+            **m = ClassicMaterial {
                 emission: None,
                 ambient: Some(Colour::BLACK),
                 ..(**m).clone()
@@ -85,7 +85,7 @@ fn dark(material: &Material) -> Material {
 
 /// Mean radiance of a ball of the material under a uniform white sky of radiance 1, in the brightest
 /// channel; none if the scene cannot be prepared.
-fn directional_albedo(scene: &Scene, material: &Material, settings: &Settings) -> Option<f64> {
+fn furnace_albedo(scene: &Scene, material: &Material, settings: &Settings) -> Option<f64> {
     let camera = Camera {
         name: String::new(),
         pose: Pose::LookAt {
@@ -116,14 +116,14 @@ fn directional_albedo(scene: &Scene, material: &Material, settings: &Settings) -
         format: scene.format,
         t: scene.t,
         parameters: scene.parameters.clone(),
-        render: Render {
+        render: RenderSettings {
             integrator: Integrator::Path,
-            ..Render::default()
+            ..RenderSettings::default()
         },
         sky: Some(Sky::Constant(Colour::WHITE)),
         images: scene.images.clone(),
         textures: scene.textures.clone(),
-        materials: vec![dark(material)],
+        materials: vec![without_emission(material)],
         objects: vec![ball],
         ..Scene::default()
     };

@@ -1,10 +1,10 @@
 //! Materials: values that are none, energy, glass and what it absorbs.
 
-use super::facts::{SceneFacts, SurfaceMatter, scene_point};
-use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, decimal};
-use super::furnace::FurnaceResult;
+use super::facts::{SceneFacts, SurfaceKind, finite_point};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, format_decimal};
+use super::furnace::FurnaceAlbedo;
 use super::ray_survey::RaySurvey;
-use crate::scene::{AlphaMode, Model};
+use crate::scene::{AlphaMode, MaterialModel};
 use crate::settings::Settings;
 
 /// A body that is this many times its distance of absorption across is black, and one so many times
@@ -13,11 +13,11 @@ const BLACK: f64 = 1e3;
 const CLEAR: f64 = 1e-5;
 
 /// What is wrong with the materials that objects show.
-pub(super) fn check(
+pub(super) fn check_materials(
     scene_facts: &SceneFacts<'_>,
     settings: &Settings,
     survey: &RaySurvey,
-    furnaces: &[FurnaceResult],
+    furnaces: &[FurnaceAlbedo],
 ) -> Vec<StressFinding> {
     let mut findings = Vec::new();
     for (&(material, key), sighting) in &survey.not_numbers {
@@ -33,19 +33,19 @@ pub(super) fn check(
         );
         findings.push(
             finding
-                .counted(
+                .with_count(
                     sighting.count,
                     survey.hits,
                     "rays",
                     "that met anything saw it so",
                 )
-                .with_place(scene_point(sighting.position)),
+                .with_place(finite_point(sighting.position)),
         );
     }
     let makes_energy = |material: usize| {
         furnaces
             .iter()
-            .any(|furnace| furnace.material == material && furnace.makes_energy())
+            .any(|furnace| furnace.material == material && furnace.creates_energy())
     };
     for (key, sighting) in survey
         .out_of_range
@@ -64,28 +64,28 @@ pub(super) fn check(
         );
         findings.push(
             finding
-                .counted(
+                .with_count(
                     sighting.count,
                     survey.hits,
                     "rays",
                     "that met anything saw it so",
                 )
-                .with_place(scene_point(sighting.position)),
+                .with_place(finite_point(sighting.position)),
         );
     }
     findings.extend(
         furnaces
             .iter()
-            .filter(|furnace| furnace.makes_energy())
-            .map(|furnace| energy(furnace, survey)),
+            .filter(|furnace| furnace.creates_energy())
+            .map(|furnace| energy_finding(furnace, survey)),
     );
-    findings.extend(invisible(scene_facts));
-    findings.extend(absorption(scene_facts));
-    findings.extend(shallow(scene_facts, settings.max_depth));
+    findings.extend(invisible_object_findings(scene_facts));
+    findings.extend(absorption_findings(scene_facts));
+    findings.extend(depth_limit_finding(scene_facts, settings.max_depth));
     findings
 }
 
-fn energy(furnace: &FurnaceResult, survey: &RaySurvey) -> StressFinding {
+fn energy_finding(furnace: &FurnaceAlbedo, survey: &RaySurvey) -> StressFinding {
     let (sent_back, material) = (furnace.sent_back, furnace.material);
     let beyond = survey
         .greatest
@@ -109,15 +109,15 @@ fn energy(furnace: &FurnaceResult, survey: &RaySurvey) -> StressFinding {
         .out_of_range
         .iter()
         .find(|((of, _), _)| *of == material);
-    finding.with_place(sighting.and_then(|(_, sighting)| scene_point(sighting.position)))
+    finding.with_place(sighting.and_then(|(_, sighting)| finite_point(sighting.position)))
 }
 
 /// Glass through which no path has segments to come.
-fn shallow(scene_facts: &SceneFacts<'_>, deepest: u32) -> Option<StressFinding> {
+fn depth_limit_finding(scene_facts: &SceneFacts<'_>, deepest: u32) -> Option<StressFinding> {
     let object_facts = scene_facts
         .objects
         .iter()
-        .find(|object_facts| object_facts.matter == SurfaceMatter::Body && deepest < 3)?;
+        .find(|object_facts| object_facts.matter == SurfaceKind::Body && deepest < 3)?;
     let reason =
         format!("paths have {deepest} segments at most, and the way through glass takes three");
     let remedy = "raise `render.max_depth` or --max-depth to 8";
@@ -131,9 +131,9 @@ fn shallow(scene_facts: &SceneFacts<'_>, deepest: u32) -> Option<StressFinding> 
 }
 
 /// Objects that are nowhere there.
-fn invisible(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
-    let is_absent = |model: &Model| match model {
-        Model::Physical(m) => {
+fn invisible_object_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
+    let is_absent = |model: &MaterialModel| match model {
+        MaterialModel::Physical(m) => {
             let opacity = m.opacity.constant();
             match m.alpha {
                 AlphaMode::Opaque => false,
@@ -143,7 +143,7 @@ fn invisible(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
                 }
             }
         }
-        Model::Classic(_) => false,
+        MaterialModel::Classic(_) => false,
     };
     let finding = |object_facts: &super::facts::ObjectFacts<'_>| {
         let (_, material) = object_facts.material?;
@@ -163,10 +163,10 @@ fn invisible(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
 }
 
 /// Bodies that let nothing through, or absorb nothing.
-fn absorption(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
-    let size = scene_facts.diagonal();
+fn absorption_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
+    let size = scene_facts.bounds_diagonal();
     let finding = |(index, material): (usize, &crate::scene::Material)| {
-        let Model::Physical(m) = &material.model else {
+        let MaterialModel::Physical(m) = &material.model else {
             return None;
         };
         let greatest = m
@@ -178,13 +178,13 @@ fn absorption(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
         let reason = match depth {
             _ if depth > BLACK * 10.0 => format!(
                 "light is absorbed within {} metres, and the scene is {} metres across, so that the body is black",
-                decimal(1.0 / greatest),
-                decimal(size)
+                format_decimal(1.0 / greatest),
+                format_decimal(size)
             ),
             _ if depth < CLEAR => format!(
                 "light is absorbed over {} metres, and the scene is {} metres across, so that the body is clear",
-                decimal(1.0 / greatest),
-                decimal(size)
+                format_decimal(1.0 / greatest),
+                format_decimal(size)
             ),
             _ => return None,
         };

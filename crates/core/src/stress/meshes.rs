@@ -4,71 +4,71 @@ use std::collections::{BTreeMap, HashSet};
 
 use glam::DVec3;
 
-use super::cameras::{CameraPicture, nearest};
+use super::cameras::{CameraView, nearest_to_camera};
 use super::count::CountAndFirst;
-use super::facts::{ObjectFacts, SceneFacts, SurfaceMatter, scene_point};
-use super::finding::{FindingCode, Severity, StressFinding, decimal};
+use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
+use super::finding::{FindingCode, Severity, StressFinding, format_decimal};
 use super::ray_survey::{RaySurvey, Sightings};
 use super::topology::{Topology, TriangleEdge};
-use super::triangles::TriangleCounts;
-use crate::scene::{MeshData, Model};
+use super::triangles::TriangleDefects;
+use crate::scene::{MaterialModel, MeshData};
 
 /// Share of the rays that see an object from which on what they see of it counts.
 const SEEN: f64 = 0.01;
 
 /// How triangles of the shown meshes hang together.
-pub(super) fn topologies(scene_facts: &SceneFacts<'_>) -> BTreeMap<usize, Topology> {
+pub(super) fn mesh_topologies(scene_facts: &SceneFacts<'_>) -> BTreeMap<usize, Topology> {
     scene_facts
         .shown_meshes()
         .into_iter()
-        .map(|(mesh, (data, _))| (mesh, Topology::of(data)))
+        .map(|(mesh, (data, _))| (mesh, Topology::from_mesh(data)))
         .collect()
 }
 
 /// What is wrong with the meshes of a scene.
-pub(super) fn check(
+pub(super) fn check_meshes(
     scene_facts: &SceneFacts<'_>,
     topologies: &BTreeMap<usize, Topology>,
     survey: &RaySurvey,
-    views: &[CameraPicture],
+    views: &[CameraView],
 ) -> Vec<StressFinding> {
     let mut findings = Vec::new();
     for (mesh, (data, objects)) in scene_facts.shown_meshes() {
         let Some(topology) = topologies.get(&mesh) else {
             continue;
         };
-        let shown_mesh = ShownMesh {
+        let shown_mesh = UsedMesh {
             data,
             objects,
             survey,
             views,
         };
-        shown_mesh.single(&TriangleCounts::of(data), &mut findings);
-        shown_mesh.duplicates(topology, &mut findings);
-        shown_mesh.edges(topology, &mut findings);
-        shown_mesh.flipped(topology, &mut findings);
-        shown_mesh.texture_coordinates(&mut findings);
+        shown_mesh.check_triangles(&TriangleDefects::from_mesh(data), &mut findings);
+        shown_mesh.check_duplicates(topology, &mut findings);
+        shown_mesh.check_edges(topology, &mut findings);
+        shown_mesh.check_orientation(topology, &mut findings);
+        shown_mesh.check_texture_coordinates(&mut findings);
     }
     findings
 }
 
 /// A mesh with the objects that show it.
-struct ShownMesh<'a> {
+struct UsedMesh<'a> {
     data: &'a MeshData,
     objects: Vec<&'a ObjectFacts<'a>>,
     survey: &'a RaySurvey,
-    views: &'a [CameraPicture],
+    views: &'a [CameraView],
 }
 
-impl ShownMesh<'_> {
+impl UsedMesh<'_> {
     /// Where a triangle of an object is.
-    fn place(&self, object_facts: &ObjectFacts<'_>, triangle: u32) -> DVec3 {
+    fn triangle_centre(&self, object_facts: &ObjectFacts<'_>, triangle: u32) -> DVec3 {
         let corners = self.data.indices[triangle as usize];
-        self.middle(object_facts, &corners)
+        self.corner_centroid(object_facts, &corners)
     }
 
     /// The middle of some corners as an object shows them.
-    fn middle(&self, object_facts: &ObjectFacts<'_>, corners: &[u32]) -> DVec3 {
+    fn corner_centroid(&self, object_facts: &ObjectFacts<'_>, corners: &[u32]) -> DVec3 {
         let sum: DVec3 = corners
             .iter()
             .map(|&corner| self.data.positions.position(corner as usize))
@@ -79,7 +79,7 @@ impl ShownMesh<'_> {
     }
 
     /// A finding about triangles, at the one that is nearest to a camera.
-    fn about_triangles(
+    fn triangle_finding(
         &self,
         (code, severity): (FindingCode, Severity),
         object_facts: &ObjectFacts<'_>,
@@ -89,58 +89,61 @@ impl ShownMesh<'_> {
         let places = tally
             .some
             .iter()
-            .map(|&triangle| (triangle, self.place(object_facts, triangle)));
-        let near = nearest(self.views, places);
+            .map(|&triangle| (triangle, self.triangle_centre(object_facts, triangle)));
+        let near = nearest_to_camera(self.views, places);
         let finding = StressFinding::new(code, severity, object_facts.subject, reason, remedy)
-            .counted(tally.count, self.triangles(), "triangles", predicate);
+            .with_count(tally.count, self.triangle_count(), "triangles", predicate);
         StressFinding {
             primitive: near.map(|(triangle, _)| triangle),
             ..finding
         }
-        .with_place(near.and_then(|(_, point)| scene_point(point)))
+        .with_place(near.and_then(|(_, point)| finite_point(point)))
     }
 
     /// A finding about edges, in the middle of the one that is nearest to a camera, with its
     /// triangle.
-    fn about_edges(
+    fn edge_finding(
         &self,
         (code, severity): (FindingCode, Severity),
         object_facts: &ObjectFacts<'_>,
         (tally, total, predicate): (&CountAndFirst<TriangleEdge>, u64, &'static str),
         (reason, remedy): (&str, &str),
     ) -> StressFinding {
-        let places = tally
-            .some
-            .iter()
-            .map(|edge| (edge.triangle, self.middle(object_facts, &edge.ends)));
-        let near = nearest(self.views, places);
+        let places = tally.some.iter().map(|edge| {
+            (
+                edge.triangle,
+                self.corner_centroid(object_facts, &edge.ends),
+            )
+        });
+        let near = nearest_to_camera(self.views, places);
         let finding = StressFinding::new(code, severity, object_facts.subject, reason, remedy);
         StressFinding {
             primitive: near.map(|(triangle, _)| triangle),
-            ..finding.counted(tally.count, total, "edges", predicate)
+            ..finding.with_count(tally.count, total, "edges", predicate)
         }
-        .with_place(near.and_then(|(_, point)| scene_point(point)))
+        .with_place(near.and_then(|(_, point)| finite_point(point)))
     }
 
-    fn triangles(&self) -> u64 {
+    fn triangle_count(&self) -> u64 {
         self.data.indices.len() as u64
     }
 
     /// Whether more than a hundredth of the rays that see an object saw something of it.
-    fn is_seen(&self, sightings: &Sightings<usize>, object_facts: &ObjectFacts<'_>) -> bool {
-        let value_of =
-            |sightings| RaySurvey::count(sightings, &object_facts.subject.index()) as f64;
+    fn is_visible_on(&self, sightings: &Sightings<usize>, object_facts: &ObjectFacts<'_>) -> bool {
+        let value_of = |sightings| {
+            RaySurvey::sighting_count(sightings, &object_facts.subject.list_index()) as f64
+        };
         value_of(sightings) > 2.0 && value_of(sightings) > SEEN * value_of(&self.survey.sightings)
     }
 
-    fn single(&self, counts: &TriangleCounts, findings: &mut Vec<StressFinding>) {
+    fn check_triangles(&self, counts: &TriangleDefects, findings: &mut Vec<StressFinding>) {
         let Some(&first) = self.objects.first() else {
             return;
         };
         let mut add =
             |kind, object_facts: &ObjectFacts<'_>, label: (&CountAndFirst, &'static str), words| {
                 if label.0.count > 0 {
-                    findings.push(self.about_triangles(kind, object_facts, label, words));
+                    findings.push(self.triangle_finding(kind, object_facts, label, words));
                 }
             };
         let harmless = Severity::Harmless;
@@ -169,7 +172,7 @@ impl ShownMesh<'_> {
         let worst = self
             .objects
             .iter()
-            .find(|object_facts| self.is_seen(&self.survey.against, object_facts));
+            .find(|object_facts| self.is_visible_on(&self.survey.against, object_facts));
         let severity = if worst.is_some() {
             Severity::PictureWrong
         } else {
@@ -189,13 +192,13 @@ impl ShownMesh<'_> {
         );
     }
 
-    fn duplicates(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {
+    fn check_duplicates(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {
         let [same, turned] = &topology.duplicates;
         let tally = if same.count > 0 { same } else { turned };
         let is_transmissive = self
             .objects
             .iter()
-            .find(|object_facts| object_facts.matter != SurfaceMatter::Opaque && same.count > 0);
+            .find(|object_facts| object_facts.matter != SurfaceKind::Opaque && same.count > 0);
         let Some(&object_facts) = is_transmissive
             .or(self.objects.first())
             .filter(|_| tally.count > 0)
@@ -214,18 +217,23 @@ impl ShownMesh<'_> {
         };
         let words = (reason, "remove the copies");
         let kind = (FindingCode::DuplicateTriangles, severity);
-        findings.push(self.about_triangles(kind, object_facts, (tally, "repeated another"), words));
+        findings.push(self.triangle_finding(
+            kind,
+            object_facts,
+            (tally, "repeated another"),
+            words,
+        ));
     }
 
     /// Edges of bodies that have to be closed.
-    fn edges(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {
+    fn check_edges(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {
         let bodies = || {
             self.objects
                 .iter()
-                .filter(|object_facts| object_facts.matter == SurfaceMatter::Body)
+                .filter(|object_facts| object_facts.matter == SurfaceKind::Body)
         };
         let seen_object_facts =
-            bodies().find(|object_facts| self.is_seen(&self.survey.unbalanced, object_facts));
+            bodies().find(|object_facts| self.is_visible_on(&self.survey.unbalanced, object_facts));
         let Some(&object_facts) = seen_object_facts.or(bodies().next()) else {
             return;
         };
@@ -234,34 +242,41 @@ impl ShownMesh<'_> {
         } else {
             Severity::Harmless
         };
-        if topology.open.count > 0 {
-            let (reason, remedy) = open_words(topology.seam, severity);
-            let label = (&topology.open, topology.edges, "had one triangle only");
-            let kind = (FindingCode::OpenEdges, severity);
-            findings.push(self.about_edges(kind, object_facts, label, (&reason, &remedy)));
-        }
-        if topology.non_manifold.count > 0 {
+        if topology.open_edges.count > 0 {
+            let (reason, remedy) = open_edge_texts(topology.seam, severity);
             let label = (
-                &topology.non_manifold,
+                &topology.open_edges,
+                topology.edges,
+                "had one triangle only",
+            );
+            let kind = (FindingCode::OpenEdges, severity);
+            findings.push(self.edge_finding(kind, object_facts, label, (&reason, &remedy)));
+        }
+        if topology.non_manifold_edges.count > 0 {
+            let label = (
+                &topology.non_manifold_edges,
                 topology.edges,
                 "had more than two triangles",
             );
             let reason = "more than two triangles meet at an edge of a body of glass, so that its inside is not told from its outside";
             let remedy = "divide the body there, or remove the walls within it";
             let kind = (FindingCode::NonManifoldEdges, severity);
-            findings.push(self.about_edges(kind, object_facts, label, (reason, remedy)));
+            findings.push(self.edge_finding(kind, object_facts, label, (reason, remedy)));
         }
     }
 
     /// What is turned over, by how it is seen.
-    fn flipped(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {
-        let inside_out = topology.inside_out();
-        if topology.flipped.count == 0 && inside_out.is_empty() {
+    fn check_orientation(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {
+        let inside_out = topology.inverted_components();
+        if topology.flipped_triangles.count == 0 && inside_out.is_empty() {
             return;
         }
         let is_wrong = |object_facts: &&&ObjectFacts<'_>| match object_facts.matter {
-            SurfaceMatter::Body => self.is_seen(&self.survey.unbalanced, object_facts),
-            _ => object_facts.hides_back() && self.is_seen(&self.survey.backs, object_facts),
+            SurfaceKind::Body => self.is_visible_on(&self.survey.unbalanced, object_facts),
+            _ => {
+                object_facts.hides_back_faces()
+                    && self.is_visible_on(&self.survey.backs, object_facts)
+            }
         };
         let worst = self.objects.iter().find(is_wrong);
         let Some(&object_facts) = worst.or(self.objects.first()) else {
@@ -273,7 +288,7 @@ impl ShownMesh<'_> {
             Severity::Harmless
         };
         let reason = |label: &str| match (severity, object_facts.matter) {
-            (Severity::PictureWrong, SurfaceMatter::Body) => {
+            (Severity::PictureWrong, SurfaceKind::Body) => {
                 format!("{label}, so that glass bends light the wrong way there")
             }
             (Severity::PictureWrong, _) => {
@@ -282,11 +297,11 @@ impl ShownMesh<'_> {
             _ => format!("{label}; both sides are shown alike, so nothing of it is seen"),
         };
         let remedy = "turn them over where the model is made (\"recalculate outside\")";
-        if topology.flipped.count > 0 {
-            let label = (&topology.flipped, "faced the other way than most");
+        if topology.flipped_triangles.count > 0 {
+            let label = (&topology.flipped_triangles, "faced the other way than most");
             let reason = reason("triangles disagree with their neighbours about which side is out");
             let kind = (FindingCode::FlippedTriangles, severity);
-            findings.push(self.about_triangles(kind, object_facts, label, (&reason, remedy)));
+            findings.push(self.triangle_finding(kind, object_facts, label, (&reason, remedy)));
         }
         if !inside_out.is_empty() {
             let tally = CountAndFirst {
@@ -298,11 +313,11 @@ impl ShownMesh<'_> {
                 (FindingCode::InsideOut, severity),
                 (&tally, "belonged to them"),
             );
-            findings.push(self.about_triangles(kind, object_facts, label, (&reason, remedy)));
+            findings.push(self.triangle_finding(kind, object_facts, label, (&reason, remedy)));
         }
     }
 
-    fn texture_coordinates(&self, findings: &mut Vec<StressFinding>) {
+    fn check_texture_coordinates(&self, findings: &mut Vec<StressFinding>) {
         let mut judged = HashSet::new();
         for object_facts in &self.objects {
             let Some((_, material)) = object_facts
@@ -340,23 +355,24 @@ impl ShownMesh<'_> {
                     reason,
                     remedy,
                 );
-                let all = (0..self.triangles().min(1 << 10) as u32)
-                    .map(|triangle| ((), self.place(object_facts, triangle)));
-                let at = nearest(self.views, all).and_then(|(_, point)| scene_point(point));
+                let all = (0..self.triangle_count().min(1 << 10) as u32)
+                    .map(|triangle| ((), self.triangle_centre(object_facts, triangle)));
+                let at =
+                    nearest_to_camera(self.views, all).and_then(|(_, point)| finite_point(point));
                 findings.push(finding.with_place(at));
                 return;
             }
-            let Model::Physical(m) = &material.model else {
+            let MaterialModel::Physical(m) = &material.model else {
                 continue;
             };
             let Some(set) = m
-                .bent_by()
+                .active_normal_map()
                 .filter(|texture| texture.uv.is_none())
                 .map(|texture| texture.uv_set)
             else {
                 continue;
             };
-            if let Some(finding) = self.flat_coordinates(object_facts, set) {
+            if let Some(finding) = self.degenerate_uv_finding(object_facts, set) {
                 findings.push(finding);
                 return;
             }
@@ -364,7 +380,11 @@ impl ShownMesh<'_> {
     }
 
     /// Triangles on which no direction of a normal map is known.
-    fn flat_coordinates(&self, object_facts: &ObjectFacts<'_>, set: u32) -> Option<StressFinding> {
+    fn degenerate_uv_finding(
+        &self,
+        object_facts: &ObjectFacts<'_>,
+        set: u32,
+    ) -> Option<StressFinding> {
         let uvs = self
             .data
             .uvs
@@ -386,8 +406,8 @@ impl ShownMesh<'_> {
             .iter()
             .enumerate()
             .filter(|(_, corners)| is_flat(corners));
-        let tally = CountAndFirst::of(flat.map(|(index, _)| index as u32));
-        let most = 2 * tally.count > self.triangles();
+        let tally = CountAndFirst::from_items(flat.map(|(index, _)| index as u32));
+        let most = 2 * tally.count > self.triangle_count();
         let severity = if most {
             Severity::PictureWrong
         } else {
@@ -397,12 +417,12 @@ impl ShownMesh<'_> {
         let words = (reason, "unwrap the mesh anew, or give it tangents");
         let label = (&tally, "had such coordinates");
         let kind = (FindingCode::FlatTextureCoordinates, severity);
-        (tally.count > 0).then(|| self.about_triangles(kind, object_facts, label, words))
+        (tally.count > 0).then(|| self.triangle_finding(kind, object_facts, label, words))
     }
 }
 
 /// What open edges of glass make, and what to do.
-fn open_words(seam: Option<f64>, severity: Severity) -> (String, String) {
+fn open_edge_texts(seam: Option<f64>, severity: Severity) -> (String, String) {
     let is_seen = severity == Severity::PictureWrong;
     if let Some(apart) = seam {
         let seen = if is_seen {
@@ -411,7 +431,7 @@ fn open_words(seam: Option<f64>, severity: Severity) -> (String, String) {
             "no ray of the cameras has come through it"
         };
         // The same for meshes that differ in rounding alone.
-        let apart = decimal(libm::pow(10.0, apart.log10().ceil()));
+        let apart = format_decimal(libm::pow(10.0, apart.log10().ceil()));
         let reason = format!(
             "a body of glass has a seam: its corners there are less than {apart} metres apart, where rounding has parted what was one corner; {seen}"
         );

@@ -44,11 +44,11 @@ impl From<RayPoint> for Sighting {
 /// Sightings by what they are of.
 pub(crate) type Sightings<K> = BTreeMap<K, Sighting>;
 
-pub(super) fn record<K: Ord>(sightings: &mut Sightings<K>, key: K, at: RayPoint) {
-    merge(sightings, key, at.into());
+pub(super) fn record_sighting<K: Ord>(sightings: &mut Sightings<K>, key: K, at: RayPoint) {
+    merge_sighting(sightings, key, at.into());
 }
 
-fn merge<K: Ord>(sightings: &mut Sightings<K>, key: K, other: Sighting) {
+fn merge_sighting<K: Ord>(sightings: &mut Sightings<K>, key: K, other: Sighting) {
     let sighting = sightings
         .entry(key)
         .or_insert(Sighting { count: 0, ..other });
@@ -60,7 +60,7 @@ fn merge<K: Ord>(sightings: &mut Sightings<K>, key: K, other: Sighting) {
 }
 
 /// Keeps a value where it is the greatest of its key.
-pub(super) fn keep_greatest<K: Ord>(greatest: &mut BTreeMap<K, f64>, key: K, value: f64) {
+pub(super) fn keep_maximum<K: Ord>(greatest: &mut BTreeMap<K, f64>, key: K, value: f64) {
     let known = greatest.entry(key).or_insert(value);
     *known = known.max(value);
 }
@@ -108,7 +108,7 @@ pub(crate) struct RaySurvey {
 impl RaySurvey {
     /// Adds what other rays saw.
     #[must_use]
-    pub fn plus(mut self, other: Self) -> Self {
+    pub fn combine(mut self, other: Self) -> Self {
         self.rays += other.rays;
         self.planned += other.planned;
         self.hits += other.hits;
@@ -126,7 +126,7 @@ impl RaySurvey {
         ] {
             others
                 .into_iter()
-                .for_each(|(key, sighting)| merge(own, key, sighting));
+                .for_each(|(key, sighting)| merge_sighting(own, key, sighting));
         }
         for (own, others) in [
             (&mut self.nested, other.nested),
@@ -135,7 +135,7 @@ impl RaySurvey {
         ] {
             others
                 .into_iter()
-                .for_each(|(key, sighting)| merge(own, key, sighting));
+                .for_each(|(key, sighting)| merge_sighting(own, key, sighting));
         }
         for (own, others) in [
             (&mut self.not_numbers, other.not_numbers),
@@ -143,25 +143,25 @@ impl RaySurvey {
         ] {
             others
                 .into_iter()
-                .for_each(|(key, sighting)| merge(own, key, sighting));
+                .for_each(|(key, sighting)| merge_sighting(own, key, sighting));
         }
         for (key, value) in other.greatest {
-            keep_greatest(&mut self.greatest, key, value);
+            keep_maximum(&mut self.greatest, key, value);
         }
         for (pair, apart) in other.apart {
-            keep_greatest(&mut self.apart, pair, apart);
+            keep_maximum(&mut self.apart, pair, apart);
         }
         self
     }
 
     /// How often something was seen.
-    pub fn count<K: Ord>(of: &Sightings<K>, key: &K) -> u64 {
+    pub fn sighting_count<K: Ord>(of: &Sightings<K>, key: &K) -> u64 {
         of.get(key).map_or(0, |sighting| sighting.count)
     }
 
     /// Of a camera's rays, tells those of a camera within a body, which nearly all leave it, from
     /// those that came into it unseen.
-    pub(super) fn settle(&mut self) {
+    pub(super) fn discount_camera_body(&mut self) {
         const NEARLY: f64 = 0.9;
         let rays = self.rays as f64;
         let (within, unseen) = core::mem::take(&mut self.within)
@@ -171,10 +171,10 @@ impl RaySurvey {
         let unseen: Sightings<usize> = unseen;
         unseen
             .into_iter()
-            .for_each(|(object, sighting)| merge(&mut self.unbalanced, object, sighting));
+            .for_each(|(object, sighting)| merge_sighting(&mut self.unbalanced, object, sighting));
     }
 
-    pub fn run(&self) -> CheckRun {
+    pub fn check_run(&self) -> CheckRun {
         CheckRun {
             name: "rays of the cameras",
             looked_at: self.rays,

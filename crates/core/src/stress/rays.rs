@@ -8,14 +8,14 @@ use rayon::prelude::*;
 use raywright_bvh::{Hit, Interval, Ray, Real, Surface, Vector};
 
 use super::RayDeadline;
-use super::coplanar::Overlaps;
-use super::facts::{SceneFacts, SurfaceMatter, unit};
-use super::ray_survey::{RayPoint, RaySurvey, keep_greatest, record};
-use super::values::{ValueClass, judge_values};
-use crate::dispatch::PreparedWork;
+use super::coplanar::OverlapTable;
+use super::facts::{SceneFacts, SurfaceKind, unit_random};
+use super::ray_survey::{RayPoint, RaySurvey, keep_maximum, record_sighting};
+use super::values::{MaterialValueClass, classify_values};
+use crate::dispatch::PreparedSceneTask;
 use crate::integrator::PathSegment;
 use crate::interaction::Interaction;
-use crate::prepare::{Prepared, PreparedSpawn};
+use crate::prepare::{PreparedScene, PreparedSpawnRule};
 use crate::scene::Shape;
 
 /// Rays of a round along the picture's width and height, and rounds.
@@ -29,24 +29,24 @@ const HITS: usize = 128;
 const STARTS: u64 = 2;
 
 /// Rays through a picture of a size, in rounds of which each is finished.
-pub(super) struct PictureRays<'a> {
+pub(super) struct RaySurveyTask<'a> {
     pub scene_facts: &'a SceneFacts<'a>,
-    pub overlaps: &'a Overlaps,
+    pub overlaps: &'a OverlapTable,
     pub size: [u32; 2],
     pub seed: u64,
     pub deadline: &'a RayDeadline<'a>,
 }
 
-impl PreparedWork for PictureRays<'_> {
+impl PreparedSceneTask for RaySurveyTask<'_> {
     type Output = RaySurvey;
 
-    fn run<R: Real>(&self, prepared: &Prepared<R>) -> RaySurvey {
-        survey(prepared, self)
+    fn run<R: Real>(&self, prepared: &PreparedScene<R>) -> RaySurvey {
+        survey_rays(prepared, self)
     }
 }
 
-fn survey<R: Real>(prepared: &Prepared<R>, of: &PictureRays<'_>) -> RaySurvey {
-    let &PictureRays {
+fn survey_rays<R: Real>(prepared: &PreparedScene<R>, of: &RaySurveyTask<'_>) -> RaySurvey {
+    let &RaySurveyTask {
         scene_facts,
         overlaps,
         size,
@@ -56,8 +56,8 @@ fn survey<R: Real>(prepared: &Prepared<R>, of: &PictureRays<'_>) -> RaySurvey {
     let looks_through = scene_facts
         .objects
         .iter()
-        .any(|object| object.matter == SurfaceMatter::Body);
-    let walker = RayWalker {
+        .any(|object| object.matter == SurfaceKind::Body);
+    let walker = SurveyRayTracer {
         prepared,
         scene_facts,
         overlaps,
@@ -76,24 +76,24 @@ fn survey<R: Real>(prepared: &Prepared<R>, of: &PictureRays<'_>) -> RaySurvey {
         let row = |row: u64| {
             let first = (round * GRID[1] + row) * GRID[0];
             (0..GRID[0]).fold(RaySurvey::default(), |mut survey, column| {
-                walker.walk([column, row], first + column, &mut survey);
+                walker.trace_through([column, row], first + column, &mut survey);
                 survey
             })
         };
         survey = (0..GRID[1])
             .into_par_iter()
             .map(row)
-            .reduce(RaySurvey::default, RaySurvey::plus)
-            .plus(survey);
+            .reduce(RaySurvey::default, RaySurvey::combine)
+            .combine(survey);
     }
-    survey.settle();
+    survey.discount_camera_body();
     survey
 }
 
-struct RayWalker<'a, R: Real> {
-    prepared: &'a Prepared<R>,
+struct SurveyRayTracer<'a, R: Real> {
+    prepared: &'a PreparedScene<R>,
     scene_facts: &'a SceneFacts<'a>,
-    overlaps: &'a Overlaps,
+    overlaps: &'a OverlapTable,
     size: [u32; 2],
     seed: u64,
     /// Whether rays go on behind the first surfaces.
@@ -101,26 +101,26 @@ struct RayWalker<'a, R: Real> {
 }
 
 /// A surface on the way of a ray.
-struct Crossing<R: Real> {
+struct RayCrossing<R: Real> {
     object: usize,
     surface: Surface<R>,
     enters: bool,
 }
 
-impl<R: Real> RayWalker<'_, R> {
-    fn walk(&self, cell: [u64; 2], index: u64, survey: &mut RaySurvey) {
+impl<R: Real> SurveyRayTracer<'_, R> {
+    fn trace_through(&self, cell: [u64; 2], index: u64, survey: &mut RaySurvey) {
         let at = |axis: usize| {
-            let share =
-                (cell[axis] as f64 + unit(self.seed, index, axis as u64)) / GRID[axis] as f64;
+            let share = (cell[axis] as f64 + unit_random(self.seed, index, axis as u64))
+                / GRID[axis] as f64;
             R::from_f64(share * f64::from(self.size[axis]))
         };
         let camera = &self.prepared.camera;
-        let lens = [2, 3].map(|selected| unit(self.seed, index, selected) as f32);
-        let ray = camera.ray_during(
+        let lens = [2, 3].map(|selected| unit_random(self.seed, index, selected) as f32);
+        let ray = camera.generate_timed_ray(
             at(0),
             at(1),
             lens.map(|x| x.min(0.999_999)),
-            unit(self.seed, index, 4) as f32,
+            unit_random(self.seed, index, 4) as f32,
         );
         survey.rays += 1;
         if let Some(first) = self
@@ -129,11 +129,11 @@ impl<R: Real> RayWalker<'_, R> {
             .closest(&ray, Interval::positive(), &mut ())
         {
             survey.hits += 1;
-            self.look_at_first(&ray, &first, index, survey);
+            self.survey_first_hit(&ray, &first, index, survey);
         }
-        self.look_behind(
+        self.survey_surfaces_behind(
             &Ray {
-                culls: false,
+                is_camera_ray: false,
                 ..ray
             },
             index,
@@ -141,71 +141,74 @@ impl<R: Real> RayWalker<'_, R> {
         );
     }
 
-    fn crossing(&self, ray: &Ray<R>, hit: &Hit<R>) -> Crossing<R> {
+    fn ray_crossing(&self, ray: &Ray<R>, hit: &Hit<R>) -> RayCrossing<R> {
         let surface = self.prepared.geometry.surface(ray, hit);
         let enters = surface.normal.to_f64().dot(ray.direction.to_f64()) < 0.0;
-        Crossing {
-            object: self.scene_facts.index_of(hit.outermost()),
+        RayCrossing {
+            object: self.scene_facts.facts_index(hit.outermost_id()),
             surface,
             enters,
         }
     }
 
     /// Where a ray of the camera meets a surface.
-    fn point_of(&self, surface: &Surface<R>, hit: &Hit<R>, ray: u64) -> RayPoint {
+    fn sighted_point(&self, surface: &Surface<R>, hit: &Hit<R>, ray: u64) -> RayPoint {
         RayPoint {
             ray,
-            position: self.prepared.in_world(surface.point),
+            position: self.prepared.to_world(surface.point),
             distance: hit.t.to_f64(),
         }
     }
 
     /// What is seen: values there, rays that start there, and what else is in its place.
-    fn look_at_first(&self, ray: &Ray<R>, hit: &Hit<R>, index: u64, survey: &mut RaySurvey) {
+    fn survey_first_hit(&self, ray: &Ray<R>, hit: &Hit<R>, index: u64, survey: &mut RaySurvey) {
         let prepared = self.prepared;
         let segment = PathSegment {
             ray: *ray,
             ..PathSegment::from_camera(prepared)
         };
         let interaction = Interaction::from_hit(prepared, &segment, hit);
-        let object = self.scene_facts.index_of(hit.outermost());
-        let seen = self.point_of(&interaction.surface, hit, index);
-        record(&mut survey.first, object, seen);
+        let object = self.scene_facts.facts_index(hit.outermost_id());
+        let seen = self.sighted_point(&interaction.surface, hit, index);
+        record_sighting(&mut survey.first, object, seen);
         let normal = interaction.surface.normal.to_f64();
-        for other in self.overlaps.at(object, seen.position, normal) {
-            record(&mut survey.coplanar, [object, other], seen);
+        for other in self
+            .overlaps
+            .overlapping_objects(object, seen.position, normal)
+        {
+            record_sighting(&mut survey.coplanar, [object, other], seen);
         }
         if !interaction.outside {
-            record(&mut survey.first_within, object, seen);
+            record_sighting(&mut survey.first_within, object, seen);
         }
-        if self.turns_away(ray, hit) {
-            record(&mut survey.against, object, seen);
+        if self.has_opposed_normals(ray, hit) {
+            record_sighting(&mut survey.against, object, seen);
         }
         let material = interaction.material as usize;
-        match judge_values(prepared, &interaction) {
-            ValueClass::Fine => {}
-            ValueClass::NotNumbers { key } => {
-                record(&mut survey.not_numbers, (material, key), seen)
+        match classify_values(prepared, &interaction) {
+            MaterialValueClass::Fine => {}
+            MaterialValueClass::NotNumbers { key } => {
+                record_sighting(&mut survey.not_numbers, (material, key), seen)
             }
-            ValueClass::OutOfRange { key, value } => {
-                record(&mut survey.out_of_range, (material, key), seen);
-                keep_greatest(&mut survey.greatest, (material, key), value);
+            MaterialValueClass::OutOfRange { key, value } => {
+                record_sighting(&mut survey.out_of_range, (material, key), seen);
+                keep_maximum(&mut survey.greatest, (material, key), value);
             }
         }
         for start in 0..STARTS {
-            self.start_from(&interaction, hit, [index, start], survey);
+            self.survey_spawned_ray(&interaction, hit, [index, start], survey);
         }
     }
 
     /// Whether the mesh's own normal points to the other side than the triangle's.
-    fn turns_away(&self, ray: &Ray<R>, hit: &Hit<R>) -> bool {
-        let Some(mesh) = &self.prepared.objects[hit.outermost() as usize].mesh else {
+    fn has_opposed_normals(&self, ray: &Ray<R>, hit: &Hit<R>) -> bool {
+        let Some(mesh) = &self.prepared.objects[hit.outermost_id() as usize].mesh else {
             return false;
         };
         let data = &self.prepared.meshes[mesh.mesh as usize];
         let [a, b, c] =
             data.indices[hit.primitive as usize].map(|corner| data.normals.get(corner as usize));
-        let (Some(a), Some(b), Some(c), false) = (a, b, c, mesh.turns) else {
+        let (Some(a), Some(b), Some(c), false) = (a, b, c, mesh.rotates) else {
             return false;
         };
         let [b, c] = if mesh.flipped { [c, b] } else { [b, c] };
@@ -219,7 +222,7 @@ impl<R: Real> RayWalker<'_, R> {
     }
 
     /// A ray that starts there to the side that is seen.
-    fn start_from(
+    fn survey_spawned_ray(
         &self,
         interaction: &Interaction<R>,
         hit: &Hit<R>,
@@ -227,7 +230,7 @@ impl<R: Real> RayWalker<'_, R> {
         survey: &mut RaySurvey,
     ) {
         let prepared = self.prepared;
-        let number = |selected: u64| unit(self.seed, index, 8 + 2 * start + selected);
+        let number = |selected: u64| unit_random(self.seed, index, 8 + 2 * start + selected);
         let (z, turn) = (2.0 * number(0) - 1.0, number(1) * core::f64::consts::TAU);
         let ring = (1.0 - z * z).sqrt();
         let ball = DVec3::new(ring * libm::cos(turn), ring * libm::sin(turn), z);
@@ -241,24 +244,23 @@ impl<R: Real> RayWalker<'_, R> {
         };
         let direction = R::Vec3::from_f64(direction);
         let ray = prepared
-            .spawn(interaction, direction, R::ONE)
-            .at_time(interaction.time);
-        let object = self.scene_facts.index_of(hit.outermost());
-        let seen = self.point_of(&interaction.surface, hit, index);
+            .spawn_ray(interaction, direction, R::ONE)
+            .with_time(interaction.time);
+        let object = self.scene_facts.facts_index(hit.outermost_id());
+        let seen = self.sighted_point(&interaction.surface, hit, index);
         survey.starts += 1;
         let range = Interval {
-            min: prepared.least_distances().secondary,
+            min: prepared.min_hit_distances().secondary,
             max: R::INFINITY,
         };
         let again = prepared.geometry.closest(&ray, range, &mut ());
         let is_same =
-            |other: &Hit<R>| (other.order(), other.instance) == (hit.order(), hit.instance);
-        if again.as_ref().is_some_and(is_same) && self.meets_rays_once(object, interaction.outside)
-        {
-            record(&mut survey.self_hits, object, seen);
+            |other: &Hit<R>| (other.tie_order(), other.instance) == (hit.tie_order(), hit.instance);
+        if again.as_ref().is_some_and(is_same) && self.is_hit_once(object, interaction.outside) {
+            record_sighting(&mut survey.self_hits, object, seen);
         }
-        if matches!(prepared.rules.spawn, PreparedSpawn::Constant { .. }) {
-            let own = interaction.surface.spawn(direction);
+        if matches!(prepared.rules.spawn, PreparedSpawnRule::Constant { .. }) {
+            let own = interaction.surface.spawn_ray_origin(direction);
             let unit_direction = ray.origin - own;
             let length = unit_direction.length();
             let range = Interval {
@@ -267,20 +269,20 @@ impl<R: Real> RayWalker<'_, R> {
             };
             let between = || {
                 prepared.geometry.closest(
-                    &Ray::new(own, unit_direction / length).at_time(interaction.time),
+                    &Ray::new(own, unit_direction / length).with_time(interaction.time),
                     range,
                     &mut (),
                 )
             };
             // Its own surface is looked at above.
             if length > R::ZERO && between().is_some_and(|other| !is_same(&other)) {
-                record(&mut survey.beyond, object, seen);
+                record_sighting(&mut survey.beyond, object, seen);
             }
         }
     }
 
     /// Whether a ray that leaves a primitive of an object on this side can't meet it again.
-    fn meets_rays_once(&self, object: usize, outside: bool) -> bool {
+    fn is_hit_once(&self, object: usize, outside: bool) -> bool {
         match self.scene_facts.objects[object].object.shape {
             Shape::Mesh(_)
             | Shape::Triangle { .. }
@@ -297,52 +299,52 @@ impl<R: Real> RayWalker<'_, R> {
     }
 
     /// What a ray meets that no surface stops and no back is hidden from.
-    fn look_behind(&self, ray: &Ray<R>, index: u64, survey: &mut RaySurvey) {
+    fn survey_surfaces_behind(&self, ray: &Ray<R>, index: u64, survey: &mut RaySurvey) {
         let (mut range, mut depths) = (Interval::positive(), BTreeMap::<usize, i64>::new());
-        let mut before: Option<Crossing<R>> = None;
+        let mut before: Option<RayCrossing<R>> = None;
         let mut hits: Vec<(usize, RayPoint)> = Vec::new();
         for step in 0..HITS {
             let Some(hit) = self.prepared.geometry.closest(ray, range, &mut ()) else {
-                return end(&depths, &hits, survey);
+                return finish_ray(&depths, &hits, survey);
             };
             range.min = hit.t;
-            let crossing = self.crossing(ray, &hit);
-            let seen = self.point_of(&crossing.surface, &hit, index);
+            let crossing = self.ray_crossing(ray, &hit);
+            let seen = self.sighted_point(&crossing.surface, &hit, index);
             if !hits.iter().any(|(object, _)| *object == crossing.object) {
                 hits.push((crossing.object, seen));
-                record(&mut survey.sightings, crossing.object, seen);
+                record_sighting(&mut survey.sightings, crossing.object, seen);
             }
             if step == 0
                 && !crossing.enters
-                && self.scene_facts.objects[crossing.object].hides_back()
+                && self.scene_facts.objects[crossing.object].hides_back_faces()
             {
-                record(&mut survey.backs, crossing.object, seen);
+                record_sighting(&mut survey.backs, crossing.object, seen);
             }
             if let Some(first) = before.as_ref().filter(|_| step == 1)
-                && let Some(apart) = coincidence(ray, first, &crossing)
+                && let Some(apart) = coincident_distance(ray, first, &crossing)
             {
                 let pair = [first.object, crossing.object];
-                record(&mut survey.coincident, pair, seen);
-                keep_greatest(&mut survey.apart, pair, apart);
+                record_sighting(&mut survey.coincident, pair, seen);
+                keep_maximum(&mut survey.apart, pair, apart);
             }
             if step > 0 && !self.looks_through {
                 return;
             }
-            self.enter_or_leave(&crossing, &mut depths, seen, survey);
+            self.update_body_depths(&crossing, &mut depths, seen, survey);
             before = Some(crossing);
         }
     }
 
     /// Keeps account of the bodies that a ray is in.
-    fn enter_or_leave(
+    fn update_body_depths(
         &self,
-        crossing: &Crossing<R>,
+        crossing: &RayCrossing<R>,
         depths: &mut BTreeMap<usize, i64>,
         seen: RayPoint,
         survey: &mut RaySurvey,
     ) {
         let object_facts = &self.scene_facts.objects[crossing.object];
-        if object_facts.matter != SurfaceMatter::Body || object_facts.hides_back() {
+        if object_facts.matter != SurfaceKind::Body || object_facts.hides_back_faces() {
             return;
         }
         if crossing.enters {
@@ -350,7 +352,7 @@ impl<R: Real> RayWalker<'_, R> {
                 .iter()
                 .filter(|(object, depth)| **depth > 0 && **object != crossing.object);
             for (&other, _) in around {
-                record(&mut survey.nested, [other, crossing.object], seen);
+                record_sighting(&mut survey.nested, [other, crossing.object], seen);
             }
         }
         *depths.entry(crossing.object).or_insert(0) += if crossing.enters { 1 } else { -1 };
@@ -359,7 +361,11 @@ impl<R: Real> RayWalker<'_, R> {
 
 /// How far apart two surfaces of two objects are, one behind the other on a ray, that are in one
 /// place as far as hits tell.
-fn coincidence<R: Real>(ray: &Ray<R>, first: &Crossing<R>, second: &Crossing<R>) -> Option<f64> {
+fn coincident_distance<R: Real>(
+    ray: &Ray<R>,
+    first: &RayCrossing<R>,
+    second: &RayCrossing<R>,
+) -> Option<f64> {
     let (a, b) = (&first.surface, &second.surface);
     let [m, n] = [a.normal.to_f64(), b.normal.to_f64()];
     let apart = (b.point.to_f64() - a.point.to_f64()).dot(m).abs();
@@ -370,7 +376,7 @@ fn coincidence<R: Real>(ray: &Ray<R>, first: &Crossing<R>, second: &Crossing<R>)
 }
 
 /// The end of a ray that has met everything on its way: bodies that it entered and did not leave.
-fn end(depths: &BTreeMap<usize, i64>, hits: &[(usize, RayPoint)], survey: &mut RaySurvey) {
+fn finish_ray(depths: &BTreeMap<usize, i64>, hits: &[(usize, RayPoint)], survey: &mut RaySurvey) {
     for (&object, &depth) in depths.iter().filter(|(_, depth)| **depth != 0) {
         let of = if depth == -1 {
             &mut survey.within
@@ -378,7 +384,7 @@ fn end(depths: &BTreeMap<usize, i64>, hits: &[(usize, RayPoint)], survey: &mut R
             &mut survey.unbalanced
         };
         if let Some(&(_, seen)) = hits.iter().find(|(other, _)| *other == object) {
-            record(of, object, seen);
+            record_sighting(of, object, seen);
         }
     }
 }

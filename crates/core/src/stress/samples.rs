@@ -1,16 +1,18 @@
 //! A small picture of each camera: samples that are no numbers, rays that were cut short, what is
 //! black, and lights that were not found.
 
-use super::facts::{SceneFacts, scene_point};
-use super::finding::{CheckRun, FindingCode, FindingSubject, Severity, StressFinding, decimal};
-use super::{RayDeadline, lamps};
+use super::facts::{SceneFacts, finite_point};
+use super::finding::{
+    CheckRun, FindingCode, FindingSubject, Severity, StressFinding, format_decimal,
+};
+use super::{RayDeadline, lights};
 use crate::counters::{Counters, SampleLoss};
 use crate::dispatch::ReadyScene;
 use crate::picture::Picture;
 use crate::prepare::UnreachedLight;
 
 /// What a small picture of a camera showed.
-pub(super) struct SmallPicture {
+pub(super) struct SmallRender {
     pub camera: usize,
     pub picture: Picture,
     pub counters: Counters,
@@ -18,17 +20,17 @@ pub(super) struct SmallPicture {
     pub run: CheckRun,
 }
 
-impl SmallPicture {
+impl SmallRender {
     /// Renders it, as far as there is time.
-    pub fn of(ready: &ReadyScene, camera: usize, deadline: &RayDeadline<'_>) -> Self {
-        let mut film = ready.film("");
-        let part = film.whole_part();
+    pub fn render(ready: &ReadyScene, camera: usize, deadline: &RayDeadline<'_>) -> Self {
+        let mut film = ready.new_film("");
+        let part = film.full_part();
         let pixels = u64::from(film.size()[0]) * u64::from(film.size()[1]);
-        let planned = pixels * u64::from(ready.settings().sampling.count());
+        let planned = pixels * u64::from(ready.settings().sampling.samples_per_pixel());
         // The film is its own, so that it can't be refused.
         let _ = ready.render_part(&mut film, &part, deadline);
-        let (shut_away, counters) = (ready.shut_away(&film), film.counters());
-        let looked_at = if film.unfinished() == 0 {
+        let (shut_away, counters) = (ready.find_unreached_lights(&film), film.counters());
+        let looked_at = if film.unfinished_pixels() == 0 {
             planned
         } else {
             counters.samples + counters.dropped
@@ -49,7 +51,7 @@ impl SmallPicture {
     }
 
     /// The middle of a pixel of it as a place of the picture, whose size is another.
-    fn full(&self, pixel: usize, size: [u32; 2]) -> Option<([f64; 2], usize)> {
+    fn full_size_position(&self, pixel: usize, size: [u32; 2]) -> Option<([f64; 2], usize)> {
         let (width, height) = (self.picture.width as usize, f64::from(self.picture.height));
         let at = [(pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5];
         Some((
@@ -62,48 +64,48 @@ impl SmallPicture {
     }
 
     /// The first pixel of which this holds.
-    fn first(&self, holds: impl Fn([f32; 3]) -> bool) -> Option<usize> {
+    fn first_pixel_where(&self, holds: impl Fn([f32; 3]) -> bool) -> Option<usize> {
         self.picture.rgb.iter().position(|&pixel| holds(pixel))
     }
 }
 
 /// What is wrong with the samples of all cameras.
-pub(super) fn check(
+pub(super) fn check_samples(
     scene_facts: &SceneFacts<'_>,
-    pictures: &[SmallPicture],
+    pictures: &[SmallRender],
     size: [u32; 2],
 ) -> Vec<StressFinding> {
     let mut findings: Vec<StressFinding> = pictures
         .iter()
-        .flat_map(|picture| losses(picture, size))
+        .flat_map(|picture| sample_loss_findings(picture, size))
         .collect();
     findings.extend(
         pictures
             .iter()
-            .filter_map(|picture| black(scene_facts, picture)),
+            .filter_map(|picture| black_picture_finding(scene_facts, picture)),
     );
-    if let Some(brightest) = lamps::brightest(scene_facts) {
+    if let Some(brightest) = lights::max_emitted_radiance(scene_facts) {
         findings.extend(
             pictures
                 .iter()
-                .filter_map(|picture| too_bright(picture, brightest, size)),
+                .filter_map(|picture| brightness_finding(picture, brightest, size)),
         );
     }
-    findings.extend(unreached(scene_facts, pictures));
-    tell_why_black(scene_facts, &mut findings);
+    findings.extend(unreached_light_findings(scene_facts, pictures));
+    explain_black_pictures(scene_facts, &mut findings);
     findings.extend(
         pictures
             .iter()
-            .filter_map(|picture| by_chance(scene_facts, picture)),
+            .filter_map(|picture| chance_light_finding(scene_facts, picture)),
     );
     findings
 }
 
-fn subject(scene_facts: &SceneFacts<'_>, picture: &SmallPicture) -> FindingSubject {
+fn camera_subject(scene_facts: &SceneFacts<'_>, picture: &SmallRender) -> FindingSubject {
     FindingSubject::Camera((!scene_facts.scene.cameras.is_empty()).then_some(picture.camera))
 }
 
-fn losses(picture: &SmallPicture, size: [u32; 2]) -> Vec<StressFinding> {
+fn sample_loss_findings(picture: &SmallRender, size: [u32; 2]) -> Vec<StressFinding> {
     let fewest = |layer: &[f32]| {
         layer
             .iter()
@@ -115,12 +117,12 @@ fn losses(picture: &SmallPicture, size: [u32; 2]) -> Vec<StressFinding> {
     let layer = picture
         .picture
         .layer("samples.N")
-        .filter(|_| !picture.run.is_cut());
+        .filter(|_| !picture.run.is_cut_short());
     let at = layer.and_then(|layer| fewest(&layer.samples));
     let finding = |loss| {
         match loss {
         SampleLoss::NotFinite { dropped, of: total } => StressFinding {
-            pixel: at.and_then(|pixel| picture.full(pixel, size)),
+            pixel: at.and_then(|pixel| picture.full_size_position(pixel, size)),
             ..StressFinding::new(
                 FindingCode::SamplesNotFinite,
                 Severity::PictureWrong,
@@ -128,7 +130,7 @@ fn losses(picture: &SmallPicture, size: [u32; 2]) -> Vec<StressFinding> {
                 "samples are not finite numbers and are dropped, so that the picture is wrong where they lie",
                 "look for numbers that are too large or not defined in materials, lights and sky, or add --precision reference",
             )
-            .counted(dropped, total, "samples", "had to be dropped")
+            .with_count(dropped, total, "samples", "had to be dropped")
         },
         SampleLoss::CutShort { rays, most: maximum } => StressFinding::new(
             FindingCode::RaysCutShort,
@@ -137,18 +139,21 @@ fn losses(picture: &SmallPicture, size: [u32; 2]) -> Vec<StressFinding> {
             format!("rays end after {maximum} surfaces that are absent or there in part, and what lies behind is missing"),
             "leave fewer such surfaces one behind the other",
         )
-        .counted(rays, 0, "rays", "ended so"),
+        .with_count(rays, 0, "rays", "ended so"),
     }
     };
-    picture.counters.losses().map(finding).collect()
+    picture.counters.sample_losses().map(finding).collect()
 }
 
-fn black(scene_facts: &SceneFacts<'_>, picture: &SmallPicture) -> Option<StressFinding> {
+fn black_picture_finding(
+    scene_facts: &SceneFacts<'_>,
+    picture: &SmallRender,
+) -> Option<StressFinding> {
     let is_black = picture
-        .first(|pixel| pixel.iter().any(|&channel| channel > 0.0))
+        .first_pixel_where(|pixel| pixel.iter().any(|&channel| channel > 0.0))
         .is_none();
-    let subject = subject(scene_facts, picture);
-    if picture.counters.hits > 0 && is_black && !picture.run.is_cut() {
+    let subject = camera_subject(scene_facts, picture);
+    if picture.counters.hits > 0 && is_black && !picture.run.is_cut_short() {
         let (reason, remedy) = (
             "everything that is seen is black: no light arrives",
             "add a light or a sky, or open what is in its way",
@@ -164,14 +169,18 @@ fn black(scene_facts: &SceneFacts<'_>, picture: &SmallPicture) -> Option<StressF
     None
 }
 
-fn too_bright(picture: &SmallPicture, brightest: f64, size: [u32; 2]) -> Option<StressFinding> {
+fn brightness_finding(
+    picture: &SmallRender,
+    brightest: f64,
+    size: [u32; 2],
+) -> Option<StressFinding> {
     // A few samples of a surface that is right may well be as bright as four lights together.
     let is_beyond = |pixel: [f32; 3]| {
         pixel
             .iter()
             .any(|&channel| f64::from(channel) > 4.0 * brightest)
     };
-    let first = picture.first(is_beyond)?;
+    let first = picture.first_pixel_where(is_beyond)?;
     let count = picture
         .picture
         .rgb
@@ -188,15 +197,15 @@ fn too_bright(picture: &SmallPicture, brightest: f64, size: [u32; 2]) -> Option<
         remedy,
     );
     let total = picture.picture.rgb.len() as u64;
-    let finding = finding.counted(count as u64, total, "pixels", "came out that bright");
+    let finding = finding.with_count(count as u64, total, "pixels", "came out that bright");
     Some(StressFinding {
-        pixel: picture.full(first, size),
+        pixel: picture.full_size_position(first, size),
         ..finding
     })
 }
 
 /// Where everything is black since lights are shut away, tells that as one.
-fn tell_why_black(scene_facts: &SceneFacts<'_>, findings: &mut Vec<StressFinding>) {
+fn explain_black_pictures(scene_facts: &SceneFacts<'_>, findings: &mut Vec<StressFinding>) {
     if !findings
         .iter()
         .any(|finding| finding.code == FindingCode::BlackPicture)
@@ -207,7 +216,7 @@ fn tell_why_black(scene_facts: &SceneFacts<'_>, findings: &mut Vec<StressFinding
     let shut: Vec<String> = findings
         .iter()
         .filter(|finding| is_shut(finding))
-        .map(|finding| finding.subject.words(scene_facts.scene))
+        .map(|finding| finding.subject.display_name(scene_facts.scene))
         .collect();
     let Some(first) = shut.first() else {
         return;
@@ -230,11 +239,14 @@ fn tell_why_black(scene_facts: &SceneFacts<'_>, findings: &mut Vec<StressFinding
 }
 
 /// Lights from which nothing arrives in the picture of any camera.
-fn unreached(scene_facts: &SceneFacts<'_>, pictures: &[SmallPicture]) -> Vec<StressFinding> {
+fn unreached_light_findings(
+    scene_facts: &SceneFacts<'_>,
+    pictures: &[SmallRender],
+) -> Vec<StressFinding> {
     let subject_of = |unreached_light: &UnreachedLight| match *unreached_light {
         UnreachedLight::Light { index, .. } => FindingSubject::Light(index),
         UnreachedLight::Object { index, .. } => {
-            FindingSubject::Object(scene_facts.index_of(index as u32))
+            FindingSubject::Object(scene_facts.facts_index(index as u32))
         }
     };
     let in_vain = |unreached_light: &UnreachedLight| match *unreached_light {
@@ -253,15 +265,15 @@ fn unreached(scene_facts: &SceneFacts<'_>, pictures: &[SmallPicture]) -> Vec<Str
     let finding = |unreached_light: &UnreachedLight| {
         let subject = subject_of(unreached_light);
         if let FindingSubject::Object(index) = subject
-            && let Some(glass) = lamps::glass_around(scene_facts, index)
+            && let Some(glass) = lights::enclosing_glass(scene_facts, index)
         {
-            return Some(through_glass(scene_facts, index, glass));
+            return Some(enclosed_light_finding(scene_facts, index, glass));
         }
         let reason = "it lights nothing that is seen: it is shut away, or turned from all of that";
         let remedy =
             "open its cover or take it away; if it is meant to be hidden, it only costs noise";
         // Of a generator's lamps some may well be hidden.
-        let is_one = subject.index() < scene_facts.scene.objects.len()
+        let is_one = subject.list_index() < scene_facts.scene.objects.len()
             || matches!(subject, FindingSubject::Light(_));
         (is_one && everywhere(subject)).then(|| {
             StressFinding::new(
@@ -271,7 +283,7 @@ fn unreached(scene_facts: &SceneFacts<'_>, pictures: &[SmallPicture]) -> Vec<Str
                 reason,
                 remedy,
             )
-            .counted(
+            .with_count(
                 in_vain(unreached_light),
                 in_vain(unreached_light),
                 "rays",
@@ -283,7 +295,10 @@ fn unreached(scene_facts: &SceneFacts<'_>, pictures: &[SmallPicture]) -> Vec<Str
 }
 
 /// Light that is found by chance alone, by what it comes from.
-fn by_chance(scene_facts: &SceneFacts<'_>, picture: &SmallPicture) -> Option<StressFinding> {
+fn chance_light_finding(
+    scene_facts: &SceneFacts<'_>,
+    picture: &SmallRender,
+) -> Option<StressFinding> {
     const ENOUGH: u64 = 1000;
     const RARE: u64 = 1000;
     let Counters { unaided, found, .. } = picture.counters;
@@ -294,27 +309,27 @@ fn by_chance(scene_facts: &SceneFacts<'_>, picture: &SmallPicture) -> Option<Str
         scene_facts
             .objects
             .iter()
-            .filter(|object_facts| object_facts.emits())
+            .filter(|object_facts| object_facts.emits_light())
     };
     let within = lamps().find_map(|object_facts| {
-        let glass = lamps::glass_around(scene_facts, object_facts.subject.index())?;
+        let glass = lights::enclosing_glass(scene_facts, object_facts.subject.list_index())?;
         Some((object_facts, glass))
     });
     let finding = if let Some((object_facts, glass)) = within {
-        through_glass(scene_facts, object_facts.subject.index(), glass)
+        enclosed_light_finding(scene_facts, object_facts.subject.list_index(), glass)
     } else if lamps().next().is_some() {
         let reason = "lamps and suns that shine by way of mirrors or glass are met by chance, and hardly any path meets one";
         let remedy = "make them larger, or what they shine through thin (`thin_walled`) or rough; or take more --spp";
-        met_by_chance(FindingSubject::Scene, reason, remedy)
+        light_by_chance_finding(FindingSubject::Scene, reason, remedy)
     } else {
         let reason = "the sky has a small bright sun, and hardly any path by way of mirrors or glass meets it";
         let remedy = "take more --spp, or a sky with a larger sun or none";
-        met_by_chance(FindingSubject::Sky, reason, remedy)
+        light_by_chance_finding(FindingSubject::Sky, reason, remedy)
     };
-    Some(finding.counted(unaided - found, unaided, "paths", "met no light"))
+    Some(finding.with_count(unaided - found, unaided, "paths", "met no light"))
 }
 
-fn met_by_chance(
+fn light_by_chance_finding(
     subject: FindingSubject,
     reason: impl Into<String>,
     remedy: impl Into<String>,
@@ -324,24 +339,27 @@ fn met_by_chance(
 }
 
 /// A lamp within a body of glass.
-fn through_glass(
+fn enclosed_light_finding(
     scene_facts: &SceneFacts<'_>,
     lamp: usize,
     glass: FindingSubject,
 ) -> StressFinding {
-    let (object_facts, glass) = (&scene_facts.objects[lamp], glass.words(scene_facts.scene));
+    let (object_facts, glass) = (
+        &scene_facts.objects[lamp],
+        glass.display_name(scene_facts.scene),
+    );
     let across = object_facts
         .bounds
         .map_or(0.0, |bounds| bounds.extent().length());
     let reason = format!(
         "it is {} metres across and shines through {glass}, which is glass around it: paths come to it by chance alone, and hardly any does",
-        decimal(across)
+        format_decimal(across)
     );
     let remedy = format!(
         "set `thin_walled` for the material of {glass}, make the lamp larger, or take more --spp"
     );
     let at = object_facts
         .bounds
-        .and_then(|bounds| scene_point(bounds.centre()));
-    met_by_chance(object_facts.subject, reason, remedy).with_place(at)
+        .and_then(|bounds| finite_point(bounds.centre()));
+    light_by_chance_finding(object_facts.subject, reason, remedy).with_place(at)
 }

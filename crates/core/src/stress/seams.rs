@@ -9,7 +9,7 @@ const ROUNDING: f64 = 1e-5;
 
 /// How far corners are apart that are one but for rounding, where as one they leave none of these
 /// edges open. Edges run from a corner to another in the direction of their triangle.
-pub(super) fn seam(data: &MeshData, open: &[[u32; 2]]) -> Option<f64> {
+pub(super) fn seam_width(data: &MeshData, open: &[[u32; 2]]) -> Option<f64> {
     let at = |corner: u32| data.positions.position(corner as usize);
     let bounds = raywright_bvh::Aabb::from_points(data.positions.iter());
     let reach = ROUNDING * bounds.extent().length();
@@ -73,8 +73,8 @@ mod tests {
     #[test]
     fn a_seam_is_no_hole() {
         let value_of = |apart| {
-            let topology = Topology::of(&pillow(apart));
-            (topology.open.count, topology.seam)
+            let topology = Topology::from_mesh(&pillow(apart));
+            (topology.open_edges.count, topology.seam)
         };
         let (open, seam) = value_of(1e-6);
         assert_eq!(open, 6);

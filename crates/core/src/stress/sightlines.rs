@@ -3,11 +3,11 @@
 use glam::DVec3;
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
-use super::cameras::CameraPicture;
-use super::facts::{SceneFacts, SurfaceMatter};
+use super::cameras::CameraView;
+use super::facts::{SceneFacts, SurfaceKind};
 use super::finding::{FindingSubject, StressFinding};
-use crate::dispatch::{PreparedWork, ReadyScene};
-use crate::prepare::Prepared;
+use crate::dispatch::{PreparedSceneTask, ReadyScene};
+use crate::prepare::PreparedScene;
 
 /// Surfaces on the way to a place that are looked through.
 const HITS: usize = 64;
@@ -25,36 +25,39 @@ struct Sightline {
     own: Option<usize>,
 }
 
-struct Sightlines<'a> {
+struct SightlineTask<'a> {
     scene_facts: &'a SceneFacts<'a>,
     list: Vec<Sightline>,
 }
 
-impl PreparedWork for Sightlines<'_> {
+impl PreparedSceneTask for SightlineTask<'_> {
     type Output = Vec<bool>;
 
-    fn run<R: Real>(&self, prepared: &Prepared<R>) -> Vec<bool> {
+    fn run<R: Real>(&self, prepared: &PreparedScene<R>) -> Vec<bool> {
         self.list
             .iter()
-            .map(|line| self.is_clear(prepared, line))
+            .map(|line| self.is_unoccluded(prepared, line))
             .collect()
     }
 }
 
-impl Sightlines<'_> {
-    fn is_clear<R: Real>(&self, prepared: &Prepared<R>, line: &Sightline) -> bool {
+impl SightlineTask<'_> {
+    fn is_unoccluded<R: Real>(&self, prepared: &PreparedScene<R>, line: &Sightline) -> bool {
         let from = line.ray.origin - prepared.origin.origin;
         let [from, direction] = [from, line.ray.direction].map(R::Vec3::from_f64);
-        let (ray, mut range) = (Ray::new(from, direction).culling(), Interval::positive());
+        let (ray, mut range) = (
+            Ray::new(from, direction).as_camera_ray(),
+            Interval::positive(),
+        );
         for _ in 0..HITS {
             let Some(hit) = prepared.geometry.closest(&ray, range, &mut ()) else {
                 return true;
             };
-            let object = self.scene_facts.index_of(hit.outermost());
+            let object = self.scene_facts.facts_index(hit.outermost_id());
             if hit.t.to_f64() >= line.distance * (1.0 - NEAR) || line.own == Some(object) {
                 return true;
             }
-            if self.scene_facts.objects[object].matter == SurfaceMatter::Opaque {
+            if self.scene_facts.objects[object].matter == SurfaceKind::Opaque {
                 return false;
             }
             range.min = hit.t;
@@ -64,10 +67,10 @@ impl Sightlines<'_> {
 }
 
 /// Gives findings the pixel of the first camera that sees their place.
-pub(super) fn set_pixels(
+pub(super) fn assign_pixels(
     scene_facts: &SceneFacts<'_>,
     ready: &ReadyScene,
-    views: &[CameraPicture],
+    views: &[CameraView],
     findings: &mut [StressFinding],
 ) {
     let mut list = Vec::new();
@@ -83,10 +86,10 @@ pub(super) fn set_pixels(
             _ => None,
         };
         for view in views {
-            let Some(pixel) = view.pixel_of(place.into()) else {
+            let Some(pixel) = view.project_point(place.into()) else {
                 continue;
             };
-            let ray = view.ray_to(pixel);
+            let ray = view.ray_through_pixel(pixel);
             let distance = (DVec3::from(place) - ray.origin).dot(ray.direction);
             list.push(Sightline {
                 finding,
@@ -98,8 +101,8 @@ pub(super) fn set_pixels(
             });
         }
     }
-    let lines = Sightlines { scene_facts, list };
-    let clear = ready.work(&lines);
+    let lines = SightlineTask { scene_facts, list };
+    let clear = ready.run_task(&lines);
     for (line, _) in lines.list.iter().zip(clear).filter(|(_, clear)| *clear) {
         let found_finding = &mut findings[line.finding];
         found_finding.pixel = found_finding.pixel.or(Some((line.pixel, line.camera)));

@@ -3,17 +3,17 @@
 
 use super::facts::SceneFacts;
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
-use crate::scene::{ColourSpace, ImageData, Model, Pixels, Sky, TextureRef};
+use crate::scene::{ColourSpace, ImageData, MaterialModel, PixelData, Sky, TextureRef};
 
 /// What is wrong with the images that shown materials and the sky read.
-pub(super) fn check(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
+pub(super) fn check_textures(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
     let mut images: Vec<usize> = Vec::new();
     let mut findings = Vec::new();
     for (index, material) in scene_facts.used_materials() {
         for reference in material.textures() {
-            images.extend(image_of(scene_facts, reference));
+            images.extend(image_index(scene_facts, reference));
         }
-        let Model::Physical(m) = &material.model else {
+        let MaterialModel::Physical(m) = &material.model else {
             continue;
         };
         let coat = m.clearcoat.as_ref();
@@ -38,46 +38,51 @@ pub(super) fn check(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
         ];
         for (slot, reference) in normals.into_iter().chain(numbers) {
             let subject = FindingSubject::Material(index);
-            findings.extend(reference.and_then(|r| read_as_colour(scene_facts, r, subject, slot)));
+            findings.extend(
+                reference.and_then(|r| colour_space_findings(scene_facts, r, subject, slot)),
+            );
         }
         for reference in normals.into_iter().filter_map(|(_, reference)| reference) {
-            findings.extend(no_normals(scene_facts, reference));
+            findings.extend(normal_map_finding(scene_facts, reference));
         }
     }
     if let Some(Sky::Map(map)) = &scene_facts.scene.sky {
-        images.extend(scene_facts.lookup.images.get(&map.image));
+        images.extend(scene_facts.lookup.images.index_of(&map.image));
     }
     images.sort_unstable();
     images.dedup();
     findings.extend(
         images
             .into_iter()
-            .flat_map(|index| judge(scene_facts, index)),
+            .flat_map(|index| check_image(scene_facts, index)),
     );
     findings
 }
 
-fn image_of(scene_facts: &SceneFacts<'_>, reference: &TextureRef) -> Option<usize> {
+fn image_index(scene_facts: &SceneFacts<'_>, reference: &TextureRef) -> Option<usize> {
     scene_facts
         .lookup
         .images
-        .get(&scene_facts.lookup.texture(&reference.name)?.image)
+        .index_of(&scene_facts.lookup.texture(&reference.name)?.image)
 }
 
-fn data_of<'a>(scene_facts: &SceneFacts<'a>, reference: &TextureRef) -> Option<&'a ImageData> {
-    scene_facts.scene.images[image_of(scene_facts, reference)?]
+fn image_data<'a>(scene_facts: &SceneFacts<'a>, reference: &TextureRef) -> Option<&'a ImageData> {
+    scene_facts.scene.images[image_index(scene_facts, reference)?]
         .data
         .as_deref()
 }
 
-fn read_as_colour(
+fn colour_space_findings(
     scene_facts: &SceneFacts<'_>,
     reference: &TextureRef,
     subject: FindingSubject,
     slot: &str,
 ) -> Option<StressFinding> {
     let is_colour = scene_facts.lookup.texture(&reference.name)?.colour_space == ColourSpace::Srgb;
-    let has_codes = matches!(data_of(scene_facts, reference)?.pixels, Pixels::Codes(_));
+    let has_codes = matches!(
+        image_data(scene_facts, reference)?.pixels,
+        PixelData::Codes(_)
+    );
     let reason = format!(
         "its `{slot}` holds directions or numbers, and the texture there, `{}`, is read as sRGB colours",
         reference.name
@@ -98,12 +103,15 @@ fn read_as_colour(
 }
 
 /// An image of directions about the normal has much blue everywhere.
-fn no_normals(scene_facts: &SceneFacts<'_>, reference: &TextureRef) -> Option<StressFinding> {
+fn normal_map_finding(
+    scene_facts: &SceneFacts<'_>,
+    reference: &TextureRef,
+) -> Option<StressFinding> {
     let (image, data) = (
-        image_of(scene_facts, reference)?,
-        data_of(scene_facts, reference)?,
+        image_index(scene_facts, reference)?,
+        image_data(scene_facts, reference)?,
     );
-    let Pixels::Codes(pixels) = &data.pixels else {
+    let PixelData::Codes(pixels) = &data.pixels else {
         return None;
     };
     let inwards = pixels.iter().filter(|pixel| pixel[2] < 128).count();
@@ -118,11 +126,11 @@ fn no_normals(scene_facts: &SceneFacts<'_>, reference: &TextureRef) -> Option<St
     );
     (2 * inwards > pixels.len()).then(|| {
         let total = pixels.len() as u64;
-        finding.counted(inwards as u64, total, "texels", "pointed inwards")
+        finding.with_count(inwards as u64, total, "texels", "pointed inwards")
     })
 }
 
-fn judge(scene_facts: &SceneFacts<'_>, index: usize) -> Vec<StressFinding> {
+fn check_image(scene_facts: &SceneFacts<'_>, index: usize) -> Vec<StressFinding> {
     let subject = FindingSubject::Image(index);
     let Some(data) = scene_facts.scene.images[index].data.as_deref() else {
         let reason = "it could not be read, and the factor alone counts";
@@ -149,11 +157,11 @@ fn judge(scene_facts: &SceneFacts<'_>, index: usize) -> Vec<StressFinding> {
             reason,
             remedy,
         );
-        findings.push(finding.counted(repaired, 3 * texels, "channels", "had such numbers"));
+        findings.push(finding.with_count(repaired, 3 * texels, "channels", "had such numbers"));
     }
     let is_uniform = match &data.pixels {
-        Pixels::Codes(pixels) => pixels.iter().all(|pixel| *pixel == pixels[0]),
-        Pixels::Linear(pixels) => {
+        PixelData::Codes(pixels) => pixels.iter().all(|pixel| *pixel == pixels[0]),
+        PixelData::Linear(pixels) => {
             let is_wrong = |pixel: &&[f32; 4]| {
                 pixel
                     .iter()
@@ -169,7 +177,7 @@ fn judge(scene_facts: &SceneFacts<'_>, index: usize) -> Vec<StressFinding> {
                     reason,
                     remedy,
                 );
-                findings.push(finding.counted(wrong, texels, "texels", "had such numbers"));
+                findings.push(finding.with_count(wrong, texels, "texels", "had such numbers"));
             }
             pixels.iter().all(|pixel| *pixel == pixels[0])
         }
@@ -183,7 +191,7 @@ fn judge(scene_facts: &SceneFacts<'_>, index: usize) -> Vec<StressFinding> {
             reason,
             "write the value as a factor: it takes no memory and no time",
         );
-        findings.push(finding.counted(texels, 0, "texels", "in all"));
+        findings.push(finding.with_count(texels, 0, "texels", "in all"));
     }
     findings
 }

@@ -7,9 +7,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::count::CountAndFirst;
-use super::fans::{TriangleFan, fans};
-use super::seams::seam;
-use super::windings::turned_triangles;
+use super::fans::{TriangleFan, triangle_fans};
+use super::seams::seam_width;
+use super::windings::count_flipped_triangles;
 use crate::scene::MeshData;
 
 /// An edge with one of its triangles.
@@ -44,15 +44,15 @@ pub(crate) struct Topology {
     /// Triangles that are there again, with the same side out and with the other one.
     pub duplicates: [CountAndFirst; 2],
     pub edges: u64,
-    pub open: CountAndFirst<TriangleEdge>,
+    pub open_edges: CountAndFirst<TriangleEdge>,
     /// Where corners are apart by rounding alone, how far at most: as one they leave no edge open.
     pub seam: Option<f64>,
-    pub non_manifold: CountAndFirst<TriangleEdge>,
+    pub non_manifold_edges: CountAndFirst<TriangleEdge>,
     /// Triangles that disagree with most of those that they hang together with.
-    pub flipped: CountAndFirst,
+    pub flipped_triangles: CountAndFirst,
     pub components: Vec<MeshComponent>,
     /// Some edges of exactly two triangles whose sides agree.
-    pub shared: Vec<SharedEdge>,
+    pub shared_edges: Vec<SharedEdge>,
     /// Some corners that triangles are all around.
     pub fans: Vec<TriangleFan>,
 }
@@ -61,47 +61,52 @@ pub(crate) struct Topology {
 const AIMED: usize = 1 << 12;
 
 impl Topology {
-    pub fn of(data: &MeshData) -> Self {
-        let corners = welded(data);
+    pub fn from_mesh(data: &MeshData) -> Self {
+        let corners = weld_vertices(data);
         let mut topology = Self::default();
-        let kept = topology.without_duplicates(&data.indices, &corners);
+        let kept = topology.mark_duplicates(&data.indices, &corners);
         let edges = sorted_edges(&data.indices, &corners, &kept);
         let mut parents: Vec<u32> = (0..data.positions.len() as u32).collect();
-        let mut irregular = Irregular::default();
+        let mut irregular = IrregularEdges::default();
         for run in edges.chunk_by(|a, b| a.0 == b.0) {
-            topology.judge(data, run, &mut irregular);
+            topology.classify_edge(data, run, &mut irregular);
             // All corners of a triangle hang together by its edges.
             let [low, high] = [(run[0].0 >> 32) as u32, run[0].0 as u32];
-            join(&mut parents, low, high);
+            union_sets(&mut parents, low, high);
         }
-        let every = (topology.shared.len() / AIMED).max(1);
-        topology.shared = topology.shared.iter().copied().step_by(every).collect();
+        let every = (topology.shared_edges.len() / AIMED).max(1);
+        topology.shared_edges = topology
+            .shared_edges
+            .iter()
+            .copied()
+            .step_by(every)
+            .collect();
         if irregular.turned.count > 0 {
-            let turned = turned_triangles(data.indices.len(), &edges);
+            let turned = count_flipped_triangles(data.indices.len(), &edges);
             // A band with one side has none that are turned more than others.
-            topology.flipped = if turned.count > 0 {
+            topology.flipped_triangles = if turned.count > 0 {
                 turned
             } else {
                 irregular.turned
             };
         }
-        topology.seam = seam(data, &irregular.open);
+        topology.seam = seam_width(data, &irregular.open);
         let open = &irregular.corners;
-        topology.fans = fans(&data.indices, &corners, &kept, open);
-        topology.components = components(data, (&corners, &kept), &mut parents, open);
+        topology.fans = triangle_fans(&data.indices, &corners, &kept, open);
+        topology.components = connected_components(data, (&corners, &kept), &mut parents, open);
         topology
     }
 
     /// Whether every edge has two triangles that agree about the outside.
     pub fn is_closed(&self) -> bool {
         self.edges > 0
-            && self.open.count == 0
-            && self.flipped.count == 0
-            && self.non_manifold.count == 0
+            && self.open_edges.count == 0
+            && self.flipped_triangles.count == 0
+            && self.non_manifold_edges.count == 0
     }
 
     /// Closed parts whose outside is within, those apart that are hollows of another part.
-    pub fn inside_out(&self) -> Vec<MeshComponent> {
+    pub fn inverted_components(&self) -> Vec<MeshComponent> {
         const MOST: usize = 1000;
         if self.components.len() > MOST {
             return Vec::new();
@@ -121,7 +126,7 @@ impl Topology {
     }
 
     /// Triangles that have three corners and are no copies of earlier ones.
-    fn without_duplicates(&mut self, indices: &[[u32; 3]], corners: &[u32]) -> Vec<bool> {
+    fn mark_duplicates(&mut self, indices: &[[u32; 3]], corners: &[u32]) -> Vec<bool> {
         let mut sorted: Vec<([u32; 3], bool, u32)> = Vec::with_capacity(indices.len());
         for (i, triangle) in indices.iter().enumerate() {
             let [a, b, c] = triangle.map(|corner| corners[corner as usize]);
@@ -139,7 +144,7 @@ impl Topology {
             kept[run[0].2 as usize] = true;
             for pair in run.windows(2) {
                 let turned = pair[1].1 != pair[0].1;
-                self.duplicates[usize::from(turned)].add(pair[1].2);
+                self.duplicates[usize::from(turned)].add_item(pair[1].2);
                 kept[pair[1].2 as usize] = turned;
             }
         }
@@ -147,7 +152,12 @@ impl Topology {
     }
 
     /// Judges an edge by its triangles.
-    fn judge(&mut self, data: &MeshData, run: &[(u64, u32)], irregular: &mut Irregular) {
+    fn classify_edge(
+        &mut self,
+        data: &MeshData,
+        run: &[(u64, u32)],
+        irregular: &mut IrregularEdges,
+    ) {
         self.edges += 1;
         let forwards = run.iter().filter(|(_, triangle)| triangle & 1 == 0).count();
         let ends = [(run[0].0 >> 32) as u32, run[0].0 as u32];
@@ -157,7 +167,7 @@ impl Topology {
         };
         match run.len() {
             1 => {
-                self.open.add(edge);
+                self.open_edges.add_item(edge);
                 let [low, high] = ends;
                 let is_forwards = forwards == 1;
                 irregular.open.push(if is_forwards {
@@ -169,15 +179,15 @@ impl Topology {
             2 if forwards == 1 => {
                 let every = (data.indices.len() as u64 / (4 * AIMED as u64)).max(1);
                 if self.edges.is_multiple_of(every) {
-                    self.shared
+                    self.shared_edges
                         .extend(shared_edge(data, [run[0].1 >> 1, run[1].1 >> 1]));
                 }
                 return;
             }
-            2 => irregular.turned.add(edge.triangle),
+            2 => irregular.turned.add_item(edge.triangle),
             // Bodies that touch along an edge have as many triangles each way.
             _ if 2 * forwards == run.len() => return,
-            _ => self.non_manifold.add(edge),
+            _ => self.non_manifold_edges.add_item(edge),
         }
         irregular.corners.extend(ends);
     }
@@ -185,7 +195,7 @@ impl Topology {
 
 /// What of a mesh is not as in a closed surface.
 #[derive(Default)]
-struct Irregular {
+struct IrregularEdges {
     /// Open edges, from and to in the direction of their triangle.
     open: Vec<[u32; 2]>,
     /// Corners at which some edge is open, turned over, or of more than two triangles.
@@ -215,7 +225,7 @@ fn shared_edge(data: &MeshData, [one, other]: [u32; 2]) -> Option<SharedEdge> {
 }
 
 /// Of each vertex the first one in the same place.
-fn welded(data: &MeshData) -> Vec<u32> {
+fn weld_vertices(data: &MeshData) -> Vec<u32> {
     let offsets = data.positions.offsets();
     // Both zeros are one place.
     let key = |vertex: u32| offsets[vertex as usize].map(|x| (x + 0.0).to_bits());
@@ -247,7 +257,7 @@ fn sorted_edges(indices: &[[u32; 3]], corners: &[u32], kept: &[bool]) -> Vec<(u6
     edges
 }
 
-fn root(parents: &mut [u32], mut corner: u32) -> u32 {
+fn union_find_root(parents: &mut [u32], mut corner: u32) -> u32 {
     while parents[corner as usize] != corner {
         parents[corner as usize] = parents[parents[corner as usize] as usize];
         corner = parents[corner as usize];
@@ -255,13 +265,13 @@ fn root(parents: &mut [u32], mut corner: u32) -> u32 {
     corner
 }
 
-fn join(parents: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (root(parents, a), root(parents, b));
+fn union_sets(parents: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (union_find_root(parents, a), union_find_root(parents, b));
     parents[a.max(b) as usize] = a.min(b);
 }
 
 /// The connected parts.
-fn components(
+fn connected_components(
     data: &MeshData,
     (corners, kept): (&[u32], &[bool]),
     parents: &mut [u32],
@@ -270,7 +280,7 @@ fn components(
     let mut places: HashMap<u32, usize> = HashMap::new();
     let mut parts: Vec<MeshComponent> = Vec::new();
     for (i, triangle) in data.indices.iter().enumerate().filter(|(i, _)| kept[*i]) {
-        let total = root(parents, corners[triangle[0] as usize]);
+        let total = union_find_root(parents, corners[triangle[0] as usize]);
         let index = *places.entry(total).or_insert_with(|| {
             let bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
             parts.push(MeshComponent {
@@ -292,7 +302,7 @@ fn components(
         }
     }
     for &corner in open {
-        if let Some(&index) = places.get(&root(parents, corner)) {
+        if let Some(&index) = places.get(&union_find_root(parents, corner)) {
             parts[index].is_closed = false;
         }
     }

@@ -11,20 +11,20 @@ const SLIVER: f64 = 1e-4;
 
 /// What single triangles are.
 #[derive(Clone, Debug, Default)]
-pub(super) struct TriangleCounts {
+pub(super) struct TriangleDefects {
     pub degenerate: CountAndFirst,
     pub slivers: CountAndFirst,
     /// All three normals point to the other side.
     pub against: CountAndFirst,
 }
 
-impl TriangleCounts {
-    pub fn of(data: &MeshData) -> Self {
+impl TriangleDefects {
+    pub fn from_mesh(data: &MeshData) -> Self {
         const BLOCK: usize = 1 << 14;
         let block = |(block, triangles): (usize, &[[u32; 3]])| {
             let mut counts = Self::default();
             for (i, corners) in triangles.iter().enumerate() {
-                counts.judge(
+                counts.classify_triangle(
                     data,
                     (block * BLOCK + i) as u32,
                     corners.map(|c| c as usize),
@@ -33,9 +33,9 @@ impl TriangleCounts {
             counts
         };
         let plus = |a: Self, b: Self| Self {
-            degenerate: a.degenerate.plus(b.degenerate),
-            slivers: a.slivers.plus(b.slivers),
-            against: a.against.plus(b.against),
+            degenerate: a.degenerate.merge(b.degenerate),
+            slivers: a.slivers.merge(b.slivers),
+            against: a.against.merge(b.against),
         };
         data.indices
             .par_chunks(BLOCK)
@@ -44,23 +44,23 @@ impl TriangleCounts {
             .reduce(Self::default, plus)
     }
 
-    fn judge(&mut self, data: &MeshData, index: u32, corners: [usize; 3]) {
+    fn classify_triangle(&mut self, data: &MeshData, index: u32, corners: [usize; 3]) {
         let [a, b, c] = corners.map(|corner| data.positions.position(corner));
         let (normal, longest) = ((b - a).cross(c - a), longest_edge([a, b, c]));
         let height = normal.length() / longest;
         // As validation judges single triangles: edges whose angle has no sine.
         if a == b || b == c || c == a || height <= 1e-12 * longest {
-            return self.degenerate.add(index);
+            return self.degenerate.add_item(index);
         }
         if height < SLIVER * longest {
-            self.slivers.add(index);
+            self.slivers.add_item(index);
         }
         let normals = corners.map(|corner| data.normals.get(corner));
         if normals
             .iter()
             .all(|n| n.is_some_and(|n| DVec3::from(n.map(f64::from)).dot(normal) < 0.0))
         {
-            self.against.add(index);
+            self.against.add_item(index);
         }
     }
 }

@@ -3,11 +3,11 @@
 use raywright_bvh::{Real, Vector};
 
 use crate::interaction::Interaction;
-use crate::prepare::{Prepared, PreparedMaterial};
+use crate::prepare::{PreparedMaterial, PreparedScene};
 
 /// What the values at a point are, by the worst of them, with its key in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum ValueClass {
+pub(super) enum MaterialValueClass {
     Fine,
     OutOfRange { key: &'static str, value: f64 },
     NotNumbers { key: &'static str },
@@ -17,10 +17,10 @@ pub(super) enum ValueClass {
 const ONE: f64 = 1.0 + 1e-5;
 
 /// Judges the material of an interaction there.
-pub(super) fn judge_values<R: Real>(
-    prepared: &Prepared<R>,
+pub(super) fn classify_values<R: Real>(
+    prepared: &PreparedScene<R>,
     interaction: &Interaction<R>,
-) -> ValueClass {
+) -> MaterialValueClass {
     let context = prepared.texture_tables.shading_context(interaction);
     let material = &prepared.materials[interaction.material as usize];
     let emission = (
@@ -30,28 +30,31 @@ pub(super) fn judge_values<R: Real>(
     let number = |key: &'static str, value: R| (key, [value.to_f64(); 3]);
     let shares = match material {
         PreparedMaterial::Classic(m) => vec![
-            ("colour", m.colour.colour(&context).to_f64().to_array()),
-            number("local", m.local.number(&context)),
+            ("colour", m.colour.eval_colour(&context).to_f64().to_array()),
+            number("local", m.local.eval_number(&context)),
         ],
         PreparedMaterial::Physical(m) => vec![
-            ("base_colour", m.base_at(&context).to_f64().to_array()),
-            number("roughness", m.roughness.number(&context)),
-            number("metallic", m.metallic.number(&context)),
-            number("opacity", m.opacity.number(&context)),
+            (
+                "base_colour",
+                m.base_colour_at(&context).to_f64().to_array(),
+            ),
+            number("roughness", m.roughness.eval_number(&context)),
+            number("metallic", m.metallic.eval_number(&context)),
+            number("opacity", m.opacity.eval_number(&context)),
         ],
-        PreparedMaterial::Unused => return ValueClass::Fine,
+        PreparedMaterial::Unused => return MaterialValueClass::Fine,
     };
     let is_wrong = |(_, value): &&(&str, [f64; 3])| !value.iter().all(|x| x.is_finite());
     if let Some(&(key, _)) = shares.iter().chain([&emission]).find(is_wrong) {
-        return ValueClass::NotNumbers { key };
+        return MaterialValueClass::NotNumbers { key };
     }
     let greatest = |value: &[f64; 3]| value.iter().copied().fold(0.0, f64::max);
     let is_beyond = |(_, value): &&(&str, [f64; 3])| greatest(value) > ONE;
     match (material, shares.iter().find(is_beyond)) {
-        (PreparedMaterial::Physical(_), Some((key, value))) => ValueClass::OutOfRange {
+        (PreparedMaterial::Physical(_), Some((key, value))) => MaterialValueClass::OutOfRange {
             key,
             value: greatest(value),
         },
-        _ => ValueClass::Fine,
+        _ => MaterialValueClass::Fine,
     }
 }

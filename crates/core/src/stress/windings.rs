@@ -4,7 +4,7 @@ use super::count::CountAndFirst;
 
 /// Triangles that disagree with most of those that they hang together with about which side is
 /// out; of as many each way, those without the first one.
-pub(super) fn turned_triangles(triangles: usize, edges: &[(u64, u32)]) -> CountAndFirst {
+pub(super) fn count_flipped_triangles(triangles: usize, edges: &[(u64, u32)]) -> CountAndFirst {
     let mut parents: Vec<u32> = (0..triangles as u32).collect();
     // Whether a triangle disagrees with its parent.
     let mut turns = vec![false; triangles];
@@ -46,5 +46,5 @@ pub(super) fn turned_triangles(triangles: usize, edges: &[(u64, u32)]) -> CountA
         turn == (other <= same) && other > 0
     };
     let turned = sides.iter().enumerate().filter(|(_, side)| is_turned(side));
-    CountAndFirst::of(turned.map(|(triangle, _)| triangle as u32))
+    CountAndFirst::from_items(turned.map(|(triangle, _)| triangle as u32))
 }

@@ -14,7 +14,7 @@ fn camera(pose: Pose) -> Camera {
 }
 
 fn key(studio: &Studio, pose: Pose) -> DVec3 {
-    let Sky::Gradient { suns, .. } = lights(studio, &camera(pose)) else {
+    let Sky::Gradient { suns, .. } = studio_sky(studio, &camera(pose)) else {
         panic!("a gradient")
     };
     suns[0].direction.into()
@@ -90,7 +90,7 @@ fn strength_multiplies_all_light() {
             strength,
             ..Studio::default()
         };
-        let Sky::Gradient { bottom, top, suns } = lights(&studio, &camera) else {
+        let Sky::Gradient { bottom, top, suns } = studio_sky(&studio, &camera) else {
             panic!("a gradient")
         };
         suns.iter()
@@ -115,7 +115,7 @@ fn strength_multiplies_all_light() {
 fn white_is_bright_and_nowhere_clipped() {
     let camera = camera(look([0.0, 1.0, 5.0], [0.0, 1.0, 0.0]));
     let scene = crate::Scene::default();
-    let sky = lights(&Studio::default(), &camera);
+    let sky = studio_sky(&Studio::default(), &camera);
     let sky = crate::light::prepare_sky::<f64>(
         (Some(&sky), DVec3::ZERO),
         &crate::SceneLookup::new(&scene),

@@ -8,39 +8,39 @@ use std::sync::Arc;
 use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
-use super::sampler::{Footprint, Sampler, TexelCodes, TexelFootprint};
-use crate::expr::{Programs, Variable, VariableValues};
+use super::sampler::{FilterFootprint, TexelDecoder, TexelFootprint, TextureSampler};
+use crate::expr::{ProgramTable, Variable, VariableValues};
 use crate::interaction::{Interaction, LightInputs};
 use crate::scene::{Channel, ImageData};
 
 /// Flat tables of programs, texture uses and images, to which inputs refer by index.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct TextureTables<R: Real> {
+pub(crate) struct InputTables<R: Real> {
     /// Compiled expressions.
-    pub programs: Programs<R>,
+    pub programs: ProgramTable<R>,
     /// The programs in `f64`, for a scene whose coordinates are relative to a storage origin;
     /// `None` for a scene near zero.
-    pub far: Option<Box<FarPrograms>>,
+    pub f64_programs: Option<Box<F64Programs>>,
     /// Uses of textures, ordered by material.
     pub textures: Vec<TextureBinding<R>>,
     /// Range in [`Self::textures`] of each material's texture uses.
-    pub of_materials: Vec<Range<u32>>,
+    pub material_textures: Vec<Range<u32>>,
     /// Images without duplicates, shared with the scene, so that pixels are not copied.
     pub images: Vec<Arc<ImageData>>,
     /// Mipmap levels for each pair of an image and a colour space that a texture reads with
     /// mipmaps.
     pub pyramids: Vec<Vec<ImageData>>,
     /// Linear values of 8-bit codes.
-    pub codes: TexelCodes<R>,
+    pub texel_decoder: TexelDecoder<R>,
 }
 
 /// Programs of a scene far from zero. Expressions read world coordinates, which need `f64` there.
 #[derive(Clone, Debug)]
-pub(crate) struct FarPrograms {
+pub(crate) struct F64Programs {
     /// Storage origin of the coordinates.
     pub origin: DVec3,
-    /// The scene's programs in `f64`, with the indices of [`TextureTables::programs`].
-    pub programs: Programs<f64>,
+    /// The scene's programs in `f64`, with the indices of [`InputTables::programs`].
+    pub programs: ProgramTable<f64>,
 }
 
 /// A use of a texture by a material's input.
@@ -49,7 +49,7 @@ pub(crate) struct TextureBinding<R: Real> {
     /// Index in the table of images.
     pub image: u32,
     /// Filter, wrap modes, transform and factor.
-    pub sampler: Sampler<R>,
+    pub sampler: TextureSampler<R>,
     /// Index of the image's mipmaps; `None` if the image is read at full size.
     pub pyramid: Option<u32>,
     /// Index of the mesh's set of texture coordinates.
@@ -59,23 +59,23 @@ pub(crate) struct TextureBinding<R: Real> {
     /// Index of the first texture use that has the same texel footprint at every hit; most textures
     /// of a material share a footprint. `None` if the footprint depends on expressions or on
     /// mipmaps.
-    pub footprint_of: Option<u32>,
+    pub footprint_source: Option<u32>,
 }
 
 impl<R: Real> TextureBinding<R> {
     /// Returns the texel footprint, from the context's cache if possible; `None` if it depends on
     /// expressions or on mipmaps.
     #[inline(always)]
-    fn place(&self, context: &ShadingContext<'_, R>) -> Option<TexelFootprint<R>> {
-        let first = self.footprint_of?;
-        Some(match context.place.get() {
+    fn texel_footprint(&self, context: &ShadingContext<'_, R>) -> Option<TexelFootprint<R>> {
+        let first = self.footprint_source?;
+        Some(match context.footprint.get() {
             Some((found, place)) if found == first => place,
             _ => {
-                let place = self.place_in(
+                let place = self.footprint_in_image(
                     &context.texture_tables.images[self.image as usize],
                     context.interaction,
                 );
-                context.place.set(Some((first, place)));
+                context.footprint.set(Some((first, place)));
                 place
             }
         })
@@ -83,33 +83,37 @@ impl<R: Real> TextureBinding<R> {
 
     /// Computes the texel footprint in an image from the interaction's texture coordinates.
     #[inline(always)]
-    fn place_in(&self, image: &ImageData, interaction: &Interaction<R>) -> TexelFootprint<R> {
+    fn footprint_in_image(
+        &self,
+        image: &ImageData,
+        interaction: &Interaction<R>,
+    ) -> TexelFootprint<R> {
         let coordinates = interaction
             .uv
             .get(self.set)
             .copied()
             .unwrap_or([R::ZERO; 2]);
-        self.sampler.place(image, coordinates)
+        self.sampler.texel_footprint(image, coordinates)
     }
 
     /// Returns the filtered texel: red, green, blue and alpha.
     #[inline(always)]
-    fn texel(&self, context: &ShadingContext<'_, R>) -> [R; 4] {
-        let Some(place) = self.place(context) else {
-            return self.texel_anywhere(context);
+    fn sample(&self, context: &ShadingContext<'_, R>) -> [R; 4] {
+        let Some(place) = self.texel_footprint(context) else {
+            return self.sample_general(context);
         };
-        self.sampler.texel_at(
+        self.sampler.sample_at_footprint(
             &context.texture_tables.images[self.image as usize],
-            &context.texture_tables.codes,
+            &context.texture_tables.texel_decoder,
             &place,
         )
     }
 
     /// Returns the filtered texel of a texture with expressions or mipmaps.
     #[inline(never)]
-    fn texel_anywhere(&self, context: &ShadingContext<'_, R>) -> [R; 4] {
+    fn sample_general(&self, context: &ShadingContext<'_, R>) -> [R; 4] {
         let coordinates = match &self.coordinates {
-            Some(own) => own.map(|input| input.coordinate(context)),
+            Some(own) => own.map(|input| input.eval_coordinate(context)),
             None => context
                 .interaction
                 .uv
@@ -118,11 +122,11 @@ impl<R: Real> TextureBinding<R> {
                 .unwrap_or([R::ZERO; 2]),
         };
         let footprint = match self.pyramid {
-            None => Footprint {
+            None => FilterFootprint {
                 levels: &[],
                 side: R::ZERO,
             },
-            Some(pyramid) => Footprint {
+            Some(pyramid) => FilterFootprint {
                 levels: &context.texture_tables.pyramids[pyramid as usize],
                 side: context
                     .interaction
@@ -132,16 +136,16 @@ impl<R: Real> TextureBinding<R> {
                     .unwrap_or(R::ZERO),
             },
         };
-        self.sampler.texel(
+        self.sampler.sample(
             &context.texture_tables.images[self.image as usize],
-            &context.texture_tables.codes,
+            &context.texture_tables.texel_decoder,
             coordinates,
             footprint,
         )
     }
 }
 
-impl<R: Real> TextureTables<R> {
+impl<R: Real> InputTables<R> {
     /// Returns the context in which inputs are evaluated at an interaction.
     #[inline(always)]
     pub fn shading_context<'a>(&'a self, interaction: &'a Interaction<R>) -> ShadingContext<'a, R> {
@@ -149,33 +153,33 @@ impl<R: Real> TextureTables<R> {
             texture_tables: self,
             interaction,
             light_inputs: LightInputs::default(),
-            last: Cell::new(None),
-            place: Cell::new(interaction.texel_footprint),
+            last_texel: Cell::new(None),
+            footprint: Cell::new(interaction.texel_footprint),
         }
     }
 
     /// Prefetches the texels that the textures of the hit material will read, and stores their
     /// footprint in the interaction. Textures with expressions or mipmaps are skipped.
     #[inline(always)]
-    pub fn prefetch(&self, interaction: &mut Interaction<R>) {
-        let Range { start, end } = self.of_materials[interaction.material as usize];
+    pub fn prefetch_texels(&self, interaction: &mut Interaction<R>) {
+        let Range { start, end } = self.material_textures[interaction.material as usize];
         if start < end {
-            self.prefetch_each(&self.textures[start as usize..end as usize], interaction);
+            self.prefetch_textures(&self.textures[start as usize..end as usize], interaction);
         }
     }
 
     /// [`Self::prefetch`] for a material's texture uses.
     #[inline(never)]
-    fn prefetch_each(&self, textures: &[TextureBinding<R>], interaction: &mut Interaction<R>) {
+    fn prefetch_textures(&self, textures: &[TextureBinding<R>], interaction: &mut Interaction<R>) {
         let mut requested = None;
         for texture in textures {
-            let Some(first) = texture.footprint_of else {
+            let Some(first) = texture.footprint_source else {
                 continue;
             };
             let image = &self.images[texture.image as usize];
             let place = match interaction.texel_footprint {
                 Some((found, place)) if found == first => place,
-                _ => texture.place_in(image, interaction),
+                _ => texture.footprint_in_image(image, interaction),
             };
             interaction.texel_footprint = Some((first, place));
             // Two channels of an image are two texture uses, which need a single prefetch.
@@ -190,63 +194,66 @@ impl<R: Real> TextureTables<R> {
 /// Context in which inputs are evaluated: an interaction, and the properties of a light while its
 /// contribution is computed.
 pub(crate) struct ShadingContext<'a, R: Real> {
-    texture_tables: &'a TextureTables<R>,
+    texture_tables: &'a InputTables<R>,
     pub interaction: &'a Interaction<R>,
     pub light_inputs: LightInputs<R>,
     /// The last evaluated texture use and its texel, because several inputs may read channels of
     /// the same texel.
-    last: Cell<Option<(u32, [R; 4])>>,
+    last_texel: Cell<Option<(u32, [R; 4])>>,
     /// The last computed footprint, with the index of its first texture use: see
-    /// [`TextureBinding::footprint_of`].
-    place: Cell<Option<(u32, TexelFootprint<R>)>>,
+    /// [`TextureBinding::footprint_source`].
+    footprint: Cell<Option<(u32, TexelFootprint<R>)>>,
 }
 
 impl<R: Real> ShadingContext<'_, R> {
     /// Runs a program and returns its value as a vector; a number is repeated in every component.
     #[inline(always)]
-    fn run(&self, program: u32) -> R::Vec3 {
-        match &self.texture_tables.far {
-            None => self
-                .texture_tables
-                .programs
-                .vector(program, &self.interaction.inputs(&self.light_inputs)),
-            Some(far) => self.run_far(far, program),
+    fn run_program(&self, program: u32) -> R::Vec3 {
+        match &self.texture_tables.f64_programs {
+            None => self.texture_tables.programs.eval_vector(
+                program,
+                &self.interaction.expression_inputs(&self.light_inputs),
+            ),
+            Some(far) => self.run_f64_program(far, program),
         }
     }
 
     /// Runs a program in `f64`, with points in world coordinates.
     #[inline(never)]
-    fn run_far(&self, far: &FarPrograms, program: u32) -> R::Vec3 {
-        let near = self.interaction.inputs(&self.light_inputs).to_f64();
+    fn run_f64_program(&self, far: &F64Programs, program: u32) -> R::Vec3 {
+        let near = self
+            .interaction
+            .expression_inputs(&self.light_inputs)
+            .to_f64();
         let inputs = VariableValues::<f64> {
             p: near.p + far.origin,
             o: near.o + far.origin,
             ..near
         };
-        R::Vec3::from_f64(far.programs.vector(program, &inputs))
+        R::Vec3::from_f64(far.programs.eval_vector(program, &inputs))
     }
 
     /// Whether the hit point lies in an odd cell of a checkerboard in world x and z. `frequency` is
     /// the inverse edge of a cell.
     #[inline(always)]
-    fn is_odd_cell(&self, frequency: R) -> bool {
+    fn is_odd_checker_cell(&self, frequency: R) -> bool {
         let p = self.interaction.surface.point;
-        match &self.texture_tables.far {
-            None => is_odd_cell([p.x(), p.z()], frequency),
+        match &self.texture_tables.f64_programs {
+            None => is_odd_pattern_cell([p.x(), p.z()], frequency),
             Some(far) => {
                 let p = p.to_f64() + far.origin;
-                is_odd_cell([p.x, p.z], frequency.to_f64())
+                is_odd_pattern_cell([p.x, p.z], frequency.to_f64())
             }
         }
     }
 
     /// Returns the texel of a texture use, from the cache if it is the last one.
-    fn texel(&self, texture: u32) -> [R; 4] {
-        match self.last.get() {
+    fn sample_texture(&self, texture: u32) -> [R; 4] {
+        match self.last_texel.get() {
             Some((last, texel)) if last == texture => texel,
             _ => {
-                let texel = self.texture_tables.textures[texture as usize].texel(self);
-                self.last.set(Some((texture, texel)));
+                let texel = self.texture_tables.textures[texture as usize].sample(self);
+                self.last_texel.set(Some((texture, texel)));
                 texel
             }
         }
@@ -273,7 +280,7 @@ pub(crate) enum PreparedInput<R: Real> {
 impl<R: Real> PreparedInput<R> {
     /// Evaluates the input as a colour.
     #[inline(always)]
-    pub fn colour(&self, context: &ShadingContext<'_, R>) -> R::Vec3 {
+    pub fn eval_colour(&self, context: &ShadingContext<'_, R>) -> R::Vec3 {
         match *self {
             Self::Constant(c) => c,
             Self::Checker {
@@ -281,26 +288,26 @@ impl<R: Real> PreparedInput<R> {
                 odd,
                 frequency,
             } => {
-                if context.is_odd_cell(frequency) {
+                if context.is_odd_checker_cell(frequency) {
                     odd
                 } else {
                     even
                 }
             }
-            Self::Program(program) => clamp_negative::<R>(context.run(program)),
+            Self::Program(program) => clamp_negative::<R>(context.run_program(program)),
             Self::Texture(texture, None) => {
-                let [r, g, b, _] = context.texel(texture);
+                let [r, g, b, _] = context.sample_texture(texture);
                 R::Vec3::new(r, g, b)
             }
             Self::Texture(texture, Some(channel)) => {
-                R::Vec3::splat(context.texel(texture)[channel as usize])
+                R::Vec3::splat(context.sample_texture(texture)[channel as usize])
             }
         }
     }
 
     /// Evaluates the input as a number: of a colour, the red channel.
     #[inline(always)]
-    pub fn number(&self, context: &ShadingContext<'_, R>) -> R {
+    pub fn eval_number(&self, context: &ShadingContext<'_, R>) -> R {
         match *self {
             Self::Constant(c) => c.x(),
             Self::Checker {
@@ -308,26 +315,26 @@ impl<R: Real> PreparedInput<R> {
                 odd,
                 frequency,
             } => {
-                if context.is_odd_cell(frequency) {
+                if context.is_odd_checker_cell(frequency) {
                     odd.x()
                 } else {
                     even.x()
                 }
             }
-            Self::Program(_) => zero_if_negative(self.coordinate(context)),
+            Self::Program(_) => zero_if_negative(self.eval_coordinate(context)),
             Self::Texture(texture, channel) => {
-                context.texel(texture)[channel.unwrap_or(Channel::Red) as usize]
+                context.sample_texture(texture)[channel.unwrap_or(Channel::Red) as usize]
             }
         }
     }
 
-    /// Evaluates the input as a texture coordinate. Unlike [`Self::number`], an expression may be
+    /// Evaluates the input as a texture coordinate. Unlike [`Self::eval_number`], an expression may be
     /// negative here.
     #[inline(always)]
-    fn coordinate(&self, context: &ShadingContext<'_, R>) -> R {
+    fn eval_coordinate(&self, context: &ShadingContext<'_, R>) -> R {
         match *self {
-            Self::Program(program) => context.run(program).x(),
-            _ => self.number(context),
+            Self::Program(program) => context.run_program(program).x(),
+            _ => self.eval_number(context),
         }
     }
 
@@ -339,7 +346,7 @@ impl<R: Real> PreparedInput<R> {
 
     /// Returns the input with another channel of its texture. Inputs without a texture are returned
     /// unchanged.
-    pub fn channel(self, channel: Channel) -> Self {
+    pub fn with_channel(self, channel: Channel) -> Self {
         if let Self::Texture(texture, _) = self {
             Self::Texture(texture, Some(channel))
         } else {
@@ -348,11 +355,11 @@ impl<R: Real> PreparedInput<R> {
     }
 
     /// Whether the input is an expression that reads any of the given variables.
-    pub fn reads(&self, texture_tables: &TextureTables<R>, variables: &[Variable]) -> bool {
+    pub fn reads_variable(&self, texture_tables: &InputTables<R>, variables: &[Variable]) -> bool {
         match self {
             Self::Program(program) => variables
                 .iter()
-                .any(|&variable| texture_tables.programs.uses(*program, variable)),
+                .any(|&variable| texture_tables.programs.uses_variable(*program, variable)),
             _ => false,
         }
     }
@@ -375,7 +382,7 @@ fn zero_if_negative<R: Real>(x: R) -> R {
 }
 
 /// Whether ⌊x·frequency⌋ + ⌊z·frequency⌋ is odd.
-fn is_odd_cell<R: Real>([x, z]: [R; 2], frequency: R) -> bool {
+fn is_odd_pattern_cell<R: Real>([x, z]: [R; 2], frequency: R) -> bool {
     let cell = (x * frequency).floor() + (z * frequency).floor();
     let half = cell * R::from_f64(0.5);
     half.floor() != half
@@ -385,17 +392,17 @@ fn is_odd_cell<R: Real>([x, z]: [R; 2], frequency: R) -> bool {
 /// `roughness_texture`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct InputProduct<R: Real> {
-    pub own: PreparedInput<R>,
+    pub input: PreparedInput<R>,
     pub image: Option<PreparedInput<R>>,
 }
 
 impl<R: Real> InputProduct<R> {
     /// Evaluates the product as a number.
     #[inline(always)]
-    pub fn number(&self, context: &ShadingContext<'_, R>) -> R {
-        let own = self.own.number(context);
+    pub fn eval_number(&self, context: &ShadingContext<'_, R>) -> R {
+        let own = self.input.eval_number(context);
         if let Some(image) = &self.image {
-            own * image.number(context)
+            own * image.eval_number(context)
         } else {
             own
         }
@@ -403,32 +410,32 @@ impl<R: Real> InputProduct<R> {
 
     /// Multiplies a colour by the product.
     #[inline(always)]
-    pub fn tint(&self, context: &ShadingContext<'_, R>, colour: R::Vec3) -> R::Vec3 {
-        let own = colour * self.own.colour(context);
+    pub fn multiply_colour(&self, context: &ShadingContext<'_, R>, colour: R::Vec3) -> R::Vec3 {
+        let own = colour * self.input.eval_colour(context);
         if let Some(image) = &self.image {
-            own * image.colour(context)
+            own * image.eval_colour(context)
         } else {
             own
         }
     }
 
     /// Returns the input's value without the image, or `None` if the input varies.
-    pub fn constant(&self) -> Option<R::Vec3> {
-        match self.own {
+    pub fn constant_factor(&self) -> Option<R::Vec3> {
+        match self.input {
             PreparedInput::Constant(c) => Some(c),
             _ => None,
         }
     }
 
     /// Returns the product's value, or `None` if the input or the image varies.
-    pub fn even(&self) -> Option<R::Vec3> {
-        self.constant().filter(|_| self.image.is_none())
+    pub fn constant_value(&self) -> Option<R::Vec3> {
+        self.constant_factor().filter(|_| self.image.is_none())
     }
 }
 
 /// A normal map.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bump<R: Real> {
+pub(crate) struct NormalMapInput<R: Real> {
     pub image: PreparedInput<R>,
     /// Factor on the tangential components of the image's normal.
     pub scale: R,

@@ -2,10 +2,11 @@
 //! depends on the interaction, but not on materials, lights or preparation.
 
 mod input;
-pub(crate) mod pyramid;
+pub(crate) mod mipmap;
 mod sampler;
 
 pub(crate) use input::{
-    Bump, FarPrograms, InputProduct, PreparedInput, ShadingContext, TextureBinding, TextureTables,
+    F64Programs, InputProduct, InputTables, NormalMapInput, PreparedInput, ShadingContext,
+    TextureBinding,
 };
-pub(crate) use sampler::{Sampler, TexelCodes, TexelFootprint, decoded};
+pub(crate) use sampler::{TexelDecoder, TexelFootprint, TextureSampler, decode_srgb};

@@ -4,32 +4,32 @@ use std::sync::LazyLock;
 
 use raywright_bvh::{Real, Vector, prefetch};
 
-use crate::display::curve::decode;
+use crate::display::curve::decode_transfer;
 use crate::scene::{
-    ColourSpace, Filter, ImageData, Pixels, Texture, TextureRef, TransferCurve, Wrap,
+    ColourSpace, ImageData, PixelData, Texture, TextureFilter, TextureRef, TransferCurve, WrapMode,
 };
 
 /// Settings of a texture use: colour space, filter, wrap modes, transform of the coordinates, and
 /// factor.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sampler<R: Real> {
+pub(crate) struct TextureSampler<R: Real> {
     srgb: bool,
-    filter: Filter,
-    wrap: [Wrap; 2],
+    filter: TextureFilter,
+    wrap: [WrapMode; 2],
     transform: Option<[[R; 3]; 2]>,
     factor: R::Vec3,
 }
 
 /// Area of an image that a filtered texture sample covers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Footprint<'a, R> {
+pub(crate) struct FilterFootprint<'a, R> {
     /// Mipmap levels of the image from level 1; empty if the image is read at full size.
     pub levels: &'a [ImageData],
     /// Edge of a square in texture coordinates, before the transform of the coordinates.
     pub side: R,
 }
 
-impl<R: Real> Sampler<R> {
+impl<R: Real> TextureSampler<R> {
     /// Creates the sampler of a texture use.
     pub fn new(texture: &Texture, reference: &TextureRef) -> Self {
         Self {
@@ -45,41 +45,48 @@ impl<R: Real> Sampler<R> {
 
     /// Returns the filtered texel of an image: linear red, green and blue times the factor, and
     /// alpha.
-    pub fn texel(
+    pub fn sample(
         &self,
         image: &ImageData,
-        codes: &TexelCodes<R>,
+        codes: &TexelDecoder<R>,
         coordinates: [R; 2],
-        footprint: Footprint<'_, R>,
+        footprint: FilterFootprint<'_, R>,
     ) -> [R; 4] {
         match footprint.levels {
-            [] => self.weighed(self.filtered(image, codes, self.mapped(coordinates))),
-            _ => self.weighed(self.seen_afar(image, codes, self.mapped(coordinates), footprint)),
+            [] => {
+                self.apply_factor(self.sample_level(image, codes, self.transform_uv(coordinates)))
+            }
+            _ => self.apply_factor(self.sample_mipmaps(
+                image,
+                codes,
+                self.transform_uv(coordinates),
+                footprint,
+            )),
         }
     }
 
     /// Returns the filtered texel of a full-size image at a footprint from [`Self::place`], as
     /// [`Self::texel`] does.
     #[inline(always)]
-    pub fn texel_at(
+    pub fn sample_at_footprint(
         &self,
         image: &ImageData,
-        codes: &TexelCodes<R>,
+        codes: &TexelDecoder<R>,
         place: &TexelFootprint<R>,
     ) -> [R; 4] {
-        self.weighed(self.read(image, codes, place))
+        self.apply_factor(self.filter_texels(image, codes, place))
     }
 
     /// Returns the texel footprint of texture coordinates in an image. The footprint is equal for
     /// all images of equal size and all samplers for which [`Self::shares_footprint`] holds.
     #[inline(always)]
-    pub fn place(&self, image: &ImageData, coordinates: [R; 2]) -> TexelFootprint<R> {
-        self.place_of(image, self.mapped(coordinates))
+    pub fn texel_footprint(&self, image: &ImageData, coordinates: [R; 2]) -> TexelFootprint<R> {
+        self.footprint_at_uv(image, self.transform_uv(coordinates))
     }
 
     /// Whether another sampler has the same footprint in an image of the same size.
     pub fn shares_footprint(&self, other: &Self) -> bool {
-        let nearest = |sampler: &Self| sampler.filter == Filter::Nearest;
+        let nearest = |sampler: &Self| sampler.filter == TextureFilter::Nearest;
         nearest(self) == nearest(other)
             && self.wrap == other.wrap
             && self.transform == other.transform
@@ -87,7 +94,7 @@ impl<R: Real> Sampler<R> {
 
     /// Multiplies a texel's colour by the factor.
     #[inline(always)]
-    fn weighed(&self, [r, g, b, a]: [R; 4]) -> [R; 4] {
+    fn apply_factor(&self, [r, g, b, a]: [R; 4]) -> [R; 4] {
         [
             r * self.factor.x(),
             g * self.factor.y(),
@@ -98,7 +105,7 @@ impl<R: Real> Sampler<R> {
 
     /// Applies the transform of the texture use to coordinates.
     #[inline(always)]
-    fn mapped(&self, [u, v]: [R; 2]) -> [R; 2] {
+    fn transform_uv(&self, [u, v]: [R; 2]) -> [R; 2] {
         match self.transform {
             Some([[a, b, c], [d, e, f]]) => [a * u + b * v + c, d * u + e * v + f],
             None => [u, v],
@@ -108,21 +115,21 @@ impl<R: Real> Sampler<R> {
     /// Interpolates between the two mipmap levels whose texels are next larger and next smaller
     /// than the footprint. Footprints smaller than a texel read the full-size image.
     #[inline(never)]
-    fn seen_afar(
+    fn sample_mipmaps(
         &self,
         image: &ImageData,
-        codes: &TexelCodes<R>,
+        codes: &TexelDecoder<R>,
         coordinates: [R; 2],
-        footprint: Footprint<'_, R>,
+        footprint: FilterFootprint<'_, R>,
     ) -> [R; 4] {
-        let level = self.level(image, footprint.side.to_f64());
+        let level = self.mipmap_level(image, footprint.side.to_f64());
         if level <= 0.0 {
-            return self.filtered(image, codes, coordinates);
+            return self.sample_level(image, codes, coordinates);
         }
         let last = footprint.levels.len();
         let at = |level: usize| match level.min(last) {
-            0 => self.filtered(image, codes, coordinates),
-            reduced => self.filtered(&footprint.levels[reduced - 1], codes, coordinates),
+            0 => self.sample_level(image, codes, coordinates),
+            reduced => self.sample_level(&footprint.levels[reduced - 1], codes, coordinates),
         };
         let finer = level.min(last as f64) as usize;
         let share = level - finer as f64;
@@ -136,7 +143,7 @@ impl<R: Real> Sampler<R> {
     /// Returns the fractional mipmap level whose texels have the area of a square footprint with
     /// edge `side`; −∞ for an empty footprint (Akenine-Möller et al., "Texture Level of Detail
     /// Strategies for Real-Time Ray Tracing", 2019, equation 20.3 and following).
-    fn level(&self, image: &ImageData, side: f64) -> f64 {
+    fn mipmap_level(&self, image: &ImageData, side: f64) -> f64 {
         let stretch = self
             .transform
             .map_or(1.0, |[[a, b, _], [d, e, _]]| (a * e - b * d).to_f64().abs());
@@ -149,23 +156,28 @@ impl<R: Real> Sampler<R> {
     }
 
     /// Returns the filtered texel of a single mipmap level at transformed coordinates.
-    fn filtered(&self, image: &ImageData, codes: &TexelCodes<R>, coordinates: [R; 2]) -> [R; 4] {
-        self.read(image, codes, &self.place_of(image, coordinates))
+    fn sample_level(
+        &self,
+        image: &ImageData,
+        codes: &TexelDecoder<R>,
+        coordinates: [R; 2],
+    ) -> [R; 4] {
+        self.filter_texels(image, codes, &self.footprint_at_uv(image, coordinates))
     }
 
     /// Returns the texel footprint of transformed coordinates.
     #[inline(always)]
-    fn place_of(&self, image: &ImageData, [u, v]: [R; 2]) -> TexelFootprint<R> {
-        let x = scaled(u.to_f64(), image.width, self.wrap[0]);
-        let y = scaled(v.to_f64(), image.height, self.wrap[1]);
-        let (x, y) = if self.filter == Filter::Nearest {
+    fn footprint_at_uv(&self, image: &ImageData, [u, v]: [R; 2]) -> TexelFootprint<R> {
+        let x = texel_coordinate(u.to_f64(), image.width, self.wrap[0]);
+        let y = texel_coordinate(v.to_f64(), image.height, self.wrap[1]);
+        let (x, y) = if self.filter == TextureFilter::Nearest {
             (x, y)
         } else {
             (x - 0.5, y - 0.5)
         };
         let (x0, y0) = (Real::floor(x), Real::floor(y));
-        let column = |x: f64| index(x, image.width, self.wrap[0]);
-        let row = |y: f64| index(y, image.height, self.wrap[1]) * image.width as usize;
+        let column = |x: f64| wrap_texel_index(x, image.width, self.wrap[0]);
+        let row = |y: f64| wrap_texel_index(y, image.height, self.wrap[1]) * image.width as usize;
         let (left, right, top, bottom) = (column(x0), column(x0 + 1.0), row(y0), row(y0 + 1.0));
         TexelFootprint {
             corners: [top + left, top + right, bottom + left, bottom + right],
@@ -176,18 +188,23 @@ impl<R: Real> Sampler<R> {
     /// Loads the texels of a footprint and interpolates them. All four texels are loaded before the
     /// first is used, because they are rarely cached.
     #[inline(always)]
-    fn read(&self, image: &ImageData, codes: &TexelCodes<R>, place: &TexelFootprint<R>) -> [R; 4] {
-        if self.filter == Filter::Nearest {
-            return texel(image, codes, self.srgb, place.corners[0]);
+    fn filter_texels(
+        &self,
+        image: &ImageData,
+        codes: &TexelDecoder<R>,
+        place: &TexelFootprint<R>,
+    ) -> [R; 4] {
+        if self.filter == TextureFilter::Nearest {
+            return decode_texel(image, codes, self.srgb, place.corners[0]);
         }
         let [upper_left, upper_right, lower_left, lower_right] = match &image.pixels {
-            Pixels::Linear(pixels) => place
+            PixelData::Linear(pixels) => place
                 .corners
                 .map(|position| pixels[position].map(R::from_f32)),
-            Pixels::Codes(pixels) => place
+            PixelData::Codes(pixels) => place
                 .corners
                 .map(|position| pixels[position])
-                .map(|code| codes.linear(code, self.srgb)),
+                .map(|code| codes.decode(code, self.srgb)),
         };
         let [fx, fy] = place.weights;
         blend(
@@ -213,47 +230,47 @@ impl<R> TexelFootprint<R> {
     pub fn prefetch(&self, image: &ImageData) {
         let [upper, _, lower, _] = self.corners;
         match &image.pixels {
-            Pixels::Linear(pixels) => [upper, lower].map(|corner| prefetch(pixels, corner)),
-            Pixels::Codes(pixels) => [upper, lower].map(|corner| prefetch(pixels, corner)),
+            PixelData::Linear(pixels) => [upper, lower].map(|corner| prefetch(pixels, corner)),
+            PixelData::Codes(pixels) => [upper, lower].map(|corner| prefetch(pixels, corner)),
         };
     }
 }
 
 /// Linear values of the 8-bit codes 0 to 255.
 #[derive(Clone, Debug)]
-pub(crate) struct TexelCodes<R> {
+pub(crate) struct TexelDecoder<R> {
     /// Values of linear codes: code / 255.
-    shares: [R; 256],
+    linear: [R; 256],
     /// Values of sRGB codes.
     srgb: [R; 256],
 }
 
-impl<R: Real> TexelCodes<R> {
+impl<R: Real> TexelDecoder<R> {
     pub fn new() -> Self {
         let share = |code: usize| code as f64 / 255.0;
         Self {
-            shares: core::array::from_fn(|code| R::from_f64(share(code))),
+            linear: core::array::from_fn(|code| R::from_f64(share(code))),
             srgb: core::array::from_fn(|code| {
-                R::from_f64(decode(TransferCurve::Srgb, share(code)))
+                R::from_f64(decode_transfer(TransferCurve::Srgb, share(code)))
             }),
         }
     }
 
     /// Converts a pixel's codes to linear values. Alpha is always linear in its code.
     #[inline(always)]
-    fn linear(&self, [r, g, b, a]: [u8; 4], srgb: bool) -> [R; 4] {
-        let colours = if srgb { &self.srgb } else { &self.shares };
+    fn decode(&self, [r, g, b, a]: [u8; 4], srgb: bool) -> [R; 4] {
+        let colours = if srgb { &self.srgb } else { &self.linear };
         let at = |table: &[R; 256], code: u8| table[usize::from(code)];
         [
             at(colours, r),
             at(colours, g),
             at(colours, b),
-            at(&self.shares, a),
+            at(&self.linear, a),
         ]
     }
 }
 
-impl<R: Real> Default for TexelCodes<R> {
+impl<R: Real> Default for TexelDecoder<R> {
     fn default() -> Self {
         Self::new()
     }
@@ -261,15 +278,15 @@ impl<R: Real> Default for TexelCodes<R> {
 
 /// Returns a pixel of an image as linear values; `srgb` applies to pixels stored as codes.
 #[inline(always)]
-pub(super) fn texel<R: Real>(
+pub(super) fn decode_texel<R: Real>(
     image: &ImageData,
-    codes: &TexelCodes<R>,
+    codes: &TexelDecoder<R>,
     srgb: bool,
     position: usize,
 ) -> [R; 4] {
     match &image.pixels {
-        Pixels::Linear(pixels) => pixels[position].map(R::from_f32),
-        Pixels::Codes(pixels) => codes.linear(pixels[position], srgb),
+        PixelData::Linear(pixels) => pixels[position].map(R::from_f32),
+        PixelData::Codes(pixels) => codes.decode(pixels[position], srgb),
     }
 }
 
@@ -288,15 +305,15 @@ fn blend<R: Real>([ar, ag, ab, aa]: [R; 4], [br, bg, bb, ba]: [R; 4], weight: R)
 /// the first texel. The computation is in `f64` for every precision, so that an `f32` just below a
 /// border between texels stays below the border.
 #[inline(always)]
-fn scaled(u: f64, size: u32, wrap: Wrap) -> f64 {
+fn texel_coordinate(u: f64, size: u32, wrap: WrapMode) -> f64 {
     if !u.is_finite() {
         return 0.0;
     }
     let size = f64::from(size);
     match wrap {
-        Wrap::Repeat => fraction(u) * size,
-        Wrap::MirroredRepeat => fraction(u * 0.5) * 2.0 * size,
-        Wrap::Clamp => u.clamp(-1.0, 2.0) * size,
+        WrapMode::Repeat => fraction(u) * size,
+        WrapMode::MirroredRepeat => fraction(u * 0.5) * 2.0 * size,
+        WrapMode::Clamp => u.clamp(-1.0, 2.0) * size,
     }
 }
 
@@ -309,7 +326,7 @@ fn fraction(u: f64) -> f64 {
 /// Returns the index in 0..size of a texel under the wrap mode. The index lies in the image for
 /// every rounding of the position.
 #[inline(always)]
-fn index(texel: f64, size: u32, wrap: Wrap) -> usize {
+fn wrap_texel_index(texel: f64, size: u32, wrap: WrapMode) -> usize {
     let (i, n) = (texel as i64, i64::from(size));
     // Whole repetitions are already removed, so at most one remains and no division is needed.
     let turned = |i: i64, n: i64| {
@@ -322,19 +339,19 @@ fn index(texel: f64, size: u32, wrap: Wrap) -> usize {
         }
     };
     let i = match wrap {
-        Wrap::Repeat => turned(i, n),
-        Wrap::MirroredRepeat => {
+        WrapMode::Repeat => turned(i, n),
+        WrapMode::MirroredRepeat => {
             let k = turned(i, 2 * n);
             if k < n { k } else { 2 * n - 1 - k }
         }
-        Wrap::Clamp => i.clamp(0, n - 1),
+        WrapMode::Clamp => i.clamp(0, n - 1),
     };
     i as usize
 }
 
 /// Returns the linear value of an sRGB code.
-pub(crate) fn decoded(code: u8) -> f64 {
-    static CODES: LazyLock<TexelCodes<f64>> = LazyLock::new(TexelCodes::new);
+pub(crate) fn decode_srgb(code: u8) -> f64 {
+    static CODES: LazyLock<TexelDecoder<f64>> = LazyLock::new(TexelDecoder::new);
     CODES.srgb[usize::from(code)]
 }
 

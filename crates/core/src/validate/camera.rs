@@ -2,39 +2,41 @@
 
 use glam::DVec3;
 
-use super::check::{SceneCheck, list};
-use super::motion::{self, PARALLEL};
+use super::check::{SceneCheck, format_list};
+use super::motion::{self, MIN_VIEW_SINE};
 use super::{LEAST_ASPECT, MOST_ASPECT, SMALLEST};
 use crate::scene::{Camera, Pinhole, Pose, Projection, Triple};
 
 /// Checks a camera.
-pub(super) fn camera(check: &mut SceneCheck<'_>, camera: &Camera) {
+pub(super) fn check_camera(check: &mut SceneCheck<'_>, camera: &Camera) {
     if camera.name.parse::<u64>().is_ok() {
         let message = format!("`{}` cannot be the name of a camera", camera.name);
         check.with_key("name", |check| {
-            check.advise(
+            check.report_with_hint(
                 message,
                 "a number chooses a camera by its place in the list",
             )
         });
     }
-    let before = check.problems();
-    check.with_key("pose", |check| pose(check, &camera.pose));
+    let before = check.problem_count();
+    check.with_key("pose", |check| check_pose(check, &camera.pose));
     if let Some(end) = &camera.pose_end {
-        check.with_key("pose_end", |check| pose(check, end));
+        check.with_key("pose_end", |check| check_pose(check, end));
     }
-    let right = check.problems() == before;
-    motion::camera(check, camera, right);
-    check.with_key("projection", |check| projection(check, &camera.projection));
+    let right = check.problem_count() == before;
+    motion::check_camera_motion(check, camera, right);
+    check.with_key("projection", |check| {
+        check_projection(check, &camera.projection)
+    });
     if let Some(aspect) = camera.aspect {
         check.require_within("aspect", aspect, LEAST_ASPECT, MOST_ASPECT);
     }
 }
 
-fn pose(check: &mut SceneCheck<'_>, pose: &Pose) {
+fn check_pose(check: &mut SceneCheck<'_>, pose: &Pose) {
     match *pose {
         Pose::LookAt { eye, target, up } => {
-            check.with_key("look_at", |check| look_at(check, eye, target, up))
+            check.with_key("look_at", |check| check_look_at(check, eye, target, up))
         }
         Pose::Orbit {
             target,
@@ -42,9 +44,9 @@ fn pose(check: &mut SceneCheck<'_>, pose: &Pose) {
             azimuth,
             elevation,
         } => check.with_key("orbit", |check| {
-            check.point("target", target);
-            check.length("distance", distance);
-            check.finite("azimuth", azimuth);
+            check.require_point("target", target);
+            check.require_length("distance", distance);
+            check.require_finite("azimuth", azimuth);
             check.require_between("elevation", elevation, -90.0, 90.0);
         }),
         Pose::Axes {
@@ -53,13 +55,13 @@ fn pose(check: &mut SceneCheck<'_>, pose: &Pose) {
             up,
             back,
         } => check.with_key("axes", |check| {
-            check.point("eye", eye);
-            check.direction("right", right);
-            check.direction("up", up);
-            check.direction("back", back);
+            check.require_point("eye", eye);
+            check.require_direction("right", right);
+            check.require_direction("up", up);
+            check.require_direction("back", back);
             let unit = |axis: Triple| DVec3::from(axis).normalize_or_zero();
             let volume = unit(right).cross(unit(up)).dot(unit(back));
-            if volume.abs() < PARALLEL
+            if volume.abs() < MIN_VIEW_SINE
                 && [right, up, back]
                     .iter()
                     .all(|axis| unit(*axis) != DVec3::ZERO)
@@ -70,10 +72,10 @@ fn pose(check: &mut SceneCheck<'_>, pose: &Pose) {
     }
 }
 
-fn look_at(check: &mut SceneCheck<'_>, eye: Triple, target: Triple, up: Triple) {
-    check.point("eye", eye);
-    check.point("target", target);
-    check.direction("up", up);
+fn check_look_at(check: &mut SceneCheck<'_>, eye: Triple, target: Triple, up: Triple) {
+    check.require_point("eye", eye);
+    check.require_point("target", target);
+    check.require_direction("up", up);
     let view = DVec3::from(target) - DVec3::from(eye);
     if view.length() < SMALLEST {
         check.with_key("target", |check| {
@@ -85,35 +87,35 @@ fn look_at(check: &mut SceneCheck<'_>, eye: Triple, target: Triple, up: Triple) 
         .normalize_or_zero()
         .cross(DVec3::from(up).normalize_or_zero())
         .length();
-    if sine < PARALLEL && up.iter().any(|x| *x != 0.0) {
+    if sine < MIN_VIEW_SINE && up.iter().any(|x| *x != 0.0) {
         let message = format!(
             "the camera looks along `up`, {}, so no direction of the picture is upwards",
-            list(&up)
+            format_list(&up)
         );
         let hint = "choose an `up` that does not point along the view, [0, 0, -1] for a camera that looks down";
-        check.with_key("up", |check| check.advise(message, hint));
+        check.with_key("up", |check| check.report_with_hint(message, hint));
     }
 }
 
-fn projection(check: &mut SceneCheck<'_>, projection: &Projection) {
+fn check_projection(check: &mut SceneCheck<'_>, projection: &Projection) {
     match projection {
-        Projection::Pinhole(lens) => check.with_key("pinhole", |check| pinhole(check, lens)),
+        Projection::Pinhole(lens) => check.with_key("pinhole", |check| check_pinhole(check, lens)),
         Projection::Orthographic { height } => {
-            check.length("orthographic.height", *height);
+            check.require_length("orthographic.height", *height);
         }
         Projection::ThinLens {
             pinhole: lens,
             aperture_radius,
             focus_distance,
         } => check.with_key("thin_lens", |check| {
-            check.with_key("pinhole", |check| pinhole(check, lens));
-            check.not_negative("aperture_radius", *aperture_radius);
-            check.length("focus_distance", *focus_distance);
+            check.with_key("pinhole", |check| check_pinhole(check, lens));
+            check.require_not_negative("aperture_radius", *aperture_radius);
+            check.require_length("focus_distance", *focus_distance);
         }),
     }
 }
 
-fn pinhole(check: &mut SceneCheck<'_>, lens: &Pinhole) {
+fn check_pinhole(check: &mut SceneCheck<'_>, lens: &Pinhole) {
     let keys = [
         ("vertical_fov", lens.vertical_fov),
         ("horizontal_fov", lens.horizontal_fov),
@@ -126,11 +128,11 @@ fn pinhole(check: &mut SceneCheck<'_>, lens: &Pinhole) {
         .collect();
     let hint = "give one of `vertical_fov`, `horizontal_fov` (degrees) and `focal_length`";
     match given.as_slice() {
-        [] => check.advise("the pinhole does not say how wide it opens", hint),
+        [] => check.report_with_hint("the pinhole does not say how wide it opens", hint),
         [_] => {}
         [first, second, ..] => {
             let message = format!("`{first}` and `{second}` both say how wide the pinhole opens");
-            check.with_key(second, |check| check.advise(message, hint));
+            check.with_key(second, |check| check.report_with_hint(message, hint));
         }
     }
     for (key, value) in keys {

@@ -4,11 +4,11 @@
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::{self, Display, Write as _};
 
-use super::{FARTHEST, MOST, Problem, SMALLEST};
+use super::{FARTHEST, MAX_PROBLEMS, Problem, SMALLEST};
 use crate::expr::{self, Constant, ExprError, ExprScope, Program};
-use crate::lookup::{NameList, SceneLookup};
+use crate::lookup::{NameIndex, SceneLookup};
 use crate::scene::{Colour, Material, Scene, Triple};
-use crate::suggest::closest;
+use crate::suggest::closest_word;
 
 /// Shortest direction. The squared length of a shorter direction does not fit an `f64`.
 const SHORTEST_DIRECTION: f64 = 1e-100;
@@ -25,14 +25,14 @@ pub const GREATEST_INTENSITY: f64 = 1e37;
 
 /// Greatest number of comparisons between names for the hint "did you mean", about a second of
 /// computation. Without a limit, a hundred unknown names in a large scene would take minutes.
-const COMPARISONS: usize = 1_000_000;
+const MAX_COMPARISONS: usize = 1_000_000;
 
 /// Collector of a scene's problems.
 pub(super) struct SceneCheck<'a> {
     path: String,
     problems: Vec<Problem>,
     names: SceneLookup<'a>,
-    /// Remaining comparisons, of [`COMPARISONS`] at first.
+    /// Remaining comparisons, of [`MAX_COMPARISONS`] at first.
     comparisons: usize,
     /// Constants of expressions: the time `t` and the parameters.
     numbers: BTreeMap<String, f64>,
@@ -46,29 +46,29 @@ impl<'a> SceneCheck<'a> {
             path: String::new(),
             problems: Vec::new(),
             names: SceneLookup::new(scene),
-            comparisons: COMPARISONS,
+            comparisons: MAX_COMPARISONS,
             numbers,
         }
     }
 
     /// Returns all problems.
-    pub fn finish(self) -> Vec<Problem> {
+    pub fn into_problems(self) -> Vec<Problem> {
         self.problems
     }
 
     /// Returns the number of problems so far.
-    pub fn problems(&self) -> usize {
+    pub fn problem_count(&self) -> usize {
         self.problems.len()
     }
 
     /// Runs checks with a key appended to the path.
     pub fn with_key(&mut self, key: impl Display, checks: impl FnOnce(&mut Self)) {
         let dot = if self.path.is_empty() { "" } else { "." };
-        self.with_step(format_args!("{dot}{key}"), checks);
+        self.with_path_step(format_args!("{dot}{key}"), checks);
     }
 
     /// Runs checks with text appended to the path.
-    fn with_step(&mut self, step: fmt::Arguments<'_>, checks: impl FnOnce(&mut Self)) {
+    fn with_path_step(&mut self, step: fmt::Arguments<'_>, checks: impl FnOnce(&mut Self)) {
         let length = self.path.len();
         // Writing to a String cannot fail.
         let _ = self.path.write_fmt(step);
@@ -77,27 +77,27 @@ impl<'a> SceneCheck<'a> {
     }
 
     /// Runs checks with the index of an element appended to the path.
-    pub fn element(&mut self, index: usize, checks: impl FnOnce(&mut Self)) {
-        self.with_step(format_args!("[{index}]"), checks);
+    pub fn with_element(&mut self, index: usize, checks: impl FnOnce(&mut Self)) {
+        self.with_path_step(format_args!("[{index}]"), checks);
     }
 
     /// Runs checks for each element of the array under a key.
-    pub fn each<T>(&mut self, key: &str, items: &[T], mut checks: impl FnMut(&mut Self, &T)) {
+    pub fn check_each<T>(&mut self, key: &str, items: &[T], mut checks: impl FnMut(&mut Self, &T)) {
         self.with_key(key, |check| {
             for (i, item) in items.iter().enumerate() {
-                check.element(i, |check| checks(check, item));
+                check.with_element(i, |check| checks(check, item));
             }
         });
     }
 
     /// Reports a problem at the current path.
     pub fn report(&mut self, message: impl Into<String>) {
-        self.push(message.into(), None, None);
+        self.push_problem(message.into(), None, None);
     }
 
     /// Reports a problem as the name of a value followed by `said`. An empty key stands for the
     /// value at the current path.
-    fn value(&mut self, key: &str, said: impl Display) {
+    fn report_value(&mut self, key: &str, said: impl Display) {
         if key.is_empty() {
             self.report(format!("{} {said}", self.current_key()));
         } else {
@@ -108,23 +108,23 @@ impl<'a> SceneCheck<'a> {
     }
 
     /// Reports a problem at the current path, with a hint.
-    pub fn advise(&mut self, message: impl Into<String>, hint: impl Into<String>) {
-        self.push(message.into(), Some(hint.into()), None);
+    pub fn report_with_hint(&mut self, message: impl Into<String>, hint: impl Into<String>) {
+        self.push_problem(message.into(), Some(hint.into()), None);
     }
 
-    /// Adds a problem at the current path, up to [`MOST`] problems.
-    fn push(
+    /// Adds a problem at the current path, up to [`MAX_PROBLEMS`] problems.
+    fn push_problem(
         &mut self,
         message: String,
         hint: Option<String>,
         within: Option<std::ops::Range<usize>>,
     ) {
-        if self.problems.len() < MOST {
+        if self.problems.len() < MAX_PROBLEMS {
             self.problems.push(Problem {
                 path: self.path.clone(),
                 message,
                 hint,
-                within,
+                span: within,
             });
         }
     }
@@ -135,7 +135,13 @@ impl<'a> SceneCheck<'a> {
     }
 
     /// Checks that the names in an array are unique and, if `needed`, not empty.
-    pub fn names<T>(&mut self, key: &str, items: &[T], name: impl Fn(&T) -> &String, needed: bool) {
+    pub fn check_names<T>(
+        &mut self,
+        key: &str,
+        items: &[T],
+        name: impl Fn(&T) -> &String,
+        needed: bool,
+    ) {
         let mut seen: HashMap<&str, usize> = HashMap::new();
         for (i, item) in items.iter().enumerate() {
             let name = name(item).as_str();
@@ -146,7 +152,7 @@ impl<'a> SceneCheck<'a> {
                 None => continue,
             };
             self.with_key(key, |check| {
-                check.element(i, |check| {
+                check.with_element(i, |check| {
                     check.with_key("name", |check| check.report(problem))
                 })
             });
@@ -160,18 +166,18 @@ impl<'a> SceneCheck<'a> {
 
     /// Checks that the name under a key is defined. `label` is the kind of the item, such as
     /// "material".
-    pub fn refers(
+    pub fn check_reference(
         &mut self,
         key: &str,
         name: &str,
         label: &str,
-        defined: for<'n> fn(&'n SceneLookup<'a>) -> &'n NameList<'a>,
+        defined: for<'n> fn(&'n SceneLookup<'a>) -> &'n NameIndex<'a>,
     ) {
         let known = defined(&self.names);
-        if known.get(name).is_some() {
+        if known.index_of(name).is_some() {
             return;
         }
-        let left = if self.problems.len() < MOST {
+        let left = if self.problems.len() < MAX_PROBLEMS {
             self.comparisons.checked_sub(known.len())
         } else {
             None
@@ -183,7 +189,7 @@ impl<'a> SceneCheck<'a> {
             return;
         };
         self.comparisons = left;
-        let hint = match closest(name, known.iter()) {
+        let hint = match closest_word(name, known.iter()) {
             Some(word) => format!("did you mean `{word}`?"),
             None if known.len() == 0 => format!("the scene has no {label} at all"),
             None => {
@@ -192,56 +198,58 @@ impl<'a> SceneCheck<'a> {
             }
         };
         self.with_key(key, |check| {
-            check.advise(format!("unknown {label} `{name}`"), hint)
+            check.report_with_hint(format!("unknown {label} `{name}`"), hint)
         });
     }
 
     /// Checks an expression that yields a colour at hits: it must compile, and a constant value
     /// must have no negative channel.
-    pub fn expression(&mut self, source: &str, scope: ExprScope) {
+    pub fn check_colour_expression(&mut self, source: &str, scope: ExprScope) {
         let program = expr::compile(source, &self.numbers, scope);
-        self.not_negative_program(program);
+        self.check_constant_program(program);
     }
 
     /// Checks an expression that yields a weight at hits: it must compile to a number, and a
     /// constant value must not be negative.
-    pub fn number_expression(&mut self, source: &str, scope: ExprScope) {
+    pub fn check_weight_expression(&mut self, source: &str, scope: ExprScope) {
         let program = expr::compile_number(source, &self.numbers, scope);
-        self.not_negative_program(program);
+        self.check_constant_program(program);
     }
 
     /// Checks that a constant program has no negative value; reports an expression that does not
     /// compile.
-    fn not_negative_program(&mut self, program: Result<Program, ExprError>) {
-        match program.map(|program| program.is_constant()) {
-            Ok(Some(Constant::Number(number))) => self.not_negative("", number),
-            Ok(Some(Constant::Vector(colour))) => self.light("", Colour(colour)),
+    fn check_constant_program(&mut self, program: Result<Program, ExprError>) {
+        match program.map(|program| program.constant_value()) {
+            Ok(Some(Constant::Number(number))) => self.require_not_negative("", number),
+            Ok(Some(Constant::Vector(colour))) => {
+                self.require_not_negative_colour("", Colour(colour))
+            }
             Ok(None) => {}
-            Err(error) => self.wrong_expression(error),
+            Err(error) => self.report_expression_error(error),
         }
     }
 
     /// Checks an expression that yields a texture coordinate at hits: it must compile to a number,
     /// of any sign.
-    pub fn coordinate_expression(&mut self, source: &str, scope: ExprScope) {
+    pub fn check_coordinate_expression(&mut self, source: &str, scope: ExprScope) {
         if let Err(error) = expr::compile_number(source, &self.numbers, scope) {
-            self.wrong_expression(error);
+            self.report_expression_error(error);
         }
     }
 
-    fn wrong_expression(&mut self, error: ExprError) {
+    fn report_expression_error(&mut self, error: ExprError) {
         let message = format!(
             "in the expression of {}: {}",
             self.current_key(),
             error.message
         );
-        self.push(message, error.hint, Some(error.span));
+        self.push_problem(message, error.hint, Some(error.span));
     }
 
     /// Checks a number against a range, both ends included.
     pub fn require_within(&mut self, key: &str, value: f64, minimum: f64, greatest: f64) {
         if !(minimum..=greatest).contains(&value) {
-            self.value(
+            self.report_value(
                 key,
                 format_args!("must be from {minimum} to {greatest}, not {value}"),
             );
@@ -251,7 +259,7 @@ impl<'a> SceneCheck<'a> {
     /// Checks a number that must be zero or within a range, both ends included.
     pub fn require_zero_or_within(&mut self, key: &str, value: f64, minimum: f64, greatest: f64) {
         if value != 0.0 && !(minimum..=greatest).contains(&value) {
-            self.value(
+            self.report_value(
                 key,
                 format_args!("must be 0, or from {minimum} to {greatest}, not {value}"),
             );
@@ -261,7 +269,7 @@ impl<'a> SceneCheck<'a> {
     /// Checks a number against a range, both ends excluded.
     pub fn require_between(&mut self, key: &str, value: f64, low: f64, high: f64) {
         if !(value > low && value < high) {
-            self.value(
+            self.report_value(
                 key,
                 format_args!("must be above {low} and below {high}, not {value}"),
             );
@@ -269,7 +277,7 @@ impl<'a> SceneCheck<'a> {
     }
 
     /// Checks a whole number against a range, both ends included.
-    pub fn count(&mut self, key: &str, value: u32, minimum: u32, greatest: u32) {
+    pub fn require_count_within(&mut self, key: &str, value: u32, minimum: u32, greatest: u32) {
         self.require_within(
             key,
             f64::from(value),
@@ -279,11 +287,11 @@ impl<'a> SceneCheck<'a> {
     }
 
     /// Checks that a number is finite and not too large.
-    pub fn finite(&mut self, key: &str, value: f64) {
+    pub fn require_finite(&mut self, key: &str, value: f64) {
         if !value.is_finite() {
-            self.value(key, format_args!("must be a finite number, not {value}"));
+            self.report_value(key, format_args!("must be a finite number, not {value}"));
         } else if value.abs() > GREATEST {
-            self.value(
+            self.report_value(
                 key,
                 format_args!(
                     "must be from {:e} to {GREATEST:e}, not {value:e}",
@@ -294,20 +302,20 @@ impl<'a> SceneCheck<'a> {
     }
 
     /// Checks that a factor is not negative.
-    pub fn not_negative(&mut self, key: &str, value: f64) {
+    pub fn require_not_negative(&mut self, key: &str, value: f64) {
         if value < 0.0 {
-            self.value(key, format_args!("must not be negative, as {value} is"));
+            self.report_value(key, format_args!("must not be negative, as {value} is"));
         } else {
-            self.finite(key, value);
+            self.require_finite(key, value);
         }
     }
 
     /// Checks that a length is above zero and within the supported range.
-    pub fn length(&mut self, key: &str, value: f64) {
+    pub fn require_length(&mut self, key: &str, value: f64) {
         if value <= 0.0 {
-            self.value(key, format_args!("must be above zero, not {value}"));
+            self.report_value(key, format_args!("must be above zero, not {value}"));
         } else if !(SMALLEST..=FARTHEST).contains(&value) {
-            self.value(
+            self.report_value(
                 key,
                 format_args!("must be from {SMALLEST:e} to {FARTHEST:e}, not {value:e}"),
             );
@@ -315,14 +323,14 @@ impl<'a> SceneCheck<'a> {
     }
 
     /// Checks that a point is finite and within [`FARTHEST`] of the origin on each axis.
-    pub fn point(&mut self, key: &str, point: Triple) {
+    pub fn require_point(&mut self, key: &str, point: Triple) {
         if point.iter().any(|x| !x.is_finite()) {
-            self.value(
+            self.report_value(
                 key,
-                format_args!("must be three finite numbers, not {}", list(&point)),
+                format_args!("must be three finite numbers, not {}", format_list(&point)),
             );
         } else if point.iter().any(|x| x.abs() > FARTHEST) {
-            self.value(
+            self.report_value(
                 key,
                 format_args!("must lie within {FARTHEST:e} of the origin on each axis"),
             );
@@ -330,19 +338,22 @@ impl<'a> SceneCheck<'a> {
     }
 
     /// Checks that a direction is finite and has a length above zero.
-    pub fn direction(&mut self, key: &str, direction: Triple) {
+    pub fn require_direction(&mut self, key: &str, direction: Triple) {
         let longest = direction
             .iter()
             .fold(0.0_f64, |longest, x| longest.max(x.abs()));
         if direction.iter().any(|x| !x.is_finite()) {
-            self.value(
+            self.report_value(
                 key,
-                format_args!("must be three finite numbers, not {}", list(&direction)),
+                format_args!(
+                    "must be three finite numbers, not {}",
+                    format_list(&direction)
+                ),
             );
         } else if longest == 0.0 {
-            self.value(key, "has no length, so it is no direction");
+            self.report_value(key, "has no length, so it is no direction");
         } else if !(SHORTEST_DIRECTION..=LONGEST_DIRECTION).contains(&longest) {
-            self.value(
+            self.report_value(
                 key,
                 format_args!("must be from {SHORTEST_DIRECTION:e} to {LONGEST_DIRECTION:e} long"),
             );
@@ -350,34 +361,40 @@ impl<'a> SceneCheck<'a> {
     }
 
     /// Checks that a colour has no negative channel and none above [`GREATEST`].
-    pub fn light(&mut self, key: &str, colour: Colour) {
-        self.light_up_to(key, colour, GREATEST);
+    pub fn require_not_negative_colour(&mut self, key: &str, colour: Colour) {
+        self.require_colour_up_to(key, colour, GREATEST);
     }
 
     /// Checks the intensity of a light with inverse-square falloff. It may be as large as
     /// [`GREATEST_INTENSITY`], because the falloff bounds the irradiance.
-    pub fn intensity(&mut self, key: &str, colour: Colour) {
-        self.light_up_to(key, colour, GREATEST_INTENSITY);
+    pub fn require_intensity(&mut self, key: &str, colour: Colour) {
+        self.require_colour_up_to(key, colour, GREATEST_INTENSITY);
     }
 
     /// Checks that a colour has no negative channel and none above a limit.
-    fn light_up_to(&mut self, key: &str, colour: Colour, greatest: f64) {
+    fn require_colour_up_to(&mut self, key: &str, colour: Colour, greatest: f64) {
         if colour.0.iter().any(|x| *x < 0.0) {
-            self.value(
+            self.report_value(
                 key,
-                format_args!("must have no negative part, as {} has", list(&colour.0)),
+                format_args!(
+                    "must have no negative part, as {} has",
+                    format_list(&colour.0)
+                ),
             );
         } else if colour.0.iter().any(|x| !x.is_finite()) {
-            self.value(key, format_args!("must be finite, not {}", list(&colour.0)));
+            self.report_value(
+                key,
+                format_args!("must be finite, not {}", format_list(&colour.0)),
+            );
         } else if colour.0.iter().any(|x| *x > greatest) {
-            self.value(key, format_args!("must have no part beyond {greatest:e}"));
+            self.report_value(key, format_args!("must have no part beyond {greatest:e}"));
         }
     }
 }
 
 /// Formats numbers as a list such as `[1, 2, 3]`; numbers with many zeros have exponents, as in
 /// `[1e-30, 1, 1]`.
-pub(crate) fn list(values: &[f64]) -> String {
+pub(crate) fn format_list(values: &[f64]) -> String {
     let plain = |x: f64| x == 0.0 || !x.is_finite() || (1e-6..1e6).contains(&x.abs());
     let number = |x: &f64| {
         if plain(*x) {

@@ -4,7 +4,7 @@ use super::check::SceneCheck;
 use crate::expr::ExprScope;
 use crate::scene::{ColourInput, Falloff, Light, LightKind, Sky, Sun};
 
-pub(super) fn light(check: &mut SceneCheck<'_>, light: &Light) {
+pub(super) fn check_light(check: &mut SceneCheck<'_>, light: &Light) {
     match light.kind {
         LightKind::Point {
             falloff: Falloff::InverseSquare,
@@ -14,19 +14,19 @@ pub(super) fn light(check: &mut SceneCheck<'_>, light: &Light) {
             falloff: Falloff::InverseSquare,
             ..
         } => {
-            check.intensity("colour", light.colour);
+            check.require_intensity("colour", light.colour);
         }
-        _ => check.light("colour", light.colour),
+        _ => check.require_not_negative_colour("colour", light.colour),
     }
     check.with_key("kind", |check| match light.kind {
         LightKind::Directional { to_light } => {
-            check.direction("directional.to_light", to_light);
+            check.require_direction("directional.to_light", to_light);
         }
         LightKind::Point {
             position, range, ..
         } => check.with_key("point", |check| {
-            check.point("position", position);
-            reach(check, range);
+            check.require_point("position", position);
+            check_range(check, range);
         }),
         LightKind::Spot {
             position,
@@ -36,8 +36,8 @@ pub(super) fn light(check: &mut SceneCheck<'_>, light: &Light) {
             range,
             ..
         } => check.with_key("spot", |check| {
-            check.point("position", position);
-            check.direction("direction", direction);
+            check.require_point("position", position);
+            check.require_direction("direction", direction);
             check.require_within("inner_angle", inner_angle, 0.0, 90.0);
             check.with_key("outer_angle", |check| {
                 check.require_within("", outer_angle, 0.0, 90.0);
@@ -49,52 +49,54 @@ pub(super) fn light(check: &mut SceneCheck<'_>, light: &Light) {
                     check.report("`outer_angle` must be above 0: such a cone is shut");
                 }
             });
-            reach(check, range);
+            check_range(check, range);
         }),
     });
 }
 
-fn reach(check: &mut SceneCheck<'_>, range: Option<f64>) {
+fn check_range(check: &mut SceneCheck<'_>, range: Option<f64>) {
     if let Some(range) = range {
-        check.length("range", range);
+        check.require_length("range", range);
     }
 }
 
-pub(super) fn sky(check: &mut SceneCheck<'_>, sky: &Sky) {
+pub(super) fn check_sky(check: &mut SceneCheck<'_>, sky: &Sky) {
     match sky {
-        Sky::Constant(colour) => check.light("constant", *colour),
+        Sky::Constant(colour) => check.require_not_negative_colour("constant", *colour),
         Sky::Gradient { bottom, top, suns } => check.with_key("gradient", |check| {
-            check.light("bottom", *bottom);
-            check.light("top", *top);
-            check.each("suns", suns, sun);
+            check.require_not_negative_colour("bottom", *bottom);
+            check.require_not_negative_colour("top", *top);
+            check.check_each("suns", suns, check_sun);
         }),
         Sky::Expression(input) => check.with_key("expression", |check| match input {
-            ColourInput::Constant(colour) => check.light("", *colour),
-            ColourInput::Expression(source) => check.expression(source, ExprScope::Sky),
+            ColourInput::Constant(colour) => check.require_not_negative_colour("", *colour),
+            ColourInput::Expression(source) => {
+                check.check_colour_expression(source, ExprScope::Sky)
+            }
             ColourInput::Texture(_) | ColourInput::Checker(_) => {
                 let hint = "for a picture of the surroundings write `map = { image = \"…\" }`";
-                check.advise(
+                check.report_with_hint(
                     "a sky has no surface for a texture or checkerboard to lie on",
                     hint,
                 );
             }
         }),
         Sky::Map(map) => check.with_key("map", |check| {
-            check.refers("image", &map.image, "image", |names| &names.images);
-            check.finite("rotation", map.rotation);
-            check.not_negative("strength", map.strength);
+            check.check_reference("image", &map.image, "image", |names| &names.images);
+            check.require_finite("rotation", map.rotation);
+            check.require_not_negative("strength", map.strength);
         }),
         Sky::Studio(studio) => check.with_key("studio", |check| {
-            check.finite("rotation", studio.rotation);
-            check.not_negative("strength", studio.strength);
-            check.not_negative("backdrop", studio.backdrop.unwrap_or(0.0));
+            check.require_finite("rotation", studio.rotation);
+            check.require_not_negative("strength", studio.strength);
+            check.require_not_negative("backdrop", studio.backdrop.unwrap_or(0.0));
         }),
     }
 }
 
-fn sun(check: &mut SceneCheck<'_>, sun: &Sun) {
-    check.direction("direction", sun.direction);
-    check.light("colour", sun.colour);
-    check.not_negative("weight", sun.weight);
-    check.count("exponent", sun.exponent, 1, 65536);
+fn check_sun(check: &mut SceneCheck<'_>, sun: &Sun) {
+    check.require_direction("direction", sun.direction);
+    check.require_not_negative_colour("colour", sun.colour);
+    check.require_not_negative("weight", sun.weight);
+    check.require_count_within("exponent", sun.exponent, 1, 65536);
 }

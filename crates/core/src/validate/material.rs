@@ -3,53 +3,58 @@
 use super::check::SceneCheck;
 use crate::expr::ExprScope;
 use crate::scene::{
-    AlphaMode, Classic, Colour, ColourInput, ConstantValue, FieldBounds, FieldValue, MOST_UV_SETS,
-    MaterialFields, Mixture, Model, Physical, TextureRef, TransmissionChoice, Weight,
+    AlphaMode, ClassicMaterial, Colour, ColourInput, ConstantValue, FieldBounds, FieldValue,
+    MOST_UV_SETS, MaterialFields, MaterialModel, Mixture, Physical, ScalarFactor, TextureRef,
+    TransmissionChoice,
 };
 
-pub(super) fn model(check: &mut SceneCheck<'_>, model: &Model) {
+pub(super) fn check_model(check: &mut SceneCheck<'_>, model: &MaterialModel) {
     match model {
-        Model::Classic(material) => check.with_key("classic", |check| {
-            classic(check, material);
-            traced(check, material);
+        MaterialModel::Classic(material) => check.with_key("classic", |check| {
+            check_classic_terms(check, material);
+            check_traced_terms(check, material);
         }),
-        Model::Physical(material) => check.with_key("physical", |check| physical(check, material)),
+        MaterialModel::Physical(material) => {
+            check.with_key("physical", |check| check_physical(check, material))
+        }
     }
 }
 
 /// Checks the terms of a classic material that are evaluated at the hit.
-fn classic(check: &mut SceneCheck<'_>, material: &Classic) {
-    check.with_key("colour", |check| colour_input(check, &material.colour));
+fn check_classic_terms(check: &mut SceneCheck<'_>, material: &ClassicMaterial) {
+    check.with_key("colour", |check| {
+        check_colour_input(check, &material.colour)
+    });
     check.with_key("local", |check| {
-        weight(check, &material.local, ExprScope::Surface)
+        check_weight(check, &material.local, ExprScope::Surface)
     });
     if let Some(ambient) = material.ambient {
-        check.light("ambient", ambient);
+        check.require_not_negative_colour("ambient", ambient);
     }
     check.with_key("diffuse", |check| {
-        weight(check, &material.diffuse, ExprScope::Light)
+        check_weight(check, &material.diffuse, ExprScope::Light)
     });
     if let Some(specular) = &material.specular {
         check.with_key("specular", |check| {
-            check.count("exponent", specular.exponent, 1, 65536);
+            check.require_count_within("exponent", specular.exponent, 1, 65536);
             check.with_key("strength", |check| {
-                weight(check, &specular.strength, ExprScope::Light)
+                check_weight(check, &specular.strength, ExprScope::Light)
             });
         });
     }
     if let Some(rim) = &material.rim {
         check.with_key("rim", |check| {
             check.with_key("strength", |check| {
-                weight(check, &rim.strength, ExprScope::Surface)
+                check_weight(check, &rim.strength, ExprScope::Surface)
             });
-            check.count("exponent", rim.exponent, 1, 64);
+            check.require_count_within("exponent", rim.exponent, 1, 64);
         });
     }
     if let Some(emission) = &material.emission {
-        check.with_key("emission", |check| colour_input(check, emission));
+        check.with_key("emission", |check| check_colour_input(check, emission));
     }
     if let Some(m) = &material.mixture {
-        check.with_key("mixture", |check| mixture(check, m));
+        check.with_key("mixture", |check| check_mixture(check, m));
     }
     check.require_within(
         "shadow_transmittance",
@@ -58,46 +63,48 @@ fn classic(check: &mut SceneCheck<'_>, material: &Classic) {
         1.0,
     );
     if let Some(shadow) = &material.shadow {
-        check.with_key("shadow", |check| weight(check, shadow, ExprScope::Light));
+        check.with_key("shadow", |check| {
+            check_weight(check, shadow, ExprScope::Light)
+        });
     }
 }
 
-fn mixture(check: &mut SceneCheck<'_>, m: &Mixture) {
+fn check_mixture(check: &mut SceneCheck<'_>, m: &Mixture) {
     check.require_within("specular_chance", m.specular_chance, 0.0, 1.0);
-    check.light("specular_colour", m.specular_colour);
+    check.require_not_negative_colour("specular_colour", m.specular_colour);
     check.require_within("specular_roughness", m.specular_roughness, 0.0, 1.0);
     check.require_within("refraction_chance", m.refraction_chance, 0.0, 1.0);
     if m.specular_chance + m.refraction_chance > 1.0 {
         let message = "`specular_chance` and `refraction_chance` together must be at most 1";
         check.with_key("refraction_chance", |check| {
-            check.advise(message, "what they leave is diffused")
+            check.report_with_hint(message, "what they leave is diffused")
         });
     }
     check.require_within("refraction_roughness", m.refraction_roughness, 0.0, 1.0);
     if let Some(ior) = m.ior {
         check.require_within("ior", ior, 1e-3, 1e3);
     }
-    check.light("absorption", m.absorption);
+    check.require_not_negative_colour("absorption", m.absorption);
 }
 
 /// Checks the terms of a classic material that spawn rays.
-fn traced(check: &mut SceneCheck<'_>, material: &Classic) {
+fn check_traced_terms(check: &mut SceneCheck<'_>, material: &ClassicMaterial) {
     if material.reflection.is_some() && material.transmission.is_some() {
         let message =
             "a material with `transmission` reflects already, so it cannot have `reflection` too";
         check.with_key("reflection", |check| {
-            check.advise(message, "remove one of the two")
+            check.report_with_hint(message, "remove one of the two")
         });
     }
     if let Some(reflection) = &material.reflection {
         check.with_key("reflection", |check| {
             check.with_key("weight", |check| {
-                weight(check, &reflection.weight, ExprScope::Light)
+                check_weight(check, &reflection.weight, ExprScope::Light)
             });
             if let Some(fuzz) = &reflection.fuzz {
-                check.finite("fuzz.amount", fuzz.amount);
-                check.each("fuzz.frequencies", &fuzz.frequencies, |check, row| {
-                    check.point("", *row)
+                check.require_finite("fuzz.amount", fuzz.amount);
+                check.check_each("fuzz.frequencies", &fuzz.frequencies, |check, row| {
+                    check.require_point("", *row)
                 });
             }
         });
@@ -108,17 +115,17 @@ fn traced(check: &mut SceneCheck<'_>, material: &Classic) {
             if let TransmissionChoice::Switch { threshold } = transmission.choice {
                 check.require_within("choice.switch.threshold", threshold, 0.0, 1.0);
             }
-            check.light("reflected_tint", transmission.reflected_tint);
-            check.light("refracted_tint", transmission.refracted_tint);
+            check.require_not_negative_colour("reflected_tint", transmission.reflected_tint);
+            check.require_not_negative_colour("refracted_tint", transmission.refracted_tint);
         });
     }
 }
 
-fn physical(check: &mut SceneCheck<'_>, material: &Physical) {
+fn check_physical(check: &mut SceneCheck<'_>, material: &Physical) {
     for field in material.fields() {
         check.with_key(field, |check| {
-            varying(check, field.value);
-            bounded(check, field.value.constant_value(), field.bounds);
+            check_varying_input(check, field.value);
+            check_bounds(check, field.value.constant_value(), field.bounds);
         });
     }
     if material.priority > 0 && material.thin_walled {
@@ -127,84 +134,94 @@ fn physical(check: &mut SceneCheck<'_>, material: &Physical) {
         });
     }
     if let AlphaMode::Mask { cutoff } = material.alpha {
-        check.not_negative("alpha.mask.cutoff", cutoff);
+        check.require_not_negative("alpha.mask.cutoff", cutoff);
     }
 }
 
 /// Checks the value of a constant field against the field's bounds.
-fn bounded(check: &mut SceneCheck<'_>, constant: Option<ConstantValue>, bounds: FieldBounds) {
+fn check_bounds(check: &mut SceneCheck<'_>, constant: Option<ConstantValue>, bounds: FieldBounds) {
     match (constant, bounds) {
-        (Some(ConstantValue::Number(number)), FieldBounds::Within(minimum, maximum)) => {
+        (Some(ConstantValue::Number(number)), FieldBounds::Range(minimum, maximum)) => {
             check.require_within("", number, minimum, maximum)
         }
         (Some(ConstantValue::Number(number)), FieldBounds::ZeroOrWithin(minimum, maximum)) => {
             check.require_zero_or_within("", number, minimum, maximum)
         }
-        (Some(ConstantValue::Number(number)), FieldBounds::Finite) => check.finite("", number),
-        (Some(ConstantValue::Number(number)), FieldBounds::Length) => check.length("", number),
-        (Some(ConstantValue::Colour(Colour(channels))), FieldBounds::Within(minimum, maximum)) => {
+        (Some(ConstantValue::Number(number)), FieldBounds::Finite) => {
+            check.require_finite("", number)
+        }
+        (Some(ConstantValue::Number(number)), FieldBounds::Length) => {
+            check.require_length("", number)
+        }
+        (Some(ConstantValue::Colour(Colour(channels))), FieldBounds::Range(minimum, maximum)) => {
             for (i, channel) in channels.into_iter().enumerate() {
-                check.element(i, |check| {
+                check.with_element(i, |check| {
                     check.require_within("", channel, minimum, maximum)
                 });
             }
         }
-        (Some(ConstantValue::Colour(colour)), FieldBounds::Light) => check.light("", colour),
+        (Some(ConstantValue::Colour(colour)), FieldBounds::Light) => {
+            check.require_not_negative_colour("", colour)
+        }
         _ => {}
     }
 }
 
-fn weight(check: &mut SceneCheck<'_>, weight: &Weight, scope: ExprScope) {
+fn check_weight(check: &mut SceneCheck<'_>, weight: &ScalarFactor, scope: ExprScope) {
     match weight {
-        Weight::Number(value) => check.not_negative("", *value),
-        Weight::Expression(source) => check.number_expression(source, scope),
+        ScalarFactor::Number(value) => check.require_not_negative("", *value),
+        ScalarFactor::Expression(source) => check.check_weight_expression(source, scope),
     }
 }
 
 /// Checks a number or an expression in place of a texture coordinate, which may have any sign.
-fn coordinate(check: &mut SceneCheck<'_>, coordinate: &Weight) {
+fn check_coordinate(check: &mut SceneCheck<'_>, coordinate: &ScalarFactor) {
     match coordinate {
-        Weight::Number(value) => check.finite("", *value),
-        Weight::Expression(source) => check.coordinate_expression(source, ExprScope::Surface),
+        ScalarFactor::Number(value) => check.require_finite("", *value),
+        ScalarFactor::Expression(source) => {
+            check.check_coordinate_expression(source, ExprScope::Surface)
+        }
     }
 }
 
-fn colour_input(check: &mut SceneCheck<'_>, input: &ColourInput) {
-    varying(check, input);
+fn check_colour_input(check: &mut SceneCheck<'_>, input: &ColourInput) {
+    check_varying_input(check, input);
     if let Some(colour) = input.constant() {
-        check.light("", colour);
+        check.require_not_negative_colour("", colour);
     }
 }
 
 /// Checks the expression, the texture or the checkerboard of an input.
-fn varying(check: &mut SceneCheck<'_>, input: &dyn FieldValue) {
+fn check_varying_input(check: &mut SceneCheck<'_>, input: &dyn FieldValue) {
     match input.expression() {
-        Some((source, true)) => check.number_expression(source, ExprScope::Surface),
-        Some((source, false)) => check.expression(source, ExprScope::Surface),
+        Some((source, true)) => check.check_weight_expression(source, ExprScope::Surface),
+        Some((source, false)) => check.check_colour_expression(source, ExprScope::Surface),
         None => {}
     }
     match input.texture() {
-        Some(("", texture)) => texture_ref(check, texture),
-        Some((key, texture)) => check.with_key(key, |check| texture_ref(check, texture)),
+        Some(("", texture)) => check_texture_ref(check, texture),
+        Some((key, texture)) => check.with_key(key, |check| check_texture_ref(check, texture)),
         None => {}
     }
     if let Some(checker) = input.checker() {
         check.with_key("checker", |check| {
-            check.light("even", checker.even);
-            check.light("odd", checker.odd);
-            check.length("size", checker.size);
+            check.require_not_negative_colour("even", checker.even);
+            check.require_not_negative_colour("odd", checker.odd);
+            check.require_length("size", checker.size);
         });
     }
 }
 
-fn texture_ref(check: &mut SceneCheck<'_>, texture: &TextureRef) {
-    check.refers("name", &texture.name, "texture", |names| &names.textures);
-    check.light("factor", texture.factor);
-    check.count("uv_set", texture.uv_set, 0, MOST_UV_SETS as u32 - 1);
+fn check_texture_ref(check: &mut SceneCheck<'_>, texture: &TextureRef) {
+    check.check_reference("name", &texture.name, "texture", |names| &names.textures);
+    check.require_not_negative_colour("factor", texture.factor);
+    check.require_count_within("uv_set", texture.uv_set, 0, MOST_UV_SETS as u32 - 1);
     if let Some(rows) = &texture.uv_transform {
-        check.each("uv_transform", rows, |check, row| check.point("", *row));
+        check.check_each("uv_transform", rows, |check, row| {
+            check.require_point("", *row)
+        });
     }
     if let Some(coordinates) = &texture.uv {
-        check.each("uv", coordinates, coordinate);
+        check.check_each("uv", coordinates, check_coordinate);
     }
 }

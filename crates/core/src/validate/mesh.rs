@@ -3,37 +3,37 @@
 use std::collections::HashSet;
 
 use super::check::SceneCheck;
-use super::{FARTHEST, MOST, Problem};
+use super::{FARTHEST, MAX_PROBLEMS, Problem};
 use crate::lookup::SceneLookup;
 use crate::scene::{Image, MOST_UV_SETS, Mesh, MeshData, MeshSource, Scene, Shape, Texture};
 
-pub(super) fn image(check: &mut SceneCheck<'_>, image: &Image) {
+pub(super) fn check_image(check: &mut SceneCheck<'_>, image: &Image) {
     if image.path.is_empty() && image.data.is_none() {
         check.with_key("path", |check| check.report("`path` must name a file"));
     }
 }
 
-pub(super) fn texture(check: &mut SceneCheck<'_>, texture: &Texture) {
-    check.refers("image", &texture.image, "image", |names| &names.images);
+pub(super) fn check_texture(check: &mut SceneCheck<'_>, texture: &Texture) {
+    check.check_reference("image", &texture.image, "image", |names| &names.images);
 }
 
-pub(super) fn mesh(check: &mut SceneCheck<'_>, mesh: &Mesh) {
+pub(super) fn check_mesh(check: &mut SceneCheck<'_>, mesh: &Mesh) {
     check.with_key("source", |check| match &mesh.source {
         MeshSource::File(path) if path.is_empty() => {
             check.with_key("file", |check| check.report("`file` must name a file"))
         }
         MeshSource::File(_) => {}
         MeshSource::Inline(data) => {
-            for (path, message) in mesh_data(data) {
+            for (path, message) in check_mesh_data(data) {
                 check.with_key(format_args!("inline.{path}"), |check| check.report(message));
             }
         }
     });
     let Some(model) = &mesh.model else { return };
     check.with_key("model", |check| {
-        check.finite("time", model.time.unwrap_or_default());
+        check.require_finite("time", model.time.unwrap_or_default());
         if matches!(mesh.source, MeshSource::Inline(_)) {
-            check.advise(
+            check.report_with_hint(
                 "`model` chooses from a file, and the arrays of this mesh are inline",
                 "leave `model` away",
             );
@@ -44,7 +44,7 @@ pub(super) fn mesh(check: &mut SceneCheck<'_>, mesh: &Mesh) {
 /// Returns a problem for each object whose material reads a set of texture coordinates that the
 /// object's mesh lacks, without duplicates of mesh, material and set. The scene can still be
 /// rendered: the missing set reads (0, 0).
-pub fn missing_uv_sets(scene: &Scene) -> Vec<Problem> {
+pub fn find_missing_uv_sets(scene: &Scene) -> Vec<Problem> {
     let lookup = SceneLookup::new(scene);
     let listed = scene
         .objects
@@ -68,7 +68,7 @@ pub fn missing_uv_sets(scene: &Scene) -> Vec<Problem> {
         };
         let lacks = |set: &u32| *set > 0 && data.uvs.get(*set as usize).is_none_or(Vec::is_empty);
         for set in material.uv_sets().into_iter().filter(lacks) {
-            if problems.len() < MOST && seen.insert((name, &object.material, set)) {
+            if problems.len() < MAX_PROBLEMS && seen.insert((name, &object.material, set)) {
                 let message = format!(
                     "the material `{}` reads `uv_set` {set}, which the mesh `{name}` does not have; (0, 0) is read there",
                     object.material
@@ -77,7 +77,7 @@ pub fn missing_uv_sets(scene: &Scene) -> Vec<Problem> {
                     path: format!("{list}[{i}]{within}"),
                     message,
                     hint: None,
-                    within: None,
+                    span: None,
                 });
             }
         }
@@ -87,7 +87,7 @@ pub fn missing_uv_sets(scene: &Scene) -> Vec<Problem> {
 
 /// Checks the arrays of a mesh. Returns at most a problem for each array: its path within the mesh,
 /// and the message.
-pub fn mesh_data(data: &MeshData) -> Vec<(String, String)> {
+pub fn check_mesh_data(data: &MeshData) -> Vec<(String, String)> {
     let vertices = data.positions.len();
     let mut problems = Vec::new();
     if let Some(i) = data
@@ -110,13 +110,13 @@ pub fn mesh_data(data: &MeshData) -> Vec<(String, String)> {
         );
         problems.push((format!("indices[{i}]"), message));
     }
-    attribute(&mut problems, "normals", &data.normals, vertices, |x| {
+    check_attribute(&mut problems, "normals", &data.normals, vertices, |x| {
         x.is_finite()
     });
-    attribute(&mut problems, "tangents", &data.tangents, vertices, |x| {
+    check_attribute(&mut problems, "tangents", &data.tangents, vertices, |x| {
         x.is_finite()
     });
-    attribute(&mut problems, "colours", &data.colours, vertices, |x| {
+    check_attribute(&mut problems, "colours", &data.colours, vertices, |x| {
         x.is_finite() && x >= 0.0
     });
     if data.uvs.len() > MOST_UV_SETS {
@@ -126,7 +126,7 @@ pub fn mesh_data(data: &MeshData) -> Vec<(String, String)> {
         ));
     }
     for (i, set) in data.uvs.iter().enumerate() {
-        attribute(&mut problems, &format!("uvs[{i}]"), set, vertices, |x| {
+        check_attribute(&mut problems, &format!("uvs[{i}]"), set, vertices, |x| {
             x.is_finite()
         });
     }
@@ -135,7 +135,7 @@ pub fn mesh_data(data: &MeshData) -> Vec<(String, String)> {
 
 /// Checks an array that must be empty or have an entry for each vertex; `right` tells whether a
 /// number is valid.
-fn attribute<const N: usize>(
+fn check_attribute<const N: usize>(
     problems: &mut Vec<(String, String)>,
     name: &str,
     values: &[[f32; N]],

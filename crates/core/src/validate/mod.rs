@@ -17,16 +17,16 @@ mod transform;
 
 use std::ops::Range;
 
-pub(crate) use check::list;
+pub(crate) use check::format_list;
 pub use check::{GREATEST, GREATEST_INTENSITY};
-pub use mesh::{mesh_data, missing_uv_sets};
-pub(crate) use object::no_area;
+pub use mesh::{check_mesh_data, find_missing_uv_sets};
+pub(crate) use object::spans_no_area;
 
 use self::check::SceneCheck;
 use crate::scene::{FORMAT, Scene};
 
 /// Greatest number of reported problems.
-pub(crate) const MOST: usize = 100;
+pub(crate) const MAX_PROBLEMS: usize = 100;
 
 /// Greatest absolute coordinate, in world units. Squared distances between farther points do not
 /// fit the renderer's `f32`.
@@ -52,7 +52,7 @@ pub struct Problem {
     /// Hint for a correction, if any.
     pub hint: Option<String>,
     /// Byte range within a value that is text; `None` for the whole value.
-    pub within: Option<Range<usize>>,
+    pub span: Option<Range<usize>>,
 }
 
 /// Returns the problems of a scene, in the order of the scene's fields; at most a hundred. A valid
@@ -65,38 +65,40 @@ pub fn validate(scene: &Scene) -> Vec<Problem> {
             scene.format
         );
         check.with_key("format", |check| check.report(message));
-        return check.finish();
+        return check.into_problems();
     }
-    render::parameters(&mut check, scene);
-    check.with_key("render", |check| render::render(check, &scene.render));
+    render::check_parameters(&mut check, scene);
+    check.with_key("render", |check| render::check_render(check, &scene.render));
     check.with_key("classic", |check| {
-        render::classic_rules(check, &scene.classic)
+        render::check_classic_rules(check, &scene.classic)
     });
-    check.names("cameras", &scene.cameras, |camera| &camera.name, false);
-    check.each("cameras", &scene.cameras, camera::camera);
+    check.check_names("cameras", &scene.cameras, |camera| &camera.name, false);
+    check.check_each("cameras", &scene.cameras, camera::check_camera);
     if let Some(sky) = &scene.sky {
-        check.with_key("sky", |check| light::sky(check, sky));
+        check.with_key("sky", |check| light::check_sky(check, sky));
     }
-    check.each("lights", &scene.lights, light::light);
-    check.names("images", &scene.images, |image| &image.name, true);
-    check.each("images", &scene.images, mesh::image);
-    check.names("textures", &scene.textures, |texture| &texture.name, true);
-    check.each("textures", &scene.textures, mesh::texture);
-    check.names(
+    check.check_each("lights", &scene.lights, light::check_light);
+    check.check_names("images", &scene.images, |image| &image.name, true);
+    check.check_each("images", &scene.images, mesh::check_image);
+    check.check_names("textures", &scene.textures, |texture| &texture.name, true);
+    check.check_each("textures", &scene.textures, mesh::check_texture);
+    check.check_names(
         "materials",
         &scene.materials,
         |material| &material.name,
         true,
     );
-    check.each("materials", &scene.materials, |check, material| {
-        check.with_key("model", |check| material::model(check, &material.model));
+    check.check_each("materials", &scene.materials, |check, material| {
+        check.with_key("model", |check| {
+            material::check_model(check, &material.model)
+        });
     });
-    check.names("meshes", &scene.meshes, |mesh| &mesh.name, true);
-    check.each("meshes", &scene.meshes, mesh::mesh);
-    check.each("models", &scene.models, object::model);
-    check.each("objects", &scene.objects, object::object);
-    check.each("generators", &scene.generators, object::generator);
-    check.finish()
+    check.check_names("meshes", &scene.meshes, |mesh| &mesh.name, true);
+    check.check_each("meshes", &scene.meshes, mesh::check_mesh);
+    check.check_each("models", &scene.models, object::check_model_file);
+    check.check_each("objects", &scene.objects, object::check_object);
+    check.check_each("generators", &scene.generators, object::check_generator);
+    check.into_problems()
 }
 
 #[cfg(test)]

@@ -5,24 +5,26 @@
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::Motion;
 
-use super::check::{SceneCheck, list};
-use crate::motion::ends;
+use super::check::{SceneCheck, format_list};
+use crate::motion::object_motion_ends;
 use crate::scene::{Camera, Material, Object, Pose};
 
 /// Sine of the least permitted angle between a camera's view and its up direction.
-pub(super) const PARALLEL: f64 = 1e-6;
+pub(super) const MIN_VIEW_SINE: f64 = 1e-6;
 
 /// Greatest number of pieces of a camera's motion that are examined. Usual motions need far fewer;
 /// the limit bounds the time for a motion that is nearly degenerate everywhere.
 const MOST_PIECES: usize = 4096;
 
 /// Checks the motion of an object whose transforms at time 0 and time 1 are valid.
-pub(super) fn object(check: &mut SceneCheck<'_>, object: &Object) {
-    let Some(ends) = ends(object) else { return };
+pub(super) fn check_object_motion(check: &mut SceneCheck<'_>, object: &Object) {
+    let Some(ends) = object_motion_ends(object) else {
+        return;
+    };
     if Motion::new(ends).is_err() {
         let hint = "what turns shrinks on its way: turn by less than 180 degrees, and change the sign of no scale factor";
         check.with_key("transform_end", |check| {
-            check.advise(
+            check.report_with_hint(
                 "at some time between `transform` and `transform_end` nothing is left to see",
                 hint,
             );
@@ -30,36 +32,38 @@ pub(super) fn object(check: &mut SceneCheck<'_>, object: &Object) {
     }
     if check
         .material(&object.material)
-        .and_then(Material::even_emission)
+        .and_then(Material::uniform_emission)
         .is_some()
     {
         let hint = "leave `transform_end` away, or give the object a material without emission";
         check.with_key("transform_end", |check| {
-            check.advise("an object that gives off light can't move: its light is drawn from where it stands", hint);
+            check.report_with_hint("an object that gives off light can't move: its light is drawn from where it stands", hint);
         });
     }
 }
 
 /// Checks the shutter of a camera, and its motion if both poses are valid (`right`).
-pub(super) fn camera(check: &mut SceneCheck<'_>, camera: &Camera, right: bool) {
+pub(super) fn check_camera_motion(check: &mut SceneCheck<'_>, camera: &Camera, right: bool) {
     if let Some([open, close]) = camera.shutter
         && !(0.0 <= open && open <= close && close <= 1.0)
     {
-        let times = list(&[open, close]);
+        let times = format_list(&[open, close]);
         let message = format!(
             "`shutter` must open at 0 or later and close at 1 or earlier, not before it opens: {times}"
         );
         check.with_key("shutter", |check| {
-            check.advise(message, "motion runs from time 0 to time 1")
+            check.report_with_hint(message, "motion runs from time 0 to time 1")
         });
     }
     if let Some(end) = camera.pose_end.as_ref().filter(|_| right) {
-        check.with_key("pose_end", |check| check_motion(check, &camera.pose, end));
+        check.with_key("pose_end", |check| {
+            check_pose_motion(check, &camera.pose, end)
+        });
     }
 }
 
 /// Checks that a camera's view is defined at every time between two valid poses.
-fn check_motion(check: &mut SceneCheck<'_>, start: &Pose, end: &Pose) {
+fn check_pose_motion(check: &mut SceneCheck<'_>, start: &Pose, end: &Pose) {
     let v = |a: [f64; 3]| DVec3::from(a);
     let sees = match (start, end) {
         (
@@ -69,7 +73,7 @@ fn check_motion(check: &mut SceneCheck<'_>, start: &Pose, end: &Pose) {
                 target: t,
                 up: u,
             },
-        ) => looks_somewhere([v(*target) - v(*eye), v(*t) - v(*e)], [v(*up), v(*u)]),
+        ) => view_is_always_defined([v(*target) - v(*eye), v(*t) - v(*e)], [v(*up), v(*u)]),
         // Distance and elevation stay between their values at the ends, so the view is always
         // defined.
         (Pose::Orbit { .. }, Pose::Orbit { .. }) => true,
@@ -96,7 +100,7 @@ fn check_motion(check: &mut SceneCheck<'_>, start: &Pose, end: &Pose) {
         }
         _ => {
             let hint = "give both as `look_at`, as `orbit` or as `axes`";
-            return check.advise(
+            return check.report_with_hint(
                 "`pose_end` must be of the same kind as `pose`: nothing lies between two kinds",
                 hint,
             );
@@ -104,7 +108,7 @@ fn check_motion(check: &mut SceneCheck<'_>, start: &Pose, end: &Pose) {
     };
     if !sees {
         let hint = "choose two poses between which the view keeps away from `up`, or an `orbit`, which turns about its target";
-        check.advise("at some time between `pose` and `pose_end` the camera has no view, or no direction that is upwards", hint);
+        check.report_with_hint("at some time between `pose` and `pose_end` the camera has no view, or no direction that is upwards", hint);
     }
 }
 
@@ -113,7 +117,7 @@ fn check_motion(check: &mut SceneCheck<'_>, start: &Pose, end: &Pose) {
 /// its Bernstein coefficients. If all coefficients are on the same side of a plane through the
 /// origin, the curve is never zero. If not, both halves of the curve are examined. A motion that is
 /// undecided after [`MOST_PIECES`] pieces is refused.
-fn looks_somewhere(view: [DVec3; 2], up: [DVec3; 2]) -> bool {
+fn view_is_always_defined(view: [DVec3; 2], up: [DVec3; 2]) -> bool {
     let mut waiting = vec![(view, up)];
     for _ in 0..MOST_PIECES {
         let Some(([v0, v1], [u0, u1])) = waiting.pop() else {
@@ -124,7 +128,7 @@ fn looks_somewhere(view: [DVec3; 2], up: [DVec3; 2]) -> bool {
             (v0.cross(u1) + v1.cross(u0)) * 0.5,
             v1.cross(u1),
         ];
-        let minimum = PARALLEL * v0.length().max(v1.length()) * u0.length().max(u1.length());
+        let minimum = MIN_VIEW_SINE * v0.length().max(v1.length()) * u0.length().max(u1.length());
         let side = (curve[0] + curve[1] * 2.0 + curve[2]).normalize_or_zero();
         if !curve.iter().all(|c| c.dot(side) > minimum) {
             let (v, u) = ((v0 + v1) * 0.5, (u0 + u1) * 0.5);

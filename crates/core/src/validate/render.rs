@@ -3,45 +3,45 @@
 
 use super::check::SceneCheck;
 use crate::expr::parameter_name_problem;
-use crate::scene::{ClassicRules, Render, Scene, SpawnRule};
+use crate::scene::{ClassicRules, RenderSettings, Scene, SpawnRule};
 use crate::settings::Settings;
 
-pub(super) fn parameters(check: &mut SceneCheck<'_>, scene: &Scene) {
-    check.finite("t", scene.t);
+pub(super) fn check_parameters(check: &mut SceneCheck<'_>, scene: &Scene) {
+    check.require_finite("t", scene.t);
     check.with_key("parameters", |check| {
         for (name, value) in &scene.parameters {
             check.with_key(name, |check| match parameter_name_problem(name) {
-                Some(reason) => check.advise(
+                Some(reason) => check.report_with_hint(
                     format!("`{name}` cannot be the name of a parameter"),
                     reason,
                 ),
-                None => check.finite("", *value),
+                None => check.require_finite("", *value),
             });
         }
     });
 }
 
-pub(super) fn render(check: &mut SceneCheck<'_>, render: &Render) {
-    check.each("size", &render.size, |check, side| {
-        check.count("", *side, 1, Settings::MOST_EDGE)
+pub(super) fn check_render(check: &mut SceneCheck<'_>, render: &RenderSettings) {
+    check.check_each("size", &render.size, |check, side| {
+        check.require_count_within("", *side, 1, Settings::MOST_EDGE)
     });
-    check.count("samples", render.samples, 1, Settings::MOST_SAMPLES);
-    check.count("max_depth", render.max_depth, 1, Settings::MOST_SEGMENTS);
+    check.require_count_within("samples", render.samples, 1, Settings::MOST_SAMPLES);
+    check.require_count_within("max_depth", render.max_depth, 1, Settings::MOST_SEGMENTS);
     check.require_within("exposure", render.exposure, -64.0, 64.0);
-    check.light("veil", render.veil);
+    check.require_not_negative_colour("veil", render.veil);
 }
 
-pub(super) fn classic_rules(check: &mut SceneCheck<'_>, rules: &ClassicRules) {
-    check.light("ambient", rules.ambient);
+pub(super) fn check_classic_rules(check: &mut SceneCheck<'_>, rules: &ClassicRules) {
+    check.require_not_negative_colour("ambient", rules.ambient);
     if let Some(distance) = rules.shadow_max_distance {
-        check.length("shadow_max_distance", distance);
+        check.require_length("shadow_max_distance", distance);
     }
     if let SpawnRule::Constant(offsets) = rules.spawn {
         check.with_key("spawn.constant", |check| {
-            check.not_negative("offset", offsets.offset);
-            check.not_negative("camera_min", offsets.camera_min);
-            check.not_negative("secondary_min", offsets.secondary_min);
-            check.not_negative("shadow_min", offsets.shadow_min);
+            check.require_not_negative("offset", offsets.offset);
+            check.require_not_negative("camera_min", offsets.camera_min);
+            check.require_not_negative("secondary_min", offsets.secondary_min);
+            check.require_not_negative("shadow_min", offsets.shadow_min);
         });
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::scene::*;
 
-use super::{Problem, mesh_data, validate};
+use super::{Problem, check_mesh_data, validate};
 
 const HERE: [f64; 3] = [0.0; 3];
 const ABOVE: [f64; 3] = [0.0, 1.0, 0.0];
@@ -19,11 +19,11 @@ fn sound() -> Scene {
     };
     let material = Material {
         name: "red".into(),
-        model: Model::Classic(Box::default()),
+        model: MaterialModel::Classic(Box::default()),
     };
     let physical = Material {
         name: "oak".into(),
-        model: Model::Physical(Box::new(Physical {
+        model: MaterialModel::Physical(Box::new(Physical {
             base_colour_texture: Some(texture()),
             ..Physical::default()
         })),
@@ -67,9 +67,9 @@ fn sound() -> Scene {
             name: "wood".into(),
             image: "grain".into(),
             colour_space: ColourSpace::Srgb,
-            filter: Filter::Bilinear,
-            wrap_u: Wrap::Repeat,
-            wrap_v: Wrap::Repeat,
+            filter: TextureFilter::Bilinear,
+            wrap_u: WrapMode::Repeat,
+            wrap_v: WrapMode::Repeat,
         }],
         materials: vec![material, physical],
         meshes: vec![Mesh {
@@ -143,12 +143,12 @@ fn transform(step: TransformStep) -> String {
     single_problem(|scene| scene.objects[0].transform = vec![step])
 }
 
-fn classic(classic: Classic) -> String {
-    single_problem(|scene| scene.materials[0].model = Model::Classic(Box::new(classic)))
+fn classic(classic: ClassicMaterial) -> String {
+    single_problem(|scene| scene.materials[0].model = MaterialModel::Classic(Box::new(classic)))
 }
 
 fn physical(physical: Physical) -> String {
-    single_problem(|scene| scene.materials[1].model = Model::Physical(Box::new(physical)))
+    single_problem(|scene| scene.materials[1].model = MaterialModel::Physical(Box::new(physical)))
 }
 
 /// Protects: a valid scene has no problems.
@@ -353,62 +353,62 @@ fn lights_and_skies_are_sensible() {
 #[test]
 fn materials_have_ranges_and_expressions_that_compile() {
     assert!(
-        classic(Classic {
+        classic(ClassicMaterial {
             shadow_transmittance: 1.5,
-            ..Classic::default()
+            ..ClassicMaterial::default()
         })
         .contains("must be from 0 to 1, not 1.5")
     );
-    let specular = |exponent| Specular {
+    let specular = |exponent| ClassicHighlight {
         model: SpecularModel::Blinn,
         exponent,
-        strength: Weight::Number(1.0),
+        strength: ScalarFactor::Number(1.0),
         lit: true,
         shadowed: true,
         on_reflection: false,
     };
     assert!(
-        classic(Classic {
+        classic(ClassicMaterial {
             specular: Some(specular(0)),
-            ..Classic::default()
+            ..ClassicMaterial::default()
         })
         .contains("`exponent` must be from 1 to 65536")
     );
     assert!(
-        classic(Classic {
-            rim: Some(Rim {
-                strength: Weight::Number(1.0),
+        classic(ClassicMaterial {
+            rim: Some(RimLight {
+                strength: ScalarFactor::Number(1.0),
                 exponent: 65
             }),
-            ..Classic::default()
+            ..ClassicMaterial::default()
         })
         .contains("from 1 to 64")
     );
-    let vector = Weight::Expression("p".into());
+    let vector = ScalarFactor::Expression("p".into());
     assert!(
-        classic(Classic {
+        classic(ClassicMaterial {
             local: vector,
-            ..Classic::default()
+            ..ClassicMaterial::default()
         })
         .starts_with("materials[0].model.classic.local: in the expression of `local`")
     );
     assert!(
-        classic(Classic {
-            local: Weight::Number(f64::NAN),
-            ..Classic::default()
+        classic(ClassicMaterial {
+            local: ScalarFactor::Number(f64::NAN),
+            ..ClassicMaterial::default()
         })
         .contains("finite")
     );
     let to_light = ColourInput::Expression("l".into());
     assert!(
-        classic(Classic {
+        classic(ClassicMaterial {
             colour: to_light,
-            ..Classic::default()
+            ..ClassicMaterial::default()
         })
         .contains("`l` does not exist")
     );
-    let reflection = Some(Reflection {
-        weight: Weight::Number(1.0),
+    let reflection = Some(MirrorReflection {
+        weight: ScalarFactor::Number(1.0),
         tinted: true,
         fuzz: None,
     });
@@ -421,17 +421,17 @@ fn materials_have_ranges_and_expressions_that_compile() {
         })
     };
     assert!(
-        classic(Classic {
+        classic(ClassicMaterial {
             transmission: transmission(0.0),
-            ..Classic::default()
+            ..ClassicMaterial::default()
         })
         .contains("`ior` must be from")
     );
     assert!(
-        classic(Classic {
+        classic(ClassicMaterial {
             reflection,
             transmission: transmission(1.5),
-            ..Classic::default()
+            ..ClassicMaterial::default()
         })
         .contains("cannot have `reflection` too")
     );
@@ -512,79 +512,83 @@ fn negative_light_is_refused() {
         gradient(Colour::WHITE, Colour::WHITE, Colour::WHITE, -1.0),
         "sky.gradient.suns[0].weight",
     );
-    let of_classic =
-        |m: Classic, key: &str| refused(classic(m), &format!("materials[0].model.classic.{key}"));
+    let of_classic = |m: ClassicMaterial, key: &str| {
+        refused(classic(m), &format!("materials[0].model.classic.{key}"))
+    };
     for colour in [RED.into(), ColourInput::Expression("[1, 2 - 3, 1]".into())] {
         of_classic(
-            Classic {
+            ClassicMaterial {
                 colour: colour.clone(),
-                ..Classic::default()
+                ..ClassicMaterial::default()
             },
             "colour",
         );
         of_classic(
-            Classic {
+            ClassicMaterial {
                 emission: Some(colour),
-                ..Classic::default()
+                ..ClassicMaterial::default()
             },
             "emission",
         );
     }
     of_classic(
-        Classic {
+        ClassicMaterial {
             ambient: Some(RED),
-            ..Classic::default()
+            ..ClassicMaterial::default()
         },
         "ambient",
     );
-    for weight in [Weight::Number(-0.5), Weight::Expression("1 - 2".into())] {
+    for weight in [
+        ScalarFactor::Number(-0.5),
+        ScalarFactor::Expression("1 - 2".into()),
+    ] {
         of_classic(
-            Classic {
+            ClassicMaterial {
                 local: weight.clone(),
-                ..Classic::default()
+                ..ClassicMaterial::default()
             },
             "local",
         );
         of_classic(
-            Classic {
+            ClassicMaterial {
                 diffuse: weight.clone(),
-                ..Classic::default()
+                ..ClassicMaterial::default()
             },
             "diffuse",
         );
         of_classic(
-            Classic {
+            ClassicMaterial {
                 shadow: Some(weight.clone()),
-                ..Classic::default()
+                ..ClassicMaterial::default()
             },
             "shadow",
         );
         of_classic(
-            Classic {
-                rim: Some(Rim {
+            ClassicMaterial {
+                rim: Some(RimLight {
                     strength: weight.clone(),
                     exponent: 1,
                 }),
-                ..Classic::default()
+                ..ClassicMaterial::default()
             },
             "rim.strength",
         );
-        let reflection = Some(Reflection {
+        let reflection = Some(MirrorReflection {
             weight,
             tinted: true,
             fuzz: None,
         });
         of_classic(
-            Classic {
+            ClassicMaterial {
                 reflection,
-                ..Classic::default()
+                ..ClassicMaterial::default()
             },
             "reflection.weight",
         );
     }
-    let mixture = |m: Mixture| Classic {
+    let mixture = |m: Mixture| ClassicMaterial {
         mixture: Some(m),
-        ..Classic::default()
+        ..ClassicMaterial::default()
     };
     of_classic(
         mixture(Mixture {
@@ -606,9 +610,9 @@ fn negative_light_is_refused() {
         size: 1.0,
     };
     of_classic(
-        Classic {
+        ClassicMaterial {
             colour: ColourInput::Checker(CheckerInput { checker }),
-            ..Classic::default()
+            ..ClassicMaterial::default()
         },
         "colour.checker.odd",
     );
@@ -636,7 +640,7 @@ fn negative_light_is_refused() {
         },
         "roughness",
     );
-    let texture = |factor: Colour, uv: Option<[Weight; 2]>| {
+    let texture = |factor: Colour, uv: Option<[ScalarFactor; 2]>| {
         let texture = TextureRef {
             name: "wood".into(),
             uv_set: 0,
@@ -655,11 +659,14 @@ fn negative_light_is_refused() {
         normal_scale: -1.0,
         ..texture(
             Colour::WHITE,
-            Some([Weight::Number(-1.0), Weight::Expression("-2".into())]),
+            Some([
+                ScalarFactor::Number(-1.0),
+                ScalarFactor::Expression("-2".into()),
+            ]),
         )
     };
     assert_eq!(
-        broken(|s| s.materials[1].model = Model::Physical(Box::new(signed))),
+        broken(|s| s.materials[1].model = MaterialModel::Physical(Box::new(signed))),
         []
     );
 }
@@ -667,12 +674,12 @@ fn negative_light_is_refused() {
 /// Protects: the problem of an expression names its place in the text.
 #[test]
 fn an_expression_s_problem_says_where_in_the_text() {
-    let classic = Classic {
+    let classic = ClassicMaterial {
         colour: ColourInput::Expression("1 + bad".into()),
-        ..Classic::default()
+        ..ClassicMaterial::default()
     };
-    let problems = broken(|s| s.materials[0].model = Model::Classic(Box::new(classic)));
-    assert_eq!(problems[0].within, Some(4..7));
+    let problems = broken(|s| s.materials[0].model = MaterialModel::Classic(Box::new(classic)));
+    assert_eq!(problems[0].span, Some(4..7));
 }
 
 /// Protects: names are unique and references exist.
@@ -837,7 +844,7 @@ fn sizes_are_above_zero_and_directions_lead_somewhere() {
 /// Protects: numbers in a message are short whatever their size.
 #[test]
 fn lists_have_no_rows_of_zeros() {
-    let list = super::check::list;
+    let list = super::check::format_list;
     assert_eq!(list(&[1e-30, 1.0, -1e8]), "[1e-30, 1, -1e8]");
     assert_eq!(
         list(&[0.0, 0.25, f64::NAN, 1e-6, 999_999.5]),
@@ -923,14 +930,14 @@ fn mesh_arrays_are_finite_and_fit_each_other() {
     let problem = |break_it: fn(&mut MeshData)| {
         let mut data = leaf();
         break_it(&mut data);
-        mesh_data(&data)
+        check_mesh_data(&data)
             .iter()
             .map(|(path, message)| format!("{path}: {message}"))
             .collect::<Vec<_>>()
             .join("\n")
     };
-    assert_eq!(mesh_data(&leaf()), []);
-    assert_eq!(mesh_data(&MeshData::default()), []);
+    assert_eq!(check_mesh_data(&leaf()), []);
+    assert_eq!(check_mesh_data(&MeshData::default()), []);
     assert!(
         problem(|mesh| mesh.indices[0][2] = 3).starts_with(
             "indices[0]: this triangle names a vertex that does not exist: there are 3"

@@ -4,9 +4,9 @@ use core::time::Duration;
 
 use raywright_core::Settings;
 use raywright_core::accuracy::{
-    AccuracyEffort, AccuracyReport, LadderReport, MeasureError, MeasurementStart, measure,
+    AccuracyEffort, AccuracyReport, LadderReport, MeasureError, MeasurementStart, measure_accuracy,
 };
-use raywright_core::display::Output;
+use raywright_core::display::OutputFormat;
 use raywright_core::prepare::PrepareError;
 use raywright_core::scene::{Scene, ToneMap, TransferCurve};
 use raywright_core::settings::Sampling;
@@ -36,7 +36,7 @@ fn measured(scene: &Scene) -> AccuracyReport {
         max_depth: 4,
         ..settings(scene, DOWN)
     };
-    measure(
+    measure_accuracy(
         scene,
         &settings,
         &EFFORT,
@@ -117,10 +117,10 @@ fn files_keep_what_they_can() {
         scene.render.gamma = TransferCurve::None;
         scene.render.tone_map = ToneMap::None;
         let settings = Settings {
-            output: Output::Sixteen,
+            output: OutputFormat::Sixteen,
             ..settings(&scene, DOWN)
         };
-        measure(
+        measure_accuracy(
             &scene,
             &settings,
             &EFFORT,
@@ -240,7 +240,7 @@ fn noise_is_no_bias() {
         sampling: Sampling::General(16),
         ..settings(&scene, DOWN)
     };
-    let (report, _) = measure(
+    let (report, _) = measure_accuracy(
         &scene,
         &settings,
         &effort,
@@ -279,7 +279,7 @@ fn a_measurement_can_be_stopped() {
         }
     }
     let scene = corridor();
-    let stopped = measure(
+    let stopped = measure_accuracy(
         &scene,
         &settings(&scene, DOWN),
         &EFFORT,
@@ -300,7 +300,7 @@ fn a_reference_is_used_again() {
         ..settings(&scene, DOWN)
     };
     let again = |scene: &str, settings: &Settings, effort: &AccuracyEffort, reference| {
-        measure(
+        measure_accuracy(
             &corridor(),
             settings,
             effort,

@@ -1,7 +1,7 @@
 //! Partly transparent surfaces in camera rays; `shadows` tests them in shadow rays.
 
 use raywright_core::counters::SampleLoss;
-use raywright_core::scene::{ImageData, Integrator, Pattern, Pinhole, Pixels, Projection};
+use raywright_core::scene::{ImageData, Integrator, Pinhole, PixelData, Projection, SamplePattern};
 use raywright_core::settings::{Background, Sampling};
 use raywright_core::{Scene, Settings};
 use serde_json::{Value, json};
@@ -79,7 +79,7 @@ fn the_background_is_seen_through_panes() {
     let before_blue = |settings: &Settings| {
         render_scene(&scene, settings)
             .picture
-            .over([0.0, 0.0, 1.0])
+            .composite_over([0.0, 0.0, 1.0])
             .rgb[0]
             .map(f64::from)
     };
@@ -137,7 +137,7 @@ fn masks_at_their_cutoff_are_whole() {
         let image = ImageData {
             width: 3,
             height: 2,
-            pixels: Pixels::Codes(vec![code; 6]),
+            pixels: PixelData::Codes(vec![code; 6]),
         };
         scene.images[0].data = Some(std::sync::Arc::new(image));
         PRECISIONS.map(|(precision, _)| {
@@ -360,7 +360,7 @@ fn panes_over_nothing_cover_their_share() {
         let mut scene = over_nothing(pane(0.25, 2));
         let mut other = scene.materials[1].clone();
         other.name = "other".to_owned();
-        let raywright_core::scene::Model::Physical(model) = &mut other.model else {
+        let raywright_core::scene::MaterialModel::Physical(model) = &mut other.model else {
             panic!("a physical material")
         };
         model.opacity = 0.5.into();
@@ -412,8 +412,8 @@ fn panes_over_nothing_cover_their_share() {
     ] {
         for (precision, _) in crate::support::PRECISIONS {
             for sampling in [
-                Sampling::Pattern(Pattern::Centre),
-                Sampling::Pattern(Pattern::Corners),
+                Sampling::Pattern(SamplePattern::Centre),
+                Sampling::Pattern(SamplePattern::Corners),
                 Sampling::General(20),
             ] {
                 let settings = Settings {
@@ -493,7 +493,10 @@ fn rays_pass_some_thousand_absent_surfaces() {
                 },
             );
             assert_eq!(
-                (found.picture.rgb[0], found.counters.losses().collect()),
+                (
+                    found.picture.rgb[0],
+                    found.counters.sample_losses().collect()
+                ),
                 ([0.0, 0.0, blue], losses),
                 "{integrator:?}, {count}"
             );

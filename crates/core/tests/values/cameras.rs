@@ -271,7 +271,7 @@ fn scenes_without_a_camera_are_framed() {
     let aspect = f64::from(own_settings.size[0]) / f64::from(own_settings.size[1]);
     let [framed, said] = [
         None,
-        Some(silhouette.frame(silhouette.front(), FIELD_OF_VIEW, aspect)),
+        Some(silhouette.frame_camera(silhouette.default_view(), FIELD_OF_VIEW, aspect)),
     ]
     .map(value_of);
     let position = |name: &str| framed.layer(name).expect("asked for").samples[0];

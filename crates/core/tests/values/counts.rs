@@ -4,9 +4,9 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use std::sync::Mutex;
 
 use raywright_core::prepare::PrepareError;
-use raywright_core::scene::{Integrator, Pattern, Scene};
+use raywright_core::scene::{Integrator, SamplePattern, Scene};
 use raywright_core::settings::{Aov, Crop, Sampling, Settings};
-use raywright_core::{Observer, estimate, prepare};
+use raywright_core::{Observer, estimate_scene_memory, prepare};
 use serde_json::json;
 
 use crate::support::{DOWN, classic, floor, physical, render_scene, scene, settings, sun};
@@ -47,17 +47,17 @@ fn rays_are_counted_by_kind() {
         (counters.camera, counters.shadow, counters.samples)
     };
     assert_eq!(
-        counted(Sampling::Pattern(Pattern::Centre), 32),
+        counted(Sampling::Pattern(SamplePattern::Centre), 32),
         (12, 12, 12)
     );
     assert_eq!(counted(Sampling::General(3), 2), (36, 36, 36));
     assert_eq!(
-        counted(Sampling::Pattern(Pattern::Corners), 32),
+        counted(Sampling::Pattern(SamplePattern::Corners), 32),
         (20, 20, 48)
     );
     // Tiles of 2 × 2: 3 · 3 corners twice above, 3 · 2 twice below.
     assert_eq!(
-        counted(Sampling::Pattern(Pattern::Corners), 2),
+        counted(Sampling::Pattern(SamplePattern::Corners), 2),
         (30, 30, 48)
     );
 }
@@ -67,25 +67,28 @@ fn rays_are_counted_by_kind() {
 #[test]
 fn sampling_is_resolved() {
     let mut scene = Scene::default();
-    let resolve = |scene: &Scene, spp| Sampling::resolve(scene, spp);
+    let resolve = |scene: &Scene, spp| Sampling::from_spp(scene, spp);
     scene.render.samples = 9;
     assert_eq!(
         (resolve(&scene, None), resolve(&scene, Some(1))),
         (Sampling::General(9), Sampling::General(1))
     );
-    scene.render.pattern = Some(Pattern::Corners);
-    let corners = Sampling::Pattern(Pattern::Corners);
+    scene.render.pattern = Some(SamplePattern::Corners);
+    let corners = Sampling::Pattern(SamplePattern::Corners);
     assert_eq!(
         (resolve(&scene, None), resolve(&scene, Some(4))),
         (corners, corners)
     );
-    assert_eq!(resolve(&scene, Some(1)), Sampling::Pattern(Pattern::Centre));
+    assert_eq!(
+        resolve(&scene, Some(1)),
+        Sampling::Pattern(SamplePattern::Centre)
+    );
     assert_eq!(resolve(&scene, Some(5)), Sampling::General(5));
     assert_eq!(
         (
-            corners.count(),
-            Sampling::Pattern(Pattern::Centre).count(),
-            Sampling::General(7).count()
+            corners.samples_per_pixel(),
+            Sampling::Pattern(SamplePattern::Centre).samples_per_pixel(),
+            Sampling::General(7).samples_per_pixel()
         ),
         (4, 1, 7)
     );
@@ -174,7 +177,7 @@ fn memory_is_counted_and_limited() {
         memory.total(),
         memory.film + memory.geometry + memory.tables
     );
-    let needed = estimate(&scene, &base).total();
+    let needed = estimate_scene_memory(&scene, &base).total();
     let limited = |limit| {
         prepare(
             &scene,
@@ -209,7 +212,7 @@ fn memory_is_told_before_anything_is_built() {
         )
         .err()
     };
-    let needed = estimate(&scene, &settings(&scene, DOWN));
+    let needed = estimate_scene_memory(&scene, &settings(&scene, DOWN));
     assert_eq!(
         limited(Some(1)),
         Some(PrepareError::Memory { needed, allowed: 1 })
@@ -223,7 +226,7 @@ fn tables_count_what_was_built() {
     let tables = |scene: &Scene| {
         prepare(scene, &settings(scene, DOWN), &())
             .expect("prepares")
-            .tables()
+            .table_sizes()
     };
     let lamp = json!({ "name": "lamp", "model": { "classic": { "local": 0, "emission": 1 } } });
     let spare = json!({ "name": "spare", "model": { "classic": {} } });

@@ -11,7 +11,7 @@ fn shown(tone_map: ToneMap, curve: TransferCurve, rgb: [f32; 3]) -> [f32; 3] {
         ..Display::PLAIN
     }
     .prepare()
-    .values(rgb)
+    .display_values(rgb)
 }
 
 /// Protects: AgX maps three colours by its published matrices, range and sigmoid, against an

@@ -520,7 +520,7 @@ fn auto_goes_by_what_is_left_out() {
             detect(&scene, &settings).integrator,
             prepare(&scene, &settings, &())
                 .expect("prepares")
-                .follows_paths(),
+                .is_path_traced(),
         )
     };
     let whitted = [

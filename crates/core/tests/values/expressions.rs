@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use raywright_core::expr::{ExprScope, Programs, VariableValues, compile_number};
+use raywright_core::expr::{ExprScope, ProgramTable, VariableValues, compile_number};
 
 /// Value of an expression for given u and v.
 fn value(source: &str, u: f64, v: f64) -> f64 {
     let program = compile_number(source, &BTreeMap::new(), ExprScope::Surface)
         .unwrap_or_else(|e| panic!("{source}: {e}"));
-    Programs::from_program(&program).scalar(
+    ProgramTable::from_program(&program).eval_scalar(
         0,
         &VariableValues {
             u,

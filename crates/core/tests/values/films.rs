@@ -3,7 +3,7 @@
 
 use raywright_core::bvh::{AcceleratorKind, BuildQuality};
 use raywright_core::picture::Picture;
-use raywright_core::scene::{Pattern, Scene};
+use raywright_core::scene::{SamplePattern, Scene};
 use raywright_core::settings::{Aov, Background, Crop, Sampling, Settings};
 use serde_json::{Value, json};
 
@@ -25,8 +25,8 @@ fn flat(scene: &Scene, size: [u32; 2], sampling: Sampling) -> Settings {
     settings
 }
 
-const CENTRE: Sampling = Sampling::Pattern(Pattern::Centre);
-const CORNERS: Sampling = Sampling::Pattern(Pattern::Corners);
+const CENTRE: Sampling = Sampling::Pattern(SamplePattern::Centre);
+const CORNERS: Sampling = Sampling::Pattern(SamplePattern::Corners);
 
 fn layer(picture: &Picture, name: &str) -> Vec<f32> {
     picture

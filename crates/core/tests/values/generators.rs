@@ -1,8 +1,8 @@
 //! Generators of many objects, and the transforms of their positions.
 
 use glam::DVec3;
-use raywright_core::affine;
-use raywright_core::generate::{count, expand};
+use raywright_core::affine_from_steps;
+use raywright_core::generate::{count_objects, expand_generators};
 use raywright_core::scene::{Scene, TransformStep};
 use serde_json::{Value, json};
 
@@ -15,11 +15,11 @@ fn places(kind: Value, transform: Value) -> Vec<DVec3> {
         json!({ "materials": [{ "name": "grey", "model": { "classic": {} } }],
         "objects": [ball([0.0; 3], 1.0, "grey")], "generators": [{ "kind": kind, "object": object }] }),
     );
-    let objects = expand(&scene);
-    assert_eq!(objects.len() as u64, count(&scene));
+    let objects = expand_generators(&scene);
+    assert_eq!(objects.len() as u64, count_objects(&scene));
     objects[1..]
         .iter()
-        .map(|object| affine(&object.transform).transform_point3(DVec3::X))
+        .map(|object| affine_from_steps(&object.transform).transform_point3(DVec3::X))
         .collect()
 }
 
@@ -92,7 +92,8 @@ fn scattered_places_fill_their_box() {
 /// axis' tip; a matrix is given by its rows.
 #[test]
 fn steps_are_applied_in_order() {
-    let map = |steps: &[TransformStep], p: [f64; 3]| affine(steps).transform_point3(p.into());
+    let map =
+        |steps: &[TransformStep], p: [f64; 3]| affine_from_steps(steps).transform_point3(p.into());
     let close = |a: DVec3, b: [f64; 3]| {
         assert!(
             (a - DVec3::from(b)).length() < 1e-12,

@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use raywright_core::effects::{Effect, EffectSet, EffectStatus, detect};
-use raywright_core::ladder::{RungChoice, standings};
-use raywright_core::scene::{ImageData, Pixels, Scene};
+use raywright_core::ladder::{RungChoice, current_rungs};
+use raywright_core::scene::{ImageData, PixelData, Scene};
 use raywright_core::settings::{Aov, Settings};
-use raywright_core::{estimate, prepare};
+use raywright_core::{estimate_scene_memory, prepare};
 use serde_json::{Value, json};
 
 use crate::support::{
@@ -27,7 +27,7 @@ fn lit(model: Value) -> Scene {
             "images": [{ "name": "halves", "path": "a" }],
             "textures": [{ "name": "halves", "image": "halves", "filter": "nearest", "colour_space": "linear" }] }),
     );
-    let pixels = Pixels::Linear(vec![[1.0, 0.0, 0.0, 1.0], [0.0, 0.5, 1.0, 1.0]]);
+    let pixels = PixelData::Linear(vec![[1.0, 0.0, 0.0, 1.0], [0.0, 0.5, 1.0, 1.0]]);
     scene.images[0].data = Some(Arc::new(ImageData {
         width: 2,
         height: 1,
@@ -219,7 +219,7 @@ fn images_count_once_in_memory() {
         // A sky also keeps its texels packed, in four bytes each.
         let expected = if sky || surface { 2 * 16 } else { 0 } + if sky { 2 * 4 } else { 0 };
         assert_eq!(
-            (held, estimate(&scene, &settings).textures),
+            (held, estimate_scene_memory(&scene, &settings).textures),
             (expected, expected),
             "{sky} {surface}"
         );
@@ -323,7 +323,7 @@ fn ladders_are_reported_where_they_matter() {
             max_depth,
             ..Settings::from_scene(&scene)
         };
-        standings(&scene, &settings, &detect(&scene, &settings))
+        current_rungs(&scene, &settings, &detect(&scene, &settings))
             .iter()
             .map(|current_rung| current_rung.ladder)
             .collect()
@@ -352,7 +352,7 @@ fn ladders_are_reported_where_they_matter() {
             .unwrap_or_else(|e| panic!("{e}"))
             .apply(&mut scene, &mut settings);
     }
-    let standings = standings(&scene, &settings, &detect(&scene, &settings));
+    let standings = current_rungs(&scene, &settings, &detect(&scene, &settings));
     let build = standings
         .iter()
         .find(|current_rung| current_rung.ladder == "build")

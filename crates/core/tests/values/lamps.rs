@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 use std::sync::Arc;
 
 use raywright_core::Settings;
-use raywright_core::scene::{ImageData, Pixels, Scene};
+use raywright_core::scene::{ImageData, PixelData, Scene};
 use raywright_core::settings::LightSampling;
 use serde_json::{Value, json};
 
@@ -71,7 +71,7 @@ fn screen(size: f64, texture: Value) -> Scene {
     scene.images[0].data = Some(Arc::new(ImageData {
         width: 2,
         height: 2,
-        pixels: Pixels::Linear(texels),
+        pixels: PixelData::Linear(texels),
     }));
     scene
 }

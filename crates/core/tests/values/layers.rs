@@ -319,7 +319,7 @@ fn layers_are_effects() {
         let tables = |scene: &Scene| {
             prepare(scene, &value_of(scene, EffectSet::EMPTY), &())
                 .expect("it can be prepared")
-                .tables()
+                .table_sizes()
                 .layered
         };
         // A factor alone belongs to the model without layers.

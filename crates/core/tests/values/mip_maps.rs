@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raywright_core::effects::{Effect, EffectSet, EffectStatus, detect};
-use raywright_core::scene::{ImageData, Pixels, Pose, Projection, Scene};
+use raywright_core::scene::{ImageData, PixelData, Pose, Projection, Scene};
 use raywright_core::{Settings, prepare};
 use serde_json::{Value, json};
 
@@ -13,7 +13,7 @@ use crate::support::{DOWN, SLANTED, classic, expect_pixel, floor, physical, pixe
 /// texel a level from 0 to 1 reads 1 − level/2, and every higher one a half.
 fn checked(mut scene: Scene, colour_space: &str) -> Scene {
     let [white, black] = [[255; 4], [0, 0, 0, 255]];
-    let pixels = Pixels::Codes(vec![white, black, black, white]);
+    let pixels = PixelData::Codes(vec![white, black, black, white]);
     let texture = json!({ "name": "checked", "image": "checked", "filter": "mipmaps", "colour_space": colour_space });
     scene.textures = vec![serde_json::from_value(texture).expect("a texture")];
     scene.images = vec![
@@ -167,7 +167,7 @@ fn what_is_read_without() {
             panic!("it has pixels")
         };
         let (here, there) = if alpha == "here" { (255, 0) } else { (0, 255) };
-        image.pixels = Pixels::Codes(vec![
+        image.pixels = PixelData::Codes(vec![
             [255, 255, 255, here],
             [255, 255, 255, there],
             [255, 255, 255, there],
@@ -219,13 +219,13 @@ fn mip_maps_are_an_effect() {
     );
     let bytes = |scene: &Scene, settings: &Settings| {
         let ready = prepare(scene, settings, &()).expect("it can be prepared");
-        (ready.tables().texture_bytes, ready.memory().textures)
+        (ready.table_sizes().texture_bytes, ready.memory().textures)
     };
     assert_eq!(
         (bytes(&scene, &settings), bytes(&scene, &off)),
         ((16 + 16, 32), (16, 16))
     );
-    scene.textures[0].filter = raywright_core::scene::Filter::Bilinear;
+    scene.textures[0].filter = raywright_core::scene::TextureFilter::Bilinear;
     assert_eq!(status(&scene, &settings).0, EffectStatus::Absent);
     scene
         .lights
@@ -305,7 +305,7 @@ fn turned_cameras_have_their_own_pixels() {
         },
     );
     let mut ready = prepare(&scene, &wide, &()).expect("a small scene");
-    assert!(ready.turn_to(&scene, &camera));
+    assert!(ready.replace_camera(&scene, &camera));
     assert_eq!(ready.render(&()).picture.rgb[0].map(f64::from), anew);
     assert_ne!(pixel(&scene, &wide), anew);
 }

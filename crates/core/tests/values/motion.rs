@@ -4,9 +4,9 @@
 use glam::DVec3;
 use raywright_core::camera::PreparedCamera;
 use raywright_core::effects::{Effect, EffectSet};
-use raywright_core::scene::{Camera as CameraData, Pattern, Scene};
+use raywright_core::scene::{Camera as CameraData, SamplePattern, Scene};
 use raywright_core::settings::{Aov, PrecisionChoice, Sampling};
-use raywright_core::{RenderOutput, Settings, estimate, extent, prepare};
+use raywright_core::{RenderOutput, Settings, estimate_scene_memory, measure_extent, prepare};
 use serde_json::{Value, json};
 
 use crate::support::{ball, classic, expect_near, render_scene, scene, sun};
@@ -169,7 +169,7 @@ fn what_stands_still_has_the_same_bits() {
         let scene = white(objects, view(camera));
         let ready = prepare(&scene, &asked(&scene), &()).expect("a sound scene");
         let found = serde_json::to_value(ready.effects().status(Effect::Motion)).expect("a word");
-        assert_eq!((found, ready.tables().instances), (json!(status), 0));
+        assert_eq!((found, ready.table_sizes().instances), (json!(status), 0));
         assert_eq!(ready.render(&()).picture.rgb, expected);
     }
 }
@@ -190,7 +190,7 @@ fn without_motion_everything_stands_as_the_shutter_opens() {
     let standing = white(objects, cameras);
     let without = EffectSet::from_effects(&[Effect::Motion]);
     let fixed = |settings: Settings| Settings {
-        sampling: Sampling::Pattern(Pattern::Corners),
+        sampling: Sampling::Pattern(SamplePattern::Corners),
         ..settings
     };
     for (settings, expected) in [
@@ -206,7 +206,7 @@ fn without_motion_everything_stands_as_the_shutter_opens() {
         let ready = prepare(&moving, &settings, &()).expect("a sound scene");
         let picture = ready.render(&()).picture.rgb;
         assert_eq!(
-            (picture, ready.tables().instances),
+            (picture, ready.table_sizes().instances),
             (render_scene(&standing, &expected).picture.rgb, 0)
         );
         assert_eq!(
@@ -270,8 +270,9 @@ fn camera(pose: Value, end: Value) -> PreparedCamera<f64> {
 /// itself, from the opening to the closing of its shutter; its rays carry their times.
 #[test]
 fn poses_run_number_by_number() {
-    let middle =
-        |camera: &PreparedCamera<f64>, share: f32| camera.ray_during(1.0, 1.0, [0.5; 2], share);
+    let middle = |camera: &PreparedCamera<f64>, share: f32| {
+        camera.generate_timed_ray(1.0, 1.0, [0.5; 2], share)
+    };
     let expect_camera_ray = |camera: &PreparedCamera<f64>,
                              share: f32,
                              time: f64,
@@ -368,7 +369,7 @@ fn generated_things_move() {
     moving.generators =
         serde_json::from_value(json!([{ "kind": grid, "object": object }])).expect("a generator");
     for precision in PRECISIONS {
-        let bounds = extent(&moving, precision).bounds;
+        let bounds = measure_extent(&moving, precision).bounds;
         assert_eq!(
             (bounds.min, bounds.max),
             (DVec3::splat(-0.5), DVec3::new(98.5, 4.5, 0.5))
@@ -381,11 +382,11 @@ fn generated_things_move() {
                 ..asked(&moving)
             };
             let (told, ready) = (
-                estimate(&moving, &settings),
+                estimate_scene_memory(&moving, &settings),
                 prepare(&moving, &settings, &()).expect("a sound scene"),
             );
             let real = ready.memory();
-            let all = told.parts().into_iter().zip(real.parts());
+            let all = told.by_purpose().into_iter().zip(real.by_purpose());
             // The filling of a tree's leaves is unknown before the tree is built.
             all.for_each(|((label, reported), (_, real))| {
                 assert!(
@@ -394,7 +395,7 @@ fn generated_things_move() {
                 )
             });
             assert_eq!(
-                ready.tables().instances,
+                ready.table_sizes().instances,
                 if without.is_empty() { 50 } else { 0 }
             );
         }

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 use raywright_core::effects::{Effect, EffectSet, EffectStatus, detect};
-use raywright_core::scene::{ImageData, Pixels, Scene};
+use raywright_core::scene::{ImageData, PixelData, Scene};
 use raywright_core::settings::Aov;
-use raywright_core::{estimate, prepare};
+use raywright_core::{estimate_scene_memory, prepare};
 use serde_json::{Value, json};
 
 use crate::support::{EyeAndTarget, Surface, expect_pixel, physical, pixel, scene, settings, sun};
@@ -36,7 +36,7 @@ fn lit(object: Value, data: Value, material: Value, light: DVec3) -> Scene {
         "materials": [{ "name": "paint", "model": material }], "lights": [sun(light.to_array())],
     }));
     let code = TEXEL * 0.5 + 0.5;
-    let pixels = Pixels::Linear(vec![[code.x as f32, code.y as f32, code.z as f32, 1.0]]);
+    let pixels = PixelData::Linear(vec![[code.x as f32, code.y as f32, code.z as f32, 1.0]]);
     scene.images[0].data = Some(Arc::new(ImageData {
         width: 1,
         height: 1,
@@ -304,7 +304,7 @@ fn the_effect_of_normal_maps() {
     let mut layered = settings(&scene, ONTO);
     layered.aovs = vec![Aov::Normal];
     let ready = prepare(&scene, &layered, &()).unwrap_or_else(|e| panic!("{e}"));
-    let (planned, there) = (estimate(&scene, &layered), ready.memory());
+    let (planned, there) = (estimate_scene_memory(&scene, &layered), ready.memory());
     assert!(
         planned.meshes == there.meshes && there.meshes > 48,
         "{planned:?} {there:?}"

@@ -7,7 +7,7 @@ use raywright_core::effects::EffectStatus::Simulated;
 use raywright_core::effects::{Effect, EffectSet, detect};
 use raywright_core::material::FresnelRule;
 use raywright_core::scene::Integrator;
-use raywright_core::settings::{Microfacets, PrecisionChoice};
+use raywright_core::settings::{MicrofacetEnergy, PrecisionChoice};
 use raywright_core::{Scene, Settings, prepare};
 use serde_json::{Value, json};
 
@@ -218,7 +218,7 @@ fn traced(scene: &Scene, view: EyeAndTarget, without: EffectSet, expected: f64, 
         (PrecisionChoice::Robust, 1e-4),
     ] {
         let settings = Settings {
-            microfacets: Microfacets::Single,
+            microfacets: MicrofacetEnergy::Single,
             fresnel: FresnelRule::Model,
             without,
             precision,
@@ -311,7 +311,7 @@ fn where_factors_are_layers() {
         let scene = lit(terms, UP);
         prepare(&scene, &straight(&scene, DOWN), &())
             .expect("it can be prepared")
-            .tables()
+            .table_sizes()
             .layered
     };
     assert_eq!(layers(json!({ "specular": 0.5 })), 0);

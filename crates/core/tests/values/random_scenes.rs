@@ -7,7 +7,7 @@
 use std::env;
 use std::sync::Arc;
 
-use raywright_core::scene::{ImageData, Integrator, Pixels, Scene};
+use raywright_core::scene::{ImageData, Integrator, PixelData, Scene};
 use raywright_core::settings::{PrecisionChoice, Sampling};
 use raywright_core::{Settings, validate};
 use serde_json::{Map, Value, json};
@@ -300,7 +300,7 @@ fn of_number(number: u64) -> Scene {
     scene.images[0].data = Some(Arc::new(ImageData {
         width: 4,
         height: 2,
-        pixels: Pixels::Linear(texels),
+        pixels: PixelData::Linear(texels),
     }));
     scene
 }
@@ -347,7 +347,7 @@ fn no_sample_is_lost() {
                     ..own_settings
                 };
                 let counters = render_scene(&scene, &settings).counters;
-                if counters.samples != 12 * 12 * 8 || counters.losses().next().is_some() {
+                if counters.samples != 12 * 12 * 8 || counters.sample_losses().next().is_some() {
                     lost.push(format!(
                         "scene {number}, {integrator:?}, {precision:?}, {view:?}: {counters:?}\n{:?}",
                         scene.materials
@@ -387,6 +387,9 @@ fn flat_lamps_are_hit_once_from_their_own_plane() {
             },
         )
         .counters;
-        assert!(counters.losses().next().is_none(), "{view:?}: {counters:?}");
+        assert!(
+            counters.sample_losses().next().is_none(),
+            "{view:?}: {counters:?}"
+        );
     }
 }

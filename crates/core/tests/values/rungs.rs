@@ -2,7 +2,7 @@
 
 use raywright_core::Settings;
 use raywright_core::scene::{Integrator, Scene};
-use raywright_core::settings::{AreaShadows, LightSampling, Roulette, SamplerKind, Sampling};
+use raywright_core::settings::{AreaShadows, LightSampling, RouletteStart, SamplerKind, Sampling};
 use serde_json::{Value, json};
 
 use crate::paths::{AT, lamp, mean_radiance, paths};
@@ -177,9 +177,9 @@ fn roulette_only_saves_time() {
     const DEPTH: u32 = 10;
     let expected = 0.5 * (1.0 - 0.5_f64.powi(DEPTH as i32)) / 0.5;
     for (roulette, segments) in [
-        (Roulette::Early, 1.998),
-        (Roulette::Late, 4.123),
-        (Roulette::Off, 10.0),
+        (RouletteStart::Early, 1.998),
+        (RouletteStart::Late, 4.123),
+        (RouletteStart::Off, 10.0),
     ] {
         let settings = Settings {
             roulette,
@@ -192,7 +192,7 @@ fn roulette_only_saves_time() {
             "{roulette:?}: {found:?} instead of {expected}"
         );
         let counters = render_scene(&room, &settings).counters;
-        let mean = counters.rays() as f64 / counters.camera as f64;
+        let mean = counters.ray_count() as f64 / counters.camera as f64;
         assert!(
             (mean / segments - 1.0).abs() < 0.02,
             "{roulette:?}: {mean} segments instead of {segments}"

@@ -1,6 +1,6 @@
 //! Random numbers by address: every part of an address matters, and the numbers never change.
 
-use raywright_core::sampler::{Branch, Purpose, SampleAddress, pair};
+use raywright_core::sampler::{PathBranch, SampleAddress, SamplePurpose, sample_2d};
 use raywright_core::settings::SamplerKind;
 
 const AT: SampleAddress = SampleAddress {
@@ -19,88 +19,91 @@ const AT: SampleAddress = SampleAddress {
 #[test]
 fn every_part_of_an_address_counts() {
     let mut seen = vec![
-        pair(AT, Purpose::Pixel),
-        pair(AT, Purpose::Lens),
-        pair(AT, Purpose::Emitter),
-        pair(AT, Purpose::EmitterPoint),
+        sample_2d(AT, SamplePurpose::Pixel),
+        sample_2d(AT, SamplePurpose::Lens),
+        sample_2d(AT, SamplePurpose::Emitter),
+        sample_2d(AT, SamplePurpose::EmitterPoint),
     ];
     for bit in 0..32 {
-        seen.push(pair(
+        seen.push(sample_2d(
             SampleAddress {
                 bounce: 1 << bit,
                 ..AT
             },
-            Purpose::Pixel,
+            SamplePurpose::Pixel,
         ));
-        seen.push(pair(
+        seen.push(sample_2d(
             SampleAddress {
                 frame: 1 << bit,
                 ..AT
             },
-            Purpose::Pixel,
+            SamplePurpose::Pixel,
         ));
-        seen.push(pair(
+        seen.push(sample_2d(
             SampleAddress {
                 replicate: 1 << bit,
                 ..AT
             },
-            Purpose::Pixel,
+            SamplePurpose::Pixel,
         ));
     }
     seen.extend((0..64).map(|bit| {
-        pair(
+        sample_2d(
             SampleAddress {
                 branch: 1 << bit,
                 ..AT
             },
-            Purpose::Pixel,
+            SamplePurpose::Pixel,
         )
     }));
     let glass = SampleAddress { bounce: 2, ..AT };
     seen.extend(
-        [glass.aside(Branch::Reflected), glass.aside(Branch::Behind)]
-            .map(|address| pair(address, Purpose::Pixel)),
+        [
+            glass.side_branch(PathBranch::Reflected),
+            glass.side_branch(PathBranch::Behind),
+        ]
+        .map(|address| sample_2d(address, SamplePurpose::Pixel)),
     );
     seen.extend((0..64).map(|bit| {
-        pair(
+        sample_2d(
             SampleAddress {
                 seed: AT.seed ^ 1 << bit,
                 ..AT
             },
-            Purpose::Pixel,
+            SamplePurpose::Pixel,
         )
     }));
     seen.extend((0..32).map(|bit| {
-        pair(
+        sample_2d(
             SampleAddress {
                 index: AT.index ^ 1 << bit,
                 ..AT
             },
-            Purpose::Pixel,
+            SamplePurpose::Pixel,
         )
     }));
     for bit in 0..16 {
-        seen.push(pair(
+        seen.push(sample_2d(
             SampleAddress {
                 pixel: [3 ^ 1 << bit, 5],
                 ..AT
             },
-            Purpose::Pixel,
+            SamplePurpose::Pixel,
         ));
-        seen.push(pair(
+        seen.push(sample_2d(
             SampleAddress {
                 pixel: [3, 5 ^ 1 << bit],
                 ..AT
             },
-            Purpose::Pixel,
+            SamplePurpose::Pixel,
         ));
     }
-    seen.push(pair(
+    seen.push(sample_2d(
         SampleAddress {
             pixel: [5, 3],
             ..AT
         },
-        Purpose::Pixel,
+        SamplePurpose::Pixel,
     ));
     for (i, a) in seen.iter().enumerate() {
         assert!(
@@ -110,13 +113,13 @@ fn every_part_of_an_address_counts() {
     }
     let zero = SampleAddress::default();
     assert_ne!(
-        pair(zero, Purpose::Pixel),
-        pair(
+        sample_2d(zero, SamplePurpose::Pixel),
+        sample_2d(
             SampleAddress {
                 seed: 1 << 32,
                 ..zero
             },
-            Purpose::Pixel
+            SamplePurpose::Pixel
         )
     );
 }
@@ -126,14 +129,14 @@ fn every_part_of_an_address_counts() {
 #[test]
 fn pairs_fill_the_square() {
     for purpose in [
-        Purpose::Pixel,
-        Purpose::Lens,
-        Purpose::Emitter,
-        Purpose::EmitterPoint,
+        SamplePurpose::Pixel,
+        SamplePurpose::Lens,
+        SamplePurpose::Emitter,
+        SamplePurpose::EmitterPoint,
     ] {
         let mut cells = [0; 64];
         for index in 0..4096 {
-            let [x, y] = pair(SampleAddress { index, ..AT }, purpose);
+            let [x, y] = sample_2d(SampleAddress { index, ..AT }, purpose);
             cells[(x * 8.0) as usize + 8 * (y * 8.0) as usize] += 1;
         }
         assert_eq!(cells, [64; 64], "{purpose:?}");
@@ -145,8 +148,9 @@ fn pairs_fill_the_square() {
 #[test]
 fn addresses_are_independent() {
     let numbers = |address: SampleAddress, purpose, k: usize| {
-        (0..4096)
-            .map(move |index| f64::from(pair(SampleAddress { index, ..address }, purpose)[k]) - 0.5)
+        (0..4096).map(move |index| {
+            f64::from(sample_2d(SampleAddress { index, ..address }, purpose)[k]) - 0.5
+        })
     };
     let beside = SampleAddress {
         pixel: [4, 5],
@@ -155,23 +159,23 @@ fn addresses_are_independent() {
     for (label, a, b) in [
         (
             "purposes",
-            numbers(AT, Purpose::Emitter, 0),
-            numbers(AT, Purpose::EmitterPoint, 0),
+            numbers(AT, SamplePurpose::Emitter, 0),
+            numbers(AT, SamplePurpose::EmitterPoint, 0),
         ),
         (
             "lens",
-            numbers(AT, Purpose::Pixel, 0),
-            numbers(AT, Purpose::Lens, 0),
+            numbers(AT, SamplePurpose::Pixel, 0),
+            numbers(AT, SamplePurpose::Lens, 0),
         ),
         (
             "pixels",
-            numbers(AT, Purpose::Pixel, 0),
-            numbers(beside, Purpose::Pixel, 0),
+            numbers(AT, SamplePurpose::Pixel, 0),
+            numbers(beside, SamplePurpose::Pixel, 0),
         ),
         (
             "pair",
-            numbers(AT, Purpose::Pixel, 0),
-            numbers(AT, Purpose::Pixel, 1),
+            numbers(AT, SamplePurpose::Pixel, 0),
+            numbers(AT, SamplePurpose::Pixel, 1),
         ),
     ] {
         let product: f64 = a.zip(b).map(|(a, b)| a * b).sum::<f64>() / 4096.0;
@@ -191,9 +195,12 @@ fn numbers_stay_what_they_were() {
         ..AT
     };
     let found = [
-        pair(AT, Purpose::Pixel),
-        pair(SampleAddress { bounce: 3, ..AT }, Purpose::EmitterPoint),
-        pair(far, Purpose::Lens),
+        sample_2d(AT, SamplePurpose::Pixel),
+        sample_2d(
+            SampleAddress { bounce: 3, ..AT },
+            SamplePurpose::EmitterPoint,
+        ),
+        sample_2d(far, SamplePurpose::Lens),
     ];
     assert_eq!(
         found.map(|pair| pair.map(f32::to_bits)),

@@ -199,7 +199,8 @@ fn distances_are_of_the_nearest_occluder() {
     ] {
         let mut scene = under(json!({}), veils(), &heights);
         let specular = json!({ "model": "phong", "exponent": 0, "strength": "occluder_distance / 10", "shadowed": false });
-        let raywright_core::scene::Model::Classic(floor) = &mut scene.materials[0].model else {
+        let raywright_core::scene::MaterialModel::Classic(floor) = &mut scene.materials[0].model
+        else {
             panic!("a classic floor")
         };
         floor.specular = Some(serde_json::from_value(specular).expect("a highlight"));

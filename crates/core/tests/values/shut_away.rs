@@ -49,12 +49,12 @@ fn told(
     };
     let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let unreached = |ready: &ReadyScene| {
-        let mut film = ready.film("");
+        let mut film = ready.new_film("");
         ready
-            .render_part(&mut film, &ready.film("").whole_part(), &())
+            .render_part(&mut film, &ready.new_film("").full_part(), &())
             .expect("its own film");
-        assert_eq!(film.unfinished(), 0);
-        ready.shut_away(&film)
+        assert_eq!(film.unfinished_pixels(), 0);
+        ready.find_unreached_lights(&film)
     };
     let first = unreached(&ready);
     assert_eq!(unreached(&ready), first, "a render counts its own rays");
@@ -108,9 +108,9 @@ fn what_lights_nothing_is_told() {
         &(),
     );
     let ready = ready.unwrap_or_else(|e| panic!("{e}"));
-    let mut film = ready.film("");
+    let mut film = ready.new_film("");
     ready
-        .render_part(&mut film, &ready.film("").whole_part(), &())
+        .render_part(&mut film, &ready.new_film("").full_part(), &())
         .expect("its own film");
-    assert_eq!(ready.shut_away(&film), []);
+    assert_eq!(ready.find_unreached_lights(&film), []);
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raywright_core::Settings;
-use raywright_core::scene::{Image, ImageData, Pixels, Scene, Sky, SkyMap};
+use raywright_core::scene::{Image, ImageData, PixelData, Scene, Sky, SkyMap};
 use raywright_core::settings::Background;
 use serde_json::{Value, json};
 
@@ -70,7 +70,7 @@ fn map(rotation: f64, strength: f64) -> Scene {
     let data = Arc::new(ImageData {
         width: 4,
         height: 2,
-        pixels: Pixels::Linear(pixels),
+        pixels: PixelData::Linear(pixels),
     });
     Scene {
         images: vec![Image {
@@ -156,7 +156,7 @@ fn backgrounds_hide_the_sky_from_the_camera() {
             ..settings(&scene, view)
         };
         let picture = render_scene(&scene, &settings).picture;
-        let behind = picture.over([0.25, 0.5, 0.75]).rgb[0].map(f64::from);
+        let behind = picture.composite_over([0.25, 0.5, 0.75]).rgb[0].map(f64::from);
         assert_eq!((picture.rgb[0], picture.alpha), (rgb, Some(vec![alpha])));
         expect_near(
             behind,

@@ -4,7 +4,7 @@ use core::f64::consts::PI;
 
 use glam::DVec3;
 use raywright_core::material::MetallicRoughness;
-use raywright_core::scene::{Camera, Integrator, Pattern, Pinhole, Pose, Projection, Scene};
+use raywright_core::scene::{Camera, Integrator, Pinhole, Pose, Projection, SamplePattern, Scene};
 use raywright_core::settings::{PrecisionChoice, Sampling};
 use raywright_core::{RenderOutput, Settings, prepare, validate};
 use serde_json::{Value, json};
@@ -153,7 +153,7 @@ pub fn settings(scene: &Scene, [eye, target]: EyeAndTarget) -> Settings {
     Settings {
         size: [1, 1],
         camera: Some(camera),
-        sampling: Sampling::Pattern(Pattern::Centre),
+        sampling: Sampling::Pattern(SamplePattern::Centre),
         precision: PrecisionChoice::Reference,
         integrator: match scene.render.integrator {
             Integrator::Auto => Integrator::Whitted,

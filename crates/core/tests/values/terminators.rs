@@ -5,7 +5,7 @@
 use glam::{DVec2, DVec3};
 use raywright_core::Settings;
 use raywright_core::bvh::stability::triangles::icosphere;
-use raywright_core::scene::Pattern;
+use raywright_core::scene::SamplePattern;
 use raywright_core::settings::{PrecisionChoice, Sampling};
 use serde_json::json;
 
@@ -55,7 +55,7 @@ fn s07_no_light_through_facets() {
             })
         };
         for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
-            let sampling = Sampling::Pattern(Pattern::Centre);
+            let sampling = Sampling::Pattern(SamplePattern::Centre);
             let picture = render_scene(
                 &scene,
                 &Settings {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use raywright_core::prepare;
-use raywright_core::scene::{Colour, Image, ImageData, Pixels, Scene, Sky};
+use raywright_core::scene::{Colour, Image, ImageData, PixelData, Scene, Sky};
 use serde_json::{Value, json};
 
 use crate::support::{
@@ -52,9 +52,9 @@ fn leaf(model: Value, two_sets: bool) -> Scene {
             pixels,
         }))
     };
-    scene.images[0].data = data(4, 4, Pixels::Linear(ramp));
+    scene.images[0].data = data(4, 4, PixelData::Linear(ramp));
     scene.images[1] = Image {
-        data: data(1, 1, Pixels::Codes(vec![[51, 102, 255, 255]])),
+        data: data(1, 1, PixelData::Codes(vec![[51, 102, 255, 255]])),
         ..scene.images[1].clone()
     };
     scene
@@ -287,7 +287,7 @@ fn textured_emission_lights_nothing() {
     let emitters = |terms: Value| {
         let scene = leaf(physical(terms), true);
         let ready = prepare(&scene, &settings(&scene, AT), &()).expect("prepares");
-        ready.tables().emitters
+        ready.table_sizes().emitters
     };
     assert_eq!(emitters(json!({ "emission": 1 })), 1);
     assert_eq!(

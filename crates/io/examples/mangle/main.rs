@@ -167,7 +167,7 @@ fn swallow(path: &Path, renders: bool) -> bool {
     let scene = loaded.scene;
     let settings = Settings {
         size: [4, 3],
-        sampling: Sampling::resolve(&scene, Some(1)),
+        sampling: Sampling::from_spp(&scene, Some(1)),
         max_depth: 3,
         ..Settings::from_scene(&scene)
     };

@@ -5,7 +5,7 @@ use std::fmt;
 use std::io;
 use std::sync::Arc;
 
-type Read = dyn Fn(&str) -> io::Result<Vec<u8>> + Send + Sync;
+type ReadFunction = dyn Fn(&str) -> io::Result<Vec<u8>> + Send + Sync;
 
 /// Provides the files that a scene names, by their paths relative to the scene with `/` as
 /// separator.
@@ -14,7 +14,7 @@ type Read = dyn Fn(&str) -> io::Result<Vec<u8>> + Send + Sync;
 /// larger than [`Limits::file_bytes`](crate::Limits) is refused after the call. Clones of a
 /// resolver are equal to each other, and to no other resolver.
 #[derive(Clone)]
-pub struct Resolver(Arc<Read>);
+pub struct Resolver(Arc<ReadFunction>);
 
 impl Resolver {
     /// Creates a resolver from a function.

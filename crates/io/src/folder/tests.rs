@@ -14,7 +14,8 @@ fn scene_folder() -> tempfile::TempDir {
 #[test]
 fn a_file_beside_the_scene_is_read_and_counts_towards_the_hash() {
     let outer = scene_folder();
-    let folder = Folder::around(&outer.path().join("scene/x.toml"), 3).expect("the folder exists");
+    let folder =
+        Folder::parent_of(&outer.path().join("scene/x.toml"), 3).expect("the folder exists");
     let before = folder.take_hash();
     assert_eq!(folder.read("./own.txt"), Ok(b"own".to_vec()));
     let after = folder.take_hash();
@@ -29,7 +30,7 @@ fn names_count_towards_the_hash() {
     std::fs::write(outer.path().join("scene/twin.txt"), "own").expect("a file");
     let hash = |name: &str| {
         let folder =
-            Folder::around(&outer.path().join("scene/x.toml"), 3).expect("the folder exists");
+            Folder::parent_of(&outer.path().join("scene/x.toml"), 3).expect("the folder exists");
         folder.read(name).expect("a file");
         folder.take_hash()
     };
@@ -41,19 +42,20 @@ fn names_count_towards_the_hash() {
 /// are missing and outside files: no picture of the scene may replace any of them.
 #[test]
 fn what_is_read_and_named_is_remembered() {
-    use crate::output::OutputPlace;
+    use crate::output::OutputPath;
     let outer = scene_folder();
     std::fs::create_dir(outer.path().join("scene/sub")).expect("a folder");
     std::fs::write(outer.path().join("scene/sub/a.txt"), "a").expect("a file");
-    let folder = Folder::around(&outer.path().join("scene/x.toml"), 3).expect("the folder exists");
+    let folder =
+        Folder::parent_of(&outer.path().join("scene/x.toml"), 3).expect("the folder exists");
     folder.read("own.txt").expect("a file");
-    let beside = folder.beside("sub/a.txt").expect("a file");
+    let beside = folder.folder_of_reference("sub/a.txt").expect("a file");
     beside.read("a.txt").expect("a file");
     assert!(beside.read("none.txt").is_err() && folder.read("../secret.txt").is_err());
     let inputs = folder.inputs();
     let held = |name: &str| {
-        let place = OutputPlace::check(&outer.path().join("scene").join(name)).expect("a place");
-        inputs.clash(&place).is_some()
+        let place = OutputPath::resolve(&outer.path().join("scene").join(name)).expect("a place");
+        inputs.find_clash(&place).is_some()
     };
     for name in ["own.txt", "sub/a.txt", "sub/none.txt", "../secret.txt"] {
         assert!(held(name), "{name}");
@@ -67,7 +69,8 @@ fn what_is_read_and_named_is_remembered() {
 #[test]
 fn a_file_over_the_limit_is_not_read() {
     let outer = scene_folder();
-    let folder = Folder::around(&outer.path().join("scene/x.toml"), 2).expect("the folder exists");
+    let folder =
+        Folder::parent_of(&outer.path().join("scene/x.toml"), 2).expect("the folder exists");
     assert!(matches!(
         folder.read("own.txt"),
         Err(ReadError::TooLarge(_))
@@ -79,7 +82,7 @@ fn a_file_over_the_limit_is_not_read() {
 fn nothing_outside_the_folder_is_read() {
     let outer = scene_folder();
     let folder =
-        Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
+        Folder::parent_of(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
     let absolute = outer.path().join("secret.txt").display().to_string();
     let wrong = [
         "../secret.txt",
@@ -113,7 +116,7 @@ fn ways_inside_and_ways_out() {
     let outer = scene_folder();
     let place = outer.path().join("scene/x.toml");
     std::os::unix::fs::symlink("/", outer.path().join("scene/root")).expect("a link");
-    let folder = Folder::around(&place, 1000).expect("the folder exists");
+    let folder = Folder::parent_of(&place, 1000).expect("the folder exists");
     for reference in ["none/../own.txt", "./a/b/../../own.txt", "root/../own.txt"] {
         assert_eq!(folder.read(reference), Ok(b"own".to_vec()), "{reference}");
     }
@@ -123,9 +126,9 @@ fn ways_inside_and_ways_out() {
             "{reference} was followed"
         );
     }
-    let open = Folder::around(&place, 1000)
+    let open = Folder::parent_of(&place, 1000)
         .expect("the folder exists")
-        .allowing_outside(true);
+        .with_outside_access(true);
     let secret = outer.path().join("secret.txt").display().to_string();
     for reference in [
         "../secret.txt",
@@ -136,7 +139,7 @@ fn ways_inside_and_ways_out() {
         assert_eq!(open.read(reference), Ok(b"secret".to_vec()), "{reference}");
     }
     assert_eq!(
-        open.beside("own.txt")
+        open.folder_of_reference("own.txt")
             .expect("a folder")
             .read("../secret.txt"),
         Ok(b"secret".to_vec())
@@ -158,7 +161,7 @@ fn a_link_that_leads_out_of_the_folder_is_not_followed() {
         .expect("a link");
     std::os::unix::fs::symlink("..", outer.path().join("scene/up")).expect("a link");
     let folder =
-        Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
+        Folder::parent_of(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
     for reference in ["link.txt", "up/secret.txt"] {
         assert!(
             matches!(folder.read(reference), Err(ReadError::Refused(_))),
@@ -177,7 +180,7 @@ fn a_pipe_is_refused_without_waiting() {
         .status();
     if made.is_ok_and(|status| status.success()) {
         let folder =
-            Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
+            Folder::parent_of(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
         assert!(matches!(folder.read("pipe"), Err(ReadError::Refused(_))));
     }
 }
@@ -186,7 +189,7 @@ fn a_pipe_is_refused_without_waiting() {
 #[test]
 fn a_preset_reads_no_file() {
     assert!(matches!(
-        Folder::none(1000).read("own.txt"),
+        Folder::without_files(1000).read("own.txt"),
         Err(ReadError::Refused(_))
     ));
 }
@@ -195,8 +198,8 @@ fn a_preset_reads_no_file() {
 #[test]
 fn a_hash_knows_where_things_end() {
     let hash = |parts: &[&[u8]]| {
-        let folder = Folder::none(100);
-        parts.iter().for_each(|part| folder.record(part));
+        let folder = Folder::without_files(100);
+        parts.iter().for_each(|part| folder.add_to_hash(part));
         folder.take_hash()
     };
     assert_eq!(hash(&[b"ab", b"c"]), hash(&[b"ab", b"c"]));
@@ -225,7 +228,7 @@ fn names_in_another_case_are_found() {
     if std::fs::read_dir(&scene).expect("a folder").count() < 4 {
         return; // this file system ignores case
     }
-    let folder = Folder::around(&scene.join("x.toml"), 10).expect("the folder exists");
+    let folder = Folder::parent_of(&scene.join("x.toml"), 10).expect("the folder exists");
     assert_eq!(folder.read("maps/wood ü.png"), Ok(b"1".to_vec()));
     assert_eq!(folder.read("two.txt"), Ok(b"2".to_vec()));
     assert!(matches!(

@@ -6,14 +6,14 @@
 
 use std::cell::Cell;
 
-use super::buffers::{Buffers, absent};
+use super::buffers::{Buffers, missing_index_fault};
 use super::document::Document;
-use super::entries::Sparse;
-use crate::import::{Fault, Outcome, printable};
+use super::entries::SparseEntry;
+use crate::import::{Fault, ImportResult, sanitise_text};
 
 /// Type of an accessor's components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Component {
+pub(super) enum ComponentType {
     I8,
     U8,
     I16,
@@ -22,12 +22,12 @@ pub(super) enum Component {
     F32,
 }
 
-impl Component {
+impl ComponentType {
     /// Returns the type of a `componentType` code.
     ///
     /// # Errors
     /// A fault of kind input for an unknown code.
-    pub fn of(code: u32) -> Outcome<Self> {
+    pub fn from_code(code: u32) -> ImportResult<Self> {
         Ok(match code {
             5120 => Self::I8,
             5121 => Self::U8,
@@ -36,7 +36,7 @@ impl Component {
             5125 => Self::U32,
             5126 => Self::F32,
             _ => {
-                return Err(Fault::input(format!(
+                return Err(Fault::invalid_input(format!(
                     "has the unknown componentType {code}"
                 )));
             }
@@ -63,7 +63,7 @@ impl Component {
 /// # Errors
 /// A fault of kind input for an unknown type, and for matrices with padded columns, which no
 /// supported property uses.
-pub(super) fn arity(kind: &str) -> Outcome<usize> {
+pub(super) fn element_arity(kind: &str) -> ImportResult<usize> {
     Ok(match kind {
         "SCALAR" => 1,
         "VEC2" => 2,
@@ -71,14 +71,14 @@ pub(super) fn arity(kind: &str) -> Outcome<usize> {
         "VEC4" => 4,
         "MAT4" => 16,
         "MAT2" | "MAT3" => {
-            return Err(Fault::input(format!(
+            return Err(Fault::invalid_input(format!(
                 "has the type {kind}, which no supported property uses"
             )));
         }
         _ => {
-            return Err(Fault::input(format!(
+            return Err(Fault::invalid_input(format!(
                 "has the unknown type {}",
-                printable(kind)
+                sanitise_text(kind)
             )));
         }
     })
@@ -91,19 +91,19 @@ pub(super) struct AccessorReader<'a> {
     /// Largest size of an accessor in bytes.
     pub memory_bytes: u64,
     /// Bytes that further accessors without data may have. Such an accessor consists of zeros.
-    pub invented: Cell<u64>,
+    pub zero_bytes_left: Cell<u64>,
 }
 
 /// Largest total size of all accessors without data, in bytes. Without a limit, a few bytes of JSON
 /// could fill the memory.
-pub(super) const MOST_INVENTED: u64 = 256 << 20;
+pub(super) const MAX_ZERO_BYTES: u64 = 256 << 20;
 
 /// An opened accessor.
 #[derive(Debug)]
 pub(super) struct Accessor<'a> {
     count: usize,
     arity: usize,
-    component: Component,
+    component: ComponentType,
     normalised: bool,
     /// Bytes from the first element to the end of the last; empty if all elements are zero.
     bytes: &'a [u8],
@@ -117,34 +117,34 @@ impl<'a> AccessorReader<'a> {
     ///
     /// # Errors
     /// A fault of kind input that names the accessor; of kind limit beyond the memory limit.
-    pub fn open(&self, index: usize) -> Outcome<Accessor<'a>> {
-        self.open_unplaced(index)
+    pub fn open(&self, index: usize) -> ImportResult<Accessor<'a>> {
+        self.open_accessor(index)
             .map_err(|fault| fault.with_place(format_args!("accessors[{index}]")))
     }
 
-    fn open_unplaced(&self, index: usize) -> Outcome<Accessor<'a>> {
+    fn open_accessor(&self, index: usize) -> ImportResult<Accessor<'a>> {
         let list = &self.document.accessors;
         let accessor = list
             .get(index)
-            .ok_or_else(|| absent("accessors", index, list.len()))?;
-        let component = Component::of(accessor.component_type)?;
-        let arity = arity(&accessor.kind)?;
+            .ok_or_else(|| missing_index_fault("accessors", index, list.len()))?;
+        let component = ComponentType::from_code(accessor.component_type)?;
+        let arity = element_arity(&accessor.kind)?;
         let size = component.size() * arity;
         let count = usize::try_from(accessor.count).unwrap_or(usize::MAX);
         if (count as u64).saturating_mul(size as u64) > self.memory_bytes {
-            return Err(Fault::limit(format!(
+            return Err(Fault::over_limit(format!(
                 "counts {count} elements of {size} bytes; {} MiB are allowed",
                 self.memory_bytes >> 20
             )));
         }
         let (bytes, stride) = match accessor.buffer_view {
-            _ if let Some(decoded) = self.buffers.accessor(index) => (decoded, size),
-            Some(view) => self.slice(view, accessor.byte_offset, count, size)?,
-            None => (self.zeros(count, size)?, size),
+            _ if let Some(decoded) = self.buffers.decoded_accessor(index) => (decoded, size),
+            Some(view) => self.slice_view(view, accessor.byte_offset, count, size)?,
+            None => (self.reserve_zeros(count, size)?, size),
         };
         let patches = match &accessor.sparse {
             Some(sparse) => self
-                .patches(sparse, count, size)
+                .read_sparse(sparse, count, size)
                 .map_err(|fault| fault.with_place("sparse"))?,
             None => Vec::new(),
         };
@@ -161,34 +161,34 @@ impl<'a> AccessorReader<'a> {
 
     /// Returns the empty slice, which stands for zeros, and subtracts `count` elements of `size`
     /// bytes from the remaining bytes for zeros.
-    fn zeros(&self, count: usize, size: usize) -> Outcome<&'a [u8]> {
+    fn reserve_zeros(&self, count: usize, size: usize) -> ImportResult<&'a [u8]> {
         let left = self
-            .invented
+            .zero_bytes_left
             .get()
             .checked_sub((count as u64).saturating_mul(size as u64));
-        self.invented.set(left.ok_or_else(|| {
-            Fault::limit(format!("counts {count} elements, but has no data for them"))
+        self.zero_bytes_left.set(left.ok_or_else(|| {
+            Fault::over_limit(format!("counts {count} elements, but has no data for them"))
         })?);
         Ok(&[])
     }
 
     /// Returns the bytes of `count` elements in a view from an offset, and the stride.
-    fn slice(
+    fn slice_view(
         &self,
         view: u32,
         offset: u64,
         count: usize,
         size: usize,
-    ) -> Outcome<(&'a [u8], usize)> {
-        let (bytes, stride) = self.buffers.view(self.document, view as usize)?;
+    ) -> ImportResult<(&'a [u8], usize)> {
+        let (bytes, stride) = self.buffers.view_bytes(self.document, view as usize)?;
         let stride = stride.unwrap_or(size);
         if stride < size {
-            return Err(Fault::input(format!(
+            return Err(Fault::invalid_input(format!(
                 "has elements of {size} bytes every {stride} bytes"
             )));
         }
         let beyond = || {
-            Fault::input(format!(
+            Fault::invalid_input(format!(
                 "{count} elements reach beyond bufferViews[{view}], which has {} bytes",
                 bytes.len()
             ))
@@ -206,25 +206,30 @@ impl<'a> AccessorReader<'a> {
     }
 
     /// Reads the replaced elements of a sparse accessor, sorted by index.
-    fn patches(&self, sparse: &Sparse, count: usize, size: usize) -> Outcome<Vec<(u32, &'a [u8])>> {
+    fn read_sparse(
+        &self,
+        sparse: &SparseEntry,
+        count: usize,
+        size: usize,
+    ) -> ImportResult<Vec<(u32, &'a [u8])>> {
         let replaced = usize::try_from(sparse.count).unwrap_or(usize::MAX);
         if replaced > count {
-            return Err(Fault::input(format!(
+            return Err(Fault::invalid_input(format!(
                 "replaces {replaced} of {count} elements"
             )));
         }
-        let component = Component::of(sparse.indices.component_type)
+        let component = ComponentType::from_code(sparse.indices.component_type)
             .map_err(|fault| fault.with_place("indices"))?;
         if !component.is_unsigned() {
-            return Err(Fault::input("indices: are no unsigned numbers"));
+            return Err(Fault::invalid_input("indices: are no unsigned numbers"));
         }
-        let (indices, index_stride) = self.slice(
+        let (indices, index_stride) = self.slice_view(
             sparse.indices.buffer_view,
             sparse.indices.byte_offset,
             replaced,
             component.size(),
         )?;
-        let (values, value_stride) = self.slice(
+        let (values, value_stride) = self.slice_view(
             sparse.values.buffer_view,
             sparse.values.byte_offset,
             replaced,
@@ -235,9 +240,11 @@ impl<'a> AccessorReader<'a> {
             .chunks(index_stride)
             .zip(values.chunks(value_stride))
         {
-            let index = unsigned(component, index);
+            let index = read_unsigned(component, index);
             if index as usize >= count {
-                return Err(Fault::input(format!("replaces element {index} of {count}")));
+                return Err(Fault::invalid_input(format!(
+                    "replaces element {index} of {count}"
+                )));
             }
             patches.push((index, value));
         }
@@ -255,7 +262,7 @@ impl Accessor<'_> {
     }
 
     /// Number of components per element.
-    pub fn arity(&self) -> usize {
+    pub fn element_arity(&self) -> usize {
         self.arity
     }
 
@@ -271,30 +278,30 @@ impl Accessor<'_> {
 
     /// Returns an element as floats; missing components are zero. Normalised integers become
     /// fractions of the largest value of their type (glTF 2.0, section 3.11).
-    pub fn vector<const N: usize>(&self, element: usize) -> [f32; N] {
-        let bytes = self.element(element);
+    pub fn read_vector<const N: usize>(&self, element: usize) -> [f32; N] {
+        let bytes = self.element_bytes(element);
         let size = self.component.size();
         let mut out = [0.0; N];
         for (i, slot) in out.iter_mut().enumerate().take(self.arity) {
-            *slot = self.number(bytes.get(i * size..).unwrap_or_default());
+            *slot = self.read_component(bytes.get(i * size..).unwrap_or_default());
         }
         out
     }
 
     /// Returns an element as an index; only for unsigned components.
-    pub fn index(&self, element: usize) -> u32 {
-        unsigned(self.component, self.element(element))
+    pub fn read_index(&self, element: usize) -> u32 {
+        read_unsigned(self.component, self.element_bytes(element))
     }
 
     /// Returns an element as several indices; only for unsigned components.
-    pub fn indices<const N: usize>(&self, element: usize) -> [u32; N] {
-        let (bytes, size) = (self.element(element), self.component.size());
+    pub fn read_indices<const N: usize>(&self, element: usize) -> [u32; N] {
+        let (bytes, size) = (self.element_bytes(element), self.component.size());
         core::array::from_fn(|i| {
-            unsigned(self.component, bytes.get(i * size..).unwrap_or_default())
+            read_unsigned(self.component, bytes.get(i * size..).unwrap_or_default())
         })
     }
 
-    fn element(&self, element: usize) -> &[u8] {
+    fn element_bytes(&self, element: usize) -> &[u8] {
         let after = self
             .patches
             .partition_point(|&(index, _)| index as usize <= element);
@@ -304,29 +311,29 @@ impl Accessor<'_> {
         }
     }
 
-    fn number(&self, bytes: &[u8]) -> f32 {
+    fn read_component(&self, bytes: &[u8]) -> f32 {
         // Fractions are computed in f64: for smaller integers the rounded quotient equals that of
         // f32, but u32 does not fit f32.
         let (value, largest) = match self.component {
-            Component::F32 => return f32::from_le_bytes(head(bytes)),
-            Component::I8 => (
-                f64::from(i8::from_le_bytes(head(bytes))),
+            ComponentType::F32 => return f32::from_le_bytes(first_bytes(bytes)),
+            ComponentType::I8 => (
+                f64::from(i8::from_le_bytes(first_bytes(bytes))),
                 f64::from(i8::MAX),
             ),
-            Component::U8 => (
-                f64::from(u8::from_le_bytes(head(bytes))),
+            ComponentType::U8 => (
+                f64::from(u8::from_le_bytes(first_bytes(bytes))),
                 f64::from(u8::MAX),
             ),
-            Component::I16 => (
-                f64::from(i16::from_le_bytes(head(bytes))),
+            ComponentType::I16 => (
+                f64::from(i16::from_le_bytes(first_bytes(bytes))),
                 f64::from(i16::MAX),
             ),
-            Component::U16 => (
-                f64::from(u16::from_le_bytes(head(bytes))),
+            ComponentType::U16 => (
+                f64::from(u16::from_le_bytes(first_bytes(bytes))),
                 f64::from(u16::MAX),
             ),
-            Component::U32 => (
-                f64::from(u32::from_le_bytes(head(bytes))),
+            ComponentType::U32 => (
+                f64::from(u32::from_le_bytes(first_bytes(bytes))),
                 f64::from(u32::MAX),
             ),
         };
@@ -339,16 +346,16 @@ impl Accessor<'_> {
 }
 
 /// Returns the first `N` bytes, padded with zeros.
-fn head<const N: usize>(bytes: &[u8]) -> [u8; N] {
+fn first_bytes<const N: usize>(bytes: &[u8]) -> [u8; N] {
     bytes.first_chunk::<N>().copied().unwrap_or([0; N])
 }
 
 /// Reads a little-endian unsigned number of 1, 2 or 4 bytes.
-fn unsigned(component: Component, bytes: &[u8]) -> u32 {
+fn read_unsigned(component: ComponentType, bytes: &[u8]) -> u32 {
     match component.size() {
-        1 => u32::from(u8::from_le_bytes(head(bytes))),
-        2 => u32::from(u16::from_le_bytes(head(bytes))),
-        _ => u32::from_le_bytes(head(bytes)),
+        1 => u32::from(u8::from_le_bytes(first_bytes(bytes))),
+        2 => u32::from(u16::from_le_bytes(first_bytes(bytes))),
+        _ => u32::from_le_bytes(first_bytes(bytes)),
     }
 }
 
@@ -364,14 +371,14 @@ mod tests {
         let mut accessor = Accessor {
             count: 1,
             arity: 3,
-            component: Component::I8,
+            component: ComponentType::I8,
             normalised: true,
             bytes: &bytes,
             stride: 3,
             patches: Vec::new(),
         };
-        assert_eq!(accessor.vector::<3>(0), [-1.0, -1.0, 1.0]);
+        assert_eq!(accessor.read_vector::<3>(0), [-1.0, -1.0, 1.0]);
         accessor.normalised = false;
-        assert_eq!(accessor.vector::<3>(0), [-128.0, -127.0, 127.0]);
+        assert_eq!(accessor.read_vector::<3>(0), [-128.0, -127.0, 127.0]);
     }
 }

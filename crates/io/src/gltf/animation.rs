@@ -8,11 +8,11 @@
 use std::collections::HashMap;
 
 use super::accessor::AccessorReader;
-use super::buffers::absent;
+use super::animation_pointer;
+use super::buffers::missing_index_fault;
 use super::document::Document;
-use super::keys::{KeyReader, sampler};
-use super::pointer;
-use crate::import::{Fault, Outcome, Warnings, printable};
+use super::keyframes::{KeyframeReader, find_sampler};
+use crate::import::{Fault, ImportResult, Warnings, sanitise_text};
 use crate::warning::WarningCode;
 
 /// Animated properties of a node.
@@ -31,15 +31,15 @@ pub(super) struct AnimatedTransform {
 /// # Errors
 /// A fault of kind input for a channel without a target, or a sampler whose keys do not fit its
 /// channel.
-pub(super) fn at(
+pub(super) fn evaluate_animations(
     time: f64,
     document: &Document,
     reader: &AccessorReader<'_>,
     warnings: &mut Warnings,
-) -> Outcome<HashMap<usize, AnimatedTransform>> {
-    let (mut moved, mut keys) = (
+) -> ImportResult<HashMap<usize, AnimatedTransform>> {
+    let (mut animated_nodes, mut keys) = (
         HashMap::<usize, AnimatedTransform>::new(),
-        KeyReader::new(reader),
+        KeyframeReader::new(reader),
     );
     if document.animations.is_empty() {
         warnings.add(
@@ -58,7 +58,7 @@ pub(super) fn at(
                     .node
                     .map(|node| (node, channel.target.path.as_str()))
             };
-            let Some((index, path)) = pointer::node(channel)
+            let Some((index, path)) = animation_pointer::parse_node_pointer(channel)
                 .or_else(named)
                 .filter(|(_, path)| *path != "pointer")
             else {
@@ -68,7 +68,7 @@ pub(super) fn at(
             let list = &document.nodes;
             let node = list
                 .get(index)
-                .ok_or_else(|| place(absent("nodes", index, list.len())))?;
+                .ok_or_else(|| place(missing_index_fault("nodes", index, list.len())))?;
             if node.matrix.is_some() && path != "weights" {
                 warnings.add(
                     WarningCode::Animation,
@@ -78,20 +78,20 @@ pub(super) fn at(
                 );
                 continue;
             }
-            let sampler = sampler(animation, channel.sampler).map_err(place)?;
-            let node = moved.entry(index).or_default();
+            let sampler = find_sampler(animation, channel.sampler).map_err(place)?;
+            let node = animated_nodes.entry(index).or_default();
             match path {
                 "translation" if node.translation.is_none() => {
-                    node.translation = Some(keys.vector(sampler, time).map_err(place)?);
+                    node.translation = Some(keys.interpolate_vector(sampler, time).map_err(place)?);
                 }
                 "rotation" if node.rotation.is_none() => {
-                    node.rotation = Some(keys.rotation(sampler, time).map_err(place)?)
+                    node.rotation = Some(keys.interpolate_rotation(sampler, time).map_err(place)?)
                 }
                 "scale" if node.scale.is_none() => {
-                    node.scale = Some(keys.vector(sampler, time).map_err(place)?)
+                    node.scale = Some(keys.interpolate_vector(sampler, time).map_err(place)?)
                 }
                 "weights" if node.weights.is_none() => {
-                    node.weights = Some(keys.weights(sampler, time).map_err(place)?)
+                    node.weights = Some(keys.interpolate_weights(sampler, time).map_err(place)?)
                 }
                 "translation" | "rotation" | "scale" | "weights" => {
                     warnings.add(
@@ -101,10 +101,10 @@ pub(super) fn at(
                 }
                 other => warnings.add(
                     WarningCode::Animation,
-                    format!("animations of `{}` are ignored", printable(other)),
+                    format!("animations of `{}` are ignored", sanitise_text(other)),
                 ),
             }
         }
     }
-    Ok(moved)
+    Ok(animated_nodes)
 }

@@ -5,9 +5,9 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 use super::document::Document;
-use super::entries::Buffer;
+use super::entries::BufferEntry;
 use crate::folder::Folder;
-use crate::import::{DecodeBudget, Fault, Outcome};
+use crate::import::{DecodeBudget, Fault, ImportResult};
 use crate::uri;
 
 /// All buffers of a file, each truncated to its length in the JSON.
@@ -32,13 +32,13 @@ impl<'a> Buffers<'a> {
         binary: Option<&'a [u8]>,
         folder: &Folder,
         budget: &mut DecodeBudget,
-    ) -> Outcome<Self> {
+    ) -> ImportResult<Self> {
         let mut data = Vec::new();
         for (i, buffer) in document.buffers.iter().enumerate() {
-            let bytes = load_one(buffer, i, binary, folder)
+            let bytes = load_buffer(buffer, i, binary, folder)
                 .map_err(|fault| fault.with_place(format_args!("buffers[{i}]")))?;
             if let Some(Cow::Owned(bytes)) = &bytes {
-                budget.memory(bytes.len(), 1)?;
+                budget.reserve_memory(bytes.len(), 1)?;
             }
             data.push(bytes);
         }
@@ -53,17 +53,20 @@ impl<'a> Buffers<'a> {
     ///
     /// # Errors
     /// A fault of kind input for an unknown view or buffer, or a view beyond its buffer.
-    pub fn view(&self, document: &Document, index: usize) -> Outcome<(&[u8], Option<usize>)> {
+    pub fn view_bytes(
+        &self,
+        document: &Document,
+        index: usize,
+    ) -> ImportResult<(&[u8], Option<usize>)> {
         let place = |fault: Fault| fault.with_place(format_args!("bufferViews[{index}]"));
-        let view = document
-            .buffer_views
-            .get(index)
-            .ok_or_else(|| absent("bufferViews", index, document.buffer_views.len()))?;
+        let view = document.buffer_views.get(index).ok_or_else(|| {
+            missing_index_fault("bufferViews", index, document.buffer_views.len())
+        })?;
         let stride = view.byte_stride;
         if let Some(bytes) = self.views.get(&index) {
             return Ok((bytes, stride));
         }
-        self.bytes(view.buffer as usize, view.byte_offset, view.byte_length)
+        self.buffer_range(view.buffer as usize, view.byte_offset, view.byte_length)
             .map(|bytes| (bytes, stride))
             .map_err(place)
     }
@@ -72,13 +75,13 @@ impl<'a> Buffers<'a> {
     ///
     /// # Errors
     /// A fault of kind input for an unknown buffer, or for bytes beyond the end of the buffer.
-    pub fn bytes(&self, buffer: usize, start: u64, length: u64) -> Outcome<&[u8]> {
+    pub fn buffer_range(&self, buffer: usize, start: u64, length: u64) -> ImportResult<&[u8]> {
         let data = self
             .data
             .get(buffer)
-            .ok_or_else(|| absent("buffers", buffer, self.data.len()))?;
+            .ok_or_else(|| missing_index_fault("buffers", buffer, self.data.len()))?;
         let missing = || {
-            Fault::input(format!(
+            Fault::invalid_input(format!(
                 "buffers[{buffer}] has no uri, and the file no binary chunk for it"
             ))
         };
@@ -89,7 +92,7 @@ impl<'a> Buffers<'a> {
             .zip(end.and_then(|end| usize::try_from(end).ok()));
         range.and_then(|(start, end)| data.get(start..end)).ok_or_else(|| {
             let have = data.len();
-            Fault::input(format!("{length} bytes from byte {start} reach beyond buffers[{buffer}], which has {have}"))
+            Fault::invalid_input(format!("{length} bytes from byte {start} reach beyond buffers[{buffer}], which has {have}"))
         })
     }
 
@@ -99,38 +102,38 @@ impl<'a> Buffers<'a> {
     }
 
     /// Sets the decoded elements of an accessor, without gaps between elements.
-    pub fn fill_accessor(&mut self, index: usize, bytes: Vec<u8>) {
+    pub fn set_decoded_accessor(&mut self, index: usize, bytes: Vec<u8>) {
         self.accessors.insert(index, bytes);
     }
 
     /// Returns the decoded elements of an accessor, or `None` for an accessor of uncompressed data.
-    pub fn accessor(&self, index: usize) -> Option<&[u8]> {
+    pub fn decoded_accessor(&self, index: usize) -> Option<&[u8]> {
         self.accessors.get(&index).map(Vec::as_slice)
     }
 }
 
 /// Creates the fault for an index beyond the end of a list.
-pub(super) fn absent(list: &str, index: usize, length: usize) -> Fault {
-    Fault::input(format!(
+pub(super) fn missing_index_fault(list: &str, index: usize, length: usize) -> Fault {
+    Fault::invalid_input(format!(
         "{list}[{index}] does not exist, the file has {length} of them"
     ))
 }
 
-fn load_one<'a>(
-    buffer: &Buffer,
+fn load_buffer<'a>(
+    buffer: &BufferEntry,
     index: usize,
     binary: Option<&'a [u8]>,
     folder: &Folder,
-) -> Outcome<Option<Cow<'a, [u8]>>> {
+) -> ImportResult<Option<Cow<'a, [u8]>>> {
     let length = usize::try_from(buffer.byte_length).unwrap_or(usize::MAX);
     let short = |have: usize| {
-        Fault::input(format!(
+        Fault::invalid_input(format!(
             "has {length} bytes by its byteLength, but only {have} are there"
         ))
     };
     match (&buffer.uri, binary) {
         (Some(uri), _) => {
-            let mut bytes = uri::read(folder, uri)?;
+            let mut bytes = uri::read_reference(folder, uri)?;
             if bytes.len() < length {
                 return Err(short(bytes.len()));
             }

@@ -1,18 +1,18 @@
 //! Cameras of a glTF file, posed by their nodes.
 
-use raywright_core::scene::{Camera, Fit, Pinhole, Pose, Projection};
+use raywright_core::scene::{AspectFit, Camera, Pinhole, Pose, Projection};
 use raywright_core::validate::{FARTHEST, LEAST_ASPECT, MOST_ASPECT, SMALLEST};
 
 use super::entries::CameraEntry as Source;
 use super::nodes::NodeInstance;
-use crate::import::{Warnings, number};
+use crate::import::{Warnings, format_number};
 use crate::warning::WarningCode;
 
 /// Converts a camera, or returns `None` with a warning for invalid numbers.
 ///
 /// A picture with another aspect ratio than the camera shows the whole view of the camera, and more
 /// on two sides.
-pub(super) fn convert(
+pub(super) fn convert_camera(
     camera: &Source,
     index: usize,
     name: String,
@@ -50,7 +50,7 @@ pub(super) fn convert(
             if !(SMALLEST..=FARTHEST).contains(&height) {
                 return skip(&format!(
                     "its ymag of {} gives no view",
-                    number(view.ymag.into())
+                    format_number(view.ymag.into())
                 ));
             }
             (
@@ -60,7 +60,7 @@ pub(super) fn convert(
         }
         _ => return skip("it has no view of its type"),
     };
-    let Some(pose) = pose(instance) else {
+    let Some(pose) = camera_pose(instance) else {
         return skip("its node squeezes it flat");
     };
     // An extreme aspect ratio is ignored.
@@ -70,7 +70,7 @@ pub(super) fn convert(
         pose,
         projection,
         aspect,
-        fit: Fit::Contain,
+        fit: AspectFit::Contain,
         pose_end: None,
         shutter: None,
     })
@@ -78,7 +78,7 @@ pub(super) fn convert(
 
 /// Returns the camera pose from the node's normalised axes, or `None` for a singular transform. A
 /// reflected node keeps its reflected view.
-fn pose(instance: &NodeInstance) -> Option<Pose> {
+fn camera_pose(instance: &NodeInstance) -> Option<Pose> {
     let m = instance.world.matrix3;
     let back = m.z_axis.try_normalize()?;
     let right = (m.x_axis - back * back.dot(m.x_axis)).try_normalize()?;

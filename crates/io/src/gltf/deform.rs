@@ -6,14 +6,14 @@ use std::rc::Rc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::Import;
+use super::GltfImport;
 use super::accessor::Accessor;
-use super::buffers::absent;
+use super::buffers::missing_index_fault;
 use super::document::Document;
-use super::entries::{NodeEntry, Primitive};
+use super::entries::{NodeEntry, PrimitiveEntry};
 use super::nodes::NodeInstance;
-use super::vertices::Vertices;
-use crate::import::{Fault, Outcome};
+use super::vertices::VertexSelection;
+use crate::import::{Fault, ImportResult};
 
 /// Largest number of vertex displacements by morph targets and joints in a file. Without a limit, a
 /// few lines of JSON could take unbounded time.
@@ -21,23 +21,23 @@ const MOST_MOVES: u64 = 1 << 30;
 
 /// Deformation of a node's mesh.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Pose {
+pub(super) struct MeshDeformation {
     /// Weights of the morph targets; empty if all are zero.
     pub weights: Vec<f64>,
     /// Skin whose joints map vertices to world space; `None`: vertices are mapped by the node's
     /// transform.
-    pub skin: Option<Rc<PosedSkin>>,
+    pub skin: Option<Rc<SkinTransforms>>,
     /// Whether faces are reversed: the handedness of a node's transform decides even for a skinned
     /// mesh (glTF 2.0, section 3.7.4, "Instantiation").
     pub mirrored: bool,
 }
 
 /// Key of a deformation: the bits of the weights, the skin, and the reflection.
-pub(super) type PoseKey = (Vec<u64>, Option<usize>, bool);
+pub(super) type DeformationKey = (Vec<u64>, Option<usize>, bool);
 
-impl Pose {
+impl MeshDeformation {
     /// Returns a key that is equal for equal deformations.
-    pub fn key(&self) -> PoseKey {
+    pub fn key(&self) -> DeformationKey {
         (
             self.weights.iter().map(|weight| weight.to_bits()).collect(),
             self.skin.as_ref().map(|skin| skin.index),
@@ -46,14 +46,14 @@ impl Pose {
     }
 
     /// Whether the mesh is undeformed.
-    pub fn is_rest(&self) -> bool {
+    pub fn is_identity(&self) -> bool {
         self.weights.is_empty() && self.skin.is_none()
     }
 }
 
 /// A skin with the transforms of its joints.
 #[derive(Clone, Debug)]
-pub(super) struct PosedSkin {
+pub(super) struct SkinTransforms {
     /// Index in the file.
     index: usize,
     /// Origin of the skinned meshes in world space. Vertices are stored relative to this origin,
@@ -71,15 +71,19 @@ pub(super) struct DeformingMesh {
     pub normals: Vec<DVec3>,
 }
 
-impl Import<'_> {
+impl GltfImport<'_> {
     /// Returns the deformation of a node's mesh.
-    pub(super) fn pose(&mut self, instance: &NodeInstance, node: &NodeEntry) -> Outcome<Pose> {
+    pub(super) fn node_deformation(
+        &mut self,
+        instance: &NodeInstance,
+        node: &NodeEntry,
+    ) -> ImportResult<MeshDeformation> {
         let mesh = node
             .mesh
             .and_then(|mesh| self.document.meshes.get(mesh as usize));
         let own = || mesh.map(|mesh| mesh.weights.clone());
         let animated = self
-            .moved
+            .animated_nodes
             .get(&instance.node)
             .and_then(|moved| moved.weights.clone());
         let mut weights = animated
@@ -87,14 +91,19 @@ impl Import<'_> {
             .or_else(own)
             .unwrap_or_default();
         if let Some(weight) = weights.iter().find(|weight| !weight.is_finite()) {
-            return Err(Fault::input(format!("a weight of {weight} makes no sense")));
+            return Err(Fault::invalid_input(format!(
+                "a weight of {weight} makes no sense"
+            )));
         }
         if weights.iter().all(|&weight| weight == 0.0) {
             weights.clear();
         }
-        let skin = node.skin.map(|skin| self.skin(skin as usize)).transpose()?;
+        let skin = node
+            .skin
+            .map(|skin| self.skin_transforms(skin as usize))
+            .transpose()?;
         let mirrored = skin.is_some() && instance.world.matrix3.determinant() < 0.0;
-        Ok(Pose {
+        Ok(MeshDeformation {
             weights,
             skin,
             mirrored,
@@ -102,48 +111,48 @@ impl Import<'_> {
     }
 
     /// Returns a skin with its joint transforms, computed on first use.
-    fn skin(&mut self, index: usize) -> Outcome<Rc<PosedSkin>> {
+    fn skin_transforms(&mut self, index: usize) -> ImportResult<Rc<SkinTransforms>> {
         if let Some(known) = self.skins.get(&index) {
             return Ok(Rc::clone(known));
         }
         let skin = self
-            .skinned(index)
+            .compute_skin(index)
             .map_err(|fault| fault.with_place(format_args!("skins[{index}]")))?;
         Ok(Rc::clone(self.skins.entry(index).or_insert(Rc::new(skin))))
     }
 
-    fn skinned(&mut self, index: usize) -> Outcome<PosedSkin> {
+    fn compute_skin(&mut self, index: usize) -> ImportResult<SkinTransforms> {
         let Document { skins, nodes, .. } = self.document;
         let skin = skins
             .get(index)
-            .ok_or_else(|| absent("skins", index, skins.len()))?;
+            .ok_or_else(|| missing_index_fault("skins", index, skins.len()))?;
         let binds = skin
             .inverse_bind_matrices
             .map(|accessor| self.reader.open(accessor as usize))
             .transpose()?;
         if let Some(binds) = &binds
-            && (binds.arity() != 16 || binds.count() < skin.joints.len())
+            && (binds.element_arity() != 16 || binds.count() < skin.joints.len())
         {
             let (count, joints) = (binds.count(), skin.joints.len());
-            return Err(Fault::input(format!(
+            return Err(Fault::invalid_input(format!(
                 "has {joints} joints and {count} inverseBindMatrices of {} numbers",
-                binds.arity()
+                binds.element_arity()
             )));
         }
         self.budget
-            .memory(skin.joints.len(), size_of::<DAffine3>())?;
+            .reserve_memory(skin.joints.len(), size_of::<DAffine3>())?;
         let mut joints = Vec::with_capacity(skin.joints.len());
         for (i, &joint) in skin.joints.iter().enumerate() {
             let node = joint as usize;
             // A joint in a cycle outside every scene has no transform; the identity is used.
             let world = self
-                .worlds
+                .world_transforms
                 .get(node)
-                .ok_or_else(|| absent("nodes", node, nodes.len()))?
+                .ok_or_else(|| missing_index_fault("nodes", node, nodes.len()))?
                 .unwrap_or(DAffine3::IDENTITY);
-            let bind = binds
-                .as_ref()
-                .map_or(DAffine3::IDENTITY, |binds| affine(binds.vector(i)));
+            let bind = binds.as_ref().map_or(DAffine3::IDENTITY, |binds| {
+                affine_from_columns(binds.read_vector(i))
+            });
             joints.push((world, world * bind));
         }
         let origin = joints
@@ -155,10 +164,10 @@ impl Import<'_> {
         };
         let joints: Vec<DAffine3> = joints.into_iter().map(about).collect();
         match joints.iter().position(|joint| !joint.is_finite()) {
-            Some(i) => Err(Fault::input(format!(
+            Some(i) => Err(Fault::invalid_input(format!(
                 "the matrix of joints[{i}] is not finite"
             ))),
-            None => Ok(PosedSkin {
+            None => Ok(SkinTransforms {
                 index,
                 origin,
                 joints,
@@ -170,12 +179,12 @@ impl Import<'_> {
     /// the number of vertices in the file.
     pub(super) fn deform(
         &mut self,
-        primitive: &Primitive,
-        pose: &Pose,
-        vertices: &Vertices,
+        primitive: &PrimitiveEntry,
+        pose: &MeshDeformation,
+        vertices: &VertexSelection,
         count: usize,
-        moving: &mut DeformingMesh,
-    ) -> Outcome<()> {
+        deforming: &mut DeformingMesh,
+    ) -> ImportResult<()> {
         for (i, (target, &weight)) in primitive
             .targets
             .iter()
@@ -183,20 +192,20 @@ impl Import<'_> {
             .enumerate()
             .filter(|(_, (_, weight))| **weight != 0.0)
         {
-            self.morph(target, weight, vertices, count, moving)
+            self.apply_morph_target(target, weight, vertices, count, deforming)
                 .map_err(|fault| fault.with_place(format_args!("targets[{i}]")))?;
         }
         match &pose.skin {
-            Some(skin) => self.deform_mesh(primitive, skin, vertices, count, moving),
+            Some(skin) => self.apply_skin(primitive, skin, vertices, count, deforming),
             None => Ok(()),
         }
     }
 
     /// Adds `count` vertex displacements to the total, and refuses a file beyond the limit.
-    fn moves(&mut self, count: usize) -> Outcome<()> {
-        self.moves += count as u64;
-        if self.moves > MOST_MOVES {
-            return Err(Fault::limit(format!(
+    fn count_vertex_moves(&mut self, count: usize) -> ImportResult<()> {
+        self.vertex_moves += count as u64;
+        if self.vertex_moves > MOST_MOVES {
+            return Err(Fault::over_limit(format!(
                 "morph targets and skins move vertices more than {MOST_MOVES} times"
             )));
         }
@@ -204,87 +213,91 @@ impl Import<'_> {
     }
 
     /// Adds a morph target's offsets times its weight to positions and normals.
-    fn morph(
+    fn apply_morph_target(
         &mut self,
         target: &BTreeMap<String, u32>,
         weight: f64,
-        vertices: &Vertices,
+        vertices: &VertexSelection,
         count: usize,
-        moving: &mut DeformingMesh,
-    ) -> Outcome<()> {
+        deforming: &mut DeformingMesh,
+    ) -> ImportResult<()> {
         for (name, list) in [
-            ("POSITION", &mut moving.positions),
-            ("NORMAL", &mut moving.normals),
+            ("POSITION", &mut deforming.positions),
+            ("NORMAL", &mut deforming.normals),
         ] {
             let Some(&index) = target.get(name).filter(|_| !list.is_empty()) else {
                 continue;
             };
-            self.moves(list.len())?;
+            self.count_vertex_moves(list.len())?;
             let steps = self
                 .reader
                 .open(index as usize)
                 .map_err(|fault| fault.with_place(name))?;
-            if steps.arity() != 3 || steps.count() != count {
-                let (n, m) = (steps.count(), steps.arity());
-                return Err(Fault::input(format!(
+            if steps.element_arity() != 3 || steps.count() != count {
+                let (n, m) = (steps.count(), steps.element_arity());
+                return Err(Fault::invalid_input(format!(
                     "{name}: has {n} elements of {m} numbers, the mesh has {count} vertices"
                 )));
             }
             for (value, vertex) in list.iter_mut().zip(vertices.iter()) {
-                *value += vector(&steps, vertex) * weight;
+                *value += read_dvec3(&steps, vertex) * weight;
             }
         }
         Ok(())
     }
 
     /// Transforms positions and normals by the weighted joints of a skin.
-    fn deform_mesh(
+    fn apply_skin(
         &mut self,
-        primitive: &Primitive,
-        skin: &PosedSkin,
-        vertices: &Vertices,
+        primitive: &PrimitiveEntry,
+        skin: &SkinTransforms,
+        vertices: &VertexSelection,
         count: usize,
-        moving: &mut DeformingMesh,
-    ) -> Outcome<()> {
+        deforming: &mut DeformingMesh,
+    ) -> ImportResult<()> {
         let mut sets = Vec::new();
         for set in 0_u32.. {
-            let joints = self.attribute(primitive, &format!("JOINTS_{set}"), &[4])?;
-            let weights = self.attribute(primitive, &format!("WEIGHTS_{set}"), &[4])?;
+            let joints = self.open_attribute(primitive, &format!("JOINTS_{set}"), &[4])?;
+            let weights = self.open_attribute(primitive, &format!("WEIGHTS_{set}"), &[4])?;
             let (Some(joints), Some(weights)) = (joints, weights) else {
                 break;
             };
             if !joints.is_unsigned() || [joints.count(), weights.count()] != [count; 2] {
                 let (n, m) = (joints.count(), weights.count());
-                return Err(Fault::input(format!(
+                return Err(Fault::invalid_input(format!(
                     "JOINTS_{set} of {n} and WEIGHTS_{set} of {m} for {count} vertices"
                 )));
             }
             sets.push((joints, weights));
         }
         if sets.is_empty() {
-            return Err(Fault::input(
+            return Err(Fault::invalid_input(
                 "is skinned, but has no JOINTS_0 and WEIGHTS_0",
             ));
         }
-        self.moves(moving.positions.len().saturating_mul(4 * sets.len()))?;
+        self.count_vertex_moves(deforming.positions.len().saturating_mul(4 * sets.len()))?;
         for (i, vertex) in vertices.iter().enumerate() {
-            let map = skin.map(&sets, vertex)?;
-            if let Some(position) = moving.positions.get_mut(i) {
+            let map = skin.blend_joints(&sets, vertex)?;
+            if let Some(position) = deforming.positions.get_mut(i) {
                 *position = map.transform_point3(*position);
             }
-            if let Some(normal) = moving.normals.get_mut(i) {
-                *normal = (cofactors(&map.matrix3) * *normal).normalize_or_zero();
+            if let Some(normal) = deforming.normals.get_mut(i) {
+                *normal = (cofactor_matrix(&map.matrix3) * *normal).normalize_or_zero();
             }
         }
         Ok(())
     }
 }
 
-impl PosedSkin {
+impl SkinTransforms {
     /// Returns the weighted mean of a vertex's joint transforms. The weights are divided by their
     /// sum, which rounding keeps from being exactly 1. If all weights are zero, the vertex's first
     /// joint has the weight 1.
-    fn map(&self, sets: &[(Accessor<'_>, Accessor<'_>)], vertex: usize) -> Outcome<DAffine3> {
+    fn blend_joints(
+        &self,
+        sets: &[(Accessor<'_>, Accessor<'_>)],
+        vertex: usize,
+    ) -> ImportResult<DAffine3> {
         let (mut sum, mut total) = (
             DAffine3 {
                 matrix3: DMat3::ZERO,
@@ -294,14 +307,15 @@ impl PosedSkin {
         );
         let joint = |index: u32| {
             let list = &self.joints;
-            list.get(index as usize)
-                .ok_or_else(|| Fault::input(format!("JOINTS: joint {index} of {}", list.len())))
+            list.get(index as usize).ok_or_else(|| {
+                Fault::invalid_input(format!("JOINTS: joint {index} of {}", list.len()))
+            })
         };
         for (joints, weights) in sets {
             for (index, weight) in joints
-                .indices::<4>(vertex)
+                .read_indices::<4>(vertex)
                 .into_iter()
-                .zip(weights.vector::<4>(vertex))
+                .zip(weights.read_vector::<4>(vertex))
             {
                 let weight = f64::from(weight);
                 if weight == 0.0 || !weight.is_finite() {
@@ -317,7 +331,7 @@ impl PosedSkin {
         }
         let first = || {
             sets.first()
-                .map_or(0, |(joints, _)| joints.indices::<4>(vertex)[0])
+                .map_or(0, |(joints, _)| joints.read_indices::<4>(vertex)[0])
         };
         if total == 0.0 {
             return joint(first()).copied();
@@ -330,7 +344,7 @@ impl PosedSkin {
 }
 
 /// Converts a column-major matrix, whose last row is assumed to be 0 0 0 1.
-fn affine(m: [f32; 16]) -> DAffine3 {
+fn affine_from_columns(m: [f32; 16]) -> DAffine3 {
     let column = |i: usize| DVec3::new(m[i].into(), m[i + 1].into(), m[i + 2].into());
     DAffine3 {
         matrix3: DMat3::from_cols(column(0), column(4), column(8)),
@@ -340,7 +354,7 @@ fn affine(m: [f32; 16]) -> DAffine3 {
 
 /// Returns the cofactor matrix, which transforms normals: the inverse transpose times the
 /// determinant. The cofactor matrix exists for singular transforms too.
-fn cofactors(m: &DMat3) -> DMat3 {
+fn cofactor_matrix(m: &DMat3) -> DMat3 {
     DMat3::from_cols(
         m.y_axis.cross(m.z_axis),
         m.z_axis.cross(m.x_axis),
@@ -348,14 +362,14 @@ fn cofactors(m: &DMat3) -> DMat3 {
     )
 }
 
-fn vector(accessor: &Accessor<'_>, element: usize) -> DVec3 {
-    DVec3::from(accessor.vector::<3>(element).map(f64::from))
+fn read_dvec3(accessor: &Accessor<'_>, element: usize) -> DVec3 {
+    DVec3::from(accessor.read_vector::<3>(element).map(f64::from))
 }
 
 /// Reads the vectors of the selected vertices in double precision.
-pub(super) fn vectors(accessor: &Accessor<'_>, vertices: &Vertices) -> Vec<DVec3> {
-    vertices.iter().map(|v| vector(accessor, v)).collect()
+pub(super) fn read_dvec3_list(accessor: &Accessor<'_>, vertices: &VertexSelection) -> Vec<DVec3> {
+    vertices.iter().map(|v| read_dvec3(accessor, v)).collect()
 }
 
 /// Skins by index in the file.
-pub(super) type Skins = HashMap<usize, Rc<PosedSkin>>;
+pub(super) type SkinsByIndex = HashMap<usize, Rc<SkinTransforms>>;

@@ -9,13 +9,14 @@
 use serde::Deserialize;
 
 use super::entries::{
-    AccessorEntry, AnimationEntry, Buffer, BufferViewEntry, CameraEntry, Image, Material, Mesh,
-    NodeEntry, RootExtensions, Sampler, SceneEntry, Skin, Texture,
+    AccessorEntry, AnimationEntry, BufferEntry, BufferViewEntry, CameraEntry, ImageEntry,
+    MaterialEntry, MeshEntry, NodeEntry, RootExtensions, SceneEntry, SkinEntry, TextureEntry,
+    TextureSampler,
 };
 use super::json;
 use crate::Limits;
-use crate::import::{Fault, Outcome, Warnings, ask_system};
-use crate::text::without_mark;
+use crate::import::{Fault, ImportResult, Warnings, check_available_memory};
+use crate::text::strip_byte_order_mark;
 use crate::warning::WarningCode;
 
 /// The supported part of a glTF file.
@@ -24,22 +25,22 @@ use crate::warning::WarningCode;
 pub(super) struct Document {
     pub accessors: Vec<AccessorEntry>,
     pub animations: Vec<AnimationEntry>,
-    pub asset: Asset,
-    pub buffers: Vec<Buffer>,
+    pub asset: AssetVersion,
+    pub buffers: Vec<BufferEntry>,
     pub buffer_views: Vec<BufferViewEntry>,
     pub cameras: Vec<CameraEntry>,
     pub extensions: RootExtensions,
     pub extensions_required: Vec<String>,
     pub extensions_used: Vec<String>,
-    pub images: Vec<Image>,
-    pub materials: Vec<Material>,
-    pub meshes: Vec<Mesh>,
+    pub images: Vec<ImageEntry>,
+    pub materials: Vec<MaterialEntry>,
+    pub meshes: Vec<MeshEntry>,
     pub nodes: Vec<NodeEntry>,
-    pub samplers: Vec<Sampler>,
+    pub samplers: Vec<TextureSampler>,
     pub scene: Option<u32>,
     pub scenes: Vec<SceneEntry>,
-    pub skins: Vec<Skin>,
-    pub textures: Vec<Texture>,
+    pub skins: Vec<SkinEntry>,
+    pub textures: Vec<TextureEntry>,
 }
 
 impl Document {
@@ -65,7 +66,7 @@ impl Document {
 /// Version of a glTF file.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-pub(super) struct Asset {
+pub(super) struct AssetVersion {
     version: Option<String>,
     min_version: Option<String>,
 }
@@ -75,7 +76,7 @@ pub(super) struct Asset {
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct DocumentHeader {
-    asset: Asset,
+    asset: AssetVersion,
     extensions_required: Vec<String>,
 }
 
@@ -85,7 +86,7 @@ const BYTES_A_VALUE: u64 = 256;
 
 /// Upper bound for the number of values in a JSON text: 1 plus the number of commas and opening
 /// brackets outside strings.
-fn values(text: &[u8]) -> u64 {
+fn count_values(text: &[u8]) -> u64 {
     let (mut count, mut rest) = (1, text);
     while let Some(position) = rest
         .iter()
@@ -116,31 +117,37 @@ fn values(text: &[u8]) -> u64 {
 /// A fault of kind input for invalid JSON (with path, line and column), another version of glTF, or
 /// an unsupported required extension (by name); of kind limit for more values than the limits
 /// allow.
-pub(super) fn parse(text: &[u8], limits: &Limits, warnings: &mut Warnings) -> Outcome<Document> {
+pub(super) fn parse(
+    text: &[u8],
+    limits: &Limits,
+    warnings: &mut Warnings,
+) -> ImportResult<Document> {
     // RFC 8259, section 8.1: a parser may ignore a byte order mark.
-    let text = without_mark(text);
+    let text = strip_byte_order_mark(text);
     let maximum = limits.memory_bytes / BYTES_A_VALUE;
-    if values(text) > maximum {
-        return Err(Fault::limit(format!("has more than {maximum} JSON values")));
+    if count_values(text) > maximum {
+        return Err(Fault::over_limit(format!(
+            "has more than {maximum} JSON values"
+        )));
     }
-    match typed(text, warnings) {
+    match parse_typed(text, warnings) {
         Ok(document) => Ok(document),
         Err(fault) => {
-            ask_system(text.len() as u64)?;
-            let Some(rewritten) = json::rewritten(text) else {
+            check_available_memory(text.len() as u64)?;
+            let Some(rewritten) = json::rewrite_json(text) else {
                 return Err(fault);
             };
             rewritten
-                .warning()
+                .duplicate_name_warning()
                 .into_iter()
                 .for_each(|warning| warnings.add(WarningCode::Format, warning));
-            typed(&rewritten.text, warnings)
+            parse_typed(&rewritten.text, warnings)
         }
     }
 }
 
 /// Parses a JSON text as typed data.
-fn typed(text: &[u8], warnings: &mut Warnings) -> Outcome<Document> {
+fn parse_typed(text: &[u8], warnings: &mut Warnings) -> ImportResult<Document> {
     let mut json = serde_json::Deserializer::from_slice(text);
     // A file of another version, or with an unsupported required extension, need not fit these
     // types. Its version and extensions give a better message.
@@ -156,7 +163,7 @@ fn typed(text: &[u8], warnings: &mut Warnings) -> Outcome<Document> {
                 super::extensions::check_required(&extensions_required)?;
             }
             let path = if error.is_data() {
-                json::path(text, error.line(), error.column())
+                json::path_at(text, error.line(), error.column())
             } else {
                 String::new()
             };
@@ -165,28 +172,30 @@ fn typed(text: &[u8], warnings: &mut Warnings) -> Outcome<Document> {
             } else {
                 format!("{path}: ")
             };
-            return Err(Fault::input(format!("{place}is no valid glTF: {error}")));
+            return Err(Fault::invalid_input(format!(
+                "{place}is no valid glTF: {error}"
+            )));
         }
     };
     json.end()
-        .map_err(|error| Fault::input(format!("is no valid glTF: {error}")))?;
+        .map_err(|error| Fault::invalid_input(format!("is no valid glTF: {error}")))?;
     check_version(&document.asset, warnings)?;
     super::extensions::check_required(&document.extensions_required)?;
     Ok(document)
 }
 
-fn check_version(asset: &Asset, warnings: &mut Warnings) -> Outcome<()> {
+fn check_version(asset: &AssetVersion, warnings: &mut Warnings) -> ImportResult<()> {
     let version = asset
         .version
         .as_deref()
-        .ok_or_else(|| Fault::input("is no glTF 2.0: asset.version is missing"))?;
+        .ok_or_else(|| Fault::invalid_input("is no glTF 2.0: asset.version is missing"))?;
     if version.split('.').next() != Some("2") {
-        return Err(Fault::input(format!(
+        return Err(Fault::invalid_input(format!(
             "is glTF {version}; version 2 is read"
         )));
     }
     match asset.min_version.as_deref() {
-        Some(least) if least.split('.').next() != Some("2") => Err(Fault::input(format!(
+        Some(least) if least.split('.').next() != Some("2") => Err(Fault::invalid_input(format!(
             "needs glTF {least}; version 2.0 is read"
         ))),
         Some(least) if least != "2.0" => {
@@ -204,7 +213,7 @@ fn check_version(asset: &Asset, warnings: &mut Warnings) -> Outcome<()> {
 mod tests {
     use super::*;
 
-    fn read(rest: &str) -> Outcome<Document> {
+    fn read(rest: &str) -> ImportResult<Document> {
         let text = format!(r#"{{ "asset": {{ "version": "2.0" }}, {rest} }}"#);
         parse(
             text.as_bytes(),
@@ -286,7 +295,7 @@ mod tests {
         };
         assert!(parse(text(" ").as_bytes(), &limits, &mut Warnings::default()).is_ok());
         assert!(parse(text(" x").as_bytes(), &limits, &mut Warnings::default()).is_err());
-        assert_eq!(values(br#"{"a":[1,2,{}],"b,[":"\\","c":0}"#), 8);
+        assert_eq!(count_values(br#"{"a":[1,2,{}],"b,[":"\\","c":0}"#), 8);
     }
 
     /// Protects: another version or an unsupported required extension is reported as such, not as a

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use crate::import::{Fault, Outcome, Warnings, printable};
+use crate::import::{Fault, ImportResult, Warnings, sanitise_text};
 use crate::warning::WarningCode;
 
 /// Supported extensions, and extensions without effect on a picture of the default state.
-const READ: [&str; 27] = [
+const SUPPORTED: [&str; 27] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -40,18 +40,18 @@ const READ: [&str; 27] = [
 ];
 
 /// Whether an extension is supported.
-pub(super) fn is_read(name: &str) -> bool {
-    READ.contains(&name)
+pub(super) fn is_supported(name: &str) -> bool {
+    SUPPORTED.contains(&name)
 }
 
 /// Refuses a file with an unsupported required extension.
 ///
 /// # Errors
 /// A fault of kind input that names the extensions.
-pub(super) fn check_required(required: &[String]) -> Outcome<()> {
+pub(super) fn check_required(required: &[String]) -> ImportResult<()> {
     let missing: Vec<&str> = required
         .iter()
-        .filter(|name| !is_read(name))
+        .filter(|name| !is_supported(name))
         .map(String::as_str)
         .collect();
     if missing.is_empty() {
@@ -60,9 +60,9 @@ pub(super) fn check_required(required: &[String]) -> Outcome<()> {
     let list: Vec<String> = missing
         .iter()
         .take(8)
-        .map(|name| format!("`{}`", printable(name)))
+        .map(|name| format!("`{}`", sanitise_text(name)))
         .collect();
-    Err(Fault::input(format!(
+    Err(Fault::invalid_input(format!(
         "requires the extension {}, which is not supported",
         list.join(", ")
     )))
@@ -73,25 +73,27 @@ pub(super) fn check_required(required: &[String]) -> Outcome<()> {
 pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings: &mut Warnings) {
     let of_materials =
         |name: &str| name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_");
-    for name in named.filter(|name| !READ.contains(&name.as_str()) && !of_materials(name)) {
+    for name in named.filter(|name| !SUPPORTED.contains(&name.as_str()) && !of_materials(name)) {
         warnings.add(
             WarningCode::Unsupported,
-            format!("extension {} is ignored", printable(name)),
+            format!("extension {} is ignored", sanitise_text(name)),
         );
     }
 }
 
 /// Unsupported material extensions, each with the key whose value 0 disables the extension. Some
 /// programs write such extensions for all materials.
-const IDLE: [(&str, &str); 1] = [("KHR_materials_subsurface", "scatterDistance")];
+const DISABLED_BY_ZERO: [(&str, &str); 1] = [("KHR_materials_subsurface", "scatterDistance")];
 
 /// Names of a material's unsupported extensions that would change its appearance.
-pub(super) fn unread(extensions: &BTreeMap<String, Value>) -> impl Iterator<Item = &String> {
+pub(super) fn unsupported_extensions(
+    extensions: &BTreeMap<String, Value>,
+) -> impl Iterator<Item = &String> {
     let counts = |(name, value): &(&String, &Value)| {
-        let idle = IDLE
+        let idle = DISABLED_BY_ZERO
             .iter()
             .any(|(known, key)| known == name && value[key].as_f64().unwrap_or(0.0) == 0.0);
-        !READ.contains(&name.as_str()) && !idle
+        !SUPPORTED.contains(&name.as_str()) && !idle
     };
     extensions.iter().filter(counts).map(|(name, _)| name)
 }
@@ -105,7 +107,9 @@ mod tests {
     fn idle_extensions_are_told() {
         let counts = |text: &str| {
             let extensions: BTreeMap<String, Value> = serde_json::from_str(text).expect(text);
-            unread(&extensions).cloned().collect::<Vec<_>>()
+            unsupported_extensions(&extensions)
+                .cloned()
+                .collect::<Vec<_>>()
         };
         for idle in [
             r#"{"KHR_materials_subsurface":{}}"#,

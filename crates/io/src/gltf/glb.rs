@@ -3,12 +3,12 @@
 //! This parser replaces `gltf::Glb`, which subtracts before comparing (a length below 12 panics)
 //! and refuses unknown chunks, although the specification requires readers to skip unknown chunks.
 
-use crate::import::{Fault, Outcome, Warnings};
+use crate::import::{Fault, ImportResult, Warnings};
 use crate::warning::WarningCode;
 
 /// The chunks of a GLB file.
 #[derive(Debug)]
-pub(super) struct Container<'a> {
+pub(super) struct GlbContainer<'a> {
     /// Text of the JSON chunk, padding included.
     pub json: &'a [u8],
     /// The binary chunk, padding included.
@@ -16,7 +16,7 @@ pub(super) struct Container<'a> {
 }
 
 /// Whether a file is a GLB container, by its signature.
-pub(super) fn is_container(bytes: &[u8]) -> bool {
+pub(super) fn is_glb(bytes: &[u8]) -> bool {
     bytes.starts_with(b"glTF")
 }
 
@@ -24,18 +24,23 @@ pub(super) fn is_container(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// A fault of kind input that describes the defect of the container.
-pub(super) fn parse<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Outcome<Container<'a>> {
-    let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
-        return Err(Fault::input("is a GLB file that ends inside its header"));
+pub(super) fn parse<'a>(
+    bytes: &'a [u8],
+    warnings: &mut Warnings,
+) -> ImportResult<GlbContainer<'a>> {
+    let (Some(version), Some(length)) = (read_u32(bytes, 4), read_u32(bytes, 8)) else {
+        return Err(Fault::invalid_input(
+            "is a GLB file that ends inside its header",
+        ));
     };
     if version != 2 {
-        return Err(Fault::input(format!(
+        return Err(Fault::invalid_input(format!(
             "is a GLB file of version {version}; version 2 is read"
         )));
     }
     let have = bytes.len() as u64;
     if u64::from(length) > have {
-        return Err(Fault::input(format!(
+        return Err(Fault::invalid_input(format!(
             "is a GLB file cut off: {have} of {length} bytes are there"
         )));
     }
@@ -46,25 +51,25 @@ pub(super) fn parse<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Outcome<Con
         );
     }
     let mut rest = bytes.get(12..length as usize).ok_or_else(|| {
-        Fault::input(format!(
+        Fault::invalid_input(format!(
             "is a GLB file whose header gives it {length} bytes"
         ))
     })?;
     let (mut json, mut binary) = (None, None);
     let mut number = 0_usize;
     while !rest.is_empty() {
-        let (kind, data, after) =
-            chunk(rest).map_err(|fault| fault.with_place(format_args!("GLB chunk {number}")))?;
+        let (kind, data, after) = split_chunk(rest)
+            .map_err(|fault| fault.with_place(format_args!("GLB chunk {number}")))?;
         match kind {
             b"JSON" if number == 0 => json = Some(data),
             b"JSON" => {
-                return Err(Fault::input(format!(
+                return Err(Fault::invalid_input(format!(
                     "GLB chunk {number}: a second JSON chunk"
                 )));
             }
             b"BIN\0" if number > 0 && binary.is_none() => binary = Some(data),
             _ if number == 0 => {
-                return Err(Fault::input(
+                return Err(Fault::invalid_input(
                     "is a GLB file whose first chunk is not its JSON",
                 ));
             }
@@ -77,20 +82,22 @@ pub(super) fn parse<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Outcome<Con
         rest = after;
         number += 1;
     }
-    let json = json.ok_or_else(|| Fault::input("is a GLB file without chunks"))?;
-    Ok(Container { json, binary })
+    let json = json.ok_or_else(|| Fault::invalid_input("is a GLB file without chunks"))?;
+    Ok(GlbContainer { json, binary })
 }
 
 /// Splits off the first chunk. Returns the type and the data of the chunk, and the bytes after the
 /// chunk.
-fn chunk(bytes: &[u8]) -> Outcome<(&[u8], &[u8], &[u8])> {
-    let (Some(length), Some(kind)) = (word(bytes, 0), bytes.get(4..8)) else {
-        return Err(Fault::input("the file ends inside the chunk's header"));
+fn split_chunk(bytes: &[u8]) -> ImportResult<(&[u8], &[u8], &[u8])> {
+    let (Some(length), Some(kind)) = (read_u32(bytes, 0), bytes.get(4..8)) else {
+        return Err(Fault::invalid_input(
+            "the file ends inside the chunk's header",
+        ));
     };
     let body = &bytes[8..];
     match body.split_at_checked(length as usize) {
         Some((data, after)) => Ok((kind, data, after)),
-        None => Err(Fault::input(format!(
+        None => Err(Fault::invalid_input(format!(
             "has {length} bytes by its header, but only {} follow",
             body.len()
         ))),
@@ -98,7 +105,7 @@ fn chunk(bytes: &[u8]) -> Outcome<(&[u8], &[u8], &[u8])> {
 }
 
 /// Reads a little-endian 32-bit number at a byte position; `None` beyond the end.
-fn word(bytes: &[u8], position: usize) -> Option<u32> {
+fn read_u32(bytes: &[u8], position: usize) -> Option<u32> {
     bytes
         .get(position..position + 4)?
         .try_into()
@@ -139,7 +146,7 @@ mod tests {
             (parts.json, parts.binary),
             (b"{}".as_slice(), Some(b"x".as_slice()))
         );
-        assert_eq!(warnings.finish("x.glb").len(), 1);
+        assert_eq!(warnings.into_list("x.glb").len(), 1);
     }
 
     /// Protects: a length below the header's own size is refused; a subtraction from it would

@@ -8,7 +8,7 @@
 
 use std::collections::HashMap;
 
-use crate::import::printable;
+use crate::import::sanitise_text;
 
 /// Largest magnitude up to which all integers are exact in f64: 2⁵³.
 const MOST_WHOLE: f64 = 9_007_199_254_740_992.0;
@@ -21,24 +21,24 @@ const MOST_DEPTH: usize = 128;
 pub(super) struct RewrittenJson {
     pub text: Vec<u8>,
     /// Number of values replaced by a later value of the same name.
-    repeated: usize,
+    repeated_names: usize,
     /// First repeated name, and the line of the repetition.
-    first: Option<(String, usize)>,
-    changed: bool,
+    first_repeated: Option<(String, usize)>,
+    is_changed: bool,
 }
 
 impl RewrittenJson {
     /// Warning about repeated names; `None` without any.
-    pub fn warning(&self) -> Option<String> {
-        let (name, line) = self.first.as_ref()?;
-        let many = if self.repeated > 1 {
-            format!(" ({} keys are)", self.repeated)
+    pub fn duplicate_name_warning(&self) -> Option<String> {
+        let (name, line) = self.first_repeated.as_ref()?;
+        let many = if self.repeated_names > 1 {
+            format!(" ({} keys are)", self.repeated_names)
         } else {
             String::new()
         };
         Some(format!(
             "`{}` is twice in an object, again in line {line}{many}: the later value counts",
-            printable(name)
+            sanitise_text(name)
         ))
     }
 }
@@ -54,7 +54,7 @@ struct OpenBracket {
 }
 
 /// Rewrites a JSON text. Returns `None` if nothing changes, or beyond the nesting limit.
-pub(super) fn rewritten(text: &[u8]) -> Option<RewrittenJson> {
+pub(super) fn rewrite_json(text: &[u8]) -> Option<RewrittenJson> {
     let (mut out, mut open) = (
         RewrittenJson {
             text: Vec::with_capacity(text.len()),
@@ -65,10 +65,10 @@ pub(super) fn rewritten(text: &[u8]) -> Option<RewrittenJson> {
     let (mut position, mut line) = (0, 1);
     while let Some(&byte) = text.get(position) {
         let length = match byte {
-            b'"' => string(&text[position..]),
+            b'"' => string_length(&text[position..]),
             b'-' | b'0'..=b'9' => text[position..]
                 .iter()
-                .take_while(|byte| is_of_number(**byte))
+                .take_while(|byte| is_number_byte(**byte))
                 .count(),
             _ => 1,
         };
@@ -80,11 +80,11 @@ pub(super) fn rewritten(text: &[u8]) -> Option<RewrittenJson> {
                     .last_mut()
                     .filter(|holder| holder.is_object && holder.name.is_none())
                 {
-                    out.name(holder, token, line);
+                    out.record_name(holder, token, line);
                 }
                 out.text.extend_from_slice(token);
             }
-            b'-' | b'0'..=b'9' => out.number(token),
+            b'-' | b'0'..=b'9' => out.rewrite_number(token),
             _ => {
                 line += usize::from(byte == b'\n');
                 out.text.push(byte);
@@ -95,35 +95,36 @@ pub(super) fn rewritten(text: &[u8]) -> Option<RewrittenJson> {
                         ..OpenBracket::default()
                     }),
                     b'}' | b']' => drop(open.pop()),
-                    b',' => out.close(open.last_mut()),
+                    b',' => out.end_member(open.last_mut()),
                     _ => {}
                 }
             }
         }
         position += length;
     }
-    out.changed.then_some(out)
+    out.is_changed.then_some(out)
 }
 
 impl RewrittenJson {
     /// Records the name of a member, and blanks an earlier member of the same name.
-    fn name(&mut self, holder: &mut OpenBracket, token: &[u8], line: usize) {
-        let name = decoded(token);
+    fn record_name(&mut self, holder: &mut OpenBracket, token: &[u8], line: usize) {
+        let name = decode_string(token);
         let start = self.text.len();
         if let Some([from, to]) = holder.members.insert(name.clone(), [start; 2]) {
             self.text[from..to]
                 .iter_mut()
                 .filter(|byte| !byte.is_ascii_whitespace())
                 .for_each(|byte| *byte = b' ');
-            self.first.get_or_insert_with(|| (name.clone(), line));
-            self.repeated += 1;
-            self.changed = true;
+            self.first_repeated
+                .get_or_insert_with(|| (name.clone(), line));
+            self.repeated_names += 1;
+            self.is_changed = true;
         }
         holder.name = Some(name);
     }
 
     /// Ends a member of an object at its comma.
-    fn close(&mut self, holder: Option<&mut OpenBracket>) {
+    fn end_member(&mut self, holder: Option<&mut OpenBracket>) {
         let Some(holder) = holder else { return };
         let member = holder
             .name
@@ -134,7 +135,7 @@ impl RewrittenJson {
         }
     }
 
-    fn number(&mut self, token: &[u8]) {
+    fn rewrite_number(&mut self, token: &[u8]) {
         let value = std::str::from_utf8(token)
             .ok()
             .and_then(|text| text.parse::<f64>().ok());
@@ -153,19 +154,19 @@ impl RewrittenJson {
         let start = self.text.len();
         self.text
             .extend_from_slice(written.as_ref().map_or(token, String::as_bytes));
-        self.changed |= written.is_some();
+        self.is_changed |= written.is_some();
         self.text
             .resize(self.text.len().max(start + token.len()), b' ');
     }
 }
 
-fn is_of_number(byte: u8) -> bool {
+fn is_number_byte(byte: u8) -> bool {
     byte.is_ascii_digit() || matches!(byte, b'-' | b'+' | b'.' | b'e' | b'E')
 }
 
 /// Length in bytes of the quoted string at the start of a text; an unterminated string extends to
 /// the end.
-fn string(text: &[u8]) -> usize {
+fn string_length(text: &[u8]) -> usize {
     let mut position = 1;
     while let Some(skip) = text
         .get(position..)
@@ -185,7 +186,7 @@ fn string(text: &[u8]) -> usize {
 /// bytes.
 ///
 /// The path is computed only after a failure, so that parsing need not track paths.
-pub(super) fn path(text: &[u8], line: usize, column: usize) -> String {
+pub(super) fn path_at(text: &[u8], line: usize, column: usize) -> String {
     let lines: usize = text
         .split_inclusive(|byte| *byte == b'\n')
         .take(line.saturating_sub(1))
@@ -198,13 +199,13 @@ pub(super) fn path(text: &[u8], line: usize, column: usize) -> String {
     let mut is_name = false;
     while let Some(&byte) = text.get(position) {
         let length = if byte == b'"' {
-            string(&text[position..])
+            string_length(&text[position..])
         } else {
             1
         };
         match (byte, entries.last_mut()) {
             (b'"', Some((name, _))) if is_name => {
-                *name = Some(decoded(&text[position..position + length]))
+                *name = Some(decode_string(&text[position..position + length]))
             }
             (b'{', _) => entries.push((Some(String::new()), 0)),
             (b'[', _) => entries.push((None, 0)),
@@ -230,7 +231,7 @@ pub(super) fn path(text: &[u8], line: usize, column: usize) -> String {
 }
 
 /// Decodes a quoted JSON string.
-fn decoded(token: &[u8]) -> String {
+fn decode_string(token: &[u8]) -> String {
     serde_json::from_slice(token).unwrap_or_else(|_| String::from_utf8_lossy(token).into_owned())
 }
 
@@ -239,7 +240,7 @@ mod tests {
     use super::*;
 
     fn text(text: &str) -> Option<String> {
-        rewritten(text.as_bytes()).map(|out| String::from_utf8(out.text).expect("UTF-8"))
+        rewrite_json(text.as_bytes()).map(|out| String::from_utf8(out.text).expect("UTF-8"))
     }
 
     /// Protects: integers are written without point or exponent, at the same length where they fit;
@@ -288,8 +289,8 @@ mod tests {
             assert_eq!(text(from).as_deref(), Some(to), "{from}");
         }
         assert_eq!(text(r#"[{"a":1},{"a":1},{"a":{"a":"a"}}]"#), None);
-        let warned = rewritten(b"{\n\"a\":1,\n\"a\":2,\"a\":3}")
-            .and_then(|out| out.warning())
+        let warned = rewrite_json(b"{\n\"a\":1,\n\"a\":2,\"a\":3}")
+            .and_then(|out| out.duplicate_name_warning())
             .expect("a warning");
         assert!(
             warned.contains("`a`") && warned.contains("line 3") && warned.contains("2 keys"),
@@ -321,12 +322,12 @@ mod tests {
             let end = text.find(before).expect(before) + before.len();
             let start = text[..end].rfind('\n').map_or(0, |position| position + 1);
             assert_eq!(
-                path(text.as_bytes(), 1 + usize::from(start > 0), end - start),
+                path_at(text.as_bytes(), 1 + usize::from(start > 0), end - start),
                 expected,
                 "{before}"
             );
         }
-        assert_eq!(path(b"[1]", 7, 900), "");
+        assert_eq!(path_at(b"[1]", 7, 900), "");
     }
 
     /// Protects: rewriting takes time and memory proportional to any text: endless brackets,
@@ -334,8 +335,10 @@ mod tests {
     #[test]
     fn hostile_texts_end() {
         let many: String = (0..200_000).map(|i| format!("\"k{i}\":1.0,")).collect();
-        assert!(rewritten(format!("{{{many}\"k0\":2}}").as_bytes()).is_some());
-        assert!(rewritten(&[b"{\"a\":".repeat(200_000), b"1.0".to_vec()].concat()).is_none());
-        assert!(rewritten(&[b"{\"a\":".repeat(100), b"1,\"a\":1}".repeat(100)].concat()).is_some());
+        assert!(rewrite_json(format!("{{{many}\"k0\":2}}").as_bytes()).is_some());
+        assert!(rewrite_json(&[b"{\"a\":".repeat(200_000), b"1.0".to_vec()].concat()).is_none());
+        assert!(
+            rewrite_json(&[b"{\"a\":".repeat(100), b"1,\"a\":1}".repeat(100)].concat()).is_some()
+        );
     }
 }

@@ -6,48 +6,48 @@ use raywright_core::scene::{
 };
 use raywright_core::validate::{FARTHEST, SMALLEST};
 
-use super::Import;
-use super::entries::{MaterialExtensions, TextureUse};
+use super::GltfImport;
+use super::entries::{MaterialExtensions, TextureInfo};
 use super::texture::TextureRole;
-use crate::import::{Outcome, number};
+use crate::import::{ImportResult, format_number};
 use crate::warning::WarningCode;
 
-impl Import<'_> {
+impl GltfImport<'_> {
     /// Adds the layers and lobes of a material's extensions to `out`.
-    pub(super) fn layers(
+    pub(super) fn add_layers(
         &mut self,
         extensions: &MaterialExtensions,
         label: &str,
         out: &mut Physical,
-    ) -> Outcome<()> {
-        self.specular(extensions, label, out)?;
-        self.clearcoat(extensions, label, out)?;
-        self.sheen(extensions, label, out)?;
-        self.anisotropy(extensions, label, out)?;
-        self.iridescence(extensions, label, out)?;
-        self.diffuse_transmission(extensions, label, out)?;
+    ) -> ImportResult<()> {
+        self.add_specular(extensions, label, out)?;
+        self.add_clearcoat(extensions, label, out)?;
+        self.add_sheen(extensions, label, out)?;
+        self.add_anisotropy(extensions, label, out)?;
+        self.add_iridescence(extensions, label, out)?;
+        self.add_diffuse_transmission(extensions, label, out)?;
         if let Some(data) = &extensions.dispersion {
             out.dispersion =
                 self.warnings
-                    .clamped(data.dispersion, [0.0, 400.0], label, "dispersion");
+                    .clamp(data.dispersion, [0.0, 400.0], label, "dispersion");
         }
-        self.volume(extensions, label, out);
+        self.add_volume(extensions, label, out);
         Ok(())
     }
 
     /// Adds the absorption of the interior (KHR_materials_volume). Without a volume, a transmissive
     /// surface is thin-walled and does not refract.
-    fn volume(&mut self, extensions: &MaterialExtensions, label: &str, out: &mut Physical) {
+    fn add_volume(&mut self, extensions: &MaterialExtensions, label: &str, out: &mut Physical) {
         let body = extensions
             .volume
             .as_ref()
             .filter(|volume| volume.thickness_factor > 0.0);
-        out.thin_walled = body.is_none() && (out.may_transmit() || out.may_diffuse_through());
+        out.thin_walled = body.is_none() && (out.may_transmit() || out.may_transmit_diffusely());
         let Some(volume) = body else { return };
         out.attenuation_colour = Colour(
             volume
                 .attenuation_color
-                .map(|c| self.unit(c, label, "attenuationColor")),
+                .map(|c| self.clamp_unit(c, label, "attenuationColor")),
         );
         // An infinite distance means no absorption.
         let distance = volume
@@ -58,113 +58,115 @@ impl Import<'_> {
                 WarningCode::Range,
                 format!(
                     "{label}: an attenuationDistance of {} makes no sense; nothing is absorbed",
-                    number(distance)
+                    format_number(distance)
                 ),
             );
             return;
         }
         out.attenuation_distance = distance.map(|distance| {
             self.warnings
-                .clamped(distance, [SMALLEST, FARTHEST], label, "attenuationDistance")
+                .clamp(distance, [SMALLEST, FARTHEST], label, "attenuationDistance")
         });
     }
 
-    fn specular(
+    fn add_specular(
         &mut self,
         extensions: &MaterialExtensions,
         label: &str,
         out: &mut Physical,
-    ) -> Outcome<()> {
+    ) -> ImportResult<()> {
         let Some(data) = &extensions.specular else {
             return Ok(());
         };
         out.specular = self
-            .unit(data.specular_factor, label, "specularFactor")
+            .clamp_unit(data.specular_factor, label, "specularFactor")
             .into();
-        out.specular_texture = self.channel(data.specular_texture.as_ref(), Channel::Alpha)?;
+        out.specular_texture =
+            self.texture_channel(data.specular_texture.as_ref(), Channel::Alpha)?;
         let colour = data.specular_color_factor.map(|c| {
             self.warnings
-                .clamped(c, [0.0, 1e6], label, "specularColorFactor")
+                .clamp(c, [0.0, 1e6], label, "specularColorFactor")
         });
         out.specular_colour = Colour(colour).into();
         out.specular_colour_texture =
-            self.texture(data.specular_color_texture.as_ref(), TextureRole::Colour)?;
+            self.convert_texture_ref(data.specular_color_texture.as_ref(), TextureRole::Colour)?;
         Ok(())
     }
 
-    fn clearcoat(
+    fn add_clearcoat(
         &mut self,
         extensions: &MaterialExtensions,
         label: &str,
         out: &mut Physical,
-    ) -> Outcome<()> {
+    ) -> ImportResult<()> {
         let Some(data) = &extensions.clearcoat else {
             return Ok(());
         };
-        let factor = self.unit(data.clearcoat_factor, label, "clearcoatFactor");
+        let factor = self.clamp_unit(data.clearcoat_factor, label, "clearcoatFactor");
         if factor == 0.0 {
             return Ok(());
         }
         out.clearcoat = Some(Clearcoat {
             factor: factor.into(),
-            factor_texture: self.channel(data.clearcoat_texture.as_ref(), Channel::Red)?,
+            factor_texture: self.texture_channel(data.clearcoat_texture.as_ref(), Channel::Red)?,
             roughness: self
-                .unit(
+                .clamp_unit(
                     data.clearcoat_roughness_factor,
                     label,
                     "clearcoatRoughnessFactor",
                 )
                 .into(),
             roughness_texture: self
-                .channel(data.clearcoat_roughness_texture.as_ref(), Channel::Green)?,
-            normal_scale: self.normal_scale(
+                .texture_channel(data.clearcoat_roughness_texture.as_ref(), Channel::Green)?,
+            normal_scale: self.clamp_normal_scale(
                 data.clearcoat_normal_texture.as_ref(),
                 label,
                 "clearcoatNormalTexture.scale",
             ),
             normal_texture: self
-                .texture(data.clearcoat_normal_texture.as_ref(), TextureRole::Data)?,
+                .convert_texture_ref(data.clearcoat_normal_texture.as_ref(), TextureRole::Data)?,
         });
         Ok(())
     }
 
-    fn sheen(
+    fn add_sheen(
         &mut self,
         extensions: &MaterialExtensions,
         label: &str,
         out: &mut Physical,
-    ) -> Outcome<()> {
+    ) -> ImportResult<()> {
         let Some(data) = &extensions.sheen else {
             return Ok(());
         };
         let colour = data
             .sheen_color_factor
-            .map(|c| self.unit(c, label, "sheenColorFactor"));
+            .map(|c| self.clamp_unit(c, label, "sheenColorFactor"));
         if colour == [0.0; 3] {
             return Ok(());
         }
         out.sheen = Some(Sheen {
             colour: Colour(colour).into(),
-            colour_texture: self.texture(data.sheen_color_texture.as_ref(), TextureRole::Colour)?,
+            colour_texture: self
+                .convert_texture_ref(data.sheen_color_texture.as_ref(), TextureRole::Colour)?,
             roughness: self
-                .unit(data.sheen_roughness_factor, label, "sheenRoughnessFactor")
+                .clamp_unit(data.sheen_roughness_factor, label, "sheenRoughnessFactor")
                 .into(),
             roughness_texture: self
-                .channel(data.sheen_roughness_texture.as_ref(), Channel::Alpha)?,
+                .texture_channel(data.sheen_roughness_texture.as_ref(), Channel::Alpha)?,
         });
         Ok(())
     }
 
-    fn anisotropy(
+    fn add_anisotropy(
         &mut self,
         extensions: &MaterialExtensions,
         label: &str,
         out: &mut Physical,
-    ) -> Outcome<()> {
+    ) -> ImportResult<()> {
         let Some(data) = &extensions.anisotropy else {
             return Ok(());
         };
-        let strength = self.unit(data.anisotropy_strength, label, "anisotropyStrength");
+        let strength = self.clamp_unit(data.anisotropy_strength, label, "anisotropyStrength");
         if strength == 0.0 {
             return Ok(());
         }
@@ -173,64 +175,63 @@ impl Import<'_> {
         out.anisotropy = Some(Anisotropy {
             strength: strength.into(),
             rotation,
-            texture: self.texture(data.anisotropy_texture.as_ref(), TextureRole::Data)?,
+            texture: self
+                .convert_texture_ref(data.anisotropy_texture.as_ref(), TextureRole::Data)?,
         });
         Ok(())
     }
 
-    fn iridescence(
+    fn add_iridescence(
         &mut self,
         extensions: &MaterialExtensions,
         label: &str,
         out: &mut Physical,
-    ) -> Outcome<()> {
+    ) -> ImportResult<()> {
         let Some(data) = &extensions.iridescence else {
             return Ok(());
         };
-        let factor = self.unit(data.iridescence_factor, label, "iridescenceFactor");
+        let factor = self.clamp_unit(data.iridescence_factor, label, "iridescenceFactor");
         if factor == 0.0 {
             return Ok(());
         }
         out.iridescence = Some(Iridescence {
             factor: factor.into(),
-            factor_texture: self.channel(data.iridescence_texture.as_ref(), Channel::Red)?,
-            ior: self.warnings.clamped(
-                data.iridescence_ior,
-                Physical::IOR,
-                label,
-                "iridescenceIor",
-            ),
+            factor_texture: self
+                .texture_channel(data.iridescence_texture.as_ref(), Channel::Red)?,
+            ior: self
+                .warnings
+                .clamp(data.iridescence_ior, Physical::IOR, label, "iridescenceIor"),
             thickness: self
                 .warnings
-                .clamped(
+                .clamp(
                     data.iridescence_thickness_maximum,
                     [0.0, 1e6],
                     label,
                     "iridescenceThicknessMaximum",
                 )
                 .into(),
-            thinnest: self.warnings.clamped(
+            thinnest: self.warnings.clamp(
                 data.iridescence_thickness_minimum,
                 [0.0, 1e6],
                 label,
                 "iridescenceThicknessMinimum",
             ),
             thickness_texture: self
-                .channel(data.iridescence_thickness_texture.as_ref(), Channel::Green)?,
+                .texture_channel(data.iridescence_thickness_texture.as_ref(), Channel::Green)?,
         });
         Ok(())
     }
 
-    fn diffuse_transmission(
+    fn add_diffuse_transmission(
         &mut self,
         extensions: &MaterialExtensions,
         label: &str,
         out: &mut Physical,
-    ) -> Outcome<()> {
+    ) -> ImportResult<()> {
         let Some(data) = &extensions.diffuse_transmission else {
             return Ok(());
         };
-        let factor = self.unit(
+        let factor = self.clamp_unit(
             data.diffuse_transmission_factor,
             label,
             "diffuseTransmissionFactor",
@@ -240,13 +241,13 @@ impl Import<'_> {
         }
         let colour = data
             .diffuse_transmission_color_factor
-            .map(|c| self.unit(c, label, "diffuseTransmissionColorFactor"));
+            .map(|c| self.clamp_unit(c, label, "diffuseTransmissionColorFactor"));
         out.diffuse_transmission = Some(DiffuseTransmission {
             factor: factor.into(),
             factor_texture: self
-                .channel(data.diffuse_transmission_texture.as_ref(), Channel::Alpha)?,
+                .texture_channel(data.diffuse_transmission_texture.as_ref(), Channel::Alpha)?,
             colour: Colour(colour).into(),
-            colour_texture: self.texture(
+            colour_texture: self.convert_texture_ref(
                 data.diffuse_transmission_color_texture.as_ref(),
                 TextureRole::Colour,
             )?,
@@ -255,12 +256,12 @@ impl Import<'_> {
     }
 
     /// Returns a reference to a single channel of a texture; `None` without a texture.
-    fn channel(
+    fn texture_channel(
         &mut self,
-        info: Option<&TextureUse>,
+        info: Option<&TextureInfo>,
         channel: Channel,
-    ) -> Outcome<Option<TextureRef>> {
-        let texture = self.texture(info, TextureRole::Data)?;
+    ) -> ImportResult<Option<TextureRef>> {
+        let texture = self.convert_texture_ref(info, TextureRole::Data)?;
         Ok(texture.map(|texture| TextureRef {
             channel: Some(channel),
             ..texture

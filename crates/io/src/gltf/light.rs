@@ -3,13 +3,13 @@
 use raywright_core::scene::{Colour, Falloff, Light, LightKind};
 use raywright_core::validate::{FARTHEST, GREATEST, GREATEST_INTENSITY, SMALLEST};
 
-use super::entries::{Light as Source, Spot};
+use super::entries::{LightEntry as Source, SpotCone};
 use super::nodes::NodeInstance;
-use crate::import::{Warnings, number};
+use crate::import::{Warnings, format_number};
 use crate::warning::WarningCode;
 
 /// Converts a light, or returns `None` with a warning for invalid numbers.
-pub(super) fn convert(
+pub(super) fn convert_light(
     light: &Source,
     index: usize,
     name: String,
@@ -29,17 +29,17 @@ pub(super) fn convert(
     } else {
         GREATEST_INTENSITY
     };
-    let intensity = warnings.clamped(light.intensity.into(), [0.0, maximum], &label, "intensity");
+    let intensity = warnings.clamp(light.intensity.into(), [0.0, maximum], &label, "intensity");
     let colour = light
         .color
-        .map(|c| warnings.clamped(c.into(), [0.0, maximum], &label, "color"));
+        .map(|c| warnings.clamp(c.into(), [0.0, maximum], &label, "color"));
     let colour = colour.map(|c| (c * intensity).min(maximum));
     // Lights shine along their node's -z.
     let Some(back) = instance.world.matrix3.z_axis.try_normalize() else {
         return skip(warnings, "its node squeezes it flat");
     };
     let position = instance.world.translation.into();
-    let range = range(light, &label, warnings);
+    let range = light_range(light, &label, warnings);
     let kind = match light.kind.as_str() {
         "directional" => LightKind::Directional {
             to_light: back.into(),
@@ -50,7 +50,7 @@ pub(super) fn convert(
             range,
         },
         "spot" => {
-            let Some([inner, outer]) = cone(light.spot.as_ref(), &label, warnings) else {
+            let Some([inner, outer]) = spot_angles(light.spot.as_ref(), &label, warnings) else {
                 return skip(warnings, "its cone is shut");
             };
             LightKind::Spot {
@@ -75,7 +75,7 @@ pub(super) fn convert(
 
 /// Range of a light in metres; `None` for an unbounded range. A range of at most zero or beyond the
 /// largest coordinate counts as unbounded.
-fn range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f64> {
+fn light_range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f64> {
     let range = light
         .range
         .map(f64::from)
@@ -85,18 +85,18 @@ fn range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f64> {
             WarningCode::Range,
             format!(
                 "{label}: a range of {} makes no sense; none was taken",
-                number(range)
+                format_number(range)
             ),
         );
         return None;
     }
-    Some(warnings.clamped(range, [SMALLEST, FARTHEST], label, "range"))
+    Some(warnings.clamp(range, [SMALLEST, FARTHEST], label, "range"))
 }
 
 /// Inner and outer angle of a spotlight from the axis, in degrees; `None` for an empty cone. An
 /// inner angle that is not below the outer angle gives a hard edge.
-fn cone(spot: Option<&Spot>, label: &str, warnings: &mut Warnings) -> Option<[f64; 2]> {
-    let spot = spot.map_or_else(Spot::default, Spot::clone);
+fn spot_angles(spot: Option<&SpotCone>, label: &str, warnings: &mut Warnings) -> Option<[f64; 2]> {
+    let spot = spot.map_or_else(SpotCone::default, SpotCone::clone);
     let [inner, outer] =
         [spot.inner_cone_angle, spot.outer_cone_angle].map(|angle| f64::from(angle).to_degrees());
     // π/2 in single precision is slightly more than 90 degrees.
@@ -108,9 +108,9 @@ fn cone(spot: Option<&Spot>, label: &str, warnings: &mut Warnings) -> Option<[f6
     if outer <= 0.0 {
         return None;
     }
-    let outer = warnings.clamped(outer, [0.0, 90.0], label, "outerConeAngle in degrees");
+    let outer = warnings.clamp(outer, [0.0, 90.0], label, "outerConeAngle in degrees");
     Some([
-        warnings.clamped(inner, [0.0, outer], label, "innerConeAngle in degrees"),
+        warnings.clamp(inner, [0.0, outer], label, "innerConeAngle in degrees"),
         outer,
     ])
 }

@@ -1,16 +1,16 @@
 //! Materials of a glTF file as physical materials.
 
 use raywright_core::scene::{
-    AlphaMode, Colour, Material, MaterialFields, Model, Physical, UnreadPart,
+    AlphaMode, Colour, Material, MaterialFields, MaterialModel, Physical, UnsupportedProperty,
 };
 use raywright_core::validate::GREATEST;
 
-use super::Import;
-use super::buffers::absent;
-use super::entries::{Material as Source, TextureUse};
+use super::GltfImport;
+use super::buffers::missing_index_fault;
+use super::entries::{MaterialEntry as Source, TextureInfo};
 use super::extensions;
 use super::texture::TextureRole;
-use crate::import::{Outcome, number, printable};
+use crate::import::{ImportResult, format_number, sanitise_text};
 use crate::warning::WarningCode;
 
 /// Largest normal scale.
@@ -22,19 +22,19 @@ pub(super) struct UsedMaterial {
     /// Name in the scene.
     pub name: String,
     /// Index in the scene's list of materials.
-    place: usize,
+    index: usize,
     /// Whether surfaces of the material are two-sided.
     pub two_sided: bool,
     /// Whether surfaces of the material need tangents, for a normal map or for anisotropy.
-    pub bumpy: bool,
+    pub needs_tangents: bool,
     /// Sets of texture coordinates that the material's textures use.
     pub uv_sets: Vec<u32>,
 }
 
-impl Import<'_> {
+impl GltfImport<'_> {
     /// Returns the material of a primitive, converted on first use; `None` selects the
     /// specification's default material.
-    pub(super) fn material(&mut self, index: Option<usize>) -> Outcome<UsedMaterial> {
+    pub(super) fn convert_material(&mut self, index: Option<usize>) -> ImportResult<UsedMaterial> {
         if let Some(known) = self.materials.get(&index) {
             return Ok(known.clone());
         }
@@ -43,7 +43,7 @@ impl Import<'_> {
         let source = match index {
             Some(i) => list
                 .get(i)
-                .ok_or_else(|| absent("materials", i, list.len()))?,
+                .ok_or_else(|| missing_index_fault("materials", i, list.len()))?,
             None => &default,
         };
         let label = index.map_or_else(
@@ -51,7 +51,7 @@ impl Import<'_> {
             |i| format!("materials[{i}]"),
         );
         let model = self
-            .physical(source, &label)
+            .convert_physical(source, &label)
             .map_err(|fault| fault.with_place(&label))?;
         let textures = model
             .fields()
@@ -61,60 +61,65 @@ impl Import<'_> {
             name: self
                 .names
                 .materials
-                .unique(source.name.as_deref().unwrap_or("default")),
-            place: self.scene.materials.len(),
+                .make_unique(source.name.as_deref().unwrap_or("default")),
+            index: self.scene.materials.len(),
             // Rays must be able to leave a surface that they entered.
-            two_sided: source.double_sided || model.may_transmit() || model.may_diffuse_through(),
-            bumpy: model.directed_by().is_some() || model.active_anisotropy().is_some(),
+            two_sided: source.double_sided
+                || model.may_transmit()
+                || model.may_transmit_diffusely(),
+            needs_tangents: model.tangent_texture().is_some()
+                || model.active_anisotropy().is_some(),
             uv_sets: textures.map(|(_, texture)| texture.uv_set).collect(),
         };
-        self.note_unread(source, &used.name);
+        self.record_unsupported(source, &used.name);
         self.scene.materials.push(Material {
             name: used.name.clone(),
-            model: Model::Physical(Box::new(model)),
+            model: MaterialModel::Physical(Box::new(model)),
         });
         self.materials.insert(index, used.clone());
         Ok(used)
     }
 
     /// Enables vertex colours in a material, for a mesh that has vertex colours.
-    pub(super) fn use_vertex_colours(&mut self, material: &UsedMaterial) {
+    pub(super) fn enable_vertex_colours(&mut self, material: &UsedMaterial) {
         if let Some(Material {
-            model: Model::Physical(model),
+            model: MaterialModel::Physical(model),
             ..
-        }) = self.scene.materials.get_mut(material.place)
+        }) = self.scene.materials.get_mut(material.index)
         {
             model.vertex_colours = true;
         }
     }
 
-    fn physical(&mut self, source: &Source, label: &str) -> Outcome<Physical> {
-        self.warn_unread(source, label);
+    fn convert_physical(&mut self, source: &Source, label: &str) -> ImportResult<Physical> {
+        self.warn_unsupported(source, label);
         let pbr = &source.pbr_metallic_roughness;
         let extensions = &source.extensions;
         let [r, g, b, a] = pbr.base_color_factor.map(f64::from);
         let mut out = Physical {
-            base_colour: Colour([r, g, b].map(|c| self.unit(c, label, "baseColorFactor"))).into(),
+            base_colour: Colour([r, g, b].map(|c| self.clamp_unit(c, label, "baseColorFactor")))
+                .into(),
             base_colour_texture: self
-                .texture(pbr.base_color_texture.as_ref(), TextureRole::Colour)?,
+                .convert_texture_ref(pbr.base_color_texture.as_ref(), TextureRole::Colour)?,
             metallic: self
-                .unit(pbr.metallic_factor.into(), label, "metallicFactor")
+                .clamp_unit(pbr.metallic_factor.into(), label, "metallicFactor")
                 .into(),
             roughness: self
-                .unit(pbr.roughness_factor.into(), label, "roughnessFactor")
+                .clamp_unit(pbr.roughness_factor.into(), label, "roughnessFactor")
                 .into(),
             metallic_roughness_texture: self
-                .texture(pbr.metallic_roughness_texture.as_ref(), TextureRole::Data)?,
-            normal_texture: self.texture(source.normal_texture.as_ref(), TextureRole::Data)?,
-            normal_scale: self.normal_scale(
+                .convert_texture_ref(pbr.metallic_roughness_texture.as_ref(), TextureRole::Data)?,
+            normal_texture: self
+                .convert_texture_ref(source.normal_texture.as_ref(), TextureRole::Data)?,
+            normal_scale: self.clamp_normal_scale(
                 source.normal_texture.as_ref(),
                 label,
                 "normalTexture.scale",
             ),
-            emission: self.emission(source, label).into(),
+            emission: self.convert_emission(source, label).into(),
             emission_texture: self
-                .texture(source.emissive_texture.as_ref(), TextureRole::Colour)?,
-            opacity: self.unit(a, label, "baseColorFactor alpha").into(),
+                .convert_texture_ref(source.emissive_texture.as_ref(), TextureRole::Colour)?,
+            opacity: self.clamp_unit(a, label, "baseColorFactor alpha").into(),
             unlit: extensions.unlit.is_some(),
             ..Physical::default()
         };
@@ -127,7 +132,7 @@ impl Import<'_> {
                 AlphaMode::Mask {
                     cutoff: self
                         .warnings
-                        .clamped(cutoff, [0.0, 2.0], label, "alphaCutoff"),
+                        .clamp(cutoff, [0.0, 2.0], label, "alphaCutoff"),
                 }
             }
             Some("BLEND") => AlphaMode::Blend,
@@ -140,22 +145,22 @@ impl Import<'_> {
             }
         };
         if let Some(ior) = &extensions.ior {
-            out.ior = self.ior(ior.ior.into(), label).into();
+            out.ior = self.clamp_ior(ior.ior.into(), label).into();
         }
         if let Some(transmission) = &extensions.transmission {
             out.transmission = self
-                .unit(
+                .clamp_unit(
                     transmission.transmission_factor.into(),
                     label,
                     "transmissionFactor",
                 )
                 .into();
-            out.transmission_texture = self.texture(
+            out.transmission_texture = self.convert_texture_ref(
                 transmission.transmission_texture.as_ref(),
                 TextureRole::Data,
             )?;
         }
-        self.layers(extensions, label, &mut out)?;
+        self.add_layers(extensions, label, &mut out)?;
         // An unlit material shows the base colour of the core model.
         if let Some(glossy) = extensions
             .specular_glossiness
@@ -166,26 +171,27 @@ impl Import<'_> {
                 WarningCode::Conversion,
                 format!("{label}: KHR_materials_pbrSpecularGlossiness was turned into metallic-roughness"),
             );
-            self.specular_glossiness(glossy, label, &mut out)?;
+            self.convert_specular_glossiness(glossy, label, &mut out)?;
         }
         Ok(out)
     }
 
     /// Records the unsupported parts of a material, reported as effects where an object uses the
     /// material.
-    fn note_unread(&mut self, source: &Source, material: &str) {
+    fn record_unsupported(&mut self, source: &Source, material: &str) {
         let extensions = &source.extensions;
-        let unread = |label: String| UnreadPart {
+        let unread = |label: String| UnsupportedProperty {
             material: material.to_owned(),
             label,
         };
-        self.scene
-            .unread
-            .extend(extensions::unread(&extensions.others).map(|name| unread(printable(name))));
+        self.scene.unread.extend(
+            extensions::unsupported_extensions(&extensions.others)
+                .map(|name| unread(sanitise_text(name))),
+        );
     }
 
     /// Warns about the unsupported parts of a material.
-    fn warn_unread(&mut self, source: &Source, label: &str) {
+    fn warn_unsupported(&mut self, source: &Source, label: &str) {
         if source.occlusion_texture.is_some() {
             self.warnings.add(
                 WarningCode::Conversion,
@@ -194,7 +200,7 @@ impl Import<'_> {
         }
     }
 
-    fn emission(&mut self, source: &Source, label: &str) -> Colour {
+    fn convert_emission(&mut self, source: &Source, label: &str) -> Colour {
         let strength = source
             .extensions
             .emissive_strength
@@ -202,17 +208,17 @@ impl Import<'_> {
             .map_or(1.0, |s| f64::from(s.emissive_strength));
         let strength = self
             .warnings
-            .clamped(strength, [0.0, GREATEST], label, "emissiveStrength");
+            .clamp(strength, [0.0, GREATEST], label, "emissiveStrength");
         Colour(
             source
                 .emissive_factor
-                .map(|c| self.unit(c.into(), label, "emissiveFactor") * strength),
+                .map(|c| self.clamp_unit(c.into(), label, "emissiveFactor") * strength),
         )
     }
 
     /// Returns a valid index of refraction. The value 0 stays, for total reflection. Other values
     /// below the range become 1.5, and values above the range are clamped, with a warning.
-    fn ior(&mut self, value: f64, label: &str) -> f64 {
+    fn clamp_ior(&mut self, value: f64, label: &str) -> f64 {
         if value == 0.0 {
             return value;
         }
@@ -221,30 +227,30 @@ impl Import<'_> {
                 WarningCode::Range,
                 format!(
                     "{label}: an index of refraction of {} is not supported; 1.5 was taken",
-                    number(value)
+                    format_number(value)
                 ),
             );
             return 1.5;
         }
         self.warnings
-            .clamped(value, Physical::IOR, label, "an index of refraction of")
+            .clamp(value, Physical::IOR, label, "an index of refraction of")
     }
 
     /// Clamps a factor to 0..1, because a larger factor would add energy.
-    pub(super) fn unit(&mut self, value: f64, label: &str, subject: &str) -> f64 {
-        self.warnings.clamped(value, [0.0, 1.0], label, subject)
+    pub(super) fn clamp_unit(&mut self, value: f64, label: &str, subject: &str) -> f64 {
+        self.warnings.clamp(value, [0.0, 1.0], label, subject)
     }
 
     /// Clamps the scale of a normal map to ±1e6. Larger scales would give the same normals, to
     /// which the original normal no longer contributes.
-    pub(super) fn normal_scale(
+    pub(super) fn clamp_normal_scale(
         &mut self,
-        normal: Option<&TextureUse>,
+        normal: Option<&TextureInfo>,
         label: &str,
         subject: &str,
     ) -> f64 {
         normal.map_or(1.0, |normal| {
-            self.warnings.clamped(
+            self.warnings.clamp(
                 normal.scale.into(),
                 [-MOST_NORMAL_SCALE, MOST_NORMAL_SCALE],
                 label,

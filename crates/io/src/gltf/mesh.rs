@@ -3,70 +3,72 @@
 use glam::DVec3;
 use raywright_core::scene::MeshData;
 
-use super::Import;
+use super::GltfImport;
 use super::accessor::Accessor;
-use super::deform::{DeformingMesh, Pose, vectors};
+use super::deform::{DeformingMesh, MeshDeformation, read_dvec3_list};
 use super::document::Document;
-use super::entries::Primitive;
+use super::entries::PrimitiveEntry;
 use super::material::UsedMaterial;
 use super::texture::MOST_UV_SETS;
-use super::vertices::{Vertices, gathered, used_vertices};
-use crate::import::{Fault, Outcome};
+use super::vertices::{VertexSelection, map_in_parallel, select_used_vertices};
+use crate::import::{Fault, ImportResult};
 use crate::mesh_tools;
 use crate::warning::WarningCode;
 
-impl<'a> Import<'a> {
+impl<'a> GltfImport<'a> {
     /// Converts a primitive to a triangle mesh; `None` for a primitive without triangles.
-    pub(super) fn primitive(
+    pub(super) fn convert_primitive(
         &mut self,
-        primitive: &Primitive,
+        primitive: &PrimitiveEntry,
         material: &UsedMaterial,
-        pose: &Pose,
+        pose: &MeshDeformation,
         (mesh, part): (usize, usize),
-    ) -> Outcome<Option<MeshData>> {
+    ) -> ImportResult<Option<MeshData>> {
         let place = format!("meshes[{mesh}].primitives[{part}]");
         let mode = match primitive.mode {
-            None | Some(4) => PrimitiveMode::List,
-            Some(5) => PrimitiveMode::Strip,
-            Some(6) => PrimitiveMode::Fan,
+            None | Some(4) => TriangleTopology::List,
+            Some(5) => TriangleTopology::Strip,
+            Some(6) => TriangleTopology::Fan,
             // Points, and three kinds of lines.
             Some(0..=3) => {
-                self.thin += 1;
+                self.point_and_line_count += 1;
                 return Ok(None);
             }
-            Some(mode) => return Err(Fault::input(format!("has the unknown mode {mode}"))),
+            Some(mode) => return Err(Fault::invalid_input(format!("has the unknown mode {mode}"))),
         };
-        let Some(positions) = self.attribute(primitive, "POSITION", &[3])? else {
+        let Some(positions) = self.open_attribute(primitive, "POSITION", &[3])? else {
             self.warnings.add(
                 WarningCode::Geometry,
                 format!("{place}: has no POSITION and was left out"),
             );
             return Ok(None);
         };
-        let corners = self.corners(primitive, mode, positions.count())?;
-        self.work.done(elements(self.document, primitive)[1]);
-        let (vertices, indices) = used_vertices(corners, positions.count());
-        self.budget.memory(
+        let corners = self.read_triangles(primitive, mode, positions.count())?;
+        self.work
+            .report_done(declared_counts(self.document, primitive)[1]);
+        let (vertices, indices) = select_used_vertices(corners, positions.count());
+        self.budget.reserve_memory(
             vertices.len(),
             size_of::<[f32; 3]>() * 2 + size_of::<[f32; 4]>(),
         )?;
         let mut data = MeshData {
-            positions: vertices.gather(|v| positions.vector::<3>(v)).into(),
+            positions: vertices.gather(|v| positions.read_vector::<3>(v)).into(),
             indices,
             ..MeshData::default()
         };
         let mut moving = DeformingMesh::default();
-        if let Some(normals) = self.vertex_attribute(primitive, "NORMAL", &[3], &positions)? {
-            data.normals = vertices.gather(|v| normals.vector(v));
-            moving.normals = if pose.is_rest() {
+        if let Some(normals) = self.open_vertex_attribute(primitive, "NORMAL", &[3], &positions)? {
+            data.normals = vertices.gather(|v| normals.read_vector(v));
+            moving.normals = if pose.is_identity() {
                 Vec::new()
             } else {
-                vectors(&normals, &vertices)
+                read_dvec3_list(&normals, &vertices)
             };
         }
-        if !pose.is_rest() {
-            self.budget.memory(vertices.len(), 2 * size_of::<DVec3>())?;
-            moving.positions = vectors(&positions, &vertices);
+        if !pose.is_identity() {
+            self.budget
+                .reserve_memory(vertices.len(), 2 * size_of::<DVec3>())?;
+            moving.positions = read_dvec3_list(&positions, &vertices);
             self.deform(primitive, pose, &vertices, positions.count(), &mut moving)?;
             let single =
                 |list: Vec<DVec3>| list.into_iter().map(|v| v.as_vec3().to_array()).collect();
@@ -82,19 +84,20 @@ impl<'a> Import<'a> {
             }
         }
         // Deformed meshes, and meshes without tangents, get tangents during preparation.
-        if material.bumpy && pose.is_rest() && !data.normals.is_empty() {
-            data.tangents = self.tangents(primitive, &positions, &vertices)?;
+        if material.needs_tangents && pose.is_identity() && !data.normals.is_empty() {
+            data.tangents = self.read_tangents(primitive, &positions, &vertices)?;
         }
-        data.uvs = self.texture_coordinates(primitive, material, &positions, &vertices, &place)?;
+        data.uvs =
+            self.read_texture_coordinates(primitive, material, &positions, &vertices, &place)?;
         if let Some(mut colours) =
-            self.vertex_attribute(primitive, "COLOR_0", &[3, 4], &positions)?
+            self.open_vertex_attribute(primitive, "COLOR_0", &[3, 4], &positions)?
         {
             colours.normalise_integers();
-            let opaque = colours.arity() == 3;
-            data.colours = vertices.gather(|v| colour(colours.vector(v), opaque));
-            self.use_vertex_colours(material);
+            let opaque = colours.element_arity() == 3;
+            data.colours = vertices.gather(|v| clamp_colour(colours.read_vector(v), opaque));
+            self.enable_vertex_colours(material);
         }
-        let dropped = mesh_tools::drop_unusable(&mut data);
+        let dropped = mesh_tools::drop_non_finite_triangles(&mut data);
         if dropped > 0 {
             self.warnings.add(
                 WarningCode::Geometry,
@@ -103,7 +106,7 @@ impl<'a> Import<'a> {
                 ),
             );
         }
-        mesh_tools::mend_normals(&mut data);
+        mesh_tools::repair_normals(&mut data);
         Ok(if data.indices.is_empty() {
             None
         } else {
@@ -113,18 +116,20 @@ impl<'a> Import<'a> {
 
     /// Reads the primitive's tangents. The list is empty if the primitive has no tangents or if any
     /// tangent is invalid.
-    fn tangents(
+    fn read_tangents(
         &mut self,
-        primitive: &Primitive,
+        primitive: &PrimitiveEntry,
         positions: &Accessor,
-        vertices: &Vertices,
-    ) -> Outcome<Vec<[f32; 4]>> {
-        let Some(tangents) = self.vertex_attribute(primitive, "TANGENT", &[4], positions)? else {
+        vertices: &VertexSelection,
+    ) -> ImportResult<Vec<[f32; 4]>> {
+        let Some(tangents) = self.open_vertex_attribute(primitive, "TANGENT", &[4], positions)?
+        else {
             return Ok(Vec::new());
         };
-        self.budget.memory(vertices.len(), size_of::<[f32; 4]>())?;
+        self.budget
+            .reserve_memory(vertices.len(), size_of::<[f32; 4]>())?;
         let tangent = |v: usize| {
-            let [x, y, z, w] = tangents.vector(v);
+            let [x, y, z, w] = tangents.read_vector(v);
             let length = DVec3::from([x, y, z].map(f64::from)).length();
             (length > 0.0 && length.is_finite() && w.is_finite()).then_some([
                 x,
@@ -141,12 +146,12 @@ impl<'a> Import<'a> {
     }
 
     /// Opens the accessor of an attribute; `None` if the primitive lacks the attribute.
-    pub(super) fn attribute(
+    pub(super) fn open_attribute(
         &self,
-        primitive: &Primitive,
+        primitive: &PrimitiveEntry,
         name: &str,
         arities: &[usize],
-    ) -> Outcome<Option<Accessor<'a>>> {
+    ) -> ImportResult<Option<Accessor<'a>>> {
         let Some(&index) = primitive.attributes.get(name) else {
             return Ok(None);
         };
@@ -154,55 +159,57 @@ impl<'a> Import<'a> {
             .reader
             .open(index as usize)
             .map_err(|fault| fault.with_place(name))?;
-        if !arities.contains(&accessor.arity()) {
-            return Err(Fault::input(format!(
+        if !arities.contains(&accessor.element_arity()) {
+            return Err(Fault::invalid_input(format!(
                 "{name}: has {} components",
-                accessor.arity()
+                accessor.element_arity()
             )));
         }
         Ok(Some(accessor))
     }
 
     /// Opens the accessor of an attribute, whose count must equal the count of positions.
-    fn vertex_attribute(
+    fn open_vertex_attribute(
         &self,
-        primitive: &Primitive,
+        primitive: &PrimitiveEntry,
         name: &str,
         arities: &[usize],
         positions: &Accessor,
-    ) -> Outcome<Option<Accessor<'a>>> {
-        match self.attribute(primitive, name, arities)? {
-            Some(accessor) if accessor.count() != positions.count() => Err(Fault::input(format!(
-                "{name}: has {} elements, but POSITION has {}",
-                accessor.count(),
-                positions.count()
-            ))),
+    ) -> ImportResult<Option<Accessor<'a>>> {
+        match self.open_attribute(primitive, name, arities)? {
+            Some(accessor) if accessor.count() != positions.count() => {
+                Err(Fault::invalid_input(format!(
+                    "{name}: has {} elements, but POSITION has {}",
+                    accessor.count(),
+                    positions.count()
+                )))
+            }
             other => Ok(other),
         }
     }
 
     /// Returns all sets of texture coordinates that the primitive has or its material uses. A
     /// missing set consists of zeros, with a warning if the material uses the set.
-    fn texture_coordinates(
+    fn read_texture_coordinates(
         &mut self,
-        primitive: &Primitive,
+        primitive: &PrimitiveEntry,
         material: &UsedMaterial,
         positions: &Accessor,
-        vertices: &Vertices,
+        vertices: &VertexSelection,
         place: &str,
-    ) -> Outcome<Vec<Vec<[f32; 2]>>> {
+    ) -> ImportResult<Vec<Vec<[f32; 2]>>> {
         let mut sets = Vec::new();
         let mut missing = Vec::new();
-        let present = |set: &u32| primitive.attributes.contains_key(&coordinates(*set));
+        let present = |set: &u32| primitive.attributes.contains_key(&uv_attribute_name(*set));
         let own = (0..MOST_UV_SETS).take_while(present).count() as u32;
         let requested = material.uv_sets.iter().max().map_or(0, |most| most + 1);
-        self.budget.memory(
+        self.budget.reserve_memory(
             vertices.len(),
             size_of::<[f32; 2]>() * own.max(requested) as usize,
         )?;
         for set in 0..own.max(requested) {
-            match self.vertex_attribute(primitive, &coordinates(set), &[2], positions)? {
-                Some(uv) => sets.push(vertices.gather(|v| uv.vector(v).map(finite_or_zero))),
+            match self.open_vertex_attribute(primitive, &uv_attribute_name(set), &[2], positions)? {
+                Some(uv) => sets.push(vertices.gather(|v| uv.read_vector(v).map(finite_or_zero))),
                 None => {
                     sets.push(vec![[0.0; 2]; vertices.len()]);
                     missing.push(set);
@@ -224,12 +231,12 @@ impl<'a> Import<'a> {
     }
 
     /// Returns three vertex indices per triangle, for any topology.
-    fn corners(
+    fn read_triangles(
         &mut self,
-        primitive: &Primitive,
-        mode: PrimitiveMode,
+        primitive: &PrimitiveEntry,
+        mode: TriangleTopology,
         count: usize,
-    ) -> Outcome<Vec<[u32; 3]>> {
+    ) -> ImportResult<Vec<[u32; 3]>> {
         let accessor = match primitive.indices {
             Some(index) => Some(
                 self.reader
@@ -240,38 +247,40 @@ impl<'a> Import<'a> {
         };
         if accessor
             .as_ref()
-            .is_some_and(|a| a.arity() != 1 || !a.is_unsigned())
+            .is_some_and(|a| a.element_arity() != 1 || !a.is_unsigned())
         {
-            return Err(Fault::input("indices: are no unsigned scalars"));
+            return Err(Fault::invalid_input("indices: are no unsigned scalars"));
         }
         let length = accessor.as_ref().map_or(count, Accessor::count);
         let triangles = match mode {
-            PrimitiveMode::Strip | PrimitiveMode::Fan => length.saturating_sub(2),
+            TriangleTopology::Strip | TriangleTopology::Fan => length.saturating_sub(2),
             _ => length / 3,
         };
-        self.budget.triangles(triangles)?;
-        let vertex = |i: usize| accessor.as_ref().map_or(i as u32, |a| a.index(i));
+        self.budget.reserve_triangles(triangles)?;
+        let vertex = |i: usize| accessor.as_ref().map_or(i as u32, |a| a.read_index(i));
         let triangle = |i: usize| {
             // glTF 2.0, section 3.7.2.1: the order that gives all triangles of a strip the same
             // orientation.
             let places = match mode {
-                PrimitiveMode::Strip => [i, i + 1 + i % 2, i + 2 - i % 2],
-                PrimitiveMode::Fan => [i + 1, i + 2, 0],
+                TriangleTopology::Strip => [i, i + 1 + i % 2, i + 2 - i % 2],
+                TriangleTopology::Fan => [i + 1, i + 2, 0],
                 _ => [3 * i, 3 * i + 1, 3 * i + 2],
             };
             places.map(vertex)
         };
-        let mut out = gathered(triangles, triangle);
+        let mut out = map_in_parallel(triangles, triangle);
         if let Some(index) = out
             .as_flattened()
             .iter()
             .find(|&&index| index as usize >= count)
         {
-            return Err(Fault::input(format!("indices: vertex {index} of {count}")));
+            return Err(Fault::invalid_input(format!(
+                "indices: vertex {index} of {count}"
+            )));
         }
         // Degenerate triangles, which join the parts of a strip, are dropped.
         out.retain(|[a, b, c]| a != b && b != c && c != a);
-        if !matches!(mode, PrimitiveMode::Strip | PrimitiveMode::Fan) && length % 3 != 0 {
+        if !matches!(mode, TriangleTopology::Strip | TriangleTopology::Fan) && length % 3 != 0 {
             self.warnings.add(
                 WarningCode::Geometry,
                 format!(
@@ -286,19 +295,19 @@ impl<'a> Import<'a> {
 
 /// Topology of triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum PrimitiveMode {
+enum TriangleTopology {
     List,
     Strip,
     Fan,
 }
 
 /// Attribute name of a set of texture coordinates.
-fn coordinates(set: u32) -> String {
+fn uv_attribute_name(set: u32) -> String {
     format!("TEXCOORD_{set}")
 }
 
 /// Numbers of vertices and of indices that a primitive declares.
-pub(super) fn elements(document: &Document, primitive: &Primitive) -> [u64; 2] {
+pub(super) fn declared_counts(document: &Document, primitive: &PrimitiveEntry) -> [u64; 2] {
     let count = |index: u32| {
         document
             .accessors
@@ -313,7 +322,7 @@ pub(super) fn elements(document: &Document, primitive: &Primitive) -> [u64; 2] {
 }
 
 /// Clamps a vertex colour to 0..1; a NaN channel becomes 1. `opaque` sets alpha to 1.
-fn colour(value: [f32; 4], opaque: bool) -> [f32; 4] {
+fn clamp_colour(value: [f32; 4], opaque: bool) -> [f32; 4] {
     let [r, g, b, a] = value.map(|c| if c.is_nan() { 1.0 } else { c.clamp(0.0, 1.0) });
     [r, g, b, if opaque { 1.0 } else { a }]
 }

@@ -11,24 +11,24 @@
 
 mod accessor;
 mod animation;
+mod animation_pointer;
 mod buffers;
 mod camera;
-mod choose;
-mod compressed;
+mod compression;
 mod deform;
 mod document;
 mod entries;
 mod extensions;
 mod glb;
 mod json;
-mod keys;
+mod keyframes;
 mod layers;
 mod light;
 mod material;
 mod mesh;
+mod model_choice;
 mod nodes;
 mod objects;
-mod pointer;
 mod specular_glossiness;
 mod texture;
 mod vertices;
@@ -40,23 +40,23 @@ use glam::DAffine3;
 use raywright_core::validate::FARTHEST;
 use raywright_core::{Observer, Scene};
 
-pub(crate) use choose::ModelChoice;
-pub use choose::{AnimationInfo, ExtensionInfo, ModelContents};
+pub(crate) use model_choice::ModelChoice;
+pub use model_choice::{AnimationInfo, ExtensionInfo, ModelContents};
 
-use accessor::{AccessorReader, MOST_INVENTED};
+use accessor::{AccessorReader, MAX_ZERO_BYTES};
 use animation::AnimatedTransform;
-use buffers::{Buffers, absent};
-use deform::{PoseKey, Skins};
+use buffers::{Buffers, missing_index_fault};
+use deform::{DeformationKey, SkinsByIndex};
 use document::Document;
 use material::UsedMaterial;
 use nodes::NodeInstance;
-use specular_glossiness::Bakery;
+use specular_glossiness::RoughnessBaker;
 
 use crate::folder::Folder;
-use crate::import::{DecodeBudget, Fault, Outcome, UniqueNames, Warnings, checked};
-use crate::waiting_images::{WaitingImages, drop_missing};
+use crate::image_decode_queue::{ImageDecodeQueue, drop_missing_images};
+use crate::import::{DecodeBudget, Fault, ImportResult, UniqueNames, Warnings, validate_scene};
+use crate::import_progress::ImportProgress;
 use crate::warning::WarningCode;
-use crate::work::ImportWork;
 use crate::{Error, Limits, Warning, uri};
 
 /// An imported model file: its scene, its warnings, and its contents to choose from.
@@ -100,7 +100,11 @@ struct ImportSource<'a> {
 }
 
 impl ImportSource<'_> {
-    fn import(&self, choice: &ModelChoice<'_>, observer: &dyn Observer) -> Outcome<ImportedModel> {
+    fn import(
+        &self,
+        choice: &ModelChoice<'_>,
+        observer: &dyn Observer,
+    ) -> ImportResult<ImportedModel> {
         let &Self {
             file,
             bytes,
@@ -108,60 +112,69 @@ impl ImportSource<'_> {
             limits,
         } = self;
         if bytes.is_empty() {
-            return Err(Fault::input("is empty"));
+            return Err(Fault::invalid_input("is empty"));
         }
         let mut warnings = Warnings::default();
         let mut budget = DecodeBudget::new(limits);
-        let (json, binary) = match glb::is_container(bytes) {
+        let (json, binary) = match glb::is_glb(bytes) {
             true => glb::parse(bytes, &mut warnings).map(|parts| (parts.json, parts.binary))?,
             false => (bytes, None),
         };
         let mut document = document::parse(json, limits, &mut warnings)?;
         let scene = choice
             .scene
-            .map(|wish| choose::scene(&document, wish))
+            .map(|wish| model_choice::find_scene(&document, wish))
             .transpose()?;
         let variant = choice
             .variant
-            .map(|wish| choose::variant(&document, wish))
+            .map(|wish| model_choice::find_variant(&document, wish))
             .transpose()?;
         choice
             .animation
-            .map(|wish| choose::play(&mut document, wish))
+            .map(|wish| model_choice::keep_animation(&mut document, wish))
             .transpose()?;
         // Images of unused materials are not read, but no output may replace them either.
         document
             .images
             .iter()
             .filter_map(|image| image.uri.as_ref())
-            .for_each(|uri| uri::name(folder, uri));
+            .for_each(|uri| uri::record_reference(folder, uri));
         let mut buffers = Buffers::load(&document, binary, folder, &mut budget)?;
-        compressed::decode(&document, &mut buffers, limits, &mut budget)?;
+        compression::decode_compressed_data(&document, &mut buffers, limits, &mut budget)?;
         let (memory_bytes, buffers) = (limits.memory_bytes, &buffers);
         let keyed = AccessorReader {
             document: &document,
             buffers,
             memory_bytes,
-            invented: MOST_INVENTED.into(),
+            zero_bytes_left: MAX_ZERO_BYTES.into(),
         };
         let moved = choice
             .time
-            .map(|time| pointer::at(time, json, &keyed, limits, &mut budget, &mut warnings))
+            .map(|time| {
+                animation_pointer::apply_pointers(
+                    time,
+                    json,
+                    &keyed,
+                    limits,
+                    &mut budget,
+                    &mut warnings,
+                )
+            })
             .transpose()?;
         if let Some(moved) = moved.flatten() {
             document = moved;
             choice
                 .animation
-                .map(|wish| choose::play(&mut document, wish))
+                .map(|wish| model_choice::keep_animation(&mut document, wish))
                 .transpose()?;
         }
         let reader = AccessorReader {
             document: &document,
             buffers,
             memory_bytes,
-            invented: MOST_INVENTED.into(),
+            zero_bytes_left: MAX_ZERO_BYTES.into(),
         };
-        let import = Import {
+        let import = GltfImport {
             document: &document,
             reader,
             file,
@@ -171,29 +184,29 @@ impl ImportSource<'_> {
             warnings,
             variant,
             scene: Scene {
-                title: title(&document, scene, file),
+                title: scene_title(&document, scene, file),
                 ..Scene::default()
             },
-            names: TableNames::default(),
+            names: ImportedNames::default(),
             materials: HashMap::new(),
             textures: HashMap::new(),
             images: HashMap::new(),
-            waiting: WaitingImages::default(),
-            bakery: Bakery::default(),
-            work: ImportWork::new(observer),
+            image_queue: ImageDecodeQueue::default(),
+            roughness_baker: RoughnessBaker::default(),
+            work: ImportProgress::new(observer),
             meshes: HashMap::new(),
-            moved: HashMap::new(),
-            worlds: Vec::new(),
-            skins: Skins::new(),
-            thin: 0,
-            moves: 0,
+            animated_nodes: HashMap::new(),
+            world_transforms: Vec::new(),
+            skins: SkinsByIndex::new(),
+            point_and_line_count: 0,
+            vertex_moves: 0,
         };
-        import.run(scene, choice.time)
+        import.import_scene(scene, choice.time)
     }
 }
 
 /// Title of the imported scene: the name of the glTF scene, or the file name without extension.
-fn title(document: &Document, scene: Option<usize>, file: &Path) -> String {
+fn scene_title(document: &Document, scene: Option<usize>, file: &Path) -> String {
     let scene = document
         .scenes
         .get(scene.unwrap_or(document.scene.unwrap_or(0) as usize));
@@ -208,7 +221,7 @@ fn title(document: &Document, scene: Option<usize>, file: &Path) -> String {
 
 /// Unique names of the imported images, textures, materials and meshes.
 #[derive(Default)]
-struct TableNames {
+struct ImportedNames {
     images: UniqueNames,
     textures: UniqueNames,
     materials: UniqueNames,
@@ -220,11 +233,11 @@ struct TableNames {
 struct UsedMesh {
     name: String,
     /// Index in the scene's list of meshes.
-    place: usize,
+    index: usize,
 }
 
 /// State of a glTF import.
-struct Import<'a> {
+struct GltfImport<'a> {
     document: &'a Document,
     reader: AccessorReader<'a>,
     file: &'a Path,
@@ -235,7 +248,7 @@ struct Import<'a> {
     /// Index of the chosen variant; `None`: the default materials.
     variant: Option<u32>,
     scene: Scene,
-    names: TableNames,
+    names: ImportedNames,
     /// Materials by index in the file; `None` is the default material.
     materials: HashMap<Option<usize>, UsedMaterial>,
     /// Texture names in the scene, by index in the file and colour space; `None` for an unreadable
@@ -244,28 +257,37 @@ struct Import<'a> {
     /// Image names in the scene, by index in the file; `None` for an unreadable image.
     images: HashMap<usize, Option<String>>,
     /// Images with a valid header that are not decoded yet.
-    waiting: WaitingImages<'a>,
+    image_queue: ImageDecodeQueue<'a>,
     /// Roughness images to compute from decoded glossiness images.
-    bakery: Bakery,
-    work: ImportWork<'a>,
+    roughness_baker: RoughnessBaker,
+    work: ImportProgress<'a>,
     /// Meshes by mesh, primitive and deformation; `None` for a primitive without triangles.
-    meshes: HashMap<(usize, usize, PoseKey), Option<UsedMesh>>,
+    meshes: HashMap<(usize, usize, DeformationKey), Option<UsedMesh>>,
     /// Animated properties at the chosen time, by node index.
-    moved: HashMap<usize, AnimatedTransform>,
+    animated_nodes: HashMap<usize, AnimatedTransform>,
     /// World transforms of nodes, by index.
-    worlds: Vec<Option<DAffine3>>,
-    skins: Skins,
+    world_transforms: Vec<Option<DAffine3>>,
+    skins: SkinsByIndex,
     /// Number of primitives of points and lines.
-    thin: usize,
+    point_and_line_count: usize,
     /// Number of vertex displacements by morph targets and joints so far.
-    moves: u64,
+    vertex_moves: u64,
 }
 
-impl Import<'_> {
-    fn run(mut self, scene: Option<usize>, time: Option<f64>) -> Outcome<ImportedModel> {
+impl GltfImport<'_> {
+    fn import_scene(
+        mut self,
+        scene: Option<usize>,
+        time: Option<f64>,
+    ) -> ImportResult<ImportedModel> {
         extensions::warn_ignored(self.document.extensions(), &mut self.warnings);
         let moved = match time {
-            Some(time) => animation::at(time, self.document, &self.reader, &mut self.warnings)?,
+            Some(time) => animation::evaluate_animations(
+                time,
+                self.document,
+                &self.reader,
+                &mut self.warnings,
+            )?,
             None if self.document.animations.is_empty() => HashMap::new(),
             None => {
                 self.warnings.add(
@@ -275,31 +297,31 @@ impl Import<'_> {
                 HashMap::new()
             }
         };
-        let places = nodes::places(self.document, scene, &moved, &mut self.warnings)?;
-        (self.moved, self.worlds) = (moved, places.worlds);
+        let places = nodes::visit_nodes(self.document, scene, &moved, &mut self.warnings)?;
+        (self.animated_nodes, self.world_transforms) = (moved, places.world_transforms);
         // A file may claim counts up to the largest integers.
-        self.work.plan(
-            self.elements(&places.instances)
-                .saturating_add(ImportWork::IMAGE * self.document.images.len() as u64),
+        self.work.set_total(
+            self.count_elements(&places.instances)
+                .saturating_add(ImportProgress::IMAGE_COST * self.document.images.len() as u64),
         );
         for instance in &places.instances {
-            self.node(instance)
+            self.add_node(instance)
                 .map_err(|fault| fault.with_place(format_args!("nodes[{}]", instance.node)))?;
         }
-        if self.thin > 0 {
+        if self.point_and_line_count > 0 {
             self.warnings.add(
                 WarningCode::PointsAndLines,
                 format!(
                     "points and lines are ignored: {} of the primitives that are shown are such",
-                    self.thin
+                    self.point_and_line_count
                 ),
             );
         }
-        let (waiting, work) = (core::mem::take(&mut self.waiting), &self.work);
+        let (waiting, work) = (core::mem::take(&mut self.image_queue), &self.work);
         let report = waiting.decode(&mut self.scene.images, self.limits, &|| {
-            work.done(ImportWork::IMAGE)
+            work.report_done(ImportProgress::IMAGE_COST)
         })?;
-        for reason in report.broken {
+        for reason in report.errors {
             self.warnings.add(
                 WarningCode::Picture,
                 format!("{reason}; the material's factor alone counts"),
@@ -309,24 +331,24 @@ impl Import<'_> {
             .remarks
             .into_iter()
             .for_each(|(code, remark)| self.warnings.add(code, remark));
-        core::mem::take(&mut self.bakery).bake(&mut self.scene, &mut self.budget)?;
-        drop_missing(&mut self.scene);
+        core::mem::take(&mut self.roughness_baker).bake(&mut self.scene, &mut self.budget)?;
+        drop_missing_images(&mut self.scene);
         if self.scene.objects.is_empty() {
             self.warnings.add(
                 WarningCode::NothingToSee,
                 "the scene that is shown has no triangles: nothing to see",
             );
         }
-        let contents = choose::contents(self.document, &self.reader);
+        let contents = model_choice::list_contents(self.document, &self.reader);
         Ok(ImportedModel {
-            scene: checked(self.scene)?,
-            warnings: self.warnings.finish(self.file.display()),
+            scene: validate_scene(self.scene)?,
+            warnings: self.warnings.into_list(self.file.display()),
             contents,
         })
     }
 
     /// Total number of vertices and indices in the meshes of visible nodes, each mesh counted once.
-    fn elements(&self, instances: &[NodeInstance]) -> u64 {
+    fn count_elements(&self, instances: &[NodeInstance]) -> u64 {
         let node = |instance: &NodeInstance| self.document.nodes.get(instance.node)?.mesh;
         let meshes: HashSet<u32> = instances
             .iter()
@@ -338,12 +360,12 @@ impl Import<'_> {
             .filter_map(|&mesh| self.document.meshes.get(mesh as usize))
             .flat_map(|mesh| &mesh.primitives);
         primitives
-            .flat_map(|primitive| mesh::elements(self.document, primitive))
+            .flat_map(|primitive| mesh::declared_counts(self.document, primitive))
             .fold(0, u64::saturating_add)
     }
 
     /// Whether a transform is within the range of coordinates, with a warning otherwise.
-    fn within_measure(&mut self, world: &DAffine3, place: impl Fn() -> String) -> bool {
+    fn check_coordinate_range(&mut self, world: &DAffine3, place: impl Fn() -> String) -> bool {
         let within = world.to_cols_array().iter().all(|x| x.abs() <= FARTHEST);
         if !within {
             self.warnings.add(
@@ -358,31 +380,32 @@ impl Import<'_> {
     }
 
     /// Adds the mesh, the camera and the light of a node to the scene.
-    fn node(&mut self, instance: &NodeInstance) -> Outcome<()> {
+    fn add_node(&mut self, instance: &NodeInstance) -> ImportResult<()> {
         let Some(node) = self.document.nodes.get(instance.node) else {
             return Ok(());
         };
         let carries =
             node.mesh.is_some() || node.camera.is_some() || node.extensions.light.light.is_some();
-        if carries && !self.within_measure(&instance.world, || format!("nodes[{}]", instance.node))
+        if carries
+            && !self.check_coordinate_range(&instance.world, || format!("nodes[{}]", instance.node))
         {
             return Ok(());
         }
         let node_name = node.name.clone().unwrap_or_default();
         if let Some(index) = node.mesh.filter(|_| instance.visible) {
-            self.mesh_of_node(index as usize, node, instance)?;
+            self.add_node_mesh(index as usize, node, instance)?;
         }
         if let Some(index) = node.camera.map(|i| i as usize) {
             let list = &self.document.cameras;
             let camera = list
                 .get(index)
-                .ok_or_else(|| absent("cameras", index, list.len()))?;
+                .ok_or_else(|| missing_index_fault("cameras", index, list.len()))?;
             let name = camera
                 .name
                 .clone()
                 .filter(|name| !name.is_empty())
                 .unwrap_or(node_name.clone());
-            self.scene.cameras.extend(camera::convert(
+            self.scene.cameras.extend(camera::convert_camera(
                 camera,
                 index,
                 name,
@@ -398,15 +421,15 @@ impl Import<'_> {
             .map(|i| i as usize)
         {
             let list = &self.document.extensions.lights.lights;
-            let light = list
-                .get(index)
-                .ok_or_else(|| absent("KHR_lights_punctual.lights", index, list.len()))?;
+            let light = list.get(index).ok_or_else(|| {
+                missing_index_fault("KHR_lights_punctual.lights", index, list.len())
+            })?;
             let name = light
                 .name
                 .clone()
                 .filter(|name| !name.is_empty())
                 .unwrap_or(node_name);
-            self.scene.lights.extend(light::convert(
+            self.scene.lights.extend(light::convert_light(
                 light,
                 index,
                 name,

@@ -5,10 +5,10 @@ use std::collections::{HashMap, HashSet};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::animation::AnimatedTransform;
-use super::buffers::absent;
+use super::buffers::missing_index_fault;
 use super::document::Document;
 use super::entries::NodeEntry;
-use crate::import::{Fault, Outcome, Warnings};
+use crate::import::{Fault, ImportResult, Warnings};
 use crate::warning::WarningCode;
 
 /// A node of the chosen scene.
@@ -29,7 +29,7 @@ pub(super) struct NodeTransforms {
     /// parents is listed once for each distinct transform and visibility.
     pub instances: Vec<NodeInstance>,
     /// World transform of each node at its first visit; `None` for unreachable nodes.
-    pub worlds: Vec<Option<DAffine3>>,
+    pub world_transforms: Vec<Option<DAffine3>>,
 }
 
 /// Largest number of repeated visits of nodes with several parents: a file of a few lines could
@@ -41,42 +41,42 @@ const MOST_REPEATED: u64 = 1 << 20;
 /// # Errors
 /// A fault of kind input for an unknown node, a node that is its own ancestor, or a non-finite
 /// transform; of kind limit for too many visits of nodes with several parents.
-pub(super) fn places(
+pub(super) fn visit_nodes(
     document: &Document,
     scene: Option<usize>,
     moved: &HashMap<usize, AnimatedTransform>,
     warnings: &mut Warnings,
-) -> Outcome<NodeTransforms> {
-    let roots = roots(document, scene, warnings)?;
+) -> ImportResult<NodeTransforms> {
+    let roots = scene_roots(document, scene, warnings)?;
     let (worlds, open) = (
         vec![None; document.nodes.len()],
         vec![false; document.nodes.len()],
     );
-    let shared = shared(document, &roots)
+    let shared = find_shared_nodes(document, &roots)
         .into_iter()
         .map(|is_shared| is_shared.then_some(0))
         .collect();
     let mut walk = NodeWalk {
         document,
-        moved,
-        worlds,
-        open,
-        shared,
+        animated_nodes: moved,
+        world_transforms: worlds,
+        is_ancestor: open,
+        shared_visits: shared,
         visited: HashSet::new(),
     };
-    let instances = walk.down(roots, warnings)?;
+    let instances = walk.traverse(roots, warnings)?;
     let joints = || document.skins.iter().flat_map(|skin| &skin.joints);
-    if joints().any(|&joint| walk.worlds.get(joint as usize) == Some(&None)) {
+    if joints().any(|&joint| walk.world_transforms.get(joint as usize) == Some(&None)) {
         // Joints outside the scene need a transform too.
-        let elsewhere = orphans(document)
+        let elsewhere = parentless_nodes(document)
             .into_iter()
-            .filter(|&root| walk.worlds.get(root) == Some(&None))
+            .filter(|&root| walk.world_transforms.get(root) == Some(&None))
             .collect();
-        walk.down(elsewhere, warnings)?;
+        walk.traverse(elsewhere, warnings)?;
     }
     Ok(NodeTransforms {
         instances,
-        worlds: walk.worlds,
+        world_transforms: walk.world_transforms,
     })
 }
 
@@ -84,12 +84,12 @@ pub(super) fn places(
 /// be as deep as the file is long.
 struct NodeWalk<'a> {
     document: &'a Document,
-    moved: &'a HashMap<usize, AnimatedTransform>,
-    worlds: Vec<Option<DAffine3>>,
+    animated_nodes: &'a HashMap<usize, AnimatedTransform>,
+    world_transforms: Vec<Option<DAffine3>>,
     /// Whether each node is the current node or an ancestor of the current node.
-    open: Vec<bool>,
+    is_ancestor: Vec<bool>,
     /// For nodes listed more than once, the number of visits of the node and its descendants.
-    shared: Vec<Option<u64>>,
+    shared_visits: Vec<Option<u64>>,
     /// Earlier visits of these nodes, by node, transform and visibility. A visit with equal values
     /// shows nothing new.
     visited: HashSet<(usize, [u64; 12], bool)>,
@@ -104,7 +104,11 @@ enum VisitStep {
 }
 
 impl NodeWalk<'_> {
-    fn down(&mut self, roots: Vec<usize>, warnings: &mut Warnings) -> Outcome<Vec<NodeInstance>> {
+    fn traverse(
+        &mut self,
+        roots: Vec<usize>,
+        warnings: &mut Warnings,
+    ) -> ImportResult<Vec<NodeInstance>> {
         let nodes = &self.document.nodes;
         let (mut out, mut repeated, mut visits) = (Vec::new(), 0_u64, 0_u64);
         // The stack is filled in reverse, so that nodes are visited in the file's order.
@@ -117,33 +121,34 @@ impl NodeWalk<'_> {
             let (index, parent, seen) = match turn {
                 VisitStep::Enter(index, parent, seen) => (index, parent, seen),
                 VisitStep::Leave(index, before) => {
-                    self.open[index] = false;
-                    self.shared[index] = self.shared[index].map(|_| visits - before);
+                    self.is_ancestor[index] = false;
+                    self.shared_visits[index] = self.shared_visits[index].map(|_| visits - before);
                     continue;
                 }
             };
             let node = nodes
                 .get(index)
-                .ok_or_else(|| absent("nodes", index, nodes.len()))?;
+                .ok_or_else(|| missing_index_fault("nodes", index, nodes.len()))?;
             let place = |fault: Fault| fault.with_place(format_args!("nodes[{index}]"));
-            if core::mem::replace(&mut self.open[index], true) {
-                return Err(place(Fault::input(
+            if core::mem::replace(&mut self.is_ancestor[index], true) {
+                return Err(place(Fault::invalid_input(
                     "is reached from itself: its children form a cycle",
                 )));
             }
-            let world = parent * local(node, self.moved.get(&index), index, warnings);
+            let world =
+                parent * local_transform(node, self.animated_nodes.get(&index), index, warnings);
             if !world.is_finite() {
-                return Err(place(Fault::input("its transform is not finite")));
+                return Err(place(Fault::invalid_input("its transform is not finite")));
             }
             let visible = seen && node.extensions.visibility.visible;
             let key = (index, world.to_cols_array().map(f64::to_bits), visible);
-            let again = self.shared[index].filter(|_| !self.visited.insert(key));
+            let again = self.shared_visits[index].filter(|_| !self.visited.insert(key));
             if again.is_some() {
                 warnings.add(
                     WarningCode::Format,
                     format!("nodes[{index}]: is listed again where it is shown already; it is shown once"),
                 );
-            } else if self.worlds[index].is_some() {
+            } else if self.world_transforms[index].is_some() {
                 warnings.add(
                     WarningCode::Format,
                     format!("nodes[{index}]: has more than one parent and is shown under each"),
@@ -152,18 +157,22 @@ impl NodeWalk<'_> {
             // Skipped visits count too, because repeated doubling of visits is a mistake in the
             // file.
             let new = again.unwrap_or(1);
-            repeated = repeated.saturating_add(if self.worlds[index].is_some() { new } else { 0 });
+            repeated = repeated.saturating_add(if self.world_transforms[index].is_some() {
+                new
+            } else {
+                0
+            });
             if repeated > MOST_REPEATED {
-                return Err(place(Fault::limit(
+                return Err(place(Fault::over_limit(
                     "has several parents, and nodes would be shown over and over again",
                 )));
             }
             if again.is_some() {
                 visits += new;
-                self.open[index] = false;
+                self.is_ancestor[index] = false;
                 continue;
             }
-            self.worlds[index].get_or_insert(world);
+            self.world_transforms[index].get_or_insert(world);
             out.push(NodeInstance {
                 node: index,
                 world,
@@ -183,7 +192,7 @@ impl NodeWalk<'_> {
 }
 
 /// Whether each node is listed more than once, as root or child.
-fn shared(document: &Document, roots: &[usize]) -> Vec<bool> {
+fn find_shared_nodes(document: &Document, roots: &[usize]) -> Vec<bool> {
     let (mut listed, mut shared) = (
         vec![false; document.nodes.len()],
         vec![false; document.nodes.len()],
@@ -202,7 +211,7 @@ fn shared(document: &Document, roots: &[usize]) -> Vec<bool> {
 }
 
 /// Returns the nodes without a parent.
-fn orphans(document: &Document) -> Vec<usize> {
+fn parentless_nodes(document: &Document) -> Vec<usize> {
     let mut is_child = vec![false; document.nodes.len()];
     for &child in document.nodes.iter().flat_map(|node| &node.children) {
         if let Some(flag) = is_child.get_mut(child as usize) {
@@ -216,11 +225,11 @@ fn orphans(document: &Document) -> Vec<usize> {
 
 /// Returns the root nodes of a scene: of the chosen scene, else of `scene`, else of the first
 /// scene, else all nodes without a parent.
-fn roots(
+fn scene_roots(
     document: &Document,
     requested: Option<usize>,
     warnings: &mut Warnings,
-) -> Outcome<Vec<usize>> {
+) -> ImportResult<Vec<usize>> {
     if document.scenes.is_empty() && document.scene.is_none() {
         if !document.nodes.is_empty() {
             warnings.add(
@@ -228,13 +237,13 @@ fn roots(
                 "the file has no scene: all nodes without a parent are shown",
             );
         }
-        return Ok(orphans(document));
+        return Ok(parentless_nodes(document));
     }
     let index = requested.unwrap_or(document.scene.unwrap_or(0) as usize);
     let scene = document
         .scenes
         .get(index)
-        .ok_or_else(|| absent("scenes", index, document.scenes.len()))?;
+        .ok_or_else(|| missing_index_fault("scenes", index, document.scenes.len()))?;
     if document.scenes.len() > 1 && requested.is_none() {
         warnings.add(
             WarningCode::Choice,
@@ -248,7 +257,7 @@ fn roots(
 }
 
 /// Returns a node's transform relative to its parent.
-fn local(
+fn local_transform(
     node: &NodeEntry,
     moved: Option<&AnimatedTransform>,
     index: usize,

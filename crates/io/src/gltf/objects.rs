@@ -7,12 +7,12 @@ use glam::{DAffine3, DQuat, DVec3};
 use raywright_core::scene::{Mesh, MeshSource, Object, Shape, SideRule};
 
 use super::accessor::Accessor;
-use super::buffers::absent;
-use super::entries::{Instancing, NodeEntry, Primitive};
+use super::buffers::missing_index_fault;
+use super::entries::{MeshInstancing, NodeEntry, PrimitiveEntry};
 use super::material::UsedMaterial;
 use super::nodes::NodeInstance;
-use super::{Import, UsedMesh, mesh};
-use crate::import::{Fault, Outcome};
+use super::{GltfImport, UsedMesh, mesh};
+use crate::import::{Fault, ImportResult};
 use crate::mesh_tools;
 use crate::warning::WarningCode;
 
@@ -25,10 +25,10 @@ struct InstanceTransforms<'a> {
 }
 
 impl InstanceTransforms<'_> {
-    fn at(&self, index: usize) -> DAffine3 {
-        let vector = |list: &Accessor<'_>| DVec3::from(list.vector::<3>(index).map(f64::from));
+    fn transform(&self, index: usize) -> DAffine3 {
+        let vector = |list: &Accessor<'_>| DVec3::from(list.read_vector::<3>(index).map(f64::from));
         let turn = |list: &Accessor<'_>| {
-            DQuat::from_array(list.vector::<4>(index).map(f64::from)).normalize()
+            DQuat::from_array(list.read_vector::<4>(index).map(f64::from)).normalize()
         };
         DAffine3::from_scale_rotation_translation(
             self.scale.as_ref().map_or(DVec3::ONE, vector),
@@ -42,10 +42,10 @@ impl InstanceTransforms<'_> {
     }
 }
 
-impl<'a> Import<'a> {
+impl<'a> GltfImport<'a> {
     /// Opens the instance transforms of a node's mesh.
-    fn instances(&self, instancing: &Instancing) -> Outcome<InstanceTransforms<'a>> {
-        let list = |name: &str, arity: usize| -> Outcome<Option<Accessor<'a>>> {
+    fn open_instances(&self, instancing: &MeshInstancing) -> ImportResult<InstanceTransforms<'a>> {
+        let list = |name: &str, arity: usize| -> ImportResult<Option<Accessor<'a>>> {
             let Some(&index) = instancing.attributes.get(name) else {
                 return Ok(None);
             };
@@ -53,11 +53,11 @@ impl<'a> Import<'a> {
                 .reader
                 .open(index as usize)
                 .map_err(|fault| fault.with_place(name))?;
-            match list.arity() == arity {
+            match list.element_arity() == arity {
                 true => Ok(Some(list)),
-                false => Err(Fault::input(format!(
+                false => Err(Fault::invalid_input(format!(
                     "{name}: has {} components, not {arity}",
-                    list.arity()
+                    list.element_arity()
                 ))),
             }
         };
@@ -68,7 +68,7 @@ impl<'a> Import<'a> {
         ];
         let counts: Vec<usize> = lists.iter().flatten().map(Accessor::count).collect();
         if counts.iter().any(|count| Some(count) != counts.first()) {
-            return Err(Fault::input(format!(
+            return Err(Fault::invalid_input(format!(
                 "has {counts:?} translations, rotations and scales"
             )));
         }
@@ -85,20 +85,22 @@ impl<'a> Import<'a> {
 
     /// Returns the distinct world transforms of instances within the range of coordinates. Repeated
     /// transforms and transforms out of range are dropped, with a warning.
-    fn distinct(
+    fn distinct_transforms(
         &mut self,
         places: &InstanceTransforms<'_>,
         world: &DAffine3,
         node: usize,
-    ) -> Outcome<Vec<DAffine3>> {
+    ) -> ImportResult<Vec<DAffine3>> {
         self.budget
-            .memory(places.count, 3 * size_of::<DAffine3>())?;
+            .reserve_memory(places.count, 3 * size_of::<DAffine3>())?;
         let mut visited = HashSet::with_capacity(places.count);
         let mut distinct = Vec::with_capacity(places.count);
         for index in 0..places.count {
-            let place = *world * places.at(index);
+            let place = *world * places.transform(index);
             let is_new = visited.insert(place.to_cols_array().map(f64::to_bits));
-            if is_new && self.within_measure(&place, || format!("nodes[{node}], instance {index}"))
+            if is_new
+                && self
+                    .check_coordinate_range(&place, || format!("nodes[{node}], instance {index}"))
             {
                 distinct.push(place);
             }
@@ -114,13 +116,13 @@ impl<'a> Import<'a> {
     }
 
     /// Adds an object for each primitive of a node's mesh, at each instance.
-    pub(super) fn mesh_of_node(
+    pub(super) fn add_node_mesh(
         &mut self,
         index: usize,
         node: &NodeEntry,
         instance: &NodeInstance,
-    ) -> Outcome<()> {
-        let pose = self.pose(instance, node)?;
+    ) -> ImportResult<()> {
+        let pose = self.node_deformation(instance, node)?;
         // The joints of a skin determine the position of its meshes; the transform of the mesh's
         // node has no effect.
         let world = pose.skin.as_ref().map_or(instance.world, |skin| {
@@ -133,7 +135,7 @@ impl<'a> Import<'a> {
             .filter(|_| pose.skin.is_none())
         {
             Some(instancing) => Some(
-                self.instances(instancing)
+                self.open_instances(instancing)
                     .map_err(|fault| fault.with_place("EXT_mesh_gpu_instancing"))?,
             ),
             None => None,
@@ -141,20 +143,22 @@ impl<'a> Import<'a> {
         let list = &self.document.meshes;
         let shape = list
             .get(index)
-            .ok_or_else(|| absent("meshes", index, list.len()))?;
+            .ok_or_else(|| missing_index_fault("meshes", index, list.len()))?;
         let key = pose.key();
         let places = places
-            .map(|places| self.distinct(&places, &world, instance.node))
+            .map(|places| self.distinct_transforms(&places, &world, instance.node))
             .transpose()?;
         for (i, primitive) in shape.primitives.iter().enumerate() {
             let place =
                 |fault: Fault| fault.with_place(format_args!("meshes[{index}].primitives[{i}]"));
-            let material = self.material(self.look(primitive)).map_err(place)?;
+            let material = self
+                .convert_material(self.variant_material(primitive))
+                .map_err(place)?;
             let used = match self.meshes.get(&(index, i, key.clone())) {
                 Some(known) => known.clone(),
                 None => {
                     let data = self
-                        .primitive(primitive, &material, &pose, (index, i))
+                        .convert_primitive(primitive, &material, &pose, (index, i))
                         .map_err(place)?;
                     let wish = shape
                         .name
@@ -163,8 +167,8 @@ impl<'a> Import<'a> {
                         .unwrap_or("mesh");
                     let used = data.map(|data| {
                         let used = UsedMesh {
-                            name: self.names.meshes.unique(wish),
-                            place: self.scene.meshes.len(),
+                            name: self.names.meshes.make_unique(wish),
+                            index: self.scene.meshes.len(),
                         };
                         self.scene.meshes.push(Mesh {
                             name: used.name.clone(),
@@ -173,7 +177,8 @@ impl<'a> Import<'a> {
                         });
                         used
                     });
-                    self.work.done(mesh::elements(self.document, primitive)[0]);
+                    self.work
+                        .report_done(mesh::declared_counts(self.document, primitive)[0]);
                     self.meshes.insert((index, i, key.clone()), used.clone());
                     used
                 }
@@ -185,10 +190,10 @@ impl<'a> Import<'a> {
                 .find(|name| !name.is_empty())
                 .unwrap_or_default();
             match &places {
-                None => self.object(name, &used, &material, &world)?,
+                None => self.add_object(name, &used, &material, &world)?,
                 Some(places) => {
                     for place in places {
-                        self.object(name, &used, &material, place)?;
+                        self.add_object(name, &used, &material, place)?;
                     }
                 }
             }
@@ -197,7 +202,7 @@ impl<'a> Import<'a> {
     }
 
     /// Returns the material of a primitive in the chosen variant; `None`: the default material.
-    fn look(&self, primitive: &Primitive) -> Option<usize> {
+    fn variant_material(&self, primitive: &PrimitiveEntry) -> Option<usize> {
         let mappings = &primitive.extensions.variants.mappings;
         let mapped = self.variant.and_then(|variant| {
             mappings
@@ -211,17 +216,17 @@ impl<'a> Import<'a> {
     }
 
     /// Adds an object for a mesh under a node's transform.
-    fn object(
+    fn add_object(
         &mut self,
         name: &str,
         mesh: &UsedMesh,
         material: &UsedMaterial,
         world: &DAffine3,
-    ) -> Outcome<()> {
-        self.budget.object()?;
+    ) -> ImportResult<()> {
+        self.budget.reserve_object()?;
         let (mesh, transform) = match mesh_tools::is_invertible(world) {
             true => (mesh.name.clone(), mesh_tools::transform_steps(world)),
-            false => match self.flattened(mesh, world)? {
+            false => match self.flatten_mesh(mesh, world)? {
                 Some(mesh) => (mesh, Vec::new()),
                 None => return Ok(()),
             },
@@ -246,22 +251,22 @@ impl<'a> Import<'a> {
     /// Copies a mesh to world space, for a node with a singular transform, because rays cannot be
     /// transformed to the space of that node. Returns the name of the copy, or `None` if no
     /// triangle is within the range of coordinates.
-    fn flattened(&mut self, mesh: &UsedMesh, world: &DAffine3) -> Outcome<Option<String>> {
+    fn flatten_mesh(&mut self, mesh: &UsedMesh, world: &DAffine3) -> ImportResult<Option<String>> {
         let source = self
             .scene
             .meshes
-            .get(mesh.place)
+            .get(mesh.index)
             .map(|mesh| mesh.source.clone());
         let Some(MeshSource::Inline(data)) = source else {
             return Ok(None);
         };
-        self.budget.memory(data.bytes(), 1)?;
-        let mut data = mesh_tools::squeezed(&data, world);
-        mesh_tools::drop_unusable(&mut data);
+        self.budget.reserve_memory(data.byte_size(), 1)?;
+        let mut data = mesh_tools::apply_singular_transform(&data, world);
+        mesh_tools::drop_non_finite_triangles(&mut data);
         if data.indices.is_empty() {
             return Ok(None);
         }
-        let name = self.names.meshes.unique(&mesh.name);
+        let name = self.names.meshes.make_unique(&mesh.name);
         self.scene.meshes.push(Mesh {
             name: name.clone(),
             source: MeshSource::Inline(data.into()),

@@ -6,48 +6,50 @@
 use std::collections::{BTreeMap, HashMap};
 
 use raywright_core::scene::{
-    Colour, ColourSpace, Image, ImageData, Physical, Pixels, Scene, Texture, TextureRef,
+    Colour, ColourSpace, Image, ImageData, Physical, PixelData, Scene, Texture, TextureRef,
 };
 
-use super::Import;
+use super::GltfImport;
 use super::entries::SpecularGlossiness;
 use super::texture::TextureRole;
-use crate::import::{DecodeBudget, Outcome};
+use crate::import::{DecodeBudget, ImportResult};
 
 /// Reflectance at normal incidence for the index of refraction 1.5, which the specular colour
 /// multiplies.
 const DIELECTRIC: f64 = 0.04;
 
-impl Import<'_> {
+impl GltfImport<'_> {
     /// Sets base colour, metalness, roughness, opacity and reflectance from specular-glossiness
     /// data.
-    pub(super) fn specular_glossiness(
+    pub(super) fn convert_specular_glossiness(
         &mut self,
         source: &SpecularGlossiness,
         label: &str,
         out: &mut Physical,
-    ) -> Outcome<()> {
+    ) -> ImportResult<()> {
         let [r, g, b, a] = source.diffuse_factor.map(f64::from);
-        out.base_colour = Colour([r, g, b].map(|c| self.unit(c, label, "diffuseFactor"))).into();
-        out.opacity = self.unit(a, label, "diffuseFactor alpha").into();
+        out.base_colour =
+            Colour([r, g, b].map(|c| self.clamp_unit(c, label, "diffuseFactor"))).into();
+        out.opacity = self.clamp_unit(a, label, "diffuseFactor alpha").into();
         out.base_colour_texture =
-            self.texture(source.diffuse_texture.as_ref(), TextureRole::Colour)?;
+            self.convert_texture_ref(source.diffuse_texture.as_ref(), TextureRole::Colour)?;
         (out.metallic, out.ior, out.specular, out.specular_texture) =
             (0.0.into(), 1.5.into(), 1.0.into(), None);
         let specular = source
             .specular_factor
-            .map(|c| self.unit(c.into(), label, "specularFactor") / DIELECTRIC);
+            .map(|c| self.clamp_unit(c.into(), label, "specularFactor") / DIELECTRIC);
         out.specular_colour = Colour(specular).into();
-        out.specular_colour_texture = self.texture(
+        out.specular_colour_texture = self.convert_texture_ref(
             source.specular_glossiness_texture.as_ref(),
             TextureRole::Colour,
         )?;
-        let glossiness = self.unit(source.glossiness_factor.into(), label, "glossinessFactor");
+        let glossiness =
+            self.clamp_unit(source.glossiness_factor.into(), label, "glossinessFactor");
         (out.roughness, out.metallic_roughness_texture) = ((1.0 - glossiness).into(), None);
         if let Some(glossy) = &out.specular_colour_texture {
             out.roughness = 1.0.into();
             out.metallic_roughness_texture = Some(TextureRef {
-                name: self.baked(&glossy.name, glossiness),
+                name: self.roughness_texture(&glossy.name, glossiness),
                 ..glossy.clone()
             });
         }
@@ -56,17 +58,17 @@ impl Import<'_> {
 
     /// Returns the name of the roughness texture for a glossiness texture and a factor. The texture
     /// is created on first use; its image is computed later.
-    fn baked(&mut self, glossy: &str, glossiness: f64) -> String {
+    fn roughness_texture(&mut self, glossy: &str, glossiness: f64) -> String {
         let key = (glossy.to_owned(), glossiness.to_bits());
-        if let Some(known) = self.bakery.known.get(&key) {
+        if let Some(known) = self.roughness_baker.texture_names.get(&key) {
             return known.clone();
         }
         let wish = format!("{glossy} as roughness");
         let (name, image) = (
-            self.names.textures.unique(&wish),
-            self.names.images.unique(&wish),
+            self.names.textures.make_unique(&wish),
+            self.names.images.make_unique(&wish),
         );
-        self.bakery.recipes.push(Recipe {
+        self.roughness_baker.bakes.push(RoughnessBake {
             glossy: glossy.to_owned(),
             glossiness,
             image: self.scene.images.len(),
@@ -77,9 +79,9 @@ impl Import<'_> {
             name: name.clone(),
             image: image.clone(),
             colour_space: ColourSpace::Linear,
-            filter: raywright_core::scene::Filter::default(),
-            wrap_u: raywright_core::scene::Wrap::default(),
-            wrap_v: raywright_core::scene::Wrap::default(),
+            filter: raywright_core::scene::TextureFilter::default(),
+            wrap_u: raywright_core::scene::WrapMode::default(),
+            wrap_v: raywright_core::scene::WrapMode::default(),
         });
         self.scene.images.push(Image {
             name: image.clone(),
@@ -87,14 +89,14 @@ impl Import<'_> {
             data: None,
             mended: 0,
         });
-        self.bakery.known.insert(key, name.clone());
+        self.roughness_baker.texture_names.insert(key, name.clone());
         name
     }
 }
 
 /// Inputs and output of a computed roughness image.
 #[derive(Clone, Debug)]
-struct Recipe {
+struct RoughnessBake {
     /// Name of the texture with glossiness in alpha.
     glossy: String,
     glossiness: f64,
@@ -105,19 +107,19 @@ struct Recipe {
 
 /// Roughness images to compute after their glossiness images are decoded.
 #[derive(Debug, Default)]
-pub(super) struct Bakery {
-    recipes: Vec<Recipe>,
+pub(super) struct RoughnessBaker {
+    bakes: Vec<RoughnessBake>,
     /// Names of the roughness textures, by glossiness texture and by the bits of the factor.
-    known: BTreeMap<(String, u64), String>,
+    texture_names: BTreeMap<(String, u64), String>,
 }
 
-impl Bakery {
+impl RoughnessBaker {
     /// Computes all roughness images from the decoded glossiness images.
     ///
     /// # Errors
     /// A fault of kind limit when the budget is exceeded.
-    pub fn bake(self, scene: &mut Scene, budget: &mut DecodeBudget) -> Outcome<()> {
-        if self.recipes.is_empty() {
+    pub fn bake(self, scene: &mut Scene, budget: &mut DecodeBudget) -> ImportResult<()> {
+        if self.bakes.is_empty() {
             return Ok(());
         }
         let textures: HashMap<String, usize> = scene
@@ -132,12 +134,12 @@ impl Bakery {
             .enumerate()
             .map(|(i, image)| (image.name.clone(), i))
             .collect();
-        for Recipe {
+        for RoughnessBake {
             glossy,
             glossiness,
             image,
             texture,
-        } in self.recipes
+        } in self.bakes
         {
             let Some(like) = textures.get(&glossy).map(|&i| scene.textures[i].clone()) else {
                 continue;
@@ -146,17 +148,17 @@ impl Bakery {
             let white = || ImageData {
                 width: 1,
                 height: 1,
-                pixels: Pixels::Codes(vec![[255; 4]]),
+                pixels: PixelData::Codes(vec![[255; 4]]),
             };
             let data = images
                 .get(&like.image)
                 .and_then(|&i| scene.images[i].data.clone())
                 .unwrap_or_else(|| white().into());
-            budget.memory(
+            budget.reserve_memory(
                 data.width as usize * data.height as usize,
                 size_of::<[u8; 4]>(),
             )?;
-            scene.images[image].data = Some(roughness(&data, glossiness).into());
+            scene.images[image].data = Some(roughness_from_glossiness(&data, glossiness).into());
             let texture = &mut scene.textures[texture];
             (texture.filter, texture.wrap_u, texture.wrap_v) =
                 (like.filter, like.wrap_u, like.wrap_v);
@@ -167,7 +169,7 @@ impl Bakery {
 
 /// Converts glossiness, the alpha channel times `factor`, to roughness in the green channel of
 /// 8-bit codes, with metalness zero.
-fn roughness(glossy: &ImageData, factor: f64) -> ImageData {
+fn roughness_from_glossiness(glossy: &ImageData, factor: f64) -> ImageData {
     let code = |glossiness: f64| {
         [
             0,
@@ -177,8 +179,8 @@ fn roughness(glossy: &ImageData, factor: f64) -> ImageData {
         ]
     };
     let pixels = match &glossy.pixels {
-        Pixels::Linear(pixels) => pixels.iter().map(|pixel| code(pixel[3].into())).collect(),
-        Pixels::Codes(pixels) => pixels
+        PixelData::Linear(pixels) => pixels.iter().map(|pixel| code(pixel[3].into())).collect(),
+        PixelData::Codes(pixels) => pixels
             .iter()
             .map(|pixel| code(f64::from(pixel[3]) / 255.0))
             .collect(),
@@ -186,6 +188,6 @@ fn roughness(glossy: &ImageData, factor: f64) -> ImageData {
     ImageData {
         width: glossy.width,
         height: glossy.height,
-        pixels: Pixels::Codes(pixels),
+        pixels: PixelData::Codes(pixels),
     }
 }

@@ -4,14 +4,15 @@
 use std::borrow::Cow;
 
 use raywright_core::scene::{
-    Colour, ColourSpace, Filter, Image as SceneImage, Texture as SceneTexture, TextureRef, Wrap,
+    Colour, ColourSpace, Image as SceneImage, Texture as SceneTexture, TextureFilter, TextureRef,
+    WrapMode,
 };
 use raywright_core::validate::FARTHEST;
 
-use super::Import;
-use super::buffers::absent;
-use super::entries::{Image, Sampler, Texture, TextureTransform, TextureUse};
-use crate::import::{Fault, Outcome, endurable};
+use super::GltfImport;
+use super::buffers::missing_index_fault;
+use super::entries::{ImageEntry, TextureEntry, TextureInfo, TextureSampler, TextureTransform};
+use crate::import::{Fault, ImportResult, tolerate_invalid};
 use crate::warning::WarningCode;
 use crate::{image_file, uri};
 
@@ -27,17 +28,17 @@ pub(super) enum TextureRole {
     Data,
 }
 
-impl<'a> Import<'a> {
+impl<'a> GltfImport<'a> {
     /// Returns a material's texture reference; `None` without a texture or, with a warning, without
     /// a readable image.
-    pub(super) fn texture(
+    pub(super) fn convert_texture_ref(
         &mut self,
-        info: Option<&TextureUse>,
+        info: Option<&TextureInfo>,
         used_as: TextureRole,
-    ) -> Outcome<Option<TextureRef>> {
+    ) -> ImportResult<Option<TextureRef>> {
         let Some(info) = info else { return Ok(None) };
         let index = info.index as usize;
-        let name = match endurable(self.named_texture(index, used_as))? {
+        let name = match tolerate_invalid(self.convert_texture(index, used_as))? {
             Ok(name) => name,
             Err(reason) => {
                 self.warnings.add(
@@ -59,7 +60,7 @@ impl<'a> Import<'a> {
             );
             return Ok(None);
         }
-        let rows = transform.map(uv_rows);
+        let rows = transform.map(uv_transform_rows);
         let (usable, within) = rows.map_or((None, true), |rows| {
             (
                 Some(rows),
@@ -84,7 +85,11 @@ impl<'a> Import<'a> {
 
     /// Returns the name of the scene's texture for a texture of the file, created on first use;
     /// `None` without a readable image.
-    fn named_texture(&mut self, index: usize, used_as: TextureRole) -> Outcome<Option<String>> {
+    fn convert_texture(
+        &mut self,
+        index: usize,
+        used_as: TextureRole,
+    ) -> ImportResult<Option<String>> {
         let key = (index, used_as == TextureRole::Colour);
         if let Some(known) = self.textures.get(&key) {
             return Ok(known.clone());
@@ -92,17 +97,17 @@ impl<'a> Import<'a> {
         let list = &self.document.textures;
         let source = list
             .get(index)
-            .ok_or_else(|| absent("textures", index, list.len()))?;
+            .ok_or_else(|| missing_index_fault("textures", index, list.len()))?;
         let place = |fault: Fault| fault.with_place(format_args!("textures[{index}]"));
-        let sampler = self.sampler(source).map_err(place)?;
+        let sampler = self.texture_sampler(source).map_err(place)?;
         let mut image = None;
-        for index in source.sources() {
-            image = self.image(index as usize).map_err(place)?;
+        for index in source.image_sources() {
+            image = self.convert_image(index as usize).map_err(place)?;
             if image.is_some() {
                 break;
             }
         }
-        if source.sources().next().is_none() {
+        if source.image_sources().next().is_none() {
             self.warnings.add(
                 WarningCode::Picture,
                 format!("textures[{index}]: has no source that is read; the material's factor alone counts"),
@@ -114,7 +119,7 @@ impl<'a> Import<'a> {
                 .as_deref()
                 .filter(|name| !name.is_empty())
                 .unwrap_or(&image);
-            let name = self.names.textures.unique(wish);
+            let name = self.names.textures.make_unique(wish);
             self.scene.textures.push(SceneTexture {
                 name: name.clone(),
                 image,
@@ -123,9 +128,9 @@ impl<'a> Import<'a> {
                 } else {
                     ColourSpace::Linear
                 },
-                filter: filter(sampler),
-                wrap_u: wrap(sampler.wrap_s),
-                wrap_v: wrap(sampler.wrap_t),
+                filter: convert_filter(sampler),
+                wrap_u: convert_wrap(sampler.wrap_s),
+                wrap_v: convert_wrap(sampler.wrap_t),
             });
             name
         });
@@ -133,8 +138,8 @@ impl<'a> Import<'a> {
         Ok(name)
     }
 
-    fn sampler(&self, texture: &Texture) -> Outcome<&'a Sampler> {
-        const NONE: &Sampler = &Sampler {
+    fn texture_sampler(&self, texture: &TextureEntry) -> ImportResult<&'a TextureSampler> {
+        const NONE: &TextureSampler = &TextureSampler {
             mag_filter: None,
             wrap_s: None,
             wrap_t: None,
@@ -143,7 +148,7 @@ impl<'a> Import<'a> {
         match texture.sampler {
             Some(index) => list
                 .get(index as usize)
-                .ok_or_else(|| absent("samplers", index as usize, list.len())),
+                .ok_or_else(|| missing_index_fault("samplers", index as usize, list.len())),
             None => Ok(NONE),
         }
     }
@@ -151,20 +156,20 @@ impl<'a> Import<'a> {
     /// Returns the name of the scene's image for an image of the file, and queues the bytes for
     /// decoding. Returns `None` with a warning if the image is unreadable, its header is invalid,
     /// or its format is unsupported.
-    fn image(&mut self, index: usize) -> Outcome<Option<String>> {
+    fn convert_image(&mut self, index: usize) -> ImportResult<Option<String>> {
         if let Some(known) = self.images.get(&index) {
             return Ok(known.clone());
         }
         let list = &self.document.images;
         let source = list
             .get(index)
-            .ok_or_else(|| absent("images", index, list.len()))?;
+            .ok_or_else(|| missing_index_fault("images", index, list.len()))?;
         let place = |fault: Fault| fault.with_place(format_args!("images[{index}]"));
-        let accepted = self.image_bytes(source).and_then(|bytes| {
-            image_file::claim(&bytes, self.limits, &mut self.budget)?;
+        let accepted = self.read_image_bytes(source).and_then(|bytes| {
+            image_file::reserve_memory(&bytes, self.limits, &mut self.budget)?;
             Ok(bytes)
         });
-        let name = match endurable(accepted.map_err(place))? {
+        let name = match tolerate_invalid(accepted.map_err(place))? {
             Ok(bytes) => {
                 let file = self
                     .file
@@ -174,16 +179,16 @@ impl<'a> Import<'a> {
                 let path = source
                     .uri
                     .clone()
-                    .filter(|uri| !uri::is_data(uri))
+                    .filter(|uri| !uri::is_data_uri(uri))
                     .unwrap_or_else(|| format!("{file}#images[{index}]"));
-                let name = self.names.images.unique(
+                let name = self.names.images.make_unique(
                     source
                         .name
                         .as_deref()
                         .filter(|name| !name.is_empty())
                         .unwrap_or(&path),
                 );
-                self.waiting
+                self.image_queue
                     .add(self.scene.images.len(), format!("images[{index}]"), bytes);
                 self.scene.images.push(SceneImage {
                     name: name.clone(),
@@ -206,45 +211,45 @@ impl<'a> Import<'a> {
     }
 
     /// Returns the encoded bytes of an image, from a buffer view or a URI.
-    fn image_bytes(&self, source: &Image) -> Outcome<Cow<'a, [u8]>> {
+    fn read_image_bytes(&self, source: &ImageEntry) -> ImportResult<Cow<'a, [u8]>> {
         if let Some(view) = source.buffer_view {
             return self
                 .reader
                 .buffers
-                .view(self.document, view as usize)
+                .view_bytes(self.document, view as usize)
                 .map(|(bytes, _)| bytes.into());
         }
         let uri = source
             .uri
             .as_ref()
-            .ok_or_else(|| Fault::input("has neither uri nor bufferView"))?;
-        uri::read(self.folder, uri).map(Cow::from)
+            .ok_or_else(|| Fault::invalid_input("has neither uri nor bufferView"))?;
+        uri::read_reference(self.folder, uri).map(Cow::from)
     }
 }
 
 /// Magnification filter; bilinear if the sampler has none. The minification filter is ignored: mip
 /// maps give the mean over a pixel to a single sample, and here many samples per pixel take that
 /// mean. For few samples, the ladder of texture filters offers mip maps.
-fn filter(sampler: &Sampler) -> Filter {
+fn convert_filter(sampler: &TextureSampler) -> TextureFilter {
     const NEAREST: u32 = 9728;
     if sampler.mag_filter == Some(NEAREST) {
-        Filter::Nearest
+        TextureFilter::Nearest
     } else {
-        Filter::Bilinear
+        TextureFilter::Bilinear
     }
 }
 
-fn wrap(mode: Option<u32>) -> Wrap {
+fn convert_wrap(mode: Option<u32>) -> WrapMode {
     match mode {
-        Some(33071) => Wrap::Clamp,
-        Some(33648) => Wrap::MirroredRepeat,
-        _ => Wrap::Repeat,
+        Some(33071) => WrapMode::Clamp,
+        Some(33648) => WrapMode::MirroredRepeat,
+        _ => WrapMode::Repeat,
     }
 }
 
 /// Rows of the matrix offset · rotation · scale of KHR_texture_transform. The rotation is
 /// counter-clockwise in the image, whose v axis points down.
-fn uv_rows(transform: &TextureTransform) -> [[f64; 3]; 2] {
+fn uv_transform_rows(transform: &TextureTransform) -> [[f64; 3]; 2] {
     let [ox, oy] = transform.offset.map(f64::from);
     let [sx, sy] = transform.scale.map(f64::from);
     let angle = f64::from(transform.rotation);

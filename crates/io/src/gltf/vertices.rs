@@ -3,17 +3,17 @@
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 
 /// Least number of elements for each thread.
-const MANY: usize = 1 << 14;
+const ELEMENTS_PER_THREAD: usize = 1 << 14;
 
 /// Vertices of the file that a primitive uses.
-pub(super) enum Vertices {
+pub(super) enum VertexSelection {
     /// All vertices; the value is their number.
     All(usize),
     /// The vertices with these indices, in ascending order.
     Some(Vec<u32>),
 }
 
-impl Vertices {
+impl VertexSelection {
     pub fn len(&self) -> usize {
         match self {
             Self::All(count) => *count,
@@ -24,8 +24,8 @@ impl Vertices {
     /// Returns the values of a function of each selected vertex's index in the file, in order.
     pub fn gather<T: Send>(&self, value_of: impl Fn(usize) -> T + Sync) -> Vec<T> {
         match self {
-            Self::All(count) => gathered(*count, value_of),
-            Self::Some(list) => gathered(list.len(), |i| value_of(list[i] as usize)),
+            Self::All(count) => map_in_parallel(*count, value_of),
+            Self::Some(list) => map_in_parallel(list.len(), |i| value_of(list[i] as usize)),
         }
     }
 
@@ -41,9 +41,12 @@ impl Vertices {
 /// Selects the vertices that triangles use, and renumbers the triangles. A primitive that uses a
 /// small part of shared vertices then copies only that part. If the triangles have at least `count`
 /// corners, all vertices are selected.
-pub(super) fn used_vertices(corners: Vec<[u32; 3]>, count: usize) -> (Vertices, Vec<[u32; 3]>) {
+pub(super) fn select_used_vertices(
+    corners: Vec<[u32; 3]>,
+    count: usize,
+) -> (VertexSelection, Vec<[u32; 3]>) {
     if corners.len().saturating_mul(3) >= count {
-        return (Vertices::All(count), corners);
+        return (VertexSelection::All(count), corners);
     }
     let mut used = corners.as_flattened().to_vec();
     used.sort_unstable();
@@ -54,18 +57,21 @@ pub(super) fn used_vertices(corners: Vec<[u32; 3]>, count: usize) -> (Vertices, 
         .iter()
         .map(|[a, b, c]| [place(a), place(b), place(c)])
         .collect();
-    (Vertices::Some(used), indices)
+    (VertexSelection::Some(used), indices)
 }
 
 /// Returns the values of a function for all numbers below `count`, in order. Many elements are
 /// computed in parallel on the current thread pool.
-pub(super) fn gathered<T: Send>(count: usize, value_of: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    if count < 2 * MANY {
+pub(super) fn map_in_parallel<T: Send>(
+    count: usize,
+    value_of: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
+    if count < 2 * ELEMENTS_PER_THREAD {
         return (0..count).map(value_of).collect();
     }
     (0..count)
         .into_par_iter()
-        .with_min_len(MANY)
+        .with_min_len(ELEMENTS_PER_THREAD)
         .map(&value_of)
         .collect()
 }

@@ -7,15 +7,15 @@ use exr::meta::header::Header;
 use exr::prelude::{
     IntegerBounds, MetaData, ReadChannels, ReadLayers, ReadSpecificChannel, Text, Vec2, read,
 };
-use raywright_core::scene::{ImageData, Pixels};
+use raywright_core::scene::{ImageData, PixelData};
 
-use super::light::UnusableNumbers;
+use super::radiance_repair::InvalidRadianceCounts;
 use super::{DecodedImage, check_size};
 use crate::Limits;
-use crate::import::{Fault, Outcome, printable};
+use crate::import::{Fault, ImportResult, sanitise_text};
 
-fn broken(error: exr::error::Error) -> Fault {
-    Fault::input(format!("is a broken EXR picture ({error})"))
+fn exr_fault(error: exr::error::Error) -> Fault {
+    Fault::invalid_input(format!("is a broken EXR picture ({error})"))
 }
 
 /// Colour channels of a part: red, green and blue, or a single luminance.
@@ -29,7 +29,7 @@ struct ColourChannels {
 }
 
 /// Splits a channel name into the layer, with its final dot, and the name within the layer.
-fn split(channel: &str) -> (&str, &str) {
+fn split_channel_name(channel: &str) -> (&str, &str) {
     channel
         .rfind('.')
         .map_or(("", channel), |dot| channel.split_at(dot + 1))
@@ -37,18 +37,22 @@ fn split(channel: &str) -> (&str, &str) {
 
 impl ColourChannels {
     /// Returns the pictures of a part and of its layers, in the order of the file.
-    fn all(header: &Header) -> Vec<Self> {
+    fn list_pictures(header: &Header) -> Vec<Self> {
         let names: Vec<(String, &Text)> = header
             .channels
             .list
             .iter()
             .map(|channel| (channel.name.to_string(), &channel.name))
             .collect();
-        let mut layers: Vec<&str> = names.iter().map(|(name, _)| split(name).0).collect();
+        let mut layers: Vec<&str> = names
+            .iter()
+            .map(|(name, _)| split_channel_name(name).0)
+            .collect();
         layers.dedup();
         let find = |layer: &str, requested: &str| {
             let fits = |name: &str| {
-                split(name).0 == layer && split(name).1.eq_ignore_ascii_case(requested)
+                split_channel_name(name).0 == layer
+                    && split_channel_name(name).1.eq_ignore_ascii_case(requested)
             };
             names
                 .iter()
@@ -86,11 +90,11 @@ struct ChosenPicture<'m> {
 }
 
 /// Chooses the first picture outside any layer, or otherwise the first layer.
-fn choose(meta: &MetaData) -> Outcome<ChosenPicture<'_>> {
+fn choose_picture(meta: &MetaData) -> ImportResult<ChosenPicture<'_>> {
     let flat = || meta.headers.iter().filter(|header| !header.deep);
     let all: Vec<(&Header, ColourChannels)> = flat()
         .flat_map(|header| {
-            ColourChannels::all(header)
+            ColourChannels::list_pictures(header)
                 .into_iter()
                 .map(move |channels| (header, channels))
         })
@@ -100,9 +104,9 @@ fn choose(meta: &MetaData) -> Outcome<ChosenPicture<'_>> {
         let names = flat()
             .flat_map(|header| &header.channels.list)
             .map(|channel| channel.name.to_string());
-        let names = printable(&names.collect::<Vec<_>>().join(", "));
+        let names = sanitise_text(&names.collect::<Vec<_>>().join(", "));
         let read = "R, G and B, or Y alone, with A or without, are read, and layers of them; Y with RY and BY is not";
-        return Err(Fault::input(format!(
+        return Err(Fault::invalid_input(format!(
             "is an EXR picture whose channels are no colours that are read here ({names}); {read}"
         )));
     };
@@ -110,9 +114,9 @@ fn choose(meta: &MetaData) -> Outcome<ChosenPicture<'_>> {
         .own_attributes
         .layer_name
         .as_ref()
-        .map(|name| format!(" `{}`", printable(&name.to_string())))
+        .map(|name| format!(" `{}`", sanitise_text(&name.to_string())))
         .unwrap_or_default();
-    let layer = printable(channels.layer.trim_end_matches('.'));
+    let layer = sanitise_text(channels.layer.trim_end_matches('.'));
     let remark = match (channels.layer.is_empty(), all.len(), plain.count()) {
         (true, _, 0 | 1) => None,
         (true, _, parts) => Some(format!(
@@ -133,8 +137,8 @@ fn choose(meta: &MetaData) -> Outcome<ChosenPicture<'_>> {
 }
 
 /// Reads the headers of all parts, and checks their sizes and compression.
-fn headers(bytes: &[u8], limits: &Limits) -> Outcome<MetaData> {
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
+fn read_headers(bytes: &[u8], limits: &Limits) -> ImportResult<MetaData> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(exr_fault)?;
     for header in &meta.headers {
         for size in [
             header.layer_size,
@@ -142,8 +146,8 @@ fn headers(bytes: &[u8], limits: &Limits) -> Outcome<MetaData> {
         ] {
             check_size(size.0 as u64, size.1 as u64, limits)?;
         }
-        if crate::output::can_abort(header.compression) {
-            return Err(Fault::input(
+        if crate::output::decoder_can_abort(header.compression) {
+            return Err(Fault::invalid_input(
                 "is an EXR picture with DWA compression, which is not read here; ZIP is",
             ));
         }
@@ -156,9 +160,9 @@ fn headers(bytes: &[u8], limits: &Limits) -> Outcome<MetaData> {
 ///
 /// # Errors
 /// As [`decode`], for all faults that headers show.
-pub(super) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
-    let meta = headers(bytes, limits)?;
-    let header = choose(&meta)?.header;
+pub(super) fn read_size(bytes: &[u8], limits: &Limits) -> ImportResult<[u32; 2]> {
+    let meta = read_headers(bytes, limits)?;
+    let header = choose_picture(&meta)?.header;
     let larger = [
         header.layer_size,
         header.shared_attributes.display_window.size,
@@ -174,47 +178,47 @@ pub(super) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
 ///
 /// # Errors
 /// A fault of kind limit for an oversized picture, of kind input for a broken or unsupported one.
-pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<DecodedImage> {
-    let meta = headers(bytes, limits)?;
+pub(super) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage> {
+    let meta = read_headers(bytes, limits)?;
     let ChosenPicture {
         header,
         channels,
         remark,
-    } = choose(&meta)?;
+    } = choose_picture(&meta)?;
     let window = header.shared_attributes.display_window;
     let data = IntegerBounds::new(header.own_attributes.layer_position, header.layer_size);
     let mut pixels = read_channels(bytes, &channels)?;
     if pixels.len() != data.size.area() {
-        return Err(Fault::input("is a broken EXR picture (size)"));
+        return Err(Fault::invalid_input("is a broken EXR picture (size)"));
     }
     if data != window {
-        pixels = displayed(&pixels, data, window)?;
+        pixels = crop_to_window(&pixels, data, window)?;
     }
-    let mut unusable = UnusableNumbers::default();
+    let mut unusable = InvalidRadianceCounts::default();
     pixels
         .as_flattened_mut()
         .iter_mut()
-        .for_each(|value| *value = unusable.mend(*value));
+        .for_each(|value| *value = unusable.repair(*value));
     let (width, height) = (window.size.0 as u32, window.size.1 as u32);
-    let remarks = remark.into_iter().chain(unusable.remark()).collect();
+    let remarks = remark.into_iter().chain(unusable.summary()).collect();
     Ok(DecodedImage {
         image: ImageData {
             width,
             height,
-            pixels: Pixels::Linear(pixels),
+            pixels: PixelData::Linear(pixels),
         },
         remarks,
-        repaired: unusable.count(),
+        repaired_count: unusable.repaired_count(),
     })
 }
 
 /// Crops or pads the pixels of a data window to a display window; added pixels are black and
 /// transparent.
-fn displayed(
+fn crop_to_window(
     pixels: &[[f32; 4]],
     data: IntegerBounds,
     window: IntegerBounds,
-) -> Outcome<Vec<[f32; 4]>> {
+) -> ImportResult<Vec<[f32; 4]>> {
     let offset = |axis: fn(Vec2<i32>) -> i32| {
         i64::from(axis(window.position)) - i64::from(axis(data.position))
     };
@@ -238,19 +242,19 @@ fn displayed(
     if is_seen {
         Ok(out)
     } else {
-        Err(Fault::input(
+        Err(Fault::invalid_input(
             "is an EXR picture whose data lies outside of the window that is displayed",
         ))
     }
 }
 
 /// Reads red, green, blue and alpha of the first part with these channels.
-fn read_channels(bytes: &[u8], channels: &ColourChannels) -> Outcome<Vec<[f32; 4]>> {
-    type StoredChannels = (usize, Vec<[f32; 4]>);
-    fn room(size: Vec2<usize>) -> StoredChannels {
+fn read_channels(bytes: &[u8], channels: &ColourChannels) -> ImportResult<Vec<[f32; 4]>> {
+    type PixelBuffer = (usize, Vec<[f32; 4]>);
+    fn allocate_pixels(size: Vec2<usize>) -> PixelBuffer {
         (size.0, vec![[0.0; 4]; size.area()])
     }
-    fn put((width, pixels): &mut StoredChannels, at: Vec2<usize>, pixel: [f32; 4]) {
+    fn store_pixel((width, pixels): &mut PixelBuffer, at: Vec2<usize>, pixel: [f32; 4]) {
         if let Some(slot) = pixels.get_mut(at.1 * *width + at.0) {
             *slot = pixel;
         }
@@ -268,8 +272,10 @@ fn read_channels(bytes: &[u8], channels: &ColourChannels) -> Outcome<Vec<[f32; 4
             .required(grey.clone())
             .optional(alpha, 1.0_f32)
             .collect_pixels(
-                |size, _| room(size),
-                |stored: &mut StoredChannels, at, (y, a): (f32, f32)| put(stored, at, [y, y, y, a]),
+                |size, _| allocate_pixels(size),
+                |stored: &mut PixelBuffer, at, (y, a): (f32, f32)| {
+                    store_pixel(stored, at, [y, y, y, a])
+                },
             )
             .first_valid_layer()
             .all_attributes()
@@ -283,9 +289,9 @@ fn read_channels(bytes: &[u8], channels: &ColourChannels) -> Outcome<Vec<[f32; 4
             .required(blue.clone())
             .optional(alpha, 1.0_f32)
             .collect_pixels(
-                |size, _| room(size),
-                |stored: &mut StoredChannels, at, (r, g, b, a): (f32, f32, f32, f32)| {
-                    put(stored, at, [r, g, b, a])
+                |size, _| allocate_pixels(size),
+                |stored: &mut PixelBuffer, at, (r, g, b, a): (f32, f32, f32, f32)| {
+                    store_pixel(stored, at, [r, g, b, a])
                 },
             )
             .first_valid_layer()
@@ -293,7 +299,7 @@ fn read_channels(bytes: &[u8], channels: &ColourChannels) -> Outcome<Vec<[f32; 4
             .non_parallel()
             .from_buffered(of_file())
             .map(|image| image.layer_data.channel_data.pixels),
-        _ => return Err(Fault::input("is a broken EXR picture (channels)")),
+        _ => return Err(Fault::invalid_input("is a broken EXR picture (channels)")),
     };
-    stored.map(|(_, pixels)| pixels).map_err(broken)
+    stored.map(|(_, pixels)| pixels).map_err(exr_fault)
 }

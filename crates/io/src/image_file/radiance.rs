@@ -5,20 +5,20 @@ use std::io::{Cursor, Read};
 
 use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder};
-use raywright_core::scene::{ImageData, Pixels};
+use raywright_core::scene::{ImageData, PixelData};
 
-use super::light::UnusableNumbers;
-use super::{DecodedImage, broken, check_size};
+use super::radiance_repair::InvalidRadianceCounts;
+use super::{DecodedImage, check_size, decoder_fault};
 use crate::Limits;
-use crate::import::{Fault, Outcome, printable};
-use crate::text::without_mark;
+use crate::import::{Fault, ImportResult, sanitise_text};
+use crate::text::strip_byte_order_mark;
 
 /// Largest length of a header in bytes.
-const LONGEST: usize = 1 << 16;
+const MAX_HEADER_BYTES: usize = 1 << 16;
 
 /// Whether bytes have the signature of the format: `#?` and the name of a program.
 pub(super) fn is_radiance(bytes: &[u8]) -> bool {
-    matches!(without_mark(bytes), [b'#', b'?', letter, ..] if letter.is_ascii_alphabetic())
+    matches!(strip_byte_order_mark(bytes), [b'#', b'?', letter, ..] if letter.is_ascii_alphabetic())
 }
 
 /// A parsed Radiance header, and the data after the header.
@@ -35,9 +35,9 @@ struct RadianceHeader<'b> {
 }
 
 impl<'b> RadianceHeader<'b> {
-    fn read(bytes: &'b [u8], limits: &Limits) -> Outcome<Self> {
-        let mut rest = without_mark(bytes);
-        let end = rest.len().saturating_sub(LONGEST);
+    fn read(bytes: &'b [u8], limits: &Limits) -> ImportResult<Self> {
+        let mut rest = strip_byte_order_mark(bytes);
+        let end = rest.len().saturating_sub(MAX_HEADER_BYTES);
         while rest.len() > end
             && let Some(length) = rest.iter().position(|&byte| byte == b'\n')
         {
@@ -47,24 +47,24 @@ impl<'b> RadianceHeader<'b> {
                 && format.trim() != "32-bit_rle_rgbe"
             {
                 let message = "is a Radiance picture of format `{}`, which is not read here; 32-bit_rle_rgbe is";
-                return Err(Fault::input(
-                    message.replace("{}", &printable(format.trim())),
+                return Err(Fault::invalid_input(
+                    message.replace("{}", &sanitise_text(format.trim())),
                 ));
             }
-            if let Some(header) = Self::resolution(&line, rest) {
-                let [width, height] = header.size();
+            if let Some(header) = Self::parse_resolution(&line, rest) {
+                let [width, height] = header.read_size();
                 check_size(u64::from(width), u64::from(height), limits)?;
                 return Ok(header);
             }
         }
-        Err(Fault::input(
+        Err(Fault::invalid_input(
             "is a broken picture (its header has no line of its size, as `-Y 512 +X 1024`)",
         ))
     }
 
     /// Parses a line such as `-Y 512 +X 1024`: the axis across the scan lines, then the axis along
     /// the scan lines.
-    fn resolution(line: &str, data: &'b [u8]) -> Option<Self> {
+    fn parse_resolution(line: &str, data: &'b [u8]) -> Option<Self> {
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
         let [across, lines, along, length] = *words.as_slice() else {
             return None;
@@ -94,7 +94,7 @@ impl<'b> RadianceHeader<'b> {
         })
     }
 
-    fn size(&self) -> [u32; 2] {
+    fn read_size(&self) -> [u32; 2] {
         if self.is_upright {
             [self.lines, self.length]
         } else {
@@ -107,27 +107,27 @@ impl<'b> RadianceHeader<'b> {
 ///
 /// # Errors
 /// A fault of kind input for a broken header, of kind limit for an oversized picture.
-pub(super) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
-    RadianceHeader::read(bytes, limits).map(|header| header.size())
+pub(super) fn read_size(bytes: &[u8], limits: &Limits) -> ImportResult<[u32; 2]> {
+    RadianceHeader::read(bytes, limits).map(|header| header.read_size())
 }
 
 /// Decodes a picture. `EXPOSURE` and similar factors on all pixels are ignored; the exposure is the
 /// viewer's choice.
 ///
 /// # Errors
-/// As [`size`], and of kind input for broken data.
-pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<DecodedImage> {
+/// As [`read_size`], and of kind input for broken data.
+pub(super) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage> {
     let header = RadianceHeader::read(bytes, limits)?;
     let start = format!(
         "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n",
         header.lines, header.length
     );
-    let decoder = HdrDecoder::new(Cursor::new(start).chain(header.data)).map_err(broken)?;
+    let decoder = HdrDecoder::new(Cursor::new(start).chain(header.data)).map_err(decoder_fault)?;
     debug_assert_eq!(decoder.dimensions(), (header.length, header.lines));
     let scan_lines = DynamicImage::from_decoder(decoder)
-        .map_err(broken)?
+        .map_err(decoder_fault)?
         .into_rgb32f();
-    let ([width, height], mut unusable) = (header.size(), UnusableNumbers::default());
+    let ([width, height], mut unusable) = (header.read_size(), InvalidRadianceCounts::default());
     let mut pixels = Vec::with_capacity(width as usize * height as usize);
     for y in 0..height {
         let row = if header.from_bottom {
@@ -145,7 +145,7 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<DecodedImage> {
             let [r, g, b] = scan_lines
                 .get_pixel(x, y)
                 .0
-                .map(|value| unusable.mend(value));
+                .map(|value| unusable.repair(value));
             pixels.push([r, g, b, 1.0]);
         }
     }
@@ -153,9 +153,9 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<DecodedImage> {
         image: ImageData {
             width,
             height,
-            pixels: Pixels::Linear(pixels),
+            pixels: PixelData::Linear(pixels),
         },
-        remarks: unusable.remark().into_iter().collect(),
-        repaired: unusable.count(),
+        remarks: unusable.summary().into_iter().collect(),
+        repaired_count: unusable.repaired_count(),
     })
 }

@@ -1,15 +1,15 @@
 //! Limits on the size of a picture.
 
 use crate::Limits;
-use crate::import::{Fault, Outcome};
+use crate::import::{Fault, ImportResult};
 
 /// Checks the dimensions in a header before any allocation.
-pub(crate) fn check_size(width: u64, height: u64, limits: &Limits) -> Outcome<()> {
+pub(crate) fn check_size(width: u64, height: u64, limits: &Limits) -> ImportResult<()> {
     if width == 0 || height == 0 {
-        return Err(Fault::input("is a picture without pixels"));
+        return Err(Fault::invalid_input("is a picture without pixels"));
     }
     if width.saturating_mul(height) > limits.image_pixels {
-        return Err(Fault::limit(format!(
+        return Err(Fault::over_limit(format!(
             "is a picture of {width} x {height} pixels; at most {} pixels are read",
             limits.image_pixels
         )));

@@ -29,8 +29,8 @@ fn png(
 
 fn codes(bytes: &[u8]) -> Vec<[u8; 4]> {
     match decode(bytes, &Limits::default()).unwrap().image.pixels {
-        Pixels::Codes(codes) => codes,
-        Pixels::Linear(_) => panic!("codes"),
+        PixelData::Codes(codes) => codes,
+        PixelData::Linear(_) => panic!("codes"),
     }
 }
 
@@ -96,12 +96,12 @@ fn palettes_agree_with_the_general_decoder() {
         for alphas in [&[][..], &[0, 128, 7], &[9; 200], &[9; 201]] {
             let file = written(width, height, alphas);
             let general = decode_with(ImageFormat::Png, &file, &Limits::default()).unwrap();
-            let Pixels::Codes(expected) = general.pixels else {
+            let PixelData::Codes(expected) = general.pixels else {
                 panic!("codes")
             };
             let own = decode_palette(&file, &Limits::default()).expect("a palette");
             assert_eq!((own.width, own.height), (width, height));
-            let Pixels::Codes(found) = own.pixels else {
+            let PixelData::Codes(found) = own.pixels else {
                 panic!("codes")
             };
             assert!(
@@ -232,7 +232,7 @@ fn float_formats_stay_linear() {
         .unwrap();
     for bytes in [hdr, exr_file.into_inner()] {
         let image = decode(&bytes, &Limits::default()).unwrap().image;
-        let Pixels::Linear(got) = image.pixels else {
+        let PixelData::Linear(got) = image.pixels else {
             panic!("linear values")
         };
         assert_eq!((image.width, image.height), (2, 1));
@@ -267,7 +267,7 @@ fn floats_are_what_light_can_be() {
         image.write().to_buffered(&mut file).unwrap();
         let DecodedImage { image, remarks, .. } =
             decode(&file.into_inner(), &Limits::default()).unwrap();
-        let Pixels::Linear(got) = image.pixels else {
+        let PixelData::Linear(got) = image.pixels else {
             panic!("linear")
         };
         let message =
@@ -329,31 +329,31 @@ fn limits_and_faults() {
 /// of any program.
 #[test]
 fn kinds_of_pictures_are_told() {
-    let foreign = |bytes: &[u8]| match sniff(bytes) {
+    let foreign = |bytes: &[u8]| match detect_format(bytes) {
         ImageKind::Foreign(name) => name,
         _ => "",
     };
     assert!(
-        matches!(sniff(b"\x89PNG\r\n\x1a\n"), ImageKind::Png)
-            && matches!(sniff(b"\xff\xd8\xff\xe0"), ImageKind::Jpeg)
+        matches!(detect_format(b"\x89PNG\r\n\x1a\n"), ImageKind::Png)
+            && matches!(detect_format(b"\xff\xd8\xff\xe0"), ImageKind::Jpeg)
     );
     assert!(
-        matches!(sniff(b"#?RADIANCE\n"), ImageKind::Hdr)
+        matches!(detect_format(b"#?RADIANCE\n"), ImageKind::Hdr)
             && [
                 b"#?RGBE\n".as_slice(),
                 b"#?AutoPano 2\n",
                 b"\xef\xbb\xbf#?x\n"
             ]
             .iter()
-            .all(|head| sniff(head) == ImageKind::Hdr)
+            .all(|head| detect_format(head) == ImageKind::Hdr)
     );
     assert!(
-        matches!(sniff(b"\x76\x2f\x31\x01"), ImageKind::Exr)
-            && matches!(sniff(b""), ImageKind::Unknown)
+        matches!(detect_format(b"\x76\x2f\x31\x01"), ImageKind::Exr)
+            && matches!(detect_format(b""), ImageKind::Unknown)
     );
-    assert!(matches!(sniff(b"RIFF1234WEBPVP8"), ImageKind::WebP));
+    assert!(matches!(detect_format(b"RIFF1234WEBPVP8"), ImageKind::WebP));
     assert!(matches!(
-        sniff(b"\xabKTX 20\xbb\r\n\x1a\n"),
+        detect_format(b"\xabKTX 20\xbb\r\n\x1a\n"),
         ImageKind::Ktx2
     ));
     let others: [(&[u8], &str); 4] = [
@@ -387,7 +387,7 @@ fn pictures_claim_what_they_become() {
                 memory_bytes,
                 ..Limits::default()
             };
-            claim(&bytes, &limits, &mut DecodeBudget::new(&limits))
+            reserve_memory(&bytes, &limits, &mut DecodeBudget::new(&limits))
         };
         assert!(claimed(needed).is_ok(), "{needed}");
         assert_eq!(
@@ -408,7 +408,7 @@ fn reds(bytes: &[u8]) -> (u32, u32, Vec<f32>) {
     let image = decode(bytes, &Limits::default())
         .unwrap_or_else(|fault| panic!("{}", fault.message))
         .image;
-    let Pixels::Linear(pixels) = image.pixels else {
+    let PixelData::Linear(pixels) = image.pixels else {
         panic!("linear")
     };
     (
@@ -592,7 +592,7 @@ fn exr_channels_by_any_name() {
             value_of(parts).unwrap_or_else(|fault| panic!("{parts:?}: {}", fault.message));
         assert_eq!(
             decoded.image.pixels,
-            Pixels::Linear(vec![expected]),
+            PixelData::Linear(vec![expected]),
             "{parts:?}"
         );
         let text = decoded.remarks.join("; ");
@@ -646,7 +646,7 @@ fn exr_windows_are_heeded() {
         let image = value_of(data, display)
             .unwrap_or_else(|fault| panic!("{}", fault.message))
             .image;
-        let Pixels::Linear(pixels) = image.pixels else {
+        let PixelData::Linear(pixels) = image.pixels else {
             panic!("linear")
         };
         assert_eq!([image.width as usize, image.height as usize], display.1);

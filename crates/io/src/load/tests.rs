@@ -6,8 +6,8 @@ use super::*;
 /// is detected by its first bytes under any name.
 #[test]
 fn kinds_of_files_are_told() {
-    let toml = SceneFormat::Native(Notation::Toml);
-    let json = SceneFormat::Native(Notation::Json);
+    let toml = SceneFormat::Native(SceneNotation::Toml);
+    let json = SceneFormat::Native(SceneNotation::Json);
     for (name, bytes, format) in [
         ("a.glb", "", SceneFormat::Glb),
         ("a.obj", "glTF", SceneFormat::Glb),
@@ -32,7 +32,7 @@ fn kinds_of_files_are_told() {
         ("a", "# by somebody\n[render]", toml),
     ] {
         assert_eq!(
-            format_of(Path::new(name), bytes.as_bytes()).ok(),
+            detect_format(Path::new(name), bytes.as_bytes()).ok(),
             Some(format),
             "{name} {bytes}"
         );
@@ -44,7 +44,7 @@ fn kinds_of_files_are_told() {
         ("a", "plywood"),
     ] {
         assert!(
-            format_of(Path::new(name), bytes.as_bytes())
+            detect_format(Path::new(name), bytes.as_bytes())
                 .is_err_and(|error| error.kind() == crate::ErrorKind::Input),
             "{name}"
         );
@@ -70,6 +70,6 @@ fn stems_lack_their_ending() {
         ("teapot.txt", "teapot.txt"),
         (".obj", ".obj"),
     ] {
-        assert_eq!(stem(Path::new(name)), expected, "{name}");
+        assert_eq!(file_stem(Path::new(name)), expected, "{name}");
     }
 }

@@ -1,14 +1,14 @@
 //! Filters of meshoptimizer, applied in place to decoded elements.
 
-use super::{Broken, STRIDE};
+use super::{PacketFault, WRONG_STRIDE};
 
 /// Applies `change` to each element of four numbers, which have one byte for a stride of 4 and two
 /// bytes for a stride of 8.
-fn each(
+fn for_each_element(
     stride: usize,
     bytes: &mut [u8],
     mut change: impl FnMut([i32; 4]) -> Option<[i32; 4]>,
-) -> Result<(), Broken> {
+) -> Result<(), PacketFault> {
     let undefined = "a number of it has no direction or colour";
     match stride {
         4 => {
@@ -30,20 +30,20 @@ fn each(
             }
             Ok(())
         }
-        _ => Err(STRIDE),
+        _ => Err(WRONG_STRIDE),
     }
 }
 
 /// Scales a number and rounds it to the nearest integer; halves are rounded away from 0 for a
 /// positive scale.
-fn scaled(x: f32, scale: f32) -> i32 {
+fn scale_and_round(x: f32, scale: f32) -> i32 {
     (x * scale + 0.5_f32.copysign(x)) as i32
 }
 
 /// Decodes unit vectors from their octahedral map; the fourth number is unchanged.
-pub(crate) fn octahedral(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
+pub(crate) fn decode_octahedral(stride: usize, bytes: &mut [u8]) -> Result<(), PacketFault> {
     let maximum = if stride == 4 { 127.0 } else { 32767.0 };
-    each(stride, bytes, |[x, y, one, fourth]| {
+    for_each_element(stride, bytes, |[x, y, one, fourth]| {
         let [mut x, mut y, one] = [x, y, one].map(|number| number as f32);
         let z = one - x.abs() - y.abs();
         // The lower half of the octahedron is folded over the edges.
@@ -51,27 +51,27 @@ pub(crate) fn octahedral(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> 
         x += if x >= 0.0 { fold } else { -fold };
         y += if y >= 0.0 { fold } else { -fold };
         let length = (x * x + y * y + z * z).sqrt();
-        let [x, y, z] = [x, y, z].map(|number| scaled(number, maximum / length));
+        let [x, y, z] = [x, y, z].map(|number| scale_and_round(number, maximum / length));
         (length > 0.0).then_some([x, y, z, fourth])
     })
 }
 
 /// Decodes unit quaternions from three components. The two lowest bits of the fourth number are the
 /// index of the omitted largest component; the other bits are the code of the value 1.
-pub(crate) fn quaternions(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
+pub(crate) fn decode_quaternions(stride: usize, bytes: &mut [u8]) -> Result<(), PacketFault> {
     if stride != 8 {
-        return Err(STRIDE);
+        return Err(WRONG_STRIDE);
     }
-    each(stride, bytes, |[x, y, z, code]| {
+    for_each_element(stride, bytes, |[x, y, z, code]| {
         let one = (code | 3) as f32;
         let scale = 32767.0 / 2.0_f32.sqrt() / one;
         let [x, y, z] = [x, y, z].map(|number| number as f32);
         let largest = (one * one * 2.0 - x * x - y * y - z * z).max(0.0).sqrt();
         let mut found = [
-            scaled(x, scale),
-            scaled(y, scale),
-            scaled(z, scale),
-            scaled(largest, scale),
+            scale_and_round(x, scale),
+            scale_and_round(y, scale),
+            scale_and_round(z, scale),
+            scale_and_round(largest, scale),
         ];
         found.rotate_right(((code & 3) as usize + 1) % 4);
         Some(found)
@@ -79,9 +79,9 @@ pub(crate) fn quaternions(stride: usize, bytes: &mut [u8]) -> Result<(), Broken>
 }
 
 /// Decodes floats from an 8-bit exponent and a 24-bit mantissa.
-pub(crate) fn exponential(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
+pub(crate) fn decode_exponential(stride: usize, bytes: &mut [u8]) -> Result<(), PacketFault> {
     if !stride.is_multiple_of(4) {
-        return Err(STRIDE);
+        return Err(WRONG_STRIDE);
     }
     for word in bytes.as_chunks_mut::<4>().0 {
         let code = i32::from_le_bytes(*word);
@@ -93,9 +93,9 @@ pub(crate) fn exponential(stride: usize, bytes: &mut [u8]) -> Result<(), Broken>
 
 /// Decodes colours from luma and two chroma differences. The highest set bit of alpha gives the bit
 /// depth.
-pub(crate) fn colours(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
+pub(crate) fn decode_colours(stride: usize, bytes: &mut [u8]) -> Result<(), PacketFault> {
     let most = if stride == 4 { 255 } else { 65535 };
-    each(stride, bytes, |[y, orange, green, alpha]| {
+    for_each_element(stride, bytes, |[y, orange, green, alpha]| {
         let (y, alpha) = (y & most, alpha & most);
         let bits = alpha.checked_ilog2()? + 1;
         let all = (1 << bits) - 1;

@@ -1,15 +1,17 @@
 //! Decoding of index packets: triangles from recent edges and vertices, and sequences as
 //! differences to one of two recent indices.
 
-use super::{Broken, LONG, SHORT, STRIDE, difference, opened, take};
+use super::{
+    PacketFault, TOO_LONG, TOO_SHORT, WRONG_STRIDE, decode_zigzag, parse_header, take_bytes,
+};
 
 /// Ring buffer of the sixteen latest entries.
-struct RecentIndices<T> {
+struct RingBuffer<T> {
     values: [T; 16],
     next: usize,
 }
 
-impl<T: Copy> RecentIndices<T> {
+impl<T: Copy> RingBuffer<T> {
     /// Creates a buffer filled with `nothing`, which is no vertex index.
     fn new(nothing: T) -> Self {
         Self {
@@ -24,16 +26,16 @@ impl<T: Copy> RecentIndices<T> {
     }
 
     /// Returns the entry `steps` back; the latest is 1.
-    fn back(&self, steps: usize) -> T {
+    fn nth_latest(&self, steps: usize) -> T {
         self.values[self.next.wrapping_sub(steps) % 16]
     }
 }
 
 /// Reads a variable-length integer of seven bits per byte, lowest bits first.
-fn whole(rest: &mut &[u8]) -> Result<u32, Broken> {
+fn read_varint(rest: &mut &[u8]) -> Result<u32, PacketFault> {
     let mut value = 0;
     for shift in (0..35).step_by(7) {
-        let byte = take(rest, 1)?[0];
+        let byte = take_bytes(rest, 1)?[0];
         value |= u32::from(byte & 127) << shift;
         if byte < 128 {
             break;
@@ -43,45 +45,47 @@ fn whole(rest: &mut &[u8]) -> Result<u32, Broken> {
 }
 
 /// State of decoding a packet of triangles.
-struct RecentCorners<'p> {
+struct IndexDecoder<'p> {
     rest: &'p [u8],
     /// Lowest index not used so far.
     new: u32,
     /// Latest explicitly coded index.
     last: u32,
-    recent: RecentIndices<u32>,
+    recent: RingBuffer<u32>,
 }
 
-impl RecentCorners<'_> {
-    fn take_new(&mut self) -> u32 {
+impl IndexDecoder<'_> {
+    fn next_new_index(&mut self) -> u32 {
         self.new = self.new.wrapping_add(1);
         self.new.wrapping_sub(1)
     }
 
     /// Returns the vertex of a code: 0 is a new vertex, 1 to 14 a recent vertex, and 15 a
-    /// placeholder, which [`Self::written`] replaces.
-    fn of(&mut self, code: u8) -> u32 {
+    /// placeholder, which [`Self::read_explicit_corner`] replaces.
+    fn decode_corner(&mut self, code: u8) -> u32 {
         if code == 0 {
-            self.take_new()
+            self.next_new_index()
         } else {
-            self.recent.back(code.into())
+            self.recent.nth_latest(code.into())
         }
     }
 
     /// Replaces a corner by an explicitly coded vertex if `code` is 15.
-    fn written(&mut self, corner: &mut u32, code: u8) -> Result<(), Broken> {
+    fn read_explicit_corner(&mut self, corner: &mut u32, code: u8) -> Result<(), PacketFault> {
         if code == 15 {
-            self.last = self.last.wrapping_add(difference(whole(&mut self.rest)?));
+            self.last = self
+                .last
+                .wrapping_add(decode_zigzag(read_varint(&mut self.rest)?));
             *corner = self.last;
         }
         Ok(())
     }
 
     /// Reads a triangle from three codes, of which the first is 0 or 15.
-    fn triangle(&mut self, codes: [u8; 3]) -> Result<[u32; 3], Broken> {
-        let mut corners = codes.map(|code| self.of(code));
+    fn decode_triangle(&mut self, codes: [u8; 3]) -> Result<[u32; 3], PacketFault> {
+        let mut corners = codes.map(|code| self.decode_corner(code));
         for (corner, code) in corners.iter_mut().zip(codes) {
-            self.written(corner, code)?;
+            self.read_explicit_corner(corner, code)?;
         }
         for (corner, code) in corners.into_iter().zip(codes) {
             if matches!(code, 0 | 15) {
@@ -92,15 +96,15 @@ impl RecentCorners<'_> {
     }
 
     /// Reads the third vertex of a triangle on a recent edge.
-    fn third(&mut self, code: u8, version: u8) -> Result<u32, Broken> {
+    fn decode_third_corner(&mut self, code: u8, version: u8) -> Result<u32, PacketFault> {
         let mut corner = match code {
-            0 => self.take_new(),
+            0 => self.next_new_index(),
             13 if version > 0 => self.last.wrapping_sub(1),
             14 if version > 0 => self.last.wrapping_add(1),
-            1..15 => return Ok(self.recent.back(usize::from(code) + 1)),
+            1..15 => return Ok(self.recent.nth_latest(usize::from(code) + 1)),
             _ => 0,
         };
-        self.written(&mut corner, code)?;
+        self.read_explicit_corner(&mut corner, code)?;
         if code > 0 {
             self.last = corner;
         }
@@ -110,40 +114,45 @@ impl RecentCorners<'_> {
 }
 
 /// Decodes a packet of triangles to `count` indices of `stride` bytes each.
-pub(crate) fn triangles(count: usize, stride: usize, packet: &[u8]) -> Result<Vec<u8>, Broken> {
+pub(crate) fn decode_triangles(
+    count: usize,
+    stride: usize,
+    packet: &[u8],
+) -> Result<Vec<u8>, PacketFault> {
     if !matches!(stride, 2 | 4) {
-        return Err(STRIDE);
+        return Err(WRONG_STRIDE);
     }
     if !count.is_multiple_of(3) {
         return Err("its indices are no triangles");
     }
-    let (version, mut rest) = opened(packet, 0xe0)?;
-    let codes = take(&mut rest, count / 3)?;
-    let (rest, table) = rest.split_last_chunk::<16>().ok_or(SHORT)?;
-    let mut edges = RecentIndices::new([u32::MAX; 2]);
-    let mut corners = RecentCorners {
+    let (version, mut rest) = parse_header(packet, 0xe0)?;
+    let codes = take_bytes(&mut rest, count / 3)?;
+    let (rest, table) = rest.split_last_chunk::<16>().ok_or(TOO_SHORT)?;
+    let mut edges = RingBuffer::new([u32::MAX; 2]);
+    let mut corners = IndexDecoder {
         rest,
         new: 0,
         last: 0,
-        recent: RecentIndices::new(u32::MAX),
+        recent: RingBuffer::new(u32::MAX),
     };
     let mut out = Vec::with_capacity(count * stride);
     for &code in codes {
         let (high, low) = (code >> 4, code & 15);
         let [a, b, c] = if high < 15 {
-            let [a, b] = edges.back(usize::from(high) + 1);
-            [a, b, corners.third(low, version)?]
+            let [a, b] = edges.nth_latest(usize::from(high) + 1);
+            [a, b, corners.decode_third_corner(low, version)?]
         } else {
             let is_written = low >= 14;
             let two = if is_written {
-                take(&mut corners.rest, 1)?[0]
+                take_bytes(&mut corners.rest, 1)?[0]
             } else {
                 table[usize::from(low)]
             };
             if is_written && two == 0 {
                 corners.new = 0;
             }
-            let found = corners.triangle([if low == 15 { 15 } else { 0 }, two >> 4, two & 15])?;
+            let found =
+                corners.decode_triangle([if low == 15 { 15 } else { 0 }, two >> 4, two & 15])?;
             edges.push([found[1], found[0]]);
             found
         };
@@ -156,23 +165,31 @@ pub(crate) fn triangles(count: usize, stride: usize, packet: &[u8]) -> Result<Ve
     if corners.rest.is_empty() {
         Ok(out)
     } else {
-        Err(LONG)
+        Err(TOO_LONG)
     }
 }
 
 /// Decodes a packet of indices in any order to `count` indices of `stride` bytes each.
-pub(crate) fn sequence(count: usize, stride: usize, packet: &[u8]) -> Result<Vec<u8>, Broken> {
+pub(crate) fn decode_index_sequence(
+    count: usize,
+    stride: usize,
+    packet: &[u8],
+) -> Result<Vec<u8>, PacketFault> {
     if !matches!(stride, 2 | 4) {
-        return Err(STRIDE);
+        return Err(WRONG_STRIDE);
     }
-    let (_, rest) = opened(packet, 0xd0)?;
-    let (mut rest, _) = rest.split_last_chunk::<4>().ok_or(SHORT)?;
+    let (_, rest) = parse_header(packet, 0xd0)?;
+    let (mut rest, _) = rest.split_last_chunk::<4>().ok_or(TOO_SHORT)?;
     let (mut last, mut out) = ([0_u32; 2], Vec::new());
     for _ in 0..count {
-        let code = whole(&mut rest)?;
+        let code = read_varint(&mut rest)?;
         let last = &mut last[(code & 1) as usize];
-        *last = last.wrapping_add(difference(code >> 1));
+        *last = last.wrapping_add(decode_zigzag(code >> 1));
         out.extend(&last.to_le_bytes()[..stride]);
     }
-    if rest.is_empty() { Ok(out) } else { Err(LONG) }
+    if rest.is_empty() {
+        Ok(out)
+    } else {
+        Err(TOO_LONG)
+    }
 }

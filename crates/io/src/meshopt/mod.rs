@@ -9,21 +9,23 @@ mod filters;
 mod indices;
 mod vertices;
 
-pub(crate) use filters::{colours, exponential, octahedral, quaternions};
-pub(crate) use indices::{sequence, triangles};
-pub(crate) use vertices::vertices;
+pub(crate) use filters::{
+    decode_colours, decode_exponential, decode_octahedral, decode_quaternions,
+};
+pub(crate) use indices::{decode_index_sequence, decode_triangles};
+pub(crate) use vertices::decode_vertices;
 
 /// Description of a fault in a packet.
-pub(crate) type Broken = &'static str;
+pub(crate) type PacketFault = &'static str;
 
-const SHORT: Broken = "it ends too early";
-const LONG: Broken = "something follows its end";
-const STRIDE: Broken = "no elements of this packet have this many bytes";
+const TOO_SHORT: PacketFault = "it ends too early";
+const TOO_LONG: PacketFault = "something follows its end";
+const WRONG_STRIDE: PacketFault = "no elements of this packet have this many bytes";
 
 /// Checks the first byte of a packet, which holds the codec `kind` and the version. Returns the
 /// version and the bytes after the first.
-fn opened(packet: &[u8], kind: u8) -> Result<(u8, &[u8]), Broken> {
-    let (first, rest) = packet.split_first().ok_or(SHORT)?;
+fn parse_header(packet: &[u8], kind: u8) -> Result<(u8, &[u8]), PacketFault> {
+    let (first, rest) = packet.split_first().ok_or(TOO_SHORT)?;
     match first ^ kind {
         version @ 0..=1 => Ok((version, rest)),
         2..=15 => Err("its version is not read here"),
@@ -32,12 +34,12 @@ fn opened(packet: &[u8], kind: u8) -> Result<(u8, &[u8]), Broken> {
 }
 
 /// Splits `length` bytes off the front of `rest`.
-fn take<'p>(rest: &mut &'p [u8], length: usize) -> Result<&'p [u8], Broken> {
-    rest.split_off(..length).ok_or(SHORT)
+fn take_bytes<'p>(rest: &mut &'p [u8], length: usize) -> Result<&'p [u8], PacketFault> {
+    rest.split_off(..length).ok_or(TOO_SHORT)
 }
 
 /// Decodes a zigzag code: 0, 1, 2, 3 stand for the differences 0, -1, 1, -2.
-fn difference(code: u32) -> u32 {
+fn decode_zigzag(code: u32) -> u32 {
     (code >> 1) ^ (code & 1).wrapping_neg()
 }
 

@@ -48,12 +48,12 @@ fn of_bytes() -> (Vec<u8>, [Vec<u8>; 2]) {
 fn vertices_come_out() {
     let (expected, packets) = of_bytes();
     for packet in packets {
-        assert_eq!(vertices(40, 12, &packet), Ok(expected.clone()));
+        assert_eq!(decode_vertices(40, 12, &packet), Ok(expected.clone()));
     }
     let floats: Vec<u8> = (0..20)
         .flat_map(|i| (1.0 / (i as f32 + 3.0)).to_le_bytes())
         .collect();
-    assert_eq!(vertices(20, 4, &bytes(FLOATS)), Ok(floats));
+    assert_eq!(decode_vertices(20, 4, &bytes(FLOATS)), Ok(floats));
     // Two vertices with literal bytes: no difference, and then the lowest bit, rotated up by four.
     let turned = [
         &[0xa1, 0xff, 0, 0x10, 0, 0, 0, 0, 0, 0][..],
@@ -63,7 +63,7 @@ fn vertices_come_out() {
     ]
     .concat();
     let [one, next] = [1.0, 1.0 + f32::EPSILON].map(f32::to_le_bytes);
-    assert_eq!(vertices(2, 4, &turned), Ok([one, next].concat()));
+    assert_eq!(decode_vertices(2, 4, &turned), Ok([one, next].concat()));
 }
 
 /// Thirds, quarters and so on.
@@ -76,7 +76,7 @@ fn indices() -> Vec<u32> {
 }
 
 /// Converts decoded indices of any width.
-fn wide(bytes: Result<Vec<u8>, Broken>) -> Vec<u32> {
+fn wide(bytes: Result<Vec<u8>, PacketFault>) -> Vec<u32> {
     bytes
         .expect("a packet")
         .as_chunks()
@@ -109,8 +109,14 @@ fn indices_come_out() {
         indices.as_chunks().0.iter().map(turned).collect()
     };
     for (packet, sequence_packet) in TRIANGLES.map(bytes).iter().zip(SEQUENCES.map(bytes)) {
-        assert_eq!(sorted(&wide(triangles(42, 4, packet))), sorted(&indices()));
-        assert_eq!(wide(sequence(42, 4, &sequence_packet)), indices());
+        assert_eq!(
+            sorted(&wide(decode_triangles(42, 4, packet))),
+            sorted(&indices())
+        );
+        assert_eq!(
+            wide(decode_index_sequence(42, 4, &sequence_packet)),
+            indices()
+        );
         let low = |bytes: Vec<u8>| -> Vec<u8> {
             bytes
                 .as_chunks::<4>()
@@ -119,10 +125,13 @@ fn indices_come_out() {
                 .flat_map(|four| [four[0], four[1]])
                 .collect()
         };
-        assert_eq!(triangles(42, 2, packet), triangles(42, 4, packet).map(low));
         assert_eq!(
-            sequence(42, 2, &sequence_packet),
-            sequence(42, 4, &sequence_packet).map(low)
+            decode_triangles(42, 2, packet),
+            decode_triangles(42, 4, packet).map(low)
+        );
+        assert_eq!(
+            decode_index_sequence(42, 2, &sequence_packet),
+            decode_index_sequence(42, 4, &sequence_packet).map(low)
         );
     }
 }
@@ -131,16 +140,16 @@ fn indices_come_out() {
 /// no changed byte causes a panic or another output size.
 #[test]
 fn broken_packets_are_refused() {
-    type Decode = fn(usize, usize, &[u8]) -> Result<Vec<u8>, Broken>;
+    type Decode = fn(usize, usize, &[u8]) -> Result<Vec<u8>, PacketFault>;
     let (_, [old, new]) = of_bytes();
     let [old_triangles, new_triangles] = TRIANGLES.map(bytes);
     let cases: [(Decode, usize, usize, Vec<u8>); 6] = [
-        (vertices, 40, 12, old),
-        (vertices, 40, 12, new),
-        (vertices, 20, 4, bytes(FLOATS)),
-        (triangles, 42, 4, old_triangles),
-        (triangles, 42, 2, new_triangles),
-        (sequence, 42, 4, bytes(SEQUENCES[0])),
+        (decode_vertices, 40, 12, old),
+        (decode_vertices, 40, 12, new),
+        (decode_vertices, 20, 4, bytes(FLOATS)),
+        (decode_triangles, 42, 4, old_triangles),
+        (decode_triangles, 42, 2, new_triangles),
+        (decode_index_sequence, 42, 4, bytes(SEQUENCES[0])),
     ];
     for (decode, count, stride, packet) in cases {
         assert!((0..packet.len()).all(|length| decode(count, stride, &packet[..length]).is_err()));
@@ -173,28 +182,32 @@ fn broken_packets_are_refused() {
 /// likewise, powers of two times integers, and colours with fewer bits than a channel.
 #[test]
 fn filters_by_hand() {
-    let changed = |filter: fn(usize, &mut [u8]) -> Result<(), Broken>, stride, bytes: &[u8]| {
-        let mut bytes = bytes.to_vec();
-        filter(stride, &mut bytes).map(|()| bytes)
-    };
+    let changed =
+        |filter: fn(usize, &mut [u8]) -> Result<(), PacketFault>, stride, bytes: &[u8]| {
+            let mut bytes = bytes.to_vec();
+            filter(stride, &mut bytes).map(|()| bytes)
+        };
     let byte = |x: i8| x as u8;
     assert_eq!(
-        changed(octahedral, 4, &[0, 0, 127, 9]),
+        changed(decode_octahedral, 4, &[0, 0, 127, 9]),
         Ok(vec![0, 0, 127, 9])
     );
     assert_eq!(
-        changed(octahedral, 4, &[63, 0, 63, 9]),
+        changed(decode_octahedral, 4, &[63, 0, 63, 9]),
         Ok(vec![127, 0, 0, 9])
     );
     assert_eq!(
-        changed(octahedral, 4, &[byte(-63), 63, 63, 9]),
+        changed(decode_octahedral, 4, &[byte(-63), 63, 63, 9]),
         Ok(vec![0, 0, byte(-127), 9])
     );
-    assert!(changed(octahedral, 4, &[0; 4]).is_err() && changed(octahedral, 12, &[0; 12]).is_err());
+    assert!(
+        changed(decode_octahedral, 4, &[0; 4]).is_err()
+            && changed(decode_octahedral, 12, &[0; 12]).is_err()
+    );
     // Three components 0 and the largest 1, at each index.
     for place in 0..4_u8 {
-        let found =
-            changed(quaternions, 8, &[0, 0, 0, 0, 0, 0, 0xfc | place, 7]).expect("a rotation");
+        let found = changed(decode_quaternions, 8, &[0, 0, 0, 0, 0, 0, 0xfc | place, 7])
+            .expect("a rotation");
         let numbers: Vec<i16> = found
             .as_chunks()
             .0
@@ -205,7 +218,7 @@ fn filters_by_hand() {
         assert_eq!(numbers, expected);
     }
     let floats = [0x01_00_00_03_u32, 0xfe_ff_ff_fd].map(u32::to_le_bytes);
-    let found = changed(exponential, 8, floats.as_flattened()).expect("floats");
+    let found = changed(decode_exponential, 8, floats.as_flattened()).expect("floats");
     let found: Vec<f32> = found
         .as_chunks()
         .0
@@ -214,10 +227,13 @@ fn filters_by_hand() {
         .collect();
     assert_eq!(found, [6.0, -0.75]);
     // Five bits: white, and a green of 30/31.
-    assert_eq!(changed(colours, 4, &[31, 0, 0, 31]), Ok(vec![255; 4]));
     assert_eq!(
-        changed(colours, 4, &[15, 0, 15, 31]),
+        changed(decode_colours, 4, &[31, 0, 0, 31]),
+        Ok(vec![255; 4])
+    );
+    assert_eq!(
+        changed(decode_colours, 4, &[15, 0, 15, 31]),
         Ok(vec![0, 247, 0, 255])
     );
-    assert!(changed(colours, 4, &[1, 1, 1, 0]).is_err());
+    assert!(changed(decode_colours, 4, &[1, 1, 1, 0]).is_err());
 }

@@ -1,7 +1,9 @@
 //! Decoding of vertex packets: blocks of at most 256 vertices, each byte of a vertex coded
 //! separately, as the difference to the vertex before.
 
-use super::{Broken, LONG, SHORT, STRIDE, difference, opened, take};
+use super::{
+    PacketFault, TOO_LONG, TOO_SHORT, WRONG_STRIDE, decode_zigzag, parse_header, take_bytes,
+};
 
 /// Number of vertices that share a code width.
 const GROUP: usize = 16;
@@ -13,18 +15,22 @@ const BLOCK: usize = 256;
 type BytePlane = [u8; BLOCK];
 
 /// Decodes a packet of `count` vertices of `stride` bytes.
-pub(crate) fn vertices(count: usize, stride: usize, packet: &[u8]) -> Result<Vec<u8>, Broken> {
+pub(crate) fn decode_vertices(
+    count: usize,
+    stride: usize,
+    packet: &[u8],
+) -> Result<Vec<u8>, PacketFault> {
     if !(4..=256).contains(&stride) || !stride.is_multiple_of(4) {
-        return Err(STRIDE);
+        return Err(WRONG_STRIDE);
     }
-    let (version, rest) = opened(packet, 0xa0)?;
+    let (version, rest) = parse_header(packet, 0xa0)?;
     let words = if version == 0 { 0 } else { stride / 4 };
     // The first vertex is stored at the end, after padding for decoders that read ahead, and is
     // followed by a rule for each word.
     let tail = (stride + words).max(if version == 0 { 32 } else { 24 });
     let (mut rest, tail) = rest
         .split_at_checked(rest.len().wrapping_sub(tail))
-        .ok_or(SHORT)?;
+        .ok_or(TOO_SHORT)?;
     let (first, rules) = tail[tail.len() - stride - words..].split_at(stride);
     let mut last = first.to_vec();
     let maximum = (BLOCK_BYTES / stride / GROUP * GROUP).min(BLOCK);
@@ -33,7 +39,7 @@ pub(crate) fn vertices(count: usize, stride: usize, packet: &[u8]) -> Result<Vec
         let here = maximum.min(count - start);
         out.resize((start + here) * stride, 0);
         let block = &mut out[start * stride..];
-        let controls = take(&mut rest, words)?;
+        let controls = take_bytes(&mut rest, words)?;
         for word in 0..stride / 4 {
             let control = controls.get(word).copied();
             let mut planes = [[0; BLOCK]; 4];
@@ -46,7 +52,7 @@ pub(crate) fn vertices(count: usize, stride: usize, packet: &[u8]) -> Result<Vec
                 )?;
             }
             let rule = rules.get(word).copied().unwrap_or(0);
-            add_up(
+            sum_differences(
                 &planes,
                 rule,
                 &last[4 * word..][..4],
@@ -56,7 +62,11 @@ pub(crate) fn vertices(count: usize, stride: usize, packet: &[u8]) -> Result<Vec
         }
         last.copy_from_slice(&block[(here - 1) * stride..]);
     }
-    if rest.is_empty() { Ok(out) } else { Err(LONG) }
+    if rest.is_empty() {
+        Ok(out)
+    } else {
+        Err(TOO_LONG)
+    }
 }
 
 /// Reads one byte of each vertex in a block. In version 1, `control` selects the coding; `None`
@@ -66,18 +76,18 @@ fn read_plane(
     control: Option<u8>,
     plane: &mut [u8],
     count: usize,
-) -> Result<(), Broken> {
+) -> Result<(), PacketFault> {
     let widths = match control {
         None => [0, 2, 4, 8],
         Some(0) => [0, 1, 2, 4],
         Some(1) => [1, 2, 4, 8],
         Some(2) => return Ok(()),
         Some(_) => {
-            plane[..count].copy_from_slice(take(rest, count)?);
+            plane[..count].copy_from_slice(take_bytes(rest, count)?);
             return Ok(());
         }
     };
-    let choices = take(rest, (plane.len() / GROUP).div_ceil(4))?;
+    let choices = take_bytes(rest, (plane.len() / GROUP).div_ceil(4))?;
     for (i, group) in plane.as_chunks_mut().0.iter_mut().enumerate() {
         read_group(
             rest,
@@ -90,19 +100,19 @@ fn read_plane(
 
 /// Reads the codes of a group with `bits` bits each. The largest code means that the byte itself
 /// follows the group.
-fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<(), Broken> {
+fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<(), PacketFault> {
     if matches!(bits, 0 | 8) {
-        group[..2 * bits].copy_from_slice(take(rest, 2 * bits)?);
+        group[..2 * bits].copy_from_slice(take_bytes(rest, 2 * bits)?);
         return Ok(());
     }
-    let (packed, largest) = (take(rest, 2 * bits)?, (1 << bits) - 1);
+    let (packed, largest) = (take_bytes(rest, 2 * bits)?, (1 << bits) - 1);
     for (i, value) in group.iter_mut().enumerate() {
         let index = i * bits % 8;
         // Codes of one bit start at the lowest bit, others at the highest.
         let shift = if bits == 1 { index } else { 8 - bits - index };
         let code = packed[i * bits / 8] >> shift & largest;
         *value = if code == largest {
-            take(rest, 1)?[0]
+            take_bytes(rest, 1)?[0]
         } else {
             code
         };
@@ -113,13 +123,13 @@ fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<
 /// Decodes the differences of a 32-bit word, and stores the word in every vertex of a block. `rule`
 /// selects differences of bytes, differences of 16-bit numbers, or an exclusive or with rotated
 /// bits of the whole word.
-fn add_up(
+fn sum_differences(
     planes: &[BytePlane; 4],
     rule: u8,
     last: &[u8],
     block: &mut [u8],
     stride: usize,
-) -> Result<(), Broken> {
+) -> Result<(), PacketFault> {
     let width = *[1, 2, 4]
         .get(usize::from(rule & 3))
         .ok_or("a rule of its words is not known")?;
@@ -136,7 +146,7 @@ fn add_up(
             value = if width == 4 {
                 code.rotate_right(turn) ^ value
             } else {
-                value.wrapping_add(difference(code))
+                value.wrapping_add(decode_zigzag(code))
             };
             vertex[position..position + width].copy_from_slice(&value.to_le_bytes()[..width]);
         }

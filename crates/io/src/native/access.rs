@@ -4,16 +4,16 @@ use serde::de::{DeserializeSeed, IntoDeserializer, MapAccess, SeqAccess};
 
 use super::de::ValueReader;
 use super::failure::{PathStep, ReadFailure};
-use super::node::{Entry, Value, ValueNode};
+use super::node::{TableEntry, TextValue, ValueNode};
 
 /// Elements of an array.
-pub(super) struct Items<'a> {
+pub(super) struct ArrayItems<'a> {
     reader: ValueReader<'a>,
     items: std::slice::Iter<'a, ValueNode>,
     next: usize,
 }
 
-impl<'a> SeqAccess<'a> for Items<'a> {
+impl<'a> SeqAccess<'a> for ArrayItems<'a> {
     type Error = ReadFailure;
 
     fn next_element_seed<T: DeserializeSeed<'a>>(
@@ -32,7 +32,7 @@ impl<'a> SeqAccess<'a> for Items<'a> {
         };
         seed.deserialize(reader)
             .map(Some)
-            .map_err(|failure| failure.under(PathStep::Index(index)))
+            .map_err(|failure| failure.with_step(PathStep::Index(index)))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -40,7 +40,7 @@ impl<'a> SeqAccess<'a> for Items<'a> {
     }
 }
 
-impl<'a> Items<'a> {
+impl<'a> ArrayItems<'a> {
     pub fn new(reader: ValueReader<'a>, items: &'a [ValueNode]) -> Self {
         Self {
             reader,
@@ -51,19 +51,19 @@ impl<'a> Items<'a> {
 }
 
 /// Entries of a table.
-pub(super) struct Entries<'a> {
+pub(super) struct TableEntries<'a> {
     reader: ValueReader<'a>,
-    entries: std::slice::Iter<'a, Entry>,
+    entries: std::slice::Iter<'a, TableEntry>,
     /// Keys to read; other keys are skipped. `None` reads all keys.
     keys: Option<&'static [&'static str]>,
-    value: Option<&'a Entry>,
+    value: Option<&'a TableEntry>,
 }
 
-impl<'a> Entries<'a> {
+impl<'a> TableEntries<'a> {
     /// Iterates over all entries, or over the entries with the given keys.
     pub fn new(
         reader: ValueReader<'a>,
-        entries: &'a [Entry],
+        entries: &'a [TableEntry],
         keys: Option<&'static [&'static str]>,
     ) -> Self {
         Self {
@@ -75,42 +75,42 @@ impl<'a> Entries<'a> {
     }
 }
 
-impl<'a> Entries<'a> {
+impl<'a> TableEntries<'a> {
     /// Returns the next entry to read.
-    fn advance(&mut self) -> Option<&'a Entry> {
+    fn next_entry(&mut self) -> Option<&'a TableEntry> {
         let keys = self.keys;
-        let requested = |entry: &&Entry| {
+        let requested = |entry: &&TableEntry| {
             keys.is_none_or(|keys| keys.contains(&entry.key.as_str()))
-                && entry.node.value != Value::Null
+                && entry.node.value != TextValue::Null
         };
         self.value = self.entries.by_ref().find(requested);
         self.value
     }
 
     /// Takes the entry whose key was read last, with a reader of its value.
-    fn current(&mut self) -> Result<(&'a Entry, ValueReader<'a>), ReadFailure> {
+    fn take_current(&mut self) -> Result<(&'a TableEntry, ValueReader<'a>), ReadFailure> {
         let entry = self
             .value
             .take()
             .ok_or_else(|| ReadFailure::new("a value without its key"))?;
-        Ok((entry, self.reader.inside(entry)))
+        Ok((entry, self.reader.enter(entry)))
     }
 }
 
 /// Adds a key to the path of a failure.
-fn at_key(failure: ReadFailure, entry: &Entry) -> ReadFailure {
-    failure.under(PathStep::Key(entry.key.clone()))
+fn add_key_to_path(failure: ReadFailure, entry: &TableEntry) -> ReadFailure {
+    failure.with_step(PathStep::Key(entry.key.clone()))
 }
 
 /// The methods are short, because each is compiled for every type of value.
-impl<'a> MapAccess<'a> for Entries<'a> {
+impl<'a> MapAccess<'a> for TableEntries<'a> {
     type Error = ReadFailure;
 
     fn next_key_seed<K: DeserializeSeed<'a>>(
         &mut self,
         seed: K,
     ) -> Result<Option<K::Value>, ReadFailure> {
-        self.advance()
+        self.next_entry()
             .map(|entry| seed.deserialize(entry.key.as_str().into_deserializer()))
             .transpose()
     }
@@ -119,8 +119,8 @@ impl<'a> MapAccess<'a> for Entries<'a> {
         &mut self,
         seed: V,
     ) -> Result<V::Value, ReadFailure> {
-        let (entry, reader) = self.current()?;
+        let (entry, reader) = self.take_current()?;
         seed.deserialize(reader)
-            .map_err(|failure| at_key(failure, entry))
+            .map_err(|failure| add_key_to_path(failure, entry))
     }
 }

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use raywright_core::Scene;
-use raywright_core::scene::{Material, Model};
+use raywright_core::scene::{Material, MaterialModel};
 
-use super::node::{Value, ValueNode};
+use super::node::{TextValue, ValueNode};
 use crate::colour::parse_colour;
 use crate::warning::{Warning, WarningCode};
 
 /// Keys with colour values, besides all keys that end in `colour`.
-const KEYS: [&str; 9] = [
+const COLOUR_KEYS: [&str; 9] = [
     "ambient",
     "emission",
     "even",
@@ -24,24 +24,27 @@ const KEYS: [&str; 9] = [
 
 /// Replaces colour texts by three numbers. A text that is the name of a parameter stays, because it
 /// is an expression.
-pub(super) fn replace(node: &mut ValueNode, parameters: &BTreeMap<String, f64>) {
+pub(super) fn replace_colour_texts(node: &mut ValueNode, parameters: &BTreeMap<String, f64>) {
     match &mut node.value {
-        Value::Array(items) => items.iter_mut().for_each(|item| replace(item, parameters)),
-        Value::Table(entries) => {
+        TextValue::Array(items) => items
+            .iter_mut()
+            .for_each(|item| replace_colour_texts(item, parameters)),
+        TextValue::Table(entries) => {
             for entry in entries {
-                let is_colour = entry.key.ends_with("colour") || KEYS.contains(&entry.key.as_str());
+                let is_colour =
+                    entry.key.ends_with("colour") || COLOUR_KEYS.contains(&entry.key.as_str());
                 match &entry.node.value {
-                    Value::Text(text) if is_colour && !parameters.contains_key(text) => {
+                    TextValue::Text(text) if is_colour && !parameters.contains_key(text) => {
                         if let Some(colour) = parse_colour(text) {
                             let span = entry.node.span.clone();
                             let channel = |value| ValueNode {
                                 span: span.clone(),
-                                value: Value::Float(value),
+                                value: TextValue::Float(value),
                             };
-                            entry.node.value = Value::Array(colour.map(channel).into());
+                            entry.node.value = TextValue::Array(colour.map(channel).into());
                         }
                     }
-                    _ => replace(&mut entry.node, parameters),
+                    _ => replace_colour_texts(&mut entry.node, parameters),
                 }
             }
         }
@@ -50,11 +53,11 @@ pub(super) fn replace(node: &mut ValueNode, parameters: &BTreeMap<String, f64>) 
 }
 
 /// Warns about materials whose colours are probably codes from 0 to 255.
-pub(super) fn warnings(file: &str, scene: &Scene) -> Vec<Warning> {
+pub(super) fn warn_colour_codes(file: &str, scene: &Scene) -> Vec<Warning> {
     let warning = |material: &Material| {
         let (key, colour) = match &material.model {
-            Model::Classic(classic) => ("colour", classic.colour.constant()?),
-            Model::Physical(physical) => ("base_colour", physical.base_colour.constant()?),
+            MaterialModel::Classic(classic) => ("colour", classic.colour.constant()?),
+            MaterialModel::Physical(physical) => ("base_colour", physical.base_colour.constant()?),
         };
         let [red, green, blue] = colour.0;
         let is_code = |channel: f64| channel > 2.0 && channel <= 255.0;

@@ -13,24 +13,24 @@ use raywright_core::expr;
 use serde::Deserializer;
 use serde::de::{self, Visitor};
 
-use super::access::{Entries, Items};
-use super::enums::ChosenVariant;
+use super::access::{ArrayItems, TableEntries};
+use super::enums::VariantReader;
 use super::failure::{ReadFailure, did_you_mean};
-use super::node::{Entry, Value, ValueNode};
+use super::node::{TableEntry, TextValue, ValueNode};
 
 /// State shared by the deserializers of one pass.
 pub(crate) struct ReadContext<'a> {
     /// The whole text.
     pub text: &'a str,
     /// Variables of expressions: `t` and the parameters.
-    pub names: &'a BTreeMap<String, f64>,
+    pub variables: &'a BTreeMap<String, f64>,
     /// Recorded failures.
-    pub noted: RefCell<Vec<ReadFailure>>,
+    pub failures: RefCell<Vec<ReadFailure>>,
 }
 
 impl ReadContext<'_> {
-    pub fn note(&self, failure: ReadFailure) {
-        self.noted.borrow_mut().push(failure);
+    pub fn record_failure(&self, failure: ReadFailure) {
+        self.failures.borrow_mut().push(failure);
     }
 }
 
@@ -56,7 +56,7 @@ impl fmt::Display for ValueReader<'_> {
 }
 
 impl<'a> ValueReader<'a> {
-    pub fn root(node: &'a ValueNode, context: &'a ReadContext<'a>) -> Self {
+    pub fn from_root(node: &'a ValueNode, context: &'a ReadContext<'a>) -> Self {
         Self {
             node,
             context,
@@ -65,7 +65,7 @@ impl<'a> ValueReader<'a> {
         }
     }
 
-    pub fn inside(self, entry: &'a Entry) -> Self {
+    pub fn enter(self, entry: &'a TableEntry) -> Self {
         Self {
             node: &entry.node,
             name: &entry.key,
@@ -75,19 +75,22 @@ impl<'a> ValueReader<'a> {
     }
 
     /// Creates the failure "`radius` must be a number, not an array" at this value.
-    pub fn wrong(&self, requested: &str) -> ReadFailure {
-        let message = format!("{self} must be {requested}, not {}", self.node.kind());
+    pub fn type_failure(&self, requested: &str) -> ReadFailure {
+        let message = format!(
+            "{self} must be {requested}, not {}",
+            self.node.describe_type()
+        );
         ReadFailure::new(message).with_span(self.node.span.clone())
     }
 
     /// Gives a failure without a position the position of this value.
     pub fn with_location<T>(&self, result: Result<T, ReadFailure>) -> Result<T, ReadFailure> {
-        result.map_err(|failure| self.with_path(failure))
+        result.map_err(|failure| self.locate_failure(failure))
     }
 
     /// Gives a failure without a position the position and the name of this value. Separate from
     /// [`Self::with_location`], which is compiled for every type of value.
-    fn with_path(&self, mut failure: ReadFailure) -> ReadFailure {
+    fn locate_failure(&self, mut failure: ReadFailure) -> ReadFailure {
         if failure.span.is_none() {
             let key = failure.key.as_deref().and_then(|key| self.node.entry(key));
             failure.span =
@@ -98,27 +101,26 @@ impl<'a> ValueReader<'a> {
     }
 
     /// Evaluates the value as a number. A failure is recorded, and 1 is returned.
-    fn number(&self) -> f64 {
+    fn evaluate_number(&self) -> f64 {
         match &self.node.value {
-            Value::Integer(value) => *value as f64,
-            Value::Unsigned(value) => *value as f64,
-            Value::Float(value) => *value,
-            Value::Text(source) => {
-                expr::evaluate(source, self.context.names).unwrap_or_else(|error| {
-                    self.context.note(self.expression(error));
+            TextValue::Integer(value) => *value as f64,
+            TextValue::Unsigned(value) => *value as f64,
+            TextValue::Float(value) => *value,
+            TextValue::Text(source) => expr::evaluate(source, self.context.variables)
+                .unwrap_or_else(|error| {
+                    self.context.record_failure(self.expression_failure(error));
                     1.0
-                })
-            }
+                }),
             _ => {
                 self.context
-                    .note(self.wrong("a number, or an expression in quotes"));
+                    .record_failure(self.type_failure("a number, or an expression in quotes"));
                 1.0
             }
         }
     }
 
     /// Creates the failure of the expression in this value.
-    fn expression(&self, error: expr::ExprError) -> ReadFailure {
+    fn expression_failure(&self, error: expr::ExprError) -> ReadFailure {
         let span = self.node.span_within(self.context.text, &error.span);
         let message = format!("in the expression of {self}: {}", error.message);
         let mut failure = ReadFailure::new(message).with_span(span);
@@ -128,17 +130,18 @@ impl<'a> ValueReader<'a> {
 
     /// Evaluates the value as a whole number within a range. A failure is recorded, and 1 is
     /// returned.
-    fn whole(&self, least: i128, greatest: i128) -> i128 {
+    fn evaluate_integer(&self, least: i128, greatest: i128) -> i128 {
         let value = match &self.node.value {
-            Value::Integer(value) => i128::from(*value),
-            Value::Unsigned(value) => i128::from(*value),
+            TextValue::Integer(value) => i128::from(*value),
+            TextValue::Unsigned(value) => i128::from(*value),
             _ => {
-                let value = self.number();
+                let value = self.evaluate_number();
                 // Casts of floats saturate, so that numbers out of range stay out of range.
                 if value.fract() != 0.0 || !value.is_finite() {
                     let message = format!("{self} must be a whole number, not {value}");
-                    self.context
-                        .note(ReadFailure::new(message).with_span(self.node.span.clone()));
+                    self.context.record_failure(
+                        ReadFailure::new(message).with_span(self.node.span.clone()),
+                    );
                     return 1;
                 }
                 value as i128
@@ -150,32 +153,33 @@ impl<'a> ValueReader<'a> {
         let message =
             format!("{self} must be a whole number from {least} to {greatest}, not {value}");
         self.context
-            .note(ReadFailure::new(message).with_span(self.node.span.clone()));
+            .record_failure(ReadFailure::new(message).with_span(self.node.span.clone()));
         1
     }
 
     /// Returns the value's text. A failure is recorded, and an empty text is returned.
-    fn text(&self) -> &'a str {
+    fn read_text(&self) -> &'a str {
         match &self.node.value {
-            Value::Text(text) => text,
+            TextValue::Text(text) => text,
             _ => {
-                self.context.note(self.wrong("text in quotes"));
+                self.context
+                    .record_failure(self.type_failure("text in quotes"));
                 ""
             }
         }
     }
 
-    fn items(&self) -> Result<&'a [ValueNode], ReadFailure> {
+    fn read_array(&self) -> Result<&'a [ValueNode], ReadFailure> {
         match &self.node.value {
-            Value::Array(items) => Ok(items),
-            _ => Err(self.wrong("an array")),
+            TextValue::Array(items) => Ok(items),
+            _ => Err(self.type_failure("an array")),
         }
     }
 
-    fn table(&self) -> Result<&'a [Entry], ReadFailure> {
+    fn read_table(&self) -> Result<&'a [TableEntry], ReadFailure> {
         match &self.node.value {
-            Value::Table(entries) => Ok(entries),
-            _ => Err(self.wrong("a table of keys")),
+            TextValue::Table(entries) => Ok(entries),
+            _ => Err(self.type_failure("a table of keys")),
         }
     }
 
@@ -185,15 +189,15 @@ impl<'a> ValueReader<'a> {
         keys: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, ReadFailure> {
-        let entries = self.fields(keys)?;
-        self.with_location(visitor.visit_map(Entries::new(self, entries, Some(keys))))
+        let entries = self.check_keys(keys)?;
+        self.with_location(visitor.visit_map(TableEntries::new(self, entries, Some(keys))))
     }
 
     /// Returns the entries of a table, and records a failure for each key that is not in `keys`.
     /// Separate from [`Self::read_struct`], which is compiled for every struct.
-    fn fields(&self, keys: &[&str]) -> Result<&'a [Entry], ReadFailure> {
+    fn check_keys(&self, keys: &[&str]) -> Result<&'a [TableEntry], ReadFailure> {
         let entries = self
-            .table()
+            .read_table()
             .map_err(|failure| self.explain_header(failure))?;
         for entry in entries
             .iter()
@@ -207,9 +211,9 @@ impl<'a> ValueReader<'a> {
             let failure = ReadFailure::new(format!("unknown key `{}`", entry.key))
                 .with_span(entry.key_span.clone());
             let hint = did_you_mean(&entry.key, keys, "the keys here");
-            self.context.note(
+            self.context.record_failure(
                 failure
-                    .labelled(format!("not a key of {place}"))
+                    .with_label(format!("not a key of {place}"))
                     .with_hint(hint),
             );
         }
@@ -226,10 +230,10 @@ impl<'a> ValueReader<'a> {
             .unwrap_or_default();
         let name = self.name;
         match (&self.node.value, header.as_bytes()) {
-            (Value::Array(_), [b'[', b'[', ..]) if self.index.is_none() => failure.with_hint(
+            (TextValue::Array(_), [b'[', b'[', ..]) if self.index.is_none() => failure.with_hint(
                 format!("there is one of it: write `[{name}]` with single brackets"),
             ),
-            (Value::Table(_), [b'[', ..]) => failure.with_hint(format!(
+            (TextValue::Table(_), [b'[', ..]) => failure.with_hint(format!(
                 "there may be several: write `[[{name}]]` with double brackets"
             )),
             _ => failure,
@@ -240,7 +244,7 @@ impl<'a> ValueReader<'a> {
 macro_rules! whole_numbers {
     ($($method:ident $visit:ident $type:ty),*) => {$(
         fn $method<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
-            let value = self.whole(i128::from(<$type>::MIN), i128::from(<$type>::MAX));
+            let value = self.evaluate_integer(i128::from(<$type>::MIN), i128::from(<$type>::MAX));
             self.with_location(visitor.$visit(<$type>::try_from(value).unwrap_or(1)))
         }
     )*};
@@ -256,24 +260,24 @@ impl<'a> Deserializer<'a> for ValueReader<'a> {
 
     fn deserialize_any<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         let result = match &self.node.value {
-            Value::Null => visitor.visit_unit(),
-            Value::Boolean(value) => visitor.visit_bool(*value),
-            Value::Integer(value) => visitor.visit_i64(*value),
-            Value::Unsigned(value) => visitor.visit_u64(*value),
-            Value::Float(value) => visitor.visit_f64(*value),
-            Value::Text(text) => visitor.visit_borrowed_str(text),
-            Value::Date => Err(de::Error::invalid_type(
+            TextValue::Null => visitor.visit_unit(),
+            TextValue::Boolean(value) => visitor.visit_bool(*value),
+            TextValue::Integer(value) => visitor.visit_i64(*value),
+            TextValue::Unsigned(value) => visitor.visit_u64(*value),
+            TextValue::Float(value) => visitor.visit_f64(*value),
+            TextValue::Text(text) => visitor.visit_borrowed_str(text),
+            TextValue::Date => Err(de::Error::invalid_type(
                 de::Unexpected::Other("a date"),
                 &visitor,
             )),
-            Value::Array(items) => visitor.visit_seq(Items::new(self, items)),
-            Value::Table(entries) => visitor.visit_map(Entries::new(self, entries, None)),
+            TextValue::Array(items) => visitor.visit_seq(ArrayItems::new(self, items)),
+            TextValue::Table(entries) => visitor.visit_map(TableEntries::new(self, entries, None)),
         };
         self.with_location(result)
     }
 
     fn deserialize_f64<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
-        self.with_location(visitor.visit_f64(self.number()))
+        self.with_location(visitor.visit_f64(self.evaluate_number()))
     }
 
     fn deserialize_f32<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
@@ -281,17 +285,18 @@ impl<'a> Deserializer<'a> for ValueReader<'a> {
     }
 
     fn deserialize_bool<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
-        let value = if let Value::Boolean(value) = self.node.value {
+        let value = if let TextValue::Boolean(value) = self.node.value {
             value
         } else {
-            self.context.note(self.wrong("true or false"));
+            self.context
+                .record_failure(self.type_failure("true or false"));
             false
         };
         self.with_location(visitor.visit_bool(value))
     }
 
     fn deserialize_str<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
-        self.with_location(visitor.visit_borrowed_str(self.text()))
+        self.with_location(visitor.visit_borrowed_str(self.read_text()))
     }
 
     fn deserialize_string<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
@@ -303,7 +308,7 @@ impl<'a> Deserializer<'a> for ValueReader<'a> {
     }
 
     fn deserialize_option<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
-        if self.node.value == Value::Null {
+        if self.node.value == TextValue::Null {
             visitor.visit_none()
         } else {
             visitor.visit_some(self)
@@ -320,21 +325,23 @@ impl<'a> Deserializer<'a> for ValueReader<'a> {
         visitor: V,
     ) -> Result<V::Value, ReadFailure> {
         match (name, &self.node.value) {
-            ("Colour", Value::Text(_)) => self.deserialize_f64(visitor),
+            ("Colour", TextValue::Text(_)) => self.deserialize_f64(visitor),
             ("Colour", _) => self.deserialize_any(visitor),
-            ("EarlyInput", Value::Text(text)) => match expr::evaluate(text, self.context.names) {
-                Ok(number) => self.with_location(visitor.visit_f64(number)),
-                Err(_) => self.deserialize_any(visitor),
-            },
+            ("EarlyInput", TextValue::Text(text)) => {
+                match expr::evaluate(text, self.context.variables) {
+                    Ok(number) => self.with_location(visitor.visit_f64(number)),
+                    Err(_) => self.deserialize_any(visitor),
+                }
+            }
             _ => visitor.visit_newtype_struct(self),
         }
     }
 
     fn deserialize_seq<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         let items = self
-            .items()
+            .read_array()
             .map_err(|failure| self.explain_header(failure))?;
-        self.with_location(visitor.visit_seq(Items::new(self, items)))
+        self.with_location(visitor.visit_seq(ArrayItems::new(self, items)))
     }
 
     fn deserialize_tuple<V: Visitor<'a>>(
@@ -343,8 +350,8 @@ impl<'a> Deserializer<'a> for ValueReader<'a> {
         visitor: V,
     ) -> Result<V::Value, ReadFailure> {
         let items = match &self.node.value {
-            Value::Array(items) => items,
-            _ => return Err(self.wrong(&format!("an array of {length} values"))),
+            TextValue::Array(items) => items,
+            _ => return Err(self.type_failure(&format!("an array of {length} values"))),
         };
         if items.len() != length {
             let message = format!(
@@ -357,8 +364,8 @@ impl<'a> Deserializer<'a> for ValueReader<'a> {
     }
 
     fn deserialize_map<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
-        let entries = self.table()?;
-        self.with_location(visitor.visit_map(Entries::new(self, entries, None)))
+        let entries = self.read_table()?;
+        self.with_location(visitor.visit_map(TableEntries::new(self, entries, None)))
     }
 
     fn deserialize_struct<V: Visitor<'a>>(
@@ -376,7 +383,7 @@ impl<'a> Deserializer<'a> for ValueReader<'a> {
         variants: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, ReadFailure> {
-        let variant = ChosenVariant::of(self, variants)?;
+        let variant = VariantReader::from_value(self, variants)?;
         self.with_location(visitor.visit_enum(variant))
     }
 

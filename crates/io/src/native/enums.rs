@@ -6,25 +6,25 @@ use serde::de::{DeserializeSeed, EnumAccess, IntoDeserializer, VariantAccess, Vi
 
 use super::de::ValueReader;
 use super::failure::{PathStep, ReadFailure, did_you_mean};
-use super::node::{Value, ValueNode};
+use super::node::{TextValue, ValueNode};
 
 /// The variant that a value names.
-pub(crate) struct ChosenVariant<'a> {
+pub(crate) struct VariantReader<'a> {
     reader: ValueReader<'a>,
     word: &'a str,
     /// Content of the table under the word; `None`: the word alone.
     content: Option<&'a ValueNode>,
 }
 
-impl<'a> ChosenVariant<'a> {
-    pub fn of(
+impl<'a> VariantReader<'a> {
+    pub fn from_value(
         reader: ValueReader<'a>,
         variants: &'static [&'static str],
     ) -> Result<Self, ReadFailure> {
         let list = || variants.join(", ");
         let (word, span, content) = match &reader.node.value {
-            Value::Text(word) => (word, &reader.node.span, None),
-            Value::Table(entries) => match entries.as_slice() {
+            TextValue::Text(word) => (word, &reader.node.span, None),
+            TextValue::Table(entries) => match entries.as_slice() {
                 [entry] => (&entry.key, &entry.key_span, Some(&entry.node)),
                 [_, second, ..] => {
                     let message = format!(
@@ -33,11 +33,11 @@ impl<'a> ChosenVariant<'a> {
                     );
                     return Err(ReadFailure::new(message)
                         .with_span(second.key_span.clone())
-                        .labelled("one key too many"));
+                        .with_label("one key too many"));
                 }
-                [] => return Err(reader.wrong(&format!("one of {}", list()))),
+                [] => return Err(reader.type_failure(&format!("one of {}", list()))),
             },
-            _ => return Err(reader.wrong(&format!("one of {}", list()))),
+            _ => return Err(reader.type_failure(&format!("one of {}", list()))),
         };
         if !variants.contains(&word.as_str()) {
             let failure =
@@ -52,7 +52,7 @@ impl<'a> ChosenVariant<'a> {
     }
 
     /// Returns the content under the word, or a failure that shows the syntax.
-    fn content(&self, keys: &[&str]) -> Result<ValueReader<'a>, ReadFailure> {
+    fn read_content(&self, keys: &[&str]) -> Result<ValueReader<'a>, ReadFailure> {
         match self.content {
             Some(node) => Ok(ValueReader {
                 node,
@@ -74,12 +74,12 @@ impl<'a> ChosenVariant<'a> {
         }
     }
 
-    fn under<T>(&self, result: Result<T, ReadFailure>) -> Result<T, ReadFailure> {
-        result.map_err(|failure| failure.under(PathStep::Key(self.word.to_owned())))
+    fn add_variant_to_path<T>(&self, result: Result<T, ReadFailure>) -> Result<T, ReadFailure> {
+        result.map_err(|failure| failure.with_step(PathStep::Key(self.word.to_owned())))
     }
 }
 
-impl<'a> EnumAccess<'a> for ChosenVariant<'a> {
+impl<'a> EnumAccess<'a> for VariantReader<'a> {
     type Error = ReadFailure;
     type Variant = Self;
 
@@ -92,7 +92,7 @@ impl<'a> EnumAccess<'a> for ChosenVariant<'a> {
     }
 }
 
-impl<'a> VariantAccess<'a> for ChosenVariant<'a> {
+impl<'a> VariantAccess<'a> for VariantReader<'a> {
     type Error = ReadFailure;
 
     fn unit_variant(self) -> Result<(), ReadFailure> {
@@ -112,9 +112,9 @@ impl<'a> VariantAccess<'a> for ChosenVariant<'a> {
         seed: T,
     ) -> Result<T::Value, ReadFailure> {
         let result = self
-            .content(&[])
+            .read_content(&[])
             .and_then(|content| seed.deserialize(content));
-        self.under(result)
+        self.add_variant_to_path(result)
     }
 
     fn tuple_variant<V: Visitor<'a>>(
@@ -123,9 +123,9 @@ impl<'a> VariantAccess<'a> for ChosenVariant<'a> {
         visitor: V,
     ) -> Result<V::Value, ReadFailure> {
         let result = self
-            .content(&[])
+            .read_content(&[])
             .and_then(|content| content.deserialize_tuple(length, visitor));
-        self.under(result)
+        self.add_variant_to_path(result)
     }
 
     fn struct_variant<V: Visitor<'a>>(
@@ -134,8 +134,8 @@ impl<'a> VariantAccess<'a> for ChosenVariant<'a> {
         visitor: V,
     ) -> Result<V::Value, ReadFailure> {
         let result = self
-            .content(keys)
+            .read_content(keys)
             .and_then(|content| content.read_struct(keys, visitor));
-        self.under(result)
+        self.add_variant_to_path(result)
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::{Deref, DerefMut, Range};
 
-use raywright_core::suggest::closest;
+use raywright_core::suggest::closest_word;
 use serde::de::{self, Expected, Unexpected};
 
 use crate::diagnostic::Diagnostic;
@@ -60,7 +60,7 @@ impl ReadFailure {
         self
     }
 
-    pub fn labelled(mut self, label: impl Into<String>) -> Self {
+    pub fn with_label(mut self, label: impl Into<String>) -> Self {
         self.label = label.into();
         self
     }
@@ -71,7 +71,7 @@ impl ReadFailure {
     }
 
     /// Adds a step to the path.
-    pub fn under(mut self, step: PathStep) -> Self {
+    pub fn with_step(mut self, step: PathStep) -> Self {
         self.path.push(step);
         self
     }
@@ -136,7 +136,7 @@ impl de::Error for ReadFailure {
 
 /// Advice for an unknown word: the closest known word, or all known words.
 pub(crate) fn did_you_mean(wrong: &str, known: &[&str], label: &str) -> String {
-    match closest(wrong, known.iter().copied()) {
+    match closest_word(wrong, known.iter().copied()) {
         Some(word) => format!("did you mean `{word}`?"),
         None => format!("{label}: {}", known.join(", ")),
     }

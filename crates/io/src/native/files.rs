@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use raywright_core::scene::{Image, MeshSource, Sky, SkyMap};
-use raywright_core::suggest::closest;
-use raywright_core::validate::{mesh_data, missing_uv_sets};
+use raywright_core::suggest::closest_word;
+use raywright_core::validate::{check_mesh_data, find_missing_uv_sets};
 
-use super::models::unread;
+use super::models::read_error;
 use super::{ParsedScene, colours, models};
 use crate::error::Error;
 use crate::error_kind::ErrorKind;
@@ -24,19 +24,19 @@ const EMBEDDED: &str = "embedded:";
 
 /// Reads every file that a scene names. A missing texture is only a warning; any other missing file
 /// is an error at its position.
-pub(crate) fn read(
+pub(crate) fn read_files(
     parsed: &mut ParsedScene<'_>,
     outer: &Folder,
     limits: &Limits,
 ) -> Result<Vec<Warning>, Error> {
     let mut budget = DecodeBudget::new(limits);
-    let mut warnings = colours::warnings(parsed.file, &parsed.scene);
+    let mut warnings = colours::warn_colour_codes(parsed.file, &parsed.scene);
     let mut waiting = Vec::new();
     for i in 0..parsed.scene.images.len() {
-        match image(parsed, i, outer)? {
+        match read_image(parsed, i, outer)? {
             Ok(bytes) => {
-                image_file::claim(&bytes, limits, &mut budget)
-                    .map_err(|fault| no_picture(parsed, i, &fault))?;
+                image_file::reserve_memory(&bytes, limits, &mut budget)
+                    .map_err(|fault| image_error(parsed, i, &fault))?;
                 waiting.push((i, bytes));
             }
             Err(reason) => {
@@ -57,12 +57,12 @@ pub(crate) fn read(
         let DecodedImage {
             image,
             remarks,
-            repaired,
-        } = data.map_err(|fault| no_picture(parsed, i, &fault))?;
+            repaired_count: repaired,
+        } = data.map_err(|fault| image_error(parsed, i, &fault))?;
         let name = &parsed.scene.images[i].name;
         warnings.extend(remarks.into_iter().map(|remark| {
             Warning::new(
-                WarningCode::of_image(repaired),
+                WarningCode::from_repaired_texels(repaired),
                 parsed.file,
                 format!("image `{name}` {remark}"),
             )
@@ -75,49 +75,48 @@ pub(crate) fn read(
             let at = format!("meshes[{i}].source.file");
             let bytes = outer
                 .read(reference)
-                .map_err(|why| unread(parsed, &at, &why))?;
+                .map_err(|why| read_error(parsed, &at, &why))?;
             let folder = outer
-                .beside(reference)
-                .map_err(|why| unread(parsed, &at, &why))?;
+                .folder_of_reference(reference)
+                .map_err(|why| read_error(parsed, &at, &why))?;
             let part = parsed.scene.meshes[i].model.clone().unwrap_or_default();
             let (mesh, more) =
-                mesh_file::read(Path::new(reference), &bytes, &folder, limits, &part).map_err(
-                    |error| match error.kind() {
+                mesh_file::read_mesh(Path::new(reference), &bytes, &folder, limits, &part)
+                    .map_err(|error| match error.kind() {
                         // An error of kind usage on the command line is an error of the content in
                         // a scene.
-                        ErrorKind::Usage => parsed.error(
+                        ErrorKind::Usage => parsed.error_at(
                             ErrorKind::Input,
                             &format!("meshes[{i}].model.scene"),
                             error.message(),
                         ),
-                        kind => parsed.error(kind, &at, error.message()),
-                    },
-                )?;
-            if let Some((path, message)) = mesh_data(&mesh).into_iter().next() {
-                return Err(parsed.error(
+                        kind => parsed.error_at(kind, &at, error.message()),
+                    })?;
+            if let Some((path, message)) = check_mesh_data(&mesh).into_iter().next() {
+                return Err(parsed.error_at(
                     ErrorKind::Input,
                     &at,
                     format!("{path} of `{reference}`: {message}"),
                 ));
             }
-            outer.record(folder.take_hash().to_string().as_bytes());
+            outer.add_to_hash(folder.take_hash().to_string().as_bytes());
             warnings.extend(more);
             (parsed.scene.meshes[i].source, parsed.scene.meshes[i].model) =
                 (MeshSource::Inline(Arc::new(mesh)), None);
         }
     }
-    warnings.extend(models::read(parsed, outer, limits)?);
+    warnings.extend(models::add_models(parsed, outer, limits)?);
     warnings.extend(
-        missing_uv_sets(&parsed.scene)
+        find_missing_uv_sets(&parsed.scene)
             .into_iter()
-            .map(|problem| parsed.warning(&problem)),
+            .map(|problem| parsed.warning_at(&problem)),
     );
     Ok(warnings)
 }
 
 /// Reads the bytes of an image. For a missing texture, returns the reason instead; only the
 /// material's factor is then used.
-fn image(
+fn read_image(
     parsed: &ParsedScene<'_>,
     index: usize,
     folder: &Folder,
@@ -127,34 +126,34 @@ fn image(
     match path.strip_prefix(EMBEDDED) {
         Some(asset) => match presets::asset(asset) {
             Some(bytes) => Ok(Ok(bytes.to_vec())),
-            None => Err(parsed.error(ErrorKind::Input, &at, no_asset(asset))),
+            None => Err(parsed.error_at(ErrorKind::Input, &at, unknown_asset_message(asset))),
         },
         None => match folder.read(path) {
             Ok(bytes) => Ok(Ok(bytes)),
             // A sky without its picture would change the whole scene; a texture is a detail.
             Err(ReadError::Unreadable(reason)) if !is_sky(parsed, name) => Ok(Err(reason)),
-            Err(why) => Err(unread(parsed, &at, &why)),
+            Err(why) => Err(read_error(parsed, &at, &why)),
         },
     }
 }
 
 /// Creates the error for an image whose bytes cannot be decoded.
-fn no_picture(parsed: &ParsedScene<'_>, index: usize, fault: &Fault) -> Error {
+fn image_error(parsed: &ParsedScene<'_>, index: usize, fault: &Fault) -> Error {
     let kind = if fault.kind == FaultKind::Limit {
         ErrorKind::Limit
     } else {
         ErrorKind::Input
     };
     let message = format!("`{}` {}", parsed.scene.images[index].path, fault.message);
-    parsed.error(kind, &format!("images[{index}].path"), message)
+    parsed.error_at(kind, &format!("images[{index}].path"), message)
 }
 
 fn is_sky(parsed: &ParsedScene<'_>, name: &str) -> bool {
     matches!(&parsed.scene.sky, Some(Sky::Map(SkyMap { image, .. })) if image == name)
 }
 
-fn no_asset(name: &str) -> String {
-    match closest(name, presets::asset_names()) {
+fn unknown_asset_message(name: &str) -> String {
+    match closest_word(name, presets::asset_names()) {
         Some(word) => format!("the program carries no `{name}`; did you mean `{EMBEDDED}{word}`?"),
         None => format!("the program carries no `{name}`"),
     }

@@ -5,7 +5,7 @@ use jsonc_parser::common::Ranged;
 use jsonc_parser::errors::ParseErrorKind;
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 
-use super::node::{Entry, Value, ValueNode};
+use super::node::{TableEntry, TextValue, ValueNode};
 use crate::diagnostic::Diagnostic;
 
 /// JSON by RFC 8259, without the parser's extensions.
@@ -26,13 +26,13 @@ const STRICT: ParseOptions = ParseOptions {
 pub(crate) fn parse(text: &str) -> Result<ValueNode, Vec<Diagnostic>> {
     let parsed = parse_to_ast(text, &CollectOptions::default(), &STRICT).map_err(|error| {
         let range = error.range();
-        vec![syntax(error.kind(), range.start..range.end)]
+        vec![syntax_diagnostic(error.kind(), range.start..range.end)]
     })?;
     let Some(value) = parsed.value else {
-        return Err(vec![plain("the file is empty".to_owned(), 0..0)]);
+        return Err(vec![diagnostic_at("the file is empty".to_owned(), 0..0)]);
     };
     let mut wrong = Vec::new();
-    let root = convert(&value, &mut wrong);
+    let root = convert_value(&value, &mut wrong);
     if wrong.is_empty() {
         Ok(root)
     } else {
@@ -40,7 +40,7 @@ pub(crate) fn parse(text: &str) -> Result<ValueNode, Vec<Diagnostic>> {
     }
 }
 
-fn syntax(kind: &ParseErrorKind, span: std::ops::Range<usize>) -> Diagnostic {
+fn syntax_diagnostic(kind: &ParseErrorKind, span: std::ops::Range<usize>) -> Diagnostic {
     if matches!(kind, ParseErrorKind::NestingDepthExceeded) {
         let hint = Some("a scene needs about ten levels".to_owned());
         let span = Some(span.start..span.start + 1);
@@ -54,7 +54,7 @@ fn syntax(kind: &ParseErrorKind, span: std::ops::Range<usize>) -> Diagnostic {
     let message = kind.to_string();
     let mut letters = message.chars();
     let first = letters.next().map(|c| c.to_ascii_lowercase());
-    plain(
+    diagnostic_at(
         format!(
             "not valid JSON: {}{}",
             first.map(String::from).unwrap_or_default(),
@@ -64,7 +64,7 @@ fn syntax(kind: &ParseErrorKind, span: std::ops::Range<usize>) -> Diagnostic {
     )
 }
 
-fn plain(message: String, span: std::ops::Range<usize>) -> Diagnostic {
+fn diagnostic_at(message: String, span: std::ops::Range<usize>) -> Diagnostic {
     Diagnostic {
         message,
         span: Some(span),
@@ -73,52 +73,55 @@ fn plain(message: String, span: std::ops::Range<usize>) -> Diagnostic {
     }
 }
 
-fn convert(value: &ast::Value<'_>, wrong: &mut Vec<Diagnostic>) -> ValueNode {
+fn convert_value(value: &ast::Value<'_>, wrong: &mut Vec<Diagnostic>) -> ValueNode {
     let range = value.range();
     let span = range.start..range.end;
     let value = match value {
-        ast::Value::NullKeyword(_) => Value::Null,
-        ast::Value::BooleanLit(literal) => Value::Boolean(literal.value),
-        ast::Value::StringLit(literal) => Value::Text(literal.value.to_string()),
-        ast::Value::NumberLit(literal) => number(literal.value).unwrap_or_else(|| {
-            wrong.push(plain("this is not a number".to_owned(), span.clone()));
-            Value::Integer(0)
+        ast::Value::NullKeyword(_) => TextValue::Null,
+        ast::Value::BooleanLit(literal) => TextValue::Boolean(literal.value),
+        ast::Value::StringLit(literal) => TextValue::Text(literal.value.to_string()),
+        ast::Value::NumberLit(literal) => parse_number(literal.value).unwrap_or_else(|| {
+            wrong.push(diagnostic_at(
+                "this is not a number".to_owned(),
+                span.clone(),
+            ));
+            TextValue::Integer(0)
         }),
-        ast::Value::Array(array) => Value::Array(
+        ast::Value::Array(array) => TextValue::Array(
             array
                 .elements
                 .iter()
-                .map(|item| convert(item, wrong))
+                .map(|item| convert_value(item, wrong))
                 .collect(),
         ),
-        ast::Value::Object(object) => Value::Table(table(object, wrong)),
+        ast::Value::Object(object) => TextValue::Table(convert_table(object, wrong)),
     };
     ValueNode { span, value }
 }
 
-fn number(text: &str) -> Option<Value> {
-    let signed = text.parse().ok().map(Value::Integer);
+fn parse_number(text: &str) -> Option<TextValue> {
+    let signed = text.parse().ok().map(TextValue::Integer);
     signed
-        .or_else(|| text.parse().ok().map(Value::Unsigned))
-        .or_else(|| text.parse().ok().map(Value::Float))
+        .or_else(|| text.parse().ok().map(TextValue::Unsigned))
+        .or_else(|| text.parse().ok().map(TextValue::Float))
 }
 
-fn table(object: &ast::Object<'_>, wrong: &mut Vec<Diagnostic>) -> Vec<Entry> {
+fn convert_table(object: &ast::Object<'_>, wrong: &mut Vec<Diagnostic>) -> Vec<TableEntry> {
     let mut seen = std::collections::HashSet::new();
     let mut entries = Vec::with_capacity(object.properties.len());
     for property in &object.properties {
         let range = property.name.range();
         let key_span = range.start..range.end;
         if !seen.insert(property.name.as_str()) {
-            wrong.push(plain(
+            wrong.push(diagnostic_at(
                 format!("duplicate key `{}`", property.name.as_str()),
                 key_span.clone(),
             ));
         }
-        entries.push(Entry {
+        entries.push(TableEntry {
             key: property.name.as_str().to_owned(),
             key_span,
-            node: convert(&property.value, wrong),
+            node: convert_value(&property.value, wrong),
         });
     }
     entries

@@ -9,9 +9,9 @@ mod failure;
 pub(crate) mod files;
 mod json;
 mod models;
-mod names;
 mod node;
-mod places;
+mod parameters;
+mod positions;
 mod toml;
 
 use std::collections::{BTreeMap, HashSet};
@@ -21,25 +21,25 @@ use raywright_core::scene::FORMAT;
 use raywright_core::validate::{Problem, validate};
 use serde::Deserialize;
 
-pub use names::Overrides;
+pub use parameters::ParameterOverrides;
 
 use self::de::{ReadContext, ValueReader};
 use self::failure::{PathStep, ReadFailure};
-use self::node::{Value, ValueNode};
+use self::node::{TextValue, ValueNode};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::error::Error;
 use crate::error_kind::ErrorKind;
-use crate::limits::human_bytes;
-use crate::text::without_mark;
+use crate::limits::format_bytes;
+use crate::text::strip_byte_order_mark;
 use crate::warning::{Warning, WarningCode};
 
 /// Largest number of passes over a text. Each pass ends at a failure that may hide further
 /// failures.
-const READINGS: usize = 20;
+const MAX_PASSES: usize = 20;
 
 /// Notation of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Notation {
+pub enum SceneNotation {
     /// TOML 1.1.
     Toml,
     /// JSON (RFC 8259).
@@ -58,8 +58,8 @@ pub(crate) struct ParsedScene<'a> {
 
 impl ParsedScene<'_> {
     /// Creates an error at the position of a path: `meshes[2].source.file`.
-    pub fn error(&self, kind: ErrorKind, path: &str, message: impl Into<String>) -> Error {
-        let span = places::span(&self.root, path);
+    pub fn error_at(&self, kind: ErrorKind, path: &str, message: impl Into<String>) -> Error {
+        let span = positions::value_span(&self.root, path);
         let problem = Diagnostic {
             message: message.into(),
             span,
@@ -73,8 +73,8 @@ impl ParsedScene<'_> {
     }
 
     /// Creates a warning with the line of a problem that does not prevent a picture.
-    pub fn warning(&self, problem: &Problem) -> Warning {
-        let before = places::span(&self.root, &problem.path)
+    pub fn warning_at(&self, problem: &Problem) -> Warning {
+        let before = positions::value_span(&self.root, &problem.path)
             .and_then(|span| self.text.get(..span.start))
             .unwrap_or_default();
         let line = before.matches('\n').count() + 1;
@@ -91,23 +91,23 @@ impl ParsedScene<'_> {
 pub(crate) fn parse<'a>(
     file: &'a str,
     text: &'a str,
-    notation: Notation,
-    overrides: &Overrides,
+    notation: SceneNotation,
+    overrides: &ParameterOverrides,
 ) -> Result<ParsedScene<'a>, Error> {
     let fail = |problems| Error::Scene(Diagnostics::new(file, text, problems));
-    let mut root = tree(text, notation).map_err(fail)?;
-    other_format(&root).map_err(fail)?;
+    let mut root = parse_tree(text, notation).map_err(fail)?;
+    check_format_version(&root).map_err(fail)?;
     let mut problems = Vec::new();
-    let names = names::settle(&mut root, text, overrides, &mut problems)?;
-    colours::replace(&mut root, &names);
-    let scene = match read(&mut root, text, &names) {
+    let names = parameters::evaluate_parameters(&mut root, text, overrides, &mut problems)?;
+    colours::replace_colour_texts(&mut root, &names);
+    let scene = match deserialize_scene(&mut root, text, &names) {
         Ok(scene) if problems.is_empty() => scene,
         Ok(_) => return Err(fail(problems)),
         Err(more) => return Err(fail(problems.into_iter().chain(more).collect())),
     };
     let problems: Vec<_> = validate(&scene)
         .into_iter()
-        .map(|problem| places::diagnostic(&root, text, problem))
+        .map(|problem| positions::diagnostic_from_problem(&root, text, problem))
         .collect();
     if problems.is_empty() {
         Ok(ParsedScene {
@@ -123,7 +123,7 @@ pub(crate) fn parse<'a>(
 
 /// Refuses a text that does not have the supported `format`. This problem is reported alone,
 /// because in another version of the format any line may be wrong.
-fn other_format(root: &ValueNode) -> Result<(), Vec<Diagnostic>> {
+fn check_format_version(root: &ValueNode) -> Result<(), Vec<Diagnostic>> {
     let Some(entry) = root.entry("format") else {
         let hint =
             format!("a scene begins with `format = {FORMAT}`, in JSON with `\"format\": {FORMAT}`");
@@ -136,7 +136,7 @@ fn other_format(root: &ValueNode) -> Result<(), Vec<Diagnostic>> {
         }]);
     };
     match entry.node.value {
-        Value::Integer(format) if format == i64::from(FORMAT) => Ok(()),
+        TextValue::Integer(format) if format == i64::from(FORMAT) => Ok(()),
         _ => Err(vec![Diagnostic {
             message: format!("this program reads format {FORMAT} of scenes, and this is another"),
             span: Some(entry.node.span.clone()),
@@ -146,7 +146,7 @@ fn other_format(root: &ValueNode) -> Result<(), Vec<Diagnostic>> {
     }
 }
 
-fn tree(text: &str, notation: Notation) -> Result<ValueNode, Vec<Diagnostic>> {
+fn parse_tree(text: &str, notation: SceneNotation) -> Result<ValueNode, Vec<Diagnostic>> {
     if text.trim().is_empty() {
         let hint = Some("the smallest scene is `format = 1`".to_owned());
         let message = "the file is empty".to_owned();
@@ -158,14 +158,14 @@ fn tree(text: &str, notation: Notation) -> Result<ValueNode, Vec<Diagnostic>> {
         }]);
     }
     match notation {
-        Notation::Toml => toml::parse(text),
-        Notation::Json => json::parse(text),
+        SceneNotation::Toml => toml::parse(text),
+        SceneNotation::Json => json::parse(text),
     }
 }
 
 /// Deserializes the tree as a scene. A failure that ends a pass removes its object, material or
 /// section from the tree, and the rest is read again, so that one failure does not hide the next.
-fn read(
+fn deserialize_scene(
     root: &mut ValueNode,
     text: &str,
     names: &BTreeMap<String, f64>,
@@ -174,15 +174,15 @@ fn read(
     // Each pass finds the failures of earlier passes again, and a text may have a hundred thousand
     // wrong keys: the set drops duplicates quickly.
     let mut known = HashSet::new();
-    for _ in 0..READINGS {
+    for _ in 0..MAX_PASSES {
         let context = ReadContext {
             text,
-            names,
-            noted: Default::default(),
+            variables: names,
+            failures: Default::default(),
         };
-        let result = Scene::deserialize(ValueReader::root(root, &context));
+        let result = Scene::deserialize(ValueReader::from_root(root, &context));
         for noted in context
-            .noted
+            .failures
             .into_inner()
             .into_iter()
             .map(ReadFailure::into_diagnostic)
@@ -195,7 +195,7 @@ fn read(
             Ok(scene) if problems.is_empty() => return Ok(scene),
             Ok(_) => break,
             Err(failure) => {
-                let gone = take_out(root, &failure.path);
+                let gone = remove_at_path(root, &failure.path);
                 problems.push(failure.into_diagnostic());
                 if !gone {
                     break;
@@ -208,16 +208,17 @@ fn read(
 
 /// Removes the top-level key, or the element of a top-level array, at the end of `path`. Returns
 /// whether a value was removed.
-fn take_out(root: &mut ValueNode, path: &[PathStep]) -> bool {
+fn remove_at_path(root: &mut ValueNode, path: &[PathStep]) -> bool {
     let mut down = path.iter().rev();
-    let (Some(PathStep::Key(key)), Value::Table(entries)) = (down.next(), &mut root.value) else {
+    let (Some(PathStep::Key(key)), TextValue::Table(entries)) = (down.next(), &mut root.value)
+    else {
         return false;
     };
     let Some(position) = entries.iter().position(|entry| entry.key == *key) else {
         return false;
     };
     match (&mut entries[position].node.value, down.next()) {
-        (Value::Array(items), Some(PathStep::Index(index))) if *index < items.len() => {
+        (TextValue::Array(items), Some(PathStep::Index(index))) if *index < items.len() => {
             drop(items.remove(*index))
         }
         _ => drop(entries.remove(position)),
@@ -227,50 +228,50 @@ fn take_out(root: &mut ValueNode, path: &[PathStep]) -> bool {
 
 /// Syntax tree of a valid text, for the positions of its parts.
 #[derive(Clone, Debug)]
-pub(crate) struct TextTree(ValueNode);
+pub(crate) struct SyntaxTree(ValueNode);
 
-impl TextTree {
+impl SyntaxTree {
     /// Parses a text; `None` for a syntax error.
-    pub fn new(text: &str, notation: Notation) -> Option<Self> {
-        tree(text, notation).ok().map(Self)
+    pub fn new(text: &str, notation: SceneNotation) -> Option<Self> {
+        parse_tree(text, notation).ok().map(Self)
     }
 
     /// Position of the deepest existing value on a path; `None` for the root.
     pub fn span(&self, path: &str) -> Option<std::ops::Range<usize>> {
-        places::span(&self.0, path)
+        positions::value_span(&self.0, path)
     }
 }
 
 /// Decodes the bytes of a scene file as UTF-8, without a byte order mark.
-pub(crate) fn text(file: &str, mut bytes: Vec<u8>, limit: u64) -> Result<String, Error> {
+pub(crate) fn decode_utf8(file: &str, mut bytes: Vec<u8>, limit: u64) -> Result<String, Error> {
     if bytes.len() as u64 > limit {
         let message = format!(
             "the scene is larger than the limit of {}",
-            human_bytes(limit)
+            format_bytes(limit)
         );
         let hint = "put large meshes into OBJ, glTF or GLB files and name them in the scene";
-        return Err(Error::limit(file, message).with_hint(hint));
+        return Err(Error::over_limit(file, message).with_hint(hint));
     }
-    bytes.drain(..bytes.len() - without_mark(&bytes).len());
+    bytes.drain(..bytes.len() - strip_byte_order_mark(&bytes).len());
     String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let lines = error.as_bytes()[..valid].split(|byte| *byte == b'\n');
         let (line, rest) = lines.enumerate().last().unwrap_or_default();
         let column = String::from_utf8_lossy(rest).chars().count() + 1;
         let message = format!("line {}, column {column}: this is not UTF-8 text", line + 1);
-        Error::input(file, message).with_hint("save the file with the encoding UTF-8")
+        Error::invalid_input(file, message).with_hint("save the file with the encoding UTF-8")
     })
 }
 
 /// Title of a scene in TOML; empty for a scene without a title.
-pub(crate) fn title(text: &str) -> String {
+pub(crate) fn read_title(text: &str) -> String {
     let root = toml::parse(text).ok();
     match root
         .as_ref()
         .and_then(|root| root.get("title"))
         .map(|node| &node.value)
     {
-        Some(Value::Text(title)) => title.clone(),
+        Some(TextValue::Text(title)) => title.clone(),
         _ => String::new(),
     }
 }

@@ -5,11 +5,11 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::rc::Rc;
 
-use raywright_core::affine;
+use raywright_core::affine_from_steps;
 use raywright_core::scene::{
-    Light, MaterialFields, MeshSource, Model, ModelFile, Object, Scene, Shape,
+    Light, MaterialFields, MaterialModel, MeshSource, ModelFile, Object, Scene, Shape,
 };
-use raywright_core::suggest::closest;
+use raywright_core::suggest::closest_word;
 use raywright_core::validate::FARTHEST;
 
 use super::ParsedScene;
@@ -17,11 +17,11 @@ use crate::error::Error;
 use crate::error_kind::ErrorKind;
 use crate::folder::{Folder, ReadError};
 use crate::gltf::ModelChoice;
-use crate::import::{MODELS, UniqueNames, printable};
+use crate::import::{MODELS, UniqueNames, sanitise_text};
 use crate::limits::Limits;
 use crate::model_file;
 use crate::source::SceneFormat;
-use crate::up::moved;
+use crate::up_axis::transform_light;
 use crate::warning::Warning;
 
 /// Key of a loaded model: its path, scene, variant, and the bits of the time.
@@ -38,25 +38,25 @@ struct LoadedModel {
 }
 
 /// Names used in the scene, which the names of models must not repeat.
-struct UsedNames {
+struct TakenNames {
     images: UniqueNames,
     textures: UniqueNames,
     materials: UniqueNames,
     meshes: UniqueNames,
 }
 
-impl UsedNames {
-    fn of(scene: &Scene) -> Self {
-        fn all<'a>(names: impl Iterator<Item = &'a String>) -> UniqueNames {
+impl TakenNames {
+    fn from_scene(scene: &Scene) -> Self {
+        fn collect_names<'a>(names: impl Iterator<Item = &'a String>) -> UniqueNames {
             let mut taken = UniqueNames::default();
-            names.for_each(|name| drop(taken.unique(name)));
+            names.for_each(|name| drop(taken.make_unique(name)));
             taken
         }
         Self {
-            images: all(scene.images.iter().map(|image| &image.name)),
-            textures: all(scene.textures.iter().map(|texture| &texture.name)),
-            materials: all(scene.materials.iter().map(|material| &material.name)),
-            meshes: all(scene.meshes.iter().map(|mesh| &mesh.name)),
+            images: collect_names(scene.images.iter().map(|image| &image.name)),
+            textures: collect_names(scene.textures.iter().map(|texture| &texture.name)),
+            materials: collect_names(scene.materials.iter().map(|material| &material.name)),
+            meshes: collect_names(scene.meshes.iter().map(|mesh| &mesh.name)),
         }
     }
 }
@@ -67,14 +67,14 @@ impl UsedNames {
 /// # Errors
 /// At the position of the model: an unreadable or invalid file, a missing choice, and a transform
 /// beyond the range of coordinates.
-pub(super) fn read(
+pub(super) fn add_models(
     parsed: &mut ParsedScene<'_>,
     outer: &Folder,
     limits: &Limits,
 ) -> Result<Vec<Warning>, Error> {
     let models = core::mem::take(&mut parsed.scene.models);
     let (mut taken, mut parts) = (
-        UsedNames::of(&parsed.scene),
+        TakenNames::from_scene(&parsed.scene),
         HashMap::<ModelKey, Rc<LoadedModel>>::new(),
     );
     let mut warnings = Vec::new();
@@ -88,20 +88,25 @@ pub(super) fn read(
         let part = match parts.get(&key) {
             Some(known) => Rc::clone(known),
             None => {
-                let (scene, more) = load(parsed, outer, limits, model, i)?;
+                let (scene, more) = load_model_file(parsed, outer, limits, model, i)?;
                 warnings.extend(more);
-                let part = Rc::new(adopt(&mut parsed.scene, scene, &label(model), &mut taken));
+                let part = Rc::new(merge_model(
+                    &mut parsed.scene,
+                    scene,
+                    &name_prefix(model),
+                    &mut taken,
+                ));
                 parts.insert(key, Rc::clone(&part));
                 part
             }
         };
-        place(parsed, &part, model, i)?;
+        place_model(parsed, &part, model, i)?;
     }
     Ok(warnings)
 }
 
 /// Prefix of all names of a model: the model's name, or the file name without extension.
-fn label(model: &ModelFile) -> String {
+fn name_prefix(model: &ModelFile) -> String {
     let stem = || {
         Path::new(&model.file)
             .file_stem()
@@ -116,7 +121,7 @@ fn label(model: &ModelFile) -> String {
 }
 
 /// Loads a model's file as a scene of its own.
-fn load(
+fn load_model_file(
     parsed: &ParsedScene<'_>,
     outer: &Folder,
     limits: &Limits,
@@ -126,19 +131,19 @@ fn load(
     let at = |key: &str| format!("models[{index}].{key}");
     let bytes = outer
         .read(&model.file)
-        .map_err(|why| unread(parsed, &at("file"), &why))?;
+        .map_err(|why| read_error(parsed, &at("file"), &why))?;
     let folder = outer
-        .beside(&model.file)
-        .map_err(|why| unread(parsed, &at("file"), &why))?;
+        .folder_of_reference(&model.file)
+        .map_err(|why| read_error(parsed, &at("file"), &why))?;
     let file = Path::new(&model.file);
     let images = parsed
         .scene
         .images
         .iter()
         .filter_map(|image| image.data.as_ref())
-        .map(|data| data.bytes());
+        .map(|data| data.byte_size());
     let meshes = parsed.scene.meshes.iter().map(|mesh| match &mesh.source {
-        MeshSource::Inline(data) => data.bytes(),
+        MeshSource::Inline(data) => data.byte_size(),
         MeshSource::File(_) => 0,
     });
     // Memory used by earlier models is no longer available.
@@ -147,8 +152,8 @@ fn load(
         memory_bytes: limits.memory_bytes.saturating_sub(taken),
         ..*limits
     };
-    let format = SceneFormat::of_model(file).ok_or_else(|| {
-        parsed.error(
+    let format = SceneFormat::from_model_path(file).ok_or_else(|| {
+        parsed.error_at(
             ErrorKind::Input,
             &at("file"),
             format!("models are read from {MODELS} files"),
@@ -163,8 +168,11 @@ fn load(
         .iter()
         .find(|(_, requested)| *requested && !format.has_choices())
     {
-        let message = format!("{} has no scenes, no variants and no time", format.file());
-        return Err(parsed.error(ErrorKind::Input, &at(key), message));
+        let message = format!(
+            "{} has no scenes, no variants and no time",
+            format.file_description()
+        );
+        return Err(parsed.error_at(ErrorKind::Input, &at(key), message));
     }
     let choice = ModelChoice {
         scene: model.scene.as_deref(),
@@ -173,26 +181,26 @@ fn load(
         time: model.time,
     };
     let loaded = model_file::load(format, file, &bytes, (&folder, &limits), &choice, &());
-    outer.record(folder.take_hash().to_string().as_bytes());
+    outer.add_to_hash(folder.take_hash().to_string().as_bytes());
     loaded
         .map(|loaded| (loaded.scene, loaded.warnings))
         .map_err(|error| match error.kind() {
             // An error of kind usage on the command line is an error of the content in a scene.
             ErrorKind::Usage if error.message().contains("has no variant") => {
-                parsed.error(ErrorKind::Input, &at("variant"), error.message())
+                parsed.error_at(ErrorKind::Input, &at("variant"), error.message())
             }
-            ErrorKind::Usage => parsed.error(ErrorKind::Input, &at("scene"), error.message()),
-            kind => parsed.error(kind, &at("file"), error.message()),
+            ErrorKind::Usage => parsed.error_at(ErrorKind::Input, &at("scene"), error.message()),
+            kind => parsed.error_at(kind, &at("file"), error.message()),
         })
 }
 
 /// Moves the images, textures, materials and meshes of a model into the scene, under names with the
 /// prefix `label`. Returns the objects and lights for placement.
-fn adopt(
+fn merge_model(
     scene: &mut Scene,
     mut own_scene: Scene,
     label: &str,
-    taken: &mut UsedNames,
+    taken: &mut TakenNames,
 ) -> LoadedModel {
     let wish = |name: &str| format!("{label}/{name}");
     let (mut images, mut textures, mut materials, mut meshes) = (
@@ -203,7 +211,7 @@ fn adopt(
     );
     let rename =
         |name: &mut String, names: &mut UniqueNames, known: &mut BTreeMap<String, String>| {
-            let new = names.unique(&wish(name));
+            let new = names.make_unique(&wish(name));
             known.insert(core::mem::replace(name, new.clone()), new);
         };
     own_scene
@@ -233,10 +241,10 @@ fn adopt(
         .for_each(|texture| follow(&mut texture.image, &images));
     for material in &mut own_scene.materials {
         // Importers create physical materials only.
-        let Model::Physical(model) = &mut material.model else {
+        let MaterialModel::Physical(model) = &mut material.model else {
             continue;
         };
-        model.change(&mut |value| {
+        model.change_values(&mut |value| {
             if let Some(texture) = value.texture_mut() {
                 follow(&mut texture.name, &textures);
             }
@@ -269,7 +277,7 @@ fn adopt(
 }
 
 /// Adds a copy of a model's objects and lights to the scene, under the transform of the placement.
-fn place(
+fn place_model(
     parsed: &mut ParsedScene<'_>,
     part: &LoadedModel,
     model: &ModelFile,
@@ -285,21 +293,21 @@ fn place(
             .materials
             .keys()
             .take(20)
-            .map(|name| format!("`{}`", printable(name)))
+            .map(|name| format!("`{}`", sanitise_text(name)))
             .collect();
-        let meant = closest(name, part.materials.keys().map(String::as_str));
+        let meant = closest_word(name, part.materials.keys().map(String::as_str));
         let meant = meant
-            .map(|name| format!("; did you mean `{}`?", printable(name)))
+            .map(|name| format!("; did you mean `{}`?", sanitise_text(name)))
             .unwrap_or_default();
         let message = format!(
             "`{}` has no material `{}`{meant} Its materials: {}",
             model.file,
-            printable(name),
+            sanitise_text(name),
             listed.join(", ")
         );
-        return Err(parsed.error(ErrorKind::Input, &at("materials"), message));
+        return Err(parsed.error_at(ErrorKind::Input, &at("materials"), message));
     }
-    let map = affine(&model.transform);
+    let map = affine_from_steps(&model.transform);
     for object in &part.objects {
         let mut object = object.clone();
         let own = part.materials.get(&object.material);
@@ -307,32 +315,32 @@ fn place(
             object.material.clone_from(name);
         }
         object.transform.extend(&model.transform);
-        let whole = affine(&object.transform);
+        let whole = affine_from_steps(&object.transform);
         if !(whole.is_finite()
             && whole.inverse().is_finite()
             && whole.translation.abs().max_element() <= FARTHEST)
         {
             let message = format!(
                 "`{}` is taken beyond every measure",
-                printable(&object.name)
+                sanitise_text(&object.name)
             );
-            return Err(parsed.error(ErrorKind::Input, &at("transform"), message));
+            return Err(parsed.error_at(ErrorKind::Input, &at("transform"), message));
         }
         parsed.scene.objects.push(object);
     }
     parsed
         .scene
         .lights
-        .extend(part.lights.iter().map(|light| moved(light, &map)));
+        .extend(part.lights.iter().map(|light| transform_light(light, &map)));
     Ok(())
 }
 
 /// Creates the error for an unreadable file, at the position of `at` in the scene's text.
-pub(super) fn unread(parsed: &ParsedScene<'_>, at: &str, why: &ReadError) -> Error {
+pub(super) fn read_error(parsed: &ParsedScene<'_>, at: &str, why: &ReadError) -> Error {
     let kind = match why {
         ReadError::Refused(_) => ErrorKind::Input,
         ReadError::Unreadable(_) => ErrorKind::File,
         ReadError::TooLarge(_) => ErrorKind::Limit,
     };
-    parsed.error(kind, at, why.to_string())
+    parsed.error_at(kind, at, why.to_string())
 }

@@ -7,11 +7,11 @@ use std::ops::Range;
 pub(crate) struct ValueNode {
     /// Byte range in the text; for a table under a `[header]`, the range of the header.
     pub span: Range<usize>,
-    pub value: Value,
+    pub value: TextValue,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Value {
+pub(crate) enum TextValue {
     /// JSON's `null`: the key is treated as absent.
     Null,
     Boolean(bool),
@@ -24,12 +24,12 @@ pub(crate) enum Value {
     Date,
     Array(Vec<ValueNode>),
     /// A table, in the order of the text and with unique keys.
-    Table(Vec<Entry>),
+    Table(Vec<TableEntry>),
 }
 
 /// A key with its value.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Entry {
+pub(crate) struct TableEntry {
     pub key: String,
     pub key_span: Range<usize>,
     pub node: ValueNode,
@@ -42,9 +42,9 @@ impl ValueNode {
     }
 
     /// Returns a key and its value, if this is a table with that key.
-    pub fn entry(&self, key: &str) -> Option<&Entry> {
+    pub fn entry(&self, key: &str) -> Option<&TableEntry> {
         match &self.value {
-            Value::Table(entries) => entries.iter().find(|entry| entry.key == key),
+            TextValue::Table(entries) => entries.iter().find(|entry| entry.key == key),
             _ => None,
         }
     }
@@ -52,7 +52,7 @@ impl ValueNode {
     /// Returns the value of a key for changes, if this is a table with that key.
     pub fn get_mut(&mut self, key: &str) -> Option<&mut ValueNode> {
         match &mut self.value {
-            Value::Table(entries) => entries
+            TextValue::Table(entries) => entries
                 .iter_mut()
                 .find(|entry| entry.key == key)
                 .map(|entry| &mut entry.node),
@@ -61,22 +61,22 @@ impl ValueNode {
     }
 
     /// Description for messages: "a number", "an array".
-    pub fn kind(&self) -> &'static str {
+    pub fn describe_type(&self) -> &'static str {
         match self.value {
-            Value::Null => "null",
-            Value::Boolean(_) => "true or false",
-            Value::Integer(_) | Value::Unsigned(_) | Value::Float(_) => "a number",
-            Value::Text(_) => "text",
-            Value::Date => "a date",
-            Value::Array(_) => "an array",
-            Value::Table(_) => "a table",
+            TextValue::Null => "null",
+            TextValue::Boolean(_) => "true or false",
+            TextValue::Integer(_) | TextValue::Unsigned(_) | TextValue::Float(_) => "a number",
+            TextValue::Text(_) => "text",
+            TextValue::Date => "a date",
+            TextValue::Array(_) => "an array",
+            TextValue::Table(_) => "a table",
         }
     }
 
     /// Byte range in `source` of a part of this text value, or of the whole value if escapes or
     /// line breaks make the text differ from its source.
     pub fn span_within(&self, source: &str, part: &Range<usize>) -> Range<usize> {
-        let Value::Text(text) = &self.value else {
+        let TextValue::Text(text) = &self.value else {
             return self.span.clone();
         };
         let raw = source.get(self.span.clone()).unwrap_or_default();

@@ -2,24 +2,24 @@
 
 use toml::de::{DeTable, DeValue};
 
-use super::node::{Entry, Value, ValueNode};
+use super::node::{TableEntry, TextValue, ValueNode};
 use crate::diagnostic::Diagnostic;
 
 /// Largest number of reported syntax errors. After the first errors, the parser mostly repeats
 /// itself.
-const KEPT: usize = 5;
+const MAX_KEPT: usize = 5;
 
 /// Parses a whole file. On failure, returns the first errors of the parser, in the order of the
 /// text.
 pub(crate) fn parse(text: &str) -> Result<ValueNode, Vec<Diagnostic>> {
     let (table, errors) = DeTable::parse_recoverable(text);
     if !errors.is_empty() {
-        return Err(diagnostics(text, &errors));
+        return Err(convert_errors(text, &errors));
     }
     let mut wrong = Vec::new();
     let root = ValueNode {
         span: 0..0,
-        value: table_value(table.get_ref(), &mut wrong),
+        value: convert_table(table.get_ref(), &mut wrong),
     };
     if wrong.is_empty() {
         Ok(root)
@@ -28,63 +28,64 @@ pub(crate) fn parse(text: &str) -> Result<ValueNode, Vec<Diagnostic>> {
     }
 }
 
-fn table_value(table: &DeTable<'_>, wrong: &mut Vec<Diagnostic>) -> Value {
-    let mut entries: Vec<Entry> = table
+fn convert_table(table: &DeTable<'_>, wrong: &mut Vec<Diagnostic>) -> TextValue {
+    let mut entries: Vec<TableEntry> = table
         .iter()
-        .map(|(key, value)| Entry {
+        .map(|(key, value)| TableEntry {
             key: key.get_ref().to_string(),
             key_span: key.span(),
             node: ValueNode {
                 span: value.span(),
-                value: convert(value.get_ref(), value.span(), wrong),
+                value: convert_value(value.get_ref(), value.span(), wrong),
             },
         })
         .collect();
     // The parser sorts keys by name; parameters depend on each other in the order of the text.
     entries.sort_by_key(|entry| entry.key_span.start);
-    Value::Table(entries)
+    TextValue::Table(entries)
 }
 
-fn convert(
+fn convert_value(
     value: &DeValue<'_>,
     span: std::ops::Range<usize>,
     wrong: &mut Vec<Diagnostic>,
-) -> Value {
+) -> TextValue {
     match value {
-        DeValue::String(text) => Value::Text(text.to_string()),
-        DeValue::Boolean(value) => Value::Boolean(*value),
-        DeValue::Datetime(_) => Value::Date,
-        DeValue::Table(table) => table_value(table, wrong),
-        DeValue::Array(items) => Value::Array(
+        DeValue::String(text) => TextValue::Text(text.to_string()),
+        DeValue::Boolean(value) => TextValue::Boolean(*value),
+        DeValue::Datetime(_) => TextValue::Date,
+        DeValue::Table(table) => convert_table(table, wrong),
+        DeValue::Array(items) => TextValue::Array(
             items
                 .iter()
                 .map(|item| ValueNode {
                     span: item.span(),
-                    value: convert(item.get_ref(), item.span(), wrong),
+                    value: convert_value(item.get_ref(), item.span(), wrong),
                 })
                 .collect(),
         ),
         DeValue::Integer(digits) => {
-            let signed = i64::from_str_radix(digits.as_str(), digits.radix()).map(Value::Integer);
+            let signed =
+                i64::from_str_radix(digits.as_str(), digits.radix()).map(TextValue::Integer);
             let any = signed.or_else(|_| {
-                u64::from_str_radix(digits.as_str(), digits.radix()).map(Value::Unsigned)
+                u64::from_str_radix(digits.as_str(), digits.radix()).map(TextValue::Unsigned)
             });
             any.unwrap_or_else(|_| {
-                wrong.push(not_a_number(span));
-                Value::Integer(0)
+                wrong.push(oversized_number_diagnostic(span));
+                TextValue::Integer(0)
             })
         }
         DeValue::Float(digits) => digits.as_str().parse().map_or_else(
             |_| {
-                wrong.push(not_a_number(span));
-                Value::Float(0.0)
+                wrong.push(oversized_number_diagnostic(span));
+                TextValue::Float(0.0)
             },
-            Value::Float,
+            TextValue::Float,
         ),
     }
 }
 
-fn not_a_number(span: std::ops::Range<usize>) -> Diagnostic {
+fn oversized_number_diagnostic(span: std::ops::Range<usize>) -> Diagnostic {
     let message = "this number is too large".to_owned();
     let hint = Some(
         "whole numbers go up to 18446744073709551615; with a decimal point there is no such limit"
@@ -98,7 +99,7 @@ fn not_a_number(span: std::ops::Range<usize>) -> Diagnostic {
     }
 }
 
-fn diagnostics(text: &str, errors: &[toml::de::Error]) -> Vec<Diagnostic> {
+fn convert_errors(text: &str, errors: &[toml::de::Error]) -> Vec<Diagnostic> {
     let deep = errors
         .iter()
         .find(|error| error.message().contains("recur"));
@@ -110,14 +111,17 @@ fn diagnostics(text: &str, errors: &[toml::de::Error]) -> Vec<Diagnostic> {
             hint: Some("a scene needs about ten levels".to_owned()),
         }];
     }
-    let mut list: Vec<Diagnostic> = errors.iter().map(|error| diagnostic(text, error)).collect();
+    let mut list: Vec<Diagnostic> = errors
+        .iter()
+        .map(|error| convert_error(text, error))
+        .collect();
     list.sort_by_key(|problem| problem.span.as_ref().map_or(usize::MAX, |span| span.start));
     list.dedup();
-    list.truncate(KEPT);
+    list.truncate(MAX_KEPT);
     list
 }
 
-fn diagnostic(text: &str, error: &toml::de::Error) -> Diagnostic {
+fn convert_error(text: &str, error: &toml::de::Error) -> Diagnostic {
     let message = error.message().replace('\n', ", ");
     let hint = if text.trim_start().starts_with('{') {
         Some("this looks like JSON: name the file NAME.scene.json")

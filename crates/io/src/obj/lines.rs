@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 
-use crate::text::{lines, without_mark};
+use crate::text::{split_lines, strip_byte_order_mark};
 
 /// A statement of an OBJ or MTL file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,13 +19,13 @@ pub(super) struct Statement<'a> {
 /// Decodes the text of a file: lines that end in `\` are joined to the next, and carriage returns
 /// become line feeds. In other encodings than UTF-8 only names become unreadable, because numbers
 /// are ASCII.
-pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
-    let bytes = without_mark(bytes);
+pub(super) fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
+    let bytes = strip_byte_order_mark(bytes);
     let text = if bytes
         .windows(2)
         .any(|pair| pair[0] == b'\r' && pair[1] != b'\n')
     {
-        let lines: Vec<&[u8]> = lines(bytes).collect();
+        let lines: Vec<&[u8]> = split_lines(bytes).collect();
         Cow::Owned(String::from_utf8_lossy(&lines.join(&b'\n')).into_owned())
     } else {
         String::from_utf8_lossy(bytes)
@@ -54,7 +54,7 @@ pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
 }
 
 /// Splits a decoded text into statements.
-pub(super) fn statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
+pub(super) fn split_statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
     text.lines().enumerate().filter_map(|(i, line)| {
         let line = line.split('#').next().unwrap_or_default().trim();
         let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
@@ -67,7 +67,7 @@ pub(super) fn statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
 }
 
 /// Normalises a path from another system to the form of [`Folder::read`](crate::Folder::read).
-pub(super) fn relative(path: &str) -> String {
+pub(super) fn normalise_path(path: &str) -> String {
     path.trim().trim_matches('"').replace('\\', "/")
 }
 
@@ -79,8 +79,8 @@ mod tests {
     /// right.
     #[test]
     fn carriage_returns_end_lines() {
-        let text = decode(b"# a\rv 1\\\r2\rmtllib m\nf 1\r\n\r\ng x\r");
-        let found: Vec<_> = statements(&text)
+        let text = decode_text(b"# a\rv 1\\\r2\rmtllib m\nf 1\r\n\r\ng x\r");
+        let found: Vec<_> = split_statements(&text)
             .map(|s| (s.line, s.keyword, s.rest))
             .collect();
         assert_eq!(
@@ -98,8 +98,9 @@ mod tests {
     /// `\r\n` ends a line.
     #[test]
     fn statements_are_joined_and_stripped() {
-        let text = decode(b"\xef\xbb\xbf  # x\r\nf 1 2 \\\r\n 3 # y\r\n\r\nusemtl  a b \n s\toff");
-        let found: Vec<_> = statements(&text)
+        let text =
+            decode_text(b"\xef\xbb\xbf  # x\r\nf 1 2 \\\r\n 3 # y\r\n\r\nusemtl  a b \n s\toff");
+        let found: Vec<_> = split_statements(&text)
             .map(|s| (s.line, s.keyword, s.rest))
             .collect();
         assert_eq!(

@@ -23,44 +23,45 @@ use raywright_core::scene::{
     TextureInput, TextureRef,
 };
 
-use super::texture::{TextureStatement, Textures};
-use crate::import::{Warnings, printable};
+use super::texture::{TextureLoader, TextureStatement};
+use crate::import::{Warnings, sanitise_text};
 use crate::warning::WarningCode;
 
 /// Perceptual roughness of a Phong lobe with this exponent: its α is √(2/(n+2)) (Walter, Marschner,
 /// Li, Torrance, "Microfacet Models for Refraction through Rough Surfaces", 2007), and roughness is
 /// √α.
-fn roughness(exponent: f64) -> f64 {
+fn phong_roughness(exponent: f64) -> f64 {
     (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt()
 }
 
 /// Returns the texture statements of a material whose images are used.
-pub(super) fn images(source: &tobj::Material) -> impl Iterator<Item = &str> {
+pub(super) fn image_statements(source: &tobj::Material) -> impl Iterator<Item = &str> {
     let known = [&source.diffuse_texture, &source.dissolve_texture]
         .into_iter()
         .filter_map(Option::as_deref);
     known.chain(
         ["map_Ke", "map_Pr", "map_Pm", "norm"]
             .into_iter()
-            .filter_map(|key| unknown(source, key)),
+            .filter_map(|key| extra_parameter(source, key)),
     )
 }
 
 /// Returns the text after a keyword that `tobj` does not know.
-fn unknown<'s>(source: &'s tobj::Material, key: &str) -> Option<&'s str> {
+fn extra_parameter<'s>(source: &'s tobj::Material, key: &str) -> Option<&'s str> {
     source.unknown_param.get(key).map(String::as_str)
 }
 
 /// Converts a material for the scene, with the images that could be read.
-pub(super) fn convert(
+pub(super) fn convert_material(
     source: &tobj::Material,
-    textures: &mut Textures,
+    textures: &mut TextureLoader,
     scene: &mut Scene,
     warnings: &mut Warnings,
 ) -> Physical {
-    let unknown = |key: &str| unknown(source, key);
-    let mut texture = |statement: Option<&str>, space| textures.get(statement?, space, scene);
-    let mut out = surface(source);
+    let unknown = |key: &str| extra_parameter(source, key);
+    let mut texture =
+        |statement: Option<&str>, space| textures.texture_ref(statement?, space, scene);
+    let mut out = convert_surface(source);
     out.base_colour_texture = texture(source.diffuse_texture.as_deref(), ColourSpace::Srgb);
     out.emission_texture = texture(unknown("map_Ke"), ColourSpace::Srgb);
     let emission = source
@@ -72,7 +73,7 @@ pub(super) fn convert(
         });
     out.emission = Colour(emission.map(|c| {
         if c.is_finite() {
-            single(c).max(0.0)
+            round_to_f32(c).max(0.0)
         } else {
             0.0
         }
@@ -82,19 +83,19 @@ pub(super) fn convert(
         ("Pr", "map_Pr", &mut out.roughness),
         ("Pm", "map_Pm", &mut out.metallic),
     ] {
-        let value = unknown(key).and_then(parsed).map(unit);
+        let value = unknown(key).and_then(parse_number).map(clamp_unit);
         match texture(unknown(image), ColourSpace::Linear) {
-            Some(image) => *input = pictured(image, value.unwrap_or(1.0)),
+            Some(image) => *input = texture_input(image, value.unwrap_or(1.0)),
             None => *input = value.map_or(input.clone(), NumberInput::from),
         }
     }
-    layers(source, &mut out);
+    add_layers(source, &mut out);
     if let Some(statement) = unknown("norm") {
         out.normal_texture = texture(Some(statement), ColourSpace::Linear);
         out.normal_scale = TextureStatement::parse(statement).bump;
     }
     if !out.may_transmit() {
-        let opacity = opacity(source, warnings);
+        let opacity = read_opacity(source, warnings);
         out.opacity = opacity.into();
         let own_alpha = match (&source.dissolve_texture, &source.diffuse_texture) {
             (Some(alpha), Some(colour)) => {
@@ -107,22 +108,22 @@ pub(super) fn convert(
         }
         let cover = source.dissolve_texture.as_deref().filter(|_| !own_alpha);
         if let Some(image) = texture(cover, ColourSpace::Linear) {
-            (out.alpha, out.opacity) = (AlphaMode::Blend, pictured(image, opacity));
+            (out.alpha, out.opacity) = (AlphaMode::Blend, texture_input(image, opacity));
         }
     }
     out
 }
 
 /// Rounds a number of a material to single precision.
-fn single(value: f64) -> f64 {
+fn round_to_f32(value: f64) -> f64 {
     f64::from(value as f32)
 }
 
 /// Returns base colour, lobes and index of refraction of a material, by the table in the
 /// description of the module.
-fn surface(source: &tobj::Material) -> Physical {
+fn convert_surface(source: &tobj::Material) -> Physical {
     let rgb = |colour: Option<[f64; 3]>, missing: f64| {
-        colour.map_or([missing; 3], |c| c.map(|c| unit(single(c))))
+        colour.map_or([missing; 3], |c| c.map(|c| clamp_unit(round_to_f32(c))))
     };
     let diffuse = rgb(
         source.diffuse,
@@ -136,15 +137,17 @@ fn surface(source: &tobj::Material) -> Physical {
     let filter = source.unknown_param.get("Tf").map(|text| {
         let mut numbers = text
             .split_whitespace()
-            .map(|word| parsed(word).unwrap_or(1.0));
-        [0; 3].map(|_| unit(numbers.next().unwrap_or(1.0)))
+            .map(|word| parse_number(word).unwrap_or(1.0));
+        [0; 3].map(|_| clamp_unit(numbers.next().unwrap_or(1.0)))
     });
     let black = |c: [f64; 3]| c.iter().all(|&c| c == 0.0);
     let index = source
         .optical_density
-        .map(single)
+        .map(round_to_f32)
         .filter(|n| n.is_finite() && *n >= 1.0);
-    let rough = source.shininess.map_or(1.0, |n| roughness(single(n)));
+    let rough = source
+        .shininess
+        .map_or(1.0, |n| phong_roughness(round_to_f32(n)));
     let illum = source.illumination_model.unwrap_or(2);
     let clear = filter.is_some_and(|tint| !black(tint)) || source.dissolve.is_some_and(|d| d < 1.0);
     let value_of = |colour: [f64; 3]| Physical {
@@ -201,13 +204,13 @@ fn surface(source: &tobj::Material) -> Physical {
 
 /// Adds the layers of the PBR extension: `Ps` sheen, `Pc` and `Pcr` a clearcoat, `aniso` and
 /// `anisor` (in turns) anisotropy.
-fn layers(source: &tobj::Material, out: &mut Physical) {
+fn add_layers(source: &tobj::Material, out: &mut Physical) {
     let number = |key: &str| {
         source
             .unknown_param
             .get(key)
-            .and_then(|text| parsed(text))
-            .map(unit)
+            .and_then(|text| parse_number(text))
+            .map(clamp_unit)
     };
     let some = |key: &str| number(key).filter(|value| *value > 0.0);
     out.sheen = some("Ps").map(|strength| Sheen {
@@ -227,11 +230,15 @@ fn layers(source: &tobj::Material, out: &mut Physical) {
 }
 
 /// Returns the opacity of a material: `d` or, without a `d`, 1 − `Tr`.
-fn opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
+fn read_opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
     if let Some(dissolve) = source.dissolve {
-        return unit(single(dissolve));
+        return clamp_unit(round_to_f32(dissolve));
     }
-    match source.unknown_param.get("Tr").and_then(|text| parsed(text)) {
+    match source
+        .unknown_param
+        .get("Tr")
+        .and_then(|text| parse_number(text))
+    {
         // Old exporters wrote `Tr 1` for an opaque material, and a file hardly describes an
         // invisible material.
         Some(1.0) => {
@@ -239,18 +246,18 @@ fn opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
                 WarningCode::Choice,
                 format!(
                     "material `{}`: Tr 1 alone was taken as opaque",
-                    printable(&source.name)
+                    sanitise_text(&source.name)
                 ),
             );
             1.0
         }
-        Some(transparency) => unit(1.0 - transparency),
+        Some(transparency) => clamp_unit(1.0 - transparency),
         None => 1.0,
     }
 }
 
 /// Returns an input that reads the red channel of an image, times a factor.
-fn pictured(image: TextureRef, factor: f64) -> NumberInput {
+fn texture_input(image: TextureRef, factor: f64) -> NumberInput {
     NumberInput::Texture(TextureInput {
         texture: TextureRef {
             factor: Colour([factor; 3]),
@@ -261,7 +268,7 @@ fn pictured(image: TextureRef, factor: f64) -> NumberInput {
 }
 
 /// Lists the keys of a material that would change its look but have no equivalent here.
-pub(super) fn unread(source: &tobj::Material) -> Vec<String> {
+pub(super) fn unsupported_keys(source: &tobj::Material) -> Vec<String> {
     const READ: [&str; 14] = [
         "Tf", "Tr", "Pr", "Pm", "map_Pr", "map_Pm", "map_Ke", "norm", "Kt", "Ps", "Pc", "Pcr",
         "aniso", "anisor",
@@ -287,11 +294,11 @@ pub(super) fn unread(source: &tobj::Material) -> Vec<String> {
     ignored.truncate(20);
     ignored
         .into_iter()
-        .map(|key| format!("MTL {}", printable(key)))
+        .map(|key| format!("MTL {}", sanitise_text(key)))
         .collect()
 }
 
-fn parsed(text: &str) -> Option<f64> {
+fn parse_number(text: &str) -> Option<f64> {
     text.split_whitespace()
         .next()?
         .parse()
@@ -299,7 +306,7 @@ fn parsed(text: &str) -> Option<f64> {
         .filter(|value: &f64| value.is_finite())
 }
 
-fn unit(value: f64) -> f64 {
+fn clamp_unit(value: f64) -> f64 {
     if value.is_nan() {
         0.0
     } else {
@@ -315,7 +322,7 @@ mod tests {
     fn of(text: &str) -> Physical {
         let text = format!("newmtl m\n{text}");
         let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).unwrap();
-        surface(&materials[0])
+        convert_surface(&materials[0])
     }
 
     fn base(material: &Physical) -> [f64; 3] {
@@ -357,7 +364,7 @@ mod tests {
         .0
         .remove(0);
         let mut coated = Physical::default();
-        layers(&source, &mut coated);
+        add_layers(&source, &mut coated);
         let (coat, anisotropy) = (
             coated.clearcoat.expect("a coat"),
             coated.anisotropy.expect("combed"),
@@ -371,7 +378,7 @@ mod tests {
             coated.sheen.expect("fibres").colour,
             Colour([0.5; 3]).into()
         );
-        assert!(unread(&source).is_empty());
+        assert!(unsupported_keys(&source).is_empty());
         let shiny = of("Kd 0.5 0.5 0.5\nKs 0.3 0.3 0.3\nNs 30\nillum 2");
         assert_eq!(
             (shiny.ior, shiny.roughness, shiny.metallic),

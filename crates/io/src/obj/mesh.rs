@@ -4,16 +4,16 @@
 use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
-use raywright_core::scene::{MeshData, Positions, origin_near};
+use raywright_core::scene::{MeshData, VertexPositions, choose_origin};
 
-use super::survey::{FaceRun, Shading};
-use crate::import::{Fault, Outcome};
-use crate::mesh_tools::painted;
-use crate::polygon::{self, Clipper};
+use super::survey::{FaceRun, NormalSource};
+use crate::import::{Fault, ImportResult};
+use crate::mesh_tools::decode_vertex_colour;
+use crate::polygon::{self, EarClipper};
 
 /// Faces of a single material, all flat or all smooth.
 #[derive(Debug)]
-pub(super) struct MaterialFaces {
+pub(super) struct MaterialMesh {
     /// As in [`FaceRun::material`].
     pub material: Option<usize>,
     pub data: MeshData,
@@ -28,7 +28,10 @@ type PositionKey = (u32, [u32; 3]);
 ///
 /// # Errors
 /// A fault of kind limit for too many vertices or oversized concave polygons.
-pub(super) fn build(runs: &[FaceRun], models: Vec<tobj::Model>) -> Outcome<Vec<MaterialFaces>> {
+pub(super) fn build_meshes(
+    runs: &[FaceRun],
+    models: Vec<tobj::Model>,
+) -> ImportResult<Vec<MaterialMesh>> {
     let models: Vec<(FaceRun, tobj::Mesh)> = models
         .into_iter()
         .filter_map(|model| Some((*runs.get(model.name.parse::<usize>().ok()?)?, model.mesh)))
@@ -36,27 +39,27 @@ pub(super) fn build(runs: &[FaceRun], models: Vec<tobj::Model>) -> Outcome<Vec<M
     let coordinates = models
         .iter()
         .flat_map(|(_, mesh)| mesh.positions.as_chunks::<3>().0);
-    let origin = origin_near(coordinates.map(|&p| p.into()));
-    let normals = smooth_normals(&models, origin);
+    let origin = choose_origin(coordinates.map(|&p| p.into()));
+    let normals = sum_smooth_normals(&models, origin);
     // Some programs write colours from 0 to 255.
     let bytes = models
         .iter()
         .flat_map(|(_, mesh)| &mesh.vertex_color)
         .any(|&c| c as f32 > 1.0);
     let scale = if bytes { 1.0 / 255.0 } else { 1.0 };
-    let mut clipper = Clipper::default();
-    let mut parts: Vec<MaterialFaces> = Vec::new();
+    let mut clipper = EarClipper::default();
+    let mut parts: Vec<MaterialMesh> = Vec::new();
     let mut numbers: HashMap<(Option<usize>, bool), usize> = HashMap::new();
     for (run, mesh) in &models {
         let next = parts.len();
         let number = *numbers
-            .entry((run.material, run.shading == Shading::Flat))
+            .entry((run.material, run.normal_source == NormalSource::Flat))
             .or_insert(next);
         if number == next {
-            parts.push(MaterialFaces {
+            parts.push(MaterialMesh {
                 material: run.material,
                 data: MeshData {
-                    positions: Positions::about(origin),
+                    positions: VertexPositions::with_origin(origin),
                     ..MeshData::default()
                 },
             });
@@ -70,7 +73,7 @@ pub(super) fn build(runs: &[FaceRun], models: Vec<tobj::Model>) -> Outcome<Vec<M
 }
 
 /// Returns the corners of each polygon as a slice of `mesh.indices`.
-fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = &[u32]> {
+fn split_polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = &[u32]> {
     // tobj omits the arities if all faces are triangles.
     let count = if mesh.face_arities.is_empty() {
         mesh.indices.len() / 3
@@ -86,13 +89,13 @@ fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = &[u32]> {
     })
 }
 
-fn position(mesh: &tobj::Mesh, origin: DVec3, vertex: u32) -> [f32; 3] {
-    (DVec3::from(triple(&mesh.positions, vertex as usize)) - origin)
+fn vertex_position(mesh: &tobj::Mesh, origin: DVec3, vertex: u32) -> [f32; 3] {
+    (DVec3::from(read_triple(&mesh.positions, vertex as usize)) - origin)
         .as_vec3()
         .to_array()
 }
 
-fn triple(values: &[f64], i: usize) -> [f64; 3] {
+fn read_triple(values: &[f64], i: usize) -> [f64; 3] {
     values
         .get(3 * i..)
         .and_then(|rest| rest.first_chunk())
@@ -101,38 +104,41 @@ fn triple(values: &[f64], i: usize) -> [f64; 3] {
 }
 
 /// Rounds to single precision.
-fn single(values: [f64; 3]) -> [f32; 3] {
+fn to_f32(values: [f64; 3]) -> [f32; 3] {
     values.map(|value| value as f32)
 }
 
-fn double(p: [f32; 3]) -> DVec3 {
+fn to_dvec3(p: [f32; 3]) -> DVec3 {
     Vec3::from_array(p).as_dvec3()
 }
 
-fn place(group: u32, p: [f32; 3]) -> PositionKey {
+fn position_key(group: u32, p: [f32; 3]) -> PositionKey {
     // Adding 0 maps −0 to 0.
     (group, p.map(|c| (c + 0.0).to_bits()))
 }
 
 /// Sums the area-weighted normals of the polygons for each smoothing group and position.
-fn smooth_normals(models: &[(FaceRun, tobj::Mesh)], origin: DVec3) -> HashMap<PositionKey, DVec3> {
+fn sum_smooth_normals(
+    models: &[(FaceRun, tobj::Mesh)],
+    origin: DVec3,
+) -> HashMap<PositionKey, DVec3> {
     let mut sums = HashMap::new();
     let mut points = Vec::new();
     for (run, mesh) in models {
-        let Shading::Group(group) = run.shading else {
+        let NormalSource::Group(group) = run.normal_source else {
             continue;
         };
-        for face in polygons(mesh) {
+        for face in split_polygons(mesh) {
             points.clear();
             points.extend(
                 face.iter()
-                    .map(|&vertex| double(position(mesh, origin, vertex))),
+                    .map(|&vertex| to_dvec3(vertex_position(mesh, origin, vertex))),
             );
-            let normal = polygon::normal(&points);
+            let normal = polygon::newell_normal(&points);
             if normal.is_finite() {
                 for &vertex in face {
                     *sums
-                        .entry(place(group, position(mesh, origin, vertex)))
+                        .entry(position_key(group, vertex_position(mesh, origin, vertex)))
                         .or_insert(DVec3::ZERO) += normal;
                 }
             }
@@ -148,29 +154,32 @@ fn append_vertices(
     (mesh, origin): (&tobj::Mesh, DVec3),
     normals: &HashMap<PositionKey, DVec3>,
     scale: f32,
-) -> Outcome<()> {
+) -> ImportResult<()> {
     let before = out.positions.len();
     let count = mesh.positions.len() / 3;
     if u32::try_from(before + count).is_err() {
-        return Err(Fault::limit("has more than 4294967295 vertices"));
+        return Err(Fault::over_limit("has more than 4294967295 vertices"));
     }
-    let vertices = || (0..count as u32).map(|vertex| position(mesh, origin, vertex));
-    out.positions.extend(vertices());
-    match run.shading {
-        Shading::Flat => {}
-        Shading::Given => out
+    let vertices = || (0..count as u32).map(|vertex| vertex_position(mesh, origin, vertex));
+    out.positions.extend_offsets(vertices());
+    match run.normal_source {
+        NormalSource::Flat => {}
+        NormalSource::FromFile => out
             .normals
-            .extend((0..count).map(|i| single(triple(&mesh.normals, i)))),
-        Shading::Group(group) => out.normals.extend(vertices().map(|p| {
-            let sum = normals.get(&place(group, p)).copied().unwrap_or_default();
+            .extend((0..count).map(|i| to_f32(read_triple(&mesh.normals, i)))),
+        NormalSource::Group(group) => out.normals.extend(vertices().map(|p| {
+            let sum = normals
+                .get(&position_key(group, p))
+                .copied()
+                .unwrap_or_default();
             sum.normalize_or_zero().as_vec3().to_array()
         })),
     }
     append_uvs(out, run, mesh, before, count);
     if !mesh.vertex_color.is_empty() {
-        out.colours.extend(
-            (0..count).map(|i| painted(single(triple(&mesh.vertex_color, i)).map(|c| c * scale))),
-        );
+        out.colours.extend((0..count).map(|i| {
+            decode_vertex_colour(to_f32(read_triple(&mesh.vertex_color, i)).map(|c| c * scale))
+        }));
     }
     Ok(())
 }
@@ -179,16 +188,16 @@ fn append_vertices(
 fn append_triangles(
     out: &mut MeshData,
     (mesh, origin): (&tobj::Mesh, DVec3),
-    clipper: &mut Clipper,
-) -> Outcome<()> {
+    clipper: &mut EarClipper,
+) -> ImportResult<()> {
     // The number of vertices was checked before.
     let offset = (out.positions.len() - mesh.positions.len() / 3) as u32;
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
-    for face in polygons(mesh) {
+    for face in split_polygons(mesh) {
         points.clear();
         points.extend(
             face.iter()
-                .map(|&vertex| double(position(mesh, origin, vertex))),
+                .map(|&vertex| to_dvec3(vertex_position(mesh, origin, vertex))),
         );
         triangles.clear();
         clipper.triangulate(&points, &mut triangles)?;
@@ -202,7 +211,7 @@ fn append_triangles(
 /// Adds a run's texture coordinates to a mesh. If only some runs of the mesh have texture
 /// coordinates, the other runs get zeros.
 fn append_uvs(out: &mut MeshData, run: &FaceRun, mesh: &tobj::Mesh, before: usize, count: usize) {
-    if run.textured && out.uvs.is_empty() {
+    if run.has_uvs && out.uvs.is_empty() {
         out.uvs.push(vec![[0.0; 2]; before]);
     }
     let Some(set) = out.uvs.first_mut() else {
@@ -214,7 +223,7 @@ fn append_uvs(out: &mut MeshData, run: &FaceRun, mesh: &tobj::Mesh, before: usiz
         .and_then(|rest| rest.first_chunk())
     {
         // The format counts v from the bottom row, a scene from the top.
-        Some(&[u, v]) if run.textured && u.is_finite() && v.is_finite() => {
+        Some(&[u, v]) if run.has_uvs && u.is_finite() && v.is_finite() => {
             [u as f32, 1.0 - v as f32]
         }
         _ => [0.0; 2],

@@ -18,19 +18,22 @@ use std::path::Path;
 
 use raywright_core::Scene;
 use raywright_core::scene::{
-    Material, Mesh, MeshData, MeshSource, Model, Object, Shape, SideRule, UnreadPart,
+    Material, MaterialModel, Mesh, MeshData, MeshSource, Object, Shape, SideRule,
+    UnsupportedProperty,
 };
 
 use crate::folder::Folder;
-use crate::import::{DecodeBudget, Fault, ImportedScene, Outcome, UniqueNames, Warnings, checked};
-use crate::text::refuse_foreign;
+use crate::import::{
+    DecodeBudget, Fault, ImportResult, ImportedScene, UniqueNames, Warnings, validate_scene,
+};
+use crate::text::refuse_non_text;
 use crate::warning::WarningCode;
 use crate::{Error, Limits, mesh_tools};
 
-use mesh::MaterialFaces;
+use mesh::MaterialMesh;
 use mtl::MaterialLibrary;
 use survey::ObjSurvey;
-use texture::Textures;
+use texture::TextureLoader;
 
 /// Imports an OBJ file from its bytes, with the material libraries and images beside the file.
 ///
@@ -46,28 +49,37 @@ pub(crate) fn load(
     import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))
 }
 
-fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<ImportedScene> {
+fn import(
+    file: &Path,
+    bytes: &[u8],
+    folder: &Folder,
+    limits: &Limits,
+) -> ImportResult<ImportedScene> {
     let mut warnings = Warnings::default();
     let mut budget = DecodeBudget::new(limits);
-    refuse_foreign(bytes)?;
-    let survey = survey::survey(&lines::decode(bytes), &mut budget, &mut warnings)?;
+    refuse_non_text(bytes)?;
+    let survey = survey::survey_obj(&lines::decode_text(bytes), &mut budget, &mut warnings)?;
     let library = mtl::load(&survey.libraries, folder, &mut warnings)?;
-    let models = models(&survey)?;
-    let parts = mesh::build(&survey.runs, models)?;
-    let materials = Materials::new(survey.materials, library, Textures::new(folder, limits));
-    scene(file, parts, materials, budget, warnings)
+    let models = parse_rewritten_text(&survey)?;
+    let parts = mesh::build_meshes(&survey.runs, models)?;
+    let materials = MaterialConverter::new(
+        survey.materials,
+        library,
+        TextureLoader::new(folder, limits),
+    );
+    build_scene(file, parts, materials, budget, warnings)
 }
 
 /// Builds the scene of a file with a single mesh as for an OBJ file without a material, so that the
 /// same mesh gives the same picture in every format.
-pub(crate) fn of_mesh(
+pub(crate) fn scene_from_mesh(
     file: &Path,
     data: MeshData,
     context: (&Folder, &Limits),
     budget: DecodeBudget,
     warnings: Warnings,
-) -> Outcome<ImportedScene> {
-    of_parts(
+) -> ImportResult<ImportedScene> {
+    scene_from_meshes(
         file,
         vec![(None, data)],
         Vec::new(),
@@ -77,39 +89,39 @@ pub(crate) fn of_mesh(
     )
 }
 
-/// Builds the scene of several meshes, each with an optional index of an image, as [`of_mesh`] does
+/// Builds the scene of several meshes, each with an optional index of an image, as [`scene_from_mesh`] does
 /// for a single mesh.
-pub(crate) fn of_parts(
+pub(crate) fn scene_from_meshes(
     file: &Path,
     parts: Vec<(Option<usize>, MeshData)>,
     images: Vec<String>,
     (folder, limits): (&Folder, &Limits),
     budget: DecodeBudget,
     warnings: Warnings,
-) -> Outcome<ImportedScene> {
+) -> ImportResult<ImportedScene> {
     let is_whole = parts.len() == 1 && parts.iter().all(|(image, _)| image.is_some());
-    let (names, library) = MaterialLibrary::of_images(images, is_whole);
+    let (names, library) = MaterialLibrary::from_images(images, is_whole);
     let parts = parts
         .into_iter()
-        .map(|(material, data)| MaterialFaces { material, data })
+        .map(|(material, data)| MaterialMesh { material, data })
         .collect();
-    scene(
+    build_scene(
         file,
         parts,
-        Materials::new(names, library, Textures::new(folder, limits)),
+        MaterialConverter::new(names, library, TextureLoader::new(folder, limits)),
         budget,
         warnings,
     )
 }
 
 /// Builds a scene with an object for each part.
-fn scene(
+fn build_scene(
     file: &Path,
-    parts: Vec<MaterialFaces>,
-    mut materials: Materials,
+    parts: Vec<MaterialMesh>,
+    mut materials: MaterialConverter,
     mut budget: DecodeBudget,
     mut warnings: Warnings,
-) -> Outcome<ImportedScene> {
+) -> ImportResult<ImportedScene> {
     let mut scene = Scene {
         title: file
             .file_stem()
@@ -120,7 +132,7 @@ fn scene(
     materials.read_images(&parts, &mut scene, &mut budget, &mut warnings)?;
     let mut names = UniqueNames::default();
     for mut part in parts {
-        let dropped = mesh_tools::drop_unusable(&mut part.data);
+        let dropped = mesh_tools::drop_non_finite_triangles(&mut part.data);
         if dropped > 0 {
             warnings.add(
                 WarningCode::Geometry,
@@ -130,16 +142,16 @@ fn scene(
         if part.data.indices.is_empty() {
             continue;
         }
-        mesh_tools::mend_normals(&mut part.data);
-        let material = materials.get(
+        mesh_tools::repair_normals(&mut part.data);
+        let material = materials.convert(
             part.material,
             !part.data.colours.is_empty(),
             &mut scene,
             &mut warnings,
         );
-        budget.object()?;
-        let label = materials.label(part.material).to_owned();
-        let name = names.unique(&label);
+        budget.reserve_object()?;
+        let label = materials.name_in_file(part.material).to_owned();
+        let name = names.make_unique(&label);
         scene.meshes.push(Mesh {
             name: name.clone(),
             source: MeshSource::Inline(part.data.into()),
@@ -162,11 +174,11 @@ fn scene(
             "the file has no triangles: nothing to see",
         );
     }
-    Ok((checked(scene)?, warnings.finish(file.display())))
+    Ok((validate_scene(scene)?, warnings.into_list(file.display())))
 }
 
 /// Parses the rewritten text with tobj: for each run a list of welded vertices, and polygons.
-fn models(survey: &ObjSurvey) -> Outcome<Vec<tobj::Model>> {
+fn parse_rewritten_text(survey: &ObjSurvey) -> ImportResult<Vec<tobj::Model>> {
     let options = tobj::LoadOptions {
         single_index: true,
         ..tobj::LoadOptions::default()
@@ -174,52 +186,54 @@ fn models(survey: &ObjSurvey) -> Outcome<Vec<tobj::Model>> {
     let no_materials = |_: &Path| Ok(Default::default());
     match tobj::load_obj_buf(&mut survey.text.as_bytes(), &options, no_materials) {
         Ok((models, _)) => Ok(models),
-        Err(error) => Err(Fault::input(format!("is no valid OBJ ({error})"))),
+        Err(error) => Err(Fault::invalid_input(format!("is no valid OBJ ({error})"))),
     }
 }
 
 /// Materials of a file, converted on first use.
-struct Materials<'a> {
+struct MaterialConverter<'a> {
     /// Names of materials in the file, by number.
-    used: Vec<String>,
+    names_in_file: Vec<String>,
     library: MaterialLibrary,
-    textures: Textures<'a>,
-    names: UniqueNames,
+    textures: TextureLoader<'a>,
+    unique_names: UniqueNames,
     /// Name in the scene, by number and by the use of vertex colours.
-    known: HashMap<(Option<usize>, bool), String>,
+    converted_names: HashMap<(Option<usize>, bool), String>,
 }
 
-impl<'a> Materials<'a> {
+impl<'a> MaterialConverter<'a> {
     /// Creates a converter without converted materials.
-    fn new(used: Vec<String>, library: MaterialLibrary, textures: Textures<'a>) -> Self {
+    fn new(used: Vec<String>, library: MaterialLibrary, textures: TextureLoader<'a>) -> Self {
         Self {
-            used,
+            names_in_file: used,
             library,
             textures,
-            names: UniqueNames::default(),
-            known: HashMap::new(),
+            unique_names: UniqueNames::default(),
+            converted_names: HashMap::new(),
         }
     }
 
     /// Returns the name of a material in the file, or the default name.
-    fn label(&self, number: Option<usize>) -> &str {
+    fn name_in_file(&self, number: Option<usize>) -> &str {
         number
-            .and_then(|i| self.used.get(i))
+            .and_then(|i| self.names_in_file.get(i))
             .map_or(mtl::DEFAULT, String::as_str)
     }
 
     /// Reads the images of the materials that the parts use.
     fn read_images(
         &mut self,
-        parts: &[MaterialFaces],
+        parts: &[MaterialMesh],
         scene: &mut Scene,
         budget: &mut DecodeBudget,
         warnings: &mut Warnings,
-    ) -> Outcome<()> {
+    ) -> ImportResult<()> {
         let mut statements = Vec::new();
         for part in parts {
-            let source = self.library.get(self.label(part.material), false, warnings);
-            statements.extend(material::images(&source).map(str::to_owned));
+            let source = self
+                .library
+                .get(self.name_in_file(part.material), false, warnings);
+            statements.extend(material::image_statements(&source).map(str::to_owned));
         }
         self.textures.load(
             statements.iter().map(String::as_str),
@@ -230,31 +244,35 @@ impl<'a> Materials<'a> {
     }
 
     /// Returns a material's name in the scene, for meshes with or without vertex colours.
-    fn get(
+    fn convert(
         &mut self,
         number: Option<usize>,
         coloured: bool,
         scene: &mut Scene,
         warnings: &mut Warnings,
     ) -> String {
-        if let Some(name) = self.known.get(&(number, coloured)) {
+        if let Some(name) = self.converted_names.get(&(number, coloured)) {
             return name.clone();
         }
-        let label = self.label(number).to_owned();
+        let label = self.name_in_file(number).to_owned();
         let source = self.library.get(&label, number.is_some(), warnings);
-        let mut model = material::convert(source.as_ref(), &mut self.textures, scene, warnings);
+        let mut model =
+            material::convert_material(source.as_ref(), &mut self.textures, scene, warnings);
         model.vertex_colours = coloured;
-        let name = self.names.unique(&label);
-        let unread = material::unread(source.as_ref()).into_iter();
-        scene.unread.extend(unread.map(|subject| UnreadPart {
-            material: name.clone(),
-            label: subject,
-        }));
+        let name = self.unique_names.make_unique(&label);
+        let unread = material::unsupported_keys(source.as_ref()).into_iter();
+        scene
+            .unread
+            .extend(unread.map(|subject| UnsupportedProperty {
+                material: name.clone(),
+                label: subject,
+            }));
         scene.materials.push(Material {
             name: name.clone(),
-            model: Model::Physical(Box::new(model)),
+            model: MaterialModel::Physical(Box::new(model)),
         });
-        self.known.insert((number, coloured), name.clone());
+        self.converted_names
+            .insert((number, coloured), name.clone());
         name
     }
 }

@@ -7,11 +7,11 @@
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
-use super::lines::{Statement, decode, relative, statements};
+use super::lines::{Statement, decode_text, normalise_path, split_statements};
 use super::texture::TextureStatement;
 use crate::folder::{Folder, ReadError};
-use crate::import::{Fault, Outcome, Warnings, printable};
-use crate::text::{has_decimal_comma, number};
+use crate::import::{Fault, ImportResult, Warnings, sanitise_text};
+use crate::text::{has_decimal_comma, parse_number_prefix};
 use crate::warning::WarningCode;
 
 /// Materials of all libraries that an OBJ file names. Of two materials with the same name, the
@@ -28,7 +28,7 @@ impl MaterialLibrary {
     /// Creates a material for each image: the default material with the image as its colour.
     /// Returns the names of the materials and the library. A single image for all faces keeps the
     /// default name, other names contain the index of the image.
-    pub fn of_images(images: Vec<String>, is_whole: bool) -> (Vec<String>, Self) {
+    pub fn from_images(images: Vec<String>, is_whole: bool) -> (Vec<String>, Self) {
         let is_default = is_whole && images.len() == 1;
         let name = |i: usize| {
             if is_default {
@@ -66,7 +66,7 @@ impl MaterialLibrary {
                         WarningCode::Material,
                         format!(
                             "material `{}` is in no library; grey was taken",
-                            printable(name)
+                            sanitise_text(name)
                         ),
                     );
                 }
@@ -84,19 +84,21 @@ pub(super) fn load(
     names: &[String],
     folder: &Folder,
     warnings: &mut Warnings,
-) -> Outcome<MaterialLibrary> {
+) -> ImportResult<MaterialLibrary> {
     let mut library = MaterialLibrary::default();
     let mut seen = HashSet::new();
     for rest in names {
         if !seen.insert(rest) {
             continue;
         }
-        for bytes in files(rest, folder, warnings)? {
-            let text = safe(&decode(&bytes), warnings);
+        for bytes in read_libraries(rest, folder, warnings)? {
+            let text = repair_text(&decode_text(&bytes), warnings);
             // Images of unused materials are not read, but are the user's files too.
-            statements(&text)
-                .filter(names_image)
-                .for_each(|statement| folder.name(&TextureStatement::parse(statement.rest).path));
+            split_statements(&text)
+                .filter(is_image_statement)
+                .for_each(|statement| {
+                    folder.record_reference(&TextureStatement::parse(statement.rest).path)
+                });
             match tobj::load_mtl_buf(&mut text.as_bytes()) {
                 Ok((materials, _)) => library
                     .materials
@@ -105,7 +107,7 @@ pub(super) fn load(
                     WarningCode::Material,
                     format!(
                         "material library `{}` was not read ({error})",
-                        printable(rest)
+                        sanitise_text(rest)
                     ),
                 ),
             }
@@ -115,19 +117,23 @@ pub(super) fn load(
 }
 
 /// Whether a statement of a library names an image.
-fn names_image(statement: &Statement) -> bool {
-    let keyword = key(statement.keyword);
+fn is_image_statement(statement: &Statement) -> bool {
+    let keyword = canonical_key(statement.keyword);
     keyword.starts_with("map_") || matches!(keyword, "bump" | "disp" | "decal" | "refl" | "norm")
 }
 
 /// Reads the libraries of an `mtllib` statement: a single file whose name may contain blanks, or
 /// several files.
-fn files(rest: &str, folder: &Folder, warnings: &mut Warnings) -> Outcome<Vec<Vec<u8>>> {
-    let whole = folder.read(&relative(rest));
+fn read_libraries(
+    rest: &str,
+    folder: &Folder,
+    warnings: &mut Warnings,
+) -> ImportResult<Vec<Vec<u8>>> {
+    let whole = folder.read(&normalise_path(rest));
     let words: Vec<&str> = rest.split_whitespace().collect();
     match whole {
         Ok(bytes) => Ok(vec![bytes]),
-        Err(ReadError::TooLarge(reason)) => Err(Fault::limit(reason)),
+        Err(ReadError::TooLarge(reason)) => Err(Fault::over_limit(reason)),
         Err(why) if words.len() < 2 => {
             warnings.add(WarningCode::Material, format!("material library: {why}"));
             Ok(Vec::new())
@@ -135,9 +141,9 @@ fn files(rest: &str, folder: &Folder, warnings: &mut Warnings) -> Outcome<Vec<Ve
         Err(_) => {
             let mut found = Vec::new();
             for word in words {
-                match folder.read(&relative(word)) {
+                match folder.read(&normalise_path(word)) {
                     Ok(bytes) => found.push(bytes),
-                    Err(ReadError::TooLarge(reason)) => return Err(Fault::limit(reason)),
+                    Err(ReadError::TooLarge(reason)) => return Err(Fault::over_limit(reason)),
                     Err(why) => {
                         warnings.add(WarningCode::Material, format!("material library: {why}"))
                     }
@@ -149,10 +155,10 @@ fn files(rest: &str, folder: &Folder, warnings: &mut Warnings) -> Outcome<Vec<Ve
 }
 
 /// Returns a library's text with incomplete statements completed, or dropped with a warning.
-fn safe(text: &str, warnings: &mut Warnings) -> String {
+fn repair_text(text: &str, warnings: &mut Warnings) -> String {
     let mut out = String::with_capacity(text.len());
-    for statement in statements(text) {
-        match completed(&statement) {
+    for statement in split_statements(text) {
+        match complete_statement(&statement) {
             Some(line) => {
                 out.push_str(&line);
                 out.push('\n');
@@ -162,8 +168,8 @@ fn safe(text: &str, warnings: &mut Warnings) -> String {
                 format!(
                     "material library, line {}: `{} {}` was not understood",
                     statement.line,
-                    printable(statement.keyword),
-                    printable(statement.rest)
+                    sanitise_text(statement.keyword),
+                    sanitise_text(statement.rest)
                 ),
             ),
         }
@@ -180,7 +186,7 @@ const KEYS: [&str; 33] = [
 ];
 
 /// Returns a key in the case of the manual.
-fn key(keyword: &str) -> &str {
+fn canonical_key(keyword: &str) -> &str {
     KEYS.iter()
         .find(|key| key.eq_ignore_ascii_case(keyword))
         .copied()
@@ -188,12 +194,12 @@ fn key(keyword: &str) -> &str {
 }
 
 /// Returns a statement in a form that `tobj` accepts, or `None` for a malformed statement.
-fn completed(statement: &Statement) -> Option<String> {
+fn complete_statement(statement: &Statement) -> Option<String> {
     let Statement { keyword, rest, .. } = *statement;
-    let keyword = key(keyword);
+    let keyword = canonical_key(keyword);
     let numbers = || {
         rest.split_whitespace()
-            .map_while(number)
+            .map_while(parse_number_prefix)
             .map(|(word, _)| word)
     };
     match keyword {
@@ -212,7 +218,7 @@ fn completed(statement: &Statement) -> Option<String> {
         }
         "d" => Some(format!(
             "d {}",
-            number(rest.trim_start_matches("-halo").split_whitespace().next()?)?.0
+            parse_number_prefix(rest.trim_start_matches("-halo").split_whitespace().next()?)?.0
         )),
         "Ns" | "Ni" | "Tr" | "Pr" | "Pm" => Some(format!("{keyword} {}", numbers().next()?)),
         "illum" => Some(format!(
@@ -234,9 +240,9 @@ mod tests {
     fn incomplete_statements_do_no_harm() {
         let text = "newmtl\nKd 0.5\nnewmtl a b\nKe 1 2\nNs\nillum x\nd -halo 0.25\nKs spectral f\nmap_Kd\nTf 1f 2 3 4\n";
         let mut warnings = Warnings::default();
-        let safe = safe(text, &mut warnings);
+        let safe = repair_text(text, &mut warnings);
         let (materials, _) = tobj::load_mtl_buf(&mut safe.as_bytes()).unwrap();
-        assert_eq!(warnings.finish("f").len(), 4);
+        assert_eq!(warnings.into_list("f").len(), 4);
         let [unnamed, named] = materials.as_slice() else {
             panic!("{materials:?}")
         };
@@ -256,7 +262,8 @@ mod tests {
     fn keys_are_known_in_any_case() {
         let text = "NEWMTL a\nKD 0.25 0.5 1\nmap_kd x.png\nMAP_PR y.png\nillum 2\nXy 1\n";
         let (materials, _) =
-            tobj::load_mtl_buf(&mut safe(text, &mut Warnings::default()).as_bytes()).unwrap();
+            tobj::load_mtl_buf(&mut repair_text(text, &mut Warnings::default()).as_bytes())
+                .unwrap();
         assert_eq!(materials[0].diffuse, Some([0.25, 0.5, 1.0]));
         assert_eq!(materials[0].diffuse_texture.as_deref(), Some("x.png"));
         let mut others: Vec<&str> = materials[0]

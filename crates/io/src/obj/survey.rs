@@ -10,18 +10,18 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use super::lines::{Statement, statements};
-use crate::import::{DecodeBudget, Fault, Outcome, Warnings, printable};
-use crate::text::{message_for_no_number, number};
+use super::lines::{Statement, split_statements};
+use crate::import::{DecodeBudget, Fault, ImportResult, Warnings, sanitise_text};
+use crate::text::{not_a_number_fault, parse_number_prefix};
 use crate::warning::WarningCode;
 
 /// Source of the normals of a run of faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Shading {
+pub(super) enum NormalSource {
     /// Flat facets.
     Flat,
     /// The file's own normals.
-    Given,
+    FromFile,
     /// Mean of the facet normals of a smoothing group at each point.
     Group(u32),
 }
@@ -32,9 +32,9 @@ pub(super) struct FaceRun {
     /// Index into [`ObjSurvey::materials`]; `None` before the first `usemtl`.
     pub material: Option<usize>,
     /// Source of the normals.
-    pub shading: Shading,
+    pub normal_source: NormalSource,
     /// Whether all corners have texture coordinates.
-    pub textured: bool,
+    pub has_uvs: bool,
 }
 
 /// Result of the first pass.
@@ -53,12 +53,12 @@ pub(super) struct ObjSurvey {
 /// Numbers of positions, texture coordinates and normals.
 type VertexCounts = [usize; 3];
 
-struct SurveyWalk<'s, 'a> {
+struct SurveyPass<'s, 'a> {
     survey: ObjSurvey,
     warnings: &'s mut Warnings,
     totals: VertexCounts,
-    so_far: VertexCounts,
-    coloured: bool,
+    counts: VertexCounts,
+    has_colours: bool,
     material: Option<usize>,
     smoothing: u32,
     material_numbers: HashMap<&'a str, usize>,
@@ -80,24 +80,24 @@ struct DanglingReferences {
 ///
 /// # Errors
 /// A fault of kind input that names line and cause; of kind limit beyond any limit.
-pub(super) fn survey(
+pub(super) fn survey_obj(
     text: &str,
     budget: &mut DecodeBudget,
     warnings: &mut Warnings,
-) -> Outcome<ObjSurvey> {
-    let (totals, coloured, corners) = count(text);
+) -> ImportResult<ObjSurvey> {
+    let (totals, coloured, corners) = count_elements(text);
     // Memory of a second copy of the text, of tobj's data per vertex and per corner, and of the
     // resulting meshes.
-    budget.memory(text.len(), 2)?;
-    budget.memory(totals.iter().sum::<usize>(), 48)?;
-    budget.memory(corners, 128)?;
-    budget.triangles(corners)?;
-    let mut walk = SurveyWalk {
+    budget.reserve_memory(text.len(), 2)?;
+    budget.reserve_memory(totals.iter().sum::<usize>(), 48)?;
+    budget.reserve_memory(corners, 128)?;
+    budget.reserve_triangles(corners)?;
+    let mut walk = SurveyPass {
         survey: ObjSurvey::default(),
         warnings,
         totals,
-        so_far: [0; 3],
-        coloured,
+        counts: [0; 3],
+        has_colours: coloured,
         material: None,
         smoothing: 0,
         material_numbers: HashMap::new(),
@@ -105,8 +105,8 @@ pub(super) fn survey(
         faces: Vec::new(),
         dangling: [None, None],
     };
-    for statement in statements(text) {
-        walk.statement(&statement)
+    for statement in split_statements(text) {
+        walk.read_statement(&statement)
             .map_err(|fault| fault.with_place(format_args!("line {}", statement.line)))?;
     }
     let lost = walk
@@ -128,7 +128,7 @@ pub(super) fn survey(
     if !lost.is_empty() {
         walk.warnings.add(WarningCode::Geometry, lost.join("; "));
     }
-    let SurveyWalk {
+    let SurveyPass {
         mut survey, faces, ..
     } = walk;
     for (i, faces) in faces.iter().enumerate() {
@@ -139,9 +139,9 @@ pub(super) fn survey(
 }
 
 /// Counts the vertices of each kind and the corners of all faces, and detects vertex colours.
-fn count(text: &str) -> (VertexCounts, bool, usize) {
+fn count_elements(text: &str) -> (VertexCounts, bool, usize) {
     let (mut counts, mut coloured, mut corners) = ([0; 3], false, 0);
-    for statement in statements(text) {
+    for statement in split_statements(text) {
         match statement.keyword {
             "v" => {
                 counts[0] += 1;
@@ -156,13 +156,13 @@ fn count(text: &str) -> (VertexCounts, bool, usize) {
     (counts, coloured, corners)
 }
 
-impl<'a> SurveyWalk<'_, 'a> {
-    fn statement(&mut self, statement: &Statement<'a>) -> Outcome<()> {
+impl<'a> SurveyPass<'_, 'a> {
+    fn read_statement(&mut self, statement: &Statement<'a>) -> ImportResult<()> {
         match statement.keyword {
-            "v" => self.position(statement.rest)?,
-            "vt" => self.vertex(1, "vt", statement.rest, 1..=2)?,
-            "vn" => self.vertex(2, "vn", statement.rest, 3..=3)?,
-            "f" | "fo" => self.face(statement)?,
+            "v" => self.read_position(statement.rest)?,
+            "vt" => self.read_attribute(1, "vt", statement.rest, 1..=2)?,
+            "vn" => self.read_attribute(2, "vn", statement.rest, 3..=3)?,
+            "f" | "fo" => self.read_face(statement)?,
             "usemtl" => {
                 let next = self.material_numbers.len();
                 let number = *self.material_numbers.entry(statement.rest).or_insert(next);
@@ -186,7 +186,7 @@ impl<'a> SurveyWalk<'_, 'a> {
                 .add(WarningCode::PointsAndLines, "points and lines are ignored"),
             other => self.warnings.add(
                 WarningCode::Unsupported,
-                format!("statements `{}` are ignored", printable(other)),
+                format!("statements `{}` are ignored", sanitise_text(other)),
             ),
         }
         Ok(())
@@ -194,31 +194,31 @@ impl<'a> SurveyWalk<'_, 'a> {
 
     /// Reads `v x y z`, with a homogeneous weight (4 numbers), or with a colour (6, or 7 with an
     /// ignored alpha).
-    fn position(&mut self, rest: &str) -> Outcome<()> {
+    fn read_position(&mut self, rest: &str) -> ImportResult<()> {
         let mut words = Vec::with_capacity(8);
         for word in rest.split_whitespace().take(8) {
-            words.push(number(word).ok_or_else(|| message_for_no_number("v", word))?);
+            words.push(parse_number_prefix(word).ok_or_else(|| not_a_number_fault("v", word))?);
         }
         let weighted = words.len() == 4
             && words.last().is_some_and(|weight| weight.1 != 0.0)
-            && !self.coloured;
+            && !self.has_colours;
         let kept = match words.len() {
             4 if weighted => 4,
             3 | 4 => 3,
             6 | 7 => 6,
             n => {
-                return Err(Fault::input(format!(
+                return Err(Fault::invalid_input(format!(
                     "v: {n} numbers; there should be 3, 4 or 6"
                 )));
             }
         };
-        self.so_far[0] += 1;
+        self.counts[0] += 1;
         self.survey.text.push('v');
         for (word, _) in words.iter().take(kept) {
             self.survey.text.push(' ');
             self.survey.text.push_str(word);
         }
-        if self.coloured && kept < 6 {
+        if self.has_colours && kept < 6 {
             // NaN stands for white, whatever the scale of the other colours.
             self.survey.text.push_str(" nan nan nan");
         }
@@ -227,23 +227,24 @@ impl<'a> SurveyWalk<'_, 'a> {
     }
 
     /// Reads a texture coordinate or normal; optional numbers default to zero.
-    fn vertex(
+    fn read_attribute(
         &mut self,
         kind: usize,
         keyword: &str,
         rest: &str,
         numbers: std::ops::RangeInclusive<usize>,
-    ) -> Outcome<()> {
+    ) -> ImportResult<()> {
         self.survey.text.push_str(keyword);
         let mut found = 0;
         for word in rest.split_whitespace().take(*numbers.end()) {
-            let (word, _) = number(word).ok_or_else(|| message_for_no_number(keyword, word))?;
+            let (word, _) =
+                parse_number_prefix(word).ok_or_else(|| not_a_number_fault(keyword, word))?;
             self.survey.text.push(' ');
             self.survey.text.push_str(word);
             found += 1;
         }
         if !numbers.contains(&found) {
-            return Err(Fault::input(format!(
+            return Err(Fault::invalid_input(format!(
                 "{keyword}: {found} numbers; there should be {}",
                 numbers.end()
             )));
@@ -252,16 +253,17 @@ impl<'a> SurveyWalk<'_, 'a> {
             .text
             .push_str(&" 0".repeat(numbers.end() - found));
         self.survey.text.push('\n');
-        self.so_far[kind] += 1;
+        self.counts[kind] += 1;
         Ok(())
     }
 
-    fn face(&mut self, statement: &Statement<'a>) -> Outcome<()> {
+    fn read_face(&mut self, statement: &Statement<'a>) -> ImportResult<()> {
         let mut corners = Vec::with_capacity(4);
         let mut dangling = [None, None];
         for word in statement.rest.split_whitespace() {
-            let place = |fault: Fault| fault.with_place(format_args!("f: `{}`", printable(word)));
-            corners.push(self.corner(word, &mut dangling).map_err(place)?);
+            let place =
+                |fault: Fault| fault.with_place(format_args!("f: `{}`", sanitise_text(word)));
+            corners.push(self.read_corner(word, &mut dangling).map_err(place)?);
         }
         for (all, one) in self.dangling.iter_mut().zip(dangling) {
             let Some(label) = one else { continue };
@@ -281,14 +283,14 @@ impl<'a> SurveyWalk<'_, 'a> {
         let textured = corners.iter().all(|corner| corner.texture.is_some());
         let given = corners.iter().all(|corner| corner.normal.is_some());
         let shading = match self.smoothing {
-            _ if given => Shading::Given,
-            0 => Shading::Flat,
-            group => Shading::Group(group),
+            _ if given => NormalSource::FromFile,
+            0 => NormalSource::Flat,
+            group => NormalSource::Group(group),
         };
         let run = FaceRun {
             material: self.material,
-            shading,
-            textured,
+            normal_source: shading,
+            has_uvs: textured,
         };
         let next = self.faces.len();
         let index = *self.run_numbers.entry(run).or_insert(next);
@@ -321,7 +323,11 @@ impl<'a> SurveyWalk<'_, 'a> {
     /// Reads the indices of a corner and checks that each exists. A missing texture coordinate or
     /// normal is dropped, because some programs write indices of omitted lines and only detail is
     /// lost. The first missing reference of a face is recorded in `dangling`.
-    fn corner(&self, word: &str, dangling: &mut [Option<String>; 2]) -> Outcome<CornerIndices> {
+    fn read_corner(
+        &self,
+        word: &str,
+        dangling: &mut [Option<String>; 2],
+    ) -> ImportResult<CornerIndices> {
         let mut parts = word.split('/');
         let [v, vt, vn] = [
             parts.next().unwrap_or_default(),
@@ -329,19 +335,19 @@ impl<'a> SurveyWalk<'_, 'a> {
             parts.next().unwrap_or_default(),
         ];
         if parts.next().is_some() {
-            return Err(Fault::input("has more than three parts"));
+            return Err(Fault::invalid_input("has more than three parts"));
         }
         let missing = |part: &str, kind: usize, label: &str| {
-            format!("{label} {} of {}", printable(part), self.totals[kind])
+            format!("{label} {} of {}", sanitise_text(part), self.totals[kind])
         };
-        let mut optional = |part: &str, kind: usize, label: &str| -> Outcome<Option<usize>> {
+        let mut optional = |part: &str, kind: usize, label: &str| -> ImportResult<Option<usize>> {
             if part.is_empty() {
                 return Ok(None);
             }
-            let index = self.index(part, kind)?;
+            let index = self.resolve_index(part, kind)?;
             if index.is_none() {
                 dangling[kind - 1].get_or_insert_with(|| {
-                    format!("`{}`: {}", printable(word), missing(part, kind, label))
+                    format!("`{}`: {}", sanitise_text(word), missing(part, kind, label))
                 });
             }
             Ok(index)
@@ -351,8 +357,8 @@ impl<'a> SurveyWalk<'_, 'a> {
             optional(vn, 2, "normal")?,
         );
         let position = self
-            .index(v, 0)?
-            .ok_or_else(|| Fault::input(missing(v, 0, "vertex")))?;
+            .resolve_index(v, 0)?
+            .ok_or_else(|| Fault::invalid_input(missing(v, 0, "vertex")))?;
         Ok(CornerIndices {
             position,
             texture,
@@ -362,18 +368,18 @@ impl<'a> SurveyWalk<'_, 'a> {
 
     /// Converts an index, which may count backwards from the latest vertex, to an absolute index
     /// from 1; `None` if out of range.
-    fn index(&self, part: &str, kind: usize) -> Outcome<Option<usize>> {
-        let index: i64 = part
-            .parse()
-            .map_err(|_| Fault::input(format!("`{}` is no whole number", printable(part))))?;
+    fn resolve_index(&self, part: &str, kind: usize) -> ImportResult<Option<usize>> {
+        let index: i64 = part.parse().map_err(|_| {
+            Fault::invalid_input(format!("`{}` is no whole number", sanitise_text(part)))
+        })?;
         let absolute = match index {
-            0 if kind == 0 => return Err(Fault::input("indices start at 1")),
+            0 if kind == 0 => return Err(Fault::invalid_input("indices start at 1")),
             // Some programs write 0 for a corner without the attribute.
             0 => None,
             i if i > 0 => usize::try_from(i).ok(),
             i => usize::try_from(i.unsigned_abs())
                 .ok()
-                .and_then(|back| (self.so_far[kind] + 1).checked_sub(back)),
+                .and_then(|back| (self.counts[kind] + 1).checked_sub(back)),
         };
         Ok(absolute.filter(|i| (1..=self.totals[kind]).contains(i)))
     }

@@ -3,13 +3,15 @@
 use std::collections::{HashMap, HashSet};
 
 use raywright_core::Scene;
-use raywright_core::scene::{Colour, ColourSpace, Filter, Image, Texture, TextureRef, Wrap};
+use raywright_core::scene::{
+    Colour, ColourSpace, Image, Texture, TextureFilter, TextureRef, WrapMode,
+};
 
-use super::lines::relative;
+use super::lines::normalise_path;
 use crate::folder::Folder;
-use crate::import::{DecodeBudget, Fault, Outcome, UniqueNames, Warnings, endurable};
-use crate::text::number;
-use crate::waiting_images::WaitingImages;
+use crate::image_decode_queue::ImageDecodeQueue;
+use crate::import::{DecodeBudget, Fault, ImportResult, UniqueNames, Warnings, tolerate_invalid};
+use crate::text::parse_number_prefix;
 use crate::warning::WarningCode;
 use crate::{Limits, image_file};
 
@@ -58,13 +60,16 @@ impl TextureStatement {
             bump: 1.0,
         };
         let mut rest = text.trim();
-        while let Some(after) = map.option(rest) {
+        while let Some(after) = map.parse_option(rest) {
             rest = after;
         }
         // Some programs write options after the name.
         let option = |at: &usize| {
-            rest.get(*at..)
-                .is_some_and(|tail| OPTIONS.iter().any(|(name, _)| first_word(tail).0 == *name))
+            rest.get(*at..).is_some_and(|tail| {
+                OPTIONS
+                    .iter()
+                    .any(|(name, _)| split_first_word(tail).0 == *name)
+            })
         };
         let end = rest
             .match_indices(" -")
@@ -72,22 +77,25 @@ impl TextureStatement {
             .find(option)
             .unwrap_or(rest.len());
         let (path, mut tail) = rest.split_at(end);
-        while let Some(after) = map.option(tail) {
+        while let Some(after) = map.parse_option(tail) {
             tail = after;
         }
-        map.path = relative(path);
+        map.path = normalise_path(path);
         map
     }
 
     /// Parses an option and returns the text after the option; `None` if the text starts with no
     /// option.
-    fn option<'t>(&mut self, text: &'t str) -> Option<&'t str> {
-        let (name, mut rest) = first_word(text);
+    fn parse_option<'t>(&mut self, text: &'t str) -> Option<&'t str> {
+        let (name, mut rest) = split_first_word(text);
         let (_, words) = OPTIONS.iter().find(|(option, _)| *option == name)?;
         let mut numbers = Vec::new();
         for _ in 0..if *words == 0 { 3 } else { *words } {
-            let (word, after) = first_word(rest);
-            let value = word.parse::<f64>().ok().filter(|_| number(word).is_some());
+            let (word, after) = split_first_word(rest);
+            let value = word
+                .parse::<f64>()
+                .ok()
+                .filter(|_| parse_number_prefix(word).is_some());
             if *words == 0 && value.is_none() {
                 break;
             }
@@ -120,7 +128,7 @@ impl TextureStatement {
 
     /// Returns the transform of a scene's texture coordinates, with v from the top; `None` for the
     /// identity.
-    fn rows(&self) -> Option<[[f64; 3]; 2]> {
+    fn uv_transform(&self) -> Option<[[f64; 3]; 2]> {
         let ([su, sv], [ou, ov]) = (self.scale, self.offset);
         let finite = [su, sv, ou, ov].iter().all(|x| x.is_finite());
         // v' = 1 − (sv·(1 − v) + ov)
@@ -130,32 +138,32 @@ impl TextureStatement {
 }
 
 /// Splits off the first word.
-fn first_word(text: &str) -> (&str, &str) {
+fn split_first_word(text: &str) -> (&str, &str) {
     let text = text.trim_start();
     let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
     (word, rest.trim_start())
 }
 
 /// Images and textures that the materials of a file use.
-pub(super) struct Textures<'f> {
+pub(super) struct TextureLoader<'f> {
     folder: &'f Folder,
     limits: &'f Limits,
     /// Paths of images named by statements, and the subset that is in the scene under that name.
-    requested: HashSet<String>,
+    requested_paths: HashSet<String>,
     images: HashSet<String>,
     /// Texture names by image, by whether the image holds colours, and by clamping.
     textures: HashMap<(String, bool, bool), String>,
     names: UniqueNames,
 }
 
-impl<'f> Textures<'f> {
+impl<'f> TextureLoader<'f> {
     /// Creates a loader without textures.
     pub fn new(folder: &'f Folder, limits: &'f Limits) -> Self {
         let (requested, images) = Default::default();
         Self {
             folder,
             limits,
-            requested,
+            requested_paths: requested,
             images,
             textures: HashMap::new(),
             names: UniqueNames::default(),
@@ -173,12 +181,12 @@ impl<'f> Textures<'f> {
         scene: &mut Scene,
         budget: &mut DecodeBudget,
         warnings: &mut Warnings,
-    ) -> Outcome<()> {
-        let mut waiting = WaitingImages::default();
+    ) -> ImportResult<()> {
+        let mut waiting = ImageDecodeQueue::default();
         let warn =
             |reason: String| format!("texture: {reason}; the material's factor alone counts");
         for path in statements.map(|statement| TextureStatement::parse(statement).path) {
-            if !self.requested.insert(path.clone()) {
+            if !self.requested_paths.insert(path.clone()) {
                 continue;
             }
             let accepted = self
@@ -186,11 +194,11 @@ impl<'f> Textures<'f> {
                 .read(&path)
                 .map_err(Fault::from)
                 .and_then(|bytes| {
-                    image_file::claim(&bytes, self.limits, budget)
+                    image_file::reserve_memory(&bytes, self.limits, budget)
                         .map_err(|fault| fault.with_place(format_args!("`{path}`")))?;
                     Ok(bytes)
                 });
-            match endurable(accepted)? {
+            match tolerate_invalid(accepted)? {
                 Ok(bytes) => {
                     waiting.add(scene.images.len(), format!("`{path}`"), bytes.into());
                     scene.images.push(Image {
@@ -205,7 +213,7 @@ impl<'f> Textures<'f> {
         }
         let report = waiting.decode(&mut scene.images, self.limits, &|| {})?;
         report
-            .broken
+            .errors
             .into_iter()
             .for_each(|reason| warnings.add(WarningCode::Picture, warn(reason)));
         report
@@ -222,7 +230,7 @@ impl<'f> Textures<'f> {
     }
 
     /// Returns a reference to the texture of a statement; `None` if the image was not read.
-    pub fn get(
+    pub fn texture_ref(
         &mut self,
         statement: &str,
         space: ColourSpace,
@@ -232,22 +240,26 @@ impl<'f> Textures<'f> {
         if !self.images.contains(&map.path) {
             return None;
         }
-        let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
+        let wrap = if map.clamp {
+            WrapMode::Clamp
+        } else {
+            WrapMode::Repeat
+        };
         let key = (map.path.clone(), space == ColourSpace::Srgb, map.clamp);
         let name = self.textures.entry(key).or_insert_with(|| {
-            let (name, image) = (self.names.unique(&map.path), map.path.clone());
+            let (name, image) = (self.names.make_unique(&map.path), map.path.clone());
             let texture = Texture {
                 name: name.clone(),
                 image,
                 colour_space: space,
-                filter: Filter::Bilinear,
+                filter: TextureFilter::Bilinear,
                 wrap_u: wrap,
                 wrap_v: wrap,
             };
             scene.textures.push(texture);
             name
         });
-        let uv_transform = map.rows();
+        let uv_transform = map.uv_transform();
         Some(TextureRef {
             name: name.clone(),
             uv_set: 0,
@@ -286,7 +298,9 @@ mod tests {
     /// image stays at its corner.
     #[test]
     fn scale_keeps_the_bottom_left_corner() {
-        let [u, v] = TextureStatement::parse("-s 2 2 x.png").rows().unwrap();
+        let [u, v] = TextureStatement::parse("-s 2 2 x.png")
+            .uv_transform()
+            .unwrap();
         let at = |x: f64, y: f64| [u[0] * x + u[1] * y + u[2], v[0] * x + v[1] * y + v[2]];
         assert_eq!(at(0.0, 1.0), [0.0, 1.0]);
         assert_eq!(at(0.5, 0.5), [1.0, 0.0]);
@@ -297,7 +311,7 @@ mod tests {
     #[test]
     fn offsets_count_from_the_bottom() {
         let [u, v] = TextureStatement::parse("-o 0.25 0.125 x.png")
-            .rows()
+            .uv_transform()
             .unwrap();
         let at = |x: f64, y: f64| [u[0] * x + u[1] * y + u[2], v[0] * x + v[1] * y + v[2]];
         assert_eq!(at(0.0, 1.0), [0.25, 0.875]);

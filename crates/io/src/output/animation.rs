@@ -10,13 +10,13 @@ use std::path::Path;
 
 use gif::{DisposalMethod, Frame, Repeat};
 use png::{ColorType, Decoder};
-use raywright_core::display::{Display, Output};
+use raywright_core::display::{Display, OutputFormat};
 use raywright_core::picture::Picture;
 
-use super::atomic::{Replace, write_with};
-use super::metadata::Metadata;
-use super::place::folder_of;
-use super::png::{encoder, png_bytes};
+use super::atomic::{ReplaceRule, write_stream};
+use super::metadata::PictureMetadata;
+use super::output_path::folder_of;
+use super::png::{create_encoder, encode_png};
 use crate::error::Error;
 
 /// File format of an animation.
@@ -30,7 +30,7 @@ pub enum AnimationFormat {
 
 impl AnimationFormat {
     /// Format by the extension of a file name; `None` for formats of a single picture.
-    pub fn of(path: &Path) -> Option<Self> {
+    pub fn from_path(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
         [("gif", Self::Gif), ("apng", Self::Apng)]
             .into_iter()
@@ -45,7 +45,7 @@ pub struct AnimationWriter {
     format: AnimationFormat,
     /// Pictures per second.
     rate: f64,
-    metadata: Metadata,
+    metadata: PictureMetadata,
     /// Temporary file with the compressed pictures in sequence.
     spool: File,
     lengths: Vec<usize>,
@@ -56,7 +56,7 @@ pub struct AnimationWriter {
 
 /// Shortest duration of a picture in a GIF, in hundredths of a second: most viewers show a picture
 /// with a shorter duration for a tenth of a second.
-const SHORTEST: f64 = 2.0;
+const MIN_GIF_DELAY: f64 = 2.0;
 
 impl AnimationWriter {
     /// Creates an empty animation for the file `path`, with `rate` pictures per second.
@@ -68,10 +68,10 @@ impl AnimationWriter {
         path: &Path,
         format: AnimationFormat,
         rate: f64,
-        metadata: Metadata,
+        metadata: PictureMetadata,
     ) -> Result<Self, Error> {
-        let spool =
-            tempfile::tempfile_in(folder_of(path)).map_err(|cause| Error::write(path, &cause))?;
+        let spool = tempfile::tempfile_in(folder_of(path))
+            .map_err(|cause| Error::unwritable(path, &cause))?;
         let (lengths, size, display) = (Vec::new(), [0; 2], Display::PLAIN);
         Ok(Self {
             format,
@@ -91,7 +91,7 @@ impl AnimationWriter {
     /// A picture of another size or transparency than the first picture, or a failed write.
     pub fn add(&mut self, picture: &Picture, display: Display) -> io::Result<()> {
         let display = Display {
-            output: Output::Eight,
+            output: OutputFormat::Eight,
             ..display
         };
         let (size, has_alpha) = ([picture.width, picture.height], display.has_alpha(picture));
@@ -114,12 +114,12 @@ impl AnimationWriter {
         } else {
             Cow::Borrowed(picture)
         };
-        let packed = png_bytes(&picture, display, &Metadata::default())?;
-        if self.spool.write_all(&packed).is_err() {
+        let png = encode_png(&picture, display, &PictureMetadata::default())?;
+        if self.spool.write_all(&png).is_err() {
             self.move_spool()?;
-            self.spool.write_all(&packed)?;
+            self.spool.write_all(&png)?;
         }
-        self.lengths.push(packed.len());
+        self.lengths.push(png.len());
         Ok(())
     }
 
@@ -149,15 +149,15 @@ impl AnimationWriter {
     /// # Errors
     /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
     pub fn write(&mut self, path: &Path) -> Result<(), Error> {
-        write_with(path, Replace::Anything, |out| self.encode(out))
-            .map_err(|cause| Error::write(path, &cause))
+        write_stream(path, ReplaceRule::AnyFile, |out| self.encode(out))
+            .map_err(|cause| Error::unwritable(path, &cause))
     }
 
     /// Returns the animation as the bytes of a file.
     ///
     /// # Errors
     /// A failure to read the kept pictures.
-    pub fn bytes(&mut self) -> io::Result<Vec<u8>> {
+    pub fn to_bytes(&mut self) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         self.encode(&mut bytes)?;
         Ok(bytes)
@@ -166,15 +166,15 @@ impl AnimationWriter {
     fn encode(&mut self, out: &mut dyn Write) -> io::Result<()> {
         let mut out = BufWriter::new(out);
         match self.format {
-            AnimationFormat::Gif => self.gif(&mut out)?,
-            AnimationFormat::Apng => self.apng(&mut out)?,
+            AnimationFormat::Gif => self.encode_gif(&mut out)?,
+            AnimationFormat::Apng => self.encode_apng(&mut out)?,
         }
         out.flush()
     }
 
-    fn apng(&mut self, out: &mut dyn Write) -> io::Result<()> {
+    fn encode_apng(&mut self, out: &mut dyn Write) -> io::Result<()> {
         let [width, height] = self.size;
-        let mut encoder = encoder(
+        let mut encoder = create_encoder(
             out,
             [width, height],
             self.has_alpha,
@@ -185,11 +185,11 @@ impl AnimationWriter {
         let delay = (1000.0 / self.rate).round().clamp(1.0, f64::from(u16::MAX)) as u16;
         encoder.set_frame_delay(delay, 1000)?;
         let mut writer = encoder.write_header()?;
-        self.each(|codes, _| Ok(writer.write_image_data(&codes)?))?;
+        self.for_each_picture(|codes, _| Ok(writer.write_image_data(&codes)?))?;
         Ok(writer.finish()?)
     }
 
-    fn gif(&mut self, out: &mut dyn Write) -> io::Result<()> {
+    fn encode_gif(&mut self, out: &mut dyn Write) -> io::Result<()> {
         let edge = |pixels: u32| {
             u16::try_from(pixels)
                 .map_err(|_| io::Error::other("a GIF has at most 65535 pixels a row"))
@@ -204,13 +204,13 @@ impl AnimationWriter {
         let end = |picture: usize| (100.0 * (picture + 1) as f64 / rate).round();
         let time =
             |picture: usize| end(picture) - if picture == 0 { 0.0 } else { end(picture - 1) };
-        self.each(|mut codes, picture| {
+        self.for_each_picture(|mut codes, picture| {
             let frame = if has_alpha {
                 Frame::from_rgba_speed(width, height, &mut codes, 10)
             } else {
                 Frame::from_rgb_speed(width, height, &codes, 10)
             };
-            let delay = time(picture).clamp(SHORTEST, f64::from(u16::MAX)) as u16;
+            let delay = time(picture).clamp(MIN_GIF_DELAY, f64::from(u16::MAX)) as u16;
             let dispose = if has_alpha {
                 DisposalMethod::Background
             } else {
@@ -228,13 +228,16 @@ impl AnimationWriter {
 
     /// Decodes the kept pictures in order, and passes the codes and the index of each picture to
     /// `take`.
-    fn each(&mut self, mut take: impl FnMut(Vec<u8>, usize) -> io::Result<()>) -> io::Result<()> {
+    fn for_each_picture(
+        &mut self,
+        mut take: impl FnMut(Vec<u8>, usize) -> io::Result<()>,
+    ) -> io::Result<()> {
         self.spool.seek(SeekFrom::Start(0))?;
         let mut spool = BufReader::new(&self.spool);
         for (i, &length) in self.lengths.iter().enumerate() {
-            let mut packed = vec![0; length];
-            spool.read_exact(&mut packed)?;
-            let mut reader = Decoder::new(io::Cursor::new(packed)).read_info()?;
+            let mut png = vec![0; length];
+            spool.read_exact(&mut png)?;
+            let mut reader = Decoder::new(io::Cursor::new(png)).read_info()?;
             let channels = if reader.info().color_type == ColorType::Rgba {
                 4
             } else {
@@ -255,9 +258,13 @@ mod tests {
     /// Returns an animation of three uniform grey pictures, at this rate.
     fn animation(format: AnimationFormat, rate: f64, alpha: Option<f32>) -> Vec<u8> {
         let folder = tempfile::tempdir().expect("a folder");
-        let mut animation =
-            AnimationWriter::new(&folder.path().join("a"), format, rate, Metadata::default())
-                .expect("a folder to write to");
+        let mut animation = AnimationWriter::new(
+            &folder.path().join("a"),
+            format,
+            rate,
+            PictureMetadata::default(),
+        )
+        .expect("a folder to write to");
         for grey in [0.0, 1.0, 0.0] {
             let alpha = alpha.map(|alpha| vec![alpha; 12]);
             let picture = Picture {
@@ -267,7 +274,7 @@ mod tests {
             };
             animation.add(&picture, Display::PLAIN).expect("one size");
         }
-        animation.bytes().expect("all of them")
+        animation.to_bytes().expect("all of them")
     }
 
     /// Protects: a GIF has the requested rate, each picture to the nearest hundredth of a second
@@ -302,14 +309,15 @@ mod tests {
             let path = folder.path().join("a.apng");
             let format = AnimationFormat::Apng;
             let mut animation =
-                AnimationWriter::new(&path, format, 10.0, Metadata::default()).expect("a spool");
+                AnimationWriter::new(&path, format, 10.0, PictureMetadata::default())
+                    .expect("a spool");
             for (i, grey) in [0.2, 0.5, 0.8, 1.0].into_iter().enumerate() {
                 if is_full && i == 2 {
                     // A file that is readable but not writable.
-                    let mut packed = Vec::new();
+                    let mut png = Vec::new();
                     animation.spool.seek(SeekFrom::Start(0)).expect("a file");
-                    animation.spool.read_to_end(&mut packed).expect("a file");
-                    std::fs::write(&path, &packed).expect("a file");
+                    animation.spool.read_to_end(&mut png).expect("a file");
+                    std::fs::write(&path, &png).expect("a file");
                     animation.spool = File::open(&path).expect("a file");
                 }
                 let rgb = vec![[grey; 3]; 12];
@@ -319,7 +327,7 @@ mod tests {
                 };
                 animation.add(&picture, Display::PLAIN).expect("room");
             }
-            animation.bytes().expect("all of them")
+            animation.to_bytes().expect("all of them")
         };
         assert!(make(true) == make(false));
     }
@@ -359,9 +367,13 @@ mod tests {
             ..Picture::new(4, 3)
         };
         let alpha_of = |format, background: Option<[f64; 3]>| {
-            let mut animation =
-                AnimationWriter::new(&folder.path().join("a"), format, 10.0, Metadata::default())
-                    .expect("a spool");
+            let mut animation = AnimationWriter::new(
+                &folder.path().join("a"),
+                format,
+                10.0,
+                PictureMetadata::default(),
+            )
+            .expect("a spool");
             animation
                 .add(
                     &picture,
@@ -373,7 +385,7 @@ mod tests {
                 .expect("a picture");
             let mut codes = Vec::new();
             animation
-                .each(|own, _| {
+                .for_each_picture(|own, _| {
                     codes = own;
                     Ok(())
                 })

@@ -4,17 +4,17 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
+use super::output_path::{TEMPORARY, folder_of, resolve_links};
 use super::ownership::is_own_picture;
-use super::place::{TEMPORARY, folder_of, follow};
 use crate::error::Error;
 
 /// Existing files that a write may replace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Replace {
+pub(super) enum ReplaceRule {
     /// Any file, because the user named it.
-    Anything,
+    AnyFile,
     /// Only pictures of this program.
-    Own,
+    ProgramPictures,
 }
 
 /// Writes a file atomically: its name always refers to the complete old content or to the complete
@@ -24,30 +24,33 @@ pub(super) enum Replace {
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    write(path, bytes, Replace::Anything).map_err(|cause| Error::write(path, &cause))
+    write_bytes(path, bytes, ReplaceRule::AnyFile).map_err(|cause| Error::unwritable(path, &cause))
 }
 
 /// Writes bytes to a file atomically. Fails with `AlreadyExists` if the existing file may not be
 /// replaced.
-pub(super) fn write(path: &Path, bytes: &[u8], replace: Replace) -> io::Result<()> {
-    write_with(path, replace, |out| out.write_all(bytes))
+pub(super) fn write_bytes(path: &Path, bytes: &[u8], replace: ReplaceRule) -> io::Result<()> {
+    write_stream(path, replace, |out| out.write_all(bytes))
 }
 
 /// Writes a file atomically with the content that the function `write` produces. Fails with
 /// `AlreadyExists` if the existing file may not be replaced.
-pub(super) fn write_with(
+pub(super) fn write_stream(
     path: &Path,
-    replace: Replace,
+    replace: ReplaceRule,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
     // A symbolic link stays; its target is replaced or created.
-    let target = follow(path)?;
+    let target = resolve_links(path)?;
     let metadata = fs::metadata(&target).ok();
     let is_protected = metadata
         .as_ref()
         .is_some_and(|metadata| metadata.permissions().readonly());
     match &metadata {
-        Some(_) if replace == Replace::Own && (is_protected || !is_own_picture(&target)) => {
+        Some(_)
+            if replace == ReplaceRule::ProgramPictures
+                && (is_protected || !is_own_picture(&target)) =>
+        {
             return Err(io::ErrorKind::AlreadyExists.into());
         }
         Some(metadata) if metadata.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
@@ -57,22 +60,22 @@ pub(super) fn write_with(
         Some(_) if is_protected => return Err(io::ErrorKind::PermissionDenied.into()),
         _ => {}
     }
-    let mut file = new_file_beside(&target, metadata.as_ref())?;
+    let mut file = create_temporary_file(&target, metadata.as_ref())?;
     write(&mut file)?;
     // Some file systems report a full disk only on this call.
     file.as_file().sync_all()?;
     let persisted = match replace {
-        Replace::Anything => file.persist(&target),
+        ReplaceRule::AnyFile => file.persist(&target),
         // The file may have changed during the write; its current state decides.
-        Replace::Own if is_own_picture(&target) => file.persist(&target),
-        Replace::Own => file.persist_noclobber(&target),
+        ReplaceRule::ProgramPictures if is_own_picture(&target) => file.persist(&target),
+        ReplaceRule::ProgramPictures => file.persist_noclobber(&target),
     };
     persisted.map(|_| ()).map_err(|failure| failure.error)
 }
 
 /// Creates a temporary file beside the target. A new file gets the user's default mode; a
 /// replacement gets the owner and mode of the replaced file before any byte is written.
-fn new_file_beside(
+fn create_temporary_file(
     target: &Path,
     replaced: Option<&fs::Metadata>,
 ) -> io::Result<tempfile::NamedTempFile> {
@@ -89,7 +92,7 @@ fn new_file_beside(
     let file = builder.tempfile_in(folder_of(target))?;
     #[cfg(unix)]
     if let Some(replaced) = replaced {
-        take_after(file.as_file(), replaced)?;
+        copy_ownership(file.as_file(), replaced)?;
     }
     #[cfg(not(unix))]
     let _ = replaced;
@@ -100,7 +103,7 @@ fn new_file_beside(
 /// cannot be copied, the set-ID and sticky bits are cleared; without the group, the file's current
 /// group gets no more rights than all other users.
 #[cfg(unix)]
-fn take_after(file: &fs::File, other: &fs::Metadata) -> io::Result<()> {
+fn copy_ownership(file: &fs::File, other: &fs::Metadata) -> io::Result<()> {
     use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
     let mut mode = other.mode() & 0o7777;
     let metadata = file.metadata()?;
@@ -165,10 +168,10 @@ mod tests {
         fs::write(at("foreign.png"), "mine").unwrap();
         fs::create_dir(at("folder.png")).unwrap();
         for name in ["foreign.png", "folder.png"] {
-            let error = write(&at(name), b"new", Replace::Own).unwrap_err();
+            let error = write_bytes(&at(name), b"new", ReplaceRule::ProgramPictures).unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::AlreadyExists, "{name}");
         }
-        write(&at("new.png"), b"new", Replace::Own).unwrap();
+        write_bytes(&at("new.png"), b"new", ReplaceRule::ProgramPictures).unwrap();
         assert_eq!(
             (
                 fs::read(at("foreign.png")).unwrap(),
@@ -278,7 +281,7 @@ mod tests {
                     .map(|entry| entry.unwrap())
                     .find(|entry| entry.file_name().to_string_lossy().starts_with(TEMPORARY))
             };
-            write_with(&link, Replace::Anything, |out| {
+            write_stream(&link, ReplaceRule::AnyFile, |out| {
                 let meanwhile = unfinished().unwrap().metadata().unwrap().mode();
                 assert_eq!(
                     meanwhile & 0o777 & !mode,

@@ -4,22 +4,22 @@
 
 use std::collections::BTreeMap;
 
-use super::metadata::{Metadata, SOFTWARE};
+use super::metadata::{PictureMetadata, SOFTWARE};
 
 /// Header of a little-endian block, with the offset of its directory.
-const HEAD: &[u8; 8] = b"II*\0\x08\0\0\0";
+const BLOCK_HEADER: &[u8; 8] = b"II*\0\x08\0\0\0";
 const DESCRIPTION: u16 = 0x010e;
 const PROGRAM: u16 = 0x0131;
 /// Type of a zero-terminated text.
 const ASCII: u16 = 2;
 /// Size of a directory entry in bytes.
-const ENTRY: usize = 12;
+const ENTRY_BYTES: usize = 12;
 /// Largest size of a block in bytes: a JPEG segment holds no more.
 const MOST_BYTES: usize = 60_000;
 
 /// Encodes the metadata of a picture; empty without any. Entries beyond the size limit are left
 /// out.
-pub(super) fn block(metadata: &Metadata) -> Vec<u8> {
+pub(super) fn encode_block(metadata: &PictureMetadata) -> Vec<u8> {
     let (mut software, mut lines, mut bytes) = (String::new(), String::new(), 0);
     for (_, name, text) in metadata.entries() {
         let text = text.replace(['\r', '\n'], " ");
@@ -39,9 +39,9 @@ pub(super) fn block(metadata: &Metadata) -> Vec<u8> {
     if texts.is_empty() {
         return Vec::new();
     }
-    let mut block = HEAD.to_vec();
+    let mut block = BLOCK_HEADER.to_vec();
     block.extend((texts.len() as u16).to_le_bytes());
-    let mut index = HEAD.len() + 2 + ENTRY * texts.len() + 4;
+    let mut index = BLOCK_HEADER.len() + 2 + ENTRY_BYTES * texts.len() + 4;
     let mut rest = Vec::new();
     for (tag, text) in &texts {
         let length = text.len() + 1;
@@ -67,19 +67,19 @@ pub(super) fn block(metadata: &Metadata) -> Vec<u8> {
 
 /// Decodes the texts of a block, under the names that OpenEXR files use; empty for a broken or
 /// foreign block.
-pub(super) fn texts(block: &[u8]) -> BTreeMap<String, String> {
+pub(super) fn decode_texts(block: &[u8]) -> BTreeMap<String, String> {
     let mut texts = BTreeMap::new();
     let Some(count) = block
-        .strip_prefix(HEAD)
+        .strip_prefix(BLOCK_HEADER)
         .and_then(|rest| rest.first_chunk::<2>())
     else {
         return texts;
     };
     for position in 0..usize::from(u16::from_le_bytes(*count)) {
-        let start = HEAD.len() + 2 + ENTRY * position;
+        let start = BLOCK_HEADER.len() + 2 + ENTRY_BYTES * position;
         let Some(text) = block
-            .get(start..start + ENTRY)
-            .and_then(|entry| text(block, entry))
+            .get(start..start + ENTRY_BYTES)
+            .and_then(|entry| decode_entry(block, entry))
         else {
             continue;
         };
@@ -99,7 +99,7 @@ pub(super) fn texts(block: &[u8]) -> BTreeMap<String, String> {
 }
 
 /// Tag and text of a directory entry, if the tag is known.
-fn text(block: &[u8], entry: &[u8]) -> Option<(u16, String)> {
+fn decode_entry(block: &[u8], entry: &[u8]) -> Option<(u16, String)> {
     let short = |position: usize| u16::from_le_bytes([entry[position], entry[position + 1]]);
     let long = |position: usize| {
         u32::from_le_bytes([
@@ -126,12 +126,12 @@ fn text(block: &[u8], entry: &[u8]) -> Option<(u16, String)> {
 mod tests {
     use super::*;
 
-    fn metadata() -> Metadata {
-        Metadata {
+    fn metadata() -> PictureMetadata {
+        PictureMetadata {
             software: "Raywright 0.1.0".into(),
             command: "raywright render \u{fc}ber.glb\n--spp 4".into(),
             seed: Some(7),
-            ..Metadata::default()
+            ..PictureMetadata::default()
         }
     }
 
@@ -139,44 +139,47 @@ mod tests {
     /// block.
     #[test]
     fn blocks_are_read_again() {
-        let texts = texts(&block(&metadata()));
-        let back = Metadata::of_texts(&texts);
+        let texts = decode_texts(&encode_block(&metadata()));
+        let back = PictureMetadata::from_texts(&texts);
         assert_eq!(
             back,
-            Metadata {
+            PictureMetadata {
                 command: "raywright render \u{fc}ber.glb --spp 4".into(),
                 ..metadata()
             }
         );
-        assert!(block(&Metadata::default()).is_empty());
-        let short = Metadata {
+        assert!(encode_block(&PictureMetadata::default()).is_empty());
+        let short = PictureMetadata {
             software: "R 1".into(),
-            ..Metadata::default()
+            ..PictureMetadata::default()
         };
-        assert_eq!(Metadata::of_texts(&super::texts(&block(&short))), short);
+        assert_eq!(
+            PictureMetadata::from_texts(&super::decode_texts(&encode_block(&short))),
+            short
+        );
     }
 
     /// Protects: a text beyond the size limit does not displace others, and a truncated block or
     /// false lengths cause no panic.
     #[test]
     fn broken_blocks_are_read_as_far_as_they_go() {
-        let long = Metadata {
+        let long = PictureMetadata {
             command: "x".repeat(MOST_BYTES),
             ..metadata()
         };
-        let whole = block(&long);
+        let whole = encode_block(&long);
         assert!(
             whole.len() < MOST_BYTES
-                && Metadata::of_texts(&texts(&whole)).software == "Raywright 0.1.0"
+                && PictureMetadata::from_texts(&decode_texts(&whole)).software == "Raywright 0.1.0"
         );
-        let whole = block(&metadata());
+        let whole = encode_block(&metadata());
         for end in 0..whole.len() {
-            texts(&whole[..end]);
+            decode_texts(&whole[..end]);
         }
         for position in 8..40 {
             let mut broken = whole.clone();
             broken[position] = 0xff;
-            texts(&broken);
+            decode_texts(&broken);
         }
     }
 }

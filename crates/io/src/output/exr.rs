@@ -9,7 +9,7 @@ use exr::prelude::{
 };
 use raywright_core::picture::{DataWindow, Picture};
 
-use super::metadata::{Metadata, SOFTWARE};
+use super::metadata::{PictureMetadata, SOFTWARE};
 
 /// Encodes the picture as OpenEXR: one part, scan lines, ZIP, channels `R`, `G`, `B`, and `A` with
 /// coverage (associated alpha), and one channel for each layer under the layer's name. The metadata
@@ -22,7 +22,7 @@ use super::metadata::{Metadata, SOFTWARE};
 ///
 /// # Errors
 /// A picture with inconsistent buffers.
-pub fn exr_bytes(picture: &Picture, metadata: &Metadata) -> io::Result<Vec<u8>> {
+pub fn encode_exr(picture: &Picture, metadata: &PictureMetadata) -> io::Result<Vec<u8>> {
     super::check_consistent(picture)?;
     let encoding = Encoding {
         compression: Compression::ZIP16,
@@ -42,7 +42,12 @@ pub fn exr_bytes(picture: &Picture, metadata: &Metadata) -> io::Result<Vec<u8>> 
         layer_position: Vec2(x, y),
         ..LayerAttributes::default()
     };
-    let layer = Layer::new(size, place, encoding, AnyChannels::sort(channels(picture)));
+    let layer = Layer::new(
+        size,
+        place,
+        encoding,
+        AnyChannels::sort(build_channels(picture)),
+    );
     let mut image = Image::from_layer(layer);
     let text = |text: &str| Text::from_slice_unchecked(text.as_bytes());
     image.attributes.display_window = IntegerBounds::new((0, 0), (width as usize, height as usize));
@@ -71,7 +76,7 @@ pub fn exr_bytes(picture: &Picture, metadata: &Metadata) -> io::Result<Vec<u8>> 
     Ok(bytes)
 }
 
-fn channels(picture: &Picture) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
+fn build_channels(picture: &Picture) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
     let channel = |name: &str, samples: Vec<f32>, is_colour: bool| AnyChannel {
         name: Text::from_slice_unchecked(name.as_bytes()),
         sample_data: FlatSamples::F32(samples),

@@ -2,7 +2,7 @@
 //! is specific to this program, because no common format keeps the sums of replicates separately.
 //!
 //! A file consists of sixteen magic bytes, the version of the format (u32), the length of the
-//! header (u64), the header as JSON, the film's numbers in the order of [`Film::pass`], and the
+//! header (u64), the header as JSON, the film's numbers in the order of [`Film::transfer_data`], and the
 //! SHA-256 of everything before; all little-endian.
 
 use std::fs::File;
@@ -10,14 +10,14 @@ use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
 use raywright_core::display::Display;
-use raywright_core::film::{Film, FilmHeader, FilmNumbers};
+use raywright_core::film::{Film, FilmDataStream, FilmHeader};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::Metadata;
-use super::atomic::{Replace, write_with};
+use super::PictureMetadata;
+use super::atomic::{ReplaceRule, write_stream};
 use crate::error::Error;
-use crate::limits::{Limits, human_bytes};
+use crate::limits::{Limits, format_bytes};
 
 const MAGIC: [u8; 16] = *b"\x93raywright film\n";
 const VERSION: u32 = 4;
@@ -28,11 +28,11 @@ const MOST_HEADER: u64 = 256 << 20;
 
 /// A film with the metadata of its picture.
 #[derive(Clone, Debug)]
-pub struct KeptFilm {
+pub struct StoredFilm {
     /// The unfinished picture.
     pub film: Film,
     /// Origin of the picture.
-    pub metadata: Metadata,
+    pub metadata: PictureMetadata,
     /// Display settings for a PNG.
     pub display: Display,
 }
@@ -41,7 +41,7 @@ pub struct KeptFilm {
 #[serde(deny_unknown_fields)]
 struct FilmFileHeader {
     film: FilmHeader,
-    metadata: Metadata,
+    metadata: PictureMetadata,
     display: Display,
 }
 
@@ -49,12 +49,14 @@ struct FilmFileHeader {
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
-pub fn write_film(path: &Path, kept_film: &mut KeptFilm) -> Result<(), Error> {
-    write_with(path, Replace::Anything, |out| write(out, kept_film))
-        .map_err(|cause| Error::write(path, &cause))
+pub fn write_film(path: &Path, kept_film: &mut StoredFilm) -> Result<(), Error> {
+    write_stream(path, ReplaceRule::AnyFile, |out| {
+        encode_film(out, kept_film)
+    })
+    .map_err(|cause| Error::unwritable(path, &cause))
 }
 
-fn write(out: &mut dyn Write, kept_film: &mut KeptFilm) -> io::Result<()> {
+fn encode_film(out: &mut dyn Write, kept_film: &mut StoredFilm) -> io::Result<()> {
     let header = FilmFileHeader {
         film: kept_film.film.header(),
         metadata: kept_film.metadata.clone(),
@@ -65,11 +67,11 @@ fn write(out: &mut dyn Write, kept_film: &mut KeptFilm) -> io::Result<()> {
         out: BufWriter::with_capacity(1 << 20, out),
         hash: Sha256::new(),
     };
-    out.put(&MAGIC)?;
-    out.put(&VERSION.to_le_bytes())?;
-    out.put(&(header.len() as u64).to_le_bytes())?;
-    out.put(&header)?;
-    kept_film.film.pass(&mut out)?;
+    out.write_bytes(&MAGIC)?;
+    out.write_bytes(&VERSION.to_le_bytes())?;
+    out.write_bytes(&(header.len() as u64).to_le_bytes())?;
+    out.write_bytes(&header)?;
+    kept_film.film.transfer_data(&mut out)?;
     let hash = out.hash.finalize();
     out.out.write_all(&hash)?;
     out.out.flush()
@@ -82,29 +84,29 @@ fn write(out: &mut dyn Write, kept_film: &mut KeptFilm) -> io::Result<()> {
 /// Of kind [`File`](crate::ErrorKind::File) for an unreadable file,
 /// [`Input`](crate::ErrorKind::Input) for anything but a complete film of this version,
 /// [`Limit`](crate::ErrorKind::Limit) for a film beyond the memory limit.
-pub fn read_film(path: &Path, limits: &Limits) -> Result<KeptFilm, Error> {
-    let file = File::open(path).map_err(|cause| Error::read(path, &cause))?;
+pub fn read_film(path: &Path, limits: &Limits) -> Result<StoredFilm, Error> {
+    let file = File::open(path).map_err(|cause| Error::unreadable(path, &cause))?;
     if file.metadata().is_ok_and(|metadata| metadata.is_dir()) {
-        return Err(Error::read(path, &io::ErrorKind::IsADirectory.into()));
+        return Err(Error::unreadable(path, &io::ErrorKind::IsADirectory.into()));
     }
     let mut from = FilmReader {
         from: BufReader::with_capacity(1 << 20, file),
         hash: Sha256::new(),
     };
-    read(&mut from, limits).map_err(|fault| match fault {
+    decode_film(&mut from, limits).map_err(|fault| match fault {
         FilmFault::Cause(cause) if cause.kind() == io::ErrorKind::UnexpectedEof => {
-            Error::input(path.display(), "it ends in the middle; it was cut off")
+            Error::invalid_input(path.display(), "it ends in the middle; it was cut off")
                 .with_hint("render or copy it again")
         }
-        FilmFault::Cause(cause) => Error::read(path, &cause),
-        FilmFault::Content(message) => Error::input(path.display(), message),
+        FilmFault::Cause(cause) => Error::unreadable(path, &cause),
+        FilmFault::Content(message) => Error::invalid_input(path.display(), message),
         FilmFault::Memory(bytes) => {
-            let allowed = human_bytes(limits.memory_bytes);
-            Error::limit(
+            let allowed = format_bytes(limits.memory_bytes);
+            Error::over_limit(
                 path.display(),
                 format_args!(
                     "its picture needs {}, and the limit is {allowed}",
-                    human_bytes(bytes)
+                    format_bytes(bytes)
                 ),
             )
             .with_hint("raise the limit with --max-memory")
@@ -125,10 +127,10 @@ impl From<io::Error> for FilmFault {
     }
 }
 
-fn read(from: &mut FilmReader<impl Read>, limits: &Limits) -> Result<KeptFilm, FilmFault> {
+fn decode_film(from: &mut FilmReader<impl Read>, limits: &Limits) -> Result<StoredFilm, FilmFault> {
     let content = |message: &str| FilmFault::Content(message.to_owned());
     let mut magic = [0; MAGIC.len()];
-    let is_film = from.take(&mut magic).map(|()| magic == MAGIC);
+    let is_film = from.read_bytes(&mut magic).map(|()| magic == MAGIC);
     if !is_film.or_else(|cause| {
         if cause.kind() == io::ErrorKind::UnexpectedEof {
             Ok(false)
@@ -138,13 +140,13 @@ fn read(from: &mut FilmReader<impl Read>, limits: &Limits) -> Result<KeptFilm, F
     })? {
         return Err(content("it is not a film, as --checkpoint writes them"));
     }
-    let version = u32::from_le_bytes(from.array()?);
+    let version = u32::from_le_bytes(from.read_array()?);
     if version != VERSION {
         return Err(FilmFault::Content(format!(
             "it has version {version} of the format, and this program reads version {VERSION}"
         )));
     }
-    let length = u64::from_le_bytes(from.array()?);
+    let length = u64::from_le_bytes(from.read_array()?);
     if length > MOST_HEADER {
         return Err(content(
             "its header is longer than any that this program writes",
@@ -167,17 +169,17 @@ fn read(from: &mut FilmReader<impl Read>, limits: &Limits) -> Result<KeptFilm, F
         return Err(FilmFault::Memory(bytes));
     }
     let mut film =
-        Film::with_header(header.film).map_err(|cause| FilmFault::Content(cause.to_string()))?;
-    film.pass(from)?;
-    let found = from.hash.clone().finalize();
-    let told: [u8; 32] = from.array()?;
-    if told != found[..] {
+        Film::from_header(header.film).map_err(|cause| FilmFault::Content(cause.to_string()))?;
+    film.transfer_data(from)?;
+    let computed_hash = from.hash.clone().finalize();
+    let stored_hash: [u8; 32] = from.read_array()?;
+    if stored_hash != computed_hash[..] {
         return Err(content("its checksum is wrong: it was damaged or changed"));
     }
     if from.from.read(&mut [0])? > 0 {
         return Err(content("something follows its end"));
     }
-    Ok(KeptFilm {
+    Ok(StoredFilm {
         film,
         metadata: header.metadata,
         display: header.display,
@@ -195,22 +197,22 @@ struct FilmReader<R: Read> {
 }
 
 impl<W: Write> FilmWriter<W> {
-    fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
+    fn write_bytes(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.hash.update(bytes);
         self.out.write_all(bytes)
     }
 }
 
 impl<R: Read> FilmReader<R> {
-    fn take(&mut self, bytes: &mut [u8]) -> io::Result<()> {
+    fn read_bytes(&mut self, bytes: &mut [u8]) -> io::Result<()> {
         self.from.read_exact(bytes)?;
         self.hash.update(&*bytes);
         Ok(())
     }
 
-    fn array<const N: usize>(&mut self) -> io::Result<[u8; N]> {
+    fn read_array<const N: usize>(&mut self) -> io::Result<[u8; N]> {
         let mut bytes = [0; N];
-        self.take(&mut bytes)?;
+        self.read_bytes(&mut bytes)?;
         Ok(bytes)
     }
 }
@@ -218,19 +220,19 @@ impl<R: Read> FilmReader<R> {
 /// Implements the writing and reading of lists of numbers, for each type of number.
 macro_rules! numbers {
     ($($method:ident: $number:ty),*) => {
-        impl<W: Write> FilmNumbers for FilmWriter<W> {
+        impl<W: Write> FilmDataStream for FilmWriter<W> {
             type Error = io::Error;
             $(fn $method(&mut self, numbers: &mut [$number]) -> io::Result<()> {
                 let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
-                self.put(&bytes)
+                self.write_bytes(&bytes)
             })*
         }
 
-        impl<R: Read> FilmNumbers for FilmReader<R> {
+        impl<R: Read> FilmDataStream for FilmReader<R> {
             type Error = io::Error;
             $(fn $method(&mut self, numbers: &mut [$number]) -> io::Result<()> {
                 let mut bytes = vec![0; size_of_val(numbers)];
-                self.take(&mut bytes)?;
+                self.read_bytes(&mut bytes)?;
                 for (number, bytes) in numbers.iter_mut().zip(bytes.as_chunks().0) {
                     *number = <$number>::from_le_bytes(*bytes);
                 }
@@ -240,4 +242,4 @@ macro_rules! numbers {
     };
 }
 
-numbers!(doubles: f64, singles: f32, counts: u16, wholes: u32);
+numbers!(transfer_f64: f64, transfer_f32: f32, transfer_u16: u16, transfer_u32: u32);

@@ -4,13 +4,13 @@ use std::io;
 use std::path::Path;
 
 use image::{Rgb, RgbImage};
-use raywright_core::display::{Display, Output};
+use raywright_core::display::{Display, OutputFormat};
 use raywright_core::picture::Picture;
 
 use super::atomic::write_atomically;
-use super::metadata::Metadata;
-use super::png::encoder;
-use super::sheet::{letter_width, over_paper, write_letters};
+use super::metadata::PictureMetadata;
+use super::png::create_encoder;
+use super::sheet::{composite_over_background, draw_letters, letter_width};
 use crate::error::Error;
 
 /// A marked point: a ring with a label.
@@ -26,43 +26,48 @@ pub struct PictureMark {
 
 /// Radius of the ring, and half its width with the dark outline, in pixels of a large picture.
 const RADIUS: f64 = 11.0;
-const WIDTH: f64 = 1.5;
+const RING_HALF_WIDTH: f64 = 1.5;
 /// Largest radius as a share of a small picture's shorter edge.
-const SHARE: f64 = 0.08;
+const MAX_RADIUS_SHARE: f64 = 0.08;
 /// Height of letters in pixels, and codes of a note's colour.
 const LETTER_HEIGHT: u32 = 16;
-const NOTE: [u8; 3] = [255; 3];
+const NOTE_COLOUR: [u8; 3] = [255; 3];
 
 /// Writes a picture atomically as PNG, converted for display, with marks drawn over the pixels and
 /// a note in the lower left corner, cut to the width of the picture.
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
-pub fn write_marked(
+pub fn write_marked_picture(
     path: &Path,
     picture: &Picture,
     display: Display,
     marks: &[PictureMark],
     note: &str,
-    metadata: &Metadata,
+    metadata: &PictureMetadata,
 ) -> Result<(), Error> {
     let display = Display {
-        output: Output::Eight,
+        output: OutputFormat::Eight,
         ..display
     };
-    let mut image = over_paper(picture, display);
-    marks.iter().for_each(|mark| draw(&mut image, mark));
+    let mut image = composite_over_background(picture, display);
+    marks.iter().for_each(|mark| draw_mark(&mut image, mark));
     let room = (image.width() / letter_width()) as usize;
     let letters: Vec<char> = note.chars().take(room).collect();
     let top = image.height().saturating_sub(LETTER_HEIGHT + 1);
-    write_outlined(&mut image, [1, top], &letters, NOTE);
-    let bytes = encoded(&image, display, metadata).map_err(|cause| Error::write(path, &cause))?;
+    draw_outlined_text(&mut image, [1, top], &letters, NOTE_COLOUR);
+    let bytes =
+        encode_png(&image, display, metadata).map_err(|cause| Error::unwritable(path, &cause))?;
     write_atomically(path, &bytes)
 }
 
-fn encoded(image: &RgbImage, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
+fn encode_png(
+    image: &RgbImage,
+    display: Display,
+    metadata: &PictureMetadata,
+) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    let mut writer = encoder(
+    let mut writer = create_encoder(
         &mut bytes,
         [image.width(), image.height()],
         false,
@@ -75,10 +80,12 @@ fn encoded(image: &RgbImage, display: Display, metadata: &Metadata) -> io::Resul
     Ok(bytes)
 }
 
-fn draw(image: &mut RgbImage, mark: &PictureMark) {
+fn draw_mark(image: &mut RgbImage, mark: &PictureMark) {
     let [width, height] = [image.width(), image.height()];
-    let radius = RADIUS.min(SHARE * f64::from(width.min(height))).max(2.0);
-    let reach = radius + 2.0 * WIDTH;
+    let radius = RADIUS
+        .min(MAX_RADIUS_SHARE * f64::from(width.min(height)))
+        .max(2.0);
+    let reach = radius + 2.0 * RING_HALF_WIDTH;
     let range = |axis: usize, edge: u32| {
         let [first, last] = [mark.pixel[axis] - reach, mark.pixel[axis] + reach + 1.0];
         (first.max(0.0) as u32)..(last.clamp(0.0, f64::from(edge)) as u32)
@@ -86,11 +93,11 @@ fn draw(image: &mut RgbImage, mark: &PictureMark) {
     for (y, x) in range(1, height).flat_map(|y| range(0, width).map(move |x| (y, x))) {
         let away = (f64::from(x) + 0.5 - mark.pixel[0]).hypot(f64::from(y) + 0.5 - mark.pixel[1]);
         let off = (away - radius).abs();
-        if off <= WIDTH {
+        if off <= RING_HALF_WIDTH {
             image.put_pixel(
                 x,
                 y,
-                Rgb(if off <= 0.6 * WIDTH {
+                Rgb(if off <= 0.6 * RING_HALF_WIDTH {
                     mark.colour
                 } else {
                     [0; 3]
@@ -103,20 +110,25 @@ fn draw(image: &mut RgbImage, mark: &PictureMark) {
     let left = ((mark.pixel[0] + reach).max(0.0) as u32).min(room);
     let top = (mark.pixel[1] - 8.0).max(0.0) as u32;
     let top = top.min(height.saturating_sub(LETTER_HEIGHT));
-    write_outlined(image, [left, top], &letters, mark.colour);
+    draw_outlined_text(image, [left, top], &letters, mark.colour);
 }
 
-fn write_outlined(image: &mut RgbImage, [left, top]: [u32; 2], letters: &[char], colour: [u8; 3]) {
+fn draw_outlined_text(
+    image: &mut RgbImage,
+    [left, top]: [u32; 2],
+    letters: &[char],
+    colour: [u8; 3],
+) {
     // A dark outline keeps the bright letters readable on any background.
     for [x, y] in [[0, 1], [2, 1], [1, 0], [1, 2]] {
-        write_letters(
+        draw_letters(
             image,
             [(left + x).saturating_sub(1), (top + y).saturating_sub(1)],
             letters,
             [0; 3],
         );
     }
-    write_letters(image, [left, top], letters, colour);
+    draw_letters(image, [left, top], letters, colour);
 }
 
 #[cfg(test)]
@@ -143,19 +155,19 @@ mod tests {
         };
         let marks = [mark(60.5, 60.5), mark(0.0, 119.0), mark(500.0, -40.0)];
         let note = "no mark: 4";
-        write_marked(
+        write_marked_picture(
             &path,
             &grey,
             Display::PLAIN,
             &marks,
             note,
-            &Metadata::default(),
+            &PictureMetadata::default(),
         )
         .expect("a file");
         let shown = read_picture(&path, &Limits::default())
             .expect("a picture")
             .picture;
-        let radius = (SHARE * 120.0) as u32;
+        let radius = (MAX_RADIUS_SHARE * 120.0) as u32;
         assert_eq!(shown.pixel(60 + radius, 60), Some([1.0, 0.0, 0.0]));
         let plain = shown.pixel(150, 100).expect("a pixel");
         assert_eq!(

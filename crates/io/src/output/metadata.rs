@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Origin of a picture. Empty entries are left out of files.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Metadata {
+pub struct PictureMetadata {
     /// Program and version, such as `Raywright 0.1.0`.
     pub software: String,
     /// Hash of all sources of the scene.
@@ -23,10 +23,10 @@ pub struct Metadata {
     pub error: String,
 }
 
-impl Metadata {
+impl PictureMetadata {
     /// Collects the metadata from the texts of a picture's file, in any format; empty without such
     /// texts.
-    pub(super) fn of_texts(texts: &BTreeMap<String, String>) -> Self {
+    pub(super) fn from_texts(texts: &BTreeMap<String, String>) -> Self {
         let text = |(png, exr): (&str, &str)| {
             texts
                 .get(png)
@@ -34,7 +34,7 @@ impl Metadata {
                 .cloned()
                 .unwrap_or_default()
         };
-        let [software, scene_hash, settings, seed, command, error] = NAMES.map(text);
+        let [software, scene_hash, settings, seed, command, error] = ENTRY_NAMES.map(text);
         Self {
             software,
             scene_hash,
@@ -47,12 +47,12 @@ impl Metadata {
 
     /// Value of a setting, such as `gamma`.
     pub fn setting(&self, name: &str) -> Option<&str> {
-        word(&self.settings, name)
+        find_value(&self.settings, name)
     }
 
     /// Value of a name in the error entry, such as `root_relmse`.
     pub fn error_value(&self, name: &str) -> Option<&str> {
-        word(&self.error, name)
+        find_value(&self.error, name)
     }
 
     /// Returns the non-empty entries, each with its name in PNG, its name in OpenEXR, and its text.
@@ -68,7 +68,7 @@ impl Metadata {
         ];
         // Neither format can hold a NUL inside a text.
         let texts = texts.map(|text| text.replace('\0', "\u{fffd}"));
-        NAMES
+        ENTRY_NAMES
             .into_iter()
             .zip(texts)
             .filter(|(_, text)| !text.is_empty())
@@ -80,15 +80,17 @@ impl Metadata {
 pub(super) const PROGRAM: &str = "Raywright";
 
 /// Whether an entry of a PNG or OpenEXR file has a name used by this program.
-pub(super) fn is_own_entry(name: &str) -> bool {
-    NAMES.iter().any(|&(png, exr)| name == png || name == exr)
+pub(super) fn is_program_entry(name: &str) -> bool {
+    ENTRY_NAMES
+        .iter()
+        .any(|&(png, exr)| name == png || name == exr)
 }
 
 /// Standard OpenEXR attribute for the program.
 pub(super) const SOFTWARE: &str = "software";
 
 /// Returns the value of a name in an entry of `name=value` words. A value may be in single quotes.
-fn word<'a>(entry: &'a str, name: &str) -> Option<&'a str> {
+fn find_value<'a>(entry: &'a str, name: &str) -> Option<&'a str> {
     let starts = entry
         .match_indices(name)
         .map(|(position, _)| position)
@@ -104,7 +106,7 @@ fn word<'a>(entry: &'a str, name: &str) -> Option<&'a str> {
 
 /// Names of the entries in PNG and in OpenEXR. `Software` and `software` follow the conventions of
 /// the formats; the other names start with the program's name.
-const NAMES: [(&str, &str); 6] = [
+const ENTRY_NAMES: [(&str, &str); 6] = [
     ("Software", SOFTWARE),
     ("Raywright scene hash", "raywright_scene_hash"),
     ("Raywright settings", "raywright_settings"),

@@ -8,12 +8,12 @@ mod exr;
 mod film;
 mod marks;
 mod metadata;
+mod output_path;
 mod ownership;
-mod page;
-mod place;
 mod png;
 mod read;
 mod sheet;
+mod web_formats;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -24,20 +24,20 @@ use sha2::{Digest, Sha256};
 
 use crate::error::Error;
 pub use animation::{AnimationFormat, AnimationWriter};
-use atomic::Replace;
+use atomic::ReplaceRule;
 pub use atomic::write_atomically;
-pub use exr::exr_bytes;
-pub use film::{KeptFilm, read_film, write_film};
-pub use marks::{PictureMark, write_marked};
-pub use metadata::Metadata;
+pub use exr::encode_exr;
+pub use film::{StoredFilm, read_film, write_film};
+pub use marks::{PictureMark, write_marked_picture};
+pub use metadata::PictureMetadata;
+pub use output_path::OutputPath;
+pub(crate) use output_path::file_fingerprint;
 pub use ownership::is_own_picture;
-pub use page::{jpeg_bytes, webp_bytes};
-pub use place::OutputPlace;
-pub(crate) use place::fingerprint;
-pub use png::png_bytes;
-pub(crate) use read::can_abort;
+pub use png::encode_png;
+pub(crate) use read::decoder_can_abort;
 pub use read::{StoredPicture, decode_picture, read_picture};
 pub use sheet::ContactSheet;
+pub use web_formats::{encode_jpeg, encode_webp};
 
 /// A picture format, chosen by file extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,8 +72,8 @@ impl PictureFormat {
             Some("jpg" | "jpeg") => Ok(Self::Jpeg { quality: QUALITY }),
             Some("webp") => Ok(Self::WebP),
             Some("exr") => Ok(Self::Exr),
-            Some(other) => Err(Error::usage(format!("cannot write {}: unknown picture format `.{other}`", path.display()))),
-            None => Err(Error::usage(format!("cannot write {}: the name does not end in a picture format", path.display()))),
+            Some(other) => Err(Error::invalid_usage(format!("cannot write {}: unknown picture format `.{other}`", path.display()))),
+            None => Err(Error::invalid_usage(format!("cannot write {}: the name does not end in a picture format", path.display()))),
         }
         .map_err(|error| error.with_hint("names end in `.png`, `.jpg`, `.webp` (what a screen shows) or `.exr` (linear numbers)"))
     }
@@ -89,7 +89,7 @@ pub fn write_picture(
     path: &Path,
     picture: &Picture,
     display: Display,
-    metadata: &Metadata,
+    metadata: &PictureMetadata,
 ) -> Result<(), Error> {
     write_picture_as(
         path,
@@ -109,11 +109,11 @@ pub fn write_picture_as(
     format: PictureFormat,
     picture: &Picture,
     display: Display,
-    metadata: &Metadata,
+    metadata: &PictureMetadata,
 ) -> Result<(), Error> {
     write_atomically(
         path,
-        &picture_bytes(path, format, picture, display, metadata)?,
+        &encode_picture(path, format, picture, display, metadata)?,
     )
 }
 
@@ -127,12 +127,12 @@ pub fn write_unnamed_picture(
     path: &Path,
     picture: &Picture,
     display: Display,
-    metadata: &Metadata,
+    metadata: &PictureMetadata,
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<PathBuf, Error> {
-    write_unnamed(
+    write_unnamed_file(
         path,
-        &picture_bytes(
+        &encode_picture(
             path,
             PictureFormat::from_path(path)?,
             picture,
@@ -147,23 +147,23 @@ pub fn write_unnamed_picture(
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
-pub fn write_unnamed(
+pub fn write_unnamed_file(
     path: &Path,
     bytes: &[u8],
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<PathBuf, Error> {
     for number in 1..=MOST_NAMES {
-        let name = numbered(path, number);
+        let name = numbered_path(path, number);
         if !is_free(&name) {
             continue;
         }
-        match atomic::write(&name, bytes, Replace::Own) {
+        match atomic::write_bytes(&name, bytes, ReplaceRule::ProgramPictures) {
             Ok(()) => return Ok(name),
             Err(cause) if cause.kind() == std::io::ErrorKind::AlreadyExists => {}
-            Err(cause) => return Err(Error::write(&name, &cause)),
+            Err(cause) => return Err(Error::unwritable(&name, &cause)),
         }
     }
-    Err(Error::write(
+    Err(Error::unwritable(
         path,
         &std::io::ErrorKind::AlreadyExists.into(),
     ))
@@ -172,7 +172,7 @@ pub fn write_unnamed(
 /// Number of attempted names before the write fails.
 const MOST_NAMES: u32 = 1000;
 
-fn numbered(path: &Path, number: u32) -> PathBuf {
+fn numbered_path(path: &Path, number: u32) -> PathBuf {
     if number == 1 {
         path.to_owned()
     } else {
@@ -180,23 +180,23 @@ fn numbered(path: &Path, number: u32) -> PathBuf {
     }
 }
 
-fn picture_bytes(
+fn encode_picture(
     path: &Path,
     format: PictureFormat,
     picture: &Picture,
     display: Display,
-    metadata: &Metadata,
+    metadata: &PictureMetadata,
 ) -> Result<Vec<u8>, Error> {
     match format {
-        PictureFormat::Png => png_bytes(picture, display, metadata),
-        PictureFormat::Jpeg { quality } => jpeg_bytes(picture, quality, display, metadata),
-        PictureFormat::WebP => webp_bytes(picture, display, metadata),
-        PictureFormat::Exr => exr_bytes(picture, metadata),
+        PictureFormat::Png => encode_png(picture, display, metadata),
+        PictureFormat::Jpeg { quality } => encode_jpeg(picture, quality, display, metadata),
+        PictureFormat::WebP => encode_webp(picture, display, metadata),
+        PictureFormat::Exr => encode_exr(picture, metadata),
     }
-    .map_err(|cause| Error::write(path, &cause))
+    .map_err(|cause| Error::unwritable(path, &cause))
 }
 
-/// Writes the display picture as PNG; see [`png_bytes`].
+/// Writes the display picture as PNG; see [`encode_png`].
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
@@ -205,19 +205,19 @@ pub fn write_png(
     path: &Path,
     picture: &Picture,
     display: Display,
-    metadata: &Metadata,
+    metadata: &PictureMetadata,
 ) -> Result<(), Error> {
     let bytes =
-        png_bytes(picture, display, metadata).map_err(|cause| Error::write(path, &cause))?;
+        encode_png(picture, display, metadata).map_err(|cause| Error::unwritable(path, &cause))?;
     write_atomically(path, &bytes)
 }
 
-/// Writes colour, coverage and layers as OpenEXR; see [`exr_bytes`].
+/// Writes colour, coverage and layers as OpenEXR; see [`encode_exr`].
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
-pub fn write_exr(path: &Path, picture: &Picture, metadata: &Metadata) -> Result<(), Error> {
-    let bytes = exr_bytes(picture, metadata).map_err(|cause| Error::write(path, &cause))?;
+pub fn write_exr(path: &Path, picture: &Picture, metadata: &PictureMetadata) -> Result<(), Error> {
+    let bytes = encode_exr(picture, metadata).map_err(|cause| Error::unwritable(path, &cause))?;
     write_atomically(path, &bytes)
 }
 
@@ -271,7 +271,7 @@ pub fn pixel_hash(picture: &Picture) -> String {
 
 /// Refuses a picture whose buffers do not match its size.
 fn check_consistent(picture: &Picture) -> std::io::Result<()> {
-    if picture.pixels() == 0 {
+    if picture.pixel_count() == 0 {
         return Err(std::io::Error::other("the picture has no pixels"));
     }
     if !picture.is_consistent() {

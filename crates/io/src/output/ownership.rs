@@ -8,7 +8,7 @@ use std::path::Path;
 
 use png::{Decoder, Transformations};
 
-use super::metadata::{PROGRAM, is_own_entry};
+use super::metadata::{PROGRAM, is_program_entry};
 use super::read::{EXR, PNG, read_picture};
 use crate::limits::Limits;
 
@@ -25,16 +25,16 @@ pub fn is_own_picture(path: &Path) -> bool {
     };
     let mut file = BufReader::new(file);
     let texts = match file.fill_buf() {
-        Ok(start) if start.starts_with(PNG) => png_texts(file),
+        Ok(start) if start.starts_with(PNG) => read_png_texts(file),
         Ok(start) if start.starts_with(EXR) => read_picture(path, &Limits::default())
             .ok()
             .map(|stored_picture| stored_picture.texts),
         _ => None,
     };
-    texts.is_some_and(|texts| are_own(&texts))
+    texts.is_some_and(|texts| are_program_texts(&texts))
 }
 
-fn are_own(texts: &BTreeMap<String, String>) -> bool {
+fn are_program_texts(texts: &BTreeMap<String, String>) -> bool {
     let software = texts
         .iter()
         .find(|(name, _)| name.eq_ignore_ascii_case("software"))
@@ -42,12 +42,12 @@ fn are_own(texts: &BTreeMap<String, String>) -> bool {
     let ours = software
         .and_then(|text| text.strip_prefix(PROGRAM))
         .is_some_and(|version| version.starts_with(' '));
-    ours && texts.len() > 1 && texts.keys().all(|name| is_own_entry(name))
+    ours && texts.len() > 1 && texts.keys().all(|name| is_program_entry(name))
 }
 
 /// Reads the texts of a PNG if the whole file decodes, row by row, so that pictures of any size are
 /// accepted.
-fn png_texts(file: impl BufRead + Seek) -> Option<BTreeMap<String, String>> {
+fn read_png_texts(file: impl BufRead + Seek) -> Option<BTreeMap<String, String>> {
     let mut decoder = Decoder::new(file);
     decoder.set_transformations(Transformations::IDENTITY);
     let mut reader = decoder.read_info().ok()?;
@@ -74,19 +74,19 @@ mod tests {
     use raywright_core::display::Display;
     use raywright_core::picture::Picture;
 
-    use super::super::{Metadata, exr_bytes, png_bytes};
+    use super::super::{PictureMetadata, encode_exr, encode_png};
     use super::*;
 
-    fn metadata() -> Metadata {
-        Metadata {
+    fn metadata() -> PictureMetadata {
+        PictureMetadata {
             software: "Raywright 0.1.0".into(),
             command: "raywright render".into(),
-            ..Metadata::default()
+            ..PictureMetadata::default()
         }
     }
 
-    fn png(metadata: &Metadata) -> Vec<u8> {
-        png_bytes(&Picture::new(7, 5), Display::PLAIN, metadata).unwrap()
+    fn png(metadata: &PictureMetadata) -> Vec<u8> {
+        encode_png(&Picture::new(7, 5), Display::PLAIN, metadata).unwrap()
     }
 
     fn owns(bytes: &[u8]) -> bool {
@@ -102,26 +102,26 @@ mod tests {
     #[test]
     fn only_pictures_of_ours_are_ours() {
         assert!(owns(&png(&metadata())));
-        assert!(owns(&exr_bytes(&Picture::new(7, 5), &metadata()).unwrap()));
-        let other = |software: &str| Metadata {
+        assert!(owns(&encode_exr(&Picture::new(7, 5), &metadata()).unwrap()));
+        let other = |software: &str| PictureMetadata {
             software: software.into(),
             ..metadata()
         };
         for software in ["", "GIMP 2.10", "Raywrighter 2", "Raywright"] {
             assert!(!owns(&png(&other(software))), "{software:?}");
             assert!(
-                !owns(&exr_bytes(&Picture::new(7, 5), &other(software)).unwrap()),
+                !owns(&encode_exr(&Picture::new(7, 5), &other(software)).unwrap()),
                 "{software:?}"
             );
         }
         assert!(
-            !owns(&png(&Metadata {
+            !owns(&png(&PictureMetadata {
                 command: String::new(),
                 ..metadata()
             })),
             "anyone may write one text"
         );
-        assert!(!owns(&png(&Metadata::default())));
+        assert!(!owns(&png(&PictureMetadata::default())));
         assert!(!owns(b"") && !owns(b"Software\0Raywright 0.1.0"));
         let edited = |keyword: &str| {
             let mut bytes = Vec::new();
@@ -154,7 +154,7 @@ mod tests {
     fn damaged_pictures_are_not_ours() {
         for bytes in [
             png(&metadata()),
-            exr_bytes(&Picture::new(7, 5), &metadata()).unwrap(),
+            encode_exr(&Picture::new(7, 5), &metadata()).unwrap(),
         ] {
             assert!(owns(&bytes));
             assert!(!owns(&bytes[..bytes.len() - 1]));

@@ -7,7 +7,7 @@ use raywright_core::display::Display;
 use raywright_core::picture::Picture;
 use raywright_core::scene::TransferCurve;
 
-use super::metadata::Metadata;
+use super::metadata::PictureMetadata;
 
 /// Encodes the picture as PNG, converted for display: RGB with 8 bits, or with 16 bits if the
 /// settings require 16, or RGBA with coverage (straight alpha). An sRGB curve is declared by the
@@ -16,10 +16,14 @@ use super::metadata::Metadata;
 ///
 /// # Errors
 /// A picture with inconsistent buffers.
-pub fn png_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
+pub fn encode_png(
+    picture: &Picture,
+    display: Display,
+    metadata: &PictureMetadata,
+) -> io::Result<Vec<u8>> {
     super::check_consistent(picture)?;
     let mut bytes = Vec::new();
-    let encoder = encoder(
+    let encoder = create_encoder(
         &mut bytes,
         [picture.width, picture.height],
         display.has_alpha(picture),
@@ -35,12 +39,12 @@ pub fn png_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io
 }
 
 /// Returns an encoder with all settings of a picture of this size.
-pub(super) fn encoder<'a, W: io::Write>(
+pub(super) fn create_encoder<'a, W: io::Write>(
     out: W,
     [width, height]: [u32; 2],
     has_alpha: bool,
     display: Display,
-    metadata: &Metadata,
+    metadata: &PictureMetadata,
 ) -> io::Result<Encoder<'a, W>> {
     let mut encoder = Encoder::new(out, width, height);
     encoder.set_color(if has_alpha {
@@ -48,7 +52,7 @@ pub(super) fn encoder<'a, W: io::Write>(
     } else {
         ColorType::Rgb
     });
-    encoder.set_depth(if display.output.bytes() == 1 {
+    encoder.set_depth(if display.output.bytes_per_channel() == 1 {
         BitDepth::Eight
     } else {
         BitDepth::Sixteen

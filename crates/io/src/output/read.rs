@@ -13,20 +13,20 @@ use exr::prelude::{
     Vec2, read,
 };
 use png::{ColorType, Decoder, Transformations};
-use raywright_core::picture::{DataWindow, Encoding, Layer, Picture};
+use raywright_core::picture::{DataWindow, Encoding, Picture, PictureLayer};
 
 use super::exif;
-use super::metadata::Metadata;
-use super::page::PageFile;
+use super::metadata::PictureMetadata;
+use super::web_formats::WebPictureDecoder;
 use crate::error::Error;
 use crate::folder::read_file;
-use crate::limits::{Limits, human_bytes};
+use crate::limits::{Limits, format_bytes};
 
 /// A picture as stored in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredPicture {
     /// Name of the format.
-    pub notation: &'static str,
+    pub format_name: &'static str,
     /// Pixel values: unchanged floating-point numbers from an OpenEXR file, display values in 0..1
     /// from any other format.
     pub picture: Picture,
@@ -41,8 +41,8 @@ pub struct StoredPicture {
 
 impl StoredPicture {
     /// Origin metadata, for a picture of this program.
-    pub fn metadata(&self) -> Metadata {
-        Metadata::of_texts(&self.texts)
+    pub fn metadata(&self) -> PictureMetadata {
+        PictureMetadata::from_texts(&self.texts)
     }
 }
 
@@ -64,15 +64,15 @@ pub(super) const EXR: &[u8] = b"\x76\x2f\x31\x01";
 /// [`Limit`](crate::ErrorKind::Limit) beyond the limits.
 #[doc(alias("ImageReader", "image::open"))]
 pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error> {
-    let unreadable = |cause: std::io::Error| Error::read(path, &cause);
+    let unreadable = |cause: std::io::Error| Error::unreadable(path, &cause);
     let file = File::open(path).map_err(unreadable)?;
     let bytes = read_file(&file, limits.file_bytes).map_err(unreadable)?;
     let too_large = || {
-        Error::limit(
+        Error::over_limit(
             path.display(),
             format!(
                 "larger than the limit of {}",
-                human_bytes(limits.file_bytes)
+                format_bytes(limits.file_bytes)
             ),
         )
     };
@@ -88,17 +88,17 @@ pub fn decode_picture(path: &Path, bytes: &[u8], limits: &Limits) -> Result<Stor
         decode_png(bytes, limits)
     } else if bytes.starts_with(EXR) {
         decode_exr(bytes, limits)
-    } else if let Some(file) = PageFile::open(bytes) {
+    } else if let Some(file) = WebPictureDecoder::open(bytes) {
         file.map_err(PictureFailure::from)
-            .and_then(|file| decode_page(file, limits))
+            .and_then(|file| decode_web_picture(file, limits))
     } else {
         Err(PictureFailure::Wrong(
             "no PNG, JPEG, WebP or OpenEXR picture".to_owned(),
         ))
     };
     decoded.map_err(|failure| match failure {
-        PictureFailure::Wrong(message) => Error::input(path.display(), message),
-        PictureFailure::TooLarge(message) => Error::limit(path.display(), message),
+        PictureFailure::Wrong(message) => Error::invalid_input(path.display(), message),
+        PictureFailure::TooLarge(message) => Error::over_limit(path.display(), message),
     })
 }
 
@@ -144,7 +144,7 @@ fn check_size(
     }
     let bytes = pixels.saturating_mul(bytes_a_pixel);
     if bytes > limits.memory_bytes {
-        let (bytes, limit) = (human_bytes(bytes), human_bytes(limits.memory_bytes));
+        let (bytes, limit) = (format_bytes(bytes), format_bytes(limits.memory_bytes));
         return Err(PictureFailure::TooLarge(format!(
             "a picture of {bytes} is over the limit of {limit}"
         )));
@@ -225,7 +225,7 @@ fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, PictureFai
         ..Picture::default()
     };
     Ok(StoredPicture {
-        notation: "PNG",
+        format_name: "PNG",
         picture,
         encoding: Encoding::Display,
         has_colour: true,
@@ -233,8 +233,11 @@ fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, PictureFai
     })
 }
 
-fn decode_page(file: PageFile<'_>, limits: &Limits) -> Result<StoredPicture, PictureFailure> {
-    let (notation, (width, height)) = (file.notation(), file.dimensions());
+fn decode_web_picture(
+    file: WebPictureDecoder<'_>,
+    limits: &Limits,
+) -> Result<StoredPicture, PictureFailure> {
+    let (notation, (width, height)) = (file.format_name(), file.dimensions());
     // A few bytes of lossless WebP can encode any number of equal pixels, so that only the memory
     // limit applies.
     check_size(width.into(), height.into(), 16 + 4, usize::MAX, limits)?;
@@ -255,11 +258,11 @@ fn decode_page(file: PageFile<'_>, limits: &Limits) -> Result<StoredPicture, Pic
         ..Picture::default()
     };
     Ok(StoredPicture {
-        notation,
+        format_name: notation,
         picture,
         encoding: Encoding::Display,
         has_colour: true,
-        texts: exif::texts(&exif),
+        texts: exif::decode_texts(&exif),
     })
 }
 
@@ -267,7 +270,7 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, PictureFai
     let headers = MetaData::read_from_buffered(Cursor::new(bytes), false)?.headers;
     let mut bytes_a_pixel = 0;
     for header in &headers {
-        check_header(header, &headers[0])?;
+        check_part(header, &headers[0])?;
         let Vec2(width, height) = header.layer_size;
         bytes_a_pixel += 4 * header.channels.list.len() as u64;
         check_size(
@@ -285,12 +288,12 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, PictureFai
         .all_layers()
         .all_attributes()
         .from_buffered(Cursor::new(bytes))?;
-    picture_of(image)
+    assemble_picture(image)
 }
 
 /// Refuses an OpenEXR part with unsupported features, and a part whose size or position differs
 /// from the first part.
-fn check_header(header: &Header, first: &Header) -> Result<(), PictureFailure> {
+fn check_part(header: &Header, first: &Header) -> Result<(), PictureFailure> {
     let refuse = |label: &str| {
         Err(PictureFailure::Wrong(format!(
             "an OpenEXR file with {label}"
@@ -311,7 +314,7 @@ fn check_header(header: &Header, first: &Header) -> Result<(), PictureFailure> {
     {
         return refuse("deep or subsampled channels, which are not supported");
     }
-    if can_abort(header.compression) {
+    if decoder_can_abort(header.compression) {
         return refuse("DWA compression, which is not supported; ZIP is");
     }
     Ok(())
@@ -319,11 +322,11 @@ fn check_header(header: &Header, first: &Header) -> Result<(), PictureFailure> {
 
 /// Whether a damaged file with this compression can abort the process: the DWA decoder of exr 1.74
 /// trusts the sizes inside its blocks, allocates petabytes and aborts.
-pub(crate) fn can_abort(compression: Compression) -> bool {
+pub(crate) fn decoder_can_abort(compression: Compression) -> bool {
     matches!(compression, Compression::DWAA(_) | Compression::DWAB(_))
 }
 
-fn picture_of(image: FlatImage) -> Result<StoredPicture, PictureFailure> {
+fn assemble_picture(image: FlatImage) -> Result<StoredPicture, PictureFailure> {
     let several = image.layer_data.len() > 1;
     let first = image
         .layer_data
@@ -334,7 +337,7 @@ fn picture_of(image: FlatImage) -> Result<StoredPicture, PictureFailure> {
         u32::try_from(x)
             .map_err(|_| PictureFailure::TooLarge("too many pixels in a row or column".to_owned()))
     };
-    let window = window_of(
+    let window = data_window(
         image.attributes.display_window,
         first.attributes.layer_position,
         size,
@@ -345,41 +348,41 @@ fn picture_of(image: FlatImage) -> Result<StoredPicture, PictureFailure> {
     };
     let mut texts = BTreeMap::new();
     let mut note =
-        |name: &str, value: &Text| texts.insert(name.to_owned(), lossy(value.as_slice()));
+        |name: &str, value: &Text| texts.insert(name.to_owned(), to_utf8_lossy(value.as_slice()));
     for (name, value) in &image.attributes.other {
         if let AttributeValue::Text(value) = value {
-            note(&lossy(name.as_slice()), value);
+            note(&to_utf8_lossy(name.as_slice()), value);
         }
     }
     for part in image.layer_data {
         for (name, value) in &part.attributes.other {
             if let AttributeValue::Text(value) = value {
-                note(&lossy(name.as_slice()), value);
+                note(&to_utf8_lossy(name.as_slice()), value);
             }
         }
         if let Some(software) = &part.attributes.software_name {
             note("software", software);
         }
         let prefix = match &part.attributes.layer_name {
-            Some(name) if several => format!("{}.", lossy(name.as_slice())),
+            Some(name) if several => format!("{}.", to_utf8_lossy(name.as_slice())),
             _ => String::new(),
         };
         for channel in part.channel_data.list {
-            let name = prefix.clone() + &lossy(channel.name.as_slice());
-            picture.layers.push(Layer {
+            let name = prefix.clone() + &to_utf8_lossy(channel.name.as_slice());
+            picture.layers.push(PictureLayer {
                 name,
                 samples: to_f32(channel.sample_data),
             });
         }
     }
-    let has_colour = take_colour(&mut picture);
+    let has_colour = extract_colour(&mut picture);
     if !picture.is_consistent() {
         return Err(PictureFailure::Wrong(
             "not a readable OpenEXR file: its channels do not fit its size".to_owned(),
         ));
     }
     Ok(StoredPicture {
-        notation: "OpenEXR",
+        format_name: "OpenEXR",
         picture,
         encoding: Encoding::Linear,
         has_colour,
@@ -389,7 +392,7 @@ fn picture_of(image: FlatImage) -> Result<StoredPicture, PictureFailure> {
 
 /// Data window of pixels relative to the display window; `None` if the pixels fill the display
 /// window.
-fn window_of(display: IntegerBounds, place: Vec2<i32>, size: Vec2<usize>) -> Option<DataWindow> {
+fn data_window(display: IntegerBounds, place: Vec2<i32>, size: Vec2<usize>) -> Option<DataWindow> {
     let origin = [
         place.0.saturating_sub(display.position.0),
         place.1.saturating_sub(display.position.1),
@@ -408,7 +411,7 @@ fn to_f32(samples: FlatSamples) -> Vec<f32> {
 
 /// Moves `R`, `G`, `B` (or `Y` alone, as grey) and `A` from the layers to the picture; returns
 /// whether the file has colour.
-fn take_colour(picture: &mut Picture) -> bool {
+fn extract_colour(picture: &mut Picture) -> bool {
     let mut take = |name: &str| {
         let index = picture.layers.iter().position(|layer| layer.name == name)?;
         Some(picture.layers.swap_remove(index).samples)
@@ -436,6 +439,6 @@ fn take_colour(picture: &mut Picture) -> bool {
     has_colour
 }
 
-fn lossy(bytes: &[u8]) -> String {
+fn to_utf8_lossy(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }

@@ -6,26 +6,26 @@ use std::path::Path;
 use image::imageops::{self, FilterType};
 use image::{Rgb, RgbImage, RgbaImage};
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
-use raywright_core::display::{Display, Output};
+use raywright_core::display::{Display, OutputFormat};
 use raywright_core::picture::Picture;
 
 use super::atomic::write_atomically;
-use super::metadata::Metadata;
-use super::png::encoder;
+use super::metadata::PictureMetadata;
+use super::png::create_encoder;
 use crate::error::Error;
 
 /// Largest and smallest width of a cell in pixels, for few and for many pictures.
-const WIDEST: u32 = 480;
-const NARROWEST: u32 = 160;
+const MAX_PICTURE_WIDTH: u32 = 480;
+const MIN_PICTURE_WIDTH: u32 = 160;
 /// Total width of a sheet in pixels.
-const ROOM: u32 = 2560;
+const SHEET_WIDTH: u32 = 2560;
 /// Gap between and around pictures in pixels.
 const GAP: u32 = 12;
 /// Height of a text line with its margins in pixels.
-const LINE: u32 = 24;
+const LINE_HEIGHT: u32 = 24;
 /// Codes of the background and of the text.
-const PAPER: [u8; 3] = [28; 3];
-const INK: [u8; 3] = [230; 3];
+const BACKGROUND: [u8; 3] = [28; 3];
+const TEXT_COLOUR: [u8; 3] = [230; 3];
 
 /// A contact sheet.
 #[derive(Debug)]
@@ -47,9 +47,9 @@ impl ContactSheet {
         let pictures = u32::try_from(pictures).unwrap_or(u32::MAX).max(1);
         // A square grid of cells gives the sheet the aspect ratio of its pictures.
         let columns = f64::from(pictures).sqrt().ceil() as u32;
-        let width = ((ROOM - GAP) / columns)
+        let width = ((SHEET_WIDTH - GAP) / columns)
             .saturating_sub(GAP)
-            .clamp(NARROWEST, WIDEST);
+            .clamp(MIN_PICTURE_WIDTH, MAX_PICTURE_WIDTH);
         Self {
             columns,
             width,
@@ -59,10 +59,10 @@ impl ContactSheet {
 
     /// Adds a picture, converted for display, with its label.
     pub fn add(&mut self, picture: &Picture, display: Display, label: impl Into<String>) {
-        let image = over_paper(
+        let image = composite_over_background(
             picture,
             Display {
-                output: Output::Eight,
+                output: OutputFormat::Eight,
                 ..display
             },
         );
@@ -92,10 +92,10 @@ impl ContactSheet {
     ///
     /// # Errors
     /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
-    pub fn write(&self, path: &Path, metadata: &Metadata) -> Result<(), Error> {
+    pub fn write(&self, path: &Path, metadata: &PictureMetadata) -> Result<(), Error> {
         let bytes = self
-            .bytes(metadata)
-            .map_err(|cause| Error::write(path, &cause))?;
+            .to_png(metadata)
+            .map_err(|cause| Error::unwritable(path, &cause))?;
         write_atomically(path, &bytes)
     }
 
@@ -103,10 +103,10 @@ impl ContactSheet {
     ///
     /// # Errors
     /// A sheet too large for the format.
-    pub fn bytes(&self, metadata: &Metadata) -> io::Result<Vec<u8>> {
-        let image = self.lay_out();
+    pub fn to_png(&self, metadata: &PictureMetadata) -> io::Result<Vec<u8>> {
+        let image = self.draw_rows();
         let mut bytes = Vec::new();
-        let mut writer = encoder(
+        let mut writer = create_encoder(
             &mut bytes,
             [image.width(), image.height()],
             false,
@@ -121,7 +121,7 @@ impl ContactSheet {
 
     /// Draws the rows of cells from the top. Each row is as high as its highest picture, and its
     /// pictures are aligned at the bottom.
-    fn lay_out(&self) -> RgbImage {
+    fn draw_rows(&self) -> RgbImage {
         let columns = self.columns.min(self.cells.len().max(1) as u32);
         let cell = self
             .cells
@@ -129,7 +129,7 @@ impl ContactSheet {
             .map(|cell| cell.picture.width())
             .max()
             .unwrap_or(1)
-            .max(NARROWEST);
+            .max(MIN_PICTURE_WIDTH);
         let rows: Vec<&[SheetCell]> = self.cells.chunks(columns as usize).collect();
         let height_of = |row: &[SheetCell]| {
             row.iter()
@@ -140,9 +140,9 @@ impl ContactSheet {
         let height = GAP
             + rows
                 .iter()
-                .map(|row| height_of(row) + LINE + GAP)
+                .map(|row| height_of(row) + LINE_HEIGHT + GAP)
                 .sum::<u32>();
-        let mut sheet = RgbImage::from_pixel(GAP + columns * (cell + GAP), height, Rgb(PAPER));
+        let mut sheet = RgbImage::from_pixel(GAP + columns * (cell + GAP), height, Rgb(BACKGROUND));
         let mut top = GAP;
         for row in rows {
             let foot = top + height_of(row);
@@ -150,24 +150,24 @@ impl ContactSheet {
                 let left = GAP + column * (cell + GAP);
                 let (x, y) = (left + (cell - picture.width()) / 2, foot - picture.height());
                 imageops::replace(&mut sheet, picture, x.into(), y.into());
-                write_line(
+                draw_text_line(
                     &mut sheet,
-                    [left, foot + (LINE - FONT.val() as u32) / 2],
+                    [left, foot + (LINE_HEIGHT - FONT.val() as u32) / 2],
                     cell,
                     label,
                 );
             }
-            top = foot + LINE + GAP;
+            top = foot + LINE_HEIGHT + GAP;
         }
         sheet
     }
 }
 
 /// Composites a picture over the background of the sheet, and returns 8-bit codes.
-pub(super) fn over_paper(picture: &Picture, display: Display) -> RgbImage {
+pub(super) fn composite_over_background(picture: &Picture, display: Display) -> RgbImage {
     let codes = display.to_codes(picture);
     let (width, height) = (picture.width, picture.height);
-    let empty = || RgbImage::from_pixel(width, height, Rgb(PAPER));
+    let empty = || RgbImage::from_pixel(width, height, Rgb(BACKGROUND));
     if !display.has_alpha(picture) {
         return RgbImage::from_raw(width, height, codes).unwrap_or_else(empty);
     }
@@ -194,10 +194,10 @@ const FONT: RasterHeight = RasterHeight::Size16;
 
 /// Draws a line of text, centred in `width` pixels. A text that is too long loses its middle,
 /// because names differ at both ends.
-fn write_line(sheet: &mut RgbImage, [left, top]: [u32; 2], width: u32, text: &str) {
-    let line = shortened(text, (width / letter_width()) as usize);
+fn draw_text_line(sheet: &mut RgbImage, [left, top]: [u32; 2], width: u32, text: &str) {
+    let line = shorten_text(text, (width / letter_width()) as usize);
     let start = left + width.saturating_sub(line.len() as u32 * letter_width()) / 2;
-    write_letters(sheet, [start, top], &line, INK);
+    draw_letters(sheet, [start, top], &line, TEXT_COLOUR);
 }
 
 /// Advance of a letter in pixels.
@@ -206,7 +206,7 @@ pub(super) fn letter_width() -> u32 {
 }
 
 /// Draws letters from a position of the top left corner, clipped to the image.
-pub(super) fn write_letters(
+pub(super) fn draw_letters(
     sheet: &mut RgbImage,
     [start, top]: [u32; 2],
     line: &[char],
@@ -231,7 +231,7 @@ pub(super) fn write_letters(
 }
 
 /// Shortens a text to `maximum` letters, with dots in place of the middle.
-fn shortened(text: &str, maximum: usize) -> Vec<char> {
+fn shorten_text(text: &str, maximum: usize) -> Vec<char> {
     const DOTS: &str = "...";
     let letters: Vec<char> = text.chars().collect();
     if letters.len() <= maximum {
@@ -275,10 +275,10 @@ mod tests {
             Display::PLAIN,
             "third",
         );
-        let image = sheet.lay_out();
+        let image = sheet.draw_rows();
         assert_eq!(
             [image.width(), image.height()],
-            [3 * GAP + 2 * 480, 3 * GAP + 2 * (240 + LINE)]
+            [3 * GAP + 2 * 480, 3 * GAP + 2 * (240 + LINE_HEIGHT)]
         );
         let at = |x: u32, y: u32| image.get_pixel(x, y).0;
         assert_eq!([at(GAP, GAP), at(GAP + 479, GAP + 239)], [[255; 3]; 2]);
@@ -287,20 +287,20 @@ mod tests {
             [0; 3],
             "a small one stands at the foot of its place"
         );
-        assert_eq!(at(2 * GAP + 480 + 240, GAP + 100), PAPER);
+        assert_eq!(at(2 * GAP + 480 + 240, GAP + 100), BACKGROUND);
         let edges = [189, 190, 289, 290].map(|x| at(2 * GAP + 480 + x, GAP + 239));
         assert_eq!(
             edges,
-            [PAPER, [0; 3], [0; 3], PAPER],
+            [BACKGROUND, [0; 3], [0; 3], BACKGROUND],
             "it stands in the middle"
         );
         assert_eq!(
-            at(GAP + 240, 2 * GAP + 240 + LINE + 120),
-            PAPER,
+            at(GAP + 240, 2 * GAP + 240 + LINE_HEIGHT + 120),
+            BACKGROUND,
             "nothing covers the third"
         );
         let ink = |left: u32, top: u32| {
-            let line = image::imageops::crop_imm(&image, left, top, 480, LINE).to_image();
+            let line = image::imageops::crop_imm(&image, left, top, 480, LINE_HEIGHT).to_image();
             line.pixels().filter(|pixel| pixel.0[0] > 150).count()
         };
         assert!(
@@ -308,7 +308,7 @@ mod tests {
             "{}",
             ink(GAP, GAP + 240)
         );
-        let bytes = sheet.bytes(&Metadata::default()).expect("a PNG");
+        let bytes = sheet.to_png(&PictureMetadata::default()).expect("a PNG");
         assert_eq!(
             decode_picture(Path::new("s"), &bytes, &Limits::default())
                 .expect("a PNG")
@@ -323,22 +323,23 @@ mod tests {
     fn high_pictures_fit_their_place() {
         let mut sheet = ContactSheet::new(4);
         sheet.add(&plain(300, 1200, 1.0), Display::PLAIN, "high");
-        let image = sheet.lay_out();
+        let image = sheet.draw_rows();
         assert_eq!(
             [image.width(), image.height()],
-            [2 * GAP + NARROWEST, 2 * GAP + 480 + LINE]
+            [2 * GAP + MIN_PICTURE_WIDTH, 2 * GAP + 480 + LINE_HEIGHT]
         );
         let edge = |x: u32| image.get_pixel(GAP + x, GAP + 200).0;
         assert_eq!(
             [19, 20, 139, 140].map(edge),
-            [PAPER, [255; 3], [255; 3], PAPER]
+            [BACKGROUND, [255; 3], [255; 3], BACKGROUND]
         );
     }
 
     /// Protects: a long text keeps both ends and fits its cell.
     #[test]
     fn long_texts_lose_their_middle() {
-        let short = |text: &str, maximum| shortened(text, maximum).into_iter().collect::<String>();
+        let short =
+            |text: &str, maximum| shorten_text(text, maximum).into_iter().collect::<String>();
         assert_eq!(
             [
                 short("abcdefghij", 10),

@@ -3,16 +3,16 @@
 use glam::DVec3;
 use raywright_core::scene::MeshData;
 
-use super::header::{Element, Property};
+use super::header::{PlyElement, PlyProperty};
 use super::values::ValueStream;
-use super::vertices::{PlyVertices, VertexColours, channel, from_the_top};
-use crate::import::{DecodeBudget, Fault, Outcome, Warnings};
-use crate::polygon::Clipper;
+use super::vertices::{PlyVertices, VertexColours, colour_channel, flip_v};
+use crate::import::{DecodeBudget, Fault, ImportResult, Warnings};
+use crate::polygon::EarClipper;
 use crate::warning::WarningCode;
 
 /// Meaning of a face's property.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum FaceRole {
+enum FacePropertyRole {
     Corners,
     Coordinates,
     Channel(usize),
@@ -20,12 +20,12 @@ enum FaceRole {
     Other,
 }
 
-impl FaceRole {
-    fn of(property: &Property) -> Self {
+impl FacePropertyRole {
+    fn from_property(property: &PlyProperty) -> Self {
         match (
             property.name.as_str(),
             property.count,
-            channel(&property.name),
+            colour_channel(&property.name),
         ) {
             ("vertex_indices" | "vertex_index", Some(_), _) => Self::Corners,
             ("texcoord", Some(_), _) => Self::Coordinates,
@@ -41,7 +41,7 @@ const NO_TEXTURE: i64 = -1;
 
 /// Polygons of a PLY file, stored in sequence.
 #[derive(Default)]
-pub(super) struct Faces {
+pub(super) struct PlyFaces {
     /// Vertex indices of all polygons.
     corners: Vec<u32>,
     /// Number of corners of each polygon.
@@ -50,21 +50,21 @@ pub(super) struct Faces {
     uvs: Vec<[f32; 2]>,
     /// Colour of each polygon; empty if no face has a colour.
     colours: VertexColours,
-    coloured: bool,
+    has_colours: bool,
     /// Image number of each polygon; empty if no face has an image number.
-    textures: Vec<i64>,
+    image_numbers: Vec<i64>,
 }
 
 /// Properties of a single face; the lists are reused from face to face.
 #[derive(Default)]
-struct FaceRow {
+struct FaceRecord {
     corners: Vec<i64>,
     coordinates: Vec<f32>,
     colour: [f32; 3],
     texture: i64,
 }
 
-impl Faces {
+impl PlyFaces {
     pub fn is_empty(&self) -> bool {
         self.arities.is_empty()
     }
@@ -75,7 +75,7 @@ impl Faces {
 
     /// Whether faces have image numbers.
     pub fn has_textures(&self) -> bool {
-        !self.textures.is_empty()
+        !self.image_numbers.is_empty()
     }
 
     /// Reads the faces or the strips of a file.
@@ -84,35 +84,40 @@ impl Faces {
     /// A fault of kind input for a truncated file, of kind limit beyond the limits.
     pub fn read(
         &mut self,
-        element: &Element,
+        element: &PlyElement,
         values: &mut ValueStream<'_>,
         budget: &mut DecodeBudget,
-    ) -> Outcome<()> {
-        let mut roles: Vec<FaceRole> = element.properties.iter().map(FaceRole::of).collect();
+    ) -> ImportResult<()> {
+        let mut roles: Vec<FacePropertyRole> = element
+            .properties
+            .iter()
+            .map(FacePropertyRole::from_property)
+            .collect();
         // Of several properties with the same meaning, the first applies.
         for i in 1..roles.len() {
             if roles[..i].contains(&roles[i]) {
-                roles[i] = FaceRole::Other;
+                roles[i] = FacePropertyRole::Other;
             }
         }
         let strips = element.name == "tristrips";
-        let coloured = !strips && (0..3).all(|channel| roles.contains(&FaceRole::Channel(channel)));
-        let mapped = !strips && roles.contains(&FaceRole::Coordinates);
+        let coloured =
+            !strips && (0..3).all(|channel| roles.contains(&FacePropertyRole::Channel(channel)));
+        let mapped = !strips && roles.contains(&FacePropertyRole::Coordinates);
         let red = element
             .properties
             .iter()
             .zip(&roles)
-            .find(|(_, role)| **role == FaceRole::Channel(0));
+            .find(|(_, role)| **role == FacePropertyRole::Channel(0));
         if let Some((red, _)) = red.filter(|_| coloured) {
-            (self.coloured, self.colours) = (true, VertexColours::of(red.number));
+            (self.has_colours, self.colours) = (true, VertexColours::from_number_type(red.number));
         }
-        self.pad(mapped);
-        let numbered = !strips && roles.contains(&FaceRole::Texture);
+        self.fill_defaults(mapped);
+        let numbered = !strips && roles.contains(&FacePropertyRole::Texture);
         if numbered {
-            self.textures.resize(self.arities.len(), NO_TEXTURE);
+            self.image_numbers.resize(self.arities.len(), NO_TEXTURE);
         }
         let each = 8 + 28 * usize::from(coloured) + 8 * usize::from(numbered);
-        budget.memory(
+        budget.reserve_memory(
             if element.properties.is_empty() {
                 0
             } else {
@@ -120,22 +125,22 @@ impl Faces {
             },
             each,
         )?;
-        let mut row = FaceRow::default();
+        let mut row = FaceRecord::default();
         for index in 0..if element.properties.is_empty() {
             0
         } else {
             element.count
         } {
             let place = |fault: Fault, values: &ValueStream<'_>| {
-                fault.with_place(values.place(element, index))
+                fault.with_place(values.describe_position(element, index))
             };
             row.read(&element.properties, &roles, values, budget)
                 .map_err(|fault| place(fault, values))?;
             let vertex = |&index: &i64| {
-                u32::try_from(index).map_err(|_| Fault::input(format!("vertex {index}")))
+                u32::try_from(index).map_err(|_| Fault::invalid_input(format!("vertex {index}")))
             };
             if strips {
-                self.strip(&row.corners, budget)
+                self.add_strip(&row.corners, budget)
                     .map_err(|fault| place(fault, values))?;
                 continue;
             }
@@ -148,18 +153,14 @@ impl Faces {
                 self.colours.push(row.colour);
             }
             if numbered {
-                self.textures.push(row.texture);
+                self.image_numbers.push(row.texture);
             }
             if mapped {
                 let pairs = row.coordinates.as_chunks::<2>().0;
                 let fits = row.coordinates.len() == 2 * row.corners.len();
-                self.uvs.extend((0..row.corners.len()).map(|i| {
-                    if fits {
-                        from_the_top(pairs[i])
-                    } else {
-                        [0.0; 2]
-                    }
-                }));
+                self.uvs.extend(
+                    (0..row.corners.len()).map(|i| if fits { flip_v(pairs[i]) } else { [0.0; 2] }),
+                );
             }
         }
         Ok(())
@@ -167,9 +168,9 @@ impl Faces {
 
     /// Extends colours, if faces have colours, and texture coordinates, if `mapped` is set, with
     /// defaults for all polygons without a value.
-    fn pad(&mut self, mapped: bool) {
-        if self.coloured {
-            self.colours.pad(self.arities.len());
+    fn fill_defaults(&mut self, mapped: bool) {
+        if self.has_colours {
+            self.colours.pad_with_white(self.arities.len());
         }
         if mapped {
             self.uvs.resize(self.corners.len(), [0.0; 2]);
@@ -178,8 +179,8 @@ impl Faces {
 
     /// Adds the triangles of a strip, in which −1 starts a new strip. Every second triangle is
     /// reversed, so that all have the same orientation.
-    fn strip(&mut self, corners: &[i64], budget: &mut DecodeBudget) -> Outcome<()> {
-        budget.memory(corners.len(), 32)?;
+    fn add_strip(&mut self, corners: &[i64], budget: &mut DecodeBudget) -> ImportResult<()> {
+        budget.reserve_memory(corners.len(), 32)?;
         for run in corners.split(|&corner| corner == -1) {
             for (i, window) in run.windows(3).enumerate() {
                 let [a, b, c] = [window[i % 2], window[1 - i % 2], window[2]];
@@ -188,7 +189,7 @@ impl Faces {
                     for corner in [a, b, c] {
                         self.corners.push(
                             u32::try_from(corner)
-                                .map_err(|_| Fault::input(format!("vertex {corner}")))?,
+                                .map_err(|_| Fault::invalid_input(format!("vertex {corner}")))?,
                         );
                     }
                     self.arities.push(3);
@@ -204,25 +205,25 @@ impl Faces {
     ///
     /// # Errors
     /// A fault of kind input for a vertex index out of range, of kind limit beyond the limits.
-    pub fn mesh(
+    pub fn into_mesh(
         mut self,
         vertices: PlyVertices,
         budget: &mut DecodeBudget,
         warnings: &mut Warnings,
-    ) -> Outcome<(MeshData, Vec<i64>)> {
-        self.pad(self.has_uvs());
+    ) -> ImportResult<(MeshData, Vec<i64>)> {
+        self.fill_defaults(self.has_uvs());
         let count = vertices.positions.len();
         if let Some(vertex) = self
             .corners
             .iter()
             .find(|&&corner| corner as usize >= count)
         {
-            return Err(Fault::input(format!(
+            return Err(Fault::invalid_input(format!(
                 "a face has vertex {vertex} of {count}; they are counted from 0"
             )));
         }
-        let apart = self.coloured || self.has_uvs();
-        let mut clipper = Clipper::default();
+        let apart = self.has_colours || self.has_uvs();
+        let mut clipper = EarClipper::default();
         let (mut points, mut triangles, mut indices) = (Vec::new(), Vec::new(), Vec::new());
         let (mut start, mut numbers) = (0, Vec::new());
         for (face, &arity) in self.arities.iter().enumerate() {
@@ -236,10 +237,14 @@ impl Faces {
                     "faces with fewer than three corners are ignored",
                 );
             }
-            clipper.claim(corners.len(), budget)?;
-            budget.triangles(corners.len().saturating_sub(2))?;
+            clipper.reserve_memory(corners.len(), budget)?;
+            budget.reserve_triangles(corners.len().saturating_sub(2))?;
             points.clear();
-            points.extend(corners.iter().map(|&corner| point(&vertices, corner)));
+            points.extend(
+                corners
+                    .iter()
+                    .map(|&corner| corner_position(&vertices, corner)),
+            );
             triangles.clear();
             clipper.triangulate(&points, &mut triangles)?;
             let vertex = |corner: usize| {
@@ -253,7 +258,7 @@ impl Faces {
             if self.has_textures() {
                 numbers.resize(
                     indices.len(),
-                    self.textures.get(face).copied().unwrap_or(NO_TEXTURE),
+                    self.image_numbers.get(face).copied().unwrap_or(NO_TEXTURE),
                 );
             }
             start += arity as usize;
@@ -283,27 +288,30 @@ impl Faces {
                 numbers,
             ));
         }
-        Ok((self.apart(&vertices, indices, budget)?, numbers))
+        Ok((
+            self.into_unshared_mesh(&vertices, indices, budget)?,
+            numbers,
+        ))
     }
 
     /// Returns a mesh whose vertices are the corners of all polygons.
-    fn apart(
+    fn into_unshared_mesh(
         self,
         vertices: &PlyVertices,
         indices: Vec<[u32; 3]>,
         budget: &mut DecodeBudget,
-    ) -> Outcome<MeshData> {
+    ) -> ImportResult<MeshData> {
         if u32::try_from(self.corners.len()).is_err() {
-            return Err(Fault::limit("has more than 4294967295 corners"));
+            return Err(Fault::over_limit("has more than 4294967295 corners"));
         }
-        budget.memory(
+        budget.reserve_memory(
             self.corners.len(),
             2 * size_of::<[f32; 3]>()
                 + size_of::<[f64; 3]>()
                 + size_of::<[f32; 2]>()
                 + size_of::<[f32; 4]>(),
         )?;
-        fn each<T: Copy>(corners: &[u32], of: &[T]) -> Vec<T> {
+        fn gather_by_corner<T: Copy>(corners: &[u32], of: &[T]) -> Vec<T> {
             // An empty list stays empty; any other list has a value for each vertex.
             corners
                 .iter()
@@ -316,25 +324,25 @@ impl Faces {
             arities,
             uvs,
             colours,
-            coloured,
+            has_colours: coloured,
             ..
         } = self;
         let uvs = if uvs.is_empty() {
-            each(&corners, &vertices.uvs)
+            gather_by_corner(&corners, &vertices.uvs)
         } else {
             uvs
         };
         let own = colours
-            .linear()
+            .into_linear()
             .zip(&arities)
             .flat_map(|(colour, &arity)| std::iter::repeat_n(colour, arity as usize));
         Ok(MeshData {
-            positions: each(&corners, &vertices.positions).into(),
-            normals: each(&corners, &vertices.normals),
+            positions: gather_by_corner(&corners, &vertices.positions).into(),
+            normals: gather_by_corner(&corners, &vertices.normals),
             colours: if coloured {
                 own.collect()
             } else {
-                each(&corners, &vertices.colours)
+                gather_by_corner(&corners, &vertices.colours)
             },
             uvs: if uvs.is_empty() {
                 Vec::new()
@@ -347,47 +355,54 @@ impl Faces {
     }
 }
 
-fn point(vertices: &PlyVertices, corner: u32) -> DVec3 {
+fn corner_position(vertices: &PlyVertices, corner: u32) -> DVec3 {
     vertices
         .positions
         .get(corner as usize)
         .map_or(DVec3::ZERO, |&p| p.into())
 }
 
-impl FaceRow {
+impl FaceRecord {
     fn read(
         &mut self,
-        properties: &[Property],
-        roles: &[FaceRole],
+        properties: &[PlyProperty],
+        roles: &[FacePropertyRole],
         values: &mut ValueStream<'_>,
         budget: &mut DecodeBudget,
-    ) -> Outcome<()> {
+    ) -> ImportResult<()> {
         self.corners.clear();
         self.coordinates.clear();
         for (property, role) in properties.iter().zip(roles) {
-            let Property {
+            let PlyProperty {
                 name,
                 count,
                 number,
             } = property;
             match (*role, *count) {
-                (FaceRole::Texture, _) => self.texture = values.number(*number, name)? as i64,
-                (FaceRole::Channel(channel), _) => {
-                    self.colour[channel] = values.number(*number, name)? as f32
+                (FacePropertyRole::Texture, _) => {
+                    self.texture = values.read_number(*number, name)? as i64
                 }
-                (role @ (FaceRole::Corners | FaceRole::Coordinates), Some(count)) => {
-                    let count = values.count(count, *number, name)?;
+                (FacePropertyRole::Channel(channel), _) => {
+                    self.colour[channel] = values.read_number(*number, name)? as f32
+                }
+                (
+                    role @ (FacePropertyRole::Corners | FacePropertyRole::Coordinates),
+                    Some(count),
+                ) => {
+                    let count = values.read_list_length(count, *number, name)?;
                     // Bytes per corner: its index here, and in the list of all corners, whose
                     // capacity may be twice its length.
-                    budget.memory(count, 32)?;
+                    budget.reserve_memory(count, 32)?;
                     for _ in 0..count {
-                        let value = values.number(*number, name)?;
+                        let value = values.read_number(*number, name)?;
                         match role {
-                            FaceRole::Corners if value.fract() == 0.0 => {
+                            FacePropertyRole::Corners if value.fract() == 0.0 => {
                                 self.corners.push(value as i64)
                             }
-                            FaceRole::Corners => {
-                                return Err(Fault::input(format!("{name}: vertex {value}")));
+                            FacePropertyRole::Corners => {
+                                return Err(Fault::invalid_input(format!(
+                                    "{name}: vertex {value}"
+                                )));
                             }
                             _ => self.coordinates.push(value as f32),
                         }

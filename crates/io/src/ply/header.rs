@@ -1,16 +1,16 @@
 //! Header of a PLY file: ASCII lines that list the elements in order, with their properties.
 
-use crate::import::{Fault, Outcome, printable};
+use crate::import::{Fault, ImportResult, sanitise_text};
 
 /// Largest number of elements, of properties per element and of images: more than any real file
 /// has, and few enough for the memory.
-const MOST: usize = 1000;
+const MAX_DECLARATIONS: usize = 1000;
 /// Largest length of a header line in bytes.
-const LONGEST: usize = 4096;
+const MAX_LINE_BYTES: usize = 4096;
 
 /// Encoding of the data after the header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Encoding {
+pub(super) enum PlyEncoding {
     Ascii,
     LittleEndian,
     BigEndian,
@@ -30,7 +30,7 @@ pub(super) enum NumberType {
 }
 
 impl NumberType {
-    fn of(name: &str) -> Option<Self> {
+    fn from_name(name: &str) -> Option<Self> {
         Some(match name {
             "char" | "int8" => Self::I8,
             "uchar" | "uint8" => Self::U8,
@@ -55,7 +55,7 @@ impl NumberType {
     }
 
     /// Code of the value 1 in number types that store fractions as codes: 255 or 65535.
-    pub fn whole(self) -> Option<f32> {
+    pub fn code_of_one(self) -> Option<f32> {
         match self {
             Self::U8 => Some(255.0),
             Self::U16 => Some(65535.0),
@@ -70,7 +70,7 @@ impl NumberType {
 
 /// Property of a PLY element.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Property {
+pub(super) struct PlyProperty {
     pub name: String,
     /// Number type of the length of a list; `None` for a single number.
     pub count: Option<NumberType>,
@@ -79,17 +79,17 @@ pub(super) struct Property {
 
 /// A PLY element: a sequence of items with the same properties.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Element {
+pub(super) struct PlyElement {
     pub name: String,
     pub count: u64,
-    pub properties: Vec<Property>,
+    pub properties: Vec<PlyProperty>,
 }
 
 /// A parsed PLY header.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct PlyHeader {
-    pub encoding: Encoding,
-    pub elements: Vec<Element>,
+    pub encoding: PlyEncoding,
+    pub elements: Vec<PlyElement>,
     /// Image files of the mesh, from MeshLab's comments.
     pub images: Vec<String>,
     /// Length of the header in bytes and in lines.
@@ -101,9 +101,9 @@ pub(super) struct PlyHeader {
 ///
 /// # Errors
 /// A fault of kind input that names line and cause.
-pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
+pub(super) fn read_header(bytes: &[u8]) -> ImportResult<PlyHeader> {
     let mut header = PlyHeader {
-        encoding: Encoding::Ascii,
+        encoding: PlyEncoding::Ascii,
         elements: Vec::new(),
         images: Vec::new(),
         bytes: 0,
@@ -118,10 +118,12 @@ pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
     };
     loop {
         let rest = bytes.get(header.bytes..).unwrap_or_default();
-        let window = rest.get(..rest.len().min(LONGEST)).unwrap_or_default();
+        let window = rest
+            .get(..rest.len().min(MAX_LINE_BYTES))
+            .unwrap_or_default();
         let length = window.windows(end.len()).position(|part| part == end);
         let length = length.ok_or_else(|| {
-            Fault::input(format!(
+            Fault::invalid_input(format!(
                 "line {}: the header has no end_header",
                 header.lines + 1
             ))
@@ -134,12 +136,16 @@ pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
         match words.as_slice() {
             ["ply"] if number == 1 => {}
             _ if number == 1 => {
-                return Err(Fault::input("is no PLY file: it does not begin with `ply`"));
+                return Err(Fault::invalid_input(
+                    "is no PLY file: it does not begin with `ply`",
+                ));
             }
             ["end_header"] => break,
             ["comment", key, _, ..] if key.eq_ignore_ascii_case("TextureFile") => {
-                if header.images.len() >= MOST {
-                    return Err(place(Fault::limit(format!("has more than {MOST} images"))));
+                if header.images.len() >= MAX_DECLARATIONS {
+                    return Err(place(Fault::over_limit(format!(
+                        "has more than {MAX_DECLARATIONS} images"
+                    ))));
                 }
                 header.images.push(
                     line.split_once(key)
@@ -148,54 +154,62 @@ pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
                 );
             }
             [] | ["comment" | "obj_info", ..] => {}
-            ["format", name, version] => format = Some(encoding(name, version).map_err(place)?),
-            ["element", name, count] => header.element(name, count).map_err(place)?,
-            ["property", rest @ ..] => header.property(rest).map_err(place)?,
+            ["format", name, version] => {
+                format = Some(parse_encoding(name, version).map_err(place)?)
+            }
+            ["element", name, count] => header.add_element(name, count).map_err(place)?,
+            ["property", rest @ ..] => header.add_property(rest).map_err(place)?,
             _ => {
-                return Err(place(Fault::input(format!(
+                return Err(place(Fault::invalid_input(format!(
                     "`{}` is no line of a PLY header",
-                    printable(line.trim())
+                    sanitise_text(line.trim())
                 ))));
             }
         }
     }
-    header.encoding = format.ok_or_else(|| Fault::input("its header has no `format` line"))?;
+    header.encoding =
+        format.ok_or_else(|| Fault::invalid_input("its header has no `format` line"))?;
     Ok(header)
 }
 
-fn encoding(name: &str, version: &str) -> Outcome<Encoding> {
+fn parse_encoding(name: &str, version: &str) -> ImportResult<PlyEncoding> {
     if version != "1.0" {
-        return Err(Fault::input(format!(
+        return Err(Fault::invalid_input(format!(
             "is PLY {}; version 1.0 is read",
-            printable(version)
+            sanitise_text(version)
         )));
     }
     match name {
-        "ascii" => Ok(Encoding::Ascii),
-        "binary_little_endian" => Ok(Encoding::LittleEndian),
-        "binary_big_endian" => Ok(Encoding::BigEndian),
-        _ => Err(Fault::input(format!(
+        "ascii" => Ok(PlyEncoding::Ascii),
+        "binary_little_endian" => Ok(PlyEncoding::LittleEndian),
+        "binary_big_endian" => Ok(PlyEncoding::BigEndian),
+        _ => Err(Fault::invalid_input(format!(
             "the format `{}` is none of ascii, binary_little_endian and binary_big_endian",
-            printable(name)
+            sanitise_text(name)
         ))),
     }
 }
 
 impl PlyHeader {
-    fn element(&mut self, name: &str, count: &str) -> Outcome<()> {
+    fn add_element(&mut self, name: &str, count: &str) -> ImportResult<()> {
         let count = count.parse().map_err(|_| {
-            Fault::input(format!("`{}` is no number of elements", printable(count)))
+            Fault::invalid_input(format!(
+                "`{}` is no number of elements",
+                sanitise_text(count)
+            ))
         })?;
         if self.elements.iter().any(|element| element.name == name) {
-            return Err(Fault::input(format!(
+            return Err(Fault::invalid_input(format!(
                 "there are two elements `{}`",
-                printable(name)
+                sanitise_text(name)
             )));
         }
-        if self.elements.len() >= MOST {
-            return Err(Fault::limit(format!("has more than {MOST} elements")));
+        if self.elements.len() >= MAX_DECLARATIONS {
+            return Err(Fault::over_limit(format!(
+                "has more than {MAX_DECLARATIONS} elements"
+            )));
         }
-        self.elements.push(Element {
+        self.elements.push(PlyElement {
             name: name.to_owned(),
             count,
             properties: Vec::new(),
@@ -203,28 +217,29 @@ impl PlyHeader {
         Ok(())
     }
 
-    fn property(&mut self, words: &[&str]) -> Outcome<()> {
+    fn add_property(&mut self, words: &[&str]) -> ImportResult<()> {
         let element = self
             .elements
             .last_mut()
-            .ok_or_else(|| Fault::input("a property of no element"))?;
+            .ok_or_else(|| Fault::invalid_input("a property of no element"))?;
         let number = |name: &str| {
-            NumberType::of(name)
-                .ok_or_else(|| Fault::input(format!("`{}` is no type of numbers", printable(name))))
+            NumberType::from_name(name).ok_or_else(|| {
+                Fault::invalid_input(format!("`{}` is no type of numbers", sanitise_text(name)))
+            })
         };
         let (name, count, number) = match *words {
             ["list", count, item, name] => (name, Some(number(count)?), number(item)?),
             [kind, name] => (name, None, number(kind)?),
             _ => {
-                return Err(Fault::input(
+                return Err(Fault::invalid_input(
                     "a property has a type and a name, or is a list of two types and a name",
                 ));
             }
         };
         if count.is_some_and(NumberType::is_float) {
-            return Err(Fault::input(format!(
+            return Err(Fault::invalid_input(format!(
                 "the list `{}` is counted in fractions",
-                printable(name)
+                sanitise_text(name)
             )));
         }
         if element
@@ -232,18 +247,18 @@ impl PlyHeader {
             .iter()
             .any(|property| property.name == name)
         {
-            return Err(Fault::input(format!(
+            return Err(Fault::invalid_input(format!(
                 "the element `{}` has two properties `{}`",
-                printable(&element.name),
-                printable(name)
+                sanitise_text(&element.name),
+                sanitise_text(name)
             )));
         }
-        if element.properties.len() >= MOST {
-            return Err(Fault::limit(format!(
-                "has more than {MOST} properties of one element"
+        if element.properties.len() >= MAX_DECLARATIONS {
+            return Err(Fault::over_limit(format!(
+                "has more than {MAX_DECLARATIONS} properties of one element"
             )));
         }
-        element.properties.push(Property {
+        element.properties.push(PlyProperty {
             name: name.to_owned(),
             count,
             number,

@@ -24,12 +24,12 @@ mod vertices;
 use std::path::Path;
 
 use crate::folder::Folder;
-use crate::import::{DecodeBudget, ImportedScene, Outcome, Warnings, printable};
-use crate::text::without_mark;
+use crate::import::{DecodeBudget, ImportResult, ImportedScene, Warnings, sanitise_text};
+use crate::text::strip_byte_order_mark;
 use crate::warning::WarningCode;
 use crate::{Error, Limits, obj};
 
-use faces::Faces;
+use faces::PlyFaces;
 use values::ValueStream;
 use vertices::PlyVertices;
 
@@ -49,29 +49,37 @@ pub(crate) fn load(
 
 /// Whether bytes have the signature of a PLY file, for input without a file name.
 pub(crate) fn is_ply(bytes: &[u8]) -> bool {
-    matches!(without_mark(bytes), [b'p', b'l', b'y', b'\r' | b'\n', ..])
+    matches!(
+        strip_byte_order_mark(bytes),
+        [b'p', b'l', b'y', b'\r' | b'\n', ..]
+    )
 }
 
-fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<ImportedScene> {
+fn import(
+    file: &Path,
+    bytes: &[u8],
+    folder: &Folder,
+    limits: &Limits,
+) -> ImportResult<ImportedScene> {
     let (mut budget, mut warnings) = (DecodeBudget::new(limits), Warnings::default());
-    let bytes = without_mark(bytes);
-    let header = header::read(bytes)?;
-    let mut values = ValueStream::behind(&header, bytes);
-    let (mut vertices, mut faces) = (PlyVertices::default(), Faces::default());
+    let bytes = strip_byte_order_mark(bytes);
+    let header = header::read_header(bytes)?;
+    let mut values = ValueStream::after_header(&header, bytes);
+    let (mut vertices, mut faces) = (PlyVertices::default(), PlyFaces::default());
     for element in &header.elements {
-        values.expect(element)?;
+        values.check_count(element)?;
         match element.name.as_str() {
             "vertex" => vertices.read(element, &mut values, &mut budget)?,
             "face" | "tristrips" => faces.read(element, &mut values, &mut budget)?,
-            _ => values.skip(element)?,
+            _ => values.skip_element(element)?,
         }
     }
-    if values.left() > 0 {
+    if values.remaining_bytes() > 0 {
         warnings.add(
             WarningCode::Format,
             format!(
                 "{} bytes after the last element were ignored",
-                values.left()
+                values.remaining_bytes()
             ),
         );
     }
@@ -82,20 +90,20 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
         );
     }
     let (mapped, numbered) = (vertices.has_uvs() || faces.has_uvs(), faces.has_textures());
-    let (mesh, numbers) = faces.mesh(vertices, &mut budget, &mut warnings)?;
+    let (mesh, numbers) = faces.into_mesh(vertices, &mut budget, &mut warnings)?;
     let mut images = header.images;
     if !mapped && !images.is_empty() {
         warnings.add(
             WarningCode::TextureCoordinates,
             format!(
                 "names {} and has no texture coordinates; none is shown",
-                texture_names(&images)
+                format_texture_names(&images)
             ),
         );
         images.clear();
     }
     if !numbered && images.len() > 1 {
-        let others = texture_names(&images[1..]);
+        let others = format_texture_names(&images[1..]);
         warnings.add(
             WarningCode::Choice,
             format!("its faces don't say which texture they show (texnumber): all show the first, none {others}"),
@@ -105,12 +113,12 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
     let parts = match images.len() {
         0 => vec![(None, mesh)],
         1 if !numbered => vec![(Some(0), mesh)],
-        _ => textures::split(&mesh, &numbers, &images, &mut budget, &mut warnings)?,
+        _ => textures::split_by_image(&mesh, &numbers, &images, &mut budget, &mut warnings)?,
     };
-    obj::of_parts(file, parts, images, (folder, limits), budget, warnings)
+    obj::scene_from_meshes(file, parts, images, (folder, limits), budget, warnings)
 }
 
 /// Formats names of images for a message.
-fn texture_names(images: &[String]) -> String {
-    format!("the texture `{}`", printable(&images.join("`, `")))
+fn format_texture_names(images: &[String]) -> String {
+    format!("the texture `{}`", sanitise_text(&images.join("`, `")))
 }

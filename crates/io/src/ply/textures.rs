@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use raywright_core::scene::MeshData;
 
-use crate::import::{DecodeBudget, Outcome, Warnings};
+use crate::import::{DecodeBudget, ImportResult, Warnings};
 use crate::warning::WarningCode;
 
 /// Splits a mesh by image number. Returns a mesh for each image, and a mesh of the triangles
@@ -12,13 +12,13 @@ use crate::warning::WarningCode;
 ///
 /// # Errors
 /// A fault of kind limit beyond the limits.
-pub(super) fn split(
+pub(super) fn split_by_image(
     mesh: &MeshData,
     numbers: &[i64],
     images: &[String],
     budget: &mut DecodeBudget,
     warnings: &mut Warnings,
-) -> Outcome<Vec<(Option<usize>, MeshData)>> {
+) -> ImportResult<Vec<(Option<usize>, MeshData)>> {
     let mut groups: BTreeMap<Option<usize>, Vec<[u32; 3]>> = BTreeMap::new();
     let mut strays = 0_u64;
     for (&triangle, &number) in mesh.indices.iter().zip(numbers) {
@@ -46,20 +46,20 @@ pub(super) fn split(
             WarningCode::Choice,
             format!(
                 "no face shows the texture {i}, `{}`",
-                crate::import::printable(image)
+                crate::import::sanitise_text(image)
             ),
         );
     }
     let vertex = size_of::<[f32; 3]>() * 2 + size_of::<[f32; 2]>() + size_of::<[f32; 4]>() + 16;
-    budget.memory(mesh.indices.len(), 3 * vertex + 2 * size_of::<[u32; 3]>())?;
+    budget.reserve_memory(mesh.indices.len(), 3 * vertex + 2 * size_of::<[u32; 3]>())?;
     Ok(groups
         .into_iter()
-        .map(|(image, triangles)| (image, part(mesh, &triangles)))
+        .map(|(image, triangles)| (image, extract_triangles(mesh, &triangles)))
         .collect())
 }
 
 /// Extracts triangles of a mesh, with the vertices that they use.
-fn part(mesh: &MeshData, triangles: &[[u32; 3]]) -> MeshData {
+fn extract_triangles(mesh: &MeshData, triangles: &[[u32; 3]]) -> MeshData {
     let (mut numbers, mut used) = (HashMap::new(), Vec::new());
     let mut number = |old: u32| {
         *numbers.entry(old).or_insert_with(|| {
@@ -71,7 +71,7 @@ fn part(mesh: &MeshData, triangles: &[[u32; 3]]) -> MeshData {
         .iter()
         .map(|triangle| triangle.map(&mut number))
         .collect();
-    fn each<T: Copy>(used: &[u32], of: &[T]) -> Vec<T> {
+    fn gather_used<T: Copy>(used: &[u32], of: &[T]) -> Vec<T> {
         used.iter()
             .filter_map(|&vertex| of.get(vertex as usize))
             .copied()
@@ -80,10 +80,10 @@ fn part(mesh: &MeshData, triangles: &[[u32; 3]]) -> MeshData {
     MeshData {
         positions: mesh
             .positions
-            .select(used.iter().map(|&vertex| vertex as usize)),
-        normals: each(&used, &mesh.normals),
-        colours: each(&used, &mesh.colours),
-        uvs: mesh.uvs.iter().map(|set| each(&used, set)).collect(),
+            .subset(used.iter().map(|&vertex| vertex as usize)),
+        normals: gather_used(&used, &mesh.normals),
+        colours: gather_used(&used, &mesh.colours),
+        uvs: mesh.uvs.iter().map(|set| gather_used(&used, set)).collect(),
         indices,
         ..MeshData::default()
     }

@@ -1,20 +1,20 @@
 //! Sequence of numbers after a PLY header, in any encoding.
 
-use super::header::{Element, Encoding, NumberType, PlyHeader, Property};
-use crate::import::{Fault, Outcome, printable};
-use crate::text::{message_for_no_number, number};
+use super::header::{NumberType, PlyElement, PlyEncoding, PlyHeader, PlyProperty};
+use crate::import::{Fault, ImportResult, sanitise_text};
+use crate::text::{not_a_number_fault, parse_number_prefix};
 
 /// Data of a PLY file that is not read yet.
 pub(super) struct ValueStream<'b> {
     rest: &'b [u8],
-    encoding: Encoding,
+    encoding: PlyEncoding,
     /// Current line of an ASCII file, from 1.
     line: usize,
 }
 
 impl<'b> ValueStream<'b> {
     /// Creates the stream of the data after the header.
-    pub fn behind(header: &PlyHeader, bytes: &'b [u8]) -> Self {
+    pub fn after_header(header: &PlyHeader, bytes: &'b [u8]) -> Self {
         Self {
             rest: bytes.get(header.bytes..).unwrap_or_default(),
             encoding: header.encoding,
@@ -23,8 +23,8 @@ impl<'b> ValueStream<'b> {
     }
 
     /// Number of bytes left, without the white space at the end of an ASCII file.
-    pub fn left(&self) -> usize {
-        if self.encoding == Encoding::Ascii {
+    pub fn remaining_bytes(&self) -> usize {
+        if self.encoding == PlyEncoding::Ascii {
             self.rest.trim_ascii().len()
         } else {
             self.rest.len()
@@ -33,10 +33,14 @@ impl<'b> ValueStream<'b> {
 
     /// Description of the current position for messages: element and index, in ASCII files also the
     /// line.
-    pub fn place(&self, element: &Element, index: u64) -> String {
+    pub fn describe_position(&self, element: &PlyElement, index: u64) -> String {
         match self.encoding {
-            Encoding::Ascii => format!("line {}: {} {index}", self.line, printable(&element.name)),
-            _ => format!("{} {index}", printable(&element.name)),
+            PlyEncoding::Ascii => format!(
+                "line {}: {} {index}",
+                self.line,
+                sanitise_text(&element.name)
+            ),
+            _ => format!("{} {index}", sanitise_text(&element.name)),
         }
     }
 
@@ -45,9 +49,9 @@ impl<'b> ValueStream<'b> {
     ///
     /// # Errors
     /// A fault of kind input.
-    pub fn expect(&self, element: &Element) -> Outcome<()> {
+    pub fn check_count(&self, element: &PlyElement) -> ImportResult<()> {
         let least = |number: NumberType| {
-            if self.encoding == Encoding::Ascii {
+            if self.encoding == PlyEncoding::Ascii {
                 2
             } else {
                 number.size()
@@ -60,8 +64,8 @@ impl<'b> ValueStream<'b> {
             .sum();
         // The last number of an ASCII file needs no separator.
         if u128::from(element.count) * each as u128 > self.rest.len() as u128 + 1 {
-            let (name, count) = (printable(&element.name), element.count);
-            return Err(Fault::input(format!(
+            let (name, count) = (sanitise_text(&element.name), element.count);
+            return Err(Fault::invalid_input(format!(
                 "is cut off: {count} of `{name}` do not fit into the {} bytes left",
                 self.rest.len()
             )));
@@ -73,20 +77,20 @@ impl<'b> ValueStream<'b> {
     ///
     /// # Errors
     /// A fault of kind input where no number follows.
-    pub fn number(&mut self, kind: NumberType, name: &str) -> Outcome<f64> {
-        if self.encoding == Encoding::Ascii {
-            let word = String::from_utf8_lossy(self.word()?);
-            return parsed(&word, kind)
-                .ok_or_else(|| message_for_no_number(&printable(name), &word));
+    pub fn read_number(&mut self, kind: NumberType, name: &str) -> ImportResult<f64> {
+        if self.encoding == PlyEncoding::Ascii {
+            let word = String::from_utf8_lossy(self.read_word()?);
+            return parse_number(&word, kind)
+                .ok_or_else(|| not_a_number_fault(&sanitise_text(name), &word));
         }
         let (bytes, rest) = self
             .rest
             .split_at_checked(kind.size())
-            .ok_or_else(cut_off)?;
+            .ok_or_else(truncation_fault)?;
         self.rest = rest;
         let mut number = [0; 8];
         number[..bytes.len()].copy_from_slice(bytes);
-        if self.encoding == Encoding::BigEndian {
+        if self.encoding == PlyEncoding::BigEndian {
             number[..bytes.len()].reverse();
         }
         let [a, b, c, d, ..] = number;
@@ -108,9 +112,14 @@ impl<'b> ValueStream<'b> {
     /// # Errors
     /// A fault of kind input for a negative number, and for more items than the remaining bytes can
     /// hold.
-    pub fn count(&mut self, kind: NumberType, item: NumberType, name: &str) -> Outcome<usize> {
-        let count = self.number(kind, name)?;
-        let minimum = if self.encoding == Encoding::Ascii {
+    pub fn read_list_length(
+        &mut self,
+        kind: NumberType,
+        item: NumberType,
+        name: &str,
+    ) -> ImportResult<usize> {
+        let count = self.read_number(kind, name)?;
+        let minimum = if self.encoding == PlyEncoding::Ascii {
             2
         } else {
             item.size()
@@ -119,9 +128,9 @@ impl<'b> ValueStream<'b> {
             || count.fract() != 0.0
             || count * minimum as f64 > self.rest.len() as f64 + 1.0
         {
-            return Err(Fault::input(format!(
+            return Err(Fault::invalid_input(format!(
                 "{}: {count} items, which are not there",
-                printable(name)
+                sanitise_text(name)
             )));
         }
         Ok(count as usize)
@@ -131,7 +140,7 @@ impl<'b> ValueStream<'b> {
     ///
     /// # Errors
     /// A fault of kind input if the file ends inside the element.
-    pub fn skip(&mut self, element: &Element) -> Outcome<()> {
+    pub fn skip_element(&mut self, element: &PlyElement) -> ImportResult<()> {
         // Items without properties take no bytes, so that their count is unbounded.
         for index in 0..if element.properties.is_empty() {
             0
@@ -140,7 +149,7 @@ impl<'b> ValueStream<'b> {
         } {
             for property in &element.properties {
                 self.skip_property(property)
-                    .map_err(|fault| fault.with_place(self.place(element, index)))?;
+                    .map_err(|fault| fault.with_place(self.describe_position(element, index)))?;
             }
         }
         Ok(())
@@ -150,21 +159,21 @@ impl<'b> ValueStream<'b> {
     ///
     /// # Errors
     /// As [`Self::number`].
-    pub fn skip_property(&mut self, property: &Property) -> Outcome<()> {
-        let Property {
+    pub fn skip_property(&mut self, property: &PlyProperty) -> ImportResult<()> {
+        let PlyProperty {
             name,
             count,
             number,
         } = property;
-        let items = count.map_or(Ok(1), |count| self.count(count, *number, name))?;
+        let items = count.map_or(Ok(1), |count| self.read_list_length(count, *number, name))?;
         for _ in 0..items {
-            self.number(*number, name)?;
+            self.read_number(*number, name)?;
         }
         Ok(())
     }
 
     /// Returns the next word of an ASCII file.
-    fn word(&mut self) -> Outcome<&'b [u8]> {
+    fn read_word(&mut self) -> ImportResult<&'b [u8]> {
         let blank = self
             .rest
             .iter()
@@ -182,23 +191,23 @@ impl<'b> ValueStream<'b> {
         let (word, rest) = start.split_at(length);
         self.rest = rest;
         if word.is_empty() {
-            Err(cut_off())
+            Err(truncation_fault())
         } else {
             Ok(word)
         }
     }
 }
 
-fn cut_off() -> Fault {
-    Fault::input("the file ends here")
+fn truncation_fault() -> Fault {
+    Fault::invalid_input("the file ends here")
 }
 
 /// Parses a word of an ASCII file as a number of a type. Floats are parsed in double precision, so
 /// that they are rounded to single precision only once, as in other formats.
-fn parsed(word: &str, kind: NumberType) -> Option<f64> {
+fn parse_number(word: &str, kind: NumberType) -> Option<f64> {
     match kind {
         // The written value: an ASCII number may have more digits than its declared type holds.
-        NumberType::F32 | NumberType::F64 => number(word).map(|(_, value)| value),
+        NumberType::F32 | NumberType::F64 => parse_number_prefix(word).map(|(_, value)| value),
         // Some programs write whole numbers as `255.0`.
         _ => word
             .parse::<i64>()

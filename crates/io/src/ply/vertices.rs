@@ -1,9 +1,9 @@
 //! Vertices of a PLY file: all known properties, under any of their names and in any order.
 
-use super::header::{Element, NumberType, Property};
+use super::header::{NumberType, PlyElement, PlyProperty};
 use super::values::ValueStream;
-use crate::import::{DecodeBudget, Fault, Outcome};
-use crate::mesh_tools::painted;
+use crate::import::{DecodeBudget, Fault, ImportResult};
+use crate::mesh_tools::decode_vertex_colour;
 
 /// Numbers read per vertex: position, normal, colour, texture coordinates.
 const SLOTS: usize = 11;
@@ -12,7 +12,7 @@ const COLOUR: usize = 6;
 const UV: usize = 9;
 
 /// Index of a property among the numbers of a vertex.
-fn slot(name: &str) -> Option<usize> {
+fn property_slot(name: &str) -> Option<usize> {
     Some(match name {
         "x" => 0,
         "y" => 1,
@@ -22,12 +22,12 @@ fn slot(name: &str) -> Option<usize> {
         "nz" => NORMAL + 2,
         "u" | "s" | "texture_u" | "texture_s" => UV,
         "v" | "t" | "texture_v" | "texture_t" => UV + 1,
-        _ => return channel(name).map(|channel| COLOUR + channel),
+        _ => return colour_channel(name).map(|channel| COLOUR + channel),
     })
 }
 
 /// Colour channel, from 0 to 2, that a property name stands for.
-pub(super) fn channel(name: &str) -> Option<usize> {
+pub(super) fn colour_channel(name: &str) -> Option<usize> {
     const NAMES: [[&str; 3]; 3] = [
         ["red", "r", "diffuse_red"],
         ["green", "g", "diffuse_green"],
@@ -40,33 +40,33 @@ pub(super) fn channel(name: &str) -> Option<usize> {
 /// because floats may range to 255, as in OBJ files.
 #[derive(Default)]
 pub(super) struct VertexColours {
-    written: Vec<[f32; 3]>,
+    stored_colours: Vec<[f32; 3]>,
     /// Factor from stored values to 0..1, if the number type determines the factor.
     scale: Option<f32>,
 }
 
 impl VertexColours {
     /// Creates an empty list of colours of this number type.
-    pub fn of(number: NumberType) -> Self {
+    pub fn from_number_type(number: NumberType) -> Self {
         Self {
-            written: Vec::new(),
-            scale: number.whole().map(|whole| 1.0 / whole),
+            stored_colours: Vec::new(),
+            scale: number.code_of_one().map(|whole| 1.0 / whole),
         }
     }
 
     /// Extends the list to `count` with white, for items without a colour.
-    pub fn pad(&mut self, count: usize) {
-        self.written.resize(count, [f32::NAN; 3]);
+    pub fn pad_with_white(&mut self, count: usize) {
+        self.stored_colours.resize(count, [f32::NAN; 3]);
     }
 
     pub fn push(&mut self, colour: [f32; 3]) {
-        self.written.push(colour);
+        self.stored_colours.push(colour);
     }
 
     /// Returns all colours, linear.
-    pub fn linear(self) -> impl Iterator<Item = [f32; 4]> {
+    pub fn into_linear(self) -> impl Iterator<Item = [f32; 4]> {
         let bytes = || {
-            self.written
+            self.stored_colours
                 .as_flattened()
                 .iter()
                 .any(|&channel| channel > 1.0)
@@ -74,9 +74,9 @@ impl VertexColours {
         let scale = self
             .scale
             .unwrap_or_else(|| if bytes() { 1.0 / 255.0 } else { 1.0 });
-        self.written
+        self.stored_colours
             .into_iter()
-            .map(move |colour| painted(colour.map(|channel| channel * scale)))
+            .map(move |colour| decode_vertex_colour(colour.map(|channel| channel * scale)))
     }
 }
 
@@ -105,30 +105,30 @@ impl PlyVertices {
     /// limit beyond the limits.
     pub fn read(
         &mut self,
-        element: &Element,
+        element: &PlyElement,
         values: &mut ValueStream<'_>,
         budget: &mut DecodeBudget,
-    ) -> Outcome<()> {
+    ) -> ImportResult<()> {
         let slots: Vec<Option<usize>> = element
             .properties
             .iter()
-            .map(|property| slot(&property.name).filter(|_| property.count.is_none()))
+            .map(|property| property_slot(&property.name).filter(|_| property.count.is_none()))
             .collect();
         let has = |slot: usize, count: usize| {
             (slot..slot + count).all(|slot| slots.contains(&Some(slot)))
         };
         if !has(0, 3) && element.count > 0 {
-            return Err(Fault::input("its vertices have no x, y and z"));
+            return Err(Fault::invalid_input("its vertices have no x, y and z"));
         }
         if u32::try_from(element.count).is_err() {
-            return Err(Fault::limit("has more than 4294967295 vertices"));
+            return Err(Fault::over_limit("has more than 4294967295 vertices"));
         }
         let [normals, colours, uvs] = [has(NORMAL, 3), has(COLOUR, 3), has(UV, 2)];
         // Bytes per vertex: positions first as doubles, then in single precision relative to an
         // origin.
         let each =
             36 + 12 * usize::from(normals) + 28 * usize::from(colours) + 8 * usize::from(uvs);
-        budget.memory(element.count as usize, each)?;
+        budget.reserve_memory(element.count as usize, each)?;
         let number = |slot: usize| {
             let property = element
                 .properties
@@ -137,35 +137,35 @@ impl PlyVertices {
                 .find(|(_, of)| **of == Some(slot));
             property.map_or(NumberType::F32, |(property, _)| property.number)
         };
-        let mut painted = VertexColours::of(number(COLOUR));
+        let mut painted = VertexColours::from_number_type(number(COLOUR));
         self.positions.reserve_exact(element.count as usize);
         for index in 0..element.count {
-            let (position, row) = row(&element.properties, &slots, values)
-                .map_err(|fault| fault.with_place(values.place(element, index)))?;
+            let (position, row) = read_row(&element.properties, &slots, values)
+                .map_err(|fault| fault.with_place(values.describe_position(element, index)))?;
             let [_, _, _, nx, ny, nz, r, g, b, u, v] = row;
             self.positions.push(position);
             self.normals.extend(normals.then_some([nx, ny, nz]));
-            self.uvs.extend(uvs.then_some(from_the_top([u, v])));
+            self.uvs.extend(uvs.then_some(flip_v([u, v])));
             if colours {
                 painted.push([r, g, b]);
             }
         }
-        self.colours = painted.linear().collect();
+        self.colours = painted.into_linear().collect();
         Ok(())
     }
 }
 
 /// Reads the properties of a vertex: the position in double precision, and all numbers in single
 /// precision.
-fn row(
-    properties: &[Property],
+fn read_row(
+    properties: &[PlyProperty],
     slots: &[Option<usize>],
     values: &mut ValueStream<'_>,
-) -> Outcome<([f64; 3], [f32; SLOTS])> {
+) -> ImportResult<([f64; 3], [f32; SLOTS])> {
     let mut row = [0.0; SLOTS];
     for (property, slot) in properties.iter().zip(slots) {
         match slot {
-            Some(slot) => row[*slot] = values.number(property.number, &property.name)?,
+            Some(slot) => row[*slot] = values.read_number(property.number, &property.name)?,
             None => values.skip_property(property)?,
         }
     }
@@ -175,7 +175,7 @@ fn row(
 
 /// Converts texture coordinates: the format counts v from the bottom row, a scene from the top row.
 /// Non-finite coordinates become zero.
-pub(super) fn from_the_top([u, v]: [f32; 2]) -> [f32; 2] {
+pub(super) fn flip_v([u, v]: [f32; 2]) -> [f32; 2] {
     if u.is_finite() && v.is_finite() {
         [u, 1.0 - v]
     } else {

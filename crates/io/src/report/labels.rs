@@ -13,20 +13,20 @@ const MARKER: f64 = 4.5;
 
 /// Boxes of a plot that points, labels or the legend occupy: left, top, right and bottom of each.
 pub(super) struct LabelBoxes {
-    covered: Vec<[f64; 4]>,
+    boxes: Vec<[f64; 4]>,
 }
 
 impl LabelBoxes {
     pub(super) fn new(points: &[(f64, f64)], legend: [f64; 4]) -> Self {
         let marker = |&(x, y): &(f64, f64)| [x - MARKER, y - MARKER, x + MARKER, y + MARKER];
         Self {
-            covered: points.iter().map(marker).chain([legend]).collect(),
+            boxes: points.iter().map(marker).chain([legend]).collect(),
         }
     }
 
     /// Returns the start of a label's base line beside a point; `None` where all positions are
     /// occupied.
-    pub(super) fn place(&mut self, words: &str, x: f64, y: f64) -> Option<(f64, f64)> {
+    pub(super) fn place_label(&mut self, words: &str, x: f64, y: f64) -> Option<(f64, f64)> {
         let width = CHARACTER * words.chars().count() as f64;
         let (right, left, middle) = (x + GAP, x - GAP - width, x - width / 2.0);
         let (above, below, beside) = (y - GAP - HEIGHT, y + GAP, y - HEIGHT / 2.0);
@@ -42,18 +42,18 @@ impl LabelBoxes {
         ];
         let boxes = places.map(|(x, y)| [x, y, x + width, y + HEIGHT]);
         let found = boxes.into_iter().find(|of| {
-            is_within(of, &AREA) && !self.covered.iter().any(|other| overlap(of, other))
+            is_box_inside(of, &AREA) && !self.boxes.iter().any(|other| boxes_overlap(of, other))
         })?;
-        self.covered.push(found);
+        self.boxes.push(found);
         Some((found[0], found[3] - 3.0))
     }
 }
 
-fn is_within(of: &[f64; 4], area: &[f64; 4]) -> bool {
+fn is_box_inside(of: &[f64; 4], area: &[f64; 4]) -> bool {
     of[0] >= area[0] && of[1] >= area[1] && of[2] <= area[2] && of[3] <= area[3]
 }
 
-fn overlap(a: &[f64; 4], b: &[f64; 4]) -> bool {
+fn boxes_overlap(a: &[f64; 4], b: &[f64; 4]) -> bool {
     a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }
 
@@ -67,16 +67,20 @@ mod tests {
     fn words_cover_nothing() {
         let legend = [600.0, 100.0, 800.0, 160.0];
         let mut labels = LabelBoxes::new(&[(300.0, 300.0), (320.0, 300.0)], legend);
-        let (x, _) = labels.place("abc", 320.0, 300.0).expect("free");
+        let (x, _) = labels.place_label("abc", 320.0, 300.0).expect("free");
         assert!(x > 320.0);
-        let (x, _) = labels.place("abc", 300.0, 300.0).expect("the left is free");
+        let (x, _) = labels
+            .place_label("abc", 300.0, 300.0)
+            .expect("the left is free");
         assert!(x < 300.0 - 3.0 * CHARACTER);
         let (x, y) = labels
-            .place("a long name", AREA[2] - 2.0, 400.0)
+            .place_label("a long name", AREA[2] - 2.0, 400.0)
             .expect("on the left");
         assert!(x + 11.0 * CHARACTER <= AREA[2] && y < 410.0);
-        assert_eq!(labels.place("within the legend", 700.0, 130.0), None);
-        let places: Vec<_> = (0..9).map(|_| labels.place("x", 200.0, 200.0)).collect();
+        assert_eq!(labels.place_label("within the legend", 700.0, 130.0), None);
+        let places: Vec<_> = (0..9)
+            .map(|_| labels.place_label("x", 200.0, 200.0))
+            .collect();
         assert!(
             places[..8].iter().all(Option::is_some) && places[8].is_none(),
             "{places:?}"

@@ -3,19 +3,19 @@
 
 use std::fmt::Write;
 
-use super::page::number;
+use super::page::format_number;
 use super::plot::{STYLE, ThemeColour, escape_xml};
 use super::scale::DecadeScale;
 
 /// A plot of margins, with a row for each case.
 #[derive(Clone, Debug, Default)]
-pub struct Margins {
+pub struct MarginPlot {
     /// Title; empty for a plot inside a page with its own title.
     pub title: String,
     /// Conditions of the measurement, in a line below the title.
     pub circumstances: String,
     /// Heading of the right column.
-    pub aside: String,
+    pub right_heading: String,
     /// Meaning of the colours.
     pub legend: Vec<(ThemeColour, String)>,
     /// Cases, from top to bottom.
@@ -28,7 +28,7 @@ pub struct MarginRow {
     /// Number of the case.
     pub name: String,
     /// Description in a sentence.
-    pub words: String,
+    pub description: String,
     /// Ratio of the bound to the worst error, in each setting with a bound.
     pub margins: Vec<(ThemeColour, f64)>,
     /// Text in place of or beside the margins.
@@ -36,7 +36,7 @@ pub struct MarginRow {
     /// Whether the worst error exceeds the bound.
     pub is_broken: bool,
     /// Text in the right column.
-    pub aside: String,
+    pub right_text: String,
 }
 
 const WIDTH: f64 = 980.0;
@@ -51,9 +51,9 @@ const BARE: f64 = 66.0;
 /// Height below the last row.
 const FOOT: f64 = 44.0;
 
-impl Margins {
+impl MarginPlot {
     /// Formats the plot as an SVG file.
-    pub fn svg(&self) -> String {
+    pub fn to_svg(&self) -> String {
         let [_, left, right, _, edge] = COLUMNS;
         let margins = self
             .rows
@@ -65,7 +65,7 @@ impl Margins {
         let (title, circumstances, aside) = (
             escape_xml(&self.title),
             escape_xml(&self.circumstances),
-            escape_xml(&self.aside),
+            escape_xml(&self.right_heading),
         );
         let top = if title.is_empty() { BARE } else { 0.0 };
         let height = bottom + FOOT - top;
@@ -86,13 +86,13 @@ impl Margins {
             "<text class=\"soft\" x=\"{edge}\" y=\"{}\" text-anchor=\"end\">{aside}</text>",
             TOP - 22.0
         );
-        self.legend(&mut svg);
+        self.draw_legend(&mut svg);
         for exponent in scale.decades() {
-            let x = scale.exponent(f64::from(exponent));
+            let x = scale.map_exponent(f64::from(exponent));
             let (class, word) = if exponent == 0 {
                 ("axis", "bound".to_owned())
             } else {
-                ("grid", power(exponent))
+                ("grid", format_power(exponent))
             };
             let _ = writeln!(
                 svg,
@@ -100,7 +100,7 @@ impl Margins {
                 TOP - 12.0
             );
             // Labels are written at every n-th decade, as many as fit.
-            if exponent % every(&scale) == 0 {
+            if exponent % label_interval(&scale) == 0 {
                 for y in [TOP - 22.0, bottom + 20.0] {
                     let _ = writeln!(
                         svg,
@@ -116,14 +116,14 @@ impl Margins {
         svg
     }
 
-    fn legend(&self, svg: &mut String) {
+    fn draw_legend(&self, svg: &mut String) {
         let [mut x, ..] = COLUMNS;
         for (colour, words) in &self.legend {
             let y = TOP - 46.0;
             let _ = writeln!(
                 svg,
                 "<circle class=\"dot {}\" cx=\"{}\" cy=\"{y}\" r=\"4\"/>",
-                colour.class(),
+                colour.css_class(),
                 x + 4.0
             );
             let _ = writeln!(
@@ -148,7 +148,7 @@ impl MarginRow {
             ("", "")
         };
         let name = escape_xml(&self.name);
-        let (sentence, message) = (escape_xml(&self.words), escape_xml(&self.message));
+        let (sentence, message) = (escape_xml(&self.description), escape_xml(&self.message));
         let _ = writeln!(
             svg,
             "<text class=\"name {class}\" x=\"{start}\" y=\"{base:.1}\">{name}</text>"
@@ -160,12 +160,12 @@ impl MarginRow {
         let _ = writeln!(
             svg,
             "<text class=\"soft name\" x=\"{edge}\" y=\"{base:.1}\" text-anchor=\"end\">{}</text>",
-            escape_xml(&self.aside)
+            escape_xml(&self.right_text)
         );
         let places: Vec<f64> = self
             .margins
             .iter()
-            .map(|(_, margin)| scale.map(*margin))
+            .map(|(_, margin)| scale.map_value(*margin))
             .collect();
         let (first, last) = places
             .iter()
@@ -185,11 +185,11 @@ impl MarginRow {
             } else {
                 y + 2.5
             };
-            let label = format!("{name}: {} times", number(*margin));
+            let label = format!("{name}: {} times", format_number(*margin));
             let _ = writeln!(
                 svg,
                 "<circle class=\"dot {}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\"><title>{label}</title></circle>",
-                colour.class()
+                colour.css_class()
             );
         }
         let at = if places.is_empty() {
@@ -205,13 +205,13 @@ impl MarginRow {
 }
 
 /// Number of decades between labels.
-fn every(scale: &DecadeScale) -> i32 {
+fn label_interval(scale: &DecadeScale) -> i32 {
     let [first, last] = scale.decades;
     (last - first + 5) / 6
 }
 
 /// Formats a power of ten.
-fn power(exponent: i32) -> String {
+fn format_power(exponent: i32) -> String {
     if (-2..5).contains(&exponent) {
         10_f64.powi(exponent).to_string()
     } else {
@@ -230,7 +230,7 @@ mod tests {
     fn cases_have_lines() {
         let row = |name: &str, margins: &[(ThemeColour, f64)], is_broken: bool| MarginRow {
             name: name.to_owned(),
-            words: "Rays <that> miss.".to_owned(),
+            description: "Rays <that> miss.".to_owned(),
             margins: margins.to_vec(),
             message: "none of 5 wrong".to_owned(),
             is_broken,
@@ -244,12 +244,12 @@ mod tests {
             ),
             row("T01", &[], true),
         ];
-        let svg = Margins {
+        let svg = MarginPlot {
             rows,
             legend: vec![(ThemeColour::First, "robust".to_owned())],
-            ..Margins::default()
+            ..MarginPlot::default()
         }
-        .svg();
+        .to_svg();
         assert_eq!(svg.matches("<title>P01").count(), 2);
         assert_eq!(svg.matches("not held").count(), 1);
         assert_eq!(svg.matches("Rays &lt;that&gt; miss.").count(), 2);

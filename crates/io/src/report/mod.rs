@@ -8,8 +8,8 @@ mod scale;
 mod table;
 mod tables;
 
-pub use margins::{MarginRow, Margins};
-pub use page::{Page, accuracy_plot, document};
-pub use plot::{Axis, Plot, PlotLine, PlotMark, PlotPoint, ThemeColour, escape_xml};
-pub use table::{Align, Table, TableRow, format_uncertain, wrapped};
-pub use tables::light_change;
+pub use margins::{MarginPlot, MarginRow};
+pub use page::{AccuracyPage, html_document, plot_accuracy};
+pub use plot::{Plot, PlotAxis, PlotLine, PlotMark, PlotPoint, ThemeColour, escape_xml};
+pub use table::{ColumnAlignment, Table, TableRow, format_uncertain, wrap_text};
+pub use tables::format_light_change;

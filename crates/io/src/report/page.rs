@@ -9,15 +9,15 @@ use base64::engine::general_purpose::STANDARD;
 use raywright_core::accuracy::{AccuracyReport, MeasuredSetting, RungReport};
 use raywright_core::display::Display;
 use raywright_core::effects::EffectReport;
-use raywright_core::metrics::{differences, heat_map, statistics};
+use raywright_core::metrics::{heat_map, max_channel_differences, statistics};
 use raywright_core::picture::Picture;
 
-use super::plot::{Axis, Plot, PlotLine, PlotPoint, ThemeColour, escape_xml};
-use crate::output::{Metadata, png_bytes};
+use super::plot::{Plot, PlotAxis, PlotLine, PlotPoint, ThemeColour, escape_xml};
+use crate::output::{PictureMetadata, encode_png};
 
 /// Contents of the HTML report on a measurement of accuracy.
 #[derive(Clone, Copy, Debug)]
-pub struct Page<'a> {
+pub struct AccuracyPage<'a> {
     /// Name of the scene.
     pub scene: &'a str,
     /// Conditions of the measurement, sentence by sentence.
@@ -40,7 +40,7 @@ pub struct Page<'a> {
 
 /// Plots error against time for every rung, and the frontier, whose points are numbered as in
 /// `flags`.
-pub fn accuracy_plot(
+pub fn plot_accuracy(
     scene: &str,
     circumstances: &str,
     report: &AccuracyReport,
@@ -49,14 +49,14 @@ pub fn accuracy_plot(
     let point = |measured: &MeasuredSetting, label: String, name: String| PlotPoint {
         label: Some(label),
         name,
-        ..place(measured)
+        ..plot_position(measured)
     };
     let rungs = report.ladders.iter().map(|ladder| {
         let is_samples = ladder.ladder == "samples";
         let others = ladder
             .rungs
             .iter()
-            .filter(|rung| is_samples || !rung.in_use && !ladder.beats(rung));
+            .filter(|rung| is_samples || !rung.in_use && !ladder.is_dominated(rung));
         let point = |rung: &RungReport| {
             let label = format!("{}={}", ladder.ladder, rung.rung);
             let name = if is_samples {
@@ -78,8 +78,8 @@ pub fn accuracy_plot(
             } else {
                 ThemeColour::Third
             },
-            dashed: true,
-            apart: true,
+            is_dashed: true,
+            is_unjoined: true,
             points: others.filter_map(point).collect(),
         }
     });
@@ -89,7 +89,7 @@ pub fn accuracy_plot(
         .iter()
         .map(|candidate| &candidate.measured)
         .chain([&report.own])
-        .map(place)
+        .map(plot_position)
         .collect();
     let is_drawn = |point: &PlotPoint| {
         drawn
@@ -122,8 +122,8 @@ pub fn accuracy_plot(
     };
     let own = PlotLine {
         name: "as it is".to_owned(),
-        dashed: true,
-        apart: true,
+        is_dashed: true,
+        is_unjoined: true,
         points: vec![point(
             &report.own,
             "as it is".to_owned(),
@@ -136,13 +136,13 @@ pub fn accuracy_plot(
         title: format!("What accuracy costs in time: {scene}"),
         subtitle: "less time is to the left, less error below".to_owned(),
         circumstances: circumstances.to_owned(),
-        x: Axis {
+        x: PlotAxis {
             label: format!("CPU time of a render of {width}x{height} pixels"),
-            tick: Some(seconds),
+            tick: Some(format_seconds),
         },
-        y: Axis {
+        y: PlotAxis {
             label: "error (root relMSE)".to_owned(),
-            tick: Some(power),
+            tick: Some(format_power),
         },
         lines: [frontier, own]
             .into_iter()
@@ -150,7 +150,7 @@ pub fn accuracy_plot(
             .chain([others])
             .collect(),
         marks: Vec::new(),
-        falling: true,
+        is_falling: true,
         key: (1..)
             .zip(flags)
             .map(|(i, flags)| format!("({i})  {flags}"))
@@ -160,10 +160,10 @@ pub fn accuracy_plot(
 
 /// Position of a setting in the plot, by time and error. An error indistinguishable from zero is
 /// drawn at the upper end of its interval.
-fn place(measured: &MeasuredSetting) -> PlotPoint {
+fn plot_position(measured: &MeasuredSetting) -> PlotPoint {
     let root = |value: f64| value.max(1e-12).sqrt();
     let error = &measured.errors.relmse;
-    let is_bound = error.is_lost_in_noise();
+    let is_bound = error.includes_zero();
     let y = if is_bound { error.high } else { error.value };
     PlotPoint {
         x: measured.seconds.value.max(1e-9),
@@ -177,20 +177,20 @@ fn place(measured: &MeasuredSetting) -> PlotPoint {
 /// Largest magnification of a pixel on the screen.
 const MOST_SCALE: u32 = 16;
 
-fn seconds(exponent: i32) -> String {
+fn format_seconds(exponent: i32) -> String {
     match exponent {
-        ..-3 => format!("{} µs", power(exponent + 6)),
-        -3..0 => format!("{} ms", power(exponent + 3)),
-        _ => format!("{} s", power(exponent)),
+        ..-3 => format!("{} µs", format_power(exponent + 6)),
+        -3..0 => format!("{} ms", format_power(exponent + 3)),
+        _ => format!("{} s", format_power(exponent)),
     }
 }
 
-fn power(exponent: i32) -> String {
+fn format_power(exponent: i32) -> String {
     10_f64.powi(exponent).to_string()
 }
 
 /// Formats a number with three significant digits.
-pub(super) fn number(value: f64) -> String {
+pub(super) fn format_number(value: f64) -> String {
     if value == 0.0 || (1e-3..1e4).contains(&value.abs()) {
         let digits = if value == 0.0 {
             0
@@ -204,7 +204,7 @@ pub(super) fn number(value: f64) -> String {
 }
 
 /// Formats a standalone HTML page from a title, an HTML body and a script, which may be empty.
-pub fn document(title: &str, body: &str, script: &str) -> String {
+pub fn html_document(title: &str, body: &str, script: &str) -> String {
     let (title, style) = (escape_xml(title), include_str!("page.css"));
     let script = if script.is_empty() {
         String::new()
@@ -218,22 +218,22 @@ pub fn document(title: &str, body: &str, script: &str) -> String {
     )
 }
 
-impl Page<'_> {
+impl AccuracyPage<'_> {
     /// Formats the page.
-    pub fn html(&self) -> String {
+    pub fn to_html(&self) -> String {
         let circumstances: String = self
             .circumstances
             .iter()
             .map(|line| format!("<p class=\"soft\">{}</p>\n", escape_xml(line)))
             .collect();
-        let plot = accuracy_plot(self.scene, "", self.report, self.flags);
+        let plot = plot_accuracy(self.scene, "", self.report, self.flags);
         // The table below the plot explains the numbers of the plot.
         let plot = Plot {
             title: String::new(),
             key: Vec::new(),
             ..plot
         }
-        .svg();
+        .to_svg();
         // Every second part is between back quotes.
         let parts = self.recommendation.split('`').map(escape_xml).enumerate();
         let recommendation: String = parts
@@ -249,15 +249,15 @@ impl Page<'_> {
             "<p class=\"answer\">{recommendation}</p>\n<figure><div class=\"wide\" tabindex=\"0\">{plot}</div>\n\
              <figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{}\
              <h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Made by <code>{}</code></p>\n{}{}{}{}{}",
-            self.frontier(),
+            self.frontier_table(),
             escape_xml(self.command),
-            self.pictures(),
-            self.rungs(),
-            self.prices(),
-            self.outputs(),
-            self.effects(),
+            self.pictures_html(),
+            self.rung_table(),
+            self.cost_table(),
+            self.output_table(),
+            self.effect_table(),
         );
-        document(
+        html_document(
             &format!("What accuracy costs in time: {}", self.scene),
             &body,
             include_str!("page.js"),
@@ -266,7 +266,7 @@ impl Page<'_> {
 
     /// Formats the pictures: two pictures under a slider, the error of the left picture, and
     /// thumbnails of all pictures.
-    fn pictures(&self) -> String {
+    fn pictures_html(&self) -> String {
         let Some(reference) = self.report.pictures.first() else {
             return String::new();
         };
@@ -275,8 +275,8 @@ impl Page<'_> {
         for shown in &self.report.pictures {
             let name = escape_xml(&shown.name);
             let _ = write!(options, "<option>{name}</option>");
-            let image = self.png(&shown.picture, self.display);
-            let error = differences(&shown.picture, &reference.picture)
+            let image = self.png_data_uri(&shown.picture, self.display);
+            let error = max_channel_differences(&shown.picture, &reference.picture)
                 .ok()
                 .filter(|_| shown.name != reference.name);
             let map = error
@@ -284,7 +284,7 @@ impl Page<'_> {
             let map = map.map(|map| {
                 format!(
                     "<img hidden data-kind=\"error\" data-name=\"{name}\" alt=\"error of {name}\" src=\"{}\">",
-                    self.png(&map, Display::PLAIN)
+                    self.png_data_uri(&map, Display::PLAIN)
                 )
             });
             let _ = writeln!(
@@ -308,13 +308,13 @@ impl Page<'_> {
              <div class=\"stage\"{wide}><img id=\"heat\" alt=\"error of the left picture\"></div>\n\
              <p class=\"soft\">Largest absolute difference of the channels to the reference, in linear radiance.</p>\n\
              <h2>All of them</h2>\n<div class=\"thumbs\">\n{thumbs}</div>\n",
-            self.place_of(&reference.picture),
-            number(f64::from(full)),
+            self.tile_caption(&reference.picture),
+            format_number(f64::from(full)),
         )
     }
 
     /// Formats the position of the shown tile in the picture; empty if whole pictures are shown.
-    fn place_of(&self, shown: &Picture) -> String {
+    fn tile_caption(&self, shown: &Picture) -> String {
         let ([x, y], Picture { width, height, .. }) = (self.report.tiles.shown, shown);
         if [*width, *height] == self.report.size {
             return String::new();
@@ -333,14 +333,14 @@ impl Page<'_> {
             .iter()
             .find(|shown| shown.name == "as it is");
         let error = own
-            .and_then(|own| differences(&own.picture, reference).ok())
+            .and_then(|own| max_channel_differences(&own.picture, reference).ok())
             .unwrap_or_default();
         (statistics(&error).percentile_99 as f32).max(1e-6)
     }
 
-    fn png(&self, picture: &Picture, display: Display) -> String {
+    fn png_data_uri(&self, picture: &Picture, display: Display) -> String {
         // A picture that cannot be encoded becomes an empty image.
-        let bytes = png_bytes(picture, display, &Metadata::default()).unwrap_or_default();
+        let bytes = encode_png(picture, display, &PictureMetadata::default()).unwrap_or_default();
         format!("data:image/png;base64,{}", STANDARD.encode(bytes))
     }
 }

@@ -4,9 +4,9 @@
 use std::fmt::Write;
 
 use super::labels::{AREA, LabelBoxes};
-use super::scale::{DecadeScale, PlotFrame};
+use super::scale::{DecadeScale, PlotScales};
 
-use crate::masking::masked;
+use crate::masking::mask_controls;
 
 /// A double-logarithmic plot.
 #[derive(Clone, Debug, Default)]
@@ -18,22 +18,22 @@ pub struct Plot {
     /// Conditions of the measurement, in another line.
     pub circumstances: String,
     /// Horizontal axis.
-    pub x: Axis,
+    pub x: PlotAxis,
     /// Vertical axis.
-    pub y: Axis,
+    pub y: PlotAxis,
     /// The plotted lines.
     pub lines: Vec<PlotLine>,
     /// Marks on the horizontal axis.
     pub marks: Vec<PlotMark>,
     /// Whether lines fall from left to right, which leaves room for the legend on the right.
-    pub falling: bool,
+    pub is_falling: bool,
     /// Lines of text below the plot, such as an explanation of short names.
     pub key: Vec<String>,
 }
 
 /// A logarithmic axis, which spans whole decades around the values.
 #[derive(Clone, Debug, Default)]
-pub struct Axis {
+pub struct PlotAxis {
     /// Quantity with its unit.
     pub label: String,
     /// Label of a power of ten, by its exponent.
@@ -48,9 +48,9 @@ pub struct PlotLine {
     /// Colour; related lines share a colour.
     pub colour: ThemeColour,
     /// Whether the line is dashed with square markers, to distinguish lines of the same colour.
-    pub dashed: bool,
+    pub is_dashed: bool,
     /// Whether the points are not joined.
-    pub apart: bool,
+    pub is_unjoined: bool,
     /// Points with coordinates above zero.
     pub points: Vec<PlotPoint>,
 }
@@ -108,9 +108,9 @@ const KEY_START: f64 = 14.0;
 impl Plot {
     /// Formats the plot as an SVG file. Lines without points are omitted; without any point, only
     /// text is left.
-    pub fn svg(&self) -> String {
+    pub fn to_svg(&self) -> String {
         let points = || self.lines.iter().flat_map(|line| &line.points);
-        let frame = PlotFrame {
+        let frame = PlotScales {
             x: DecadeScale::new(points().map(|p| p.x), AREA[0], AREA[2]),
             y: DecadeScale::new(
                 points().flat_map(|p| [p.y, p.spread[0], p.spread[1]]),
@@ -119,15 +119,15 @@ impl Plot {
             ),
         };
         let mut svg = String::new();
-        self.head(&mut svg);
-        self.grid(&mut svg, &frame);
-        self.marks(&mut svg, &frame);
+        self.draw_head(&mut svg);
+        self.draw_grid(&mut svg, &frame);
+        self.draw_marks(&mut svg, &frame);
         for line in &self.lines {
             line.draw(&mut svg, &frame);
         }
-        self.names(&mut svg, &frame);
-        self.legend(&mut svg);
-        self.notes(&mut svg);
+        self.draw_names(&mut svg, &frame);
+        self.draw_legend(&mut svg);
+        self.draw_key(&mut svg);
         svg.push_str("</svg>\n");
         svg
     }
@@ -141,7 +141,7 @@ impl Plot {
             }
     }
 
-    fn head(&self, svg: &mut String) {
+    fn draw_head(&self, svg: &mut String) {
         let [title, subtitle, circumstances] =
             [&self.title, &self.subtitle, &self.circumstances].map(|text| escape_xml(text));
         let top = if title.is_empty() { BARE_TOP } else { 0.0 };
@@ -168,15 +168,15 @@ impl Plot {
     }
 
     /// Draws grid lines at powers of ten with their labels, and the names of the axes.
-    fn grid(&self, svg: &mut String, frame: &PlotFrame) {
+    fn draw_grid(&self, svg: &mut String, frame: &PlotScales) {
         let [left, top, right, bottom] = AREA;
-        let words = |axis: &Axis, e: i32| {
+        let words = |axis: &PlotAxis, e: i32| {
             axis.tick
                 .map(|tick| escape_xml(&tick(e)))
                 .unwrap_or_default()
         };
         for e in frame.x.decades() {
-            let (x, word) = (frame.x.exponent(f64::from(e)), words(&self.x, e));
+            let (x, word) = (frame.x.map_exponent(f64::from(e)), words(&self.x, e));
             let _ = writeln!(svg, "<path class=\"grid\" d=\"M{x:.1} {top}V{bottom}\"/>");
             let _ = writeln!(
                 svg,
@@ -185,7 +185,7 @@ impl Plot {
             );
         }
         for e in frame.y.decades() {
-            let (y, word) = (frame.y.exponent(f64::from(e)), words(&self.y, e));
+            let (y, word) = (frame.y.map_exponent(f64::from(e)), words(&self.y, e));
             let _ = writeln!(svg, "<path class=\"grid\" d=\"M{left} {y:.1}H{right}\"/>");
             let _ = writeln!(
                 svg,
@@ -211,10 +211,10 @@ impl Plot {
         );
     }
 
-    fn marks(&self, svg: &mut String, frame: &PlotFrame) {
+    fn draw_marks(&self, svg: &mut String, frame: &PlotScales) {
         let [_, top, right, bottom] = AREA;
         for mark in &self.marks {
-            let x = frame.x.map(mark.x);
+            let x = frame.x.map_value(mark.x);
             let _ = writeln!(
                 svg,
                 "<path class=\"mark\" d=\"M{x:.1} {bottom}V{:.1}\"/>",
@@ -235,7 +235,7 @@ impl Plot {
         }
     }
 
-    fn shown(&self) -> impl Iterator<Item = &PlotLine> {
+    fn nonempty_lines(&self) -> impl Iterator<Item = &PlotLine> {
         self.lines.iter().filter(|line| !line.points.is_empty())
     }
 
@@ -248,12 +248,12 @@ impl Plot {
 
     /// Returns left, top, right and bottom of the legend.
     fn legend_box(&self) -> [f64; 4] {
-        let left = if self.falling {
+        let left = if self.is_falling {
             AREA[2] - 300.0
         } else {
             AREA[0] + 18.0
         };
-        let rows = self.shown().count() + usize::from(self.has_bounds());
+        let rows = self.nonempty_lines().count() + usize::from(self.has_bounds());
         [
             left,
             AREA[1] + 6.0,
@@ -263,19 +263,21 @@ impl Plot {
     }
 
     /// Writes the names of points, where room is left.
-    fn names(&self, svg: &mut String, frame: &PlotFrame) {
+    fn draw_names(&self, svg: &mut String, frame: &PlotScales) {
         let places: Vec<(f64, f64)> = self
             .lines
             .iter()
             .flat_map(|line| &line.points)
-            .map(|p| (frame.x.map(p.x), frame.y.map(p.y)))
+            .map(|p| (frame.x.map_value(p.x), frame.y.map_value(p.y)))
             .collect();
         let mut labels = LabelBoxes::new(&places, self.legend_box());
         for line in &self.lines {
             for point in line.points.iter().filter(|point| !point.name.is_empty()) {
-                let Some((x, y)) =
-                    labels.place(&point.name, frame.x.map(point.x), frame.y.map(point.y))
-                else {
+                let Some((x, y)) = labels.place_label(
+                    &point.name,
+                    frame.x.map_value(point.x),
+                    frame.y.map_value(point.y),
+                ) else {
                     continue;
                 };
                 let _ = writeln!(
@@ -288,7 +290,7 @@ impl Plot {
     }
 
     /// Writes the explanation of short names.
-    fn notes(&self, svg: &mut String) {
+    fn draw_key(&self, svg: &mut String) {
         for (i, line) in self.key.iter().enumerate() {
             let y = HEIGHT + KEY_START + KEY_LINE * (i as f64 + 0.2);
             let _ = writeln!(
@@ -300,15 +302,15 @@ impl Plot {
     }
 
     /// Draws the legend in an upper corner that the lines leave free.
-    fn legend(&self, svg: &mut String) {
+    fn draw_legend(&self, svg: &mut String) {
         let [left, ..] = self.legend_box();
         let row = |i: usize| AREA[1] + 20.0 + 23.0 * i as f64;
         if self.has_bounds() {
-            let (x, y) = (left, row(self.shown().count()));
+            let (x, y) = (left, row(self.nonempty_lines().count()));
             let _ = writeln!(
                 svg,
                 "<path class=\"spread mark\" d=\"{}\"/>",
-                arrow(x + 20.0, y - 8.0)
+                arrow_path(x + 20.0, y - 8.0)
             );
             let _ = writeln!(
                 svg,
@@ -317,12 +319,12 @@ impl Plot {
                 y + 5.0
             );
         }
-        for (i, line) in self.shown().enumerate() {
+        for (i, line) in self.nonempty_lines().enumerate() {
             let (x, y) = (left, row(i));
-            if !line.apart {
-                line.stroke(svg, &format!("M{x} {y}h40"));
+            if !line.is_unjoined {
+                line.draw_stroke(svg, &format!("M{x} {y}h40"));
             }
-            line.marker(svg, x + 20.0, y);
+            line.draw_marker(svg, x + 20.0, y);
             let _ = writeln!(
                 svg,
                 "<text x=\"{}\" y=\"{}\">{}</text>",
@@ -336,7 +338,7 @@ impl Plot {
 
 impl ThemeColour {
     /// Class in the style sheet.
-    pub(super) fn class(self) -> &'static str {
+    pub(super) fn css_class(self) -> &'static str {
         match self {
             Self::First => "first",
             Self::Second => "second",
@@ -346,12 +348,12 @@ impl ThemeColour {
 }
 
 impl PlotLine {
-    fn class(&self) -> &'static str {
-        self.colour.class()
+    fn css_class(&self) -> &'static str {
+        self.colour.css_class()
     }
 
-    fn stroke(&self, svg: &mut String, path: &str) {
-        let dashes = if self.dashed {
+    fn draw_stroke(&self, svg: &mut String, path: &str) {
+        let dashes = if self.is_dashed {
             " stroke-dasharray=\"7 5\""
         } else {
             ""
@@ -359,13 +361,13 @@ impl PlotLine {
         let _ = writeln!(
             svg,
             "<path class=\"line {}\"{dashes} d=\"{path}\"/>",
-            self.class()
+            self.css_class()
         );
     }
 
-    fn marker(&self, svg: &mut String, x: f64, y: f64) {
-        let class = self.class();
-        let _ = if self.dashed {
+    fn draw_marker(&self, svg: &mut String, x: f64, y: f64) {
+        let class = self.css_class();
+        let _ = if self.is_dashed {
             let (x, y) = (x - 3.5, y - 3.5);
             writeln!(
                 svg,
@@ -379,45 +381,48 @@ impl PlotLine {
         };
     }
 
-    fn draw(&self, svg: &mut String, frame: &PlotFrame) {
+    fn draw(&self, svg: &mut String, frame: &PlotScales) {
         let mut path = String::new();
         for (i, point) in self.points.iter().enumerate() {
             let _ = write!(
                 path,
                 "{}{:.1} {:.1}",
                 if i == 0 { 'M' } else { 'L' },
-                frame.x.map(point.x),
-                frame.y.map(point.y)
+                frame.x.map_value(point.x),
+                frame.y.map_value(point.y)
             );
         }
         if path.is_empty() {
             return;
         }
-        if !self.apart {
-            self.stroke(svg, &path);
+        if !self.is_unjoined {
+            self.draw_stroke(svg, &path);
         }
         for point in &self.points {
-            let (x, [low, high]) = (frame.x.map(point.x), point.spread.map(|y| frame.y.map(y)));
-            let y = frame.y.map(point.y);
+            let (x, [low, high]) = (
+                frame.x.map_value(point.x),
+                point.spread.map(|y| frame.y.map_value(y)),
+            );
+            let y = frame.y.map_value(point.y);
             let spread = if point.is_bound {
-                arrow(x, y)
+                arrow_path(x, y)
             } else {
                 format!("M{x:.1} {low:.1}V{high:.1}")
             };
             let _ = writeln!(
                 svg,
                 "<path class=\"spread {}\" fill=\"none\" d=\"{spread}\"/>",
-                self.class()
+                self.css_class()
             );
             match &point.label {
-                None => self.marker(svg, x, y),
+                None => self.draw_marker(svg, x, y),
                 Some(label) => {
                     let label = escape_xml(label);
                     let _ = write!(
                         svg,
                         "<g tabindex=\"0\" role=\"img\" aria-label=\"{label}\"><title>{label}</title>"
                     );
-                    self.marker(svg, x, y);
+                    self.draw_marker(svg, x, y);
                     svg.push_str("</g>\n");
                 }
             }
@@ -426,13 +431,13 @@ impl PlotLine {
 }
 
 /// Downward arrow from a point, for an upper bound.
-fn arrow(x: f64, y: f64) -> String {
+fn arrow_path(x: f64, y: f64) -> String {
     format!("M{x:.1} {y:.1}v18m-4 -6l4 6l4 -6")
 }
 
 /// Escapes text for HTML and SVG, with control characters masked.
 pub fn escape_xml(text: &str) -> String {
-    masked(text)
+    mask_controls(text)
         .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

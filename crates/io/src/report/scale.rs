@@ -1,7 +1,7 @@
 //! Logarithmic scales of a plot, which span whole decades.
 
 /// Horizontal and vertical scale.
-pub(super) struct PlotFrame {
+pub(super) struct PlotScales {
     pub x: DecadeScale,
     pub y: DecadeScale,
 }
@@ -36,11 +36,11 @@ impl DecadeScale {
         self.decades[0]..=self.decades[1]
     }
 
-    pub fn map(&self, value: f64) -> f64 {
-        self.exponent(value.log10())
+    pub fn map_value(&self, value: f64) -> f64 {
+        self.map_exponent(value.log10())
     }
 
-    pub fn exponent(&self, exponent: f64) -> f64 {
+    pub fn map_exponent(&self, exponent: f64) -> f64 {
         let [first, last] = self.decades.map(f64::from);
         self.ends[0] + (self.ends[1] - self.ends[0]) * (exponent - first) / (last - first)
     }

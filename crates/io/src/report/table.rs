@@ -3,11 +3,11 @@
 use raywright_core::accuracy::ConfidenceInterval;
 
 use super::plot::escape_xml;
-use crate::masking::on_one_line;
+use crate::masking::mask_to_one_line;
 
 /// Alignment of a column's cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Align {
+pub enum ColumnAlignment {
     /// For text.
     Left,
     /// For numbers.
@@ -23,12 +23,12 @@ pub struct TableRow {
     /// Class of the row in a page; empty: none.
     pub class: &'static str,
     /// Tooltip of the first cell in a page.
-    pub about: String,
+    pub tooltip: String,
 }
 
 impl TableRow {
     /// Creates a row with a class.
-    pub fn of_class(class: &'static str, cells: impl IntoIterator<Item = String>) -> Self {
+    pub fn with_class(class: &'static str, cells: impl IntoIterator<Item = String>) -> Self {
         Self {
             class,
             ..Self::from_iter(cells)
@@ -49,7 +49,7 @@ impl FromIterator<String> for TableRow {
 #[derive(Clone, Debug)]
 pub struct Table {
     /// Alignment of each column.
-    pub columns: Vec<Align>,
+    pub columns: Vec<ColumnAlignment>,
     /// Rows; the first has the headings, or is empty without headings.
     pub rows: Vec<TableRow>,
 }
@@ -57,7 +57,7 @@ pub struct Table {
 impl Table {
     /// Creates a table from headings and rows.
     pub fn new<const N: usize>(
-        columns: [Align; N],
+        columns: [ColumnAlignment; N],
         names: [&str; N],
         rows: impl IntoIterator<Item = TableRow>,
     ) -> Self {
@@ -92,9 +92,12 @@ impl Table {
     ///
     /// In a table that is too wide, text in the last column is wrapped, or the columns beyond the
     /// width follow in a table of their own, which repeats the first column.
-    pub fn text(&self, room: Option<usize>) -> String {
+    pub fn to_text(&self, room: Option<usize>) -> String {
         let one_line = |row: &TableRow| -> Vec<String> {
-            row.cells.iter().map(|cell| on_one_line(cell)).collect()
+            row.cells
+                .iter()
+                .map(|cell| mask_to_one_line(cell))
+                .collect()
         };
         let rows: Vec<Vec<String>> = self.rows.iter().map(one_line).collect();
         let columns = &self.columns;
@@ -110,10 +113,10 @@ impl Table {
         let before = widths.split_last().map_or(0, |(_, others)| {
             others.iter().map(|width| width + GAP.len()).sum::<usize>()
         });
-        if columns.last() == Some(&Align::Left) && before + LEAST_TEXT <= room {
+        if columns.last() == Some(&ColumnAlignment::Left) && before + LEAST_TEXT <= room {
             return rows
                 .iter()
-                .map(|row| line(row, &widths, columns, &all, room))
+                .map(|row| format_line(row, &widths, columns, &all, room))
                 .collect();
         }
         let mut bands: Vec<Vec<usize>> = Vec::new();
@@ -140,17 +143,17 @@ impl Table {
         }
         let band = |band: &Vec<usize>| {
             rows.iter()
-                .map(|row| line(row, &widths, columns, band, room))
+                .map(|row| format_line(row, &widths, columns, band, room))
                 .collect::<String>()
         };
         bands.iter().map(band).collect::<Vec<_>>().join("\n")
     }
 
     /// Formats as Markdown.
-    pub fn markdown(&self) -> String {
+    pub fn to_markdown(&self) -> String {
         let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-        let side = |column: &Align| {
-            if *column == Align::Left {
+        let side = |column: &ColumnAlignment| {
+            if *column == ColumnAlignment::Left {
                 ":--".to_owned()
             } else {
                 "--:".to_owned()
@@ -163,7 +166,7 @@ impl Table {
     }
 
     /// Formats as comma-separated values.
-    pub fn csv(&self) -> String {
+    pub fn to_csv(&self) -> String {
         self.rows
             .iter()
             .map(|row| row.cells.join(",") + "\n")
@@ -171,16 +174,16 @@ impl Table {
     }
 
     /// Formats as an HTML table.
-    pub fn html(&self) -> String {
+    pub fn to_html(&self) -> String {
         let Some((names, rows)) = self.rows.split_first() else {
             return String::new();
         };
         let name = |(i, name): (usize, &String)| {
-            let is_text = self.columns.get(i) == Some(&Align::Left);
+            let is_text = self.columns.get(i) == Some(&ColumnAlignment::Left);
             format!(
                 "<th{}>{}</th>",
                 if is_text {
-                    attribute("class", "text")
+                    html_attribute("class", "text")
                 } else {
                     String::new()
                 },
@@ -188,30 +191,30 @@ impl Table {
             )
         };
         let names: String = names.cells.iter().enumerate().map(name).collect();
-        let rows: String = rows.iter().map(|row| self.html_row(row)).collect();
+        let rows: String = rows.iter().map(|row| self.row_html(row)).collect();
         format!(
             "<div class=\"wide\" tabindex=\"0\"><table><thead><tr>{names}</tr></thead><tbody>\n{rows}</tbody></table></div>\n"
         )
     }
 
-    fn html_row(&self, row: &TableRow) -> String {
+    fn row_html(&self, row: &TableRow) -> String {
         let (count, columns) = (row.cells.len(), self.columns.len());
         let cell = |(i, cell): (usize, &String)| {
-            let has_about = i == 0 && !row.about.is_empty();
+            let has_about = i == 0 && !row.tooltip.is_empty();
             let about = if has_about {
-                attribute("title", &row.about) + " tabindex=\"0\""
+                html_attribute("title", &row.tooltip) + " tabindex=\"0\""
             } else {
                 String::new()
             };
             let is_wide = i + 1 == count && count < columns;
             let span = if is_wide {
-                attribute("colspan", &(columns - i).to_string())
+                html_attribute("colspan", &(columns - i).to_string())
             } else {
                 String::new()
             };
-            let is_text = i > 0 && (is_wide || self.columns[i] == Align::Left);
+            let is_text = i > 0 && (is_wide || self.columns[i] == ColumnAlignment::Left);
             let class = if is_text {
-                attribute("class", "text")
+                html_attribute("class", "text")
             } else {
                 String::new()
             };
@@ -227,14 +230,14 @@ impl Table {
         let class = if row.class.is_empty() {
             String::new()
         } else {
-            attribute("class", row.class)
+            html_attribute("class", row.class)
         };
         let cells: String = row.cells.iter().enumerate().map(cell).collect();
         format!("<tr{class}>{cells}</tr>\n")
     }
 }
 
-fn attribute(name: &str, value: &str) -> String {
+fn html_attribute(name: &str, value: &str) -> String {
     format!(" {name}=\"{}\"", escape_xml(value))
 }
 
@@ -245,10 +248,10 @@ const LEAST_TEXT: usize = 20;
 
 /// Formats the cells of a row in the `shown` columns as a line. The last cell may continue in
 /// further lines below its start.
-fn line(
+fn format_line(
     row: &[String],
     widths: &[usize],
-    columns: &[Align],
+    columns: &[ColumnAlignment],
     shown: &[usize],
     room: usize,
 ) -> String {
@@ -257,16 +260,16 @@ fn line(
         let (cell, width) = (row.get(column).map_or("", String::as_str), widths[column]);
         let is_last = i + 1 == shown.len();
         if is_last
-            && columns[column] == Align::Left
+            && columns[column] == ColumnAlignment::Left
             && text.chars().count() + longest_word(cell) > room
         {
             // Without room beside the other cells, the text goes below them.
-            return format!("{}\n  {}\n", text.trim_end(), wrapped(cell, 2, room));
+            return format!("{}\n  {}\n", text.trim_end(), wrap_text(cell, 2, room));
         }
         text += &match columns[column] {
-            Align::Left if is_last => wrapped(cell, text.chars().count(), room),
-            Align::Left => format!("{cell:width$}"),
-            Align::Right => format!("{cell:>width$}"),
+            ColumnAlignment::Left if is_last => wrap_text(cell, text.chars().count(), room),
+            ColumnAlignment::Left => format!("{cell:width$}"),
+            ColumnAlignment::Right => format!("{cell:>width$}"),
         };
         if !is_last {
             text += GAP;
@@ -283,7 +286,7 @@ fn longest_word(text: &str) -> usize {
 }
 
 /// Wraps a text between words to `room` characters, further lines indented by `indent`.
-pub fn wrapped(text: &str, indent: usize, room: usize) -> String {
+pub fn wrap_text(text: &str, indent: usize, room: usize) -> String {
     let room = room.saturating_sub(indent).max(LEAST_TEXT);
     if text.chars().count() <= room {
         return text.to_owned();
@@ -312,7 +315,7 @@ pub fn wrapped(text: &str, indent: usize, room: usize) -> String {
 /// indistinguishable from zero is given as `<` and the upper end. `number` formats each number.
 pub fn format_uncertain(interval: &ConfidenceInterval, number: impl Fn(f64) -> String) -> String {
     let value = number(interval.value);
-    if interval.is_lost_in_noise() && interval.high > 0.0 {
+    if interval.includes_zero() && interval.high > 0.0 {
         return format!("<{}", number(interval.high));
     }
     if number(interval.low) == value && number(interval.high) == value
@@ -320,8 +323,8 @@ pub fn format_uncertain(interval: &ConfidenceInterval, number: impl Fn(f64) -> S
     {
         return value;
     }
-    match interval.relative() {
-        share if share < FAR => {
+    match interval.relative_half_width() {
+        share if share < MAX_SHARE => {
             format!(
                 "{value} ±{} %",
                 if share < 0.01 {
@@ -340,13 +343,13 @@ pub fn format_uncertain(interval: &ConfidenceInterval, number: impl Fn(f64) -> S
 }
 
 /// Relative uncertainty above which the ends of the interval are written.
-const FAR: f64 = 0.3;
+const MAX_SHARE: f64 = 0.3;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn table<const N: usize>(columns: [Align; N], rows: &[[&str; N]]) -> Table {
+    fn table<const N: usize>(columns: [ColumnAlignment; N], rows: &[[&str; N]]) -> Table {
         Table {
             columns: columns.to_vec(),
             rows: rows
@@ -378,11 +381,19 @@ mod tests {
     fn columns_line_up() {
         let rows = [["é", "1", "x"], ["abc", "100", ""]];
         assert_eq!(
-            table([Align::Left; 3], &rows).text(None),
+            table([ColumnAlignment::Left; 3], &rows).to_text(None),
             "é    1    x\nabc  100\n"
         );
         assert_eq!(
-            table([Align::Left, Align::Right, Align::Left], &rows).text(None),
+            table(
+                [
+                    ColumnAlignment::Left,
+                    ColumnAlignment::Right,
+                    ColumnAlignment::Left
+                ],
+                &rows
+            )
+            .to_text(None),
             "é      1  x\nabc  100\n"
         );
     }
@@ -393,32 +404,32 @@ mod tests {
     #[test]
     fn tables_fit() {
         let text = table(
-            [Align::Left; 2],
+            [ColumnAlignment::Left; 2],
             &[
                 ["a", "one two three four five six seven eight"],
                 ["b", "nine"],
             ],
         )
-        .text(Some(24));
+        .to_text(Some(24));
         assert_eq!(
             text,
             "a  one two three four\n   five six seven eight\nb  nine\n"
         );
         let long = table(
-            [Align::Left; 3],
+            [ColumnAlignment::Left; 3],
             &[["a", "eight ch", "x"], ["b", "c", "a-word-of-twenty-three"]],
         )
-        .text(Some(34));
+        .to_text(Some(34));
         assert_eq!(long, "a  eight ch  x\nb  c\n  a-word-of-twenty-three\n");
         let numbers = table(
-            [Align::Right; 4],
+            [ColumnAlignment::Right; 4],
             &[["N", "first one", "second", "third"], ["10", "1", "2", "3"]],
         );
         assert_eq!(
-            numbers.text(Some(22)),
+            numbers.to_text(Some(22)),
             " N  first one  second\n10          1       2\n\n N  third\n10      3\n"
         );
-        assert_eq!(numbers.text(None).lines().count(), 2);
+        assert_eq!(numbers.to_text(None).lines().count(), 2);
     }
 
     /// Protects: exactly the columns that are empty in all rows are removed.
@@ -430,12 +441,24 @@ mod tests {
             ["b", "", "", "2"],
         ];
         let table = table(
-            [Align::Left, Align::Right, Align::Right, Align::Left],
+            [
+                ColumnAlignment::Left,
+                ColumnAlignment::Right,
+                ColumnAlignment::Right,
+                ColumnAlignment::Left,
+            ],
             &rows,
         )
         .without_empty_columns();
-        assert_eq!(table.csv(), "rung,time,light\na,1,\nb,,2\n");
-        assert_eq!(table.columns, [Align::Left, Align::Right, Align::Left]);
+        assert_eq!(table.to_csv(), "rung,time,light\na,1,\nb,,2\n");
+        assert_eq!(
+            table.columns,
+            [
+                ColumnAlignment::Left,
+                ColumnAlignment::Right,
+                ColumnAlignment::Left
+            ]
+        );
     }
 
     /// Protects: a table has the same rows in every format; a page has classes and tooltips of
@@ -444,26 +467,30 @@ mod tests {
     #[test]
     fn every_notation_has_the_rows() {
         let mut table = table(
-            [Align::Left, Align::Right, Align::Left],
+            [
+                ColumnAlignment::Left,
+                ColumnAlignment::Right,
+                ColumnAlignment::Left,
+            ],
             &[["rung", "x", "flags"], ["a<b", "1", "`--spp 4`"]],
         );
-        assert_eq!(table.csv(), "rung,x,flags\na<b,1,`--spp 4`\n");
+        assert_eq!(table.to_csv(), "rung,x,flags\na<b,1,`--spp 4`\n");
         assert_eq!(
-            table.markdown(),
+            table.to_markdown(),
             "| rung | x | flags |\n| :-- | --: | :-- |\n| a<b | 1 | `--spp 4` |\n"
         );
-        table.rows[1].about = "\"what\"".to_owned();
+        table.rows[1].tooltip = "\"what\"".to_owned();
         table
             .rows
-            .push(TableRow::of_class("ladder", ["all".to_owned()]));
-        table.rows.push(TableRow::of_class(
+            .push(TableRow::with_class("ladder", ["all".to_owned()]));
+        table.rows.push(TableRow::with_class(
             "own",
             ["c".to_owned(), "no time".to_owned()],
         ));
         let rows = "<tr><td title=\"&quot;what&quot;\" tabindex=\"0\">a&lt;b</td><td>1</td><td class=\"text\"><code>--spp 4</code></td></tr>\n\
             <tr class=\"ladder\"><td colspan=\"3\">all</td></tr>\n\
             <tr class=\"own\"><td>c</td><td colspan=\"2\" class=\"text\">no time</td></tr>\n";
-        let html = table.html();
+        let html = table.to_html();
         assert!(
             html.contains("<th class=\"text\">rung</th><th>x</th><th class=\"text\">flags</th>")
                 && html.contains(rows),

@@ -1,54 +1,58 @@
 //! Tables of the page: settings on the frontier, rungs, ladders without error, effects.
 
 use raywright_core::accuracy::{
-    ConfidenceInterval, EffectCost, EffectCosts, LadderReport, MeasuredSetting, OutputReport,
+    ConfidenceInterval, EffectCost, EffectCosts, LadderReport, MeasuredSetting, OutputFormatReport,
     RungCost, RungReport,
 };
-use raywright_core::bench::Spread;
+use raywright_core::bench::SampleQuantiles;
 use raywright_core::effects::EffectStatus;
 
-use super::page::{Page, number};
+use super::page::{AccuracyPage, format_number};
 use super::plot::escape_xml;
-use super::table::{Align, Table, TableRow, format_uncertain};
-use crate::limits::human_bytes;
+use super::table::{ColumnAlignment, Table, TableRow, format_uncertain};
+use crate::limits::format_bytes;
 
-fn interval(interval: ConfidenceInterval) -> String {
-    format_uncertain(&interval, number)
+fn format_interval(interval: ConfidenceInterval) -> String {
+    format_uncertain(&interval, format_number)
 }
 
 /// Class of rows for the current setting.
-fn own(in_use: bool) -> &'static str {
+fn row_class(in_use: bool) -> &'static str {
     if in_use { "own" } else { "" }
 }
 
 /// Heading row of a ladder.
-fn heading(ladder: &str) -> TableRow {
-    TableRow::of_class("ladder", [ladder.to_owned()])
+fn ladder_heading(ladder: &str) -> TableRow {
+    TableRow::with_class("ladder", [ladder.to_owned()])
 }
 
 /// Row of a rung, with its tooltip and its cells.
-fn rung(
+fn rung_row(
     name: &str,
     about: &str,
     in_use: bool,
     cells: impl IntoIterator<Item = String>,
 ) -> TableRow {
     TableRow {
-        about: about.to_owned(),
-        ..TableRow::of_class(own(in_use), [name.to_owned()].into_iter().chain(cells))
+        tooltip: about.to_owned(),
+        ..TableRow::with_class(
+            row_class(in_use),
+            [name.to_owned()].into_iter().chain(cells),
+        )
     }
 }
 
-impl Page<'_> {
+impl AccuracyPage<'_> {
     /// Table of the settings on the frontier, each with its command.
-    pub(super) fn frontier(&self) -> String {
+    pub(super) fn frontier_table(&self) -> String {
         if self.report.frontier.is_empty() {
             return String::new();
         }
         let named = (1..).zip(self.report.frontier.iter().zip(self.flags));
         let rows = named.map(|(i, (candidate, flags))| {
             // The other cells are in the table of rungs.
-            let [time, ratio, error, _, _, light, ..] = self.cells(&candidate.measured, None);
+            let [time, ratio, error, _, _, light, ..] =
+                self.setting_cells(&candidate.measured, None);
             let cells = [
                 format!("({i})"),
                 format!("`{flags}`"),
@@ -57,11 +61,11 @@ impl Page<'_> {
                 error,
                 light,
             ];
-            TableRow::of_class(own(candidate.flags.is_empty()), cells)
+            TableRow::with_class(row_class(candidate.flags.is_empty()), cells)
         });
-        let mut columns = [Align::Right; 6];
-        columns[1] = Align::Left;
-        let [time, ratio, error, _, _, light, ..] = HEADS;
+        let mut columns = [ColumnAlignment::Right; 6];
+        columns[1] = ColumnAlignment::Left;
+        let [time, ratio, error, _, _, light, ..] = SETTING_HEADINGS;
         let names = ["", "flags", time, ratio, error, light];
         format!(
             "<h2>Worth their time</h2>\n<p>No setting that was measured is both faster and nearer to the reference. The first row whose \
@@ -70,15 +74,15 @@ impl Page<'_> {
             escape_xml(self.own_command),
             Table::new(columns, names, rows)
                 .without_empty_columns()
-                .html(),
+                .to_html(),
         )
     }
 
-    pub(super) fn rungs(&self) -> String {
+    pub(super) fn rung_table(&self) -> String {
         let named = |name: String, measured: &MeasuredSetting| {
-            [name].into_iter().chain(self.cells(measured, None))
+            [name].into_iter().chain(self.setting_cells(measured, None))
         };
-        let mut rows = vec![TableRow::of_class(
+        let mut rows = vec![TableRow::with_class(
             "own",
             named("as it is".to_owned(), &self.report.own),
         )];
@@ -87,10 +91,14 @@ impl Page<'_> {
             .ladders
             .iter()
             .partition(|ladder| ladder.ladder == "samples");
-        rows.extend(samples.into_iter().flat_map(|ladder| self.rows_of(ladder)));
+        rows.extend(
+            samples
+                .into_iter()
+                .flat_map(|ladder| self.ladder_rows(ladder)),
+        );
         let base = self.report.base.as_ref();
         rows.extend(base.map(|base| {
-            TableRow::of_class(
+            TableRow::with_class(
                 "ladder",
                 named(
                     format!("all below: {} samples", base.samples),
@@ -98,11 +106,15 @@ impl Page<'_> {
                 ),
             )
         }));
-        rows.extend(others.into_iter().flat_map(|ladder| self.rows_of(ladder)));
+        rows.extend(
+            others
+                .into_iter()
+                .flat_map(|ladder| self.ladder_rows(ladder)),
+        );
         if !self.report.combinations.is_empty() {
-            rows.push(heading("together, beside the scene as it is"));
+            rows.push(ladder_heading("together, beside the scene as it is"));
             rows.extend(self.report.combinations.iter().map(|candidate| {
-                TableRow::of_class("", named(candidate.name(), &candidate.measured))
+                TableRow::with_class("", named(candidate.name(), &candidate.measured))
             }));
         }
         let named = |which: &dyn Fn(&LadderReport, &RungReport) -> bool| -> Vec<String> {
@@ -121,7 +133,7 @@ impl Page<'_> {
         };
         let beaten = line(
             "Slower and worse than what is in use",
-            named(&|ladder, rung| ladder.beats(rung)),
+            named(&|ladder, rung| ladder.is_dominated(rung)),
         );
         let late = line("No time for", named(&|_, rung| rung.measured.is_none()));
         let absent = match self.report.not_called_for.as_slice() {
@@ -131,71 +143,71 @@ impl Page<'_> {
                 names.join(", ")
             ),
         };
-        let [time, ratio, error, rmse, bias, light, flip, alone] = HEADS;
+        let [time, ratio, error, rmse, bias, light, flip, alone] = SETTING_HEADINGS;
         let names = ["rung", time, ratio, error, rmse, bias, light, flip, alone];
         format!(
             "<h2>Every rung, one at a time</h2>\n<p class=\"soft\">Times are those of all threads at the scene's \
              own size. Error: root relMSE, the root of the mean of (I − R)² / (R² + 0.01). Bias: the part of it that more samples leave. Light: what is gone of it, or added. Alone: root mean square difference to the ladder's most exact rung with \
              the same random numbers. &lt;: too small to be told from the reference's noise.</p>\n\
              {}{beaten}{late}{absent}",
-            Table::new([Align::Right; 9], names, rows)
+            Table::new([ColumnAlignment::Right; 9], names, rows)
                 .without_empty_columns()
-                .html()
+                .to_html()
         )
     }
 
     /// Rows of a ladder for all measured rungs, except rungs that are slower and worse than the
     /// current rung.
-    fn rows_of(&self, ladder: &LadderReport) -> Vec<TableRow> {
+    fn ladder_rows(&self, ladder: &LadderReport) -> Vec<TableRow> {
         let rung_reports: Vec<&RungReport> = ladder
             .rungs
             .iter()
-            .filter(|rung| !ladder.beats(rung) && rung.measured.is_some())
+            .filter(|rung| !ladder.is_dominated(rung) && rung.measured.is_some())
             .collect();
         if rung_reports.iter().all(|rung| rung.in_use) {
             return Vec::new();
         }
         let row = |rung_report: &RungReport| {
-            Some(rung(
+            Some(rung_row(
                 &rung_report.rung,
                 rung_report.about,
                 rung_report.in_use,
-                self.cells(rung_report.measured.as_ref()?, rung_report.own_error),
+                self.setting_cells(rung_report.measured.as_ref()?, rung_report.own_error),
             ))
         };
-        [heading(ladder.ladder)]
+        [ladder_heading(ladder.ladder)]
             .into_iter()
             .chain(rung_reports.into_iter().filter_map(row))
             .collect()
     }
 
-    fn cells(
+    fn setting_cells(
         &self,
         measured: &MeasuredSetting,
         own_error: Option<ConfidenceInterval>,
     ) -> [String; 8] {
         let errors = &measured.errors;
         [
-            format_uncertain(&measured.seconds, spoken),
-            interval(measured.ratio),
-            interval(errors.relmse.map(f64::sqrt)),
-            interval(errors.rmse),
+            format_uncertain(&measured.seconds, format_duration),
+            format_interval(measured.ratio),
+            format_interval(errors.relmse.map(f64::sqrt)),
+            format_interval(errors.rmse),
             errors
                 .bias
-                .map(|bias| interval(bias.map(f64::sqrt)))
+                .map(|bias| format_interval(bias.map(f64::sqrt)))
                 .unwrap_or_default(),
-            light_change(&errors.light),
-            interval(measured.flip),
-            own_error.map(interval).unwrap_or_default(),
+            format_light_change(&errors.light),
+            format_interval(measured.flip),
+            own_error.map(format_interval).unwrap_or_default(),
         ]
     }
 
     /// Formats the time of a render, with its relative spread.
-    fn time(&self, spread: &Spread) -> String {
+    fn format_time(&self, spread: &SampleQuantiles) -> String {
         format!(
             "{} ±{:.0} %",
-            spoken(spread.median),
-            spread.relative() * 100.0
+            format_duration(spread.median),
+            spread.relative_half_spread() * 100.0
         )
     }
 
@@ -205,26 +217,26 @@ impl Page<'_> {
         } else {
             ", ANOTHER PICTURE"
         };
-        let memory = human_bytes(rung_cost.geometry) + bits;
+        let memory = format_bytes(rung_cost.geometry) + bits;
         vec![
-            self.time(&rung_cost.seconds),
-            number(rung_cost.ratio.median),
-            spoken(rung_cost.preparing.median),
+            self.format_time(&rung_cost.seconds),
+            format_number(rung_cost.ratio.median),
+            format_duration(rung_cost.preparing.median),
             memory,
         ]
     }
 
     /// Table of the ladders that change no picture.
-    pub(super) fn prices(&self) -> String {
+    pub(super) fn cost_table(&self) -> String {
         let mut rows = Vec::new();
         for ladder in &self.report.prices {
-            rows.push(heading(ladder.ladder));
+            rows.push(ladder_heading(ladder.ladder));
             rows.extend(ladder.rungs.iter().map(|price| {
                 let cells = price.rung_cost.as_ref().map_or_else(
                     || vec!["no time".to_owned()],
                     |rung_cost| self.cost_cells(rung_cost),
                 );
-                rung(&price.rung, price.about, price.in_use, cells)
+                rung_row(&price.rung, price.about, price.in_use, cells)
             }));
         }
         if rows.is_empty() {
@@ -233,18 +245,19 @@ impl Page<'_> {
         let names = ["rung", "CPU time", "× in use", "preparing", "memory"];
         format!(
             "<h2>What changes no picture</h2>\n<p class=\"soft\">Rungs that cost time and memory alone. Their pictures are the same bits, which is checked.</p>\n{}",
-            Table::new([Align::Right; 5], names, rows).html()
+            Table::new([ColumnAlignment::Right; 5], names, rows).to_html()
         )
     }
 
     /// Table of the picture data that each file format keeps.
-    pub(super) fn outputs(&self) -> String {
-        let row = |output: &OutputReport| {
+    pub(super) fn output_table(&self) -> String {
+        let row = |output: &OutputFormatReport| {
             let coding = output
                 .seconds
-                .map(|seconds| number(seconds.median * 1e3))
+                .map(|seconds| format_number(seconds.median * 1e3))
                 .unwrap_or_default();
-            let [rmse, greatest, flip] = [output.rmse, output.greatest, output.flip].map(number);
+            let [rmse, greatest, flip] =
+                [output.rmse, output.greatest, output.flip].map(format_number);
             let cells = [
                 output.bytes_per_pixel.to_string(),
                 coding,
@@ -253,7 +266,7 @@ impl Page<'_> {
                 flip,
                 format!("{:.1} %", 100.0 * output.clipped),
             ];
-            rung(output.rung, output.about, output.in_use, cells)
+            rung_row(output.rung, output.about, output.in_use, cells)
         };
         let names = [
             "rung",
@@ -268,16 +281,16 @@ impl Page<'_> {
             "<h2>What a file keeps</h2>\n<p class=\"soft\">Differences of display values, 0 to 1, from those that were computed. Clipped: \
              pixels with a channel as bright as can be, which is lost where the picture is exposed again.</p>\n{}",
             Table::new(
-                [Align::Right; 7],
+                [ColumnAlignment::Right; 7],
                 names,
                 self.report.outputs.iter().map(row)
             )
-            .html()
+            .to_html()
         )
     }
 
     /// Table of the scene's effects, and the cost of each effect that can be switched off.
-    pub(super) fn effects(&self) -> String {
+    pub(super) fn effect_table(&self) -> String {
         let costs = self.report.costs.as_ref();
         let present = self
             .effects
@@ -296,7 +309,7 @@ impl Page<'_> {
                     .iter()
                     .find(|cost| cost.effect == finding.effect.name())
             });
-            let [time, rays, rmse, flip] = cost.map(added).unwrap_or_default();
+            let [time, rays, rmse, flip] = cost.map(effect_cells).unwrap_or_default();
             let message = format!("{status}: {}", finding.because);
             [
                 finding.effect.name().to_owned(),
@@ -309,8 +322,8 @@ impl Page<'_> {
             .into_iter()
             .collect()
         });
-        let mut columns = [Align::Right; 6];
-        columns[5] = Align::Left;
+        let mut columns = [ColumnAlignment::Right; 6];
+        columns[5] = ColumnAlignment::Left;
         let names = [
             "effect",
             "adds to time",
@@ -323,18 +336,18 @@ impl Page<'_> {
             "<h2>What the scene calls for</h2>\n<p class=\"soft\">{}</p>\n{}",
             costs.map_or_else(
                 || "There was no time to measure what each costs.".to_owned(),
-                how_measured
+                describe_effect_costs
             ),
             Table::new(columns, names, rows)
                 .without_empty_columns()
-                .html()
+                .to_html()
         )
     }
 }
 
 /// Formats the cost of an effect: time as median and range over the rounds, rays, and the changes
 /// of the picture.
-fn added(effect_cost: &EffectCost) -> [String; 4] {
+fn effect_cells(effect_cost: &EffectCost) -> [String; 4] {
     let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
     let time = format!(
         "{} ({} to {})",
@@ -345,12 +358,12 @@ fn added(effect_cost: &EffectCost) -> [String; 4] {
     [
         time,
         percent(effect_cost.rays),
-        number(effect_cost.rmse),
-        number(effect_cost.flip),
+        format_number(effect_cost.rmse),
+        format_number(effect_cost.flip),
     ]
 }
 
-fn how_measured(costs: &EffectCosts) -> String {
+fn describe_effect_costs(costs: &EffectCosts) -> String {
     let [width, height] = costs.size;
     let late = if costs.late.is_empty() {
         String::new()
@@ -364,7 +377,7 @@ fn how_measured(costs: &EffectCosts) -> String {
 }
 
 /// Headings for a measured setting.
-const HEADS: [&str; 8] = [
+const SETTING_HEADINGS: [&str; 8] = [
     "CPU time",
     "× in use",
     "error",
@@ -377,7 +390,7 @@ const HEADS: [&str; 8] = [
 
 /// Formats the relative change of the picture's light, in per cent; empty if indistinguishable from
 /// zero.
-pub fn light_change(interval: &ConfidenceInterval) -> String {
+pub fn format_light_change(interval: &ConfidenceInterval) -> String {
     let is_known = interval.low > 1.0 || interval.high < 1.0;
     let change = format!("{:+.1} %", 100.0 * (interval.value - 1.0));
     if is_known && !change.ends_with("0.0 %") {
@@ -388,10 +401,10 @@ pub fn light_change(interval: &ConfidenceInterval) -> String {
 }
 
 /// Formats a time with three digits.
-fn spoken(seconds: f64) -> String {
+fn format_duration(seconds: f64) -> String {
     if seconds < 0.9995 {
-        format!("{} ms", number(1e3 * seconds))
+        format!("{} ms", format_number(1e3 * seconds))
     } else {
-        format!("{} s", number(seconds))
+        format!("{} s", format_number(seconds))
     }
 }

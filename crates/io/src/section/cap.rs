@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Directed edges that form closed loops: for each edge, the vertices at its ends and their
 /// positions in the plane.
-pub(super) struct Outline {
+pub(super) struct SectionOutline {
     pub edges: Vec<([u32; 2], [[f64; 2]; 2])>,
 }
 
@@ -14,12 +14,12 @@ pub(super) struct Outline {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CapCorner {
     pub vertices: [u32; 2],
-    pub share: f64,
-    place: [f64; 2],
+    pub fraction: f64,
+    position: [f64; 2],
 }
 
 /// An edge of the outline, directed towards greater heights.
-struct RisingEdge {
+struct AscendingEdge {
     vertices: [u32; 2],
     from: [f64; 2],
     to: [f64; 2],
@@ -27,50 +27,50 @@ struct RisingEdge {
     winding: i32,
 }
 
-impl RisingEdge {
-    fn share(&self, height: f64) -> f64 {
+impl AscendingEdge {
+    fn fraction_at(&self, height: f64) -> f64 {
         (height - self.from[1]) / (self.to[1] - self.from[1])
     }
 
-    fn across(&self, height: f64) -> f64 {
-        self.from[0] + self.share(height) * (self.to[0] - self.from[0])
+    fn x_at(&self, height: f64) -> f64 {
+        self.from[0] + self.fraction_at(height) * (self.to[0] - self.from[0])
     }
 
-    fn corner(&self, height: f64) -> CapCorner {
+    fn corner_at(&self, height: f64) -> CapCorner {
         let place = match height {
             at if at == self.from[1] => self.from,
             at if at == self.to[1] => self.to,
-            at => [self.across(at), at],
+            at => [self.x_at(at), at],
         };
         CapCorner {
             vertices: self.vertices,
-            share: self.share(height),
-            place,
+            fraction: self.fraction_at(height),
+            position: place,
         }
     }
 }
 
 /// Trapezoids that fill an outline: the indices of the left and right edge, and the lower and upper
 /// height of each.
-pub(super) struct Cap {
-    edges: Vec<RisingEdge>,
+pub(super) struct CapTrapezoids {
+    edges: Vec<AscendingEdge>,
     trapezoids: Vec<([usize; 2], [f64; 2])>,
 }
 
-impl Cap {
+impl CapTrapezoids {
     /// Divides the inside of an outline into trapezoids.
-    pub fn of(outline: &Outline) -> Self {
+    pub fn from_outline(outline: &SectionOutline) -> Self {
         let rising = |&(vertices, [a, b]): &([u32; 2], [[f64; 2]; 2])| {
             let [v, w] = vertices;
             match a[1].total_cmp(&b[1]) {
                 _ if a[1] == b[1] => None,
-                core::cmp::Ordering::Less => Some(RisingEdge {
+                core::cmp::Ordering::Less => Some(AscendingEdge {
                     vertices,
                     from: a,
                     to: b,
                     winding: 1,
                 }),
-                _ => Some(RisingEdge {
+                _ => Some(AscendingEdge {
                     vertices: [w, v],
                     from: b,
                     to: a,
@@ -78,7 +78,7 @@ impl Cap {
                 }),
             }
         };
-        let mut edges: Vec<RisingEdge> = outline.edges.iter().filter_map(rising).collect();
+        let mut edges: Vec<AscendingEdge> = outline.edges.iter().filter_map(rising).collect();
         edges.sort_by(|a, b| a.from[1].total_cmp(&b.from[1]));
         let mut heights: Vec<f64> = edges
             .iter()
@@ -100,7 +100,7 @@ impl Cap {
     /// teeth of a comb.
     fn sweep(&mut self, heights: &[f64]) {
         let (mut next, mut active) = (0, Vec::new());
-        let mut begun: BTreeMap<[usize; 2], f64> = BTreeMap::new();
+        let mut open_trapezoids: BTreeMap<[usize; 2], f64> = BTreeMap::new();
         for pair in heights.windows(2) {
             let [low, high] = [pair[0], pair[1]];
             while next < self.edges.len() && self.edges[next].from[1] <= low {
@@ -111,30 +111,33 @@ impl Cap {
             let middle = f64::midpoint(low, high);
             active.sort_by(|&a, &b| {
                 self.edges[a]
-                    .across(middle)
-                    .total_cmp(&self.edges[b].across(middle))
+                    .x_at(middle)
+                    .total_cmp(&self.edges[b].x_at(middle))
             });
-            let spans = self.spans(&active);
-            let ended: Vec<_> = begun
+            let spans = self.inside_spans(&active);
+            let ended: Vec<_> = open_trapezoids
                 .iter()
                 .filter(|(edges, _)| !spans.contains(*edges))
                 .map(|(edges, from)| (*edges, *from))
                 .collect();
             for (edges, from) in ended {
-                begun.remove(&edges);
+                open_trapezoids.remove(&edges);
                 self.trapezoids.push((edges, [from, low]));
             }
             spans
                 .into_iter()
-                .for_each(|edges| _ = begun.entry(edges).or_insert(low));
+                .for_each(|edges| _ = open_trapezoids.entry(edges).or_insert(low));
         }
         let end = heights.last().copied().unwrap_or(0.0);
-        self.trapezoids
-            .extend(begun.into_iter().map(|(edges, from)| (edges, [from, end])));
+        self.trapezoids.extend(
+            open_trapezoids
+                .into_iter()
+                .map(|(edges, from)| (edges, [from, end])),
+        );
     }
 
     /// Returns the pairs of active edges that bound the inside, from the left.
-    fn spans(&self, active: &[usize]) -> BTreeSet<[usize; 2]> {
+    fn inside_spans(&self, active: &[usize]) -> BTreeSet<[usize; 2]> {
         let (mut winding, mut left, mut spans) = (0, 0, BTreeSet::new());
         for &edge in active {
             if winding == 0 {
@@ -153,15 +156,15 @@ impl Cap {
         let two = |&([left, right], [low, high]): &([usize; 2], [f64; 2])| {
             let [left, right] = [left, right].map(|edge| &self.edges[edge]);
             let [a, b, c, d] = [
-                left.corner(low),
-                right.corner(low),
-                right.corner(high),
-                left.corner(high),
+                left.corner_at(low),
+                right.corner_at(low),
+                right.corner_at(high),
+                left.corner_at(high),
             ];
             [[a, b, c], [a, c, d]]
         };
         let has_area = |corners: &[CapCorner; 3]| {
-            (0..3).all(|i| corners[i].place != corners[(i + 1) % 3].place)
+            (0..3).all(|i| corners[i].position != corners[(i + 1) % 3].position)
         };
         self.trapezoids.iter().flat_map(two).filter(has_area)
     }
@@ -179,10 +182,14 @@ mod tests {
                 (0..ring.len()).map(|i| ([0, 1], [ring[i], ring[(i + 1) % ring.len()]]))
             })
             .collect();
-        let cap = Cap::of(&Outline { edges });
+        let cap = CapTrapezoids::from_outline(&SectionOutline { edges });
         let area = |[a, b, c]: [CapCorner; 3]| {
-            let [p, q] =
-                [b, c].map(|corner| [corner.place[0] - a.place[0], corner.place[1] - a.place[1]]);
+            let [p, q] = [b, c].map(|corner| {
+                [
+                    corner.position[0] - a.position[0],
+                    corner.position[1] - a.position[1],
+                ]
+            });
             let area = 0.5 * (p[0] * q[1] - p[1] * q[0]);
             assert!(area >= 0.0, "it turns the right way: {area}");
             area

@@ -4,18 +4,18 @@
 use std::collections::HashMap;
 
 use glam::{DAffine3, DVec3};
-use raywright_core::scene::{MeshData, Positions};
+use raywright_core::scene::{MeshData, VertexPositions};
 
-use super::Section;
-use super::cap::{Cap, CapCorner, Outline};
+use super::SectionPlane;
+use super::cap::{CapCorner, CapTrapezoids, SectionOutline};
 
 /// Result of clipping a mesh.
-pub(super) enum MeshCut {
+pub(super) enum MeshCutResult {
     /// The whole mesh, unchanged.
-    Kept,
-    Gone,
+    Unchanged,
+    Removed,
     /// A part of the mesh.
-    Through(Box<CutMesh>),
+    Partial(Box<CutMesh>),
 }
 
 /// The kept part of a mesh, and its cap, which may be empty. `is_open` states whether a part of the
@@ -32,21 +32,21 @@ pub(super) struct MeshCutter<'a> {
     /// Height of each vertex above the plane, in world space; heights of at most zero are kept.
     heights: &'a [f64],
     map: DAffine3,
-    section: &'a Section,
+    section: &'a SectionPlane,
     out: MeshData,
     positions: Vec<DVec3>,
     /// Point of each new vertex, shared by vertices that differ in other attributes only, and
     /// whether the point lies in the plane.
     points: Vec<(u32, bool)>,
     /// New vertices, by old vertices and by edges of old vertices that cross the plane.
-    kept: HashMap<u32, u32>,
-    crossings: HashMap<[u32; 2], u32>,
+    kept_vertices: HashMap<u32, u32>,
+    edge_vertices: HashMap<[u32; 2], u32>,
     /// Points of old vertices, and points of crossings by the points at the ends of their edges.
-    welded: Vec<u32>,
-    crossed: HashMap<[u32; 2], u32>,
+    vertex_points: Vec<u32>,
+    edge_points: HashMap<[u32; 2], u32>,
     /// Edges of new triangles that lie in the plane, as pairs of vertices, by the points at their
     /// ends.
-    border: HashMap<[u32; 2], Vec<[u32; 2]>>,
+    plane_edges: HashMap<[u32; 2], Vec<[u32; 2]>>,
 }
 
 impl<'a> MeshCutter<'a> {
@@ -54,7 +54,7 @@ impl<'a> MeshCutter<'a> {
         data: &'a MeshData,
         heights: &'a [f64],
         map: DAffine3,
-        section: &'a Section,
+        section: &'a SectionPlane,
     ) -> Self {
         let mut places = HashMap::new();
         let welded: Vec<u32> = data
@@ -81,16 +81,16 @@ impl<'a> MeshCutter<'a> {
             },
             positions: Vec::new(),
             points: Vec::new(),
-            kept: HashMap::new(),
-            crossings: HashMap::new(),
-            welded,
-            crossed: HashMap::new(),
-            border: HashMap::new(),
+            kept_vertices: HashMap::new(),
+            edge_vertices: HashMap::new(),
+            vertex_points: welded,
+            edge_points: HashMap::new(),
+            plane_edges: HashMap::new(),
         }
     }
 
     /// Clips the mesh.
-    pub fn cut(mut self) -> MeshCut {
+    pub fn cut(mut self) -> MeshCutResult {
         let maximum = self
             .heights
             .iter()
@@ -98,18 +98,18 @@ impl<'a> MeshCutter<'a> {
             .fold(f64::NEG_INFINITY, f64::max);
         let minimum = self.heights.iter().copied().fold(f64::INFINITY, f64::min);
         if maximum <= 0.0 && (minimum < 0.0 || self.data.indices.is_empty()) {
-            return MeshCut::Kept;
+            return MeshCutResult::Unchanged;
         }
         if minimum >= 0.0 && maximum > 0.0 {
-            return MeshCut::Gone;
+            return MeshCutResult::Removed;
         }
         for &triangle in &self.data.indices {
-            self.clip(triangle);
+            self.clip_triangle(triangle);
         }
-        let (outline, is_open) = self.outline();
-        let cap = self.cap(&outline);
-        self.out.positions = self.stored(self.positions.iter().copied());
-        MeshCut::Through(Box::new(CutMesh {
+        let (outline, is_open) = self.section_outline();
+        let cap = self.build_cap(&outline);
+        self.out.positions = self.to_positions(self.positions.iter().copied());
+        MeshCutResult::Partial(Box::new(CutMesh {
             mesh: self.out,
             cap,
             is_open,
@@ -117,14 +117,18 @@ impl<'a> MeshCutter<'a> {
     }
 
     /// Returns the triangles of the cap, with separate corners.
-    fn cap(&self, outline: &Outline) -> MeshData {
+    fn build_cap(&self, outline: &SectionOutline) -> MeshData {
         let at = |corner: CapCorner| {
             let [a, b] = corner
                 .vertices
                 .map(|vertex| self.positions[vertex as usize]);
-            a.lerp(b, corner.share)
+            a.lerp(b, corner.fraction)
         };
-        let corners: Vec<DVec3> = Cap::of(outline).triangles().flatten().map(at).collect();
+        let corners: Vec<DVec3> = CapTrapezoids::from_outline(outline)
+            .triangles()
+            .flatten()
+            .map(at)
+            .collect();
         // The orientation is reversed if the side of greater coordinates is kept, and by a
         // reflection.
         let is_reversed = self.section.keeps_above != (self.map.matrix3.determinant() < 0.0);
@@ -137,7 +141,7 @@ impl<'a> MeshCutter<'a> {
         };
         let indices = (0..corners.len() as u32 / 3).map(triangle).collect();
         MeshData {
-            positions: self.stored(corners.into_iter()),
+            positions: self.to_positions(corners.into_iter()),
             indices,
             is_cap: true,
             ..MeshData::default()
@@ -145,18 +149,18 @@ impl<'a> MeshCutter<'a> {
     }
 
     /// Converts positions to storage relative to the mesh's origin.
-    fn stored(&self, points: impl Iterator<Item = DVec3>) -> Positions {
+    fn to_positions(&self, points: impl Iterator<Item = DVec3>) -> VertexPositions {
         let origin = self.data.positions.origin();
-        let mut positions = Positions::about(origin);
-        positions.extend(points.map(|point| (point - origin).as_vec3().to_array()));
+        let mut positions = VertexPositions::with_origin(origin);
+        positions.extend_offsets(points.map(|point| (point - origin).as_vec3().to_array()));
         positions
     }
 
     /// Adds the kept part of a triangle.
-    fn clip(&mut self, triangle: [u32; 3]) {
+    fn clip_triangle(&mut self, triangle: [u32; 3]) {
         let heights = triangle.map(|vertex| self.heights[vertex as usize]);
         // A face in the plane bounds the kept body only if the face points to the removed side.
-        if heights == [0.0; 3] && !self.faces_out(triangle) {
+        if heights == [0.0; 3] && !self.faces_removed_side(triangle) {
             return;
         }
         let mut corners = Vec::with_capacity(4);
@@ -166,10 +170,10 @@ impl<'a> MeshCutter<'a> {
                 [heights[i], heights[(i + 1) % 3]],
             );
             if a <= 0.0 {
-                corners.push(self.keep(from));
+                corners.push(self.keep_vertex(from));
             }
             if a * b < 0.0 {
-                corners.push(self.cross(from, to));
+                corners.push(self.cut_edge(from, to));
             }
         }
         if corners.len() < 3 {
@@ -182,59 +186,65 @@ impl<'a> MeshCutter<'a> {
             let edge = [corners[i], corners[(i + 1) % corners.len()]];
             let [(from, a), (to, b)] = edge.map(|vertex| self.points[vertex as usize]);
             if a && b && from != to {
-                self.border.entry([from, to]).or_default().push(edge);
+                self.plane_edges.entry([from, to]).or_default().push(edge);
             }
         }
     }
 
     /// Whether a triangle in the plane faces the removed side.
-    fn faces_out(&self, triangle: [u32; 3]) -> bool {
+    fn faces_removed_side(&self, triangle: [u32; 3]) -> bool {
         let [a, b, c] = triangle.map(|vertex| self.data.positions.position(vertex as usize));
         let normal = self.map.matrix3.inverse().transpose() * (b - a).cross(c - a);
-        self.section.sign() * normal[self.section.axis] > 0.0
+        self.section.side_sign() * normal[self.section.axis] > 0.0
     }
 
     /// Returns the new index of an old vertex.
-    fn keep(&mut self, vertex: u32) -> u32 {
-        if let Some(&known) = self.kept.get(&vertex) {
+    fn keep_vertex(&mut self, vertex: u32) -> u32 {
+        if let Some(&known) = self.kept_vertices.get(&vertex) {
             return known;
         }
-        let new = self.push_between(
+        let new = self.add_interpolated_vertex(
             [vertex; 2],
             0.0,
-            self.welded[vertex as usize],
+            self.vertex_points[vertex as usize],
             self.heights[vertex as usize] == 0.0,
         );
-        self.kept.insert(vertex, new);
+        self.kept_vertices.insert(vertex, new);
         new
     }
 
     /// Returns the new vertex where an edge crosses the plane. Both directions of an edge have the
     /// same vertex, and all edges between the same two points cross at the same point.
-    fn cross(&mut self, from: u32, to: u32) -> u32 {
+    fn cut_edge(&mut self, from: u32, to: u32) -> u32 {
         // A fixed order gives the point the same bits for both directions.
-        let [a, b] = if self.welded[from as usize] < self.welded[to as usize] {
+        let [a, b] = if self.vertex_points[from as usize] < self.vertex_points[to as usize] {
             [from, to]
         } else {
             [to, from]
         };
-        if let Some(&known) = self.crossings.get(&[a, b]) {
+        if let Some(&known) = self.edge_vertices.get(&[a, b]) {
             return known;
         }
-        let next = (self.welded.len() + self.crossed.len()) as u32;
+        let next = (self.vertex_points.len() + self.edge_points.len()) as u32;
         let point = *self
-            .crossed
-            .entry([a, b].map(|vertex| self.welded[vertex as usize]))
+            .edge_points
+            .entry([a, b].map(|vertex| self.vertex_points[vertex as usize]))
             .or_insert(next);
         let [low, high] = [a, b].map(|vertex| self.heights[vertex as usize]);
-        let new = self.push_between([a, b], low / (low - high), point, true);
-        self.crossings.insert([a, b], new);
+        let new = self.add_interpolated_vertex([a, b], low / (low - high), point, true);
+        self.edge_vertices.insert([a, b], new);
         new
     }
 
     /// Adds a new vertex, interpolated at the fraction `share` between two old vertices, and
     /// returns its index.
-    fn push_between(&mut self, [a, b]: [u32; 2], share: f64, point: u32, in_plane: bool) -> u32 {
+    fn add_interpolated_vertex(
+        &mut self,
+        [a, b]: [u32; 2],
+        share: f64,
+        point: u32,
+        in_plane: bool,
+    ) -> u32 {
         let [a, b] = [a, b].map(|vertex| vertex as usize);
         let MeshData {
             positions,
@@ -248,15 +258,15 @@ impl<'a> MeshCutter<'a> {
             .push(positions.position(a).lerp(positions.position(b), share));
         self.out
             .normals
-            .extend((!normals.is_empty()).then(|| between(normals[a], normals[b], share)));
-        self.out.tangents.extend(
-            (!tangents.is_empty()).then(|| tangent_between(tangents[a], tangents[b], share)),
-        );
+            .extend((!normals.is_empty()).then(|| lerp_array(normals[a], normals[b], share)));
+        self.out
+            .tangents
+            .extend((!tangents.is_empty()).then(|| lerp_tangent(tangents[a], tangents[b], share)));
         self.out
             .colours
-            .extend((!colours.is_empty()).then(|| between(colours[a], colours[b], share)));
+            .extend((!colours.is_empty()).then(|| lerp_array(colours[a], colours[b], share)));
         for (out, set) in self.out.uvs.iter_mut().zip(uvs) {
-            out.extend((!set.is_empty()).then(|| between(set[a], set[b], share)));
+            out.extend((!set.is_empty()).then(|| lerp_array(set[a], set[b], share)));
         }
         self.points.push((point, in_plane));
         self.points.len() as u32 - 1
@@ -264,10 +274,13 @@ impl<'a> MeshCutter<'a> {
 
     /// Returns the closed loops of the section as the outline of the cap, and whether the section
     /// has other edges.
-    fn outline(&self) -> (Outline, bool) {
+    fn section_outline(&self) -> (SectionOutline, bool) {
         let mut edges: Vec<([u32; 2], [u32; 2])> = Vec::new();
-        for (points, of) in &self.border {
-            let opposite = self.border.get(&[points[1], points[0]]).map_or(0, Vec::len);
+        for (points, of) in &self.plane_edges {
+            let opposite = self
+                .plane_edges
+                .get(&[points[1], points[0]])
+                .map_or(0, Vec::len);
             edges.extend(
                 of.iter()
                     .skip(opposite)
@@ -276,7 +289,7 @@ impl<'a> MeshCutter<'a> {
         }
         // The order of a hash table differs between runs.
         edges.sort_unstable();
-        let closed = closed_parts(edges.iter().map(|(points, _)| *points));
+        let closed = closed_component_test(edges.iter().map(|(points, _)| *points));
         let all = edges.len();
         let axes = [1, 2].map(|k| (self.section.axis + k) % 3);
         let flat = |vertex: u32| {
@@ -289,15 +302,15 @@ impl<'a> MeshCutter<'a> {
             .map(|&(_, edge)| (edge, edge.map(flat)))
             .collect();
         let is_open = edges.len() < all;
-        (Outline { edges }, is_open)
+        (SectionOutline { edges }, is_open)
     }
 }
 
 /// Returns a test whether the connected component of a point is closed: each point of the component
 /// has as many incoming as outgoing edges.
-fn closed_parts(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl Fn(u32) -> bool {
+fn closed_component_test(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl Fn(u32) -> bool {
     let mut parents: HashMap<u32, u32> = HashMap::new();
-    fn root(parents: &mut HashMap<u32, u32>, point: u32) -> u32 {
+    fn find_root(parents: &mut HashMap<u32, u32>, point: u32) -> u32 {
         let mut root = point;
         while let Some(&parent) = parents.get(&root).filter(|parent| **parent != root) {
             root = parent;
@@ -311,14 +324,14 @@ fn closed_parts(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl Fn(u32) -
     }
     let mut balance: HashMap<u32, i32> = HashMap::new();
     for [from, to] in edges.clone() {
-        let [a, b] = [from, to].map(|point| root(&mut parents, point));
+        let [a, b] = [from, to].map(|point| find_root(&mut parents, point));
         parents.insert(a, b);
         *balance.entry(from).or_default() += 1;
         *balance.entry(to).or_default() -= 1;
     }
     let roots: HashMap<u32, u32> = balance
         .keys()
-        .map(|&point| (point, root(&mut parents, point)))
+        .map(|&point| (point, find_root(&mut parents, point)))
         .collect();
     let open: std::collections::HashSet<u32> = balance
         .iter()
@@ -328,12 +341,12 @@ fn closed_parts(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl Fn(u32) -
     move |point| roots.get(&point).is_some_and(|root| !open.contains(root))
 }
 
-fn between<const N: usize>(a: [f32; N], b: [f32; N], share: f64) -> [f32; N] {
+fn lerp_array<const N: usize>(a: [f32; N], b: [f32; N], share: f64) -> [f32; N] {
     core::array::from_fn(|i| (f64::from(a[i]) + share * (f64::from(b[i]) - f64::from(a[i]))) as f32)
 }
 
 /// Interpolates a tangent. The sign in the fourth component is not interpolated.
-fn tangent_between(a: [f32; 4], b: [f32; 4], share: f64) -> [f32; 4] {
-    let [x, y, z, _] = between(a, b, share);
+fn lerp_tangent(a: [f32; 4], b: [f32; 4], share: f64) -> [f32; 4] {
+    let [x, y, z, _] = lerp_array(a, b, share);
     [x, y, z, a[3]]
 }

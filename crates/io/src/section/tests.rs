@@ -52,12 +52,12 @@ fn object(mesh: &str, transform: Value) -> Value {
 /// Volumes of the objects in world space after a section, and the codes of the warnings.
 fn left(scene: &Scene, section: &str) -> (Vec<f64>, Vec<WarningCode>) {
     let mut scene = scene.clone();
-    let warnings = cut(&mut scene, &section.parse().expect("a section"), "s");
+    let warnings = cut_scene(&mut scene, &section.parse().expect("a section"), "s");
     let mut volumes: Vec<f64> = Vec::new();
     let mut capped = 0.0;
-    for (object, data) in scene.objects.iter().zip(meshes_of(&scene)) {
+    for (object, data) in scene.objects.iter().zip(meshes_to_cut(&scene)) {
         let Some(data) = data else { continue };
-        let (map, n) = (affine(&object.transform), data.positions.len());
+        let (map, n) = (affine_from_steps(&object.transform), data.positions.len());
         let sets = [data.normals.len(), data.colours.len()]
             .into_iter()
             .chain(data.uvs.iter().map(Vec::len));
@@ -201,7 +201,7 @@ fn open_meshes_and_other_shapes_are_told() {
         json!([object("open", json!([]))]),
     );
     open.objects[0].side = SideRule::Culled;
-    cut(&mut open, &"x=0.5".parse().expect("a section"), "s");
+    cut_scene(&mut open, &"x=0.5".parse().expect("a section"), "s");
     assert_eq!(
         (open.objects.len(), open.objects[0].side),
         (1, SideRule::Both),
@@ -216,8 +216,8 @@ fn open_meshes_and_other_shapes_are_told() {
     let leaf = json!({ "positions": [[0, 0, 0], [2, 0, 0], [0, 2, 0]], "indices": [[0, 1, 2]], "uvs": [[[0, 0], [1, 0], [0, 1]]],
         "colours": [[0, 0, 0, 1], [1, 0, 0, 1], [0, 0, 1, 1]], "normals": [[0, 0, 1], [0, 0, 1], [0, 0, 1]] });
     let mut leaf = scene(&[("leaf", leaf)], json!([object("leaf", json!([]))]));
-    cut(&mut leaf, &"x=1".parse().expect("a section"), "s");
-    let data = meshes_of(&leaf).remove(0).expect("a mesh");
+    cut_scene(&mut leaf, &"x=1".parse().expect("a section"), "s");
+    let data = meshes_to_cut(&leaf).remove(0).expect("a mesh");
     let between: Vec<_> = (0..data.positions.len())
         .filter(|&i| data.positions.position(i).x == 1.0)
         .map(|i| (data.uvs[0][i], data.colours[i][0]))
@@ -235,11 +235,11 @@ fn caps_are_of_their_bodies() {
     ]);
     for (varies, expected) in [(false, "m"), (true, "m (cap)")] {
         let mut scene = scene(&[("cube", data(cube(0.0, 1.0, false)))], two.clone());
-        let Model::Physical(model) = &mut scene.materials[0].model else {
+        let MaterialModel::Physical(model) = &mut scene.materials[0].model else {
             panic!("a physical material")
         };
         model.vertex_colours = varies;
-        cut(&mut scene, &"x=0.5".parse().expect("a section"), "s");
+        cut_scene(&mut scene, &"x=0.5".parse().expect("a section"), "s");
         let of: Vec<&str> = scene
             .objects
             .iter()
@@ -257,25 +257,25 @@ fn caps_are_of_their_bodies() {
 fn sections_are_read() {
     assert_eq!(
         "-Y = 2.5".parse(),
-        Ok(Section {
+        Ok(SectionPlane {
             axis: 1,
             keeps_above: true,
-            position: Position::Coordinate(2.5)
+            position: PlanePosition::Coordinate(2.5)
         })
     );
     assert_eq!(
         "z=30 %".parse(),
-        Ok(Section {
+        Ok(SectionPlane {
             axis: 2,
             keeps_above: false,
-            position: Position::Share(0.3)
+            position: PlanePosition::Fraction(0.3)
         })
     );
     for text in [
         "", "x", "x=", "w=1", "x=a", "x=inf", "x=NaN%", "=1", "--x=1",
     ] {
         assert!(
-            text.parse::<Section>()
+            text.parse::<SectionPlane>()
                 .is_err_and(|reason| reason.contains("x=0.3")),
             "{text}"
         );

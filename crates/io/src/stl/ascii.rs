@@ -4,9 +4,9 @@
 use glam::DVec3;
 use raywright_core::scene::MeshData;
 
-use crate::import::{DecodeBudget, Fault, Outcome, Warnings, printable};
-use crate::polygon::Clipper;
-use crate::text::{lines, message_for_no_number, number, without_mark};
+use crate::import::{DecodeBudget, Fault, ImportResult, Warnings, sanitise_text};
+use crate::polygon::EarClipper;
+use crate::text::{not_a_number_fault, parse_number_prefix, split_lines, strip_byte_order_mark};
 use crate::warning::WarningCode;
 
 /// Input that the reader expects next.
@@ -24,16 +24,16 @@ enum ExpectedToken {
 
 /// State of the reader of an ASCII file.
 #[derive(Default)]
-struct AsciiReader {
-    requested: ExpectedToken,
+struct StlAsciiReader {
+    expected_token: ExpectedToken,
     mesh: MeshData,
     /// Corners of the current loop.
     corners: Vec<[f64; 3]>,
     /// Corners of all earlier loops.
     positions: Vec<[f64; 3]>,
     /// Whether a facet is open.
-    open: bool,
-    clipper: Clipper,
+    in_facet: bool,
+    clipper: EarClipper,
     triangles: Vec<[usize; 3]>,
 }
 
@@ -41,25 +41,25 @@ struct AsciiReader {
 ///
 /// # Errors
 /// A fault of kind input that names line and cause, of kind limit beyond the limits.
-pub(super) fn read(
+pub(super) fn read_ascii(
     bytes: &[u8],
     budget: &mut DecodeBudget,
     warnings: &mut Warnings,
-) -> Outcome<MeshData> {
+) -> ImportResult<MeshData> {
     // A corner takes at least 13 characters, and 36 bytes of memory, of which a growing list needs
     // three times as many.
-    budget.memory(bytes.len(), 9)?;
-    let mut reader = AsciiReader::default();
+    budget.reserve_memory(bytes.len(), 9)?;
+    let mut reader = StlAsciiReader::default();
     let mut last = 0;
-    for (i, line) in lines(bytes).enumerate() {
-        let line = String::from_utf8_lossy(without_mark(line));
+    for (i, line) in split_lines(bytes).enumerate() {
+        let line = String::from_utf8_lossy(strip_byte_order_mark(line));
         reader
-            .line(&line, budget, warnings)
+            .read_line(&line, budget, warnings)
             .map_err(|fault| fault.with_place(format_args!("line {}", i + 1)))?;
         last = i + 1;
     }
-    if reader.open {
-        return Err(Fault::input(format!(
+    if reader.in_facet {
+        return Err(Fault::invalid_input(format!(
             "line {last}: the file ends inside a facet"
         )));
     }
@@ -69,34 +69,34 @@ pub(super) fn read(
     })
 }
 
-impl AsciiReader {
+impl StlAsciiReader {
     /// Reads a line, which may hold several keywords with their numbers, or only a part of them.
-    fn line(
+    fn read_line(
         &mut self,
         line: &str,
         budget: &mut DecodeBudget,
         warnings: &mut Warnings,
-    ) -> Outcome<()> {
+    ) -> ImportResult<()> {
         for word in line.split_whitespace() {
-            match &mut self.requested {
+            match &mut self.expected_token {
                 ExpectedToken::Word => {}
                 ExpectedToken::Normal(left) => {
-                    let more = *left > 0 && number(word).is_some();
+                    let more = *left > 0 && parse_number_prefix(word).is_some();
                     if more {
                         *left -= 1;
                         continue;
                     }
-                    self.requested = ExpectedToken::Word;
+                    self.expected_token = ExpectedToken::Word;
                 }
                 ExpectedToken::Vertex(numbers) => {
                     numbers.push(
-                        number(word)
-                            .ok_or_else(|| message_for_no_number("vertex", word))?
+                        parse_number_prefix(word)
+                            .ok_or_else(|| not_a_number_fault("vertex", word))?
                             .1,
                     );
                     if let &[x, y, z] = numbers.as_slice() {
                         self.corners.push([x, y, z]);
-                        self.requested = ExpectedToken::Word;
+                        self.expected_token = ExpectedToken::Word;
                     }
                     continue;
                 }
@@ -104,20 +104,24 @@ impl AsciiReader {
             match word.to_ascii_lowercase().as_str() {
                 // The rest of the line is a name.
                 "solid" | "endsolid" => return Ok(()),
-                "facet" if self.open => {
-                    return Err(Fault::input("facet: the one before has no endfacet"));
+                "facet" if self.in_facet => {
+                    return Err(Fault::invalid_input(
+                        "facet: the one before has no endfacet",
+                    ));
                 }
-                "facet" => self.open = true,
-                "normal" => self.requested = ExpectedToken::Normal(3),
+                "facet" => self.in_facet = true,
+                "normal" => self.expected_token = ExpectedToken::Normal(3),
                 "outer" | "loop" => {}
-                "vertex" if !self.open => return Err(Fault::input("vertex: is in no facet")),
-                "vertex" => self.requested = ExpectedToken::Vertex(Vec::with_capacity(3)),
+                "vertex" if !self.in_facet => {
+                    return Err(Fault::invalid_input("vertex: is in no facet"));
+                }
+                "vertex" => self.expected_token = ExpectedToken::Vertex(Vec::with_capacity(3)),
                 "endloop" => self.end_loop(budget, warnings)?,
-                "endfacet" => self.open = false,
+                "endfacet" => self.in_facet = false,
                 other => {
-                    return Err(Fault::input(format!(
+                    return Err(Fault::invalid_input(format!(
                         "`{}` is no word of STL",
-                        printable(other)
+                        sanitise_text(other)
                     )));
                 }
             }
@@ -126,7 +130,7 @@ impl AsciiReader {
     }
 
     /// Triangulates the current loop, and adds the triangles to the mesh.
-    fn end_loop(&mut self, budget: &mut DecodeBudget, warnings: &mut Warnings) -> Outcome<()> {
+    fn end_loop(&mut self, budget: &mut DecodeBudget, warnings: &mut Warnings) -> ImportResult<()> {
         let before = self.positions.len();
         if self.corners.len() < 3 {
             warnings.add(
@@ -134,13 +138,13 @@ impl AsciiReader {
                 "facets with fewer than three corners are ignored",
             );
         } else {
-            self.clipper.claim(self.corners.len(), budget)?;
-            budget.triangles(self.corners.len() - 2)?;
+            self.clipper.reserve_memory(self.corners.len(), budget)?;
+            budget.reserve_triangles(self.corners.len() - 2)?;
             let points: Vec<DVec3> = self.corners.iter().copied().map(DVec3::from).collect();
             self.triangles.clear();
             self.clipper.triangulate(&points, &mut self.triangles)?;
             if u32::try_from(before + points.len()).is_err() {
-                return Err(Fault::limit("has more than 4294967295 corners"));
+                return Err(Fault::over_limit("has more than 4294967295 corners"));
             }
             self.mesh.indices.extend(
                 self.triangles

@@ -3,18 +3,18 @@
 
 use raywright_core::scene::MeshData;
 
-use crate::import::{DecodeBudget, Fault, Outcome, Warnings};
-use crate::mesh_tools::painted;
+use crate::import::{DecodeBudget, Fault, ImportResult, Warnings};
+use crate::mesh_tools::decode_vertex_colour;
 use crate::warning::WarningCode;
 
 /// Bytes before the first facet.
-const HEAD: usize = 84;
+const HEADER_BYTES: usize = 84;
 /// Bytes of a facet.
-const FACET: usize = 50;
+const FACET_BYTES: usize = 50;
 
 /// Dialects of facet colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Dialect {
+enum ColourDialect {
     /// Materialise Magics: the header has a default colour. A facet whose attribute word has a clear
     /// top bit has its own colour instead, with red in the low bits.
     Magics([f32; 3]),
@@ -24,16 +24,16 @@ enum Dialect {
 }
 
 /// Whether the length of a file matches its number of facets.
-pub(super) fn has_its_length(bytes: &[u8]) -> bool {
-    count(bytes).is_some_and(|count| {
+pub(super) fn has_matching_length(bytes: &[u8]) -> bool {
+    facet_count(bytes).is_some_and(|count| {
         count
-            .checked_mul(FACET)
-            .and_then(|facets| facets.checked_add(HEAD))
+            .checked_mul(FACET_BYTES)
+            .and_then(|facets| facets.checked_add(HEADER_BYTES))
             == Some(bytes.len())
     })
 }
 
-fn count(bytes: &[u8]) -> Option<usize> {
+fn facet_count(bytes: &[u8]) -> Option<usize> {
     usize::try_from(u32::from_le_bytes(*bytes.get(80..)?.first_chunk()?)).ok()
 }
 
@@ -41,23 +41,23 @@ fn count(bytes: &[u8]) -> Option<usize> {
 ///
 /// # Errors
 /// A fault of kind input for a truncated file, of kind limit for more facets than allowed.
-pub(super) fn read(
+pub(super) fn read_binary(
     bytes: &[u8],
     budget: &mut DecodeBudget,
     warnings: &mut Warnings,
-) -> Outcome<MeshData> {
+) -> ImportResult<MeshData> {
     let head = "is no STL file: neither `solid` and facets in words nor a header of 84 bytes";
-    let (count, rest) = count(bytes)
-        .zip(bytes.get(HEAD..))
-        .ok_or_else(|| Fault::input(head))?;
-    let (facets, _) = rest.as_chunks::<FACET>();
+    let (count, rest) = facet_count(bytes)
+        .zip(bytes.get(HEADER_BYTES..))
+        .ok_or_else(|| Fault::invalid_input(head))?;
+    let (facets, _) = rest.as_chunks::<FACET_BYTES>();
     let there = facets.len();
     if there < count {
-        return Err(Fault::input(format!(
+        return Err(Fault::invalid_input(format!(
             "is a binary STL file cut off: {there} of {count} facets are there"
         )));
     }
-    let beyond = rest.len() - count * FACET;
+    let beyond = rest.len() - count * FACET_BYTES;
     if beyond > 0 {
         warnings.add(
             WarningCode::Format,
@@ -67,22 +67,23 @@ pub(super) fn read(
         );
     }
     let facets = facets.get(..count).unwrap_or_default();
-    budget.triangles(count)?;
-    budget.memory(count, 3 * size_of::<[f32; 3]>())?;
-    let dialect = dialect(bytes.get(..80).unwrap_or_default(), facets);
+    budget.reserve_triangles(count)?;
+    budget.reserve_memory(count, 3 * size_of::<[f32; 3]>())?;
+    let dialect = detect_dialect(bytes.get(..80).unwrap_or_default(), facets);
     if dialect.is_some() {
-        budget.memory(count, 3 * size_of::<[f32; 4]>())?;
+        budget.reserve_memory(count, 3 * size_of::<[f32; 4]>())?;
     }
-    let number = |facet: &[u8; FACET], position: usize| {
+    let number = |facet: &[u8; FACET_BYTES], position: usize| {
         facet[position..]
             .first_chunk()
             .map_or(0.0, |bytes| f32::from_le_bytes(*bytes))
     };
-    let corner = |facet: &[u8; FACET], position: usize| {
+    let corner = |facet: &[u8; FACET_BYTES], position: usize| {
         [0, 4, 8].map(|axis| number(facet, 12 + 12 * position + axis))
     };
-    let colour =
-        |facet: &[u8; FACET]| dialect.map(|dialect| painted(dialect.colour(attribute(facet))));
+    let colour = |facet: &[u8; FACET_BYTES]| {
+        dialect.map(|dialect| decode_vertex_colour(dialect.decode_colour(attribute_word(facet))))
+    };
     Ok(MeshData {
         positions: facets
             .iter()
@@ -102,32 +103,32 @@ pub(super) fn read(
     })
 }
 
-fn attribute(facet: &[u8; FACET]) -> u16 {
+fn attribute_word(facet: &[u8; FACET_BYTES]) -> u16 {
     u16::from_le_bytes([facet[48], facet[49]])
 }
 
 /// Detects the colour dialect from the header's default colour or, without such a colour, from the
 /// facets. Returns `None` if the attribute words of the facets are no colours.
-fn dialect(header: &[u8], facets: &[[u8; FACET]]) -> Option<Dialect> {
+fn detect_dialect(header: &[u8], facets: &[[u8; FACET_BYTES]]) -> Option<ColourDialect> {
     const KEY: &[u8] = b"COLOR=";
     let colour = header
         .windows(KEY.len())
         .position(|word| word == KEY)
         .and_then(|position| header.get(position + KEY.len()..)?.first_chunk());
     match colour {
-        Some(&[r, g, b, _]) => Some(Dialect::Magics(
+        Some(&[r, g, b, _]) => Some(ColourDialect::Magics(
             [r, g, b].map(|code: u8| f32::from(code) / 255.0),
         )),
         None => facets
             .iter()
-            .any(|facet| attribute(facet) & 0x8000 != 0)
-            .then_some(Dialect::VisCam),
+            .any(|facet| attribute_word(facet) & 0x8000 != 0)
+            .then_some(ColourDialect::VisCam),
     }
 }
 
-impl Dialect {
+impl ColourDialect {
     /// Decodes the attribute word of a facet to an sRGB colour with channels from 0 to 1.
-    fn colour(self, attribute: u16) -> [f32; 3] {
+    fn decode_colour(self, attribute: u16) -> [f32; 3] {
         let [low, middle, high] = [0, 5, 10].map(|shift| f32::from(attribute >> shift & 31) / 31.0);
         let marked = attribute & 0x8000 != 0;
         match self {

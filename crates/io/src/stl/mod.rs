@@ -15,8 +15,8 @@ mod binary;
 use std::path::Path;
 
 use crate::folder::Folder;
-use crate::import::{DecodeBudget, ImportedScene, Outcome, Warnings};
-use crate::text::without_mark;
+use crate::import::{DecodeBudget, ImportResult, ImportedScene, Warnings};
+use crate::text::strip_byte_order_mark;
 use crate::{Error, Limits, obj};
 
 /// Imports an STL file from its bytes.
@@ -32,25 +32,30 @@ pub(crate) fn load(
     import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))
 }
 
-fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<ImportedScene> {
+fn import(
+    file: &Path,
+    bytes: &[u8],
+    folder: &Folder,
+    limits: &Limits,
+) -> ImportResult<ImportedScene> {
     let (mut budget, mut warnings) = (DecodeBudget::new(limits), Warnings::default());
-    let mesh = match is_text(bytes) {
-        true => ascii::read(bytes, &mut budget, &mut warnings)?,
-        false => binary::read(bytes, &mut budget, &mut warnings)?,
+    let mesh = match is_ascii_stl(bytes) {
+        true => ascii::read_ascii(bytes, &mut budget, &mut warnings)?,
+        false => binary::read_binary(bytes, &mut budget, &mut warnings)?,
     };
-    obj::of_mesh(file, mesh, (folder, limits), budget, warnings)
+    obj::scene_from_mesh(file, mesh, (folder, limits), budget, warnings)
 }
 
 /// Whether bytes are an STL file of either kind, for input without a file name.
 pub(crate) fn is_stl(bytes: &[u8]) -> bool {
-    is_text(bytes) || binary::has_its_length(bytes)
+    is_ascii_stl(bytes) || binary::has_matching_length(bytes)
 }
 
 /// Whether bytes are an ASCII file: the first keyword is present, the first lines have no byte
 /// foreign to texts, and the length differs from that of a binary file with the same count of
 /// facets.
-fn is_text(bytes: &[u8]) -> bool {
-    let start = without_mark(bytes).trim_ascii_start();
+fn is_ascii_stl(bytes: &[u8]) -> bool {
+    let start = strip_byte_order_mark(bytes).trim_ascii_start();
     let begins = start
         .get(..5)
         .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
@@ -59,5 +64,5 @@ fn is_text(bytes: &[u8]) -> bool {
         && !head
             .iter()
             .any(|byte| byte.is_ascii_control() && !byte.is_ascii_whitespace())
-        && !binary::has_its_length(bytes)
+        && !binary::has_matching_length(bytes)
 }

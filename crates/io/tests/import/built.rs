@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use raywright_core::scene::{
-    AlphaMode, Colour, Falloff, LightKind, Model, Physical, Pixels, Pose, Projection, SideRule,
+    AlphaMode, Colour, Falloff, LightKind, MaterialModel, Physical, PixelData, Pose, Projection,
+    SideRule,
 };
-use raywright_io::{ErrorKind, Loaded};
+use raywright_io::{ErrorKind, LoadedScene};
 
 use crate::shared::{check_sound, load, mesh_of, try_load, world_triangles};
 
@@ -136,7 +137,7 @@ pub fn models(folder: &Path) -> [PathBuf; 3] {
     [gltf(folder, "100"), glb(folder), obj(folder)]
 }
 
-fn physical(loaded: &Loaded, object: usize) -> &Physical {
+fn physical(loaded: &LoadedScene, object: usize) -> &Physical {
     let name = &loaded.scene.objects[object].material;
     match loaded
         .scene
@@ -145,7 +146,7 @@ fn physical(loaded: &Loaded, object: usize) -> &Physical {
         .find(|material| &material.name == name)
         .map(|material| &material.model)
     {
-        Some(Model::Physical(physical)) => physical,
+        Some(MaterialModel::Physical(physical)) => physical,
         other => panic!("{name}: {other:?}"),
     }
 }
@@ -217,7 +218,7 @@ fn a_gltf_model_in_both_containers() {
         let image = loaded.scene.images[0].data.as_ref().expect("it is there");
         assert_eq!(
             (image.width, image.height, &image.pixels),
-            (2, 1, &Pixels::Codes(PIXELS.into()))
+            (2, 1, &PixelData::Codes(PIXELS.into()))
         );
         let lamp = &loaded.scene.lights[0];
         let LightKind::Spot {

@@ -1,8 +1,8 @@
 //! Compressed geometry and pictures of real files, whole and broken.
 
 use glam::DVec3;
-use raywright_core::scene::Pixels;
-use raywright_io::Loaded;
+use raywright_core::scene::PixelData;
+use raywright_io::LoadedScene;
 
 use crate::shared::{assets, load, world_triangles};
 
@@ -41,7 +41,7 @@ fn compressed_geometry_is_decoded() {
         "compressed/Duck-meshopt/Duck-vp-12-vt-12-vn-12.glb",
     ]
     .map(|file| load(&folder.join(file)));
-    let shape = |loaded: &Loaded| {
+    let shape = |loaded: &LoadedScene| {
         let (corners, _) = world_triangles(loaded, &loaded.scene.objects[0]);
         let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
         let whole: f64 = corners.iter().map(area).sum();
@@ -135,7 +135,7 @@ fn pictures_of_extensions_are_read() {
         "{sizes:?}"
     );
     for image in &balloon.scene.images {
-        let Some(Pixels::Codes(codes)) = image.data.as_ref().map(|data| &data.pixels) else {
+        let Some(PixelData::Codes(codes)) = image.data.as_ref().map(|data| &data.pixels) else {
             panic!("codes")
         };
         assert!(

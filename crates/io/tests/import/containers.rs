@@ -3,8 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
-use raywright_core::scene::Wrap;
-use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded};
+use raywright_core::scene::WrapMode;
+use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, LoadedScene};
 
 use crate::shared::{load, mesh_of, try_load, world_triangles};
 
@@ -26,7 +26,7 @@ fn json(asset: &str, node: &str, view: &str, buffers: &str) -> String {
     )
 }
 
-fn read(asset: &str, node: &str, view: &str, buffers: &str) -> Result<Loaded, Error> {
+fn read(asset: &str, node: &str, view: &str, buffers: &str) -> Result<LoadedScene, Error> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.bin"), corners()).unwrap();
     let path = folder.path().join("a.gltf");
@@ -37,7 +37,7 @@ fn read(asset: &str, node: &str, view: &str, buffers: &str) -> Result<Loaded, Er
 const ASSET: &str = r#""version": "2.0""#;
 const BUFFER: &str = r#"{ "byteLength": 36, "uri": "a.bin" }"#;
 
-fn warning_text(loaded: &Loaded) -> String {
+fn warning_text(loaded: &LoadedScene) -> String {
     loaded
         .warnings
         .iter()
@@ -222,7 +222,7 @@ fn a_named_model_fails_in_its_own_way() {
 }
 
 /// Loads an OBJ file of one triangle, from its lines before the face and a library's line.
-fn obj(vertices: &str, before: &str, library: &str) -> Loaded {
+fn obj(vertices: &str, before: &str, library: &str) -> LoadedScene {
     let folder = tempfile::tempdir().unwrap();
     image::RgbaImage::new(1, 1)
         .save(folder.path().join("a.png"))
@@ -285,10 +285,10 @@ fn smoothing_keywords_and_byte_colours() {
 /// bottom in a library.
 #[test]
 fn options_of_images_have_their_meaning() {
-    let repeat = Wrap::Repeat;
+    let repeat = WrapMode::Repeat;
     for (options, wrap, rows) in [
         ("", repeat, None),
-        ("-clamp on", Wrap::Clamp, None),
+        ("-clamp on", WrapMode::Clamp, None),
         ("-clamp off", repeat, None),
         (
             "-s 2 4 1",
@@ -303,7 +303,7 @@ fn options_of_images_have_their_meaning() {
         ),
         ("-o 0.25", repeat, Some([[1.0, 0.0, 0.25], [0.0, 1.0, 0.0]])),
         ("-s 1 1 1 -o 0 0 0", repeat, None),
-        ("-mm 0 1 -clamp on", Wrap::Clamp, None),
+        ("-mm 0 1 -clamp on", WrapMode::Clamp, None),
         (
             "-bm 0.5 -boost 2 -texres 64 -imfchan r -type sphere -blendu off -blendv off -cc on -colorspace srgb",
             repeat,

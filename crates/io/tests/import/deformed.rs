@@ -2,7 +2,9 @@
 //! hand.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use raywright_io::{Error, ErrorKind, Input, LoadOptions, Loaded, ModelOptions, Overrides, load};
+use raywright_io::{
+    Error, ErrorKind, Input, LoadOptions, LoadedScene, ModelOptions, ParameterOverrides, load,
+};
 use serde_json::{Value, json};
 
 use crate::keyed::{KeyedTriangle, load_with};
@@ -11,13 +13,13 @@ use crate::shared::{assets, transform, world_triangles};
 /// Corners of the model's triangle at rest.
 const CORNERS: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];
 
-fn load_at(made: &KeyedTriangle, at: Option<f64>) -> Loaded {
+fn load_at(made: &KeyedTriangle, at: Option<f64>) -> LoadedScene {
     made.load_with(None, None, at)
         .unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// World positions of the first object's only triangle, with its normals.
-fn triangle(loaded: &Loaded) -> ([DVec3; 3], Option<[DVec3; 3]>) {
+fn triangle(loaded: &LoadedScene) -> ([DVec3; 3], Option<[DVec3; 3]>) {
     let (corners, normals) = world_triangles(loaded, &loaded.scene.objects[0]);
     (corners[0], normals.first().copied())
 }
@@ -524,7 +526,7 @@ fn animations_are_chosen() {
             animation: animation.map(str::to_owned),
             ..ModelOptions::default()
         };
-        let overrides = Overrides {
+        let overrides = ParameterOverrides {
             time: at,
             set: Vec::new(),
         };

@@ -4,7 +4,7 @@
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use raywright_core::scene::{
-    Camera, Colour, Integrator, Model, Pinhole, Pixels, Pose, Projection, Sky,
+    Camera, Colour, Integrator, MaterialModel, Pinhole, PixelData, Pose, Projection, Sky,
 };
 use raywright_core::settings::Sampling;
 use raywright_core::{Settings, prepare};
@@ -156,7 +156,7 @@ fn factors_of_one_glossiness_stay_apart() {
             .iter()
             .find(|material| material.name == object.material)
             .expect("a material");
-        let Model::Physical(model) = &material.model else {
+        let MaterialModel::Physical(model) = &material.model else {
             panic!("physical")
         };
         let name = &model
@@ -174,7 +174,7 @@ fn factors_of_one_glossiness_stay_apart() {
             .iter()
             .find(|image| image.name == texture.image)
             .expect("it is there");
-        let Some(Pixels::Codes(pixels)) = image.data.as_ref().map(|data| &data.pixels) else {
+        let Some(PixelData::Codes(pixels)) = image.data.as_ref().map(|data| &data.pixels) else {
             panic!("codes")
         };
         pixels[0][1]

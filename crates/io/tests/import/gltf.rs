@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 use raywright_core::scene::{
-    Colour, ColourInput, ColourSpace, Filter, LightKind, Model, Physical, Pixels, Pose, Projection,
-    SideRule, Wrap,
+    Colour, ColourInput, ColourSpace, LightKind, MaterialModel, Physical, PixelData, Pose,
+    Projection, SideRule, TextureFilter, WrapMode,
 };
-use raywright_io::Loaded;
+use raywright_io::LoadedScene;
 
 use crate::shared::{assets, load, mesh_of, transform, triangle_count, world_triangles};
 
-fn physical<'a>(loaded: &'a Loaded, name: &str) -> &'a Physical {
+fn physical<'a>(loaded: &'a LoadedScene, name: &str) -> &'a Physical {
     match loaded
         .scene
         .materials
@@ -17,13 +17,13 @@ fn physical<'a>(loaded: &'a Loaded, name: &str) -> &'a Physical {
         .find(|m| m.name == name)
         .map(|m| &m.model)
     {
-        Some(Model::Physical(physical)) => physical,
+        Some(MaterialModel::Physical(physical)) => physical,
         other => panic!("{name}: {other:?}"),
     }
 }
 
 /// Largest distance between corresponding corners of two files, object by object.
-fn farthest(a: &Loaded, b: &Loaded) -> f64 {
+fn farthest(a: &LoadedScene, b: &LoadedScene) -> f64 {
     assert_eq!(a.scene.objects.len(), b.scene.objects.len());
     let mut farthest = 0.0_f64;
     for (x, y) in a.scene.objects.iter().zip(&b.scene.objects) {
@@ -63,7 +63,7 @@ fn duck() {
     let texture = &duck.scene.textures[0];
     assert_eq!(
         (texture.colour_space, texture.filter, texture.wrap_u),
-        (ColourSpace::Srgb, Filter::Bilinear, Wrap::Repeat)
+        (ColourSpace::Srgb, TextureFilter::Bilinear, WrapMode::Repeat)
     );
     let material = physical(&duck, &duck.scene.objects[0].material);
     assert_eq!(
@@ -98,7 +98,7 @@ fn cornell() {
         .materials
         .iter()
         .filter_map(|m| match &m.model {
-            Model::Physical(p) => p
+            MaterialModel::Physical(p) => p
                 .emission
                 .constant()
                 .filter(|emission| *emission != Colour::BLACK),
@@ -232,7 +232,7 @@ fn sparse_positions_raise_five_points() {
     }
 }
 
-fn raised(file: &Loaded, object: &raywright_core::scene::Object) -> usize {
+fn raised(file: &LoadedScene, object: &raywright_core::scene::Object) -> usize {
     let positions = &mesh_of(file, object).positions;
     (0..3)
         .map(|axis| positions.iter().filter(|p| p[axis].abs() > 1e-6).count())
@@ -290,7 +290,7 @@ fn image_formats_decode_alike() {
     assert!(file.scene.images.len() >= 4);
     for image in &file.scene.images {
         let data = image.data.as_ref().unwrap();
-        let Pixels::Codes(codes) = &data.pixels else {
+        let PixelData::Codes(codes) = &data.pixels else {
             panic!("{}: codes", image.name)
         };
         assert_eq!(
@@ -512,7 +512,7 @@ fn samplers_and_sides_are_read() {
         .iter()
         .map(|t| (t.wrap_u, t.wrap_v))
         .collect();
-    for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp] {
+    for wrap in [WrapMode::Repeat, WrapMode::MirroredRepeat, WrapMode::Clamp] {
         assert!(
             wraps.iter().any(|(u, v)| *u == wrap || *v == wrap),
             "{wrap:?} in {wraps:?}"
@@ -596,12 +596,12 @@ fn extensions_of_materials_are_left_out_by_name() {
 }
 
 /// Loads a glTF file of one triangle with the corners 0, x and y, with more of accessor and node.
-fn crafted(accessor: &str, node: &str, more: &[u8]) -> Loaded {
+fn crafted(accessor: &str, node: &str, more: &[u8]) -> LoadedScene {
     tried(accessor, node, more).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The same for a file that may be refused.
-fn tried(accessor: &str, node: &str, more: &[u8]) -> Result<Loaded, raywright_io::Error> {
+fn tried(accessor: &str, node: &str, more: &[u8]) -> Result<LoadedScene, raywright_io::Error> {
     let corners = [[0.0_f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let mut bytes: Vec<u8> = corners
         .as_flattened()

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use glam::DAffine3;
-use raywright_core::affine;
-use raywright_io::{Error, Input, LoadOptions, Loaded, ModelOptions, Overrides};
+use raywright_core::affine_from_steps;
+use raywright_io::{Error, Input, LoadOptions, LoadedScene, ModelOptions, ParameterOverrides};
 use serde_json::{Value, json};
 
 /// A triangle, keys at 1 and 3 seconds, and their values, each in its own accessor.
@@ -127,7 +127,7 @@ impl KeyedTriangle {
         scene: Option<&str>,
         variant: Option<&str>,
         at: Option<f64>,
-    ) -> Result<Loaded, Error> {
+    ) -> Result<LoadedScene, Error> {
         load_with(self.write(), scene, variant, at)
     }
 
@@ -139,7 +139,7 @@ impl KeyedTriangle {
         let [object] = &loaded.scene.objects[..] else {
             panic!("one object")
         };
-        affine(&object.transform)
+        affine_from_steps(&object.transform)
     }
 }
 
@@ -149,13 +149,13 @@ pub fn load_with(
     scene: Option<&str>,
     variant: Option<&str>,
     at: Option<f64>,
-) -> Result<Loaded, Error> {
+) -> Result<LoadedScene, Error> {
     let model = ModelOptions {
         scene: scene.map(str::to_owned),
         variant: variant.map(str::to_owned),
         ..ModelOptions::default()
     };
-    let overrides = Overrides {
+    let overrides = ParameterOverrides {
         time: at,
         set: Vec::new(),
     };

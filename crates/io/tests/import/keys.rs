@@ -6,15 +6,16 @@ use std::path::Path;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use raywright_core::scene::{
-    AlphaMode, Colour, ColourSpace, Falloff, LightKind, Model, Physical, Pixels, TextureRef,
+    AlphaMode, Colour, ColourSpace, Falloff, LightKind, MaterialModel, Physical, PixelData,
+    TextureRef,
 };
-use raywright_io::Loaded;
+use raywright_io::LoadedScene;
 use serde_json::json;
 
 use crate::keyed::KeyedTriangle;
 use crate::shared::{load, mesh_of};
 
-fn first(loaded: &Loaded) -> Physical {
+fn first(loaded: &LoadedScene) -> Physical {
     let name = &loaded.scene.objects[0].material;
     match loaded
         .scene
@@ -23,7 +24,7 @@ fn first(loaded: &Loaded) -> Physical {
         .find(|material| &material.name == name)
         .map(|material| &material.model)
     {
-        Some(Model::Physical(physical)) => Physical::clone(physical),
+        Some(MaterialModel::Physical(physical)) => Physical::clone(physical),
         other => panic!("{name}: {other:?}"),
     }
 }
@@ -178,7 +179,7 @@ fn each_key_of_a_library_has_its_meaning() {
 }
 
 /// Loads a glTF file of one triangle with this material.
-fn gltf(material: &str) -> Loaded {
+fn gltf(material: &str) -> LoadedScene {
     let folder = tempfile::tempdir().unwrap();
     picture(folder.path());
     let corners = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
@@ -368,7 +369,8 @@ fn specular_glossiness_has_images() {
                 .iter()
                 .find(|image| image.name == texture.image)
                 .expect("it is there");
-            let Some(Pixels::Codes(pixels)) = image.data.as_ref().map(|data| data.pixels.clone())
+            let Some(PixelData::Codes(pixels)) =
+                image.data.as_ref().map(|data| data.pixels.clone())
             else {
                 panic!("codes")
             };
@@ -530,7 +532,7 @@ fn lamps_have_their_defaults() {
 fn normal_maps_of_gltf() {
     let normal = r#""index": 0, "scale": 0.5, "extensions": { "KHR_texture_transform": { "offset": [0.5, 0.25] } }"#;
     let loaded = gltf(&format!(r#""normalTexture": {{ {normal} }}"#));
-    let Some(Model::Physical(model)) = loaded
+    let Some(MaterialModel::Physical(model)) = loaded
         .scene
         .materials
         .first()
@@ -646,7 +648,7 @@ fn pictures_that_are_none() {
             (1, 1),
             "{image:?}"
         );
-        let Model::Physical(model) = &loaded.scene.materials[0].model else {
+        let MaterialModel::Physical(model) = &loaded.scene.materials[0].model else {
             panic!("physical")
         };
         let describe = loaded
@@ -745,7 +747,7 @@ fn broken_specular_images_leave_factors() {
         .collect();
     assert_eq!(
         pixels,
-        [&Pixels::Codes(vec![[
+        [&PixelData::Codes(vec![[
             0,
             (255.0_f64 * 0.25).round() as u8,
             0,

@@ -1,14 +1,14 @@
 //! Numbers and notations of glTF files beyond the usual range: none of them refuses a model.
 
-use raywright_core::scene::{Colour, LightKind, Model, Physical, Projection};
-use raywright_io::Loaded;
+use raywright_core::scene::{Colour, LightKind, MaterialModel, Physical, Projection};
+use raywright_io::LoadedScene;
 use serde_json::{Value, json};
 
 use crate::keyed::KeyedTriangle;
 use crate::shared::{check_sound, load};
 
 /// Loads the model with one value in its JSON, at a path of keys; missing parents are created.
-fn with(path: &str, value: &Value) -> Loaded {
+fn with(path: &str, value: &Value) -> LoadedScene {
     let made = KeyedTriangle::new().with(|document| {
         document["nodes"][0]["camera"] = json!(0);
         document["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
@@ -39,14 +39,14 @@ fn with(path: &str, value: &Value) -> Loaded {
     loaded
 }
 
-fn model(loaded: &Loaded) -> &Physical {
+fn model(loaded: &LoadedScene) -> &Physical {
     match loaded
         .scene
         .materials
         .first()
         .map(|material| &material.model)
     {
-        Some(Model::Physical(model)) => model,
+        Some(MaterialModel::Physical(model)) => model,
         other => panic!("{other:?}"),
     }
 }

@@ -2,16 +2,16 @@
 
 use glam::DVec3;
 use raywright_core::scene::{
-    AlphaMode, Channel, Colour, ColourInput, ColourSpace, MeshData, Model, NumberInput, Physical,
-    SideRule,
+    AlphaMode, Channel, Colour, ColourInput, ColourSpace, MaterialModel, MeshData, NumberInput,
+    Physical, SideRule,
 };
-use raywright_io::Loaded;
+use raywright_io::LoadedScene;
 
 use crate::shared::{
     assets, check_sound, files_below, load, mesh, mesh_of, triangle_count, try_load,
 };
 
-fn physical<'a>(loaded: &'a Loaded, name: &str) -> &'a Physical {
+fn physical<'a>(loaded: &'a LoadedScene, name: &str) -> &'a Physical {
     match loaded
         .scene
         .materials
@@ -19,7 +19,7 @@ fn physical<'a>(loaded: &'a Loaded, name: &str) -> &'a Physical {
         .find(|m| m.name == name)
         .map(|m| &m.model)
     {
-        Some(Model::Physical(physical)) => physical,
+        Some(MaterialModel::Physical(physical)) => physical,
         other => panic!("{name}: {other:?}"),
     }
 }

@@ -3,9 +3,9 @@
 
 use glam::DVec3;
 use raywright_core::prepare;
-use raywright_core::scene::{Colour, LightKind, Model, ModelFile, Scene};
-use raywright_core::{Settings, affine};
-use raywright_io::{Error, ErrorKind, Input, LoadOptions, Loaded};
+use raywright_core::scene::{Colour, LightKind, MaterialModel, ModelFile, Scene};
+use raywright_core::{Settings, affine_from_steps};
+use raywright_io::{Error, ErrorKind, Input, LoadOptions, LoadedScene};
 use serde_json::json;
 
 use crate::built;
@@ -13,7 +13,7 @@ use crate::keyed::KeyedTriangle;
 use crate::shared::mesh_of;
 
 /// Loads a scene file of these lines in a folder of models.
-fn scene(folder: &std::path::Path, lines: &str) -> Result<Loaded, Error> {
+fn scene(folder: &std::path::Path, lines: &str) -> Result<LoadedScene, Error> {
     let path = folder.join("a.scene.toml");
     std::fs::write(&path, format!("format = 1\n{lines}\n")).expect("a file");
     let loaded = raywright_io::load(&Input::Path(path.clone()), &LoadOptions::default())?;
@@ -23,8 +23,8 @@ fn scene(folder: &std::path::Path, lines: &str) -> Result<Loaded, Error> {
 }
 
 /// World position of an object's origin.
-fn origin(loaded: &Loaded, object: usize) -> DVec3 {
-    affine(&loaded.scene.objects[object].transform).translation
+fn origin(loaded: &LoadedScene, object: usize) -> DVec3 {
+    affine_from_steps(&loaded.scene.objects[object].transform).translation
 }
 
 /// Protects: a placed model has its objects under its own hierarchy and then the scene's transform,
@@ -87,7 +87,7 @@ fn models_bring_what_they_have() {
         names.iter().all(|name| name.starts_with("square/")),
         "{names:?}"
     );
-    let Model::Physical(paint) = &materials[0].model else {
+    let MaterialModel::Physical(paint) = &materials[0].model else {
         panic!("{materials:?}")
     };
     assert_eq!(

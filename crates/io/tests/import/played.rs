@@ -2,9 +2,9 @@
 //! here.
 
 use glam::DVec3;
-use raywright_core::affine;
-use raywright_core::scene::{Colour, MeshSource, Model};
-use raywright_io::{AnimationInfo, ErrorKind, Loaded};
+use raywright_core::affine_from_steps;
+use raywright_core::scene::{Colour, MaterialModel, MeshSource};
+use raywright_io::{AnimationInfo, ErrorKind, LoadedScene};
 use serde_json::{Value, json};
 
 use crate::keyed::{KeyedTriangle, load_with};
@@ -180,12 +180,12 @@ fn what_is_played() {
         .animated("walk", 0, "translation", "LINEAR", &up)
         .animated("run", 0, "translation", "LINEAR", &[9.0; 6]);
     let warned =
-        |loaded: &Loaded, word: &str| loaded.warnings.iter().any(|w| w.message.contains(word));
+        |loaded: &LoadedScene, word: &str| loaded.warnings.iter().any(|w| w.message.contains(word));
     let rest = made
         .load_with(None, None, None)
         .unwrap_or_else(|e| panic!("{e}"));
     expect_near(
-        affine(&rest.scene.objects[0].transform).translation,
+        affine_from_steps(&rest.scene.objects[0].transform).translation,
         [0.0, 0.0, 5.0],
     );
     assert!(warned(&rest, "at rest") && !warned(&rest, "several"));
@@ -193,7 +193,7 @@ fn what_is_played() {
         .load_with(None, None, Some(2.0))
         .unwrap_or_else(|e| panic!("{e}"));
     expect_near(
-        affine(&played.scene.objects[0].transform).translation,
+        affine_from_steps(&played.scene.objects[0].transform).translation,
         [0.0, 4.0, 0.0],
     );
     assert!(warned(&played, "several animations") && !warned(&played, "at rest"));
@@ -211,7 +211,7 @@ fn what_is_played() {
         .load_with(None, None, Some(2.0))
         .unwrap_or_else(|e| panic!("{e}"));
     expect_near(
-        affine(&fixed.scene.objects[0].transform).translation,
+        affine_from_steps(&fixed.scene.objects[0].transform).translation,
         [1.0, 2.0, 3.0],
     );
     assert!(warned(&fixed, "has a matrix"));
@@ -281,7 +281,7 @@ fn scenes_are_chosen() {
         let loaded = made
             .load_with(scene, None, None)
             .unwrap_or_else(|e| panic!("{e}"));
-        affine(&loaded.scene.objects[0].transform)
+        affine_from_steps(&loaded.scene.objects[0].transform)
             .translation
             .to_array()
     };
@@ -325,7 +325,7 @@ fn variants_are_chosen() {
         let [material] = &loaded.scene.materials[..] else {
             panic!("only what is shown is converted")
         };
-        let Model::Physical(model) = &material.model else {
+        let MaterialModel::Physical(model) = &material.model else {
             panic!("a physical material")
         };
         model.base_colour.clone()
@@ -371,7 +371,7 @@ fn scene_files_name_part_and_moment() {
         std::fs::write(&path, text).expect("a file");
         load_with(path, None, None, at)
     };
-    let first = |loaded: Loaded| match &loaded.scene.meshes[0].source {
+    let first = |loaded: LoadedScene| match &loaded.scene.meshes[0].source {
         MeshSource::Inline(data) => data.positions.offsets()[0],
         MeshSource::File(path) => panic!("{path} was not read"),
     };
@@ -423,7 +423,7 @@ fn real_files() {
     };
     // A full turn about y in two seconds, whose direction only rounding decides.
     let cube = |at| {
-        affine(
+        affine_from_steps(
             &load("AnimatedCube/AnimatedCube.gltf", None, None, Some(at))
                 .scene
                 .objects[0]
@@ -441,7 +441,7 @@ fn real_files() {
         ["Variant_Red", "Variant_Blue"]
     );
     let looks = [None, Some("Variant_Red"), Some("Variant_Blue")];
-    let names = |loaded: Loaded| {
+    let names = |loaded: LoadedScene| {
         loaded
             .scene
             .materials

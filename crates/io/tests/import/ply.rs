@@ -1,12 +1,12 @@
 //! PLY files with known contents, and faults in others.
 
-use raywright_core::scene::{MeshData, Model};
-use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded};
+use raywright_core::scene::{MaterialModel, MeshData};
+use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, LoadedScene};
 
 use crate::shared::{check_sound, mesh_of, triangle_count};
 use crate::written::{ENCODINGS, PolygonMesh};
 
-fn with(bytes: &[u8], limits: Limits) -> Result<Loaded, Error> {
+fn with(bytes: &[u8], limits: Limits) -> Result<LoadedScene, Error> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("test.ply");
     std::fs::write(&path, bytes).expect("a file");
@@ -21,7 +21,7 @@ fn with(bytes: &[u8], limits: Limits) -> Result<Loaded, Error> {
     Ok(loaded)
 }
 
-fn read(bytes: &[u8]) -> Result<Loaded, Error> {
+fn read(bytes: &[u8]) -> Result<LoadedScene, Error> {
     with(bytes, Limits::default())
 }
 
@@ -512,7 +512,7 @@ fn odd_faces() {
 
 /// Loads a file of two triangles with coordinates and these texture numbers, with three small
 /// images beside it.
-fn textured(comments: &str, numbers: Option<[i32; 2]>) -> Loaded {
+fn textured(comments: &str, numbers: Option<[i32; 2]>) -> LoadedScene {
     let [a, b] = numbers.map_or([String::new(), String::new()], |numbers| {
         numbers.map(|number| format!(" {number}"))
     });
@@ -524,7 +524,7 @@ fn textured(comments: &str, numbers: Option<[i32; 2]>) -> Loaded {
 }
 
 /// The same with the faces given as text.
-fn textured_faces(comments: &str, numbered: bool, faces: &[String]) -> Loaded {
+fn textured_faces(comments: &str, numbered: bool, faces: &[String]) -> LoadedScene {
     let folder = tempfile::tempdir().expect("a folder");
     for name in ["red.png", "green hue.png"] {
         image::RgbImage::from_pixel(1, 1, image::Rgb([9, 9, 9]))
@@ -554,7 +554,7 @@ fn textured_faces(comments: &str, numbered: bool, faces: &[String]) -> Loaded {
 }
 
 /// Image, number of triangles and number of vertices of each object.
-fn shown(loaded: &Loaded) -> Vec<(&str, usize, usize)> {
+fn shown(loaded: &LoadedScene) -> Vec<(&str, usize, usize)> {
     let one = |object| {
         let (mesh, scene) = (mesh_of(loaded, object), &loaded.scene);
         let model = scene
@@ -562,7 +562,7 @@ fn shown(loaded: &Loaded) -> Vec<(&str, usize, usize)> {
             .iter()
             .find(|material| material.name == object.material)
             .map(|material| &material.model);
-        let Some(Model::Physical(model)) = model else {
+        let Some(MaterialModel::Physical(model)) = model else {
             panic!("{model:?}")
         };
         let used = model

@@ -1,8 +1,8 @@
 //! Hidden nodes (KHR_node_visibility), and properties animated by pointers (KHR_animation_pointer),
 //! at given times.
 
-use raywright_core::scene::{Colour, ColourInput, LightKind, Model, Physical, Projection};
-use raywright_io::{ErrorKind, Loaded};
+use raywright_core::scene::{Colour, ColourInput, LightKind, MaterialModel, Physical, Projection};
+use raywright_io::{ErrorKind, LoadedScene};
 use serde_json::json;
 
 use crate::keyed::KeyedTriangle;
@@ -27,13 +27,13 @@ fn pointing(
     })
 }
 
-fn loaded(made: &KeyedTriangle, at: Option<f64>) -> Loaded {
+fn loaded(made: &KeyedTriangle, at: Option<f64>) -> LoadedScene {
     made.load_with(None, None, at)
         .unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn material(loaded: &Loaded) -> &Physical {
-    let Model::Physical(model) = &loaded.scene.materials[0].model else {
+fn material(loaded: &LoadedScene) -> &Physical {
+    let MaterialModel::Physical(model) = &loaded.scene.materials[0].model else {
         panic!("physical")
     };
     model
@@ -108,7 +108,7 @@ fn visibility_is_moved() {
 /// the file's values are used.
 #[test]
 fn properties_have_their_value_at_a_time() {
-    let number = |pointer: &str, values: [f32; 2], read: &dyn Fn(&Loaded) -> f64| {
+    let number = |pointer: &str, values: [f32; 2], read: &dyn Fn(&LoadedScene) -> f64| {
         let made = pointing(carried([true; 2]), pointer, "SCALAR", "LINEAR", &values);
         let rest = read(&loaded(&carried([true; 2]), None));
         assert_eq!(read(&loaded(&made, None)), rest, "{pointer} at rest");

@@ -1,6 +1,6 @@
 //! Texture sampling and sidedness: single materials, written here.
 
-use raywright_core::scene::{ColourSpace, Model, SideRule, Wrap};
+use raywright_core::scene::{ColourSpace, MaterialModel, SideRule, WrapMode};
 
 use crate::shared::load;
 
@@ -27,14 +27,20 @@ fn directions_wrap_each_in_its_way() {
     for (sampler, expected) in [
         (
             r#""wrapS": 33071, "wrapT": 33648"#,
-            [Wrap::Clamp, Wrap::MirroredRepeat],
+            [WrapMode::Clamp, WrapMode::MirroredRepeat],
         ),
         (
             r#""wrapS": 10497, "wrapT": 33071"#,
-            [Wrap::Repeat, Wrap::Clamp],
+            [WrapMode::Repeat, WrapMode::Clamp],
         ),
-        (r#""wrapS": 33648"#, [Wrap::MirroredRepeat, Wrap::Repeat]),
-        (r#""wrapT": 33648"#, [Wrap::Repeat, Wrap::MirroredRepeat]),
+        (
+            r#""wrapS": 33648"#,
+            [WrapMode::MirroredRepeat, WrapMode::Repeat],
+        ),
+        (
+            r#""wrapT": 33648"#,
+            [WrapMode::Repeat, WrapMode::MirroredRepeat],
+        ),
     ] {
         std::fs::write(&path, textured(sampler)).unwrap();
         let loaded = load(&path);
@@ -89,7 +95,7 @@ fn transmission_has_an_image() {
             "{:?}",
             loaded.warnings
         );
-        let Model::Physical(model) = &loaded.scene.materials[0].model else {
+        let MaterialModel::Physical(model) = &loaded.scene.materials[0].model else {
             panic!("physical")
         };
         let image = model.transmission_texture.clone().expect("an image");

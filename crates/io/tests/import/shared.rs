@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3, Vec3};
 use raywright_core::scene::{MeshData, MeshSource, Object, Shape, TransformStep};
-use raywright_io::{Error, Input, LoadOptions, Loaded};
+use raywright_io::{Error, Input, LoadOptions, LoadedScene};
 
 /// Folder of test models; `None`, with a message, on machines without them.
 pub fn assets(sub: &str) -> Option<PathBuf> {
@@ -24,12 +24,12 @@ fn skipped(path: &Path) {
 }
 
 /// Loads a file with the default limits.
-pub fn try_load(path: &Path) -> Result<Loaded, Error> {
+pub fn try_load(path: &Path) -> Result<LoadedScene, Error> {
     raywright_io::load(&Input::Path(path.to_path_buf()), &LoadOptions::default())
 }
 
 /// Loads a file that must load.
-pub fn load(path: &Path) -> Loaded {
+pub fn load(path: &Path) -> LoadedScene {
     try_load(path).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -54,7 +54,7 @@ pub fn files_below(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// Returns a mesh by name.
-pub fn mesh<'a>(loaded: &'a Loaded, name: &str) -> &'a MeshData {
+pub fn mesh<'a>(loaded: &'a LoadedScene, name: &str) -> &'a MeshData {
     let mesh = loaded
         .scene
         .meshes
@@ -68,7 +68,7 @@ pub fn mesh<'a>(loaded: &'a Loaded, name: &str) -> &'a MeshData {
 }
 
 /// Returns the mesh of an object.
-pub fn mesh_of<'a>(loaded: &'a Loaded, object: &Object) -> &'a MeshData {
+pub fn mesh_of<'a>(loaded: &'a LoadedScene, object: &Object) -> &'a MeshData {
     match &object.shape {
         Shape::Mesh(name) => mesh(loaded, name),
         other => panic!("{other:?} is no mesh"),
@@ -92,7 +92,10 @@ pub fn transform(object: &Object) -> (DMat3, DVec3) {
 
 /// Corners of an object's triangles in world space, and its normals there, one per corner, if it
 /// has any.
-pub fn world_triangles(loaded: &Loaded, object: &Object) -> (Vec<[DVec3; 3]>, Vec<[DVec3; 3]>) {
+pub fn world_triangles(
+    loaded: &LoadedScene,
+    object: &Object,
+) -> (Vec<[DVec3; 3]>, Vec<[DVec3; 3]>) {
     let data = mesh_of(loaded, object);
     let (m, t) = transform(object);
     let cofactors = m.inverse().transpose();
@@ -116,7 +119,7 @@ pub fn world_triangles(loaded: &Loaded, object: &Object) -> (Vec<[DVec3; 3]>, Ve
 }
 
 /// Number of triangles of all objects.
-pub fn triangle_count(loaded: &Loaded) -> usize {
+pub fn triangle_count(loaded: &LoadedScene) -> usize {
     loaded
         .scene
         .objects
@@ -126,7 +129,7 @@ pub fn triangle_count(loaded: &Loaded) -> usize {
 }
 
 /// Checks the invariants of every imported scene.
-pub fn check_sound(loaded: &Loaded, path: &Path) {
+pub fn check_sound(loaded: &LoadedScene, path: &Path) {
     let scene = &loaded.scene;
     let place = path.display();
     let problems = raywright_core::validate::validate(scene);

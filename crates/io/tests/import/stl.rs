@@ -1,12 +1,12 @@
 //! STL files with known contents, and faults in others.
 
-use raywright_core::scene::{MeshData, Model};
-use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded};
+use raywright_core::scene::{MaterialModel, MeshData};
+use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, LoadedScene};
 
 use crate::shared::{check_sound, mesh_of, triangle_count};
 use crate::written::PolygonMesh;
 
-fn with(bytes: &[u8], limits: Limits) -> Result<Loaded, Error> {
+fn with(bytes: &[u8], limits: Limits) -> Result<LoadedScene, Error> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("test.STL");
     std::fs::write(&path, bytes).expect("a file");
@@ -21,11 +21,11 @@ fn with(bytes: &[u8], limits: Limits) -> Result<Loaded, Error> {
     Ok(loaded)
 }
 
-fn read(bytes: &[u8]) -> Result<Loaded, Error> {
+fn read(bytes: &[u8]) -> Result<LoadedScene, Error> {
     with(bytes, Limits::default())
 }
 
-fn mesh(loaded: &Loaded) -> &MeshData {
+fn mesh(loaded: &LoadedScene) -> &MeshData {
     mesh_of(loaded, &loaded.scene.objects[0])
 }
 
@@ -67,7 +67,7 @@ fn facets_are_triangles() {
                 .map(|&i| sheet.positions[i as usize])
                 .collect();
             assert!(corners == expected && data.normals.is_empty() && data.colours.is_empty());
-            let Model::Physical(material) = &loaded.scene.materials[0].model else {
+            let MaterialModel::Physical(material) = &loaded.scene.materials[0].model else {
                 panic!("physical")
             };
             assert!(!material.vertex_colours);

@@ -2,16 +2,18 @@
 
 use raywright_core::settings::Sampling;
 use raywright_core::{Settings, prepare};
-use raywright_io::{Error, Input, Limits, LoadOptions, Loaded, ModelOptions, Resolver, UpAxis};
+use raywright_io::{
+    Error, Input, Limits, LoadOptions, LoadedScene, ModelOptions, Resolver, UpAxis,
+};
 
 use crate::written::{ENCODINGS, PolygonMesh};
 
 /// Bits of a loaded file's picture.
-fn picture(loaded: &Loaded) -> Vec<[u32; 3]> {
+fn picture(loaded: &LoadedScene) -> Vec<[u32; 3]> {
     let scene = &loaded.scene;
     let settings = Settings {
         size: [40, 30],
-        sampling: Sampling::resolve(scene, Some(4)),
+        sampling: Sampling::from_spp(scene, Some(4)),
         ..Settings::from_scene(scene)
     };
     let picture = prepare(scene, &settings, &())
@@ -25,12 +27,12 @@ fn picture(loaded: &Loaded) -> Vec<[u32; 3]> {
         .collect()
 }
 
-fn from_file(name: &str, bytes: &[u8]) -> Loaded {
+fn from_file(name: &str, bytes: &[u8]) -> LoadedScene {
     from_turned_file(name, bytes, None)
 }
 
 /// Loads a file with an up axis.
-fn from_turned_file(name: &str, bytes: &[u8], up: Option<UpAxis>) -> Loaded {
+fn from_turned_file(name: &str, bytes: &[u8], up: Option<UpAxis>) -> LoadedScene {
     let folder = tempfile::tempdir().expect("a folder");
     image::RgbaImage::from_fn(4, 4, |x, y| {
         image::Rgba([x as u8 * 80, y as u8 * 80, 99, 255])
@@ -59,7 +61,7 @@ fn from_turned_file(name: &str, bytes: &[u8], up: Option<UpAxis>) -> Loaded {
     loaded
 }
 
-fn piped(bytes: &[u8]) -> Result<Loaded, Error> {
+fn piped(bytes: &[u8]) -> Result<LoadedScene, Error> {
     let input = Input::from_reader("standard input", bytes, &Limits::default())?;
     raywright_io::load(&input, &LoadOptions::default())
 }

@@ -6,10 +6,10 @@
 use rayon::prelude::*;
 
 use crate::aabb::half_area;
-use crate::binary::{Binary, BinaryNode};
-use crate::build::{LeafKind, LeafKindOf};
+use crate::binary::{BinaryNode, BinaryTree};
+use crate::build::{LeafKind, LeafKindLookup};
 use crate::bvh8::WIDTH;
-use crate::memory::huge_page_vec_of;
+use crate::memory::filled_huge_page_vec;
 
 /// Cost of testing a block, in units of visiting a node. Measured: `../../../../benches/README.md`.
 const BLOCK: f32 = 1.1;
@@ -28,56 +28,56 @@ pub(super) const FEWER: u8 = u8::MAX;
 
 /// Least expected costs of a subtree in one to eight lanes, and the choices that give them.
 #[derive(Clone, Copy)]
-pub(super) struct Costs {
+pub(super) struct SubtreeCosts {
     pub cost: [f32; WIDTH],
     /// Choice for each number of lanes: one of the constants above, or one plus the number of lanes
     /// that the left child gets.
-    pub pick: [u8; WIDTH],
+    pub choices: [u8; WIDTH],
     /// Number of leaves, at most `WIDTH`, which limits the lanes that the subtree can fill.
     pub leaves: u8,
     /// Number of primitives, if all have one leaf kind; `u8::MAX` if kinds are mixed or the
     /// primitive is tested alone. A value above `WIDTH` means that they do not fit into one leaf.
-    pub alike: u8,
+    pub shared_count: u8,
     pub leaf_kind: LeafKind,
 }
 
-impl Costs {
+impl SubtreeCosts {
     const NONE: Self = Self {
         cost: [0.0; WIDTH],
-        pick: [AS_LEAF; WIDTH],
+        choices: [AS_LEAF; WIDTH],
         leaves: 1,
-        alike: u8::MAX,
+        shared_count: u8::MAX,
         leaf_kind: LeafKind::None,
     };
 }
 
 /// Range of the left subtree's number of lanes, so that neither of two subtrees gets more lanes
 /// than it has leaves.
-pub(super) fn shares(
-    left: &Costs,
-    right: &Costs,
+pub(super) fn left_lane_range(
+    left: &SubtreeCosts,
+    right: &SubtreeCosts,
     lanes: usize,
 ) -> core::ops::RangeInclusive<usize> {
     lanes.saturating_sub(right.leaves.into()).max(1)..=(lanes - 1).min(left.leaves.into())
 }
 
 /// Computes the costs of one node from the costs of its children, which `below` returns.
-fn costs(
-    binary: &Binary,
+fn compute_node_costs(
+    binary: &BinaryTree,
     node: &BinaryNode,
-    leaf_kind: LeafKindOf<'_>,
-    below: impl Fn(usize) -> Costs,
-) -> Costs {
+    leaf_kind: LeafKindLookup<'_>,
+    below: impl Fn(usize) -> SubtreeCosts,
+) -> SubtreeCosts {
     let area = half_area(&node.bounds);
     if node.count == 0 {
-        return inner(
+        return inner_node_costs(
             &below(node.first as usize),
             &below(node.first as usize + 1),
             area,
         );
     }
     let leaf_kind = leaf_kind(binary.order[node.first as usize]);
-    leaf(
+    leaf_costs(
         area,
         leaf_kind,
         if leaf_kind == LeafKind::None {
@@ -89,20 +89,20 @@ fn costs(
 }
 
 /// Returns the costs of a leaf with the given surface area.
-fn leaf(area: f32, leaf_kind: LeafKind, alike: u8) -> Costs {
+fn leaf_costs(area: f32, leaf_kind: LeafKind, alike: u8) -> SubtreeCosts {
     let mut pick = [FEWER; WIDTH];
     pick[0] = AS_LEAF;
-    Costs {
-        cost: [area * weight(leaf_kind, alike); WIDTH],
-        pick,
+    SubtreeCosts {
+        cost: [area * leaf_test_cost(leaf_kind, alike); WIDTH],
+        choices: pick,
         leaves: 1,
-        alike,
+        shared_count: alike,
         leaf_kind,
     }
 }
 
 /// Cost of testing a leaf of `count` primitives, in units of visiting a node.
-pub(super) fn weight(leaf_kind: LeafKind, count: u8) -> f32 {
+pub(super) fn leaf_test_cost(leaf_kind: LeafKind, count: u8) -> f32 {
     match leaf_kind {
         LeafKind::Triangles => BLOCK,
         LeafKind::Spheres => ROW.min(SPHERE * f32::from(count)),
@@ -111,14 +111,14 @@ pub(super) fn weight(leaf_kind: LeafKind, count: u8) -> f32 {
 }
 
 /// Computes the costs of an inner node from the costs of its two children.
-fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
+fn inner_node_costs(l: &SubtreeCosts, r: &SubtreeCosts, area: f32) -> SubtreeCosts {
     let alike = if l.leaf_kind == r.leaf_kind {
-        l.alike.saturating_add(r.alike)
+        l.shared_count.saturating_add(r.shared_count)
     } else {
         u8::MAX
     };
-    if usize::from(alike) <= l.leaf_kind.shared() {
-        return leaf(area, l.leaf_kind, alike);
+    if usize::from(alike) <= l.leaf_kind.max_shared_leaf() {
+        return leaf_costs(area, l.leaf_kind, alike);
     }
     // Least total cost of the two children for each number of lanes, and the number of lanes for
     // the left child.
@@ -130,7 +130,7 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
         .take(usize::from(leaves) + 1)
         .skip(2)
     {
-        for to_left in shares(l, r, lanes) {
+        for to_left in left_lane_range(l, r, lanes) {
             let cost = l.cost[to_left - 1] + r.cost[lanes - to_left - 1];
             if cost < best.0 {
                 *best = (cost, to_left as u8);
@@ -138,7 +138,7 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
         }
     }
     let (leaf, inner) = (
-        area * weight(l.leaf_kind, alike),
+        area * leaf_test_cost(l.leaf_kind, alike),
         area + both[usize::from(leaves)].0,
     );
     let (mut cost, mut pick) = ([inner; WIDTH], [AS_INNER; WIDTH]);
@@ -155,35 +155,40 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
             (cost[lanes - 1], FEWER)
         };
     }
-    Costs {
+    SubtreeCosts {
         cost,
-        pick,
+        choices: pick,
         leaves,
-        alike,
+        shared_count: alike,
         leaf_kind: l.leaf_kind,
     }
 }
 
 /// Computes the costs of all nodes from the leaves up: each part of the tree in a thread of its
 /// own, then the nodes above the parts.
-pub(super) fn solve(binary: &Binary, leaf_kind: LeafKindOf<'_>) -> Vec<Costs> {
-    let mut all = huge_page_vec_of(binary.nodes.len(), Costs::NONE);
-    let (_, mut rest) = all.split_at_mut(binary.tops());
+pub(super) fn compute_all_costs(
+    binary: &BinaryTree,
+    leaf_kind: LeafKindLookup<'_>,
+) -> Vec<SubtreeCosts> {
+    let mut all = filled_huge_page_vec(binary.nodes.len(), SubtreeCosts::NONE);
+    let (_, mut rest) = all.split_at_mut(binary.top_node_count());
     let mut parts = Vec::with_capacity(binary.parts.len());
     for part in &binary.parts {
-        let (own, after) = rest.split_at_mut(part.len());
-        parts.push((part.start, own));
+        let (part_costs, after) = rest.split_at_mut(part.len());
+        parts.push((part.start, part_costs));
         rest = after;
     }
-    parts.into_par_iter().for_each(|(base, own)| {
-        for position in (0..own.len()).rev() {
-            own[position] = costs(binary, &binary.nodes[base + position], leaf_kind, |node| {
-                own[node - base]
-            });
+    parts.into_par_iter().for_each(|(base, part_costs)| {
+        for position in (0..part_costs.len()).rev() {
+            part_costs[position] =
+                compute_node_costs(binary, &binary.nodes[base + position], leaf_kind, |node| {
+                    part_costs[node - base]
+                });
         }
     });
-    for position in (0..binary.tops()).rev() {
-        all[position] = costs(binary, &binary.nodes[position], leaf_kind, |node| all[node]);
+    for position in (0..binary.top_node_count()).rev() {
+        all[position] =
+            compute_node_costs(binary, &binary.nodes[position], leaf_kind, |node| all[node]);
     }
     all
 }

@@ -16,14 +16,14 @@ pub(super) struct RayBundle<S: Simd> {
     pub near: S::Floats,
     side: [usize; 3],
     /// Least and greatest component of the directions, for each axis.
-    spans: [[S::Floats; 2]; 3],
+    direction_bounds: [[S::Floats; 2]; 3],
     /// Terms of the filter's error bounds that hold for every ray of the packet.
     pub bounds: LeafRay,
 }
 
 /// Broadcasts the components of two vectors to all lanes, in pairs.
 #[inline(always)]
-fn both<S: Simd>(s: S, a: [f32; 3], b: [f32; 3]) -> [[S::Floats; 2]; 3] {
+fn splat_pairs<S: Simd>(s: S, a: [f32; 3], b: [f32; 3]) -> [[S::Floats; 2]; 3] {
     [
         [s.splat(a[0]), s.splat(b[0])],
         [s.splat(a[1]), s.splat(b[1])],
@@ -34,19 +34,19 @@ fn both<S: Simd>(s: S, a: [f32; 3], b: [f32; 3]) -> [[S::Floats; 2]; 3] {
 impl<S: Simd> RayBundle<S> {
     #[inline(always)]
     pub fn new(s: S, packet_state: &PacketState) -> Option<Self> {
-        let [least, most] = packet_state.spans()?;
+        let [least, most] = packet_state.direction_bounds()?;
         let (short, long) = (
             TraversalRay::new(packet_state.origin, least, packet_state.near),
             TraversalRay::new(packet_state.origin, most, packet_state.near),
         );
         Some(Self {
             origin: splat_vector(s, packet_state.origin),
-            inverse: both(s, short.box_ray.inverse, long.box_ray.inverse),
-            widened: both(s, short.box_ray.widened, long.box_ray.widened),
-            late: s.splat(long.box_ray.late[0]),
+            inverse: splat_pairs(s, short.box_ray.inverse, long.box_ray.inverse),
+            widened: splat_pairs(s, short.box_ray.exit_inverse, long.box_ray.exit_inverse),
+            late: s.splat(long.box_ray.exit_margin[0]),
             near: s.splat(packet_state.near),
             side: long.box_ray.side,
-            spans: both(s, least, most),
+            direction_bounds: splat_pairs(s, least, most),
             // The longest direction's e_T holds for all rays. Its term 12 u E² R contains no
             // direction. Its other term is 14 u E² |d|² · 2R/|d|, or 14 u E² · 2R/|d| if |d| is
             // below one, which is at least twice as large for any |d|.
@@ -60,11 +60,14 @@ impl<S: Simd> RayBundle<S> {
     /// Returns the mask of the children that some ray may enter before `far`, and lower bounds of
     /// the entry distances.
     #[inline(always)]
-    pub fn enter(&self, s: S, node: &Bvh8Node, far: S::Floats) -> (u32, S::Floats) {
+    pub fn intersect_children(&self, s: S, node: &Bvh8Node, far: S::Floats) -> (u32, S::Floats) {
         let (mut entry, mut exit) = (self.near, far);
         for axis in 0..3 {
             let (planes, side) = (&node.planes[axis], (self.side[axis] & 1) * WIDTH);
-            let (near, far) = (s.load_from(planes, side), s.load_from(planes, WIDTH - side));
+            let (near, far) = (
+                s.load_from_index(planes, side),
+                s.load_from_index(planes, WIDTH - side),
+            );
             let (a, b) = (
                 s.sub(near, self.origin[axis]),
                 s.sub(far, self.origin[axis]),
@@ -82,8 +85,8 @@ impl<S: Simd> RayBundle<S> {
     /// Returns bounds of the dot product of a vector with any of the directions, for the vector in
     /// each lane.
     #[inline(always)]
-    pub fn products(&self, s: S, v: [S::Floats; 3]) -> [S::Floats; 2] {
-        let [[xa, xb], [ya, yb], [za, zb]] = self.spans;
+    pub fn dot_product_bounds(&self, s: S, v: [S::Floats; 3]) -> [S::Floats; 2] {
+        let [[xa, xb], [ya, yb], [za, zb]] = self.direction_bounds;
         let (xa, xb) = (s.mul(v[0], xa), s.mul(v[0], xb));
         let (ya, yb) = (s.mul(v[1], ya), s.mul(v[1], yb));
         let (za, zb) = (s.mul(v[2], za), s.mul(v[2], zb));

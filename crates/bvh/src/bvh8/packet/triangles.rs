@@ -4,12 +4,12 @@
 use glam::{DVec3, Vec3};
 
 use super::bundle::RayBundle;
-use super::{GROUPS, PacketState, PacketVisitor, RAYS, greatest_far};
-use crate::bvh8::filter::{ErrorBounds, corner, cross, dot, splat_vector, sub3, undecided};
+use super::{GROUPS, MAX_RAYS, PacketState, PacketVisitor, max_far};
+use crate::bvh8::filter::{ErrorBounds, cross, dot, filter_lanes, load_corner, splat_vector, sub3};
 use crate::bvh8::triangle8::Triangle8;
-use crate::bvh8::{Bvh8, Lanes, WIDTH};
+use crate::bvh8::{Bvh8, MaskLanes, WIDTH};
 use crate::math::simd::{Simd, dot_f64, splat3_f64};
-use crate::shapes::{EDGE_ON, PreparedRay, Triangle};
+use crate::shapes::{EDGE_ON_RATIO, PreparedRay, Triangle};
 
 /// Values of eight prepared rays for the exact test, in structure-of-arrays layout.
 #[derive(Default)]
@@ -21,14 +21,14 @@ pub(super) struct Rays8 {
 
 /// Prepares the rays of a packet. It is called for the first triangle that needs the exact test.
 #[inline(never)]
-fn rays(packet_state: &PacketState) -> [Rays8; GROUPS] {
+fn prepare_rays(packet_state: &PacketState) -> [Rays8; GROUPS] {
     let mut rays = <[Rays8; GROUPS]>::default();
-    for ray in 0..RAYS {
+    for ray in 0..MAX_RAYS {
         let prepared_ray = PreparedRay::new(packet_state.ray(ray));
         let (to, lane) = (&mut rays[ray / WIDTH], ray % WIDTH);
         for axis in 0..3 {
-            to.across[0][axis][lane] = prepared_ray.across[0][axis];
-            to.across[1][axis][lane] = prepared_ray.across[1][axis];
+            to.across[0][axis][lane] = prepared_ray.projection_axes[0][axis];
+            to.across[1][axis][lane] = prepared_ray.projection_axes[1][axis];
             to.direction[axis][lane] = prepared_ray.direction[axis];
         }
         to.inverse_length_squared[lane] = prepared_ray.inverse_length_squared;
@@ -55,7 +55,12 @@ fn load3_f64<S: Simd>(s: S, [x, y, z]: &[[f64; WIDTH]; 3]) -> [S::Doubles; 3] {
 /// in their order. Rays for which rounding could change the sign of an edge function, or that see
 /// the triangle edge-on, are marked `unsure` and need that test itself.
 #[inline(always)]
-fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> TriangleHits8<S> {
+fn intersect_eight_rays<S: Simd>(
+    s: S,
+    origin: DVec3,
+    corners: &[Vec3; 3],
+    rays: &Rays8,
+) -> TriangleHits8<S> {
     let zero = s.splat_f64(0.0);
     let [across, beside] = [load3_f64(s, &rays.across[0]), load3_f64(s, &rays.across[1])];
     let direction = load3_f64(s, &rays.direction);
@@ -89,9 +94,9 @@ fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> T
         s.max_f64(s.max_f64(z[0], z[1]), z[2]),
         s.min_f64(s.min_f64(z[0], z[1]), z[2]),
     );
-    let told = s.at_least_f64(
+    let is_well_conditioned = s.at_least_f64(
         s.abs_f64(determinant),
-        s.mul_f64(s.mul_f64(sizes, depth), s.splat_f64(EDGE_ON)),
+        s.mul_f64(s.mul_f64(sizes, depth), s.splat_f64(EDGE_ON_RATIO)),
     );
     let hits = s.greater_f64(s.abs_f64(determinant), zero) & !(below & above);
     let inverse = s.div_f64(s.splat_f64(1.0), determinant);
@@ -107,14 +112,14 @@ fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> T
     TriangleHits8 {
         hits,
         outside: s.greater_f64(determinant, zero),
-        unsure: !(sure & told) & 0xff,
+        unsure: !(sure & is_well_conditioned) & 0xff,
         t: s.narrow(s.mul_f64(along, s.load_f64(&rays.inverse_length_squared))),
         weights: [s.narrow(v), s.narrow(w)],
     }
 }
 
 /// Terms of eight triangles that depend only on the common origin of the rays, in lanes.
-struct TriangleOrigin8 {
+struct OriginTerms8 {
     u: [[f32; WIDTH]; 3],
     v: [[f32; WIDTH]; 3],
     normal: [[f32; WIDTH]; 3],
@@ -128,24 +133,24 @@ struct TriangleOrigin8 {
 
 /// Broadcasts the vector of one lane to all lanes.
 #[inline(always)]
-fn lane_of<S: Simd>(s: S, v: &[[f32; WIDTH]; 3], lane: usize) -> [S::Floats; 3] {
+fn splat_lane<S: Simd>(s: S, v: &[[f32; WIDTH]; 3], lane: usize) -> [S::Floats; 3] {
     splat_vector(s, [v[0][lane], v[1][lane], v[2][lane]])
 }
 
 /// Copies the three components of eight vectors from registers to arrays.
 #[inline(always)]
-fn rows<S: Simd>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
+fn to_arrays<S: Simd>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
     [s.to_array(v[0]), s.to_array(v[1]), s.to_array(v[2])]
 }
 
-impl TriangleOrigin8 {
+impl OriginTerms8 {
     /// Computes the terms of a block's triangles, for hits at distances up to `far`.
     #[inline(always)]
     fn new<S: Simd>(s: S, bundle: &RayBundle<S>, block: &Triangle8, far: f32) -> Self {
-        let a = corner(s, block, 0);
+        let a = load_corner(s, block, 0);
         let (ab, ac) = (
-            sub3(s, corner(s, block, 1), a),
-            sub3(s, corner(s, block, 2), a),
+            sub3(s, load_corner(s, block, 1), a),
+            sub3(s, load_corner(s, block, 2), a),
         );
         let from = sub3(s, a, bundle.origin);
         let (u, v, normal) = (cross(s, ac, from), cross(s, from, ab), cross(s, ab, ac));
@@ -158,16 +163,16 @@ impl TriangleOrigin8 {
             ..
         } = ErrorBounds::new(s, &bundle.bounds, from, &block.longest, far);
         let ([ul, ug], [vl, vg], [wl, wg]) = (
-            bundle.products(s, u),
-            bundle.products(s, v),
-            bundle.products(s, w),
+            bundle.dot_product_bounds(s, u),
+            bundle.dot_product_bounds(s, v),
+            bundle.dot_product_bounds(s, w),
         );
         let below = s.less(s.min(s.min(ug, vg), wg), s.negate(weight));
         let above = s.less(weight, s.max(s.max(ul, vl), wl));
         Self {
-            u: rows(s, u),
-            v: rows(s, v),
-            normal: rows(s, normal),
+            u: to_arrays(s, u),
+            v: to_arrays(s, v),
+            normal: to_arrays(s, normal),
             distance: s.to_array(dot(s, normal, from)),
             errors: [
                 s.to_array(weight),
@@ -182,16 +187,16 @@ impl TriangleOrigin8 {
     /// Returns the mask of the rays of a group that may hit the triangle in a lane within the
     /// range, by the exact test.
     #[inline(always)]
-    fn undecided<S: Simd>(
+    fn filter_rays<S: Simd>(
         &self,
         s: S,
         lane: usize,
         directions: [S::Floats; 3],
         range: [S::Floats; 2],
     ) -> u32 {
-        let u = dot(s, directions, lane_of(s, &self.u, lane));
-        let v = dot(s, directions, lane_of(s, &self.v, lane));
-        let along = dot(s, directions, lane_of(s, &self.normal, lane));
+        let u = dot(s, directions, splat_lane(s, &self.u, lane));
+        let v = dot(s, directions, splat_lane(s, &self.v, lane));
+        let along = dot(s, directions, splat_lane(s, &self.normal, lane));
         let [weight, determinant, before, beyond] = &self.errors;
         let bounds = ErrorBounds {
             weight: s.splat(weight[lane]),
@@ -201,7 +206,7 @@ impl TriangleOrigin8 {
             before: s.splat(before[lane]),
             beyond: s.splat(beyond[lane]),
         };
-        undecided(
+        filter_lanes(
             s,
             [u, v, along],
             s.splat(self.distance[lane]),
@@ -214,36 +219,37 @@ impl TriangleOrigin8 {
 
 /// Intersects the packet with the triangles of a block: the filter first, then the exact test.
 #[inline(always)]
-pub(super) fn block<S: Simd>(
+pub(super) fn intersect_block<S: Simd>(
     s: S,
     bvh: &Bvh8,
     number: usize,
     bundle: &RayBundle<S>,
     packet_state: &mut PacketState,
     exact: &mut Option<[Rays8; GROUPS]>,
-    meets: &mut dyn PacketVisitor,
+    visitor: &mut dyn PacketVisitor,
 ) {
-    let seen = TriangleOrigin8::new(s, bundle, &bvh.blocks[number], greatest_far(packet_state));
-    for lane in Lanes(seen.lanes) {
+    let origin_terms = OriginTerms8::new(s, bundle, &bvh.blocks[number], max_far(packet_state));
+    for lane in MaskLanes(origin_terms.lanes) {
         for group in 0..GROUPS {
             let (first, [x, y, z]) = (group * WIDTH, &packet_state.directions);
             let directions = [
-                s.load_from(x, first),
-                s.load_from(y, first),
-                s.load_from(z, first),
+                s.load_from_index(x, first),
+                s.load_from_index(y, first),
+                s.load_from_index(z, first),
             ];
-            let range = [bundle.near, s.load_from(&packet_state.far, first)];
-            let left = seen.undecided(s, lane, directions, range) & packet_state.asked(group);
-            if left != 0 {
-                let rays = exact.get_or_insert_with(|| rays(packet_state));
-                settle(
+            let range = [bundle.near, s.load_from_index(&packet_state.far, first)];
+            let candidate_rays =
+                origin_terms.filter_rays(s, lane, directions, range) & packet_state.ray_mask(group);
+            if candidate_rays != 0 {
+                let rays = exact.get_or_insert_with(|| prepare_rays(packet_state));
+                intersect_exactly(
                     s,
                     bvh,
                     [number, lane, group],
-                    left,
+                    candidate_rays,
                     &rays[group],
                     packet_state,
-                    meets,
+                    visitor,
                 );
             }
         }
@@ -252,24 +258,24 @@ pub(super) fn block<S: Simd>(
 
 /// Intersects some rays of a group with a triangle by the exact test, and records their hits.
 #[inline(always)]
-fn settle<S: Simd>(
+fn intersect_exactly<S: Simd>(
     s: S,
     bvh: &Bvh8,
     [number, lane, group]: [usize; 3],
-    left: u32,
+    candidate_rays: u32,
     rays: &Rays8,
     packet_state: &mut PacketState,
-    meets: &dyn PacketVisitor,
+    visitor: &dyn PacketVisitor,
 ) {
     let triangle: Triangle<f32> = bvh.blocks[number].triangle(lane);
     let leaf_header = &bvh.leaf_headers[number];
-    let crossings = crossed(
+    let crossings = intersect_eight_rays(
         s,
         Vec3::from(packet_state.origin).as_dvec3(),
         &triangle.vertices,
         rays,
     );
-    let (mut outside, mut hits) = (crossings.outside, crossings.hits & left);
+    let (mut outside, mut hits) = (crossings.outside, crossings.hits & candidate_rays);
     let (mut t, [mut u, mut v]) = (
         s.to_array(crossings.t),
         [
@@ -277,11 +283,11 @@ fn settle<S: Simd>(
             s.to_array(crossings.weights[1]),
         ],
     );
-    for ray in Lanes(crossings.unsure & left) {
+    for ray in MaskLanes(crossings.unsure & candidate_rays) {
         let bit = 1 << ray;
         (hits, outside) = (hits & !bit, outside & !bit);
         if let Some(crossing) =
-            triangle.crossing(&PreparedRay::new(packet_state.ray(group * WIDTH + ray)))
+            triangle.intersect_watertight(&PreparedRay::new(packet_state.ray(group * WIDTH + ray)))
         {
             hits |= bit;
             outside |= if crossing.from_outside { bit } else { 0 };
@@ -293,20 +299,20 @@ fn settle<S: Simd>(
         }
     }
     let bit = 1 << lane;
-    if leaf_header.outside_alone(packet_state.culls) & bit != 0 {
+    if leaf_header.outside_only_lanes(packet_state.culls) & bit != 0 {
         hits &= outside;
     }
     if leaf_header.inside & bit != 0 {
         hits &= !outside;
     }
-    for ray in Lanes(hits) {
+    for ray in MaskLanes(hits) {
         if packet_state.near < t[ray] {
             let slots = [leaf_header.first + lane as u32, u32::MAX];
-            packet_state.consider(
+            packet_state.update_hit(
                 group * WIDTH + ray,
                 [t[ray], u[ray], v[ray]],
                 slots,
-                |a, b| meets.lower(a, b),
+                |a, b| visitor.comes_before(a, b),
             );
         }
     }

@@ -3,9 +3,9 @@
 use core::arch::x86_64::*;
 
 use super::super::WIDTH;
-use super::super::projected_ray::{ProjectedRay, UncertainSign, rotated_axes};
+use super::super::projected_ray::{ProjectedRay, UncertainSign, rotate_axes};
 use super::super::triangle8::Triangle8;
-use crate::shapes::{EDGE_ON, TriangleHit};
+use crate::shapes::{EDGE_ON_RATIO, TriangleHit};
 
 /// Mask of the three lanes that hold corners.
 const CORNERS: i32 = 7;
@@ -20,7 +20,7 @@ const NEXT: i32 = 0b11_00_10_01;
 /// # Safety
 /// The processor must have AVX.
 #[inline(always)]
-unsafe fn numbers(v: __m256d) -> [f64; 3] {
+unsafe fn to_array(v: __m256d) -> [f64; 3] {
     // SAFETY: the caller guarantees that the processor has AVX.
     unsafe {
         let (low, high) = (_mm256_castpd256_pd128(v), _mm256_extractf128_pd::<1>(v));
@@ -33,7 +33,7 @@ unsafe fn numbers(v: __m256d) -> [f64; 3] {
 }
 
 #[inline(always)]
-fn greatest([a, b, c]: [f64; 3]) -> f64 {
+fn max_of_three([a, b, c]: [f64; 3]) -> f64 {
     let greater = if a > b { a } else { b };
     if greater > c { greater } else { c }
 }
@@ -48,7 +48,7 @@ fn greatest([a, b, c]: [f64; 3]) -> f64 {
 /// The processor must have AVX2. The function lacks that target feature so that it is inlined into
 /// functions with it: the result of a call would be returned in memory.
 #[inline(always)]
-pub(super) unsafe fn crossing(
+pub(super) unsafe fn intersect_lane(
     block: &Triangle8,
     lane: usize,
     projected_ray: &ProjectedRay,
@@ -73,8 +73,8 @@ pub(super) unsafe fn crossing(
             ),
             _mm256_mul_pd(offset[2], _mm256_set1_pd(dz)),
         );
-        let (p, q, r) = rotated_axes(offset, projected_ray.major);
-        let [a, b, c, d] = projected_ray.across;
+        let (p, q, r) = rotate_axes(offset, projected_ray.major);
+        let [a, b, c, d] = projected_ray.projection;
         let x = _mm256_add_pd(
             _mm256_mul_pd(q, _mm256_set1_pd(a)),
             _mm256_mul_pd(p, _mm256_set1_pd(b)),
@@ -105,15 +105,15 @@ pub(super) unsafe fn crossing(
         if below & sure != 0 && !below & sure != 0 {
             return Ok(None);
         }
-        let [u, v, w] = numbers(edges);
+        let [u, v, w] = to_array(edges);
         let determinant = u + v + w;
-        let [za, zb, zc] = numbers(z);
-        let [sa, sb, sc] = numbers(_mm256_add_pd(
+        let [za, zb, zc] = to_array(z);
+        let [sa, sb, sc] = to_array(_mm256_add_pd(
             _mm256_andnot_pd(sign, x),
             _mm256_andnot_pd(sign, y),
         ));
-        let depth = greatest([za, zb, zc]) + greatest([-za, -zb, -zc]);
-        let told = determinant.abs() > (sa + sb + sc) * depth * (EDGE_ON * SLACK);
+        let depth = max_of_three([za, zb, zc]) + max_of_three([-za, -zb, -zc]);
+        let told = determinant.abs() > (sa + sb + sc) * depth * (EDGE_ON_RATIO * SLACK);
         if sure != CORNERS || !told {
             return Err(UncertainSign);
         }

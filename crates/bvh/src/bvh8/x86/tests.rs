@@ -9,15 +9,15 @@ use crate::math::simd::Portable;
 /// entries.
 fn waiting<S: TraversalSimd>(s: S, entries: [f32; WIDTH], mask: u32) -> Vec<(u32, f32)> {
     let children = core::array::from_fn(|lane| ChildRef(100 + lane as u32));
-    let mut stack = Stack::new();
+    let mut stack = TraversalStack::new();
     [7, 8]
         .into_iter()
-        .for_each(|index| stack.set(index - 7, StackEntry::new(ChildRef(index as u32), 0.5)));
-    let top = s.push_sorted(&mut stack, 2, &children, s.load(&entries), mask);
+        .for_each(|index| stack.set_entry(index - 7, StackEntry::new(ChildRef(index as u32), 0.5)));
+    let top = s.push_children_sorted(&mut stack, 2, &children, s.load(&entries), mask);
     // SAFETY: every entry below the top was written.
     (0..top)
-        .map(|index| unsafe { stack.eight(index)[0].assume_init() })
-        .map(|one| (one.child().0, one.entry()))
+        .map(|index| unsafe { stack.eight_entries(index)[0].assume_init() })
+        .map(|one| (one.child().0, one.entry_distance()))
         .collect()
 }
 

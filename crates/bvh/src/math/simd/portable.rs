@@ -20,7 +20,7 @@ impl Portable {
 
 /// Flips the sign of each component of `a` where the sign bit of `b` is set.
 #[inline(always)]
-fn flipped(a: Vec4, b: Vec4) -> Vec4 {
+fn flip_signs(a: Vec4, b: Vec4) -> Vec4 {
     let flip = |a: f32, b: f32| f32::from_bits(a.to_bits() ^ (b.to_bits() & 1 << 31));
     Vec4::new(
         flip(a.x, b.x),
@@ -32,12 +32,12 @@ fn flipped(a: Vec4, b: Vec4) -> Vec4 {
 
 /// Whether the target has SSE2. glam's maximum is then one instruction that returns the second
 /// operand unless the first is greater, as [`Simd`] requires. On other targets NaN may win.
-const SSE: bool = cfg!(target_feature = "sse2");
+const HAS_SSE2: bool = cfg!(target_feature = "sse2");
 
 /// Returns the first number in lanes where it is greater, otherwise the second.
 #[inline(always)]
-fn greater(a: Vec4, b: Vec4) -> Vec4 {
-    if SSE {
+fn max_or_second(a: Vec4, b: Vec4) -> Vec4 {
+    if HAS_SSE2 {
         a.max(b)
     } else {
         Vec4::select(a.cmpgt(b), a, b)
@@ -46,8 +46,8 @@ fn greater(a: Vec4, b: Vec4) -> Vec4 {
 
 /// Returns the first number in lanes where it is less, otherwise the second.
 #[inline(always)]
-fn less(a: Vec4, b: Vec4) -> Vec4 {
-    if SSE {
+fn min_or_second(a: Vec4, b: Vec4) -> Vec4 {
+    if HAS_SSE2 {
         a.min(b)
     } else {
         Vec4::select(a.cmplt(b), a, b)
@@ -56,7 +56,7 @@ fn less(a: Vec4, b: Vec4) -> Vec4 {
 
 /// Builds the mask of all lanes that satisfy `is_set`.
 #[inline(always)]
-fn mask(is_set: impl Fn(usize) -> bool) -> u32 {
+fn build_mask(is_set: impl Fn(usize) -> bool) -> u32 {
     (0..WIDTH).fold(0, |mask, lane| mask | u32::from(is_set(lane)) << lane)
 }
 
@@ -85,11 +85,11 @@ impl Simd for Portable {
         fn mul(a: F, b: F) -> F { [a[0] * b[0], a[1] * b[1]] }
         fn mul_add(a: F, b: F, c: F) -> F { [a[0] * b[0] + c[0], a[1] * b[1] + c[1]] }
         fn mul_sub(a: F, b: F, c: F) -> F { [a[0] * b[0] - c[0], a[1] * b[1] - c[1]] }
-        fn max(a: F, b: F) -> F { [greater(a[0], b[0]), greater(a[1], b[1])] }
-        fn min(a: F, b: F) -> F { [less(a[0], b[0]), less(a[1], b[1])] }
+        fn max(a: F, b: F) -> F { [max_or_second(a[0], b[0]), max_or_second(a[1], b[1])] }
+        fn min(a: F, b: F) -> F { [min_or_second(a[0], b[0]), min_or_second(a[1], b[1])] }
         fn abs(a: F) -> F { [a[0].abs(), a[1].abs()] }
         fn negate(a: F) -> F { [-a[0], -a[1]] }
-        fn signed_by(a: F, b: F) -> F { [flipped(a[0], b[0]), flipped(a[1], b[1])] }
+        fn flip_signs(a: F, b: F) -> F { [flip_signs(a[0], b[0]), flip_signs(a[1], b[1])] }
         fn less(a: F, b: F) -> u32 { a[0].cmplt(b[0]).bitmask() | a[1].cmplt(b[1]).bitmask() << 4 }
         fn at_most(a: F, b: F) -> u32 { a[0].cmple(b[0]).bitmask() | a[1].cmple(b[1]).bitmask() << 4 }
 
@@ -104,8 +104,8 @@ impl Simd for Portable {
         fn max_f64(a: D, b: D) -> D { from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] }) }
         fn min_f64(a: D, b: D) -> D { from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] }) }
         fn abs_f64(a: D) -> D { a.map(f64::abs) }
-        fn greater_f64(a: D, b: D) -> u32 { mask(|i| a[i] > b[i]) }
-        fn at_least_f64(a: D, b: D) -> u32 { mask(|i| a[i] >= b[i]) }
+        fn greater_f64(a: D, b: D) -> u32 { build_mask(|i| a[i] > b[i]) }
+        fn at_least_f64(a: D, b: D) -> u32 { build_mask(|i| a[i] >= b[i]) }
     }
 
     #[inline(always)]

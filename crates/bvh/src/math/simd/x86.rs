@@ -75,7 +75,7 @@ macro_rules! floats {
             fn min(a: F, b: F) -> F { _mm256_min_ps(a, b) }
             fn abs(a: F) -> F { _mm256_andnot_ps(_mm256_set1_ps(-0.0), a) }
             fn negate(a: F) -> F { _mm256_xor_ps(_mm256_set1_ps(-0.0), a) }
-            fn signed_by(a: F, b: F) -> F { _mm256_xor_ps(a, _mm256_and_ps(_mm256_set1_ps(-0.0), b)) }
+            fn flip_signs(a: F, b: F) -> F { _mm256_xor_ps(a, _mm256_and_ps(_mm256_set1_ps(-0.0), b)) }
         }
     };
 }
@@ -112,15 +112,15 @@ impl Simd for Avx2 {
         fn max_f64(a: D2, b: D2) -> D2 { [_mm256_max_pd(a[0], b[0]), _mm256_max_pd(a[1], b[1])] }
         fn min_f64(a: D2, b: D2) -> D2 { [_mm256_min_pd(a[0], b[0]), _mm256_min_pd(a[1], b[1])] }
         fn abs_f64(a: D2) -> D2 { [_mm256_andnot_pd(_mm256_set1_pd(-0.0), a[0]), _mm256_andnot_pd(_mm256_set1_pd(-0.0), a[1])] }
-        fn greater_f64(a: D2, b: D2) -> u32 { mask(_mm256_cmp_pd::<_CMP_GT_OQ>(a[0], b[0]), _mm256_cmp_pd::<_CMP_GT_OQ>(a[1], b[1])) }
-        fn at_least_f64(a: D2, b: D2) -> u32 { mask(_mm256_cmp_pd::<_CMP_GE_OQ>(a[0], b[0]), _mm256_cmp_pd::<_CMP_GE_OQ>(a[1], b[1])) }
+        fn greater_f64(a: D2, b: D2) -> u32 { sign_mask(_mm256_cmp_pd::<_CMP_GT_OQ>(a[0], b[0]), _mm256_cmp_pd::<_CMP_GT_OQ>(a[1], b[1])) }
+        fn at_least_f64(a: D2, b: D2) -> u32 { sign_mask(_mm256_cmp_pd::<_CMP_GE_OQ>(a[0], b[0]), _mm256_cmp_pd::<_CMP_GE_OQ>(a[1], b[1])) }
     }
 }
 
 /// Collects the sign bits of eight f64 numbers in a mask.
 #[inline]
 #[target_feature(enable = "avx")]
-fn mask(low: __m256d, high: __m256d) -> u32 {
+fn sign_mask(low: __m256d, high: __m256d) -> u32 {
     _mm256_movemask_pd(low) as u32 | (_mm256_movemask_pd(high) as u32) << 4
 }
 

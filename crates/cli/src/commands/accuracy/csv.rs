@@ -2,12 +2,12 @@
 //! rung, effect and combination. Columns that do not apply to a kind of line are empty.
 
 use raywright_core::accuracy::{
-    AccuracyReport, ConfidenceInterval, EffectCost, FrontierCandidate, MeasuredSetting,
-    OutputReport, RungPrice,
+    AccuracyReport, ConfidenceInterval, EffectCost, FrontierSetting, MeasuredSetting,
+    OutputFormatReport, RungPriceReport,
 };
-use raywright_core::bench::Spread;
+use raywright_core::bench::SampleQuantiles;
 
-use crate::table::{Align, Table, TableRow};
+use crate::table::{ColumnAlignment, Table, TableRow};
 
 /// Names of the columns, in their order.
 const COLUMNS: [&str; 33] = [
@@ -68,20 +68,20 @@ impl CsvLine {
     }
 
     /// Sets the three columns of the time: its median and its quartiles in seconds.
-    fn seconds(self, spread: &Spread) -> Self {
+    fn with_seconds(self, spread: &SampleQuantiles) -> Self {
         self.with_column("seconds", spread.median)
             .with_column("seconds_low", spread.lower_quartile)
             .with_column("seconds_high", spread.upper_quartile)
     }
 
-    fn interval(self, column: &str, interval: &ConfidenceInterval) -> Self {
+    fn with_interval(self, column: &str, interval: &ConfidenceInterval) -> Self {
         self.with_column(column, interval.value)
             .with_column(&format!("{column}_low"), interval.low)
             .with_column(&format!("{column}_high"), interval.high)
     }
 
-    fn measured(self, measured: &MeasuredSetting) -> Self {
-        let e = &measured.errors;
+    fn with_measured_setting(self, measured: &MeasuredSetting) -> Self {
+        let errors = &measured.errors;
         let line = self
             .with_column("renders", measured.renders)
             .with_column("tiles", measured.tiles)
@@ -90,21 +90,22 @@ impl CsvLine {
         let all = [
             ("seconds", &measured.seconds),
             ("ratio", &measured.ratio),
-            ("rmse", &e.rmse),
-            ("relmse", &e.relmse),
-            ("light", &e.light),
+            ("rmse", &errors.rmse),
+            ("relmse", &errors.relmse),
+            ("light", &errors.light),
         ];
         let line = all.into_iter().fold(line, |line, (column, interval)| {
-            line.interval(column, interval)
+            line.with_interval(column, interval)
         });
-        e.bias
+        errors
+            .bias
             .iter()
-            .fold(line, |line, bias| line.interval("bias", bias))
+            .fold(line, |line, bias| line.with_interval("bias", bias))
     }
 
-    fn priced(self, of: &RungPrice) -> Self {
+    fn with_rung_price(self, of: &RungPriceReport) -> Self {
         of.rung_cost.iter().fold(self, |line, rung_cost| {
-            line.seconds(&rung_cost.seconds)
+            line.with_seconds(&rung_cost.seconds)
                 .with_column("ratio", rung_cost.ratio.median)
                 .with_column("preparing_seconds", rung_cost.preparing.median)
                 .with_column("geometry_bytes", rung_cost.geometry)
@@ -112,7 +113,7 @@ impl CsvLine {
         })
     }
 
-    fn of_file(output: &OutputReport) -> Self {
+    fn from_output_report(output: &OutputFormatReport) -> Self {
         let line = Self::new("output", output.rung, output.in_use)
             .with_column("bytes_per_pixel", output.bytes_per_pixel);
         let figures = [
@@ -124,14 +125,14 @@ impl CsvLine {
         let line = figures.into_iter().fold(line, |line, (column, value)| {
             line.with_column(column, value)
         });
-        output.seconds.iter().fold(line, Self::seconds)
+        output.seconds.iter().fold(line, Self::with_seconds)
     }
 
     /// Creates the line of an effect: the time without the effect, and the ratio of the time with
     /// the effect to it.
-    fn of_effect(effect_cost: &EffectCost) -> Self {
-        let line =
-            Self::new("effect", effect_cost.effect, true).seconds(&effect_cost.seconds_without);
+    fn from_effect_cost(effect_cost: &EffectCost) -> Self {
+        let line = Self::new("effect", effect_cost.effect, true)
+            .with_seconds(&effect_cost.seconds_without);
         line.with_column("ratio", effect_cost.ratio.median)
             .with_column("rmse", effect_cost.rmse)
             .with_column("flip", effect_cost.flip)
@@ -141,38 +142,38 @@ impl CsvLine {
 /// Formats the file: a line for the scene's own setting, for each rung of each ladder, for settings
 /// of several rungs (`together`), for settings on the Pareto frontier (`frontier`), for file
 /// contents (`output`), and for effects (`effect`).
-pub fn csv(report: &AccuracyReport) -> String {
-    let mut lines = vec![CsvLine::new("own", "", true).measured(&report.own)];
+pub fn format_csv(report: &AccuracyReport) -> String {
+    let mut lines = vec![CsvLine::new("own", "", true).with_measured_setting(&report.own)];
     for ladder in &report.ladders {
         lines.extend(ladder.rungs.iter().map(|rung| {
             let line = CsvLine::new(ladder.ladder, &rung.rung, rung.in_use)
                 .with_column("flags", rung.flag.as_deref().unwrap_or_default());
-            let line = rung.measured.iter().fold(line, CsvLine::measured);
+            let line = rung
+                .measured
+                .iter()
+                .fold(line, CsvLine::with_measured_setting);
             rung.own_error.iter().fold(line, |line, interval| {
                 line.with_column("own_error", interval.value)
             })
         }));
     }
     for ladder in &report.prices {
-        lines.extend(
-            ladder
-                .rungs
-                .iter()
-                .map(|price| CsvLine::new(ladder.ladder, &price.rung, price.in_use).priced(price)),
-        );
+        lines.extend(ladder.rungs.iter().map(|price| {
+            CsvLine::new(ladder.ladder, &price.rung, price.in_use).with_rung_price(price)
+        }));
     }
-    lines.extend(report.outputs.iter().map(CsvLine::of_file));
+    lines.extend(report.outputs.iter().map(CsvLine::from_output_report));
     lines.extend(
         report
             .costs
             .iter()
             .flat_map(|costs| &costs.effects)
-            .map(CsvLine::of_effect),
+            .map(CsvLine::from_effect_cost),
     );
-    let candidate = |kind: &str, each_candidate: &FrontierCandidate| {
+    let candidate = |kind: &str, each_candidate: &FrontierSetting| {
         let line = CsvLine::new(kind, "", each_candidate.flags.is_empty())
             .with_column("flags", each_candidate.flags.join(" "));
-        line.measured(&each_candidate.measured)
+        line.with_measured_setting(&each_candidate.measured)
     };
     lines.extend(
         report
@@ -187,9 +188,9 @@ pub fn csv(report: &AccuracyReport) -> String {
             .map(|each_candidate| candidate("frontier", each_candidate)),
     );
     Table::new(
-        [Align::Left; COLUMNS.len()],
+        [ColumnAlignment::Left; COLUMNS.len()],
         COLUMNS,
         lines.into_iter().map(|line| TableRow::from_iter(line.0)),
     )
-    .csv()
+    .to_csv()
 }

@@ -8,16 +8,16 @@ use raywright_core::accuracy::AccuracyReport;
 use raywright_core::bench::clock::CLOCK;
 use raywright_core::display::Display;
 use raywright_core::effects::{EffectReport, detect};
-use raywright_io::report::{Page, accuracy_plot};
-use raywright_io::{Error, Loaded};
+use raywright_io::report::{AccuracyPage, plot_accuracy};
+use raywright_io::{Error, LoadedScene};
 use serde::Serialize;
 
-use super::csv::csv;
-use super::recommendation::{RenderCommand, recommendation_text};
+use super::csv::format_csv;
+use super::recommendation::{RenderCommand, format_recommendation};
 use crate::clock::format_duration;
 use crate::console;
 use crate::failure::Failure;
-use crate::machine::processor;
+use crate::machine::processor_name;
 use crate::origin::command_line;
 use crate::table::format_significant;
 
@@ -41,7 +41,7 @@ pub enum AccuracyFileKind {
 impl AccuracyFileKind {
     /// Selects the content by the extension of a file name. Fails with a usage error for an unknown
     /// extension.
-    pub fn of(path: &Path) -> Result<Self, Failure> {
+    pub fn from_path(path: &Path) -> Result<Self, Failure> {
         let ending = path
             .extension()
             .map(|ending| ending.to_string_lossy().to_ascii_lowercase());
@@ -50,7 +50,7 @@ impl AccuracyFileKind {
             Some("csv") => Ok(Self::Csv),
             Some("html") => Ok(Self::Html),
             Some("svg") => Ok(Self::Svg),
-            _ => Err(Error::usage(format_args!(
+            _ => Err(Error::invalid_usage(format_args!(
                 "cannot tell from {} what to write",
                 path.display()
             ))
@@ -104,14 +104,14 @@ pub struct AccuracyDocument<'a> {
 impl<'a> AccuracyDocument<'a> {
     /// Combines a report with the scene, the flags of the measurement and the machine.
     pub fn new(
-        loaded: &'a Loaded,
+        loaded: &'a LoadedScene,
         requested: &[String],
         settings: &Settings,
         threads: usize,
         report: &'a AccuracyReport,
     ) -> Self {
         let (processor, clock) = (
-            processor(),
+            processor_name(),
             if CLOCK == "thread CPU time" {
                 "CPU time of all threads"
             } else {
@@ -122,14 +122,14 @@ impl<'a> AccuracyDocument<'a> {
         let flags: Vec<String> = report
             .frontier
             .iter()
-            .map(|candidate| command.flags(&candidate.flags))
+            .map(|candidate| command.format_flags(&candidate.flags))
             .collect();
         Self {
-            circumstances: circumstances(processor.as_deref(), threads, clock, report),
-            recommendation: recommendation_text(report, &command),
+            circumstances: describe_conditions(processor.as_deref(), threads, clock, report),
+            recommendation: format_recommendation(report, &command),
             commands: flags
                 .iter()
-                .map(|flags| format!("{} {flags}", command.own).trim_end().to_owned())
+                .map(|flags| format!("{} {flags}", command.base).trim_end().to_owned())
                 .collect(),
             flags: flags
                 .into_iter()
@@ -141,7 +141,7 @@ impl<'a> AccuracyDocument<'a> {
                     }
                 })
                 .collect(),
-            own_command: command.own,
+            own_command: command.base,
             effects: detect(&loaded.scene, settings),
             display: Display::from_render(&loaded.scene.render),
             format: FORMAT,
@@ -156,7 +156,7 @@ impl<'a> AccuracyDocument<'a> {
         }
     }
 
-    fn page(&self) -> Page<'_> {
+    fn to_page(&self) -> AccuracyPage<'_> {
         let Self {
             scene,
             circumstances,
@@ -169,7 +169,7 @@ impl<'a> AccuracyDocument<'a> {
             display,
             ..
         } = self;
-        Page {
+        AccuracyPage {
             scene,
             circumstances,
             command,
@@ -183,13 +183,13 @@ impl<'a> AccuracyDocument<'a> {
     }
 
     /// Formats the report as the content of a file of this kind.
-    pub fn text(&self, kind: AccuracyFileKind) -> String {
+    pub fn format_as(&self, kind: AccuracyFileKind) -> String {
         match kind {
-            AccuracyFileKind::Json => console::json(self),
-            AccuracyFileKind::Csv => csv(self.report),
-            AccuracyFileKind::Html => self.page().html(),
+            AccuracyFileKind::Json => console::format_json(self),
+            AccuracyFileKind::Csv => format_csv(self.report),
+            AccuracyFileKind::Html => self.to_page().to_html(),
             AccuracyFileKind::Svg => {
-                accuracy_plot(self.scene, &self.circumstances[0], self.report, &self.flags).svg()
+                plot_accuracy(self.scene, &self.circumstances[0], self.report, &self.flags).to_svg()
             }
         }
     }
@@ -197,7 +197,7 @@ impl<'a> AccuracyDocument<'a> {
 
 /// Describes the conditions of the measurement in sentences: the size, the machine, the reference,
 /// and the measurements that had no time.
-fn circumstances(
+fn describe_conditions(
     processor: Option<&str>,
     threads: usize,
     clock: &str,

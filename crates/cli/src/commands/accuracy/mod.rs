@@ -10,24 +10,24 @@ mod text;
 use std::path::Path;
 
 use raywright_core::accuracy::{
-    AccuracyEffort, AccuracyReport, KeptReference, MeasureError, MeasurementStart,
-    ProgressListener, measure,
+    AccuracyEffort, AccuracyReport, MeasureError, MeasurementStart, ProgressListener,
+    ReusableReference, measure_accuracy,
 };
 use raywright_core::{Observer, Settings};
-use raywright_io::{EnvironmentSource, Error, GroundRule, LoadOptions, Loaded, output};
+use raywright_io::{EnvironmentSource, Error, GroundRule, LoadOptions, LoadedScene, output};
 
-use crate::args::values::{MaterialChoice, Up};
+use crate::args::values::{MaterialChoice, UpDirection};
 use crate::args::{AccuracyArgs, SceneArgs};
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::origin::quoted;
+use crate::observer::RunObserver;
+use crate::origin::quote_for_shell;
 use crate::plan::{self, RungChoices};
-use crate::preparation::failed;
+use crate::preparation::prepare_failure;
 use crate::progress::StepProgress;
 use crate::targets::OutputFiles;
 use crate::threads::Threads;
-use crate::watch::Watch;
 use crate::{interrupt, origin, scene_input};
 use file::{AccuracyDocument, AccuracyFileKind};
 
@@ -36,70 +36,75 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut outputs = OutputFiles::default();
     let mut files = Vec::new();
     for path in &args.output {
-        files.push((path, AccuracyFileKind::of(path)?));
+        files.push((path, AccuracyFileKind::from_path(path)?));
         outputs.add(path, "-o")?;
     }
-    let name = args.scene.clone().map_or_else(scene_input::unnamed, Ok)?;
+    let name = args
+        .scene
+        .clone()
+        .map_or_else(scene_input::default_scene_name, Ok)?;
     if let Some(path) = &args.reference {
         outputs.add(path, "--reference")?;
     }
     let mut notes = Notes::new(verbosity);
-    let options = plan::options(&args.changes, args.max_memory);
+    let options = plan::build_load_options(&args.changes, args.max_memory);
     let (limits, choices) = (options.limits, RungChoices::from(&args.choices));
     let threads = Threads::new(args.threads)?;
-    let mut loaded = threads.run(|| scene_input::read(&name, &options, &mut notes))?;
-    outputs.keep_clear_of(&loaded.inputs)?;
-    scene_input::note_completed(&loaded, &mut notes);
-    notes.finish();
-    let settings = settled(args, &mut loaded, &options)?;
+    let mut loaded = threads.run(|| scene_input::load_with_notes(&name, &options, &mut notes))?;
+    outputs.check_against_inputs(&loaded.inputs)?;
+    scene_input::note_added_parts(&loaded, &mut notes);
+    notes.print_kept();
+    let settings = resolve_settings(args, &mut loaded, &options)?;
     let reference = args
         .reference
         .as_deref()
-        .map(|path| reference::read(path, &limits))
+        .map(|path| reference::read_reference(path, &limits))
         .transpose()?
         .flatten();
-    let identity = origin::identity(&loaded, &options, &choices);
+    let identity = origin::scene_identity(&loaded, &options, &choices);
     let start = MeasurementStart {
         scene: &identity,
         reference,
     };
-    let watch = Watch::until(interrupt::flag()?);
+    let watch = RunObserver::with_stop_flag(interrupt::install_stop_flag()?);
     let mut steps = StepProgress::start(verbosity);
     let (report, reference) =
-        threads.run(|| measured(args, (&loaded, &settings), start, &watch, &mut steps))?;
+        threads.run(|| measure_scene(args, (&loaded, &settings), start, &watch, &mut steps))?;
     drop(steps);
     // The measurement is worth reporting even if the reference cannot be written.
     let requested = args
         .reference
         .as_deref()
         .filter(|_| !report.reference.kept && !watch.was_stopped());
-    let referred = requested.map_or(Ok(()), |path| reference::write(path, reference, &loaded));
-    if let Some(path) = requested.filter(|_| referred.is_ok()) {
-        verbosity.say(path.display());
+    let reference_result = requested.map_or(Ok(()), |path| {
+        reference::write_reference(path, reference, &loaded)
+    });
+    if let Some(path) = requested.filter(|_| reference_result.is_ok()) {
+        verbosity.print(path.display());
     }
     let document = AccuracyDocument::new(
         &loaded,
-        &asked(args),
+        &format_measurement_flags(args),
         &settings,
         threads.run(rayon::current_num_threads),
         &report,
     );
-    let is_free = |path: &Path| outputs.leave_free(path, &loaded.inputs);
+    let is_free = |path: &Path| outputs.is_free(path, &loaded.inputs);
     for (path, kind) in files {
-        let text = document.text(kind);
+        let text = document.format_as(kind);
         if watch.was_stopped() {
             let name =
-                output::write_unnamed(&output::partial_name(path), text.as_bytes(), is_free)?;
-            verbosity.say(name.display());
+                output::write_unnamed_file(&output::partial_name(path), text.as_bytes(), is_free)?;
+            verbosity.print(name.display());
         } else {
             output::write_atomically(path, text.as_bytes())?;
-            verbosity.say(path.display());
+            verbosity.print(path.display());
         }
     }
     console::print(if args.json {
-        console::json(&document)
+        console::format_json(&document)
     } else {
-        text::table(&document)
+        text::format_report(&document)
     })?;
     if watch.was_stopped() {
         return Err(Failure::new(
@@ -107,32 +112,32 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
             "interrupted; the report has what was measured until then",
         ));
     }
-    referred
+    reference_result
 }
 
 /// Returns the JSON of `accuracy` for a loaded scene. The work runs on the caller's thread pool;
 /// nothing is printed or written.
-pub fn embedded(
+pub fn run_embedded(
     args: &AccuracyArgs,
-    mut loaded: Loaded,
+    mut loaded: LoadedScene,
     command: String,
     observer: &dyn Observer,
 ) -> Result<String, Failure> {
     if let Some(path) = args.output.iter().chain(&args.reference).next() {
-        return Err(Error::usage(format_args!(
+        return Err(Error::invalid_usage(format_args!(
             "{}: figures are handed over here, and nothing is written",
             path.display()
         ))
         .into());
     }
-    let options = plan::options(&args.changes, args.max_memory);
-    let settings = settled(args, &mut loaded, &options)?;
-    let identity = origin::identity(&loaded, &options, &RungChoices::from(&args.choices));
+    let options = plan::build_load_options(&args.changes, args.max_memory);
+    let settings = resolve_settings(args, &mut loaded, &options)?;
+    let identity = origin::scene_identity(&loaded, &options, &RungChoices::from(&args.choices));
     let start = MeasurementStart {
         scene: &identity,
         reference: None,
     };
-    let (report, _) = measured(
+    let (report, _) = measure_scene(
         args,
         (&loaded, &settings),
         start,
@@ -141,20 +146,20 @@ pub fn embedded(
     )?;
     let mut document = AccuracyDocument::new(
         &loaded,
-        &asked(args),
+        &format_measurement_flags(args),
         &settings,
         rayon::current_num_threads(),
         &report,
     );
     document.command = command;
-    Ok(console::json(&document))
+    Ok(console::format_json(&document))
 }
 
 /// Resolves the scene's own settings as changed by the flags. All other settings are compared with
 /// these.
-fn settled(
+fn resolve_settings(
     args: &AccuracyArgs,
-    loaded: &mut Loaded,
+    loaded: &mut LoadedScene,
     options: &LoadOptions,
 ) -> Result<Settings, Failure> {
     let mut settings = Settings::from_scene(&loaded.scene);
@@ -164,24 +169,26 @@ fn settled(
     Ok(settings)
 }
 
-fn measured(
+fn measure_scene(
     args: &AccuracyArgs,
-    (loaded, settings): (&Loaded, &Settings),
+    (loaded, settings): (&LoadedScene, &Settings),
     start: MeasurementStart<'_>,
     observer: &dyn Observer,
     steps: &mut StepProgress,
-) -> Result<(AccuracyReport, KeptReference), Failure> {
+) -> Result<(AccuracyReport, ReusableReference), Failure> {
     let effort = AccuracyEffort {
         budget: args.budget,
         size: args.size,
         rounds: args.rounds,
     };
-    measure(&loaded.scene, settings, &effort, start, observer, steps).map_err(|error| {
+    measure_accuracy(&loaded.scene, settings, &effort, start, observer, steps).map_err(|error| {
         match (error, &args.reference) {
-            (MeasureError::Reference(error), Some(path)) => reference::foreign(path, &error),
-            (MeasureError::Reference(error), None) => Error::usage(error).into(),
-            (MeasureError::Prepare(error), _) => failed(&loaded.source, error),
-            (error @ MeasureError::NoTime, _) => Failure::new(
+            (MeasureError::Reference(error), Some(path)) => {
+                reference::wrong_reference_failure(path, &error)
+            }
+            (MeasureError::Reference(error), None) => Error::invalid_usage(error).into(),
+            (MeasureError::Prepare(error), _) => prepare_failure(&loaded.source, error),
+            (error @ MeasureError::InsufficientTime, _) => Failure::new(
                 Exit::Failed,
                 format_args!("{}: {error}", loaded.source.name),
             )
@@ -191,7 +198,7 @@ fn measured(
 }
 
 /// Formats the flags that define the measurement, as `render` accepts them.
-fn asked(args: &AccuracyArgs) -> Vec<String> {
+fn format_measurement_flags(args: &AccuracyArgs) -> Vec<String> {
     let SceneArgs {
         at,
         set,
@@ -211,7 +218,7 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
     } = &args.changes;
     let integrator = args
         .integrator
-        .map(|integrator| format!("--integrator {}", origin::name(&integrator)));
+        .map(|integrator| format!("--integrator {}", origin::variant_name(&integrator)));
     let mut flags: Vec<String> = integrator
         .into_iter()
         .chain(at.map(|t| format!("--at {t}")))
@@ -223,21 +230,21 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
     flags.extend(
         model_scene
             .iter()
-            .map(|name| format!("--scene {}", quoted(name))),
+            .map(|name| format!("--scene {}", quote_for_shell(name))),
     );
     flags.extend(
         variant
             .iter()
-            .map(|name| format!("--variant {}", quoted(name))),
+            .map(|name| format!("--variant {}", quote_for_shell(name))),
     );
     flags.extend(
         animation
             .iter()
-            .map(|name| format!("--animation {}", quoted(name))),
+            .map(|name| format!("--animation {}", quote_for_shell(name))),
     );
     flags.extend(up.map(|up| match up {
-        Up::Axis(axis) => format!("--up {}", axis.name()),
-        Up::Direction([x, y, z]) => format!("--up {x},{y},{z}"),
+        UpDirection::Axis(axis) => format!("--up {}", axis.name()),
+        UpDirection::Direction([x, y, z]) => format!("--up {x},{y},{z}"),
     }));
     flags.extend(material.map(|MaterialChoice::Clay| "--material clay".to_owned()));
     flags.extend(section.map(|section| format!("--section {section}")));
@@ -245,7 +252,9 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
         EnvironmentSource::None => "--env none".to_owned(),
         EnvironmentSource::Default => "--env default".to_owned(),
         EnvironmentSource::Studio => "--studio".to_owned(),
-        EnvironmentSource::File(path) => format!("--env {}", quoted(&path.to_string_lossy())),
+        EnvironmentSource::File(path) => {
+            format!("--env {}", quote_for_shell(&path.to_string_lossy()))
+        }
     }));
     flags.extend(studio.then(|| "--studio".to_owned()));
     flags.extend((*ground == GroundRule::None).then(|| "--ground none".to_owned()));
@@ -257,12 +266,12 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
         args.size
             .map(|[width, height]| format!("--size {width}x{height}")),
     );
-    flags.extend(RungChoices::from(&args.choices).words("--rung ", "--without "));
+    flags.extend(RungChoices::from(&args.choices).format_choices("--rung ", "--without "));
     flags
 }
 
 impl ProgressListener for StepProgress {
-    fn step(&mut self, label: &str, share: f64) {
+    fn report_step(&mut self, label: &str, share: f64) {
         self.show(label, share);
     }
 }

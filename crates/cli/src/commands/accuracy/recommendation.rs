@@ -1,28 +1,28 @@
 //! Summary of `accuracy` in sentences: time and error of the scene as it is, and recommended
 //! settings.
 
-use raywright_core::accuracy::{AccuracyReport, Advice, MeasuredSetting};
+use raywright_core::accuracy::{AccuracyReport, MeasuredSetting, Recommendation};
 use raywright_io::report::format_uncertain;
 
 use crate::clock::format_duration;
-use crate::origin::quoted;
+use crate::origin::quote_for_shell;
 use crate::table::format_significant;
 
 /// Command line of `render` for a scene, in two parts: the part common to all settings, and the
 /// flags of a setting.
 pub struct RenderCommand {
     /// Command with all flags of the measurement except its rungs.
-    pub own: String,
-    /// Rungs among the flags of the measurement, as `LADDER=RUNG`.
-    rungs: Vec<String>,
+    pub base: String,
+    /// Rungs among the flags of the measurement, as `LADDER=RUNG_PREFIX`.
+    measurement_rungs: Vec<String>,
 }
 
-/// Returns the text `LADDER=RUNG` of a `--rung` flag; `None` for any other flag.
-fn rung(flag: &str) -> Option<&str> {
+/// Returns the text `LADDER=RUNG_PREFIX` of a `--rung` flag; `None` for any other flag.
+fn rung_of_flag(flag: &str) -> Option<&str> {
     flag.strip_prefix("--rung ")
 }
 
-fn ladder(rung: &str) -> Option<&str> {
+fn ladder_of_rung(rung: &str) -> Option<&str> {
     rung.split_once('=').map(|(ladder, _)| ladder)
 }
 
@@ -32,17 +32,17 @@ impl RenderCommand {
     pub fn new(scene: &str, requested: &[String]) -> Self {
         let others = requested
             .iter()
-            .filter(|flag| rung(flag).is_none())
+            .filter(|flag| rung_of_flag(flag).is_none())
             .cloned();
-        let words: Vec<String> = ["raywright render".to_owned(), quoted(scene)]
+        let words: Vec<String> = ["raywright render".to_owned(), quote_for_shell(scene)]
             .into_iter()
             .chain(others)
             .collect();
         Self {
-            own: words.join(" "),
-            rungs: requested
+            base: words.join(" "),
+            measurement_rungs: requested
                 .iter()
-                .filter_map(|flag| rung(flag))
+                .filter_map(|flag| rung_of_flag(flag))
                 .map(str::to_owned)
                 .collect(),
         }
@@ -51,15 +51,18 @@ impl RenderCommand {
     /// Formats the rungs of the measurement and of a setting as flags of `render`. A rung of the
     /// setting replaces the measurement's rung of the same ladder. Each rung has a flag of its own,
     /// so that the line can be broken between flags.
-    pub fn flags(&self, setting: &[String]) -> String {
-        let chosen: Vec<&str> = setting.iter().filter_map(|flag| rung(flag)).collect();
+    pub fn format_flags(&self, setting: &[String]) -> String {
+        let chosen: Vec<&str> = setting
+            .iter()
+            .filter_map(|flag| rung_of_flag(flag))
+            .collect();
         let stays = |requested: &&str| {
             !chosen
                 .iter()
-                .any(|other| ladder(other) == ladder(requested))
+                .any(|other| ladder_of_rung(other) == ladder_of_rung(requested))
         };
         let all: Vec<&str> = self
-            .rungs
+            .measurement_rungs
             .iter()
             .map(String::as_str)
             .filter(stays)
@@ -84,7 +87,7 @@ impl RenderCommand {
 
 /// Formats the summary: error and time of the scene as it is, then the setting with half the error,
 /// and the setting with the same error in less time.
-pub fn recommendation_text(report: &AccuracyReport, command: &RenderCommand) -> String {
+pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -> String {
     let measured = &report.own;
     let time = format!(
         "{} of CPU time",
@@ -93,7 +96,7 @@ pub fn recommendation_text(report: &AccuracyReport, command: &RenderCommand) -> 
     if !measured.errors.relmse.high.is_finite() {
         return "There was no time to tell the error in use: a larger --budget helps.".to_owned();
     }
-    if measured.errors.relmse.is_lost_in_noise() {
+    if measured.errors.relmse.includes_zero() {
         let most = format_significant(measured.errors.relmse.high.sqrt(), 2);
         return format!(
             "In use: {time}, and an error of at most {most}, which is too small to be told from the reference's own."
@@ -104,17 +107,18 @@ pub fn recommendation_text(report: &AccuracyReport, command: &RenderCommand) -> 
             format_significant(value, 2)
         })
     };
-    let longer = |seconds: f64| format!("`--budget {}` may tell", budget(seconds));
-    let times = |of: &Advice| format_uncertain(&of.time, |value| format_significant(value, 2));
+    let longer = |seconds: f64| format!("`--budget {}` may tell", format_budget_flag(seconds));
+    let times =
+        |of: &Recommendation| format_uncertain(&of.time, |value| format_significant(value, 2));
     let half = match (
         &report.recommendations.half_the_error,
         report.recommendations.half_needs,
-        more_samples(report),
+        quadruple_samples(report),
     ) {
         (Some(advice), ..) => {
             format!(
                 "Half of it: `{}` has {} for {} x the time.",
-                command.flags(&advice.flags),
+                command.format_flags(&advice.flags),
                 about(&advice.measured),
                 times(advice)
             )
@@ -135,7 +139,7 @@ pub fn recommendation_text(report: &AccuracyReport, command: &RenderCommand) -> 
         (Some(advice), _) => {
             format!(
                 "No more error: `{}` has {} for {} x the time.",
-                command.flags(&advice.flags),
+                command.format_flags(&advice.flags),
                 about(&advice.measured),
                 times(advice)
             )
@@ -153,7 +157,7 @@ pub fn recommendation_text(report: &AccuracyReport, command: &RenderCommand) -> 
 
 /// Formats seconds as a value of `--budget`, rounded up to tens of seconds, or to minutes from one
 /// minute on.
-fn budget(seconds: f64) -> String {
+fn format_budget_flag(seconds: f64) -> String {
     let step = if seconds < 60.0 { 10.0 } else { 60.0 };
     let rounded = (seconds / step).ceil() * step;
     if rounded < 60.0 {
@@ -165,7 +169,7 @@ fn budget(seconds: f64) -> String {
 
 /// Returns four times the current number of samples, which halve an error that is pure noise;
 /// `None` if a setting with as many samples was measured.
-fn more_samples(report: &AccuracyReport) -> Option<u32> {
+fn quadruple_samples(report: &AccuracyReport) -> Option<u32> {
     let samples = report
         .ladders
         .iter()
@@ -184,7 +188,7 @@ fn more_samples(report: &AccuracyReport) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use clap::Parser;
-    use raywright_core::accuracy::{ConfidenceInterval, Recommendations, Setting};
+    use raywright_core::accuracy::{ConfidenceInterval, Recommendations, RungSetting};
     use raywright_core::ladder::Ladder;
     use raywright_core::scene::Scene;
 
@@ -206,8 +210,8 @@ mod tests {
             "a b.glb",
             &words(&["--integrator path", "--rung samples=16"]),
         );
-        assert_eq!(command.own, "raywright render 'a b.glb' --integrator path");
-        let flags = |list: &[&str]| command.flags(&words(list));
+        assert_eq!(command.base, "raywright render 'a b.glb' --integrator path");
+        let flags = |list: &[&str]| command.format_flags(&words(list));
         assert_eq!(
             flags(&["--rung samples=64", "--rung precision=reference"]),
             "--spp 64 --rung precision=reference"
@@ -221,7 +225,7 @@ mod tests {
             "--spp 16 --rung clamp=10 --rung roulette=off"
         );
         assert_eq!(flags(&[]), "--spp 16");
-        assert_eq!(RenderCommand::new("preset:x", &[]).flags(&[]), "");
+        assert_eq!(RenderCommand::new("preset:x", &[]).format_flags(&[]), "");
     }
 
     /// Protects: the summary has the current error and time, and the error and time of each
@@ -240,7 +244,7 @@ mod tests {
         let advice = |flag: &str, time: f64, square: f64| {
             let mut measured = measured.clone();
             measured.errors.relmse = value_of(square);
-            Some(Advice {
+            Some(Recommendation {
                 flags: words(&[flag]),
                 time: value_of(time),
                 error: value_of(9.0),
@@ -255,7 +259,7 @@ mod tests {
             same_needs: None,
         };
         assert_eq!(
-            recommendation_text(&report, &command),
+            format_recommendation(&report, &command),
             format!(
                 "{own} Half of it: `--spp 256` has 0.15 ±5 % for 3.9 ±10 % x the time. No more error: `--rung clamp=10` has 0.28 ±5 % for 0.26 \
                  ±10 % x the time."
@@ -267,7 +271,7 @@ mod tests {
             ..Recommendations::default()
         };
         assert_eq!(
-            recommendation_text(&report, &command),
+            format_recommendation(&report, &command),
             format!(
                 "{own} No setting has half of it for certain: `--budget 50s` may tell. None has the same error in less time for certain: \
                  `--budget 2min` may tell."
@@ -275,7 +279,7 @@ mod tests {
         );
         report.recommendations = Recommendations::default();
         assert_eq!(
-            recommendation_text(&report, &command),
+            format_recommendation(&report, &command),
             format!(
                 "{own} Nothing that was measured has half of it. Nothing that was measured has the same error in clearly less time."
             )
@@ -283,21 +287,21 @@ mod tests {
         report.ladders[0].ladder = "samples";
         report.ladders[0].in_use = "64".to_owned();
         assert!(
-            recommendation_text(&report, &command)
+            format_recommendation(&report, &command)
                 .contains("Half of it was not measured; `--spp 256` promises it for 4 x the time.")
         );
         report.ladders[0].rungs[0].rung = "256".to_owned();
         assert!(
-            recommendation_text(&report, &command)
+            format_recommendation(&report, &command)
                 .contains("Nothing that was measured has half of it.")
         );
         report.own.errors.relmse.low = 0.0;
         assert_eq!(
-            recommendation_text(&report, &command),
+            format_recommendation(&report, &command),
             "In use: 25.0 s ±10 % of CPU time, and an error of at most 0.4, which is too small to be told from the reference's own."
         );
         report.own.errors.relmse.high = f64::INFINITY;
-        assert!(recommendation_text(&report, &command).starts_with("There was no time"));
+        assert!(format_recommendation(&report, &command).starts_with("There was no time"));
     }
 
     /// Protects: the recommended flags select exactly the rungs of the measured setting.
@@ -310,8 +314,8 @@ mod tests {
             Ladder::Clamp,
         ];
         for choice in ladders.into_iter().flat_map(Ladder::choices) {
-            let advised =
-                RenderCommand::new("preset:cornell", &[]).flags(&Setting::single(choice).flags());
+            let advised = RenderCommand::new("preset:cornell", &[])
+                .format_flags(&RungSetting::from_rung(choice).flags());
             let settings = |words: &str| {
                 let words = ["raywright", "render", "preset:cornell"]
                     .into_iter()
@@ -327,7 +331,7 @@ mod tests {
                     Scene::default(),
                     RenderTask::new(*args, Verbosity::Quiet).expect("right words"),
                 );
-                task.settle(&mut scene, None, |_, _, _, _| panic!("nothing is framed"))
+                task.resolve_plan(&mut scene, None, |_, _, _, _| panic!("nothing is framed"))
                     .expect("a plan")
                     .settings
             };

@@ -3,29 +3,29 @@
 
 use std::path::Path;
 
-use raywright_core::accuracy::KeptReference;
+use raywright_core::accuracy::ReusableReference;
 use raywright_core::display::Display;
 use raywright_core::film::PartError;
 use raywright_core::ladder::RungChoice;
-use raywright_io::output::{KeptFilm, Metadata, read_film, write_film};
-use raywright_io::{Error, Limits, Loaded};
+use raywright_io::output::{PictureMetadata, StoredFilm, read_film, write_film};
+use raywright_io::{Error, Limits, LoadedScene};
 
-use crate::commands::render::film::refuse_other_program;
+use crate::commands::render::film::refuse_other_version;
 use crate::failure::Failure;
 use crate::origin::{SOFTWARE, command_line};
 
 /// First word of the settings text in the film file of a reference.
-const MARK: &str = "reference";
+const REFERENCE_MARK: &str = "reference";
 
 /// Reads the reference of `--reference`; `None` if the file does not exist.
-pub fn read(path: &Path, limits: &Limits) -> Result<Option<KeptReference>, Failure> {
+pub fn read_reference(path: &Path, limits: &Limits) -> Result<Option<ReusableReference>, Failure> {
     if !path.exists() {
         return Ok(None);
     }
-    let KeptFilm { film, metadata, .. } = read_film(path, limits)?;
-    refuse_other_program(path, &metadata)?;
+    let StoredFilm { film, metadata, .. } = read_film(path, limits)?;
+    refuse_other_version(path, &metadata)?;
     let mut words = metadata.settings.split(' ');
-    let rungs = (words.next() == Some(MARK))
+    let rungs = (words.next() == Some(REFERENCE_MARK))
         .then(|| {
             words
                 .map(RungChoice::parse)
@@ -34,18 +34,22 @@ pub fn read(path: &Path, limits: &Limits) -> Result<Option<KeptReference>, Failu
         })
         .flatten();
     let rungs = rungs.ok_or_else(|| {
-        Error::input(path.display(), "it is no reference of `raywright accuracy`")
+        Error::invalid_input(path.display(), "it is no reference of `raywright accuracy`")
             .with_hint("name a file that is not there yet")
     })?;
-    Ok(Some(KeptReference { rungs, film }))
+    Ok(Some(ReusableReference { rungs, film }))
 }
 
 /// Writes the reference with its rungs to the file of `--reference`.
-pub fn write(path: &Path, reference: KeptReference, loaded: &Loaded) -> Result<(), Failure> {
-    let words = [MARK.to_owned()]
+pub fn write_reference(
+    path: &Path,
+    reference: ReusableReference,
+    loaded: &LoadedScene,
+) -> Result<(), Failure> {
+    let words = [REFERENCE_MARK.to_owned()]
         .into_iter()
         .chain(reference.rungs.iter().map(RungChoice::to_string));
-    let metadata = Metadata {
+    let metadata = PictureMetadata {
         software: SOFTWARE.to_owned(),
         scene_hash: loaded.hash.to_string(),
         settings: words.collect::<Vec<_>>().join(" "),
@@ -55,7 +59,7 @@ pub fn write(path: &Path, reference: KeptReference, loaded: &Loaded) -> Result<(
     };
     Ok(write_film(
         path,
-        &mut KeptFilm {
+        &mut StoredFilm {
             film: reference.film,
             metadata,
             display: Display::from_render(&loaded.scene.render),
@@ -64,14 +68,14 @@ pub fn write(path: &Path, reference: KeptReference, loaded: &Loaded) -> Result<(
 }
 
 /// Creates the failure for a reference file of another scene or of other settings.
-pub fn foreign(path: &Path, error: &PartError) -> Failure {
+pub fn wrong_reference_failure(path: &Path, error: &PartError) -> Failure {
     let label = match error {
         PartError::Foreign { label, .. } => {
             format!("it is the reference of something else: the {label} differs")
         }
         other => other.to_string(),
     };
-    Error::input(path.display(), label)
+    Error::invalid_input(path.display(), label)
         .with_hint("give the scene and flags that it was made with, or name another file")
         .into()
 }

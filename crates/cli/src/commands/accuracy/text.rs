@@ -1,42 +1,55 @@
 //! Report of `accuracy` as tables for the terminal, with a small plot of the Pareto frontier.
 
 use raywright_core::accuracy::{
-    AccuracyReport, ConfidenceInterval, FrontierCandidate, LadderReport, MeasuredSetting,
-    OutputReport, PriceReport, RungPrice, RungReport,
+    AccuracyReport, ConfidenceInterval, FrontierSetting, LadderReport, MeasuredSetting,
+    OutputFormatReport, PriceReport, RungPriceReport, RungReport,
 };
-use raywright_core::bench::Spread;
-use raywright_io::human_bytes;
-use raywright_io::report::{format_uncertain, light_change};
+use raywright_core::bench::SampleQuantiles;
+use raywright_io::format_bytes;
+use raywright_io::report::{format_light_change, format_uncertain};
 
 use super::file::AccuracyDocument;
 use crate::clock::format_duration;
-use crate::commands::explain::dear;
-use crate::scatter::scatter;
-use crate::table::{Align, format_significant, lay_out_aligned, paragraph};
+use crate::commands::explain::format_effect_costs;
+use crate::scatter::draw_scatter_plot;
+use crate::table::{ColumnAlignment, format_aligned_columns, format_significant, wrap_paragraph};
 
-const RIGHT: Align = Align::Right;
-const COLUMNS: [Align; 8] = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
+const RIGHT: ColumnAlignment = ColumnAlignment::Right;
+const COLUMNS: [ColumnAlignment; 8] = [
+    ColumnAlignment::Left,
+    RIGHT,
+    RIGHT,
+    RIGHT,
+    RIGHT,
+    RIGHT,
+    RIGHT,
+    RIGHT,
+];
 
 /// Formats the whole report: the recommendation, the Pareto frontier, the conditions, and the
 /// tables of rungs, prices, files and effects.
-pub fn table(document: &AccuracyDocument<'_>) -> String {
+pub fn format_report(document: &AccuracyDocument<'_>) -> String {
     let report = document.report;
     let mut text = format!(
         "{}\n{}\n",
         document.scene,
-        paragraph(&document.recommendation)
+        wrap_paragraph(&document.recommendation)
     );
-    text += &frontier(document);
+    text += &format_frontier(document);
     text += "\n";
     document
         .circumstances
         .iter()
-        .for_each(|line| text += &(paragraph(line) + "\n"));
-    text += &rungs(report);
-    text += &prices(report);
-    text += &files(report);
-    text += &report.costs.as_ref().map(dear).unwrap_or_default();
-    text += &listed(
+        .for_each(|line| text += &(wrap_paragraph(line) + "\n"));
+    text += &format_rung_table(report);
+    text += &format_price_table(report);
+    text += &format_output_table(report);
+    text += &report
+        .costs
+        .as_ref()
+        .map(format_effect_costs)
+        .unwrap_or_default();
+    text += &format_name_list(
         "not called for by this scene, and not measured",
         report.not_called_for.iter().copied(),
     );
@@ -44,7 +57,7 @@ pub fn table(document: &AccuracyDocument<'_>) -> String {
 }
 
 /// Formats names as a paragraph after a label; empty without names.
-fn listed<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) -> String {
+fn format_name_list<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) -> String {
     let names: Vec<T> = names.collect();
     let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
     if names.is_empty() {
@@ -52,7 +65,7 @@ fn listed<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) -> String 
     } else {
         format!(
             "\n{}\n",
-            paragraph(&format!("{words}: {}", names.join(", ")))
+            wrap_paragraph(&format!("{words}: {}", names.join(", ")))
         )
     }
 }
@@ -60,27 +73,27 @@ fn listed<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) -> String 
 /// Formats the table of errors: each ladder with its rungs, without rungs that are slower and worse
 /// than the current rung and without rungs that had no time. The names of both follow below the
 /// table.
-fn rungs(report: &AccuracyReport) -> String {
+fn format_rung_table(report: &AccuracyReport) -> String {
     let heads = [
         "", "time", "x in use", "error", "bias", "light", "FLIP", "alone",
     ];
     let mut rows = vec![
         heads.map(str::to_owned),
-        row("as it is".to_owned(), &report.own, None),
+        setting_row("as it is".to_owned(), &report.own, None),
     ];
     let (samples, others): (Vec<_>, Vec<_>) = report
         .ladders
         .iter()
         .partition(|ladder| ladder.ladder == "samples");
-    rows.extend(samples.iter().flat_map(|ladder| rows_of(ladder)));
+    rows.extend(samples.iter().flat_map(|ladder| ladder_rows(ladder)));
     if let Some(base) = &report.base {
-        rows.push(row(
+        rows.push(setting_row(
             format!("below: {} samples", base.samples),
             &base.measured,
             None,
         ));
     }
-    rows.extend(others.iter().flat_map(|ladder| rows_of(ladder)));
+    rows.extend(others.iter().flat_map(|ladder| ladder_rows(ladder)));
     let notes = [
         "* in use",
         "error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01); bias: what more samples leave of it; light: what is gone or added",
@@ -88,38 +101,41 @@ fn rungs(report: &AccuracyReport) -> String {
         "<: too small to be told from the reference's noise; the number is the upper end of the interval",
         "RMSE and the ends of all intervals are in -o FILE.csv",
     ];
-    let mut text = format!("\n{}", lay_out_aligned(COLUMNS, &rows));
+    let mut text = format!("\n{}", format_aligned_columns(COLUMNS, &rows));
     notes
         .iter()
-        .for_each(|note| text += &(paragraph(note) + "\n"));
+        .for_each(|note| text += &(wrap_paragraph(note) + "\n"));
     let all = report
         .ladders
         .iter()
         .flat_map(|ladder| ladder.rungs.iter().map(move |rung| (ladder, rung)));
     let beaten = all
-        .filter(|(ladder, rung)| ladder.beats(rung))
+        .filter(|(ladder, rung)| ladder.is_dominated(rung))
         .map(|(ladder, rung)| format!("{}={}", ladder.ladder, rung.rung));
-    text += &listed("slower and worse than what is in use", beaten);
+    text += &format_name_list("slower and worse than what is in use", beaten);
     let late = report.ladders.iter().filter_map(|ladder| {
         let others = || ladder.rungs.iter().filter(|rung| !rung.in_use);
-        late(
+        list_unmeasured_rungs(
             ladder.ladder,
             others().map(|rung| (rung.rung.as_str(), rung.measured.is_none())),
         )
     });
-    text += &listed("no time for", late);
-    text + &together(&report.combinations)
+    text += &format_name_list("no time for", late);
+    text + &format_combinations(&report.combinations)
 }
 
 /// Formats the names of a ladder's rungs that had no time to be measured; only the ladder's name if
 /// no rung had time, `None` if all had. Each rung comes with whether it lacks a measurement.
-fn late<'a>(ladder: &str, rungs: impl Iterator<Item = (&'a str, bool)>) -> Option<String> {
-    let (late, there): (Vec<_>, Vec<_>) = rungs.partition(|(_, is_late)| *is_late);
+fn list_unmeasured_rungs<'a>(
+    ladder: &str,
+    rungs: impl Iterator<Item = (&'a str, bool)>,
+) -> Option<String> {
+    let (late, measured): (Vec<_>, Vec<_>) = rungs.partition(|(_, is_late)| *is_late);
     let names: Vec<String> = late
         .iter()
         .map(|(rung, _)| format!("{ladder}={rung}"))
         .collect();
-    match (names.is_empty(), there.is_empty()) {
+    match (names.is_empty(), measured.is_empty()) {
         (true, _) => None,
         (false, true) => Some(ladder.to_owned()),
         (false, false) => Some(names.join(", ")),
@@ -128,7 +144,7 @@ fn late<'a>(ladder: &str, rungs: impl Iterator<Item = (&'a str, bool)>) -> Optio
 
 /// Formats a table of settings that change several rungs of the scene's own setting. Their flags
 /// may be long, so that they fill the last column.
-fn together(all: &[FrontierCandidate]) -> String {
+fn format_combinations(all: &[FrontierSetting]) -> String {
     if all.is_empty() {
         return String::new();
     }
@@ -136,9 +152,9 @@ fn together(all: &[FrontierCandidate]) -> String {
         "time", "x in use", "error", "bias", "light", "FLIP", "together",
     ]
     .map(str::to_owned);
-    let figures = |candidate: &FrontierCandidate| {
+    let figures = |candidate: &FrontierSetting| {
         let [_, time, ratio, error, bias, light, flip, _] =
-            row(String::new(), &candidate.measured, None);
+            setting_row(String::new(), &candidate.measured, None);
         [
             time,
             ratio,
@@ -152,8 +168,16 @@ fn together(all: &[FrontierCandidate]) -> String {
     let rows: Vec<[String; 7]> = [heads].into_iter().chain(all.iter().map(figures)).collect();
     format!(
         "\n{}",
-        lay_out_aligned(
-            [RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, Align::Left],
+        format_aligned_columns(
+            [
+                RIGHT,
+                RIGHT,
+                RIGHT,
+                RIGHT,
+                RIGHT,
+                RIGHT,
+                ColumnAlignment::Left
+            ],
             &rows
         )
     )
@@ -161,11 +185,11 @@ fn together(all: &[FrontierCandidate]) -> String {
 
 /// Builds the rows of a ladder: its title and its measured rungs. Empty if only the current rung
 /// was measured.
-fn rows_of(ladder: &LadderReport) -> Vec<[String; 8]> {
+fn ladder_rows(ladder: &LadderReport) -> Vec<[String; 8]> {
     let rung_reports: Vec<&RungReport> = ladder
         .rungs
         .iter()
-        .filter(|rung| rung.measured.is_some() && !ladder.beats(rung))
+        .filter(|rung| rung.measured.is_some() && !ladder.is_dominated(rung))
         .collect();
     if rung_reports.iter().all(|rung| rung.in_use) {
         return Vec::new();
@@ -178,7 +202,7 @@ fn rows_of(ladder: &LadderReport) -> Vec<[String; 8]> {
     };
     let rows = rung_reports.into_iter().filter_map(|rung_report| {
         let mark = if rung_report.in_use { " *" } else { "" };
-        Some(row(
+        Some(setting_row(
             format!("  {}{mark}", rung_report.rung),
             rung_report.measured.as_ref()?,
             rung_report.own_error.as_ref(),
@@ -194,7 +218,7 @@ fn title_row<const N: usize>(title: String) -> [String; N] {
     row
 }
 
-fn row(
+fn setting_row(
     name: String,
     measured: &MeasuredSetting,
     own_error: Option<&ConfidenceInterval>,
@@ -202,23 +226,23 @@ fn row(
     let errors = &measured.errors;
     [
         name,
-        format_uncertain(&measured.seconds, spoken_finely),
+        format_uncertain(&measured.seconds, format_precise_duration),
         format_uncertain(&measured.ratio, |value| format_significant(value, 3)),
-        root(&errors.relmse),
-        errors.bias.as_ref().map(root).unwrap_or_default(),
-        light_change(&errors.light),
-        short(&measured.flip),
-        own_error.map(short).unwrap_or_default(),
+        format_root(&errors.relmse),
+        errors.bias.as_ref().map(format_root).unwrap_or_default(),
+        format_light_change(&errors.light),
+        format_interval(&measured.flip),
+        own_error.map(format_interval).unwrap_or_default(),
     ]
 }
 
-fn short(interval: &ConfidenceInterval) -> String {
+fn format_interval(interval: &ConfidenceInterval) -> String {
     format_uncertain(interval, |value| format_significant(value, 2))
 }
 
 /// Formats a time in seconds: below a second with three digits in milliseconds, otherwise like
 /// [`format_duration`].
-fn spoken_finely(seconds: f64) -> String {
+fn format_precise_duration(seconds: f64) -> String {
     if seconds < 0.9995 {
         format!("{} ms", format_significant(seconds * 1e3, 3))
     } else {
@@ -226,12 +250,12 @@ fn spoken_finely(seconds: f64) -> String {
     }
 }
 
-fn spread(spread: &Spread) -> String {
-    format!("±{:.0} %", 100.0 * spread.relative())
+fn format_spread(spread: &SampleQuantiles) -> String {
+    format!("±{:.0} %", 100.0 * spread.relative_half_spread())
 }
 
 /// Formats the table of ladders that change time or memory but no picture.
-fn prices(report: &AccuracyReport) -> String {
+fn format_price_table(report: &AccuracyReport) -> String {
     let mut rows = vec![
         [
             "no picture changes",
@@ -260,16 +284,16 @@ fn prices(report: &AccuracyReport) -> String {
             format!("{ladder} (in use: {in_use})")
         };
         rows.push(title_row(title));
-        rows.extend(rungs.iter().filter_map(price));
+        rows.extend(rungs.iter().filter_map(price_row));
     }
-    let columns = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
+    let columns = [ColumnAlignment::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
     let table = if rows.len() > 1 {
-        format!("\n{}", lay_out_aligned(columns, &rows))
+        format!("\n{}", format_aligned_columns(columns, &rows))
     } else {
         String::new()
     };
     let rungs = |price_report: &PriceReport| {
-        late(
+        list_unmeasured_rungs(
             price_report.ladder,
             price_report
                 .rungs
@@ -277,10 +301,10 @@ fn prices(report: &AccuracyReport) -> String {
                 .map(|rung| (rung.rung.as_str(), rung.rung_cost.is_none())),
         )
     };
-    table + &listed("no time for", report.prices.iter().filter_map(rungs))
+    table + &format_name_list("no time for", report.prices.iter().filter_map(rungs))
 }
 
-fn price(of: &RungPrice) -> Option<[String; 6]> {
+fn price_row(of: &RungPriceReport) -> Option<[String; 6]> {
     let rung_cost = of.rung_cost.as_ref()?;
     let name = format!("  {}{}", of.rung, if of.in_use { " *" } else { "" });
     let bits = if rung_cost.same_bits {
@@ -290,17 +314,17 @@ fn price(of: &RungPrice) -> Option<[String; 6]> {
     };
     Some([
         name,
-        spoken_finely(rung_cost.seconds.median),
-        spread(&rung_cost.seconds),
+        format_precise_duration(rung_cost.seconds.median),
+        format_spread(&rung_cost.seconds),
         format_significant(rung_cost.ratio.median, 3),
-        spoken_finely(rung_cost.preparing.median),
-        format!("{}{bits}", human_bytes(rung_cost.geometry)),
+        format_precise_duration(rung_cost.preparing.median),
+        format!("{}{bits}", format_bytes(rung_cost.geometry)),
     ])
 }
 
 /// Formats the table of output formats: size and coding time of a file, and error of its pixel
 /// values.
-fn files(report: &AccuracyReport) -> String {
+fn format_output_table(report: &AccuracyReport) -> String {
     let heads = [
         "what a file keeps",
         "bytes a pixel",
@@ -311,12 +335,12 @@ fn files(report: &AccuracyReport) -> String {
         "clipped",
     ]
     .map(str::to_owned);
-    let row = |output: &OutputReport| {
+    let row = |output: &OutputFormatReport| {
         let name = format!("  {}{}", output.rung, if output.in_use { " *" } else { "" });
         let coding = output
             .seconds
             .as_ref()
-            .map(|spread| spoken_finely(spread.median))
+            .map(|spread| format_precise_duration(spread.median))
             .unwrap_or_default();
         let errors =
             [output.rmse, output.greatest, output.flip].map(|error| format_significant(error, 2));
@@ -335,14 +359,26 @@ fn files(report: &AccuracyReport) -> String {
         .into_iter()
         .chain(report.outputs.iter().map(row))
         .collect();
-    let columns = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
+    let columns = [
+        ColumnAlignment::Left,
+        RIGHT,
+        RIGHT,
+        RIGHT,
+        RIGHT,
+        RIGHT,
+        RIGHT,
+    ];
     let note = "of display values, 0 to 1, against those that were computed; clipped: pixels with a channel as bright as can be";
-    format!("\n{}{}\n", lay_out_aligned(columns, &rows), paragraph(note))
+    format!(
+        "\n{}{}\n",
+        format_aligned_columns(columns, &rows),
+        wrap_paragraph(note)
+    )
 }
 
 /// Formats the settings on the Pareto frontier of error and time, as flags in a table and as points
 /// of a plot.
-fn frontier(document: &AccuracyDocument<'_>) -> String {
+fn format_frontier(document: &AccuracyDocument<'_>) -> String {
     let points: Vec<&MeasuredSetting> = document
         .report
         .frontier
@@ -359,11 +395,11 @@ fn frontier(document: &AccuracyDocument<'_>) -> String {
         .zip(&document.flags)
         .map(|(candidate, flags)| {
             let measured = &candidate.measured;
-            let time = format_uncertain(&measured.seconds, spoken_finely);
+            let time = format_uncertain(&measured.seconds, format_precise_duration);
             [
                 time,
                 format_uncertain(&measured.ratio, |value| format_significant(value, 3)),
-                root(&measured.errors.relmse),
+                format_root(&measured.errors.relmse),
                 flags.clone(),
             ]
         });
@@ -372,8 +408,8 @@ fn frontier(document: &AccuracyDocument<'_>) -> String {
     let place =
         |measured: &&MeasuredSetting| (measured.seconds.value, measured.errors.relmse.value.sqrt());
     let words = "worth their time: no other measured setting is both faster than one of these and nearer to the reference; flags are last";
-    let table = lay_out_aligned([RIGHT, RIGHT, RIGHT, Align::Left], &rows);
-    let plot = scatter(
+    let table = format_aligned_columns([RIGHT, RIGHT, RIGHT, ColumnAlignment::Left], &rows);
+    let plot = draw_scatter_plot(
         &points.iter().map(place).collect::<Vec<_>>(),
         "error",
         "time",
@@ -385,14 +421,14 @@ fn frontier(document: &AccuracyDocument<'_>) -> String {
     };
     format!(
         "\n{}\n  {}\n{table}{plot}",
-        paragraph(words),
+        wrap_paragraph(words),
         document.own_command
     )
 }
 
 /// Formats the square root of a mean square error, and of the ends of its confidence interval.
-fn root(interval: &ConfidenceInterval) -> String {
-    short(&interval.map(f64::sqrt))
+fn format_root(interval: &ConfidenceInterval) -> String {
+    format_interval(&interval.map(f64::sqrt))
 }
 
 #[cfg(test)]

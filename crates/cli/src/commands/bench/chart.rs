@@ -1,19 +1,21 @@
 //! Plot of `bench`: time per ray against the number N of primitives, for scan and tree, and the N
 //! of their crossover.
 
-use raywright_core::bench::{Crossover, GeneratedKind, PowerLaw, QueryCost, Series, SeriesRow};
+use raywright_core::bench::{
+    BenchSeries, Crossover, GeneratedPrimitive, PowerLaw, QueryCost, ScanTreeTiming,
+};
 
 use super::report::BenchReport;
-use super::text::rounded;
-use raywright_io::report::{Axis, Plot, PlotLine, PlotMark, PlotPoint, ThemeColour};
+use super::text::format_three_digits;
+use raywright_io::report::{Plot, PlotAxis, PlotLine, PlotMark, PlotPoint, ThemeColour};
 
 /// Draws the lines of all series in a plot and returns its SVG text.
-pub fn draw(series: &[Series], report: &BenchReport) -> String {
+pub fn draw_bench_plot(series: &[BenchSeries], report: &BenchReport) -> String {
     let scans = series
         .iter()
-        .map(|s| line(s, "scan", ThemeColour::First, s.scan_growth, |row| row.scan));
+        .map(|s| series_line(s, "scan", ThemeColour::First, s.scan_growth, |row| row.scan));
     let trees = series.iter().map(|s| {
-        line(s, "tree", ThemeColour::Second, s.tree_growth, |row| {
+        series_line(s, "tree", ThemeColour::Second, s.tree_growth, |row| {
             Some(row.tree)
         })
     });
@@ -26,33 +28,33 @@ pub fn draw(series: &[Series], report: &BenchReport) -> String {
         title: "Time to find what a ray hits first".to_owned(),
         subtitle: "scan: every primitive tested · tree: a hierarchy of boxes".to_owned(),
         circumstances: format!("one thread, {}{machine}", report.clock),
-        x: Axis {
+        x: PlotAxis {
             label: "N, primitives of constant fill".to_owned(),
-            tick: Some(count),
+            tick: Some(format_count_tick),
         },
-        y: Axis {
+        y: PlotAxis {
             label: "time a ray: median, and range of the repeats".to_owned(),
-            tick: Some(duration),
+            tick: Some(format_time_tick),
         },
         lines: scans.chain(trees).collect(),
-        falling: false,
-        marks: series.iter().filter_map(mark).collect(),
+        is_falling: false,
+        marks: series.iter().filter_map(crossover_mark).collect(),
         key: Vec::new(),
     }
-    .svg()
+    .to_svg()
 }
 
-fn line(
-    series: &Series,
+fn series_line(
+    series: &BenchSeries,
     name: &str,
     colour: ThemeColour,
     growth: Option<PowerLaw>,
-    cost: fn(&SeriesRow) -> Option<QueryCost>,
+    cost: fn(&ScanTreeTiming) -> Option<QueryCost>,
 ) -> PlotLine {
     let exponent = growth
         .map(|law| format!(": grows as N to the {:.2}", law.exponent))
         .unwrap_or_default();
-    let point = |row: &SeriesRow| {
+    let point = |row: &ScanTreeTiming| {
         let time = cost(row)?.nanoseconds;
         Some(PlotPoint {
             x: row.primitives as f64,
@@ -64,20 +66,20 @@ fn line(
     PlotLine {
         name: format!("{name}, {}{exponent}", series.kind.name()),
         colour,
-        dashed: series.kind == GeneratedKind::Triangles,
-        apart: false,
+        is_dashed: series.kind == GeneratedPrimitive::Triangles,
+        is_unjoined: false,
         points: series.rows.iter().filter_map(point).collect(),
     }
 }
 
-fn mark(series: &Series) -> Option<PlotMark> {
+fn crossover_mark(series: &BenchSeries) -> Option<PlotMark> {
     match series.crossover? {
         Crossover::At(n) => Some(PlotMark {
             x: n,
             label: format!(
                 "dotted: {}, tree ahead of scan from N = {}",
                 series.kind.name(),
-                rounded(n)
+                format_three_digits(n)
             ),
         }),
         Crossover::Always | Crossover::Never => None,
@@ -85,7 +87,7 @@ fn mark(series: &Series) -> Option<PlotMark> {
 }
 
 /// Formats 10 to the power `exponent` as a label on the axis of counts: 1, 10, 100, 1 000 …
-fn count(exponent: i32) -> String {
+fn format_count_tick(exponent: i32) -> String {
     let zeros = exponent.max(0) as usize;
     let digits: Vec<char> = format!("1{}", "0".repeat(zeros)).chars().collect();
     let groups: Vec<String> = digits
@@ -97,7 +99,7 @@ fn count(exponent: i32) -> String {
 }
 
 /// Formats 10 to the power `exponent`, in nanoseconds, as a label in the unit that fits.
-fn duration(exponent: i32) -> String {
+fn format_time_tick(exponent: i32) -> String {
     let (unit, name) = match exponent {
         ..3 => (0, "ns"),
         3..6 => (3, "µs"),
@@ -115,11 +117,11 @@ mod tests {
     #[test]
     fn ticks_read_as_numbers_with_units() {
         assert_eq!(
-            [0, 2, 3, 6].map(count),
+            [0, 2, 3, 6].map(format_count_tick),
             ["1", "100", "1\u{2009}000", "1\u{2009}000\u{2009}000"]
         );
         assert_eq!(
-            [-1, 0, 2, 3, 7, 9].map(duration),
+            [-1, 0, 2, 3, 7, 9].map(format_time_tick),
             ["0.1 ns", "1 ns", "100 ns", "1 µs", "10 ms", "1 s"]
         );
     }

@@ -7,7 +7,9 @@ mod text;
 
 use std::path::Path;
 
-use raywright_core::bench::{BenchError, BenchOptions, SeriesRow, generated, given, sizes};
+use raywright_core::bench::{
+    BenchError, BenchOptions, ScanTreeTiming, compare_scene, generated_sizes, measure_generated,
+};
 use raywright_core::settings::Settings;
 use raywright_io::{Error, output};
 
@@ -25,39 +27,39 @@ use report::{BenchFigures, BenchReport, THREADS};
 /// sample's length.
 const LONGEST_SAMPLE: f64 = 0.05;
 /// Number of rows in the table of a given scene: camera rays and bounces.
-const GIVEN_ROWS: usize = 2;
+const SCENE_ROWS: usize = 2;
 
 /// Runs `bench`: measures, and prints a table or JSON.
 pub fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
-        refuse_other_formats(path)?;
+        require_svg(path)?;
         OutputFiles::default().add(path, "-o")?;
     }
     // One thread: builds are timed too, independent of the machine's other processors.
     let report = Threads::new(Some(THREADS))?.run(|| match &args.scene {
-        Some(_) => of_scene(args, verbosity),
-        None => of_generated(args, verbosity),
+        Some(_) => measure_scene(args, verbosity),
+        None => measure_generated_scenes(args, verbosity),
     })?;
     if let (Some(path), BenchFigures::Generated(series)) = (&args.plot, &report.measured) {
-        output::write_atomically(path, chart::draw(series, &report).as_bytes())?;
-        verbosity.say(path.display());
+        output::write_atomically(path, chart::draw_bench_plot(series, &report).as_bytes())?;
+        verbosity.print(path.display());
     }
     let text = match (args.json, args.markdown) {
-        (true, _) => console::json(&report),
-        (_, true) => text::markdown(&report),
-        _ => text::plain(&report),
+        (true, _) => console::format_json(&report),
+        (_, true) => text::format_markdown(&report),
+        _ => text::format_plain(&report),
     };
     console::print(text)
 }
 
-fn refuse_other_formats(path: &Path) -> Result<(), Failure> {
+fn require_svg(path: &Path) -> Result<(), Failure> {
     if path
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("svg"))
     {
         return Ok(());
     }
-    Err(Error::usage(format_args!(
+    Err(Error::invalid_usage(format_args!(
         "{} does not end in .svg, and the plot is nothing else",
         path.display()
     ))
@@ -75,20 +77,23 @@ fn bench_options(args: &BenchArgs, rows: usize) -> BenchOptions {
     }
 }
 
-fn of_generated(args: &BenchArgs, verbosity: Verbosity) -> Result<BenchReport, Failure> {
-    let (kinds, sizes) = (args.shape.kinds(), sizes(args.max_n));
+fn measure_generated_scenes(
+    args: &BenchArgs,
+    verbosity: Verbosity,
+) -> Result<BenchReport, Failure> {
+    let (kinds, sizes) = (args.shape.generated_kinds(), generated_sizes(args.max_n));
     let bench_options = bench_options(args, kinds.len() * sizes.len());
     let (mut steps, mut rows) = (StepProgress::start(verbosity), 0.0);
     let all = (kinds.len() * sizes.len()) as f64;
     let mut series = Vec::with_capacity(kinds.len());
     for kind in kinds {
-        let mut done = |row: &SeriesRow| {
+        let mut done = |row: &ScanTreeTiming| {
             rows += 1.0;
             steps.show(&format!("{} {}", row.primitives, kind.name()), rows / all);
         };
         series.push(
-            generated(kind, &sizes, &bench_options, &mut done)
-                .map_err(|error| failed(error, "generated scene"))?,
+            measure_generated(kind, &sizes, &bench_options, &mut done)
+                .map_err(|error| bench_failure(error, "generated scene"))?,
         );
     }
     Ok(BenchReport::new(
@@ -97,20 +102,24 @@ fn of_generated(args: &BenchArgs, verbosity: Verbosity) -> Result<BenchReport, F
     ))
 }
 
-fn of_scene(args: &BenchArgs, verbosity: Verbosity) -> Result<BenchReport, Failure> {
+fn measure_scene(args: &BenchArgs, verbosity: Verbosity) -> Result<BenchReport, Failure> {
     let name = args.scene.clone().unwrap_or_default();
     let mut notes = Notes::new(verbosity);
-    let loaded = scene_input::read(&name, &plan::options(&args.changes, None), &mut notes)?;
-    notes.finish();
-    let bench_options = bench_options(args, GIVEN_ROWS);
+    let loaded = scene_input::load_with_notes(
+        &name,
+        &plan::build_load_options(&args.changes, None),
+        &mut notes,
+    )?;
+    notes.print_kept();
+    let bench_options = bench_options(args, SCENE_ROWS);
     let settings = Settings::from_scene(&loaded.scene);
     let (mut steps, mut rows) = (StepProgress::start(verbosity), 0.0);
-    let mut done = |_: &SeriesRow| {
+    let mut done = |_: &ScanTreeTiming| {
         rows += 1.0;
-        steps.show("rays measured", rows / GIVEN_ROWS as f64);
+        steps.show("rays measured", rows / SCENE_ROWS as f64);
     };
-    let rows = given(&loaded.scene, &settings, &bench_options, &mut done)
-        .map_err(|error| failed(error, &loaded.source.name))?;
+    let rows = compare_scene(&loaded.scene, &settings, &bench_options, &mut done)
+        .map_err(|error| bench_failure(error, &loaded.source.name))?;
     Ok(BenchReport::new(
         bench_options,
         BenchFigures::Given {
@@ -121,11 +130,11 @@ fn of_scene(args: &BenchArgs, verbosity: Verbosity) -> Result<BenchReport, Failu
     ))
 }
 
-fn failed(error: BenchError, name: &str) -> Failure {
+fn bench_failure(error: BenchError, name: &str) -> Failure {
     match error {
         BenchError::Disagreement(_) => Failure::new(Exit::Failed, error),
         BenchError::Geometry(_) | BenchError::Prepare(_) | BenchError::Empty => {
-            Error::input(name, error).into()
+            Error::invalid_input(name, error).into()
         }
     }
 }
@@ -178,16 +187,16 @@ mod tests {
     /// code; every other failure belongs to the file.
     #[test]
     fn a_disagreement_is_not_the_files_fault() {
-        let disagreement = raywright_core::bench::Disagreement {
+        let disagreement = raywright_core::bench::HitMismatch {
             ray: 1,
             primitives: 2,
             scan: String::new(),
             tree: String::new(),
         };
         assert_eq!(
-            failed(BenchError::Disagreement(disagreement), "a").exit,
+            bench_failure(BenchError::Disagreement(disagreement), "a").exit,
             Exit::Failed
         );
-        assert_eq!(failed(BenchError::Empty, "a").exit, Exit::Input);
+        assert_eq!(bench_failure(BenchError::Empty, "a").exit, Exit::Input);
     }
 }

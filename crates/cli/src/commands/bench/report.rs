@@ -4,11 +4,11 @@
 use std::thread::available_parallelism;
 
 use raywright_core::bench::clock::CLOCK;
-use raywright_core::bench::{BenchOptions, FILL, SceneComparison, Series};
-use raywright_core::ladder::build_rung;
+use raywright_core::bench::{BenchOptions, BenchSeries, FILL, SceneComparison};
+use raywright_core::ladder::build_quality_rung;
 use serde::Serialize;
 
-use crate::machine::processor;
+use crate::machine::processor_name;
 
 /// Number of threads in every measurement.
 pub const THREADS: u32 = 1;
@@ -44,7 +44,7 @@ pub struct BenchReport {
 #[serde(rename_all = "snake_case")]
 pub enum BenchFigures {
     /// Time against the number of primitives, in generated scenes.
-    Generated(Vec<Series>),
+    Generated(Vec<BenchSeries>),
     /// Time on a given scene, for camera rays and for bounces.
     Given {
         /// Name of the scene's file or preset.
@@ -63,12 +63,12 @@ impl BenchReport {
         Self {
             format: 1,
             version: env!("CARGO_PKG_VERSION"),
-            processor: processor(),
+            processor: processor_name(),
             processors: available_parallelism().map_or(1, usize::from),
             threads: THREADS,
             clock: CLOCK,
             precision: "robust",
-            builder: build_rung(options.build),
+            builder: build_quality_rung(options.build),
             repeats: options.repeats,
             sample_seconds: options.sample_seconds,
             measured,

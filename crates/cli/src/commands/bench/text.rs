@@ -1,55 +1,58 @@
 //! Tables of `bench`, as plain text and as Markdown.
 
 use raywright_core::bench::{
-    Crossover, PowerLaw, QueryCost, SceneComparison, Series, SeriesRow, Spread,
+    BenchSeries, Crossover, PowerLaw, QueryCost, SampleQuantiles, ScanTreeTiming, SceneComparison,
 };
-use raywright_io::human_bytes;
+use raywright_io::format_bytes;
 
 use super::report::{BenchFigures, BenchReport};
 use crate::console;
-use crate::table::{Align, Table, paragraph};
+use crate::table::{ColumnAlignment, Table, wrap_paragraph};
 
 /// A table with a heading above and notes below.
-struct TextSheet {
+struct AnnotatedTable {
     heading: String,
     table: Table,
     notes: Vec<String>,
 }
 
 /// Formats the report for a terminal.
-pub fn plain(report: &BenchReport) -> String {
+pub fn format_plain(report: &BenchReport) -> String {
     let preamble = report
         .preamble()
         .into_iter()
-        .map(|line| paragraph(&line) + "\n");
+        .map(|line| wrap_paragraph(&line) + "\n");
     preamble
-        .chain(sheets(report).iter().map(TextSheet::plain))
+        .chain(build_tables(report).iter().map(AnnotatedTable::to_plain))
         .collect()
 }
 
 /// Formats the report as Markdown.
-pub fn markdown(report: &BenchReport) -> String {
+pub fn format_markdown(report: &BenchReport) -> String {
     let preamble = report.preamble().into_iter().map(|line| line + "\n");
     preamble
-        .chain(sheets(report).iter().map(TextSheet::markdown))
+        .chain(build_tables(report).iter().map(AnnotatedTable::to_markdown))
         .collect()
 }
 
-fn sheets(report: &BenchReport) -> Vec<TextSheet> {
+fn build_tables(report: &BenchReport) -> Vec<AnnotatedTable> {
     match &report.measured {
         BenchFigures::Generated(series) => series
             .iter()
-            .flat_map(|s| [of_series(s, report), upkeep_of_series(s)])
+            .flat_map(|s| [build_series_table(s, report), build_series_cost_table(s)])
             .collect(),
-        BenchFigures::Given { rows, .. } => vec![of_given(rows, report), upkeep_of_given(rows)],
+        BenchFigures::Given { rows, .. } => vec![
+            build_scene_table(rows, report),
+            build_scene_cost_table(rows),
+        ],
     }
 }
 
 /// Headings of the columns with times of scan and tree, and with their ratio.
-const TIMES: [&str; 3] = ["scan, ns/ray", "tree, ns/ray", "scan : tree"];
+const TIME_HEADINGS: [&str; 3] = ["scan, ns/ray", "tree, ns/ray", "scan : tree"];
 
-fn of_series(series: &Series, report: &BenchReport) -> TextSheet {
-    let [scan, tree, ratio] = TIMES;
+fn build_series_table(series: &BenchSeries, report: &BenchReport) -> AnnotatedTable {
+    let [scan, tree, ratio] = TIME_HEADINGS;
     let names = [
         "N",
         "rays that hit",
@@ -59,9 +62,9 @@ fn of_series(series: &Series, report: &BenchReport) -> TextSheet {
         "nodes/ray",
         "tests/ray",
     ];
-    let cells = |row: &SeriesRow| {
-        let [scan, tree, ratio] = times(row);
-        let [hits, nodes, tests] = visits(row);
+    let cells = |row: &ScanTreeTiming| {
+        let [scan, tree, ratio] = time_cells(row);
+        let [hits, nodes, tests] = traversal_cells(row);
         [
             row.primitives.to_string(),
             hits,
@@ -75,23 +78,27 @@ fn of_series(series: &Series, report: &BenchReport) -> TextSheet {
         .collect()
     };
     let mut notes = Vec::new();
-    notes.push(lead(series.crossover));
-    notes.extend(series.tree_growth.map(|law| growth("tree", &law)));
-    notes.extend(series.scan_growth.map(|law| growth("scan", &law)));
-    notes.extend(left_out(series.rows.iter(), report));
-    TextSheet {
-        heading: capitalised(series.kind.name()),
-        table: Table::new([Align::Right; 7], names, series.rows.iter().map(cells)),
+    notes.push(describe_crossover(series.crossover));
+    notes.extend(series.tree_growth.map(|law| describe_growth("tree", &law)));
+    notes.extend(series.scan_growth.map(|law| describe_growth("scan", &law)));
+    notes.extend(describe_skipped_scans(series.rows.iter(), report));
+    AnnotatedTable {
+        heading: capitalise(series.kind.name()),
+        table: Table::new(
+            [ColumnAlignment::Right; 7],
+            names,
+            series.rows.iter().map(cells),
+        ),
         notes,
     }
 }
 
-fn lead(crossover: Option<Crossover>) -> String {
+fn describe_crossover(crossover: Option<Crossover>) -> String {
     match crossover {
         Some(Crossover::Always) => "The tree is ahead of the scan at every N measured.".to_owned(),
         Some(Crossover::At(n)) => format!(
             "The tree is ahead of the scan from N = {} on (interpolated; before, the two are level or the scan is ahead).",
-            rounded(n)
+            format_three_digits(n)
         ),
         Some(Crossover::Never) => {
             "The tree is not ahead of the scan at the largest N measured.".to_owned()
@@ -101,7 +108,7 @@ fn lead(crossover: Option<Crossover>) -> String {
 }
 
 /// Builds the table of build times and memory of a series.
-fn upkeep_of_series(series: &Series) -> TextSheet {
+fn build_series_cost_table(series: &BenchSeries) -> AnnotatedTable {
     let names = [
         "N",
         "scan: build, ms",
@@ -109,24 +116,30 @@ fn upkeep_of_series(series: &Series) -> TextSheet {
         "tree: build, ms",
         "bytes/N",
     ];
-    let cells = |row: &SeriesRow| {
+    let cells = |row: &ScanTreeTiming| {
         let per_primitive = |cost: Option<QueryCost>| {
-            upkeep(cost, |bytes| rounded(bytes as f64 / row.primitives as f64))
+            build_cost_cells(cost, |bytes| {
+                format_three_digits(bytes as f64 / row.primitives as f64)
+            })
         };
         let ([a, b], [c, d]) = (per_primitive(row.scan), per_primitive(Some(row.tree)));
         [row.primitives.to_string(), a, b, c, d]
             .into_iter()
             .collect()
     };
-    TextSheet {
-        heading: format!("{}: build and memory", capitalised(series.kind.name())),
-        table: Table::new([Align::Right; 5], names, series.rows.iter().map(cells)),
+    AnnotatedTable {
+        heading: format!("{}: build and memory", capitalise(series.kind.name())),
+        table: Table::new(
+            [ColumnAlignment::Right; 5],
+            names,
+            series.rows.iter().map(cells),
+        ),
         notes: vec![],
     }
 }
 
-fn of_given(comparison: &SceneComparison, report: &BenchReport) -> TextSheet {
-    let [scan, tree, ratio] = TIMES;
+fn build_scene_table(comparison: &SceneComparison, report: &BenchReport) -> AnnotatedTable {
+    let [scan, tree, ratio] = TIME_HEADINGS;
     let names = [
         "rays",
         "how many",
@@ -137,9 +150,9 @@ fn of_given(comparison: &SceneComparison, report: &BenchReport) -> TextSheet {
         "nodes/ray",
         "tests/ray",
     ];
-    let cells = |name: &str, row: &SeriesRow| {
-        let [scan, tree, ratio] = times(row);
-        let [hits, nodes, tests] = visits(row);
+    let cells = |name: &str, row: &ScanTreeTiming| {
+        let [scan, tree, ratio] = time_cells(row);
+        let [hits, nodes, tests] = traversal_cells(row);
         [
             name.to_owned(),
             row.tree.rays.to_string(),
@@ -157,36 +170,40 @@ fn of_given(comparison: &SceneComparison, report: &BenchReport) -> TextSheet {
     if comparison.bounce.is_none() {
         notes.push("The camera sees nothing, so there are no bounces.".to_owned());
     }
-    notes.extend(left_out(
+    notes.extend(describe_skipped_scans(
         [Some(&comparison.camera), comparison.bounce.as_ref()]
             .into_iter()
             .flatten(),
         report,
     ));
-    let mut columns = [Align::Right; 8];
-    columns[0] = Align::Left;
+    let mut columns = [ColumnAlignment::Right; 8];
+    columns[0] = ColumnAlignment::Left;
     let rows = [cells("camera", &comparison.camera)]
         .into_iter()
         .chain(comparison.bounce.iter().map(|row| cells("bounce", row)));
-    TextSheet {
+    AnnotatedTable {
         heading: "Scan against tree".to_owned(),
         table: Table::new(columns, names, rows),
         notes,
     }
 }
 
-fn upkeep_of_given(comparison: &SceneComparison) -> TextSheet {
+fn build_scene_cost_table(comparison: &SceneComparison) -> AnnotatedTable {
     let row = &comparison.camera;
     let cells = |(name, cost): (&str, Option<QueryCost>)| {
-        let [build, bytes] = upkeep(cost, |bytes| human_bytes(bytes as u64));
+        let [build, bytes] = build_cost_cells(cost, |bytes| format_bytes(bytes as u64));
         [name.to_owned(), build, bytes].into_iter().collect()
     };
     let structures = [("scan", row.scan), ("tree", Some(row.tree))];
     let names = ["structure", "objects to structure, ms", "memory"];
-    TextSheet {
+    AnnotatedTable {
         heading: format!("Build and memory, {} primitives", row.primitives),
         table: Table::new(
-            [Align::Left, Align::Right, Align::Right],
+            [
+                ColumnAlignment::Left,
+                ColumnAlignment::Right,
+                ColumnAlignment::Right,
+            ],
             names,
             structures.into_iter().map(cells),
         ),
@@ -194,24 +211,30 @@ fn upkeep_of_given(comparison: &SceneComparison) -> TextSheet {
     }
 }
 
-/// Formats the cells below the headings [`TIMES`].
-fn times(row: &SeriesRow) -> [String; 3] {
+/// Formats the cells below the headings [`TIME_HEADINGS`].
+fn time_cells(row: &ScanTreeTiming) -> [String; 3] {
     let time = |cost: Option<QueryCost>| {
         cost.map_or_else(
             || "not run".to_owned(),
             |cost| {
                 format!(
                     "{}{}",
-                    rounded(cost.nanoseconds.median),
-                    spread(&cost.nanoseconds)
+                    format_three_digits(cost.nanoseconds.median),
+                    format_spread(&cost.nanoseconds)
                 )
             },
         )
     };
-    let ratio = |ratio: Option<Spread>| {
+    let ratio = |ratio: Option<SampleQuantiles>| {
         ratio.map_or_else(
             || "-".to_owned(),
-            |ratio| format!("{}{}", rounded(ratio.median), spread(&ratio)),
+            |ratio| {
+                format!(
+                    "{}{}",
+                    format_three_digits(ratio.median),
+                    format_spread(&ratio)
+                )
+            },
         )
     };
     [time(row.scan), time(Some(row.tree)), ratio(row.ratio)]
@@ -219,7 +242,7 @@ fn times(row: &SeriesRow) -> [String; 3] {
 
 /// Formats the cells for the share of rays that hit, and for the nodes and primitive tests of the
 /// tree per ray.
-fn visits(row: &SeriesRow) -> [String; 3] {
+fn traversal_cells(row: &ScanTreeTiming) -> [String; 3] {
     [
         format!("{:.1} %", row.hit_share * 100.0),
         format!("{:.1}", row.tree.nodes_per_ray),
@@ -228,45 +251,49 @@ fn visits(row: &SeriesRow) -> [String; 3] {
 }
 
 /// Formats the cells for the build time with its spread, and for the memory.
-fn upkeep(cost: Option<QueryCost>, memory: impl Fn(usize) -> String) -> [String; 2] {
+fn build_cost_cells(cost: Option<QueryCost>, memory: impl Fn(usize) -> String) -> [String; 2] {
     cost.map_or_else(
         || ["not run".to_owned(), "-".to_owned()],
         |cost| {
             let build = cost.build_milliseconds;
             [
-                format!("{}{}", rounded(build.median), spread(&build)),
+                format!(
+                    "{}{}",
+                    format_three_digits(build.median),
+                    format_spread(&build)
+                ),
                 memory(cost.bytes),
             ]
         },
     )
 }
 
-fn growth(label: &str, law: &PowerLaw) -> String {
+fn describe_growth(label: &str, law: &PowerLaw) -> String {
     format!(
         "The {label}'s time grows as N to the {:.3} ± {:.3} (standard error; R² {:.4}; {} points from {} to {}).",
         law.exponent, law.standard_error, law.r_squared, law.points, law.from, law.to
     )
 }
 
-fn left_out<'a>(
-    mut rows: impl Iterator<Item = &'a SeriesRow>,
+fn describe_skipped_scans<'a>(
+    mut rows: impl Iterator<Item = &'a ScanTreeTiming>,
     report: &BenchReport,
 ) -> Option<String> {
     rows.any(|row| row.scan.is_none()).then(|| {
         format!(
             "Not run: a sample of it would take much longer than {} ms.",
-            rounded(report.sample_seconds * 1e3)
+            format_three_digits(report.sample_seconds * 1e3)
         )
     })
 }
 
 /// Formats half the interquartile range in percent of the median.
-fn spread(spread: &Spread) -> String {
-    format!(" ±{:>4.1} %", spread.relative() * 100.0)
+fn format_spread(spread: &SampleQuantiles) -> String {
+    format!(" ±{:>4.1} %", spread.relative_half_spread() * 100.0)
 }
 
 /// Formats a number with three significant digits; `-` for infinity and NaN.
-pub fn rounded(x: f64) -> String {
+pub fn format_three_digits(x: f64) -> String {
     if !x.is_finite() {
         return "-".to_owned();
     }
@@ -287,7 +314,7 @@ pub fn rounded(x: f64) -> String {
     )
 }
 
-fn capitalised(word: &str) -> String {
+fn capitalise(word: &str) -> String {
     let mut letters = word.chars();
     letters
         .next()
@@ -295,21 +322,21 @@ fn capitalised(word: &str) -> String {
         .unwrap_or_default()
 }
 
-impl TextSheet {
-    fn plain(&self) -> String {
+impl AnnotatedTable {
+    fn to_plain(&self) -> String {
         let notes: String = self
             .notes
             .iter()
-            .map(|note| paragraph(note) + "\n")
+            .map(|note| wrap_paragraph(note) + "\n")
             .collect();
         format!(
             "\n{}\n{}{notes}",
             self.heading,
-            self.table.text(console::width())
+            self.table.to_text(console::line_width())
         )
     }
 
-    fn markdown(&self) -> String {
+    fn to_markdown(&self) -> String {
         let notes: String = self
             .notes
             .iter()
@@ -319,7 +346,7 @@ impl TextSheet {
         format!(
             "\n### {}\n\n{}{gap}{notes}",
             self.heading,
-            self.table.markdown()
+            self.table.to_markdown()
         )
     }
 }
@@ -340,13 +367,13 @@ mod tests {
             (12_345.0, "12300"),
         ];
         for (x, text) in cases {
-            assert_eq!(rounded(x), text);
+            assert_eq!(format_three_digits(x), text);
         }
-        assert_eq!(rounded(f64::NAN), "-");
+        assert_eq!(format_three_digits(f64::NAN), "-");
     }
 
-    fn spread(median: f64) -> Spread {
-        Spread {
+    fn format_spread(median: f64) -> SampleQuantiles {
+        SampleQuantiles {
             median,
             lower_quartile: 0.95 * median,
             upper_quartile: 1.05 * median,
@@ -356,7 +383,10 @@ mod tests {
     }
 
     fn cost(nanoseconds: f64, build_milliseconds: f64, bytes: usize) -> QueryCost {
-        let (nanoseconds, build_milliseconds) = (spread(nanoseconds), spread(build_milliseconds));
+        let (nanoseconds, build_milliseconds) = (
+            format_spread(nanoseconds),
+            format_spread(build_milliseconds),
+        );
         QueryCost {
             nanoseconds,
             rays: 400,
@@ -371,20 +401,23 @@ mod tests {
     /// percent, and for a whole scene's structures time and memory.
     #[test]
     fn figures_are_in_their_columns() {
-        let row = SeriesRow {
+        let row = ScanTreeTiming {
             primitives: 1000,
             hit_share: 0.625,
             scan: Some(cost(800.0, 1.0, 2000)),
             tree: cost(50.0, 5.0, 6 << 20),
-            ratio: Some(spread(16.0)),
+            ratio: Some(format_spread(16.0)),
         };
-        assert_eq!(times(&row), ["800 ± 5.0 %", "50.0 ± 5.0 %", "16.0 ± 5.0 %"]);
-        assert_eq!(visits(&row), ["62.5 %", "7.2", "2.5"]);
+        assert_eq!(
+            time_cells(&row),
+            ["800 ± 5.0 %", "50.0 ± 5.0 %", "16.0 ± 5.0 %"]
+        );
+        assert_eq!(traversal_cells(&row), ["62.5 %", "7.2", "2.5"]);
         let comparison = SceneComparison {
             camera: row,
             bounce: None,
         };
-        let sheet = upkeep_of_given(&comparison);
+        let sheet = build_scene_cost_table(&comparison);
         assert_eq!(sheet.heading, "Build and memory, 1000 primitives");
         let rows: Vec<String> = sheet
             .table
@@ -396,11 +429,11 @@ mod tests {
             rows[1..],
             ["scan | 1.00 ± 5.0 % | 2 KiB", "tree | 5.00 ± 5.0 % | 6 MiB"]
         );
-        let untimed = SeriesRow {
+        let untimed = ScanTreeTiming {
             scan: None,
             ratio: None,
             ..row
         };
-        assert_eq!(times(&untimed), ["not run", "50.0 ± 5.0 %", "-"]);
+        assert_eq!(time_cells(&untimed), ["not run", "50.0 ± 5.0 %", "-"]);
     }
 }

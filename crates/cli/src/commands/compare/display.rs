@@ -5,7 +5,7 @@ use raywright_core::display::Display;
 use raywright_core::picture::Encoding;
 use serde::Serialize;
 
-use super::noise::JudgedPicture;
+use super::noise::ComparisonPicture;
 use crate::origin;
 
 /// The display settings for linear pictures, and their source.
@@ -43,16 +43,17 @@ impl ChosenDisplay {
     /// picture holds display values, the display recorded in its file takes precedence.
     /// `with_flags` replaces settings by the flags' settings; `all_given` states that the flags
     /// give all settings.
-    pub fn of(
+    pub fn choose(
         (with_flags, all_given): (impl FnOnce(Display) -> Display, bool),
-        picture: &JudgedPicture,
-        reference: &JudgedPicture,
+        picture: &ComparisonPicture,
+        reference: &ComparisonPicture,
     ) -> Option<Self> {
         let sides = [
             (reference, DisplaySource::Reference),
             (picture, DisplaySource::Picture),
         ];
-        let is_linear = |judged: &JudgedPicture| judged.stored_picture.encoding == Encoding::Linear;
+        let is_linear =
+            |judged: &ComparisonPicture| judged.stored_picture.encoding == Encoding::Linear;
         if !sides.iter().any(|(judged, _)| is_linear(judged)) {
             return None;
         }
@@ -86,13 +87,13 @@ impl ChosenDisplay {
     }
 
     /// Formats the display as text for the table, with the name of its source.
-    pub fn described(&self, [picture, reference]: [&str; 2]) -> String {
+    pub fn format_row(&self, [picture, reference]: [&str; 2]) -> String {
         let DisplayReport {
             tone_map,
             gamma,
             exposure,
             from,
-        } = self.report();
+        } = self.to_report();
         let from = match from {
             DisplaySource::Flags => String::new(),
             DisplaySource::Picture => format!(", as {picture} says"),
@@ -103,14 +104,17 @@ impl ChosenDisplay {
     }
 
     /// Converts the display to the form of the JSON report.
-    pub fn report(&self) -> DisplayReport {
+    pub fn to_report(&self) -> DisplayReport {
         let Display {
             tone_map,
             curve,
             exposure_stops,
             ..
         } = self.display;
-        let [tone_map, gamma] = [origin::name(&tone_map), origin::name(&curve)];
+        let [tone_map, gamma] = [
+            origin::variant_name(&tone_map),
+            origin::variant_name(&curve),
+        ];
         DisplayReport {
             tone_map,
             gamma,

@@ -8,19 +8,19 @@ use std::path::{Path, PathBuf};
 
 use raywright_core::display::Display;
 use raywright_core::metrics::{
-    ComparedPicture, Comparison, CoverageErrors, NoiseVerdict, PictureErrors, compare, heat_map,
+    ComparedPicture, Comparison, CoverageErrors, NoiseTestResult, PictureErrors, compare, heat_map,
 };
 use raywright_core::picture::{DataWindow, Encoding, Picture};
-use raywright_io::output::{Metadata, PictureFormat, StoredPicture, write_png};
+use raywright_io::output::{PictureFormat, PictureMetadata, StoredPicture, write_png};
 use raywright_io::{Error, InputFiles};
 use serde::Serialize;
 
 use self::display::{ChosenDisplay, DisplayReport};
-pub use self::noise::JudgedPicture;
-use crate::args::{CompareArgs, DisplayArgs, Exposure};
+pub use self::noise::ComparisonPicture;
+use crate::args::{CompareArgs, DisplayArgs, ExposureChoice};
 use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::table::{format_short, lay_out};
+use crate::table::{format_columns, format_four_digits};
 use crate::targets::OutputFiles;
 use crate::{origin, plan};
 
@@ -28,19 +28,22 @@ use crate::{origin, plan};
 /// measure exceeds a threshold.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     if let Some(path) = &args.diff {
-        check_difference_target(path, args)?;
+        check_diff_target(path, args)?;
     }
-    let pair = [noise::read(&args.picture)?, noise::read(&args.reference)?];
-    let judgement = Judgement::of(args, &pair)?;
+    let pair = [
+        noise::read_with_errors(&args.picture)?,
+        noise::read_with_errors(&args.reference)?,
+    ];
+    let judgement = ComparisonResult::new(args, &pair)?;
     if let Some(path) = &args.diff {
-        write_difference(path, &judgement.comparison)?;
+        write_difference_picture(path, &judgement.comparison)?;
     }
     console::print(if args.json {
-        judgement.json(&pair)
+        judgement.to_json(&pair)
     } else {
-        judgement.text(args, &pair)
+        judgement.to_text(args, &pair)
     })?;
-    match judgement.beyond.as_slice() {
+    match judgement.exceeded.as_slice() {
         [] => Ok(()),
         beyond => Err(Failure::new(
             Exit::Failed,
@@ -56,13 +59,13 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
 
 /// Returns the JSON of `compare` for two pictures in memory with these names. A measure beyond a
 /// threshold is listed in the JSON and is no failure.
-pub fn embedded(
+pub fn run_embedded(
     args: &CompareArgs,
     [picture, reference]: [PathBuf; 2],
-    pair: &[JudgedPicture; 2],
+    pair: &[ComparisonPicture; 2],
 ) -> Result<String, Failure> {
     if args.diff.is_some() {
-        return Err(Error::usage(
+        return Err(Error::invalid_usage(
             "--diff writes a picture, and the comparison is handed over here",
         )
         .into());
@@ -72,28 +75,28 @@ pub fn embedded(
         reference,
         ..args.clone()
     };
-    Ok(Judgement::of(&args, pair)?.json(pair))
+    Ok(ComparisonResult::new(&args, pair)?.to_json(pair))
 }
 
 /// Measures of the difference of two pictures, and their judgement.
-struct Judgement {
+struct ComparisonResult {
     comparison: Comparison,
-    shown: Option<ChosenDisplay>,
-    verdict: Option<NoiseVerdict>,
+    chosen_display: Option<ChosenDisplay>,
+    verdict: Option<NoiseTestResult>,
     /// Descriptions of the measures that exceed their thresholds.
-    beyond: Vec<String>,
+    exceeded: Vec<String>,
 }
 
-impl Judgement {
-    fn of(args: &CompareArgs, pair: &[JudgedPicture; 2]) -> Result<Self, Failure> {
+impl ComparisonResult {
+    fn new(args: &CompareArgs, pair: &[ComparisonPicture; 2]) -> Result<Self, Failure> {
         let ([picture, reference], names) =
             (pair, [args.picture.as_path(), args.reference.as_path()]);
-        refuse_other_places(
+        refuse_different_windows(
             &picture.stored_picture.picture,
             &reference.stored_picture.picture,
             names,
         )?;
-        let exposure = args.exposure.map(Exposure::Stops);
+        let exposure = args.exposure.map(ExposureChoice::Stops);
         let flags = DisplayArgs {
             exposure,
             tonemap: args.tonemap,
@@ -101,75 +104,78 @@ impl Judgement {
             quality: None,
         };
         let all_given = args.exposure.is_some() && args.tonemap.is_some() && args.gamma.is_some();
-        let shown = ChosenDisplay::of(
-            (|own_display| plan::shown(&flags, own_display), all_given),
+        let shown = ChosenDisplay::choose(
+            (
+                |own_display| plan::apply_display_flags(&flags, own_display),
+                all_given,
+            ),
             picture,
             reference,
         );
         let display = shown.map(|shown| shown.display).unwrap_or_default();
         let verdict = args
             .noise
-            .then(|| noise::judge(picture, reference, names, args.level))
+            .then(|| noise::judge_by_noise(picture, reference, names, args.level))
             .transpose()?;
         let comparison = compare(
-            side(&picture.stored_picture),
-            side(&reference.stored_picture),
+            to_compared_picture(&picture.stored_picture),
+            to_compared_picture(&reference.stored_picture),
             display,
         )
         .map_err(|cause| {
-            Error::input(
+            Error::invalid_input(
                 format_args!("{} and {}", names[0].display(), names[1].display()),
                 cause,
             )
         })?;
-        let mut beyond = beyond(args, &comparison);
+        let mut beyond = list_exceeded_thresholds(args, &comparison);
         beyond.extend(
             verdict
                 .as_ref()
                 .filter(|verdict| verdict.beyond > 0)
-                .map(|verdict| format!("noise: {}", noise::described(verdict))),
+                .map(|verdict| format!("noise: {}", noise::describe_verdict(verdict))),
         );
         Ok(Self {
             comparison,
-            shown,
+            chosen_display: shown,
             verdict,
-            beyond,
+            exceeded: beyond,
         })
     }
 
-    fn json(&self, pair: &[JudgedPicture; 2]) -> String {
-        console::json(&ComparisonReport {
+    fn to_json(&self, pair: &[ComparisonPicture; 2]) -> String {
+        console::format_json(&ComparisonReport {
             format: FORMAT,
             comparison: &self.comparison,
-            display: self.shown.map(|shown| shown.report()),
-            windows: windows(pair),
+            display: self.chosen_display.map(|shown| shown.to_report()),
+            windows: data_windows(pair),
             noise: self.verdict.as_ref(),
-            beyond_thresholds: &self.beyond,
+            beyond_thresholds: &self.exceeded,
         })
     }
 
-    fn text(&self, args: &CompareArgs, pair: &[JudgedPicture; 2]) -> String {
+    fn to_text(&self, args: &CompareArgs, pair: &[ComparisonPicture; 2]) -> String {
         let names = [&args.picture, &args.reference].map(|name| name.display().to_string());
         let shown = self
-            .shown
-            .map(|shown| shown.described(names.each_ref().map(String::as_str)));
+            .chosen_display
+            .map(|shown| shown.format_row(names.each_ref().map(String::as_str)));
         let parts = [
-            place(windows(pair)),
+            describe_windows(data_windows(pair)),
             shown,
-            self.verdict.as_ref().map(noise::described),
+            self.verdict.as_ref().map(noise::describe_verdict),
         ];
-        text(&self.comparison, parts.map(Option::unwrap_or_default))
+        format_table(&self.comparison, parts.map(Option::unwrap_or_default))
     }
 }
 
-fn windows(pair: &[JudgedPicture; 2]) -> [Option<DataWindow>; 2] {
+fn data_windows(pair: &[ComparisonPicture; 2]) -> [Option<DataWindow>; 2] {
     pair.each_ref()
         .map(|judged| judged.stored_picture.picture.window)
 }
 
-fn check_difference_target(path: &Path, args: &CompareArgs) -> Result<(), Failure> {
+fn check_diff_target(path: &Path, args: &CompareArgs) -> Result<(), Failure> {
     if PictureFormat::from_path(path)? != PictureFormat::Png {
-        return Err(Error::usage(format_args!(
+        return Err(Error::invalid_usage(format_args!(
             "{}: the difference picture is a .png",
             path.display()
         ))
@@ -177,13 +183,13 @@ fn check_difference_target(path: &Path, args: &CompareArgs) -> Result<(), Failur
     }
     let (mut outputs, mut inputs) = (OutputFiles::default(), InputFiles::default());
     outputs.add(path, "--diff")?;
-    inputs.read(&args.picture);
-    inputs.read(&args.reference);
-    outputs.keep_clear_of(&inputs)
+    inputs.record_read(&args.picture);
+    inputs.record_read(&args.reference);
+    outputs.check_against_inputs(&inputs)
 }
 
 /// Refuses crops with different data windows, whose pixels do not correspond.
-fn refuse_other_places(
+fn refuse_different_windows(
     picture: &Picture,
     reference: &Picture,
     names: [&Path; 2],
@@ -194,9 +200,9 @@ fn refuse_other_places(
     if one == other {
         return Ok(());
     }
-    let [one, other] = [one, other].map(window_text);
+    let [one, other] = [one, other].map(format_window);
     let names = names.map(|name| name.display().to_string());
-    let error = Error::input(
+    let error = Error::invalid_input(
         names.join(" and "),
         format_args!("the pictures are parts of other places: {one} and {other}"),
     );
@@ -204,22 +210,22 @@ fn refuse_other_places(
 }
 
 /// Describes the data windows of two pictures; `None` if neither picture has a window.
-fn place(windows: [Option<DataWindow>; 2]) -> Option<String> {
+fn describe_windows(windows: [Option<DataWindow>; 2]) -> Option<String> {
     match windows {
         [None, None] => None,
-        [Some(one), Some(_)] => Some(window_text(one)),
+        [Some(one), Some(_)] => Some(format_window(one)),
         [Some(one), None] => Some(format!(
             "{} against one that says no place",
-            window_text(one)
+            format_window(one)
         )),
         [None, Some(other)] => Some(format!(
             "one that says no place against {}",
-            window_text(other)
+            format_window(other)
         )),
     }
 }
 
-fn window_text(
+fn format_window(
     DataWindow {
         origin: [x, y],
         full: [width, height],
@@ -228,7 +234,7 @@ fn window_text(
     format!("{x}, {y} of {width}x{height}")
 }
 
-fn side(stored_picture: &StoredPicture) -> ComparedPicture<'_> {
+fn to_compared_picture(stored_picture: &StoredPicture) -> ComparedPicture<'_> {
     ComparedPicture {
         picture: &stored_picture.picture,
         encoding: stored_picture.encoding,
@@ -237,24 +243,24 @@ fn side(stored_picture: &StoredPicture) -> ComparedPicture<'_> {
 
 /// Writes the picture of `--diff`: the FLIP error of each pixel, from black (alike) to pale yellow
 /// (largest difference).
-fn write_difference(path: &Path, comparison: &Comparison) -> Result<(), Failure> {
+fn write_difference_picture(path: &Path, comparison: &Comparison) -> Result<(), Failure> {
     let picture = heat_map(
         comparison.width,
         comparison.height,
         &comparison.flip_map,
         1.0,
     );
-    let metadata = Metadata {
+    let metadata = PictureMetadata {
         software: origin::SOFTWARE.to_owned(),
         command: origin::command_line(),
-        ..Metadata::default()
+        ..PictureMetadata::default()
     };
     Ok(write_png(path, &picture, Display::PLAIN, &metadata)?)
 }
 
 /// Describes the measures of colour and coverage that exceed the given thresholds. NaN exceeds any
 /// threshold.
-fn beyond(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
+fn list_exceeded_thresholds(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
     let PictureErrors {
         non_finite,
         rmse,
@@ -274,8 +280,8 @@ fn beyond(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
     let of_coverage = comparison
         .coverage_errors
         .iter()
-        .flat_map(|coverage| beyond_in(args, "coverage: ", coverage));
-    beyond_in(args, "", &colours)
+        .flat_map(|coverage| list_exceeded_limits(args, "coverage: ", coverage));
+    list_exceeded_limits(args, "", &colours)
         .into_iter()
         .chain(of_coverage)
         .collect()
@@ -283,7 +289,7 @@ fn beyond(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
 
 /// Describes the measures that exceed the given thresholds, for colour or for coverage. `of` is put
 /// before the name of each measure.
-fn beyond_in(args: &CompareArgs, of: &str, figures: &CoverageErrors) -> Vec<String> {
+fn list_exceeded_limits(args: &CompareArgs, of: &str, figures: &CoverageErrors) -> Vec<String> {
     let above = [
         ("RMSE", figures.rmse, args.max_rmse),
         ("relMSE", figures.relmse, args.max_relmse),
@@ -297,12 +303,16 @@ fn beyond_in(args: &CompareArgs, of: &str, figures: &CoverageErrors) -> Vec<Stri
     let above = above.into_iter().filter_map(|(name, value, limit)| {
         limit
             .filter(|&limit| value > limit || value.is_nan())
-            .map(|limit| format!("{of}{name} {} is above {limit}", format_short(value)))
+            .map(|limit| format!("{of}{name} {} is above {limit}", format_four_digits(value)))
     });
     let psnr = figures.psnr.unwrap_or(f64::INFINITY);
     let below = args.min_psnr.filter(|&limit| psnr < limit || psnr.is_nan());
-    let below =
-        below.map(|limit| format!("{of}PSNR {} dB is below {limit} dB", format_short(psnr)));
+    let below = below.map(|limit| {
+        format!(
+            "{of}PSNR {} dB is below {limit} dB",
+            format_four_digits(psnr)
+        )
+    });
     let lost = figures.non_finite;
     let lost = (lost > 0 && args.has_threshold())
         .then(|| format!("{of}{lost} pixels are not finite numbers"));
@@ -324,31 +334,31 @@ struct ComparisonReport<'a> {
     windows: [Option<DataWindow>; 2],
     /// Result of the test for noise, where `--noise` requests it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    noise: Option<&'a NoiseVerdict>,
+    noise: Option<&'a NoiseTestResult>,
     /// Descriptions of the measures that exceed their thresholds.
     beyond_thresholds: &'a [String],
 }
 
-fn coverage(comparison: &Comparison) -> Option<String> {
+fn describe_coverage(comparison: &Comparison) -> Option<String> {
     let (largest, errors) = (
         comparison.coverage.filter(|&largest| largest != 0.0)?,
         comparison.coverage_errors?,
     );
     Some(format!(
         "differs by up to {}, RMSE {}, mean FLIP {}",
-        format_short(largest),
-        format_short(errors.rmse),
-        format_short(errors.flip)
+        format_four_digits(largest),
+        format_four_digits(errors.rmse),
+        format_four_digits(errors.flip)
     ))
 }
 
-fn text(comparison: &Comparison, [place, shown, noise]: [String; 3]) -> String {
+fn format_table(comparison: &Comparison, [place, shown, noise]: [String; 3]) -> String {
     let errors = &comparison.errors;
     let numbers = match comparison.encoding {
         Encoding::Linear => "linear radiance",
         Encoding::Display => "display values 0 to 1",
     };
-    let colour = |rgb: [f32; 3]| rgb.map(|v| format_short(f64::from(v))).join(" ");
+    let colour = |rgb: [f32; 3]| rgb.map(|v| format_four_digits(f64::from(v))).join(" ");
     let worst = match &errors.worst {
         Some(w) => format!(
             "{}, {}: {} against {}",
@@ -361,10 +371,10 @@ fn text(comparison: &Comparison, [place, shown, noise]: [String; 3]) -> String {
     };
     let beyond = comparison.beyond.iter().filter(|beyond| beyond.share > 0.0);
     let beyond = beyond.map(|b| match b.codes {
-        0 => format!("{} % of the pixels", format_short(100.0 * b.share)),
+        0 => format!("{} % of the pixels", format_four_digits(100.0 * b.share)),
         codes => format!(
             "{} % by more than {codes}/255",
-            format_short(100.0 * b.share)
+            format_four_digits(100.0 * b.share)
         ),
     });
     let beyond: Vec<String> = beyond.collect();
@@ -384,32 +394,35 @@ fn text(comparison: &Comparison, [place, shown, noise]: [String; 3]) -> String {
             }
             .to_owned(),
         ),
-        ("RMSE", format_short(errors.rmse)),
+        ("RMSE", format_four_digits(errors.rmse)),
         (
             "relMSE",
             format!(
                 "{} ({} without the worst 0.1 %)",
-                format_short(errors.relmse),
-                format_short(errors.relmse_trimmed)
+                format_four_digits(errors.relmse),
+                format_four_digits(errors.relmse_trimmed)
             ),
         ),
         (
             "PSNR",
             errors.psnr.map_or("infinite".to_owned(), |psnr| {
-                format!("{} dB", format_short(psnr))
+                format!("{} dB", format_four_digits(psnr))
             }),
         ),
         (
             "FLIP",
             format!(
                 "mean {}, largest {}",
-                format_short(comparison.flip.mean),
-                format_short(comparison.flip.maximum)
+                format_four_digits(comparison.flip.mean),
+                format_four_digits(comparison.flip.maximum)
             ),
         ),
         ("differ", beyond.join(", ")),
         ("worst", worst),
-        ("coverage", coverage(comparison).unwrap_or_default()),
+        (
+            "coverage",
+            describe_coverage(comparison).unwrap_or_default(),
+        ),
         ("noise", noise),
         (
             "not finite",
@@ -425,5 +438,5 @@ fn text(comparison: &Comparison, [place, shown, noise]: [String; 3]) -> String {
         .filter(|(_, text)| !text.is_empty())
         .map(|(name, text)| [name.to_owned(), text])
         .collect();
-    lay_out(&rows)
+    format_columns(&rows)
 }

@@ -4,17 +4,17 @@
 use std::path::Path;
 
 use raywright_core::display::Display;
-use raywright_core::metrics::{NoiseVerdict, NoisyPicture};
+use raywright_core::metrics::{NoiseTestResult, PictureWithErrors};
 use raywright_core::picture::{Encoding, Picture};
-use raywright_io::output::{KeptFilm, Metadata, StoredPicture, read_film, read_picture};
+use raywright_io::output::{PictureMetadata, StoredFilm, StoredPicture, read_film, read_picture};
 use raywright_io::{Error, Limits};
 
 use crate::args::names;
 use crate::failure::Failure;
-use crate::table::{format_short, format_significant};
+use crate::table::{format_four_digits, format_significant};
 
 /// A picture of a comparison, with the standard errors of its pixels.
-pub struct JudgedPicture {
+pub struct ComparisonPicture {
     /// The picture, with its layers and metadata.
     pub stored_picture: StoredPicture,
     /// Display settings recorded in the picture's file, if any.
@@ -25,28 +25,28 @@ pub struct JudgedPicture {
 }
 
 /// Extension of a film file, in lower case.
-const FILM: &str = "film";
+const FILM_EXTENSION: &str = "film";
 
 /// Reads a picture file or the picture of a film file. The standard errors come from the film or
 /// from the layer `stderr`.
-pub fn read(path: &Path) -> Result<JudgedPicture, Failure> {
+pub fn read_with_errors(path: &Path) -> Result<ComparisonPicture, Failure> {
     let limits = Limits::default();
     if path
         .extension()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case(FILM))
+        .is_some_and(|ending| ending.eq_ignore_ascii_case(FILM_EXTENSION))
     {
-        let KeptFilm { film, display, .. } = read_film(path, &limits)?;
+        let StoredFilm { film, display, .. } = read_film(path, &limits)?;
         let errors = film
             .standard_errors()
             .map(|(errors, freedom)| (errors, f64::from(freedom)));
         let stored_picture = StoredPicture {
-            notation: "film",
+            format_name: "film",
             picture: film.picture(),
             encoding: Encoding::Linear,
             has_colour: true,
             texts: Default::default(),
         };
-        return Ok(JudgedPicture {
+        return Ok(ComparisonPicture {
             stored_picture,
             display: Some(display),
             errors,
@@ -61,13 +61,13 @@ pub fn read(path: &Path) -> Result<JudgedPicture, Failure> {
             .map(|layer| layer.name.as_str())
             .collect::<Vec<_>>()
             .join(", ");
-        let error = Error::input(path.display(), "it has no colour channels R, G, B");
+        let error = Error::invalid_input(path.display(), "it has no colour channels R, G, B");
         return Err(error.with_hint(format!("its channels: {channels}")).into());
     }
     let metadata = stored_picture.metadata();
-    let errors = errors(&stored_picture.picture, &metadata);
-    Ok(JudgedPicture {
-        display: told(&metadata),
+    let errors = standard_errors(&stored_picture.picture, &metadata);
+    Ok(ComparisonPicture {
+        display: recorded_display(&metadata),
         stored_picture,
         errors,
     })
@@ -75,11 +75,11 @@ pub fn read(path: &Path) -> Result<JudgedPicture, Failure> {
 
 /// Returns the standard errors of a picture from its layer `stderr`, with their degrees of freedom;
 /// `None` without this layer.
-fn errors(picture: &Picture, metadata: &Metadata) -> Option<(Vec<[f32; 3]>, f64)> {
-    layer(picture).map(|errors| (errors, freedom(metadata)))
+fn standard_errors(picture: &Picture, metadata: &PictureMetadata) -> Option<(Vec<[f32; 3]>, f64)> {
+    standard_error_layer(picture).map(|errors| (errors, degrees_of_freedom(metadata)))
 }
 
-fn layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
+fn standard_error_layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
     let [red, green, blue] = ["stderr.R", "stderr.G", "stderr.B"]
         .map(|name| picture.layer(name).map(|layer| &layer.samples));
     let (red, green, blue) = (red?, green?, blue?);
@@ -95,7 +95,7 @@ fn layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
 /// Derives the degrees of freedom of a picture's standard errors from its metadata: 3 for four
 /// replicates, which exist from 64 samples on and in denoised pictures; 1 for two replicates, and
 /// for pictures of other programs, whose number of replicates is unknown.
-fn freedom(metadata: &Metadata) -> f64 {
+fn degrees_of_freedom(metadata: &PictureMetadata) -> f64 {
     let many = metadata
         .setting("samples")
         .and_then(|samples| samples.parse::<u32>().ok())
@@ -108,38 +108,38 @@ fn freedom(metadata: &Metadata) -> f64 {
 }
 
 /// Returns the display settings recorded in a picture's metadata; `None` if any setting is missing.
-fn told(metadata: &Metadata) -> Option<Display> {
+fn recorded_display(metadata: &PictureMetadata) -> Option<Display> {
     Some(Display {
-        tone_map: names::parse(metadata.setting("tone_map")?).ok()?,
-        curve: names::parse(metadata.setting("gamma")?).ok()?,
+        tone_map: names::parse_variant(metadata.setting("tone_map")?).ok()?,
+        curve: names::parse_variant(metadata.setting("gamma")?).ok()?,
         exposure_stops: metadata.setting("exposure")?.parse().ok()?,
         ..Display::default()
     })
 }
 
-impl JudgedPicture {
+impl ComparisonPicture {
     /// Reads a picture or film file.
-    pub fn read(path: &Path) -> Result<Self, Failure> {
-        read(path)
+    pub fn read_with_errors(path: &Path) -> Result<Self, Failure> {
+        read_with_errors(path)
     }
 
     /// Wraps a linear picture in memory, with the metadata that its file would have.
-    pub fn of(picture: &Picture, display: Display, metadata: &Metadata) -> Self {
+    pub fn from_memory(picture: &Picture, display: Display, metadata: &PictureMetadata) -> Self {
         let stored_picture = StoredPicture {
-            notation: "memory",
+            format_name: "memory",
             picture: picture.clone(),
             encoding: Encoding::Linear,
             has_colour: true,
             texts: Default::default(),
         };
         Self {
-            errors: errors(picture, metadata),
+            errors: standard_errors(picture, metadata),
             display: Some(display),
             stored_picture,
         }
     }
 
-    fn noisy(&self) -> NoisyPicture<'_> {
+    fn to_noisy_picture(&self) -> PictureWithErrors<'_> {
         let Picture {
             width, height, rgb, ..
         } = &self.stored_picture.picture;
@@ -147,7 +147,7 @@ impl JudgedPicture {
             Some((errors, freedom)) => (Some(errors.clone()), *freedom),
             None => (None, 1.0),
         };
-        NoisyPicture {
+        PictureWithErrors {
             width: *width,
             height: *height,
             rgb,
@@ -159,15 +159,15 @@ impl JudgedPicture {
 
 /// Tests whether two pictures differ by more than their noise. `level` is the probability of a
 /// false alarm.
-pub fn judge(
-    picture: &JudgedPicture,
-    reference: &JudgedPicture,
+pub fn judge_by_noise(
+    picture: &ComparisonPicture,
+    reference: &ComparisonPicture,
     names: [&Path; 2],
     level: f64,
-) -> Result<NoiseVerdict, Failure> {
+) -> Result<NoiseTestResult, Failure> {
     for (judged, path) in [picture, reference].into_iter().zip(names) {
         if judged.stored_picture.encoding != Encoding::Linear {
-            let error = Error::input(
+            let error = Error::invalid_input(
                 path.display(),
                 "--noise is about radiance, and this has codes of display values",
             );
@@ -178,14 +178,18 @@ pub fn judge(
     }
     if picture.errors.is_none() && reference.errors.is_none() {
         let names = format!("{} and {}", names[0].display(), names[1].display());
-        let error = Error::input(names, "neither says how much noise it has");
+        let error = Error::invalid_input(names, "neither says how much noise it has");
         return Err(error
             .with_hint("render with -o picture.exr --aov stderr, or compare the film that --checkpoint writes")
             .into());
     }
-    let verdict = raywright_core::metrics::judge_noise(&picture.noisy(), &reference.noisy(), level);
+    let verdict = raywright_core::metrics::test_against_noise(
+        &picture.to_noisy_picture(),
+        &reference.to_noisy_picture(),
+        level,
+    );
     Ok(verdict.map_err(|cause| {
-        Error::input(
+        Error::invalid_input(
             format!("{} and {}", names[0].display(), names[1].display()),
             cause,
         )
@@ -193,8 +197,8 @@ pub fn judge(
 }
 
 /// Formats the result of the test for noise as text for the table.
-pub fn described(verdict: &NoiseVerdict) -> String {
-    let NoiseVerdict {
+pub fn describe_verdict(verdict: &NoiseTestResult) -> String {
+    let NoiseTestResult {
         level,
         blocks,
         beyond,
@@ -223,7 +227,7 @@ pub fn described(verdict: &NoiseVerdict) -> String {
         let (x, y, edge) = (block.x, block.y, block.edge);
         format!(
             "; the clearest at {x}, {y}, {edge} pixels wide: {channel} by {}{share}, {deviation}",
-            format_short(block.difference)
+            format_four_digits(block.difference)
         )
     });
     let left = if *untested == 0 {

@@ -1,8 +1,8 @@
 //! `info` as JSON: the content of the table of `info`, as numbers and lists for scripts.
 
 use raywright_core::scene::{Image, Shape};
-use raywright_core::{Scene, SceneLookup, Settings, estimate, extent};
-use raywright_io::Loaded;
+use raywright_core::{Scene, SceneLookup, Settings, estimate_scene_memory, measure_extent};
+use raywright_io::LoadedScene;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -21,7 +21,7 @@ pub struct FileInfo {
     /// Number of lights and number of objects, by kind.
     lights: Map<String, Value>,
     objects: Map<String, Value>,
-    triangles: TriangleSummary,
+    triangles: TriangleCounts,
     materials: Vec<String>,
     textures: usize,
     images: Vec<Value>,
@@ -38,7 +38,7 @@ pub struct FileInfo {
 
 /// Numbers of mesh triangles and of meshes.
 #[derive(Serialize)]
-struct TriangleSummary {
+struct TriangleCounts {
     /// Number of triangles of all meshes, each mesh counted once.
     stored: usize,
     /// Number of triangles of all listed objects, with each instance of a mesh counted.
@@ -48,16 +48,16 @@ struct TriangleSummary {
 
 impl FileInfo {
     /// Collects the contents of a loaded file.
-    pub fn of(loaded: &Loaded) -> Self {
+    pub fn from_loaded(loaded: &LoadedScene) -> Self {
         let (scene, contents) = (&loaded.scene, &loaded.contents);
         let settings = Settings::from_scene(scene);
-        let bounds = extent(scene, settings.precision).bounds;
+        let bounds = measure_extent(scene, settings.precision).bounds;
         let animation = |info: &raywright_io::AnimationInfo| json!({ "name": info.name, "seconds": info.seconds });
-        let extension = |info: &raywright_io::ExtensionInfo| json!({ "name": info.name, "required": info.required, "read": info.read });
+        let extension = |info: &raywright_io::ExtensionInfo| json!({ "name": info.name, "required": info.required, "read": info.is_supported });
         Self {
             format: 1,
             file: loaded.source.name.clone(),
-            notation: super::format(loaded.source.format),
+            notation: super::scene_format_name(loaded.source.format),
             title: scene.title.clone(),
             size: scene.render.size,
             cameras: scene
@@ -65,33 +65,33 @@ impl FileInfo {
                 .iter()
                 .map(|camera| camera.name.clone())
                 .collect(),
-            lights: counted(
+            lights: count_by_kind(
                 scene
                     .lights
                     .iter()
                     .map(|light| super::light_kind(&light.kind)),
             ),
-            objects: counted(
+            objects: count_by_kind(
                 scene
                     .objects
                     .iter()
                     .map(|object| super::shape_kind(&object.shape)),
             ),
-            triangles: triangles(scene),
+            triangles: count_triangles(scene),
             materials: scene
                 .materials
                 .iter()
                 .map(|material| material.name.clone())
                 .collect(),
             textures: scene.textures.len(),
-            images: scene.images.iter().map(image).collect(),
+            images: scene.images.iter().map(describe_image).collect(),
             scenes: contents.scenes.clone(),
             variants: contents.variants.clone(),
             animations: contents.animations.iter().map(animation).collect(),
             extensions: contents.extensions.iter().map(extension).collect(),
             bounds: (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
-            memory: estimate(scene, &settings)
-                .parts()
+            memory: estimate_scene_memory(scene, &settings)
+                .by_purpose()
                 .into_iter()
                 .map(|(name, bytes)| (name.to_owned(), bytes.into()))
                 .collect(),
@@ -100,7 +100,7 @@ impl FileInfo {
     }
 }
 
-fn counted<'a>(kinds: impl Iterator<Item = &'a str>) -> Map<String, Value> {
+fn count_by_kind<'a>(kinds: impl Iterator<Item = &'a str>) -> Map<String, Value> {
     let mut counts = Map::new();
     for kind in kinds {
         let count = counts.get(kind).and_then(Value::as_u64).unwrap_or_default();
@@ -109,28 +109,32 @@ fn counted<'a>(kinds: impl Iterator<Item = &'a str>) -> Map<String, Value> {
     counts
 }
 
-fn triangles(scene: &Scene) -> TriangleSummary {
+fn count_triangles(scene: &Scene) -> TriangleCounts {
     let lookup = SceneLookup::new(scene);
-    let value_of = |name: &str| lookup.mesh_data(name).map_or(0, |data| data.indices.len());
+    let triangle_count = |name: &str| lookup.mesh_data(name).map_or(0, |data| data.indices.len());
     let shown = scene.objects.iter().map(|object| {
         if let Shape::Mesh(name) = &object.shape {
-            value_of(name)
+            triangle_count(name)
         } else {
             0
         }
     });
-    let stored = scene.meshes.iter().map(|mesh| value_of(&mesh.name)).sum();
-    TriangleSummary {
+    let stored = scene
+        .meshes
+        .iter()
+        .map(|mesh| triangle_count(&mesh.name))
+        .sum();
+    TriangleCounts {
         stored,
         shown: shown.sum(),
         meshes: scene.meshes.len(),
     }
 }
 
-fn image(image: &Image) -> Value {
+fn describe_image(image: &Image) -> Value {
     match &image.data {
         Some(data) => {
-            json!({ "name": image.name, "width": data.width, "height": data.height, "bytes": data.bytes() })
+            json!({ "name": image.name, "width": data.width, "height": data.height, "bytes": data.byte_size() })
         }
         None => json!({ "name": image.name, "missing": true }),
     }

@@ -7,10 +7,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use glam::DVec3;
-use raywright_core::extent::Extent;
-use raywright_core::scene::{LightKind, Model, Pattern, Shape, Sky};
-use raywright_core::{Scene, SceneLookup, Settings, estimate, extent, generate};
-use raywright_io::{AnimationInfo, ExtensionInfo, Loaded, Notation, SceneFormat};
+use raywright_core::extent::SceneExtent;
+use raywright_core::scene::{LightKind, MaterialModel, SamplePattern, Shape, Sky};
+use raywright_core::{
+    Scene, SceneLookup, Settings, estimate_scene_memory, generate, measure_extent,
+};
+use raywright_io::{AnimationInfo, ExtensionInfo, LoadedScene, SceneFormat, SceneNotation};
 
 use crate::args::InfoArgs;
 use crate::console::{self, Verbosity};
@@ -19,7 +21,7 @@ use crate::memory;
 use crate::notes::Notes;
 use crate::plan;
 use crate::scene_input;
-use crate::table::{format_short, lay_out};
+use crate::table::{format_columns, format_four_digits};
 
 /// Runs `info`: prints the contents of a file as a table or as JSON.
 pub fn run(args: &InfoArgs, verbosity: Verbosity) -> Result<(), Failure> {
@@ -27,25 +29,29 @@ pub fn run(args: &InfoArgs, verbosity: Verbosity) -> Result<(), Failure> {
         return picture::run(Path::new(&args.scene), args.json);
     }
     let mut notes = Notes::new(verbosity);
-    let loaded = scene_input::read(&args.scene, &plan::options(&args.changes, None), &mut notes)?;
-    notes.finish();
+    let loaded = scene_input::load_with_notes(
+        &args.scene,
+        &plan::build_load_options(&args.changes, None),
+        &mut notes,
+    )?;
+    notes.print_kept();
     console::print(if args.json {
-        console::json(&json::FileInfo::of(&loaded))
+        console::format_json(&json::FileInfo::from_loaded(&loaded))
     } else {
-        lay_out(&rows(&loaded))
+        format_columns(&table_rows(&loaded))
     })
 }
 
-fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
+fn table_rows(loaded: &LoadedScene) -> Vec<[String; 2]> {
     let scene = &loaded.scene;
     let rows = [
         ("file", loaded.source.name.clone()),
-        ("format", format(loaded.source.format).to_owned()),
+        ("format", scene_format_name(loaded.source.format).to_owned()),
         ("title", scene.title.clone()),
-        ("picture", render_size(scene)),
+        ("picture", describe_render_size(scene)),
         (
             "parameters",
-            listed(
+            join_items(
                 scene
                     .parameters
                     .iter()
@@ -54,44 +60,47 @@ fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
         ),
         (
             "cameras",
-            named(scene.cameras.iter().map(|camera| camera.name.as_str())),
+            format_named_count(scene.cameras.iter().map(|camera| camera.name.as_str())),
         ),
         (
             "lights",
-            kinds(scene.lights.iter().map(|light| light_kind(&light.kind))),
+            format_kind_counts(scene.lights.iter().map(|light| light_kind(&light.kind))),
         ),
-        ("sky", sky(loaded)),
+        ("sky", own_sky_kind(loaded)),
         (
             "objects",
-            kinds(scene.objects.iter().map(|object| shape_kind(&object.shape))),
+            format_kind_counts(scene.objects.iter().map(|object| shape_kind(&object.shape))),
         ),
-        ("generated", generated(scene)),
-        ("triangles", triangles(scene)),
+        ("generated", list_generated_objects(scene)),
+        ("triangles", describe_triangles(scene)),
         (
             "materials",
-            kinds(
+            format_kind_counts(
                 scene
                     .materials
                     .iter()
-                    .map(|material| model_kind(&material.model)),
+                    .map(|material| material_model_kind(&material.model)),
             ),
         ),
-        ("textures", count(scene.textures.len())),
-        ("images", images(scene)),
-        ("scenes", numbered(&loaded.contents.scenes)),
-        ("variants", listed(loaded.contents.variants.iter().cloned())),
+        ("textures", format_count(scene.textures.len())),
+        ("images", list_images(scene)),
+        ("scenes", list_with_index(&loaded.contents.scenes)),
+        (
+            "variants",
+            join_items(loaded.contents.variants.iter().cloned()),
+        ),
         (
             "animations",
-            listed(loaded.contents.animations.iter().map(animation)),
+            join_items(loaded.contents.animations.iter().map(describe_animation)),
         ),
         (
             "extensions",
-            listed(loaded.contents.extensions.iter().map(extension)),
+            join_items(loaded.contents.extensions.iter().map(describe_extension)),
         ),
     ];
     let rows = rows
         .into_iter()
-        .chain(whole(scene))
+        .chain(bounds_and_memory_rows(scene))
         .chain([("hash", loaded.hash.to_string())]);
     rows.filter(|(_, text)| !text.is_empty())
         .map(|(name, text)| [name.to_owned(), text])
@@ -101,16 +110,16 @@ fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
 /// Returns two rows: the bounds of the whole scene, and an upper bound of a render's memory. Both
 /// are computed from the scene's data without building an accelerator, which would be slow for
 /// models of millions of triangles.
-fn whole(scene: &Scene) -> [(&'static str, String); 2] {
+fn bounds_and_memory_rows(scene: &Scene) -> [(&'static str, String); 2] {
     let settings = Settings::from_scene(scene);
-    let Extent { bounds, unbounded } = extent(scene, settings.precision);
-    let corner = |point: DVec3| point.to_array().map(format_short).join(", ");
+    let SceneExtent { bounds, unbounded } = measure_extent(scene, settings.precision);
+    let corner = |point: DVec3| point.to_array().map(format_four_digits).join(", ");
     let box_around = if bounds.is_empty() {
         String::new()
     } else {
         format!("{}  to  {}", corner(bounds.min), corner(bounds.max))
     };
-    let endless = match unbounded {
+    let unbounded_text = match unbounded {
         0 => String::new(),
         n => format!(
             "{}{n} without end",
@@ -118,18 +127,18 @@ fn whole(scene: &Scene) -> [(&'static str, String); 2] {
         ),
     };
     [
-        ("bounds", box_around + &endless),
+        ("bounds", box_around + &unbounded_text),
         (
             "memory",
-            memory::listed(&estimate(scene, &settings).parts()),
+            memory::format_parts(&estimate_scene_memory(scene, &settings).by_purpose()),
         ),
     ]
 }
 
-fn format(format: SceneFormat) -> &'static str {
+fn scene_format_name(format: SceneFormat) -> &'static str {
     match format {
-        SceneFormat::Native(Notation::Toml) => "Raywright scene (TOML)",
-        SceneFormat::Native(Notation::Json) => "Raywright scene (JSON)",
+        SceneFormat::Native(SceneNotation::Toml) => "Raywright scene (TOML)",
+        SceneFormat::Native(SceneNotation::Json) => "Raywright scene (JSON)",
         SceneFormat::Gltf => "glTF 2.0",
         SceneFormat::Glb => "glTF 2.0 (binary)",
         SceneFormat::Obj => "Wavefront OBJ",
@@ -138,12 +147,12 @@ fn format(format: SceneFormat) -> &'static str {
     }
 }
 
-fn render_size(scene: &Scene) -> String {
+fn describe_render_size(scene: &Scene) -> String {
     let [width, height] = scene.render.size;
     let samples = match scene.render.pattern {
         None => format!("{} samples", scene.render.samples),
-        Some(Pattern::Centre) => "1 sample (centre)".to_owned(),
-        Some(Pattern::Corners) => "4 samples (corners)".to_owned(),
+        Some(SamplePattern::Centre) => "1 sample (centre)".to_owned(),
+        Some(SamplePattern::Corners) => "4 samples (corners)".to_owned(),
     };
     format!(
         "{width}x{height} pixels, {samples}, at most {} ray segments",
@@ -152,27 +161,27 @@ fn render_size(scene: &Scene) -> String {
 }
 
 /// Formats a count; empty for zero, because rows without text are left out of the table.
-fn count(n: usize) -> String {
+fn format_count(n: usize) -> String {
     if n == 0 { String::new() } else { n.to_string() }
 }
 
-fn listed(items: impl Iterator<Item = String>) -> String {
+fn join_items(items: impl Iterator<Item = String>) -> String {
     items.collect::<Vec<_>>().join(", ")
 }
 
 /// Formats the scenes of a file by index and name; empty for a file with a single scene.
-fn numbered(names: &[String]) -> String {
+fn list_with_index(names: &[String]) -> String {
     let numbered =
         |(index, name): (usize, &String)| format!("{index} {name}").trim_end().to_owned();
     if names.len() > 1 {
-        listed(names.iter().enumerate().map(numbered))
+        join_items(names.iter().enumerate().map(numbered))
     } else {
         String::new()
     }
 }
 
 /// Formats an animation: `walk (0.71 s)`.
-fn animation(info: &AnimationInfo) -> String {
+fn describe_animation(info: &AnimationInfo) -> String {
     let name = if info.name.is_empty() {
         "unnamed"
     } else {
@@ -180,30 +189,30 @@ fn animation(info: &AnimationInfo) -> String {
     };
     info.seconds.map_or_else(
         || name.to_owned(),
-        |seconds| format!("{name} ({} s)", format_short(seconds)),
+        |seconds| format!("{name} ({} s)", format_four_digits(seconds)),
     )
 }
 
 /// Formats a glTF extension: `KHR_texture_transform`, or `VENDOR_thing (not read)`.
-fn extension(info: &ExtensionInfo) -> String {
+fn describe_extension(info: &ExtensionInfo) -> String {
     format!(
         "{}{}",
         info.name,
-        if info.read { "" } else { " (not read)" }
+        if info.is_supported { "" } else { " (not read)" }
     )
 }
 
 /// Formats the number of items and the names of those that have a name: `3: front, side`.
-fn named<'a>(names: impl Iterator<Item = &'a str>) -> String {
+fn format_named_count<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let names: Vec<&str> = names.collect();
-    let given = listed(
+    let given = join_items(
         names
             .iter()
             .filter(|name| !name.is_empty())
             .map(|&name| name.to_owned()),
     );
     if given.is_empty() {
-        count(names.len())
+        format_count(names.len())
     } else {
         format!("{}: {given}", names.len())
     }
@@ -211,14 +220,14 @@ fn named<'a>(names: impl Iterator<Item = &'a str>) -> String {
 
 /// Formats the total and the count of each kind of item: `6: 5 sphere, 1 plane`; `6 sphere` for a
 /// single kind.
-fn kinds<'a>(kinds: impl Iterator<Item = &'a str>) -> String {
+fn format_kind_counts<'a>(kinds: impl Iterator<Item = &'a str>) -> String {
     let mut counts = BTreeMap::<&str, usize>::new();
     kinds.for_each(|kind| *counts.entry(kind).or_default() += 1);
     let total: usize = counts.values().sum();
     let mut counts: Vec<(&str, usize)> = counts.into_iter().collect();
     counts.sort_by_key(|&(_, n)| std::cmp::Reverse(n));
     let several = counts.len() > 1;
-    let list = listed(counts.into_iter().map(|(kind, n)| format!("{n} {kind}")));
+    let list = join_items(counts.into_iter().map(|(kind, n)| format!("{n} {kind}")));
     if several {
         format!("{total}: {list}")
     } else {
@@ -253,7 +262,7 @@ fn light_kind(kind: &LightKind) -> &'static str {
 }
 
 /// Returns the kind of the file's own sky; empty without a sky, and for a sky added by the program.
-fn sky(loaded: &Loaded) -> String {
+fn own_sky_kind(loaded: &LoadedScene) -> String {
     let own = loaded
         .scene
         .sky
@@ -272,15 +281,15 @@ fn sky_kind(sky: &Sky) -> &'static str {
     }
 }
 
-fn model_kind(model: &Model) -> &'static str {
+fn material_model_kind(model: &MaterialModel) -> &'static str {
     match model {
-        Model::Classic(_) => "classic",
-        Model::Physical(_) => "physical",
+        MaterialModel::Classic(_) => "classic",
+        MaterialModel::Physical(_) => "physical",
     }
 }
 
 /// Formats the number of objects that generators make, by kind: `1000 sphere`.
-fn generated(scene: &Scene) -> String {
+fn list_generated_objects(scene: &Scene) -> String {
     let mut counts = BTreeMap::<&str, u64>::new();
     for generator in &scene.generators {
         let alone = Scene {
@@ -289,27 +298,27 @@ fn generated(scene: &Scene) -> String {
         };
         *counts
             .entry(shape_kind(&generator.object.shape))
-            .or_default() += generate::count(&alone);
+            .or_default() += generate::count_objects(&alone);
     }
-    listed(counts.into_iter().map(|(kind, n)| format!("{n} {kind}")))
+    join_items(counts.into_iter().map(|(kind, n)| format!("{n} {kind}")))
 }
 
 /// Formats the number of mesh triangles with each mesh counted once, and the number with all
 /// instances where the two differ.
-fn triangles(scene: &Scene) -> String {
+fn describe_triangles(scene: &Scene) -> String {
     let lookup = SceneLookup::new(scene);
-    let value_of = |name: &str| lookup.mesh_data(name).map(|data| data.indices.len());
+    let triangle_count = |name: &str| lookup.mesh_data(name).map(|data| data.indices.len());
     let meshes: Vec<usize> = scene
         .meshes
         .iter()
-        .filter_map(|mesh| value_of(&mesh.name))
+        .filter_map(|mesh| triangle_count(&mesh.name))
         .collect();
     let stored: usize = meshes.iter().sum();
     let shown = scene
         .objects
         .iter()
         .filter_map(|object| match &object.shape {
-            Shape::Mesh(name) => value_of(name),
+            Shape::Mesh(name) => triangle_count(name),
             _ => None,
         });
     match (meshes.len(), shown.sum::<usize>()) {
@@ -324,14 +333,14 @@ fn triangles(scene: &Scene) -> String {
     }
 }
 
-fn images(scene: &Scene) -> String {
+fn list_images(scene: &Scene) -> String {
     let described = scene.images.iter().map(|image| match &image.data {
         Some(data) => format!("{} {}x{}", image.name, data.width, data.height),
         None => format!("{} (missing)", image.name),
     });
     match scene.images.len() {
         0 => String::new(),
-        n => format!("{n}: {}", listed(described)),
+        n => format!("{n}: {}", join_items(described)),
     }
 }
 
@@ -380,8 +389,8 @@ mod tests {
             assert_eq!(light_kind(&kind), key(&value));
         }
         for value in [json!({ "classic": {} }), json!({ "physical": {} })] {
-            let model: Model = serde_json::from_value(value.clone()).expect("a model");
-            assert_eq!(model_kind(&model), key(&value));
+            let model: MaterialModel = serde_json::from_value(value.clone()).expect("a model");
+            assert_eq!(material_model_kind(&model), key(&value));
         }
         for (value, name) in [
             (json!({ "constant": 1.0 }), "constant"),
@@ -411,7 +420,8 @@ mod tests {
                 .extend(parts.as_object().expect("a table").clone());
             serde_json::from_value::<Scene>(whole).expect("a scene")
         };
-        let describe = |render: serde_json::Value| render_size(&with(json!({ "render": render })));
+        let describe =
+            |render: serde_json::Value| describe_render_size(&with(json!({ "render": render })));
         assert!(
             describe(json!({ "samples": 9, "size": [4, 3], "max_depth": 5 }))
                 .eq("4x3 pixels, 9 samples, at most 5 ray segments")
@@ -443,13 +453,13 @@ mod tests {
             ),
         ] {
             assert_eq!(
-                triangles(&with(json!({ "meshes": meshes, "objects": objects }))),
+                describe_triangles(&with(json!({ "meshes": meshes, "objects": objects }))),
                 expected
             );
         }
         let missing = with(json!({ "images": [{ "name": "a", "path": "a.png" }] }));
         assert_eq!(
-            (images(&missing), images(&Scene::default())),
+            (list_images(&missing), list_images(&Scene::default())),
             ("1: a (missing)".to_owned(), String::new())
         );
     }

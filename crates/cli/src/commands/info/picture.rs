@@ -3,21 +3,21 @@
 
 use std::path::Path;
 
-use raywright_io::output::{Metadata, PictureFormat, StoredPicture, read_picture};
+use raywright_io::output::{PictureFormat, PictureMetadata, StoredPicture, read_picture};
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::console;
 use crate::failure::Failure;
 use crate::plan;
-use crate::table::lay_out;
+use crate::table::format_columns;
 
-/// Version of the layout of [`PictureFacts`].
+/// Version of the layout of [`PictureInfo`].
 const FORMAT: u32 = 1;
 
 /// Contents of a picture file. An entry is null or empty if the file lacks it.
 #[derive(Serialize)]
-struct PictureFacts {
+struct PictureInfo {
     format: u32,
     file: String,
     notation: &'static str,
@@ -41,21 +41,21 @@ pub fn is_picture(path: &Path) -> bool {
 
 /// Runs `info` for a picture file: prints its contents as a table or as JSON.
 pub fn run(path: &Path, as_json: bool) -> Result<(), Failure> {
-    let stored_picture = read_picture(path, &plan::limits(None))?;
-    let picture_facts = PictureFacts::of(path, &stored_picture);
+    let stored_picture = read_picture(path, &plan::build_limits(None))?;
+    let picture_facts = PictureInfo::from_picture(path, &stored_picture);
     console::print(if as_json {
-        console::json(&picture_facts)
+        console::format_json(&picture_facts)
     } else {
-        lay_out(&picture_facts.rows())
+        format_columns(&picture_facts.table_rows())
     })
 }
 
-impl PictureFacts {
-    fn of(path: &Path, stored_picture: &StoredPicture) -> Self {
+impl PictureInfo {
+    fn from_picture(path: &Path, stored_picture: &StoredPicture) -> Self {
         let picture = &stored_picture.picture;
         let metadata = stored_picture.metadata();
-        let error = error(&metadata);
-        let Metadata {
+        let error = error_json(&metadata);
+        let PictureMetadata {
             software,
             scene_hash,
             settings,
@@ -66,7 +66,7 @@ impl PictureFacts {
         Self {
             format: FORMAT,
             file: path.display().to_string(),
-            notation: stored_picture.notation,
+            notation: stored_picture.format_name,
             size: [picture.width, picture.height],
             window: picture
                 .window
@@ -86,7 +86,7 @@ impl PictureFacts {
         }
     }
 
-    fn rows(&self) -> Vec<[String; 2]> {
+    fn table_rows(&self) -> Vec<[String; 2]> {
         let [width, height] = self.size;
         let rows = [
             ("file", self.file.clone()),
@@ -95,12 +95,15 @@ impl PictureFacts {
                 "picture",
                 format!(
                     "{width}x{height} pixels{}",
-                    self.window.as_ref().map(place).unwrap_or_default()
+                    self.window.as_ref().map(format_window).unwrap_or_default()
                 ),
             ),
             ("layers", self.layers.join(", ")),
             ("software", self.software.clone()),
-            ("error", self.error.as_ref().map(told).unwrap_or_default()),
+            (
+                "error",
+                self.error.as_ref().map(format_error).unwrap_or_default(),
+            ),
             (
                 "seed",
                 self.seed.map(|seed| seed.to_string()).unwrap_or_default(),
@@ -116,8 +119,8 @@ impl PictureFacts {
     }
 }
 
-/// Formats a data window, offset and full size: ` at 16, 8 of 320x180`.
-fn place(window: &Value) -> String {
+/// Formats a data window, offset and full size: ` at 16, 8 from_picture 320x180`.
+fn format_window(window: &Value) -> String {
     let number = |list: &str, i: usize| &window[list][i];
     format!(
         " at {}, {} of {}x{}",
@@ -130,7 +133,7 @@ fn place(window: &Value) -> String {
 
 /// Converts the error estimate in a file's metadata to JSON, with numbers as numbers; `None` if the
 /// file has no estimate.
-fn error(metadata: &Metadata) -> Option<Value> {
+fn error_json(metadata: &PictureMetadata) -> Option<Value> {
     let number = |name: &str| {
         metadata
             .error_value(name)
@@ -152,7 +155,7 @@ fn error(metadata: &Metadata) -> Option<Value> {
 }
 
 /// Formats the error estimate of a picture file for the table.
-fn told(error: &Value) -> String {
+fn format_error(error: &Value) -> String {
     let value_of = |name: &str| {
         let estimate = &error[name];
         format!(

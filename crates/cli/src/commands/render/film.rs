@@ -8,53 +8,53 @@ use std::time::{Duration, Instant};
 use raywright_core::ReadyScene;
 use raywright_core::display::Display;
 use raywright_core::film::{Film, FilmPart, PartError, Uncertainty};
-use raywright_io::output::{KeptFilm, Metadata, read_film, write_film};
+use raywright_io::output::{PictureMetadata, StoredFilm, read_film, write_film};
 use raywright_io::{Error, InputFiles};
 use serde::Serialize;
 
-use super::live::Onlookers;
+use super::live::LivePreviews;
 use super::write::printable_path;
 use crate::args::{PictureShare, ProgressStyle};
-use crate::clock::{Clock, format_duration};
+use crate::clock::{StageClock, format_duration};
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
 use crate::notes::Notes;
+use crate::observer::{Deadlines, RunObserver};
 use crate::origin;
 use crate::plan::RenderTask;
 use crate::progress::Progress;
 use crate::targets::{OutputFiles, OutputTarget};
-use crate::watch::{Deadlines, Watch};
 
 /// Least interval between checkpoints. The interval is longer if a checkpoint takes more than a
 /// twentieth of the time.
-const KEEP_EVERY: Duration = Duration::from_secs(60);
+const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(60);
 
 /// Interval between the lines of `--progress json`.
-const TELL_EVERY: Duration = Duration::from_secs(1);
+const PROGRESS_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Least interval between error estimates, as a multiple of the duration of the last estimate. On
 /// large pictures an estimate would otherwise take more time than a progress line is worth.
-const ESTIMATE_EVERY: u32 = 50;
+const ESTIMATE_INTERVAL_FACTOR: u32 = 50;
 
 /// Latest estimate of a picture's error during its render, for progress lines.
 #[derive(Default)]
-struct LatestError {
+struct ErrorTracker {
     error: Option<Uncertainty>,
     /// Time and duration of the latest estimate; `None` before the first.
-    made: Option<(Instant, Duration)>,
+    last_estimate: Option<(Instant, Duration)>,
 }
 
-impl LatestError {
+impl ErrorTracker {
     /// Returns the latest error estimate, after a new estimate if that is due or `is_last`.
     fn update(&mut self, film: &Film, is_last: bool) -> Option<Uncertainty> {
         if is_last
             || self
-                .made
-                .is_none_or(|(at, took)| is_due(at.elapsed(), took))
+                .last_estimate
+                .is_none_or(|(at, took)| is_estimate_due(at.elapsed(), took))
         {
             let began = Instant::now();
-            self.error = film.uncertainty();
-            self.made = Some((Instant::now(), began.elapsed()));
+            self.error = film.estimate_uncertainty();
+            self.last_estimate = Some((Instant::now(), began.elapsed()));
         }
         self.error
     }
@@ -62,12 +62,12 @@ impl LatestError {
 
 /// Whether a new error estimate is due: `passed` is the time since the last estimate, `took` is the
 /// duration of the last estimate.
-fn is_due(passed: Duration, took: Duration) -> bool {
-    passed >= took * ESTIMATE_EVERY
+fn is_estimate_due(passed: Duration, took: Duration) -> bool {
+    passed >= took * ESTIMATE_INTERVAL_FACTOR
 }
 
 /// Version of the layout of [`ProgressLine`].
-const PASS_FORMAT: u32 = 1;
+const PROGRESS_FORMAT: u32 = 1;
 
 /// A line of `--progress json`.
 #[derive(Serialize)]
@@ -90,14 +90,14 @@ struct ProgressLine {
 
 /// Refuses contradicting flags of film files before the scene is loaded, and adds the checkpoint to
 /// the output files.
-pub fn check(
+pub fn check_film_flags(
     task: &RenderTask,
     targets: &[OutputTarget],
     outputs: &mut OutputFiles,
 ) -> Result<(), Failure> {
     if task.part.is_some() {
         if task.max_error.is_some() {
-            let error = Error::usage(
+            let error = Error::invalid_usage(
                 "--max-error decides by the whole picture where samples go, and --part renders a share of it",
             );
             return Err(error
@@ -105,14 +105,15 @@ pub fn check(
                 .into());
         }
         if task.checkpoint.is_none() {
-            let error =
-                Error::usage("--part renders a share of a picture, which needs a file of its own");
+            let error = Error::invalid_usage(
+                "--part renders a share of a picture, which needs a file of its own",
+            );
             return Err(error
                 .with_hint("name it: --checkpoint part.film; raywright merge makes the picture of all parts")
                 .into());
         }
         if !targets.is_empty() {
-            let error = Error::usage(
+            let error = Error::invalid_usage(
                 "a part of a picture is no picture: -o and --part cannot both be given",
             );
             return Err(error
@@ -130,22 +131,22 @@ pub fn check(
     task.resume
         .iter()
         .filter(|earlier| *earlier != path)
-        .for_each(|earlier| inputs.read(earlier));
-    task.replay.iter().for_each(|map| inputs.read(map));
-    outputs.keep_clear_of(&inputs)
+        .for_each(|earlier| inputs.record_read(earlier));
+    task.replay.iter().for_each(|map| inputs.record_read(map));
+    outputs.check_against_inputs(&inputs)
 }
 
 /// Render of a picture, or of a share of it, with its film, its checkpoints and its previews.
 pub struct FilmSession<'a> {
-    kept_film: KeptFilm,
+    kept_film: StoredFilm,
     part: FilmPart,
     task: &'a RenderTask,
     /// Whether all requested samples were rendered, or all that the budget allowed.
     is_done: bool,
     /// Error of the last checkpoint if its file could not be written.
-    unkept: Option<Error>,
+    checkpoint_error: Option<Error>,
     /// Previews that are updated during the render.
-    onlookers: Onlookers,
+    previews: LivePreviews,
 }
 
 impl<'a> FilmSession<'a> {
@@ -154,36 +155,36 @@ impl<'a> FilmSession<'a> {
         task: &'a RenderTask,
         ready: &ReadyScene,
         identity: String,
-        metadata: Metadata,
+        metadata: PictureMetadata,
         display: Display,
     ) -> Result<Self, Failure> {
         let limits = task.options.limits;
-        let mut film = ready.film(&identity);
+        let mut film = ready.new_film(&identity);
         if let Some(path) = &task.resume {
             let earlier = read_film(path, &limits)?;
-            refuse_other_program(path, &earlier.metadata)?;
-            film.adopt(earlier.film)
-                .map_err(|error| foreign(path, error))?;
+            refuse_other_version(path, &earlier.metadata)?;
+            film.continue_from(earlier.film)
+                .map_err(|error| wrong_film_failure(path, error))?;
         }
         if let Some(path) = &task.replay {
             let map = read_film(path, &limits)?;
-            refuse_other_program(path, &map.metadata)?;
-            film.replay(&map.film)
-                .map_err(|error| foreign(path, error))?;
+            refuse_other_version(path, &map.metadata)?;
+            film.repeat_sample_counts(&map.film)
+                .map_err(|error| wrong_film_failure(path, error))?;
         }
-        let whole = film.whole_part();
+        let whole = film.full_part();
         let part = match task.part {
             Some(PictureShare { of: total, .. }) if total > whole.tiles.end => {
-                let error = Error::usage(format_args!(
+                let error = Error::invalid_usage(format_args!(
                     "--part divides the picture into {total} shares, and it has {} tiles",
                     whole.tiles.end
                 ));
                 return Err(error.with_hint("divide it into fewer").into());
             }
-            Some(PictureShare { number, of: total }) => whole.share(number - 1, total),
+            Some(PictureShare { number, of: total }) => whole.nth_share(number - 1, total),
             None => whole,
         };
-        let kept_film = KeptFilm {
+        let kept_film = StoredFilm {
             film,
             metadata,
             display,
@@ -193,14 +194,17 @@ impl<'a> FilmSession<'a> {
             part,
             task,
             is_done: false,
-            unkept: None,
-            onlookers: Onlookers::default(),
+            checkpoint_error: None,
+            previews: LivePreviews::default(),
         })
     }
 
     /// Sets the previews that are updated during the render.
-    pub fn with_onlookers(self, onlookers: Onlookers) -> Self {
-        Self { onlookers, ..self }
+    pub fn with_previews(self, onlookers: LivePreviews) -> Self {
+        Self {
+            previews: onlookers,
+            ..self
+        }
     }
 
     /// Renders the samples that the film lacks, with checkpoints, progress lines and previews
@@ -209,44 +213,50 @@ impl<'a> FilmSession<'a> {
         &mut self,
         ready: &ReadyScene,
         progress: &Progress,
-        (clock, stop): (&Clock, &AtomicBool),
+        (clock, stop): (&StageClock, &AtomicBool),
     ) -> Result<(), Failure> {
-        let deadline = self.task.budget.map(|budget| clock.began() + budget);
-        let tells =
+        let deadline = self.task.budget.map(|budget| clock.start_time() + budget);
+        let prints_progress =
             self.task.progress == ProgressStyle::Json && self.task.verbosity > Verbosity::Quiet;
-        let (mut keep_every, mut kept, mut told) = (KEEP_EVERY, Instant::now(), Instant::now());
-        let mut error = LatestError::default();
+        let (mut checkpoint_interval, mut last_checkpoint, mut last_progress) =
+            (CHECKPOINT_INTERVAL, Instant::now(), Instant::now());
+        let mut error = ErrorTracker::default();
         loop {
-            let keep_at = self.task.checkpoint.is_some().then(|| kept + keep_every);
-            let tell_at = tells.then(|| told + TELL_EVERY);
-            let pause_at = keep_at.into_iter().chain(tell_at).min();
-            let pause_with = self.onlookers.next(&self.kept_film.film);
+            let checkpoint_at = self
+                .task
+                .checkpoint
+                .is_some()
+                .then(|| last_checkpoint + checkpoint_interval);
+            let progress_at = prints_progress.then(|| last_progress + PROGRESS_INTERVAL);
+            let pause_at = checkpoint_at.into_iter().chain(progress_at).min();
+            let pause_with = self.previews.next_update(&self.kept_film.film);
             let deadlines = Deadlines {
                 deadline,
                 pause_at,
-                pause_with,
+                pause_at_samples: pause_with,
             };
-            let watch = Watch {
+            let watch = RunObserver {
                 progress: Some(progress),
                 deadlines,
-                began: clock.began(),
-                ..Watch::until(stop)
+                start: clock.start_time(),
+                ..RunObserver::with_stop_flag(stop)
             };
             let rendered = ready.render_part(&mut self.kept_film.film, &self.part, &watch);
-            rendered.map_err(Error::usage)?;
-            self.is_done = !watch.was_stopped() && (self.lacks() == 0 || watch.is_late());
+            rendered.map_err(Error::invalid_usage)?;
+            self.is_done =
+                !watch.was_stopped() && (self.unfinished_tiles() == 0 || watch.is_late());
             let ends = self.is_done || watch.was_stopped();
-            if tells {
+            if prints_progress {
                 let error = error.update(&self.kept_film.film, ends);
-                console::print_message(self.pass(progress, error));
-                told = Instant::now();
+                console::print_message(self.format_progress_line(progress, error));
+                last_progress = Instant::now();
             }
-            self.show_stage(&watch, ends);
-            if ends || keep_at.is_some_and(|keep_at| Instant::now() >= keep_at) {
+            self.update_previews(&watch, ends);
+            if ends || checkpoint_at.is_some_and(|checkpoint_at| Instant::now() >= checkpoint_at) {
                 let began = Instant::now();
-                self.keep();
-                keep_every = KEEP_EVERY.max(20 * began.elapsed());
-                kept = Instant::now();
+                self.write_checkpoint();
+                checkpoint_interval = CHECKPOINT_INTERVAL.max(20 * began.elapsed());
+                last_checkpoint = Instant::now();
             }
             if ends {
                 return Ok(());
@@ -256,29 +266,29 @@ impl<'a> FilmSession<'a> {
 
     /// Updates the live previews if their next update is due or the render ends. A failed preview
     /// gives a warning and does not end the render.
-    fn show_stage(&mut self, watch: &Watch<'_>, ends: bool) {
-        let KeptFilm {
+    fn update_previews(&mut self, watch: &RunObserver<'_>, ends: bool) {
+        let StoredFilm {
             film,
             metadata,
             display,
         } = &self.kept_film;
-        let done = watch.done.load(Ordering::Relaxed);
+        let done = watch.finished_samples.load(Ordering::Relaxed);
         if !self
-            .onlookers
-            .next(film)
+            .previews
+            .next_update(film)
             .is_some_and(|next| ends || done >= next)
         {
             return;
         }
-        let nothing = Metadata::default();
+        let nothing = PictureMetadata::default();
         let metadata = if self.task.has_metadata {
             metadata
         } else {
             &nothing
         };
         if let Some(failed) = self
-            .onlookers
-            .show(film, (done, watch), (*display, metadata))
+            .previews
+            .update(film, (done, watch), (*display, metadata))
         {
             self.task
                 .verbosity
@@ -287,11 +297,12 @@ impl<'a> FilmSession<'a> {
     }
 
     /// Formats the progress as a line of JSON for `--progress json`.
-    fn pass(&self, progress: &Progress, error: Option<Uncertainty>) -> String {
-        let ([picture, pictures], (seconds, left)) = (progress.pieces(), progress.seconds());
-        let samples = self.kept_film.film.samples(&self.part);
+    fn format_progress_line(&self, progress: &Progress, error: Option<Uncertainty>) -> String {
+        let ([picture, pictures], (seconds, left)) =
+            (progress.pieces(), progress.elapsed_and_left());
+        let samples = self.kept_film.film.sample_range(&self.part);
         let pass = ProgressLine {
-            format: PASS_FORMAT,
+            format: PROGRESS_FORMAT,
             picture: picture + 1,
             pictures,
             samples: [*samples.start(), *samples.end()],
@@ -309,47 +320,47 @@ impl<'a> FilmSession<'a> {
 
     /// Writes the film to the file of `--checkpoint`. After a failure the next checkpoint is tried
     /// again, because the disk may have room by then.
-    fn keep(&mut self) {
+    fn write_checkpoint(&mut self) {
         let Some(path) = &self.task.checkpoint else {
             return;
         };
         self.kept_film.metadata.settings =
-            origin::with_samples(&self.kept_film.metadata.settings, &self.samples());
+            origin::replace_sample_count(&self.kept_film.metadata.settings, &self.format_samples());
         let failed = write_film(path, &mut self.kept_film).err();
         if let Some(error) = failed
             .as_ref()
-            .filter(|_| !self.is_done && self.unkept.is_none())
+            .filter(|_| !self.is_done && self.checkpoint_error.is_none())
         {
             self.task.verbosity.warn(format_args!(
                 "the film is not kept, and rendering goes on: {}",
                 error.message()
             ));
         }
-        self.unkept = failed;
+        self.checkpoint_error = failed;
     }
 
     /// Returns the error of the last checkpoint, if its file could not be written.
-    pub fn into_unkept(self) -> Option<Error> {
-        self.unkept
+    pub fn into_checkpoint_error(self) -> Option<Error> {
+        self.checkpoint_error
     }
 
     /// Adds a note if the run took more than 1.1 times its budget: the budget was too small for the
     /// first pass over the picture.
-    pub fn note_slow(&self, clock: &Clock, notes: &mut Notes) {
+    pub fn note_exceeded_budget(&self, clock: &StageClock, notes: &mut Notes) {
         if let Some(budget) = self.task.budget.map(|budget| budget.as_secs_f64())
-            && clock.total() > 1.1 * budget
+            && clock.total_seconds() > 1.1 * budget
         {
             notes.hint(format!(
                 "{} is not enough for one pass over the picture, which took until {}; a smaller --size takes less",
                 format_duration(budget),
-                format_duration(clock.total())
+                format_duration(clock.total_seconds())
             ));
         }
     }
 
     /// Returns the number of tiles in this run's share that lack samples.
-    fn lacks(&self) -> usize {
-        self.kept_film.film.lacking(&self.part)
+    fn unfinished_tiles(&self) -> usize {
+        self.kept_film.film.unfinished_tiles(&self.part)
     }
 
     /// Returns the film with the samples so far.
@@ -358,12 +369,12 @@ impl<'a> FilmSession<'a> {
     }
 
     /// Sets the display settings and the metadata that checkpoints and previews have.
-    pub fn show(&mut self, display: Display, metadata: Metadata) {
+    pub fn set_display(&mut self, display: Display, metadata: PictureMetadata) {
         (self.kept_film.display, self.kept_film.metadata) = (display, metadata);
     }
 
     /// Returns the metadata of the picture's file.
-    pub fn metadata(&self) -> &Metadata {
+    pub fn metadata(&self) -> &PictureMetadata {
         &self.kept_film.metadata
     }
 
@@ -373,32 +384,32 @@ impl<'a> FilmSession<'a> {
     }
 
     /// Formats the number of samples per pixel so far: `12 to 16 of 64 samples`.
-    pub fn samples(&self) -> String {
-        samples(&self.kept_film.film, &self.part)
+    pub fn format_samples(&self) -> String {
+        format_samples(&self.kept_film.film, &self.part)
     }
 
     /// Adds the checkpoint file, if it was written, to the list of written files.
-    pub fn with_own(&self, mut written: Vec<String>) -> Vec<String> {
-        let kept = self
+    pub fn with_checkpoint_path(&self, mut written: Vec<String>) -> Vec<String> {
+        let last_checkpoint = self
             .task
             .checkpoint
             .as_ref()
-            .filter(|_| self.unkept.is_none());
-        written.extend(kept.map(|path| printable_path(path)));
+            .filter(|_| self.checkpoint_error.is_none());
+        written.extend(last_checkpoint.map(|path| printable_path(path)));
         written
     }
 
     /// Adds a hint to the failure of an interrupted run: the flag that resumes its checkpoint, or
     /// the reason why no checkpoint exists.
-    pub fn explained(&self, failure: Failure) -> Failure {
-        match (&self.task.checkpoint, &self.unkept) {
+    pub fn with_resume_hint(&self, failure: Failure) -> Failure {
+        match (&self.task.checkpoint, &self.checkpoint_error) {
             (Some(_), Some(error)) => failure.with_hint(format_args!(
                 "it can't be gone on with: {}",
                 error.message()
             )),
             (Some(path), None) => failure.with_hint(format_args!(
                 "go on with --resume {}",
-                origin::quoted(&path.to_string_lossy())
+                origin::quote_for_shell(&path.to_string_lossy())
             )),
             (None, _) => failure,
         }
@@ -407,9 +418,9 @@ impl<'a> FilmSession<'a> {
 
 /// Formats the number of samples per pixel in a share of a picture: `16 samples`, `12 to 16 of 64
 /// samples`.
-pub fn samples(film: &Film, part: &FilmPart) -> String {
-    let (there, all) = (film.samples(part), film.requested_samples());
-    let (minimum, maximum) = (*there.start(), *there.end());
+pub fn format_samples(film: &Film, part: &FilmPart) -> String {
+    let (rendered, all) = (film.sample_range(part), film.requested_samples());
+    let (minimum, maximum) = (*rendered.start(), *rendered.end());
     let Some(all) = all else {
         return if minimum == maximum {
             format!("{maximum} samples")
@@ -426,11 +437,11 @@ pub fn samples(film: &Film, part: &FilmPart) -> String {
 }
 
 /// Refuses a film file of another program version, which may use other random numbers.
-pub fn refuse_other_program(path: &Path, metadata: &Metadata) -> Result<(), Failure> {
+pub fn refuse_other_version(path: &Path, metadata: &PictureMetadata) -> Result<(), Failure> {
     if metadata.software == origin::SOFTWARE {
         return Ok(());
     }
-    let error = Error::input(
+    let error = Error::invalid_input(
         path.display(),
         format_args!(
             "it was made by {}, and this is {}",
@@ -444,10 +455,10 @@ pub fn refuse_other_program(path: &Path, metadata: &Metadata) -> Result<(), Fail
 }
 
 /// Creates the failure for a film file that cannot be resumed or replayed with these flags.
-fn foreign(path: &Path, error: PartError) -> Failure {
+fn wrong_film_failure(path: &Path, error: PartError) -> Failure {
     match error {
         PartError::Foreign { label, .. } => {
-            let error = Error::input(
+            let error = Error::invalid_input(
                 path.display(),
                 format_args!("it is of another picture: the {label} differs"),
             );
@@ -464,17 +475,17 @@ fn foreign(path: &Path, error: PartError) -> Failure {
                 "{}: its {has} samples a pixel cannot become {requested}",
                 path.display()
             );
-            Error::usage(message)
+            Error::invalid_usage(message)
                 .with_hint(format!("--spp {minimum}, or more"))
                 .into()
         }
-        other => Error::input(path.display(), other).into(),
+        other => Error::invalid_input(path.display(), other).into(),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use raywright_core::scene::Pattern;
+    use raywright_core::scene::SamplePattern;
     use raywright_core::settings::{Crop, Sampling, Settings};
     use raywright_core::{Scene, prepare};
 
@@ -486,11 +497,11 @@ mod tests {
     fn estimates_have_a_bounded_share() {
         let [millisecond, second] = [Duration::from_millis(1), Duration::from_secs(1)];
         assert!(
-            is_due(second, millisecond)
-                && is_due(second, second / 50)
-                && is_due(Duration::ZERO, Duration::ZERO)
+            is_estimate_due(second, millisecond)
+                && is_estimate_due(second, second / 50)
+                && is_estimate_due(Duration::ZERO, Duration::ZERO)
         );
-        assert!(!is_due(second, second / 49) && !is_due(40 * second, second));
+        assert!(!is_estimate_due(second, second / 49) && !is_estimate_due(40 * second, second));
     }
 
     /// Protects: a sample count has its singular and plural, and counts that differ between pixels
@@ -514,8 +525,8 @@ mod tests {
                 &(),
             )
             .expect("empty");
-            let mut film = ready.film("");
-            let whole = film.whole_part();
+            let mut film = ready.new_film("");
+            let whole = film.full_part();
             ready
                 .render_part(
                     &mut film,
@@ -526,10 +537,16 @@ mod tests {
                     &(),
                 )
                 .expect("its own");
-            samples(&film, &whole)
+            format_samples(&film, &whole)
         };
-        assert_eq!(film(Sampling::Pattern(Pattern::Centre), 2), "1 sample");
-        assert_eq!(film(Sampling::Pattern(Pattern::Corners), 2), "4 samples");
+        assert_eq!(
+            film(Sampling::Pattern(SamplePattern::Centre), 2),
+            "1 sample"
+        );
+        assert_eq!(
+            film(Sampling::Pattern(SamplePattern::Corners), 2),
+            "4 samples"
+        );
         assert_eq!(film(Sampling::General(9), 1), "0 to 9 of 9 samples");
         assert_eq!(film(Sampling::General(9), 0), "0 of 9 samples");
     }

@@ -5,31 +5,31 @@ use std::path::PathBuf;
 
 use raywright_core::display::Display;
 use raywright_core::film::Film;
-use raywright_core::picture::{Layer, Picture};
+use raywright_core::picture::{Picture, PictureLayer};
 use raywright_core::{Observer, RenderOutput, RenderStage};
 use raywright_io::Error;
-use raywright_io::output::{Metadata, png_bytes, write_atomically};
+use raywright_io::output::{PictureMetadata, encode_png, write_atomically};
 
-use super::tev::Tev;
+use super::tev::TevClient;
 use crate::failure::{Exit, Failure};
 use crate::plan::RenderTask;
 
 /// Live previews of a picture: a file, a viewer, both or neither.
 #[derive(Default)]
-pub struct Onlookers {
+pub struct LivePreviews {
     preview: Option<PathBuf>,
-    tev: Option<Tev>,
+    tev: Option<TevClient>,
     /// Whether the exposure is chosen automatically from the picture.
-    is_exposed: bool,
+    has_auto_exposure: bool,
     /// Sample count, summed over all pixels, at which the next update is due; `None` before the
     /// first update.
-    next: Option<u64>,
+    next_update: Option<u64>,
 }
 
-impl Onlookers {
+impl LivePreviews {
     /// Creates the previews that a task requests and connects to the viewer. `name` is the
     /// picture's name in the viewer.
-    pub fn of(task: &RenderTask, name: &str, is_exposed: bool) -> Result<Self, Failure> {
+    pub fn from_task(task: &RenderTask, name: &str, is_exposed: bool) -> Result<Self, Failure> {
         let refused = |cause: std::io::Error, host: &str, port: u16| {
             let failure = Failure::new(
                 Exit::File,
@@ -38,7 +38,8 @@ impl Onlookers {
             failure.with_hint("start it first; --display tev:HOST:PORT says where it is")
         };
         let connect = |address| {
-            Tev::connect(address, name).map_err(|cause| refused(cause, &address.host, address.port))
+            TevClient::connect(address, name)
+                .map_err(|cause| refused(cause, &address.host, address.port))
         };
         let (preview, tev) = (
             task.preview.clone(),
@@ -47,47 +48,50 @@ impl Onlookers {
         Ok(Self {
             preview,
             tev,
-            is_exposed,
-            next: None,
+            has_auto_exposure: is_exposed,
+            next_update: None,
         })
     }
 
     /// Returns the sample count, summed over all pixels, at which the next update is due, first at
     /// one sample per pixel; `None` without previews.
-    pub fn next(&self, film: &Film) -> Option<u64> {
+    pub fn next_update(&self, film: &Film) -> Option<u64> {
         let pixels = || film.size().into_iter().map(u64::from).product();
-        (self.preview.is_some() || self.tev.is_some()).then(|| self.next.unwrap_or_else(pixels))
+        (self.preview.is_some() || self.tev.is_some())
+            .then(|| self.next_update.unwrap_or_else(pixels))
     }
 
     /// Updates the previews. Returns the message of a failed update, which does not end the render.
     /// A viewer that closed its connection gets no further updates.
-    pub fn show(
+    pub fn update(
         &mut self,
         film: &Film,
         (done, observer): (u64, &dyn Observer),
-        (display, metadata): (Display, &Metadata),
+        (display, metadata): (Display, &PictureMetadata),
     ) -> Option<String> {
-        self.next = self.next(film).map(|next| next.max(done).saturating_mul(2));
-        let rendered = RenderStage::of(film).rendered(observer);
+        self.next_update = self
+            .next_update(film)
+            .map(|next| next.max(done).saturating_mul(2));
+        let rendered = RenderStage::from_film(film).into_output(observer);
         if rendered.counters.samples == 0 {
             return None;
         }
-        let display = if self.is_exposed {
-            display.suited_to(rendered.shown_picture())
+        let display = if self.has_auto_exposure {
+            display.with_suitable_exposure(rendered.final_picture())
         } else {
             display
         };
         let mut failed = None;
         if let Some(path) = &self.preview {
-            let bytes = png_bytes(rendered.shown_picture(), display, metadata)
-                .map_err(|cause| Error::write(path, &cause));
+            let bytes = encode_png(rendered.final_picture(), display, metadata)
+                .map_err(|cause| Error::unwritable(path, &cause));
             failed = bytes
                 .and_then(|bytes| write_atomically(path, &bytes))
                 .err()
                 .map(|error| error.message().to_owned());
         }
         if let Some(tev) = &mut self.tev
-            && let Err(cause) = tev.show(&with_errors(film, &rendered))
+            && let Err(cause) = tev.send_picture(&with_standard_errors(film, &rendered))
         {
             failed = Some(format!("tev is not there any more: {cause}"));
             self.tev = None;
@@ -98,13 +102,13 @@ impl Onlookers {
 
 /// Returns the picture with all its layers, and with the standard errors of its pixels as layers
 /// `stderr`.
-fn with_errors(film: &Film, rendered: &RenderOutput) -> Picture {
-    let mut picture = rendered.all_layers().into_owned();
+fn with_standard_errors(film: &Film, rendered: &RenderOutput) -> Picture {
+    let mut picture = rendered.picture_with_all_layers().into_owned();
     if let Some((errors, _)) = film
         .standard_errors()
         .filter(|_| picture.layer("stderr.R").is_none())
     {
-        let layer = |(channel, name): (usize, &str)| Layer {
+        let layer = |(channel, name): (usize, &str)| PictureLayer {
             name: name.to_owned(),
             samples: errors.iter().map(|e| e[channel]).collect(),
         };

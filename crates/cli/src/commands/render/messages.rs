@@ -6,24 +6,24 @@ use raywright_core::denoise::FEWEST_SAMPLES;
 use raywright_core::display::exposure::{Clipping, MOST_CLIPPED};
 use raywright_core::effects::EffectReport;
 use raywright_core::film::{Doubt, ErrorEstimate, Film, Uncertainty};
-use raywright_core::prepare::{ClosedGap, Lamp, LightLeak, UnreachedLight};
+use raywright_core::prepare::{LampRef, LightLeak, UnreachedLight, UnresolvedGap};
 use raywright_core::scene::Shape;
 use raywright_core::settings::{PrecisionChoice, Settings};
 use raywright_core::{ReadyScene, RenderOutput};
-use raywright_io::{Loaded, Warning, WarningCode};
+use raywright_io::{LoadedScene, Warning, WarningCode};
 
-use crate::clock::{Seconds, format_duration};
+use crate::clock::{StageSeconds, format_duration};
 use crate::commands::explain;
-use crate::console::on_one_line;
+use crate::console::mask_to_one_line;
 use crate::notes::Notes;
 use crate::plan::PicturePlan;
-use crate::table::{format_significant, lay_out};
+use crate::table::{format_columns, format_significant};
 use crate::targets::OutputTarget;
 use crate::{memory, origin};
 
 /// Warns of the effects that are left out, and prints all effects in verbose runs.
-pub(super) fn note_effects(loaded: &Loaded, report: &EffectReport, notes: &mut Notes) {
-    notes.detail(explain::text(&loaded.source, report, false));
+pub(super) fn note_effects(loaded: &LoadedScene, report: &EffectReport, notes: &mut Notes) {
+    notes.detail(explain::format_effects(&loaded.source, report, false));
     let names: Vec<&str> = report
         .left_out()
         .map(|finding| finding.effect.name())
@@ -39,8 +39,8 @@ pub(super) fn note_effects(loaded: &Loaded, report: &EffectReport, notes: &mut N
 
 /// Warns of the bias that a clamp causes. The warning is added to the warnings of the statistics
 /// too.
-pub(super) fn note_clamp(
-    loaded: &mut Loaded,
+pub(super) fn note_clamp_bias(
+    loaded: &mut LoadedScene,
     ready: &ReadyScene,
     settings: &Settings,
     notes: &mut Notes,
@@ -48,7 +48,7 @@ pub(super) fn note_clamp(
     let Some(maximum) = settings.clamp else {
         return;
     };
-    let message = if ready.follows_paths() {
+    let message = if ready.is_path_traced() {
         format!(
             "samples brighter than {maximum} are dimmed to it: the picture is darker than the true one where there are any (bias)"
         )
@@ -64,8 +64,8 @@ pub(super) fn note_clamp(
 
 /// Warns of objects that vanish in the chosen precision, because the corners of their triangles
 /// coincide.
-pub(super) fn note_lost(loaded: &Loaded, ready: &ReadyScene, notes: &mut Notes) {
-    let [first, others @ ..] = ready.lost() else {
+pub(super) fn note_lost_objects(loaded: &LoadedScene, ready: &ReadyScene, notes: &mut Notes) {
+    let [first, others @ ..] = ready.invisible_objects() else {
         return;
     };
     let object = object_name(loaded, *first as usize);
@@ -81,10 +81,10 @@ pub(super) fn note_lost(loaded: &Loaded, ready: &ReadyScene, notes: &mut Notes) 
 }
 
 /// Warns of an object so far from all others that the chosen precision does not resolve its shape.
-pub(super) fn note_unresolved(loaded: &Loaded, ready: &ReadyScene, notes: &mut Notes) {
+pub(super) fn note_unresolved_objects(loaded: &LoadedScene, ready: &ReadyScene, notes: &mut Notes) {
     let Some(first) = ready
-        .unresolved()
-        .filter(|first| !ready.lost().contains(first))
+        .first_unresolved_object()
+        .filter(|first| !ready.invisible_objects().contains(first))
     else {
         return;
     };
@@ -96,7 +96,7 @@ pub(super) fn note_unresolved(loaded: &Loaded, ready: &ReadyScene, notes: &mut N
 }
 
 /// Adds a note if `--wireframe` is given and the scene has shapes without edges, such as spheres.
-pub(super) fn note_edges(loaded: &Loaded, settings: &Settings, notes: &mut Notes) {
+pub(super) fn note_missing_edges(loaded: &LoadedScene, settings: &Settings, notes: &mut Notes) {
     let objects = loaded.scene.objects.iter().chain(
         loaded
             .scene
@@ -122,17 +122,17 @@ pub(super) fn note_edges(loaded: &Loaded, settings: &Settings, notes: &mut Notes
 /// Warns of pairs of bodies so close together that light passes from one into the other without
 /// crossing the gap.
 pub(super) fn note_closed_gaps(
-    loaded: &mut Loaded,
+    loaded: &mut LoadedScene,
     ready: &ReadyScene,
     settings: &Settings,
     notes: &mut Notes,
 ) {
-    let gaps = ready.closed_gaps();
+    let gaps = ready.find_closed_gaps();
     let [
-        ClosedGap {
+        UnresolvedGap {
             object,
             other,
-            resolved,
+            resolved_width: resolved,
         },
         others @ ..,
     ] = gaps.as_slice()
@@ -165,17 +165,17 @@ pub(super) fn note_closed_gaps(
 /// Warns of lights so close behind an opaque object that rounding lets their light leak through the
 /// object.
 pub(super) fn note_light_leaks(
-    loaded: &mut Loaded,
+    loaded: &mut LoadedScene,
     ready: &ReadyScene,
     settings: &Settings,
     notes: &mut Notes,
 ) {
-    let leaks = ready.light_leaks();
+    let leaks = ready.find_light_leaks();
     let [
         LightLeak {
             lamp,
             cover,
-            resolved,
+            resolved_distance: resolved,
         },
         others @ ..,
     ] = leaks.as_slice()
@@ -183,8 +183,8 @@ pub(super) fn note_light_leaks(
         return;
     };
     let lamp = match *lamp {
-        Lamp::Light(index) => light_name(loaded, index),
-        Lamp::Object(index) => object_name(loaded, index),
+        LampRef::Light(index) => light_name(loaded, index),
+        LampRef::Object(index) => object_name(loaded, index),
     };
     let more = if others.is_empty() {
         String::new()
@@ -211,26 +211,28 @@ pub(super) fn note_light_leaks(
 
 /// Formats the name of a light without size for a message, or its number in the scene, counted from
 /// one.
-fn light_name(loaded: &Loaded, index: usize) -> String {
+fn light_name(loaded: &LoadedScene, index: usize) -> String {
     match loaded.scene.lights.get(index) {
-        Some(light) if !light.name.is_empty() => format!("light `{}`", on_one_line(&light.name)),
+        Some(light) if !light.name.is_empty() => {
+            format!("light `{}`", mask_to_one_line(&light.name))
+        }
         _ => format!("light {}", index + 1),
     }
 }
 
 /// Formats the name of an object for a message, or its number in the scene, counted from one.
 /// Generated objects are numbered after the listed objects.
-fn object_name(loaded: &Loaded, index: usize) -> String {
+fn object_name(loaded: &LoadedScene, index: usize) -> String {
     match loaded.scene.objects.get(index) {
         Some(object) if !object.name.is_empty() => {
-            format!("object `{}`", on_one_line(&object.name))
+            format!("object `{}`", mask_to_one_line(&object.name))
         }
         _ => format!("object {}", index + 1),
     }
 }
 
 /// Warns of samples and rays that the picture lacks, and returns the warnings for the statistics.
-pub fn note_losses(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
+pub fn note_lost_samples(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
     let message = |loss| match loss {
         SampleLoss::NotFinite { dropped, of: total } => format!(
             "{dropped} of {total} samples ({} %) were not finite and were dropped, so that the picture is wrong where they lie; look for numbers \
@@ -246,7 +248,7 @@ pub fn note_losses(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
         ),
     };
     let warnings: Vec<Warning> = counters
-        .losses()
+        .sample_losses()
         .map(|loss| Warning {
             code: WarningCode::Samples,
             message: message(loss),
@@ -268,10 +270,12 @@ pub(super) fn note_exposure(
     notes: &mut Notes,
 ) {
     const BAD: f64 = 0.2;
-    if plan.is_exposed || (!targets.is_empty() && targets.iter().all(OutputTarget::has_layers)) {
+    if plan.has_auto_exposure
+        || (!targets.is_empty() && targets.iter().all(OutputTarget::has_layers))
+    {
         return;
     }
-    let Clipping { clipped, black } = plan.display.clipping(rendered.shown_picture());
+    let Clipping { clipped, black } = plan.display.clipping(rendered.final_picture());
     let (label, share) = if clipped > MOST_CLIPPED {
         ("clipped", clipped)
     } else {
@@ -280,7 +284,7 @@ pub(super) fn note_exposure(
     if share <= MOST_CLIPPED {
         return;
     }
-    let advice = match plan.display.suitable_exposure(rendered.shown_picture()) {
+    let advice = match plan.display.suitable_exposure(rendered.final_picture()) {
         Some(stops) => format!("try --exposure {stops}, or auto"),
         None if clipped > BAD => "no exposure up to 12 stops darker shows them".to_owned(),
         None => return,
@@ -295,8 +299,13 @@ pub(super) fn note_exposure(
 
 /// Adds a note about lights that no path reached. This is no warning, because a lamp in a closed
 /// box may be intended.
-pub(super) fn note_shut_away(loaded: &Loaded, ready: &ReadyScene, film: &Film, notes: &mut Notes) {
-    let unreached_lights = ready.shut_away(film);
+pub(super) fn note_unreached_lights(
+    loaded: &LoadedScene,
+    ready: &ReadyScene,
+    film: &Film,
+    notes: &mut Notes,
+) {
+    let unreached_lights = ready.find_unreached_lights(film);
     let light = |one_unreached_light: &UnreachedLight| match *one_unreached_light {
         UnreachedLight::Light { index, .. } => light_name(loaded, index),
         UnreachedLight::Object { index, .. } => object_name(loaded, index),
@@ -330,7 +339,7 @@ pub(super) fn note_shut_away(loaded: &Loaded, ready: &ReadyScene, film: &Film, n
 /// Formats the estimated error of a picture for the final message: `error 0.05 (0.04 to 0.06)`.
 /// Doubts about the estimate become notes, and verbose runs print all figures. `requested` is the
 /// target error.
-pub fn error(
+pub fn report_error(
     noisy: Option<&Uncertainty>,
     film: &Film,
     rendered: &RenderOutput,
@@ -338,22 +347,22 @@ pub fn error(
     notes: &mut Notes,
 ) -> Option<String> {
     let noisy = noisy?;
-    let is_met = |requested| reaches(requested, noisy, rendered);
+    let is_met = |requested| is_error_reached(requested, noisy, rendered);
     if let Some(doubted) = requested
         .filter(|&requested| is_met(requested))
-        .and_then(|requested| doubted(film, requested))
+        .and_then(|requested| describe_doubted_progress(film, requested))
     {
         notes.hint(format!("{doubted}; so more were taken"));
     }
-    let noise = told(noisy);
+    let noise = format_error_measures(noisy);
     notes.detail(format_args!("noise: {noise}"));
     let about = format_significant(noisy.root_relmse.value, 2);
-    let hit_text = requested
+    let reached_text = requested
         .filter(|&requested| is_met(requested))
         .map(|requested| format!(", below the {requested} asked for"))
         .unwrap_or_default();
     let phrase = match noisy.doubt {
-        None => format!("error {}", with_interval(noisy.root_relmse)),
+        None => format!("error {}", format_with_interval(noisy.root_relmse)),
         Some(Doubt::FewSamples) => format!("error about {about}"),
         Some(Doubt::FewPixels | Doubt::WideInterval | Doubt::LightByChance) => {
             format!("not converged, error about {about}")
@@ -374,29 +383,29 @@ pub fn error(
             film.counters().unaided
         )),
     }
-    Some(denoised(rendered, notes).unwrap_or(phrase) + &hit_text)
+    Some(report_denoised_error(rendered, notes).unwrap_or(phrase) + &reached_text)
 }
 
 /// Whether the error of the displayed picture, denoised or not, is at most `requested`.
-fn reaches(requested: f64, noisy: &Uncertainty, rendered: &RenderOutput) -> bool {
+fn is_error_reached(requested: f64, noisy: &Uncertainty, rendered: &RenderOutput) -> bool {
     rendered
-        .denoised()
+        .denoise_output()
         .map_or(noisy.reaches(requested), |denoised| {
-            denoised.reaches(requested, noisy)
+            denoised.reaches_error(requested, noisy)
         })
 }
 
 /// Describes why the target error is not reached; `None` if it is reached.
-pub fn shortfall(
+pub fn describe_shortfall(
     requested: f64,
     noisy: Option<&Uncertainty>,
     film: &Film,
     rendered: &RenderOutput,
 ) -> Option<String> {
-    if noisy.is_some_and(|noisy| reaches(requested, noisy, rendered)) {
+    if noisy.is_some_and(|noisy| is_error_reached(requested, noisy, rendered)) {
         return None;
     }
-    Some(match doubted(film, requested) {
+    Some(match describe_doubted_progress(film, requested) {
         Some(doubted) => {
             format!("whether the error of {requested} is reached is not sure: {doubted}")
         }
@@ -408,8 +417,8 @@ pub fn shortfall(
 
 /// Describes why samples were added after the target error seemed to be reached; `None` if none
 /// were.
-fn doubted(film: &Film, requested: f64) -> Option<String> {
-    let first = film.doubted_progress()?;
+fn describe_doubted_progress(film: &Film, requested: f64) -> Option<String> {
+    let first = film.rejected_stop()?;
     let [minimum, maximum] = first.samples;
     let samples = if minimum == maximum {
         maximum.to_string()
@@ -431,16 +440,16 @@ fn doubted(film: &Film, requested: f64) -> Option<String> {
 }
 
 /// Least root relMSE at which denoising is recommended.
-const NOTICEABLE: f64 = 0.05;
+const NOTICEABLE_ERROR: f64 = 0.05;
 
 /// Recommends `--denoise` for a picture with visible noise, unless the samples are a fixed pattern,
 /// are too few or depend on a target error. The shares in the text are those of
 /// docs/accuracy-reference.md with 64 samples.
 pub(super) fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &mut Notes) {
     let can = !settings.sampling.is_fixed()
-        && settings.sampling.count() >= FEWEST_SAMPLES
+        && settings.sampling.samples_per_pixel() >= FEWEST_SAMPLES
         && settings.max_error.is_none();
-    if can && !settings.denoise && noisy.root_relmse.value > NOTICEABLE {
+    if can && !settings.denoise && noisy.root_relmse.value > NOTICEABLE_ERROR {
         notes.hint(
             "--denoise leaves 0.2 to 0.9 of such an error, half of it as a rule (docs/accuracy.md)",
         );
@@ -448,15 +457,15 @@ pub(super) fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &m
 }
 
 /// Formats root relMSE and RMSE with their intervals.
-fn told(of: &Uncertainty) -> String {
+fn format_error_measures(of: &Uncertainty) -> String {
     format!(
         "root relMSE {}, RMSE {}",
-        with_interval(of.root_relmse),
-        with_interval(of.rmse)
+        format_with_interval(of.root_relmse),
+        format_with_interval(of.rmse)
     )
 }
 
-fn with_interval(estimate: ErrorEstimate) -> String {
+fn format_with_interval(estimate: ErrorEstimate) -> String {
     if estimate.value == 0.0 && estimate.high > 0.0 {
         return format!("at most {}", format_significant(estimate.high, 3));
     }
@@ -469,7 +478,7 @@ fn with_interval(estimate: ErrorEstimate) -> String {
 }
 
 /// Describes why a denoised picture has no error estimate.
-fn unknown(doubt: Doubt) -> &'static str {
+fn unknown_error_reason(doubt: Doubt) -> &'static str {
     match doubt {
         Doubt::FewSamples => "there are too few samples to tell",
         Doubt::LightByChance => "lamps and suns that are met by chance alone were met too seldom",
@@ -480,7 +489,7 @@ fn unknown(doubt: Doubt) -> &'static str {
 
 /// Formats the error of a denoised picture, and prints all figures in verbose runs; `None` if the
 /// picture is not denoised.
-fn denoised(rendered: &RenderOutput, notes: &mut Notes) -> Option<String> {
+fn report_denoised_error(rendered: &RenderOutput, notes: &mut Notes) -> Option<String> {
     let denoised = match rendered.denoised.as_ref()? {
         Ok(denoised) => denoised,
         Err(error) => {
@@ -490,14 +499,14 @@ fn denoised(rendered: &RenderOutput, notes: &mut Notes) -> Option<String> {
     };
     let light = format!(
         "{}{} % light",
-        if denoised.brightened < 0.0 { "" } else { "+" },
-        format_significant(100.0 * denoised.brightened, 2)
+        if denoised.light_change < 0.0 { "" } else { "+" },
+        format_significant(100.0 * denoised.light_change, 2)
     );
     let root_relmse = denoised.error.root_relmse;
     let (error, figures) = match denoised.error.doubt {
         None => (
-            format!("error {}", with_interval(root_relmse)),
-            told(&denoised.error),
+            format!("error {}", format_with_interval(root_relmse)),
+            format_error_measures(&denoised.error),
         ),
         Some(Doubt::WideInterval) if root_relmse.high.is_finite() => {
             let most = format!("at most about {}", format_significant(root_relmse.high, 2));
@@ -507,7 +516,7 @@ fn denoised(rendered: &RenderOutput, notes: &mut Notes) -> Option<String> {
             )
         }
         Some(doubt) => {
-            let reason = unknown(doubt);
+            let reason = unknown_error_reason(doubt);
             (
                 format!("error not known, since {reason}"),
                 format!("root relMSE not known, since {reason}"),
@@ -519,7 +528,11 @@ fn denoised(rendered: &RenderOutput, notes: &mut Notes) -> Option<String> {
 }
 
 /// Formats times, ray counts, memory and method of a render, for verbose runs.
-pub(super) fn details(ready: &ReadyScene, rendered: &RenderOutput, seconds: &Seconds) -> String {
+pub(super) fn format_details(
+    ready: &ReadyScene,
+    rendered: &RenderOutput,
+    seconds: &StageSeconds,
+) -> String {
     let rays = &rendered.counters;
     let stages = [
         ("load", seconds.load),
@@ -551,18 +564,18 @@ pub(super) fn details(ready: &ReadyScene, rendered: &RenderOutput, seconds: &Sec
                 .collect::<Vec<_>>()
                 .join(", "),
         ),
-        ("memory", memory::listed(&ready.memory().parts())),
+        ("memory", memory::format_parts(&ready.memory().by_purpose())),
         (
             "method",
             format!(
                 "{} primitives, {}, {} precision",
-                ready.tables().primitives,
-                origin::accelerator(settings.accelerator),
-                origin::precision(settings.precision)
+                ready.table_sizes().primitives,
+                origin::accelerator_name(settings.accelerator),
+                origin::precision_name(settings.precision)
             ),
         ),
     ];
-    lay_out(&rows.map(|(name, text)| [name.to_owned(), text]))
+    format_columns(&rows.map(|(name, text)| [name.to_owned(), text]))
 }
 
 #[cfg(test)]
@@ -574,7 +587,7 @@ mod tests {
     #[test]
     fn an_error_of_nothing_is_a_bound() {
         let value_of = |value: f64, low: f64, high: f64| {
-            with_interval(ErrorEstimate {
+            format_with_interval(ErrorEstimate {
                 value,
                 low,
                 high,

@@ -12,24 +12,24 @@ use std::borrow::Cow;
 use std::io::{self, IsTerminal};
 
 use raywright_core::denoise::FEWEST_SAMPLES;
-use raywright_core::display::{Display, Output};
+use raywright_core::display::{Display, OutputFormat};
 use raywright_core::film::Uncertainty;
 use raywright_core::ladder::RungValue;
 use raywright_core::settings::Settings;
 use raywright_core::{ReadyScene, RenderOutput};
-use raywright_io::output::{Metadata, PictureFormat, pixel_hash};
-use raywright_io::{Error, LoadOptions, Loaded};
+use raywright_io::output::{PictureFormat, PictureMetadata, pixel_hash};
+use raywright_io::{Error, LoadOptions, LoadedScene};
 
-use crate::beginning::Beginning;
-use crate::clock::Clock;
+use crate::clock::StageClock;
 use crate::console;
+use crate::early_stage::EarlyStageGuard;
 use crate::failure::Failure;
 use crate::notes::Notes;
 use crate::plan::{PicturePlan, RenderTask};
 use crate::targets::{OutputFiles, OutputTarget};
 use crate::{origin, scene_input};
 use film::FilmSession;
-use live::Onlookers;
+use live::LivePreviews;
 pub use series::run;
 
 /// Advice in the message about a scene with nothing visible.
@@ -38,29 +38,29 @@ const ALLOW_EMPTY: &str = "--allow-empty makes a picture all the same";
 /// Returns the error that the final message and the picture's file state: for path tracing, for
 /// denoised pictures and with a target error. `None` for a Whitted render without these, whose
 /// samples have no random error.
-fn claimed<'a>(
+fn claimed_error<'a>(
     task: &RenderTask,
     (ready, rendered): (&ReadyScene, &RenderOutput),
     noisy: Option<&'a Uncertainty>,
 ) -> Option<&'a Uncertainty> {
     noisy.filter(|_| {
-        ready.follows_paths() || task.max_error.is_some() || rendered.denoised().is_some()
+        ready.is_path_traced() || task.max_error.is_some() || rendered.denoise_output().is_some()
     })
 }
 
 /// Returns the metadata of a picture's file, origin and error; empty with `--no-metadata`.
-fn metadata(
+fn picture_metadata(
     task: &RenderTask,
     session: &FilmSession,
     rendered: &RenderOutput,
     noisy: Option<&Uncertainty>,
-) -> Metadata {
+) -> PictureMetadata {
     match task.has_metadata {
-        true => Metadata {
-            error: origin::error(noisy, rendered, session.film()),
+        true => PictureMetadata {
+            error: origin::format_error_metadata(noisy, rendered, session.film()),
             ..session.metadata().clone()
         },
-        false => Metadata::default(),
+        false => PictureMetadata::default(),
     }
 }
 
@@ -76,22 +76,22 @@ fn print_hash(
         return Ok(());
     }
     let shown = match display.linear_background() {
-        None => Cow::Borrowed(rendered.shown_picture()),
-        Some(colour) => Cow::Owned(rendered.shown_picture().over(colour)),
+        None => Cow::Borrowed(rendered.final_picture()),
+        Some(colour) => Cow::Owned(rendered.final_picture().composite_over(colour)),
     };
     let (hash, name) = (pixel_hash(&shown), [name.to_owned()]);
     let names = if files.is_empty() { &name } else { files };
     console::print(
         names
             .iter()
-            .map(|name| format!("{hash}  {}\n", console::on_one_line(name)))
+            .map(|name| format!("{hash}  {}\n", console::mask_to_one_line(name)))
             .collect::<String>(),
     )
 }
 
 /// Returns the file format of a picture whose file name the user did not give.
 fn default_format(task: &RenderTask) -> PictureFormat {
-    if wants_floats(task) {
+    if wants_linear_output(task) {
         PictureFormat::Exr
     } else {
         PictureFormat::Png
@@ -100,10 +100,10 @@ fn default_format(task: &RenderTask) -> PictureFormat {
 
 /// Starts the render session of a picture, with its film and its live previews. `label` is the
 /// suffix of the picture's name.
-fn start<'a>(
+fn start_session<'a>(
     task: &'a RenderTask,
     options: &LoadOptions,
-    (loaded, ready): (&Loaded, &ReadyScene),
+    (loaded, ready): (&LoadedScene, &ReadyScene),
     (plan, label): (&PicturePlan, &str),
 ) -> Result<FilmSession<'a>, Failure> {
     let stem = &loaded.source.stem;
@@ -112,57 +112,59 @@ fn start<'a>(
     } else {
         format!("{stem}-{label}")
     };
-    let identity = origin::identity(loaded, options, &task.choices);
-    let metadata = origin::metadata(loaded, plan, &task.choices);
-    let onlookers = Onlookers::of(task, &name, plan.is_exposed)?;
-    Ok(
-        FilmSession::start(task, ready, identity, metadata, plan.display)?
-            .with_onlookers(onlookers),
-    )
+    let identity = origin::scene_identity(loaded, options, &task.choices);
+    let metadata = origin::picture_metadata(loaded, plan, &task.choices);
+    let onlookers = LivePreviews::from_task(task, &name, plan.has_auto_exposure)?;
+    Ok(FilmSession::start(task, ready, identity, metadata, plan.display)?.with_previews(onlookers))
 }
 
 /// Records the notes and warnings about a prepared scene, before its render.
-fn note_prepared(loaded: &mut Loaded, ready: &ReadyScene, settings: &Settings, notes: &mut Notes) {
+fn note_preparation(
+    loaded: &mut LoadedScene,
+    ready: &ReadyScene,
+    settings: &Settings,
+    notes: &mut Notes,
+) {
     messages::note_effects(loaded, ready.effects(), notes);
-    messages::note_lost(loaded, ready, notes);
-    messages::note_unresolved(loaded, ready, notes);
-    messages::note_edges(loaded, settings, notes);
+    messages::note_lost_objects(loaded, ready, notes);
+    messages::note_unresolved_objects(loaded, ready, notes);
+    messages::note_missing_edges(loaded, settings, notes);
     messages::note_closed_gaps(loaded, ready, settings, notes);
     messages::note_light_leaks(loaded, ready, settings, notes);
-    messages::note_clamp(loaded, ready, settings, notes);
+    messages::note_clamp_bias(loaded, ready, settings, notes);
 }
 
 /// Records the notes and warnings about a rendered picture: no visible object, or a bad exposure.
-fn note_rendered(
-    loaded: &Loaded,
+fn note_picture(
+    loaded: &LoadedScene,
     rendered: &RenderOutput,
     plan: &PicturePlan,
     targets: &[OutputTarget],
     notes: &mut Notes,
 ) {
-    if let Some(reason) = scene_input::nothing_met(loaded, rendered, &plan.settings) {
+    if let Some(reason) = scene_input::describe_empty_picture(loaded, rendered, &plan.settings) {
         notes.warn(reason);
     }
     messages::note_exposure(rendered, plan, targets, notes);
 }
 
 /// Refuses outputs that cannot hold the requested data, before the scene is loaded.
-fn check(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
+fn check_targets(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
     refuse_terminal(task, targets)?;
-    refuse_layers_without_place(task, targets)?;
+    refuse_layers_without_file(task, targets)?;
     refuse_transparent_jpegs(task, targets)?;
-    refuse_codes_for_floats(task, targets)
+    require_exr_for_linear(task, targets)
 }
 
 /// Refuses `-o -` on a terminal, and together with `--hash`, which prints text to standard output
 /// too.
 fn refuse_terminal(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
     if targets.contains(&OutputTarget::Stdout) && task.hash {
-        let error = Error::usage("-o - and --hash both write to standard output");
+        let error = Error::invalid_usage("-o - and --hash both write to standard output");
         return Err(error.with_hint("name a file with -o").into());
     }
     if targets.contains(&OutputTarget::Stdout) && io::stdout().is_terminal() {
-        let error = Error::usage("standard output is a terminal, which cannot show a PNG");
+        let error = Error::invalid_usage("standard output is a terminal, which cannot show a PNG");
         return Err(error
             .with_hint("send it to a file or a program: raywright render -o - > picture.png")
             .into());
@@ -172,7 +174,7 @@ fn refuse_terminal(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Fa
 
 /// Refuses `--denoise` for a fixed sample pattern and for too few samples. A quick preview is then
 /// not denoised, without a failure.
-fn refuse_to_denoise(
+fn refuse_impossible_denoising(
     task: &RenderTask,
     settings: &Settings,
     ready: &ReadyScene,
@@ -181,15 +183,16 @@ fn refuse_to_denoise(
     if !settings.denoise || task.is_quick {
         return Ok(());
     }
-    if !ready.is_by_chance() {
+    if !ready.is_random() {
         notes.hint("nothing in this picture is by chance, so that there is no noise to take out");
     } else if settings.sampling.is_fixed() {
-        let error = Error::usage("samples of a fixed pattern do not tell noise from what is seen");
+        let error =
+            Error::invalid_usage("samples of a fixed pattern do not tell noise from what is seen");
         return Err(error
             .with_hint("--spp 16, or any other number of its own, gives up the pattern")
             .into());
-    } else if settings.sampling.count() < FEWEST_SAMPLES {
-        let error = Error::usage(format_args!(
+    } else if settings.sampling.samples_per_pixel() < FEWEST_SAMPLES {
+        let error = Error::invalid_usage(format_args!(
             "fewer than {FEWEST_SAMPLES} samples do not tell noise from what is seen"
         ));
         return Err(error
@@ -200,23 +203,23 @@ fn refuse_to_denoise(
 }
 
 /// Refuses `--aov` without an EXR picture or a film file to hold the layers.
-fn refuse_layers_without_place(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
+fn refuse_layers_without_file(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
     if task.layers.is_empty()
         || task.checkpoint.is_some()
         || targets.iter().any(OutputTarget::has_layers)
     {
         return Ok(());
     }
-    let error = Error::usage("--aov adds layers to an .exr picture, and none is written");
+    let error = Error::invalid_usage("--aov adds layers to an .exr picture, and none is written");
     Err(error.with_hint("add one: -o picture.exr").into())
 }
 
 /// Whether `--rung output=float` requests linear values in all output files.
-fn wants_floats(task: &RenderTask) -> bool {
+fn wants_linear_output(task: &RenderTask) -> bool {
     task.choices
         .rungs
         .iter()
-        .any(|choice| choice.value() == RungValue::Output(Output::Float))
+        .any(|choice| choice.value() == RungValue::Output(OutputFormat::Float))
 }
 
 /// Refuses `--background transparent` for JPEG files, which hold no coverage.
@@ -224,7 +227,7 @@ fn refuse_transparent_jpegs(task: &RenderTask, targets: &[OutputTarget]) -> Resu
     if !task.is_transparent() || targets.iter().all(OutputTarget::has_coverage) {
         return Ok(());
     }
-    let error = Error::usage("--background transparent: a JPEG has no transparency");
+    let error = Error::invalid_usage("--background transparent: a JPEG has no transparency");
     Err(error
         .with_hint(
             "name a picture that ends in .png or .webp, or take a colour: --background white",
@@ -234,11 +237,11 @@ fn refuse_transparent_jpegs(task: &RenderTask, targets: &[OutputTarget]) -> Resu
 
 /// Refuses `--rung output=float` for all formats but OpenEXR, because they hold quantised display
 /// values.
-fn refuse_codes_for_floats(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
-    if !wants_floats(task) || targets.iter().all(OutputTarget::has_layers) {
+fn require_exr_for_linear(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
+    if !wants_linear_output(task) || targets.iter().all(OutputTarget::has_layers) {
         return Ok(());
     }
-    let error = Error::usage(
+    let error = Error::invalid_usage(
         "--rung output=float keeps linear numbers, and all formats but OpenEXR have codes of display values",
     );
     Err(error
@@ -253,7 +256,7 @@ fn check_preview_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<
         return Ok(());
     };
     if PictureFormat::from_path(path)? != PictureFormat::Png {
-        let error = Error::usage(format_args!(
+        let error = Error::invalid_usage(format_args!(
             "--preview {}: the name does not end in .png",
             path.display()
         ));
@@ -277,7 +280,7 @@ fn check_stats_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<()
         .extension()
         .is_none_or(|extension| !extension.eq_ignore_ascii_case("json"))
     {
-        let error = Error::usage(format_args!(
+        let error = Error::invalid_usage(format_args!(
             "--stats {}: the name does not end in .json",
             path.display()
         ));
@@ -291,18 +294,18 @@ fn check_stats_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<()
 /// Starts the early stage of a run: loading and preparation, which the time budget and the memory
 /// limit may end. With several scenes the memory limit does not apply to this stage, because a
 /// large scene must not end the program before the others are rendered.
-fn begin(task: &RenderTask, clock: &Clock) -> Result<Beginning, Failure> {
-    let time = task.budget.map(|budget| (clock.began(), budget));
+fn start_early_stage(task: &RenderTask, clock: &StageClock) -> Result<EarlyStageGuard, Failure> {
+    let time = task.budget.map(|budget| (clock.start_time(), budget));
     let memory = if task.scenes.len() > 1 {
         u64::MAX
     } else {
         task.options.limits.memory_bytes
     };
-    Beginning::of(&task.scenes[0], memory, time)
+    EarlyStageGuard::start(&task.scenes[0], memory, time)
 }
 
 /// Formats size, samples and estimated error of a picture for the final message.
-fn described(
+fn describe_picture(
     task: &RenderTask,
     settings: &Settings,
     session: &FilmSession,
@@ -310,14 +313,14 @@ fn described(
     noisy: Option<&Uncertainty>,
     notes: &mut Notes,
 ) -> String {
-    let error = messages::error(noisy, session.film(), rendered, task.max_error, notes);
+    let error = messages::report_error(noisy, session.film(), rendered, task.max_error, notes);
     let error = error.map(|error| format!(", {error}")).unwrap_or_default();
-    size_and_samples(settings, session) + &error
+    format_size_and_samples(settings, session) + &error
 }
 
-fn size_and_samples(settings: &Settings, session: &FilmSession) -> String {
+fn format_size_and_samples(settings: &Settings, session: &FilmSession) -> String {
     let [width, height] = settings
         .crop
         .map_or(settings.size, |crop| [crop.width, crop.height]);
-    format!("{width}x{height}, {}", session.samples())
+    format!("{width}x{height}, {}", session.format_samples())
 }

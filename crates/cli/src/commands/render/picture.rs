@@ -9,8 +9,8 @@ use raywright_core::display::Display;
 use raywright_core::film::Uncertainty;
 use raywright_core::picture::Picture;
 use raywright_core::{Observer, RenderOutput};
-use raywright_io::output::{self, Metadata, PictureFormat};
-use raywright_io::{Error, Loaded};
+use raywright_io::output::{self, PictureFormat, PictureMetadata};
+use raywright_io::{Error, LoadedScene};
 
 use super::{ALLOW_EMPTY, film, messages, write};
 use crate::console::Verbosity;
@@ -26,11 +26,11 @@ pub struct FinishedPicture {
     /// The rendered picture, composited over the linear value of the background colour, if any.
     pub rendered: RenderOutput,
     /// The picture with its coverage before compositing, if it has a background colour.
-    covered: Option<RenderOutput>,
+    with_coverage: Option<RenderOutput>,
     /// Conversion of radiance to display values.
     pub display: Display,
     /// Origin and error of the picture, as its file records them.
-    pub metadata: Metadata,
+    pub metadata: PictureMetadata,
     /// Estimated error of the displayed picture; `None` for a picture without random samples.
     pub error: Option<Uncertainty>,
     /// Whether the target error of `--max-error` is reached; `None` without a target.
@@ -43,73 +43,77 @@ pub struct FinishedPicture {
 
 /// Renders the single picture of a task on the caller's thread pool. `command` is the equivalent
 /// command line, for the picture's metadata.
-pub fn render(
-    mut loaded: Loaded,
+pub fn render_to_memory(
+    mut loaded: LoadedScene,
     task: &RenderTask,
     command: String,
     observer: &dyn Observer,
 ) -> Result<FinishedPicture, Failure> {
-    refuse_files(task)?;
+    refuse_file_flags(task)?;
     let mut notes = Notes::new(Verbosity::Quiet);
-    notes.warn_of(&loaded);
-    scene_input::note_completed(&loaded, &mut notes);
-    if let Some(failure) = scene_input::nothing_to_see(&loaded).filter(|_| task.refuses_empty()) {
+    notes.add_scene_warnings(&loaded);
+    scene_input::note_added_parts(&loaded, &mut notes);
+    if let Some(failure) =
+        scene_input::empty_scene_failure(&loaded).filter(|_| task.refuses_empty())
+    {
         return Err(failure.with_hint(ALLOW_EMPTY));
     }
-    let watch = Budgeted {
+    let watch = BudgetObserver {
         observer,
         deadline: task.budget.map(|budget| Instant::now() + budget),
     };
-    let mut plan = task.settle_shot(&mut loaded.scene, &task.shots[0], &OnceCell::new())?;
+    let mut plan = task.resolve_shot(&mut loaded.scene, &task.shots[0], &OnceCell::new())?;
     let ready = prepare_loaded(&loaded, &plan.settings, &watch)?;
-    super::note_prepared(&mut loaded, &ready, &plan.settings, &mut notes);
-    super::refuse_to_denoise(task, &plan.settings, &ready, &mut notes)?;
-    let mut film = ready.film("");
-    let whole = film.whole_part();
+    super::note_preparation(&mut loaded, &ready, &plan.settings, &mut notes);
+    super::refuse_impossible_denoising(task, &plan.settings, &ready, &mut notes)?;
+    let mut film = ready.new_film("");
+    let whole = film.full_part();
     ready
         .render_part(&mut film, &whole, &watch)
-        .map_err(Error::usage)?;
+        .map_err(Error::invalid_usage)?;
     let rendered = RenderOutput::from_film(&film, observer);
     if observer.is_cancelled() {
         return Err(Failure::new(Exit::Interrupted, NOTHING_KEPT));
     }
-    if let Some(reason) = scene_input::nothing_met(&loaded, &rendered, &plan.settings)
+    if let Some(reason) = scene_input::describe_empty_picture(&loaded, &rendered, &plan.settings)
         .filter(|_| task.refuses_empty())
     {
-        return Err(scene_input::empty(&loaded.source.name, reason).with_hint(ALLOW_EMPTY));
+        return Err(scene_input::empty_failure(&loaded.source.name, reason).with_hint(ALLOW_EMPTY));
     }
-    if plan.is_exposed {
-        plan.display = plan.display.suited_to(rendered.shown_picture());
+    if plan.has_auto_exposure {
+        plan.display = plan
+            .display
+            .with_suitable_exposure(rendered.final_picture());
     }
-    messages::note_losses(&rendered.counters, &mut notes);
-    super::note_rendered(&loaded, &rendered, &plan, &[], &mut notes);
-    messages::note_shut_away(&loaded, &ready, &film, &mut notes);
-    let noisy = rendered.noisy_error(&film);
-    let noisy = super::claimed(task, (&ready, &rendered), noisy.as_ref());
-    messages::error(noisy, &film, &rendered, task.max_error, &mut notes);
+    messages::note_lost_samples(&rendered.counters, &mut notes);
+    super::note_picture(&loaded, &rendered, &plan, &[], &mut notes);
+    messages::note_unreached_lights(&loaded, &ready, &film, &mut notes);
+    let noisy = rendered.error_before_denoising(&film);
+    let noisy = super::claimed_error(task, (&ready, &rendered), noisy.as_ref());
+    messages::report_error(noisy, &film, &rendered, task.max_error, &mut notes);
     let shortfall = task
         .max_error
-        .map(|requested| messages::shortfall(requested, noisy, &film, &rendered));
-    let error = origin::error(noisy, &rendered, &film);
+        .map(|requested| messages::describe_shortfall(requested, noisy, &film, &rendered));
+    let error = origin::format_error_metadata(noisy, &rendered, &film);
     let background = plan.display.linear_background();
     Ok(FinishedPicture {
         error: rendered
-            .denoised()
+            .denoise_output()
             .map(|denoised| denoised.error)
             .or(noisy.copied()),
         converged: shortfall.map(|shortfall| shortfall.is_none()),
-        samples: film::samples(&film, &whole),
+        samples: film::format_samples(&film, &whole),
         metadata: match task.has_metadata {
-            true => Metadata {
+            true => PictureMetadata {
                 command,
                 error,
-                ..origin::metadata(&loaded, &plan, &task.choices)
+                ..origin::picture_metadata(&loaded, &plan, &task.choices)
             },
-            false => Metadata::default(),
+            false => PictureMetadata::default(),
         },
-        covered: background.map(|_| rendered.clone()),
+        with_coverage: background.map(|_| rendered.clone()),
         rendered: background
-            .map(|colour| rendered.over(colour))
+            .map(|colour| rendered.composite_over(colour))
             .unwrap_or(rendered),
         display: plan.display,
         notes: notes.into_texts(),
@@ -118,15 +122,19 @@ pub fn render(
 
 impl FinishedPicture {
     /// Encodes the picture as a PNG file in memory.
-    pub fn png(&self) -> Result<Vec<u8>, Failure> {
-        let bytes = output::png_bytes(self.covered().shown_picture(), self.display, &self.metadata);
-        bytes.map_err(|cause| Error::write(Path::new("PNG"), &cause).into())
+    pub fn encode_png(&self) -> Result<Vec<u8>, Failure> {
+        let bytes = output::encode_png(
+            self.output_with_coverage().final_picture(),
+            self.display,
+            &self.metadata,
+        );
+        bytes.map_err(|cause| Error::unwritable(Path::new("PNG"), &cause).into())
     }
 
     /// Writes the picture to a file in the format of its name, as `render -o` does.
     pub fn save(&self, path: &Path) -> Result<(), Failure> {
-        let picture = write::picture(
-            self.covered(),
+        let picture = write::select_content(
+            self.output_with_coverage(),
             PictureFormat::from_path(path)?,
             self.display,
         );
@@ -140,23 +148,23 @@ impl FinishedPicture {
 
     /// Returns the reason why the interval of the error may not hold; `None` without doubt.
     pub fn doubt(&self) -> Option<String> {
-        self.error?.doubt.as_ref().map(origin::name)
+        self.error?.doubt.as_ref().map(origin::variant_name)
     }
 
     /// Returns the picture before compositing over a background colour.
-    fn covered(&self) -> &RenderOutput {
-        self.covered.as_ref().unwrap_or(&self.rendered)
+    fn output_with_coverage(&self) -> &RenderOutput {
+        self.with_coverage.as_ref().unwrap_or(&self.rendered)
     }
 
     /// Returns the displayed picture, denoised where requested, with all layers.
     pub fn shown_picture(&self) -> &Picture {
-        self.rendered.shown_picture()
+        self.rendered.final_picture()
     }
 }
 
 /// Refuses flags that name files or request several pictures, because an embedding program gets a
 /// single picture in memory.
-pub fn refuse_files(task: &RenderTask) -> Result<(), Failure> {
+pub fn refuse_file_flags(task: &RenderTask) -> Result<(), Failure> {
     let flags = [
         ("--output", !task.outputs.is_empty()),
         ("--sheet", task.sheet.is_some()),
@@ -173,7 +181,7 @@ pub fn refuse_files(task: &RenderTask) -> Result<(), Failure> {
     let Some((flag, _)) = flags.iter().find(|(_, given)| *given) else {
         return Ok(());
     };
-    let error = Error::usage(format_args!(
+    let error = Error::invalid_usage(format_args!(
         "{flag} is of the command line: here one picture is made, and handed over"
     ));
     Err(error
@@ -183,12 +191,12 @@ pub fn refuse_files(task: &RenderTask) -> Result<(), Failure> {
 
 /// Observer that ends a render at the deadline of its time budget, and otherwise forwards to the
 /// caller's observer.
-struct Budgeted<'a> {
+struct BudgetObserver<'a> {
     observer: &'a dyn Observer,
     deadline: Option<Instant>,
 }
 
-impl Observer for Budgeted<'_> {
+impl Observer for BudgetObserver<'_> {
     fn progress(&self, done: u64, total: u64) {
         self.observer.progress(done, total);
     }
@@ -197,8 +205,8 @@ impl Observer for Budgeted<'_> {
         self.observer.is_cancelled()
     }
 
-    fn has_enough(&self, everywhere: bool) -> bool {
-        self.observer.has_enough(everywhere)
+    fn has_enough_samples(&self, everywhere: bool) -> bool {
+        self.observer.has_enough_samples(everywhere)
             || everywhere && self.deadline.is_some_and(|end| Instant::now() >= end)
     }
 }

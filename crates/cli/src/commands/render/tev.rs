@@ -20,14 +20,14 @@ const MOST_VALUES: usize = 4 << 20;
 const MOST_TIME: Duration = Duration::from_secs(10);
 
 /// A connection to tev that shows a single image.
-pub struct Tev {
+pub struct TevClient {
     stream: TcpStream,
     name: String,
     /// Size in pixels and channel names of the image in the viewer; `None` before the first image.
     shown: Option<([u32; 2], Vec<String>)>,
 }
 
-impl Tev {
+impl TevClient {
     /// Connects to the viewer at an address, for an image with this name.
     pub fn connect(address: &TevAddress, name: &str) -> io::Result<Self> {
         let mut last = io::Error::from(io::ErrorKind::NotFound);
@@ -49,21 +49,25 @@ impl Tev {
 
     /// Sends a picture with its layers to the viewer. A picture of another size or with other
     /// channels replaces the image.
-    pub fn show(&mut self, picture: &Picture) -> io::Result<()> {
-        let channels = channels(picture);
+    pub fn send_picture(&mut self, picture: &Picture) -> io::Result<()> {
+        let channels = list_channels(picture);
         let names: Vec<String> = channels.iter().map(|(name, _)| name.clone()).collect();
         let shown = Some(([picture.width, picture.height], names));
         if self.shown != shown {
             self.stream
-                .write_all(&create(&self.name, picture, &channels))?;
+                .write_all(&encode_create_packet(&self.name, picture, &channels))?;
             self.shown = shown;
         }
         let width = picture.width.max(1) as usize;
         let rows = (MOST_VALUES / (width * channels.len())).max(1);
         for top in (0..picture.height as usize).step_by(rows) {
             let rows = rows.min(picture.height as usize - top);
-            self.stream
-                .write_all(&update(&self.name, &channels, width, top..top + rows))?;
+            self.stream.write_all(&encode_update_packet(
+                &self.name,
+                &channels,
+                width,
+                top..top + rows,
+            ))?;
         }
         self.stream.flush()
     }
@@ -72,7 +76,7 @@ impl Tev {
 /// Name of a channel, and a function from the index of a pixel to the channel's value.
 type TevChannel<'a> = (String, Box<dyn Fn(usize) -> f32 + 'a>);
 
-fn channels(picture: &Picture) -> Vec<TevChannel<'_>> {
+fn list_channels(picture: &Picture) -> Vec<TevChannel<'_>> {
     let colour = |(channel, name): (usize, &str)| -> TevChannel<'_> {
         (
             name.to_owned(),
@@ -93,31 +97,31 @@ fn channels(picture: &Picture) -> Vec<TevChannel<'_>> {
     channels
 }
 
-fn create(name: &str, picture: &Picture, channels: &[TevChannel<'_>]) -> Vec<u8> {
+fn encode_create_packet(name: &str, picture: &Picture, channels: &[TevChannel<'_>]) -> Vec<u8> {
     let mut packet = TevPacket::new(CREATE_IMAGE, name);
     [picture.width, picture.height, channels.len() as u32]
         .iter()
-        .for_each(|number| packet.number(*number));
-    channels.iter().for_each(|(name, _)| packet.text(name));
+        .for_each(|number| packet.push_u32(*number));
+    channels.iter().for_each(|(name, _)| packet.push_text(name));
     packet.finish()
 }
 
 /// Encodes a packet with new values for `rows` of an image, channel after channel.
-fn update(
+fn encode_update_packet(
     name: &str,
     channels: &[TevChannel<'_>],
     width: usize,
     rows: std::ops::Range<usize>,
 ) -> Vec<u8> {
     let mut packet = TevPacket::new(UPDATE_IMAGE, name);
-    packet.number(channels.len() as u32);
-    channels.iter().for_each(|(name, _)| packet.text(name));
+    packet.push_u32(channels.len() as u32);
+    channels.iter().for_each(|(name, _)| packet.push_text(name));
     [0, rows.start as u32, width as u32, rows.len() as u32]
         .iter()
-        .for_each(|number| packet.number(*number));
+        .for_each(|number| packet.push_u32(*number));
     let pixels = rows.start * width..rows.end * width;
-    (0..channels.len()).for_each(|channel| packet.long((channel * pixels.len()) as u64));
-    channels.iter().for_each(|_| packet.long(1));
+    (0..channels.len()).for_each(|channel| packet.push_u64((channel * pixels.len()) as u64));
+    channels.iter().for_each(|_| packet.push_u64(1));
     for (_, value) in channels {
         packet
             .0
@@ -134,20 +138,20 @@ impl TevPacket {
     /// select the image.
     fn new(kind: u8, name: &str) -> Self {
         let mut packet = Self(vec![0, 0, 0, 0, kind, 0]);
-        packet.text(name);
+        packet.push_text(name);
         packet
     }
 
-    fn text(&mut self, text: &str) {
+    fn push_text(&mut self, text: &str) {
         self.0.extend_from_slice(text.as_bytes());
         self.0.push(0);
     }
 
-    fn number(&mut self, number: u32) {
+    fn push_u32(&mut self, number: u32) {
         self.0.extend_from_slice(&number.to_le_bytes());
     }
 
-    fn long(&mut self, number: u64) {
+    fn push_u64(&mut self, number: u64) {
         self.0.extend_from_slice(&number.to_le_bytes());
     }
 
@@ -160,7 +164,7 @@ impl TevPacket {
 
 #[cfg(test)]
 mod tests {
-    use raywright_core::picture::Layer;
+    use raywright_core::picture::PictureLayer;
 
     use super::*;
 
@@ -168,7 +172,7 @@ mod tests {
     /// channel names, and values channel after channel.
     #[test]
     fn packets_have_their_bytes() {
-        let layers = vec![Layer {
+        let layers = vec![PictureLayer {
             name: "stderr.R".to_owned(),
             samples: vec![0.5, 0.25],
         }];
@@ -177,15 +181,15 @@ mod tests {
             layers,
             ..Picture::new(1, 2)
         };
-        let channels = channels(&picture);
-        let created = create("a", &picture, &channels);
+        let channels = list_channels(&picture);
+        let created = encode_create_packet("a", &picture, &channels);
         let mut expected = vec![
             0, 0, 0, 0, 4, 0, b'a', 0, 1, 0, 0, 0, 2, 0, 0, 0, 4, 0, 0, 0,
         ];
         expected.extend_from_slice(b"R\0G\0B\0stderr.R\0");
         expected[0] = expected.len() as u8;
         assert_eq!(created, expected);
-        let updated = update("a", &channels, 1, 1..2);
+        let updated = encode_update_packet("a", &channels, 1, 1..2);
         let mut expected = vec![0, 0, 0, 0, 6, 0, b'a', 0, 4, 0, 0, 0];
         expected.extend_from_slice(b"R\0G\0B\0stderr.R\0");
         [0_u32, 1, 1, 1]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use raywright_core::RenderOutput;
 use raywright_core::display::Display;
 use raywright_core::picture::Picture;
-use raywright_io::output::{self, Metadata, PictureFormat};
+use raywright_io::output::{self, PictureFormat, PictureMetadata};
 use raywright_io::{Error, InputFiles};
 
 use crate::console;
@@ -17,25 +17,30 @@ use crate::targets::OutputTarget;
 /// Writes the picture to all targets and returns the names of the written files. A failed write
 /// does not stop the others; its picture is kept beside the input or in the temporary folder, and
 /// the failure names the file there.
-pub fn write(
+pub fn write_targets(
     rendered: &RenderOutput,
     targets: &[OutputTarget],
     display: Display,
-    metadata: &Metadata,
+    metadata: &PictureMetadata,
     (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),
 ) -> Result<Vec<String>, Failure> {
     let (mut written, mut failed) = (Vec::new(), None);
     for target in targets {
-        match write_to(target, rendered, display, metadata, &is_free) {
+        match write_target(target, rendered, display, metadata, &is_free) {
             Ok(name) => written.extend(name),
             Err(failure) => {
-                let shelter = target.path().and_then(|path| {
-                    let picture = picture(rendered, PictureFormat::from_path(path).ok()?, display);
-                    keep_elsewhere(path, (inputs, &is_free), |path, is_free| {
+                let fallback_path = target.path().and_then(|path| {
+                    let picture =
+                        select_content(rendered, PictureFormat::from_path(path).ok()?, display);
+                    write_to_fallback(path, (inputs, &is_free), |path, is_free| {
                         output::write_unnamed_picture(path, &picture, display, metadata, is_free)
                     })
                 });
-                failed = Some(with_shelter(failed.unwrap_or(failure), "picture", shelter));
+                failed = Some(with_fallback_hint(
+                    failed.unwrap_or(failure),
+                    "picture",
+                    fallback_path,
+                ));
             }
         }
     }
@@ -44,7 +49,7 @@ pub fn write(
 
 /// Writes a file whose own path failed to the folder of the first input, or else to the temporary
 /// folder, where it replaces nothing. Returns the new path; `None` if neither folder is writable.
-pub fn keep_elsewhere(
+pub fn write_to_fallback(
     path: &Path,
     (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),
     write: impl Fn(&Path, &dyn Fn(&Path) -> bool) -> Result<PathBuf, Error>,
@@ -61,8 +66,8 @@ pub fn keep_elsewhere(
 
 /// Adds the path of the replacement file, if any, to the failure of a write. `file` says what the
 /// file holds.
-pub fn with_shelter(failure: Failure, file: &str, shelter: Option<PathBuf>) -> Failure {
-    match shelter {
+pub fn with_fallback_hint(failure: Failure, file: &str, fallback_path: Option<PathBuf>) -> Failure {
+    match fallback_path {
         Some(kept) => failure.with_hint(format_args!(
             "the {file} is kept in {}",
             printable_path(&kept)
@@ -73,17 +78,17 @@ pub fn with_shelter(failure: Failure, file: &str, shelter: Option<PathBuf>) -> F
 
 /// Writes the picture to a target. Returns the name of the written file, or `None` for standard
 /// output.
-fn write_to(
+fn write_target(
     target: &OutputTarget,
     rendered: &RenderOutput,
     display: Display,
-    metadata: &Metadata,
+    metadata: &PictureMetadata,
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<Option<String>, Failure> {
     Ok(match target {
         OutputTarget::Stdout => {
-            let bytes = output::png_bytes(rendered.shown_picture(), display, metadata)
-                .map_err(|error| Failure::stdout(&error))?;
+            let bytes = output::encode_png(rendered.final_picture(), display, metadata)
+                .map_err(|error| Failure::from_stdout_error(&error))?;
             console::print_picture(&bytes)?;
             None
         }
@@ -91,7 +96,7 @@ fn write_to(
             output::write_picture_as(
                 path,
                 *format,
-                &picture(rendered, *format, display),
+                &select_content(rendered, *format, display),
                 display,
                 metadata,
             )?;
@@ -101,7 +106,7 @@ fn write_to(
         // name.
         OutputTarget::Unnamed(path, format) => {
             let is_free = |other: &Path| other == path || is_free(other);
-            let picture = picture(rendered, *format, display);
+            let picture = select_content(rendered, *format, display);
             Some(printable_path(&output::write_unnamed_picture(
                 path, &picture, display, metadata, is_free,
             )?))
@@ -111,28 +116,34 @@ fn write_to(
 
 /// Formats a path for a message of a single line, without control characters.
 pub fn printable_path(path: &Path) -> String {
-    console::on_one_line(&path.display().to_string())
+    console::mask_to_one_line(&path.display().to_string())
 }
 
 /// Selects the content of a file by its format: all layers for EXR, over the linear background if
 /// any; the displayed colours for all other formats.
-pub fn picture(
+pub fn select_content(
     rendered: &RenderOutput,
     format: PictureFormat,
     display: Display,
 ) -> Cow<'_, Picture> {
     match (format, display.linear_background()) {
-        (PictureFormat::Exr, None) => rendered.all_layers(),
-        (PictureFormat::Exr, Some(colour)) => {
-            Cow::Owned(rendered.over(colour).all_layers().into_owned())
-        }
-        _ => Cow::Borrowed(rendered.shown_picture()),
+        (PictureFormat::Exr, None) => rendered.picture_with_all_layers(),
+        (PictureFormat::Exr, Some(colour)) => Cow::Owned(
+            rendered
+                .composite_over(colour)
+                .picture_with_all_layers()
+                .into_owned(),
+        ),
+        _ => Cow::Borrowed(rendered.final_picture()),
     }
 }
 
 /// Creates the failure of an interrupted run. It names the files that keep the unfinished pictures
 /// and, for several pictures, the number of finished pictures and of all.
-pub fn interrupted(kept: Result<Vec<String>, Error>, series: Option<[usize; 2]>) -> Failure {
+pub fn interrupted_failure(
+    kept: Result<Vec<String>, Error>,
+    series: Option<[usize; 2]>,
+) -> Failure {
     let kept = match kept {
         Err(error) => {
             return Failure {
@@ -159,14 +170,14 @@ pub fn interrupted(kept: Result<Vec<String>, Error>, series: Option<[usize; 2]>)
 
 /// Writes an interrupted picture, if it has samples, under new names that replace no file. Returns
 /// the new names.
-pub fn keep(
+pub fn write_partial(
     rendered: &RenderOutput,
     targets: &[OutputTarget],
     display: Display,
-    metadata: &Metadata,
+    metadata: &PictureMetadata,
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<Vec<String>, Error> {
-    let something = rendered.counters.samples > 0;
+    let has_samples = rendered.counters.samples > 0;
     let noisy = RenderOutput {
         denoised: None,
         ..rendered.clone()
@@ -174,11 +185,11 @@ pub fn keep(
     let paths = targets
         .iter()
         .filter_map(OutputTarget::path)
-        .filter(|_| something)
+        .filter(|_| has_samples)
         .map(output::partial_name);
     paths
         .map(|partial| {
-            let picture = picture(&noisy, PictureFormat::from_path(&partial)?, display);
+            let picture = select_content(&noisy, PictureFormat::from_path(&partial)?, display);
             output::write_unnamed_picture(&partial, &picture, display, metadata, &is_free)
         })
         .map(|name| name.map(|name| printable_path(&name)))
@@ -223,14 +234,14 @@ mod tests {
             OutputTarget::Stdout,
         ];
         let end = |rendered: &RenderOutput| {
-            let kept = keep(
+            let kept = write_partial(
                 rendered,
                 &targets,
                 Display::default(),
-                &Metadata::default(),
+                &PictureMetadata::default(),
                 |_| true,
             );
-            let failure = interrupted(kept, None);
+            let failure = interrupted_failure(kept, None);
             assert_eq!(failure.exit, Exit::Interrupted);
             failure.message
         };

@@ -6,15 +6,17 @@ mod text;
 use std::path::Path;
 use std::time::Instant;
 
-use raywright_core::bench::Spread;
-use raywright_core::stability::{CasePrice, HardCase, Measurement, hard_cases, measure, price};
+use raywright_core::bench::SampleQuantiles;
+use raywright_core::stability::{
+    CaseCost, HardCase, Measurement, hard_cases, measure_case, time_case,
+};
 use raywright_io::{Error, output};
 use serde::Serialize;
 
 use crate::args::StabilityArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
-use crate::machine::processor;
+use crate::machine::processor_name;
 use crate::progress::StepProgress;
 use crate::targets::OutputFiles;
 
@@ -34,7 +36,7 @@ struct CaseRow {
     /// Share of results, 0 to 1, that the textbook's formulas get wrong.
     textbook_wrong: Option<f64>,
     /// Additional cost of the library's formula; `None` where the textbook has no such formula.
-    price: Option<RowPrice>,
+    price: Option<RowCost>,
     /// Description of the first wrong result, with its bits.
     first_wrong: Option<String>,
 }
@@ -42,7 +44,7 @@ struct CaseRow {
 /// Cost of the library's formula against the textbook's formula, in nanoseconds of CPU time per ray
 /// or sample.
 #[derive(Clone, Copy, Debug, Serialize)]
-struct RowPrice {
+struct RowCost {
     /// Name of the timed operation, done once per ray or sample.
     what: &'static str,
     /// Time of the textbook's formula.
@@ -78,7 +80,7 @@ enum StabilityFileKind {
 }
 
 impl StabilityFileKind {
-    fn of(path: &Path) -> Result<Self, Failure> {
+    fn from_path(path: &Path) -> Result<Self, Failure> {
         let ending = path
             .extension()
             .map(|ending| ending.to_string_lossy().to_ascii_lowercase());
@@ -87,7 +89,7 @@ impl StabilityFileKind {
             Some("html") => Ok(Self::Html),
             Some("svg") => Ok(Self::Svg),
             Some("json") => Ok(Self::Json),
-            _ => Err(Error::usage(format_args!(
+            _ => Err(Error::invalid_usage(format_args!(
                 "cannot tell from {} what to write",
                 path.display()
             ))
@@ -104,26 +106,26 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let target = args
         .output
         .as_ref()
-        .map(|path| Ok::<_, Failure>((path, StabilityFileKind::of(path)?)))
+        .map(|path| Ok::<_, Failure>((path, StabilityFileKind::from_path(path)?)))
         .transpose()?;
     if let Some((path, _)) = target {
         OutputFiles::default().add(path, "-o")?;
     }
-    let report = measured(args, chosen(&args.cases)?, verbosity);
+    let report = measure_cases(args, select_cases(&args.cases)?, verbosity);
     if let Some((path, kind)) = target {
         let text = match kind {
-            StabilityFileKind::Markdown => text::markdown(&report),
-            StabilityFileKind::Html => page::html(&report),
-            StabilityFileKind::Svg => page::margins(&report).svg(),
-            StabilityFileKind::Json => console::json(&report),
+            StabilityFileKind::Markdown => text::format_markdown(&report),
+            StabilityFileKind::Html => page::build_page(&report),
+            StabilityFileKind::Svg => page::build_margin_plot(&report).to_svg(),
+            StabilityFileKind::Json => console::format_json(&report),
         };
         output::write_atomically(path, text.as_bytes())?;
-        verbosity.say(path.display());
+        verbosity.print(path.display());
     }
     console::print(if args.json {
-        console::json(&report)
+        console::format_json(&report)
     } else {
-        text::plain(&report)
+        text::format_plain(&report)
     })?;
     let broken: Vec<&CaseRow> = report.rows.iter().filter(|row| row.wrong > 0).collect();
     match broken.first() {
@@ -149,7 +151,7 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
 }
 
 /// Selects the hard cases with these numbers; all cases for an empty list.
-fn chosen(numbers: &[String]) -> Result<Vec<HardCase>, Failure> {
+fn select_cases(numbers: &[String]) -> Result<Vec<HardCase>, Failure> {
     let known =
         |number: &String| hard_cases().find(|case| case.number.eq_ignore_ascii_case(number.trim()));
     if numbers.is_empty() {
@@ -157,7 +159,7 @@ fn chosen(numbers: &[String]) -> Result<Vec<HardCase>, Failure> {
     }
     let value_of = |number: &String| {
         known(number).ok_or_else(|| {
-            Error::usage(format_args!(
+            Error::invalid_usage(format_args!(
                 "there is no hard case {number}; they are named as T01 or P21 are"
             ))
             .into()
@@ -166,11 +168,15 @@ fn chosen(numbers: &[String]) -> Result<Vec<HardCase>, Failure> {
     numbers.iter().map(value_of).collect()
 }
 
-fn measured(args: &StabilityArgs, cases: Vec<HardCase>, verbosity: Verbosity) -> StabilityReport {
+fn measure_cases(
+    args: &StabilityArgs,
+    cases: Vec<HardCase>,
+    verbosity: Verbosity,
+) -> StabilityReport {
     let (start, mut steps) = (Instant::now(), StepProgress::start(verbosity));
     let mut report = StabilityReport {
         version: env!("CARGO_PKG_VERSION"),
-        processor: processor(),
+        processor: processor_name(),
         rows: vec![],
         tested_only: vec![],
         left_out: vec![],
@@ -179,13 +185,13 @@ fn measured(args: &StabilityArgs, cases: Vec<HardCase>, verbosity: Verbosity) ->
     let count = cases.len() as f64;
     for (index, case) in cases.into_iter().enumerate() {
         steps.show(case.number, index as f64 / count);
-        match measure(case.number, args.rays.into()) {
+        match measure_case(case.number, args.rays.into()) {
             Some(measurements) => {
-                let price = price(case.number);
+                let price = time_case(case.number);
                 report.rows.extend(
                     measurements
                         .into_iter()
-                        .map(|measurement| row(&case, measurement, price.as_ref())),
+                        .map(|measurement| case_row(&case, measurement, price.as_ref())),
                 );
             }
             None => report.tested_only.push(case.number),
@@ -198,10 +204,10 @@ fn measured(args: &StabilityArgs, cases: Vec<HardCase>, verbosity: Verbosity) ->
     report
 }
 
-fn row(
+fn case_row(
     &HardCase {
         number,
-        hard,
+        difficulty: hard,
         bound,
         ..
     }: &HardCase,
@@ -210,16 +216,16 @@ fn row(
         outcome,
         textbook,
     }: Measurement,
-    price: Option<&CasePrice>,
+    price: Option<&CaseCost>,
 ) -> CaseRow {
     let price = price.map(
-        |&CasePrice {
+        |&CaseCost {
              label,
              textbook,
-             more,
+             overhead: more,
          }| {
-            let more: Spread = more[usize::from(setting.starts_with("reference"))];
-            RowPrice {
+            let more: SampleQuantiles = more[usize::from(setting.starts_with("reference"))];
+            RowCost {
                 what: label,
                 textbook: textbook.median,
                 more: more.median,
@@ -235,9 +241,9 @@ fn row(
         judged: outcome.judged,
         wrong: outcome.wrong,
         margin: (outcome.worst > 0.0).then(|| outcome.worst.recip()),
-        textbook_wrong: textbook.map(|textbook| textbook.wrong_share()),
+        textbook_wrong: textbook.map(|textbook| textbook.wrong_fraction()),
         price,
-        first_wrong: outcome.first.map(|(_, message)| message),
+        first_wrong: outcome.first_wrong.map(|(_, message)| message),
     }
 }
 
@@ -249,8 +255,9 @@ mod tests {
     /// explains the numbering.
     #[test]
     fn cases_are_chosen_by_number() {
-        let numbers =
-            |list: &[&str]| chosen(&list.iter().map(|&word| word.to_owned()).collect::<Vec<_>>());
+        let numbers = |list: &[&str]| {
+            select_cases(&list.iter().map(|&word| word.to_owned()).collect::<Vec<_>>())
+        };
         let found: Vec<_> = numbers(&["t01", "P21"])
             .expect("two cases")
             .iter()
@@ -270,7 +277,7 @@ mod tests {
     /// that lists the known ones.
     #[test]
     fn endings_say_what_is_written() {
-        let kind = |name: &str| StabilityFileKind::of(Path::new(name));
+        let kind = |name: &str| StabilityFileKind::from_path(Path::new(name));
         assert_eq!(
             ["a.md", "b.HTML", "c.svg", "d.json"].map(|name| kind(name).ok()),
             [

@@ -1,8 +1,10 @@
 //! `stability` as a plot of margins, and as an HTML page with this plot and the table.
 
-use raywright_io::report::{MarginRow, Margins, ThemeColour, document};
+use raywright_io::report::{MarginPlot, MarginRow, ThemeColour, html_document};
 
-use super::text::{COLUMNS, cases, of, percent, rest, table};
+use super::text::{
+    COLUMN_LEGEND, build_table, format_notes, format_percent, rows_by_case, rows_of_precision,
+};
 use super::{CaseRow, StabilityReport};
 use crate::origin::command_line;
 
@@ -15,31 +17,31 @@ const PRECISIONS: [(&str, ThemeColour); 2] = [
 ];
 
 /// Builds the plot of margins, with a line for each case.
-pub(super) fn margins(report: &StabilityReport) -> Margins {
+pub(super) fn build_margin_plot(report: &StabilityReport) -> MarginPlot {
     let machine = report
         .processor
         .as_ref()
         .map(|name| format!(" · {name}"))
         .unwrap_or_default();
-    Margins {
+    MarginPlot {
         title: TITLE.to_owned(),
         circumstances: format!(
             "how many times its worst error each bound is: all that is right of it is held{machine}"
         ),
-        aside: "textbook wrong".to_owned(),
+        right_heading: "textbook wrong".to_owned(),
         legend: PRECISIONS
             .map(|(name, colour)| (colour, name.to_owned()))
             .to_vec(),
-        rows: cases(report).map(line).collect(),
+        rows: rows_by_case(report).map(margin_row).collect(),
     }
 }
 
 /// Builds the line of a case in the plot. The margin in a precision is the least of all kernels and
 /// parts; it is absent if a result exceeds the bound.
-fn line(rows: &[CaseRow]) -> MarginRow {
+fn margin_row(rows: &[CaseRow]) -> MarginRow {
     let least = |precision: &str| {
-        let is_held = of(rows, precision).all(|row| row.wrong == 0);
-        of(rows, precision)
+        let is_held = rows_of_precision(rows, precision).all(|row| row.wrong == 0);
+        rows_of_precision(rows, precision)
             .filter_map(|row| row.margin)
             .reduce(f64::min)
             .filter(|_| is_held)
@@ -58,44 +60,47 @@ fn line(rows: &[CaseRow]) -> MarginRow {
     };
     MarginRow {
         name: rows[0].case.to_owned(),
-        words: rows[0].hard.trim_end_matches('.').to_owned(),
+        description: rows[0].hard.trim_end_matches('.').to_owned(),
         margins,
         message,
         is_broken: wrong > 0,
-        aside: rows[0].textbook_wrong.map(percent).unwrap_or_default(),
+        right_text: rows[0]
+            .textbook_wrong
+            .map(format_percent)
+            .unwrap_or_default(),
     }
 }
 
 /// Builds the HTML page with plot and table.
-pub(super) fn html(report: &StabilityReport) -> String {
-    let plot = Margins {
+pub(super) fn build_page(report: &StabilityReport) -> String {
+    let plot = MarginPlot {
         title: String::new(),
-        ..margins(report)
+        ..build_margin_plot(report)
     }
-    .svg();
+    .to_svg();
     let machine = report
         .processor
         .as_ref()
-        .map(|name| format!("<p class=\"soft\">{}</p>\n", masked(name)))
+        .map(|name| format!("<p class=\"soft\">{}</p>\n", escape_html(name)))
         .unwrap_or_default();
-    let rest: String = rest(report)
+    let rest: String = format_notes(report)
         .lines()
         .filter(|line| !line.is_empty())
-        .map(|line| format!("<p>{}</p>\n", masked(line)))
+        .map(|line| format!("<p>{}</p>\n", escape_html(line)))
         .collect();
     let body = format!(
         "<p class=\"answer\">How many times its worst error each bound is: what is right of the bound is held.</p>\n\
          <figure><div class=\"wide\" tabindex=\"0\">{plot}</div></figure>\n<h2>In figures</h2>\n{}<p class=\"soft\">{}</p>\n<h2>What is not in it</h2>\n{rest}\
          <h2>How it was measured</h2>\n{machine}<p class=\"soft\">Made by <code>{}</code></p>\n",
-        table(report).html(),
-        masked(COLUMNS),
-        masked(&command_line()),
+        build_table(report).to_html(),
+        escape_html(COLUMN_LEGEND),
+        escape_html(&command_line()),
     );
-    document(TITLE, &body, "")
+    html_document(TITLE, &body, "")
 }
 
 /// Escapes text for HTML, and removes backticks.
-fn masked(text: &str) -> String {
+fn escape_html(text: &str) -> String {
     raywright_io::report::escape_xml(text).replace('`', "")
 }
 
@@ -109,7 +114,7 @@ mod tests {
     #[test]
     fn margins_are_the_least() {
         let mut report = report();
-        let plot = margins(&report);
+        let plot = build_margin_plot(&report);
         assert_eq!(
             plot.rows[0].margins,
             [(ThemeColour::First, 2.5), (ThemeColour::Second, 50.0)]
@@ -117,17 +122,17 @@ mod tests {
         assert!(
             !plot.rows[0].is_broken
                 && plot.rows[0].message.is_empty()
-                && plot.rows[0].aside == "25 %"
+                && plot.rows[0].right_text == "25 %"
         );
         report.rows[1].wrong = 3;
-        let broken = line(&report.rows);
+        let broken = margin_row(&report.rows);
         assert!(
             broken.is_broken && broken.message == "3 of 3000 beyond the bound",
             "{}",
             broken.message
         );
         assert_eq!(broken.margins, [(ThemeColour::Second, 50.0)]);
-        let page = html(&report);
+        let page = build_page(&report);
         assert!(
             page.contains("<svg")
                 && page.contains("4u/|n·d|")

@@ -1,10 +1,10 @@
 //! Tables of `stability`, as plain text and as Markdown.
 
-use super::{CaseRow, RowPrice, StabilityReport};
-use crate::table::{Align, Table, TableRow, format_significant, lay_out_aligned};
+use super::{CaseRow, RowCost, StabilityReport};
+use crate::table::{ColumnAlignment, Table, TableRow, format_aligned_columns, format_significant};
 
 /// Formats a row of the plain table, without the case's description and bound.
-fn cells(row: &CaseRow) -> [String; 7] {
+fn row_cells(row: &CaseRow) -> [String; 7] {
     let number =
         |value: Option<f64>, of: &dyn Fn(f64) -> String| value.map_or_else(|| "-".to_owned(), of);
     [
@@ -13,23 +13,24 @@ fn cells(row: &CaseRow) -> [String; 7] {
         row.judged.to_string(),
         row.wrong.to_string(),
         number(row.margin, &|margin| format_significant(margin, 3)),
-        number(row.textbook_wrong, &percent),
-        row.price
-            .as_ref()
-            .map_or_else(|| "-".to_owned(), |price| format!("{} ns", more(price))),
+        number(row.textbook_wrong, &format_percent),
+        row.price.as_ref().map_or_else(
+            || "-".to_owned(),
+            |price| format!("{} ns", format_extra_time(price)),
+        ),
     ]
 }
 
-pub(super) fn percent(share: f64) -> String {
+pub(super) fn format_percent(share: f64) -> String {
     format!("{} %", format_significant(100.0 * share, 3))
 }
 
 /// Formats the additional time of the library's formula with its spread, in nanoseconds.
-fn more(price: &RowPrice) -> String {
+fn format_extra_time(price: &RowCost) -> String {
     format!("{:+.1} ± {:.1}", price.more, price.spread)
 }
 
-const HEADS: [&str; 7] = [
+const HEADINGS: [&str; 7] = [
     "case",
     "setting",
     "judged",
@@ -40,25 +41,29 @@ const HEADS: [&str; 7] = [
 ];
 
 /// Formats the report as plain text: a line for each case in each setting, and the notes.
-pub(super) fn plain(report: &StabilityReport) -> String {
-    let rows: Vec<[String; 7]> = core::iter::once(HEADS.map(str::to_owned))
-        .chain(report.rows.iter().map(cells))
+pub(super) fn format_plain(report: &StabilityReport) -> String {
+    let rows: Vec<[String; 7]> = core::iter::once(HEADINGS.map(str::to_owned))
+        .chain(report.rows.iter().map(row_cells))
         .collect();
     let columns = [
-        Align::Left,
-        Align::Left,
-        Align::Right,
-        Align::Right,
-        Align::Right,
-        Align::Right,
-        Align::Right,
+        ColumnAlignment::Left,
+        ColumnAlignment::Left,
+        ColumnAlignment::Right,
+        ColumnAlignment::Right,
+        ColumnAlignment::Right,
+        ColumnAlignment::Right,
+        ColumnAlignment::Right,
     ];
-    format!("{}{}", lay_out_aligned(columns, &rows), rest(report))
+    format!(
+        "{}{}",
+        format_aligned_columns(columns, &rows),
+        format_notes(report)
+    )
 }
 
 /// Formats the notes below the table: cases that only tests verify, and parts that are not
 /// measured.
-pub(super) fn rest(report: &StabilityReport) -> String {
+pub(super) fn format_notes(report: &StabilityReport) -> String {
     let mut text = String::new();
     if !report.tested_only.is_empty() {
         text += &format!(
@@ -73,12 +78,12 @@ pub(super) fn rest(report: &StabilityReport) -> String {
 }
 
 /// Splits the rows of a report into groups of the same case, in their order.
-pub(super) fn cases(report: &StabilityReport) -> impl Iterator<Item = &[CaseRow]> {
+pub(super) fn rows_by_case(report: &StabilityReport) -> impl Iterator<Item = &[CaseRow]> {
     report.rows.chunk_by(|a, b| a.case == b.case)
 }
 
 /// Selects the rows measured in a precision.
-pub(super) fn of<'a>(
+pub(super) fn rows_of_precision<'a>(
     rows: &'a [CaseRow],
     precision: &'a str,
 ) -> impl Iterator<Item = &'a CaseRow> + Clone {
@@ -87,8 +92,8 @@ pub(super) fn of<'a>(
 }
 
 /// Formats the results of a case in a precision: the number of wrong results, and the least margin.
-fn told(rows: &[CaseRow], precision: &str) -> String {
-    let of = of(rows, precision);
+fn format_outcome(rows: &[CaseRow], precision: &str) -> String {
+    let of = rows_of_precision(rows, precision);
     let wrong: u64 = of.clone().map(|row| row.wrong).sum();
     let judged: u64 = of.clone().map(|row| row.judged).sum();
     let margin = of.filter_map(|row| row.margin).reduce(f64::min);
@@ -102,28 +107,28 @@ fn told(rows: &[CaseRow], precision: &str) -> String {
 
 /// Formats the cost of a case: the textbook's time, and the additional time in both precisions, in
 /// nanoseconds.
-fn costs(rows: &[CaseRow]) -> String {
-    let price = |precision| of(rows, precision).find_map(|row| row.price);
+fn format_costs(rows: &[CaseRow]) -> String {
+    let price = |precision| rows_of_precision(rows, precision).find_map(|row| row.price);
     let (Some(robust), Some(reference)) = (price("robust"), price("reference")) else {
         return String::new();
     };
     format!(
         "{:.1}, {}, {}",
         robust.textbook,
-        more(&robust),
-        more(&reference)
+        format_extra_time(&robust),
+        format_extra_time(&reference)
     )
 }
 
 /// Builds the table for Markdown and HTML, with a line for each case.
-pub(super) fn table(report: &StabilityReport) -> Table {
+pub(super) fn build_table(report: &StabilityReport) -> Table {
     let columns = [
-        Align::Left,
-        Align::Left,
-        Align::Right,
-        Align::Right,
-        Align::Right,
-        Align::Right,
+        ColumnAlignment::Left,
+        ColumnAlignment::Left,
+        ColumnAlignment::Right,
+        ColumnAlignment::Right,
+        ColumnAlignment::Right,
+        ColumnAlignment::Right,
     ];
     let heads = [
         "case",
@@ -133,10 +138,11 @@ pub(super) fn table(report: &StabilityReport) -> Table {
         "textbook",
         "ns",
     ];
-    let rows = cases(report).map(|rows| -> TableRow {
+    let rows = rows_by_case(report).map(|rows| -> TableRow {
         let first = &rows[0];
-        let textbook = first.textbook_wrong.map(percent).unwrap_or_default();
-        let [robust, reference] = ["robust", "reference"].map(|precision| told(rows, precision));
+        let textbook = first.textbook_wrong.map(format_percent).unwrap_or_default();
+        let [robust, reference] =
+            ["robust", "reference"].map(|precision| format_outcome(rows, precision));
         let words = format!("{} Bound: {}", first.hard, first.bound);
         [
             first.case.to_owned(),
@@ -144,7 +150,7 @@ pub(super) fn table(report: &StabilityReport) -> Table {
             robust,
             reference,
             textbook,
-            costs(rows),
+            format_costs(rows),
         ]
         .into_iter()
         .collect()
@@ -153,19 +159,23 @@ pub(super) fn table(report: &StabilityReport) -> Table {
 }
 
 /// Explanation of the columns of the table, printed below it.
-pub(super) const COLUMNS: &str = "For each precision: how many are wrong of those that were judged, by all kernels of the processor together, and how many times its worst \
+pub(super) const COLUMN_LEGEND: &str = "For each precision: how many are wrong of those that were judged, by all kernels of the processor together, and how many times its worst \
      error the bound is, where there is more to tell than right and wrong. Textbook: what share its formulas get wrong. ns: CPU time of one thread for an ordinary \
      ray or sample by the textbook's formula in f32, and how much more it is in `robust` and in `reference`.";
 
 /// Formats the report as Markdown: the table, the explanation of its columns, and the notes.
-pub(super) fn markdown(report: &StabilityReport) -> String {
-    let mut table = table(report);
+pub(super) fn format_markdown(report: &StabilityReport) -> String {
+    let mut table = build_table(report);
     table
         .rows
         .iter_mut()
         .flat_map(|row| &mut row.cells)
         .for_each(|cell| *cell = cell.replace('|', "\\|"));
-    format!("{}\n{COLUMNS}\n{}", table.markdown(), rest(report))
+    format!(
+        "{}\n{COLUMN_LEGEND}\n{}",
+        table.to_markdown(),
+        format_notes(report)
+    )
 }
 
 #[cfg(test)]
@@ -174,7 +184,7 @@ pub(super) mod tests {
 
     /// Creates a report of a single case in both precisions, for tests.
     pub(crate) fn report() -> StabilityReport {
-        let price = RowPrice {
+        let price = RowCost {
             what: "a test",
             textbook: 4.0,
             more: 1.25,
@@ -211,7 +221,7 @@ pub(super) mod tests {
     #[test]
     fn tables_say_everything() {
         let report = report();
-        for text in [plain(&report), markdown(&report)] {
+        for text in [format_plain(&report), format_markdown(&report)] {
             let words = [
                 "P07",
                 "robust",
@@ -224,7 +234,7 @@ pub(super) mod tests {
             ];
             assert!(words.iter().all(|word| text.contains(word)), "{text}");
         }
-        let page = markdown(&report);
+        let page = format_markdown(&report);
         assert!(
             page.contains("4u/\\|n·d\\|") && page.contains("| 0 of 2000, 2.5 | 0 of 1000, 50 |"),
             "{page}"

@@ -15,7 +15,7 @@ use crate::origin;
 pub type Flag = (String, Option<String>);
 
 /// Flags that the page may set. No such flag names a file, raises a limit or grants access.
-const OF_PAGE: [&str; 31] = [
+const PAGE_FLAGS: [&str; 31] = [
     "animation",
     "at",
     "camera",
@@ -51,44 +51,50 @@ const OF_PAGE: [&str; 31] = [
 
 /// Largest number of flags that the page may set, and largest length of a value in bytes.
 const MOST_FLAGS: usize = 200;
-const MOST_BYTES: usize = 1000;
+const MOST_FLAG_BYTES: usize = 1000;
 
 /// The `render` command of the current view: a scene, and flags that the page cannot change.
 #[derive(Clone, Debug)]
-pub struct CommandLine {
+pub struct ViewCommand {
     scene: OsString,
     /// Flags of the program's command line that the page cannot change.
-    fixed: Vec<Flag>,
+    fixed_flags: Vec<Flag>,
 }
 
-impl CommandLine {
+impl ViewCommand {
     /// Splits the `render` flags of the program's command line into fixed flags, which become part
     /// of the command, and flags that the page may change, which are returned.
-    pub fn of_program(scene: OsString, words: Vec<OsString>) -> (Self, Vec<Flag>) {
+    pub fn from_program(scene: OsString, words: Vec<OsString>) -> (Self, Vec<Flag>) {
         let matches = Arguments::command().try_get_matches_from(words).ok();
         let typed = matches
             .as_ref()
             .and_then(ArgMatches::subcommand)
-            .map(|(_, matches)| typed(matches))
+            .map(|(_, matches)| list_typed_flags(matches))
             .unwrap_or_default();
         let (own, fixed) = typed
             .into_iter()
-            .partition(|(name, _)| OF_PAGE.contains(&name.as_str()));
-        (Self { scene, fixed }, own)
+            .partition(|(name, _)| PAGE_FLAGS.contains(&name.as_str()));
+        (
+            Self {
+                scene,
+                fixed_flags: fixed,
+            },
+            own,
+        )
     }
 
     /// Refuses flags and values that a page may not set.
-    pub fn check(flags: &[Flag]) -> Result<(), Failure> {
+    pub fn check_page_flags(flags: &[Flag]) -> Result<(), Failure> {
         let refuse = |reason: String| Err(Failure::new(Exit::Usage, reason));
         if flags.len() > MOST_FLAGS {
             return refuse(format!("more than {MOST_FLAGS} flags"));
         }
         for (name, value) in flags {
             let value = value.as_deref().unwrap_or_default();
-            if !OF_PAGE.contains(&name.as_str()) {
+            if !PAGE_FLAGS.contains(&name.as_str()) {
                 return refuse("a page has no such flag".to_owned());
             }
-            if value.len() > MOST_BYTES || value.contains(char::is_control) {
+            if value.len() > MOST_FLAG_BYTES || value.contains(char::is_control) {
                 return refuse(format!("--{name}: this is no value"));
             }
         }
@@ -96,18 +102,21 @@ impl CommandLine {
     }
 
     /// Parses the `render` command with these flags of the page.
-    pub fn request(&self, flags: &[Flag]) -> Result<EmbeddedCommand, Failure> {
+    pub fn parse_request(&self, flags: &[Flag]) -> Result<EmbeddedCommand, Failure> {
         let word = |(name, value): &Flag| match value {
             Some(value) => OsString::from(format!("--{name}={value}")),
             None => OsString::from(format!("--{name}")),
         };
-        EmbeddedCommand::new("render", self.fixed.iter().chain(flags).map(word).collect())
+        EmbeddedCommand::new(
+            "render",
+            self.fixed_flags.iter().chain(flags).map(word).collect(),
+        )
     }
 
     /// Formats the command with these flags of the page, quoted for a shell.
-    pub fn text(&self, flags: &[Flag]) -> String {
+    pub fn to_shell_text(&self, flags: &[Flag]) -> String {
         let mut words = vec![OsString::from("render"), self.scene.clone()];
-        for (name, value) in self.fixed.iter().chain(flags) {
+        for (name, value) in self.fixed_flags.iter().chain(flags) {
             match value.as_deref() {
                 Some(value) if value.starts_with('-') || value.is_empty() => {
                     words.push(format!("--{name}={value}").into())
@@ -116,12 +125,12 @@ impl CommandLine {
                 None => words.push(format!("--{name}").into()),
             }
         }
-        origin::command_of(&words)
+        origin::format_command(&words)
     }
 }
 
 /// Lists the flags that the user typed on the command line of `render`, by their long names.
-fn typed(matches: &ArgMatches) -> Vec<Flag> {
+fn list_typed_flags(matches: &ArgMatches) -> Vec<Flag> {
     let program = Arguments::command();
     let Some(render) = program.find_subcommand("render") else {
         return Vec::new();
@@ -155,13 +164,13 @@ fn typed(matches: &ArgMatches) -> Vec<Flag> {
 mod tests {
     use super::*;
 
-    fn command(words: &str) -> (CommandLine, Vec<Flag>) {
+    fn command(words: &str) -> (ViewCommand, Vec<Flag>) {
         let words = ["raywright", "view", "a b.glb"]
             .into_iter()
             .chain(words.split_whitespace())
             .map(OsString::from)
             .collect();
-        CommandLine::of_program("a b.glb".into(), words)
+        ViewCommand::from_program("a b.glb".into(), words)
     }
 
     /// Protects: the page and its command start with the typed flags, lists and switches included;
@@ -174,7 +183,7 @@ mod tests {
         );
         let names: Vec<&str> = flags.iter().map(|(name, _)| name.as_str()).collect();
         assert_eq!(names.len(), 5, "{names:?}");
-        let text = line.text(&flags);
+        let text = line.to_shell_text(&flags);
         assert!(text.starts_with("raywright render 'a b.glb' "), "{text}");
         for part in [
             "--set a=1",
@@ -188,7 +197,7 @@ mod tests {
             assert!(text.contains(part), "{part}: {text}");
         }
         assert!(!text.contains("linger"), "{text}");
-        assert!(line.request(&flags).is_ok());
+        assert!(line.parse_request(&flags).is_ok());
     }
 
     /// Protects: no page sets a flag that reads or writes a file, raises a limit or lets a scene
@@ -209,13 +218,13 @@ mod tests {
             "no-such",
         ] {
             assert!(
-                CommandLine::check(&[(name.to_owned(), Some("x".to_owned()))]).is_err(),
+                ViewCommand::check_page_flags(&[(name.to_owned(), Some("x".to_owned()))]).is_err(),
                 "{name}"
             );
         }
         let known = Arguments::command();
         let render = known.find_subcommand("render").expect("a command");
-        for name in OF_PAGE {
+        for name in PAGE_FLAGS {
             assert!(
                 render
                     .get_arguments()
@@ -223,13 +232,18 @@ mod tests {
                 "{name}"
             );
             assert!(
-                CommandLine::check(&[(name.to_owned(), Some("x".to_owned()))]).is_ok(),
+                ViewCommand::check_page_flags(&[(name.to_owned(), Some("x".to_owned()))]).is_ok(),
                 "{name}"
             );
         }
-        let long = "x".repeat(MOST_BYTES + 1);
-        assert!(CommandLine::check(&[("set".to_owned(), Some(long))]).is_err());
-        assert!(CommandLine::check(&[("set".to_owned(), Some("a\n".to_owned()))]).is_err());
-        assert!(CommandLine::check(&vec![("denoise".to_owned(), None); MOST_FLAGS + 1]).is_err());
+        let long = "x".repeat(MOST_FLAG_BYTES + 1);
+        assert!(ViewCommand::check_page_flags(&[("set".to_owned(), Some(long))]).is_err());
+        assert!(
+            ViewCommand::check_page_flags(&[("set".to_owned(), Some("a\n".to_owned()))]).is_err()
+        );
+        assert!(
+            ViewCommand::check_page_flags(&vec![("denoise".to_owned(), None); MOST_FLAGS + 1])
+                .is_err()
+        );
     }
 }

@@ -26,14 +26,14 @@ pub struct HttpRequest {
     pub origin: Option<String>,
     /// Relation of the requesting site to this server, as the browser reports it
     /// (`Sec-Fetch-Site`).
-    pub site: Option<String>,
+    pub fetch_site: Option<String>,
     pub body: Vec<u8>,
 }
 
 /// An HTTP response.
 pub struct HttpResponse {
     pub status: u16,
-    pub kind: &'static str,
+    pub content_type: &'static str,
     /// Additional headers, each with its line break.
     pub headers: String,
     pub body: Vec<u8>,
@@ -44,14 +44,14 @@ impl HttpResponse {
     pub fn with_body(kind: &'static str, body: impl Into<Vec<u8>>) -> Self {
         Self {
             status: 200,
-            kind,
+            content_type: kind,
             headers: String::new(),
             body: body.into(),
         }
     }
 
     /// Creates a plain-text response with a status and a message.
-    pub fn refusal(status: u16, reason: &str) -> Self {
+    pub fn with_text(status: u16, reason: &str) -> Self {
         Self {
             status,
             ..Self::with_body("text/plain; charset=utf-8", format!("{reason}\n"))
@@ -62,15 +62,15 @@ impl HttpResponse {
     pub fn send(&self, stream: &mut TcpStream) -> io::Result<()> {
         let Self {
             status,
-            kind,
+            content_type: kind,
             headers,
             body,
         } = self;
         let head = format!(
             "HTTP/1.1 {status} {}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\nCache-Control: no-store\r\n\
-            Content-Security-Policy: {POLICY}\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n\
+            Content-Security-Policy: {CONTENT_SECURITY_POLICY}\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n\
             Cross-Origin-Resource-Policy: same-origin\r\nCross-Origin-Opener-Policy: same-origin\r\n{headers}\r\n",
-            reason(*status),
+            reason_phrase(*status),
             body.len(),
         );
         stream.set_write_timeout(Some(MOST_TIME))?;
@@ -82,10 +82,10 @@ impl HttpResponse {
 
 /// Content security policy of the page: it loads only its own script and style, connects only to
 /// its own server, and may not be shown in a frame.
-const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-fn reason(status: u16) -> &'static str {
+fn reason_phrase(status: u16) -> &'static str {
     match status {
         200 => "OK",
         400 => "Bad Request",
@@ -102,35 +102,35 @@ fn reason(status: u16) -> &'static str {
 
 /// Reads a request from a connection. The error is the response that refuses a malformed, too long
 /// or too slow request.
-pub fn read(stream: &mut TcpStream) -> Result<HttpRequest, HttpResponse> {
+pub fn read_request(stream: &mut TcpStream) -> Result<HttpRequest, HttpResponse> {
     let deadline = Instant::now() + MOST_TIME;
     let mut bytes = Vec::new();
     let (mut request, head, length) = loop {
-        if let Some(parsed) = parse(&bytes)? {
+        if let Some(parsed) = parse_head(&bytes)? {
             break parsed;
         }
         if bytes.len() > MOST_HEAD {
-            return Err(HttpResponse::refusal(431, "the request is too long"));
+            return Err(HttpResponse::with_text(431, "the request is too long"));
         }
-        receive(stream, deadline, &mut bytes)?;
+        receive_bytes(stream, deadline, &mut bytes)?;
     };
     if length > MOST_BODY {
-        return Err(HttpResponse::refusal(413, "the request is too long"));
+        return Err(HttpResponse::with_text(413, "the request is too long"));
     }
     while bytes.len() < head + length {
-        receive(stream, deadline, &mut bytes)?;
+        receive_bytes(stream, deadline, &mut bytes)?;
     }
     request.body = bytes[head..head + length].to_vec();
     Ok(request)
 }
 
 /// Receives the next bytes of a request, and appends them to `bytes`.
-fn receive(
+fn receive_bytes(
     stream: &mut TcpStream,
     deadline: Instant,
     bytes: &mut Vec<u8>,
 ) -> Result<(), HttpResponse> {
-    let late = || HttpResponse::refusal(408, "the request did not arrive in time");
+    let late = || HttpResponse::with_text(408, "the request did not arrive in time");
     let left = deadline
         .checked_duration_since(Instant::now())
         .filter(|left| !left.is_zero())
@@ -140,7 +140,7 @@ fn receive(
         .set_read_timeout(Some(left))
         .and_then(|()| stream.read(&mut piece));
     match read {
-        Ok(0) => Err(HttpResponse::refusal(400, "the request is not whole")),
+        Ok(0) => Err(HttpResponse::with_text(400, "the request is not whole")),
         Ok(count) => {
             bytes.extend_from_slice(&piece[..count]);
             Ok(())
@@ -149,22 +149,22 @@ fn receive(
         Err(error) if [ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&error.kind()) => {
             Err(late())
         }
-        Err(_) => Err(HttpResponse::refusal(400, "the request is not whole")),
+        Err(_) => Err(HttpResponse::with_text(400, "the request is not whole")),
     }
 }
 
 /// Parses the head of a request: its first line and its headers. Returns the request without its
 /// body, the length of the head and the length of the body in bytes, or `None` while the head is
 /// incomplete.
-fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpResponse> {
-    let wrong = |reason: &str| HttpResponse::refusal(400, reason);
+fn parse_head(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpResponse> {
+    let wrong = |reason: &str| HttpResponse::with_text(400, reason);
     let mut headers = [EMPTY_HEADER; MOST_HEADERS];
     let mut parsed = httparse::Request::new(&mut headers);
     let head = match parsed.parse(bytes) {
         Ok(Status::Complete(head)) => head,
         Ok(Status::Partial) => return Ok(None),
         Err(httparse::Error::TooManyHeaders) => {
-            return Err(HttpResponse::refusal(
+            return Err(HttpResponse::with_text(
                 431,
                 "the request has too many headers",
             ));
@@ -172,7 +172,7 @@ fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpRespon
         Err(error) => return Err(wrong(&format!("this is no request: {error}"))),
     };
     if head > MOST_HEAD {
-        return Err(HttpResponse::refusal(431, "the request is too long"));
+        return Err(HttpResponse::with_text(431, "the request is too long"));
     }
     let (path, query) = match parsed.path.unwrap_or_default().split_once('?') {
         Some((path, query)) => (path, query),
@@ -194,7 +194,7 @@ fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpRespon
         match header.name.to_ascii_lowercase().as_str() {
             "host" => (request.host, hosts) = (text()?, hosts + 1),
             "origin" => request.origin = Some(text()?),
-            "sec-fetch-site" => request.site = Some(text()?),
+            "sec-fetch-site" => request.fetch_site = Some(text()?),
             // The length of a body must be unambiguous: a proxy and this server must agree on the
             // end of a request.
             "transfer-encoding" => return Err(wrong("a body of unknown length is not read")),
@@ -224,11 +224,11 @@ mod tests {
     #[test]
     fn requests_are_read_or_refused() {
         let status = |text: &str| {
-            parse(text.as_bytes())
+            parse_head(text.as_bytes())
                 .map(|parsed| parsed.is_some())
                 .map_err(|refusal| refusal.status)
         };
-        let Ok(Some((request, head, length))) = parse(
+        let Ok(Some((request, head, length))) = parse_head(
             b"POST /a/b?c=d HTTP/1.1\r\nhost: x:1\r\nOrigin: y\r\nContent-Length: 2\r\n\r\nok",
         ) else {
             panic!("a request")
@@ -291,7 +291,7 @@ mod tests {
             (503, "Service Unavailable"),
         ];
         for (status, phrase) in phrases {
-            assert_eq!(reason(status), phrase);
+            assert_eq!(reason_phrase(status), phrase);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! `view`: a page on the loopback interface that shows a scene while it renders.
 //!
 //! A thread computes (`worker`). It takes the page's latest request, which is a set of flags, and
-//! does only the work that the request needs (`subject`). It shows a coarse preview at once, and
+//! does only the work that the request needs (`viewed_scene`). It shows a coarse preview at once, and
 //! then renders in slices of time (`progress`). Other threads serve HTTP requests (`server`,
 //! `http`). All threads communicate through `shared` only.
 
@@ -13,7 +13,7 @@ mod save;
 mod server;
 mod shared;
 mod status;
-mod subject;
+mod viewed_scene;
 mod worker;
 
 use std::process::{Command, Stdio};
@@ -23,18 +23,18 @@ use std::thread;
 use crate::args::ViewerArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
-use crate::threads::{Threads, refused};
-use crate::{interrupt, origin, scene_input, words};
-use flags::CommandLine;
-use server::Server;
+use crate::threads::{Threads, thread_start_failure};
+use crate::{command_words, interrupt, origin, scene_input};
+use flags::ViewCommand;
+use server::ViewServer;
 use shared::{SharedView, ViewRequest};
-use worker::Worker;
+use worker::ViewWorker;
 
 /// Runs `view`: serves the page until it has been closed for the time of `--linger`, or until
 /// Ctrl-C.
 pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let scene = match args.render.scenes.as_slice() {
-        [] => scene_input::unnamed()?,
+        [] => scene_input::default_scene_name()?,
         [scene] if scene == "-" => {
             return Err(Failure::new(
                 Exit::Usage,
@@ -48,21 +48,23 @@ pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
         }
     };
     let (stop, threads) = (
-        interrupt::flag()?,
+        interrupt::install_stop_flag()?,
         Threads::new(args.render.machine.threads)?,
     );
-    let (line, flags) =
-        CommandLine::of_program(scene.clone(), words::with_command(origin::words().to_vec()));
+    let (command, flags) = ViewCommand::from_program(
+        scene.clone(),
+        command_words::insert_command(origin::run_arguments().to_vec()),
+    );
     let shared = Arc::new(SharedView::default());
-    shared.wish(ViewRequest {
+    shared.submit_request(ViewRequest {
         flags,
         ..ViewRequest::default()
     });
-    let mut worker = Worker::new(scene, line, shared.clone(), threads, stop);
-    worker.watches = args.watch;
+    let mut worker = ViewWorker::new(scene, command, shared.clone(), threads, stop);
+    worker.watches_files = args.watch;
     worker.linger = (!args.keep).then_some(args.linger);
-    worker.begin()?;
-    let server = Server::start(args.port, shared).map_err(|cause| {
+    worker.load_first()?;
+    let server = ViewServer::start(args.port, shared).map_err(|cause| {
         Failure::new(
             Exit::Failed,
             format_args!(
@@ -74,19 +76,19 @@ pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let address = server.address();
     thread::Builder::new()
         .spawn(move || server.serve())
-        .map_err(|cause| refused(&cause))?;
+        .map_err(|cause| thread_start_failure(&cause))?;
     console::print(format!("{address}\n"))?;
-    verbosity.say("open this address in a browser; Ctrl-C ends the viewer");
+    verbosity.print("open this address in a browser; Ctrl-C ends the viewer");
     if !args.no_open {
-        open(&address);
+        open_browser(&address);
     }
-    worker.work();
+    worker.run();
     Ok(())
 }
 
 /// Opens the page in the system's browser, if the system has a program for this. The address is
 /// printed in any case.
-fn open(address: &str) {
+fn open_browser(address: &str) {
     let program = if cfg!(target_os = "macos") {
         "open"
     } else {

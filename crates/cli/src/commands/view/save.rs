@@ -6,7 +6,9 @@ use std::path::{Component, Path, PathBuf};
 use raywright_core::RenderOutput;
 use raywright_core::display::Display;
 use raywright_io::InputFiles;
-use raywright_io::output::{Metadata, PictureFormat, write_picture_as, write_unnamed_picture};
+use raywright_io::output::{
+    PictureFormat, PictureMetadata, write_picture_as, write_unnamed_picture,
+};
 
 use super::shared::SaveRequest;
 use crate::commands::render::write;
@@ -14,14 +16,14 @@ use crate::failure::Failure;
 use crate::targets::OutputFiles;
 
 /// Writes the picture under the requested name. Returns an HTTP status and a message for the page.
-pub fn save(
+pub fn save_picture(
     view_request: &SaveRequest,
     rendered: &RenderOutput,
     display: Display,
-    metadata: &Metadata,
+    metadata: &PictureMetadata,
     inputs: &InputFiles,
 ) -> (u16, String) {
-    let Some(path) = plain_name(&view_request.name) else {
+    let Some(path) = parse_plain_name(&view_request.name) else {
         return (
             400,
             "a name is wanted without a folder, such as picture.png".to_owned(),
@@ -35,7 +37,7 @@ pub fn save(
     let mut outputs = OutputFiles::default();
     if let Err(failure) = outputs
         .add(&path, "another name")
-        .and_then(|()| outputs.keep_clear_of(inputs))
+        .and_then(|()| outputs.check_against_inputs(inputs))
     {
         return refused(failure);
     }
@@ -50,7 +52,7 @@ pub fn save(
         Ok(_) if !view_request.replace => return (409, format!("{name} is there already")),
         _ => {}
     }
-    let picture = write::picture(rendered, format, display);
+    let picture = write::select_content(rendered, format, display);
     let written = match view_request.replace {
         true => write_picture_as(&path, format, &picture, display, metadata),
         // A file created after the check is not replaced.
@@ -67,7 +69,7 @@ pub fn save(
 
 /// Converts a name without folder that is valid on every system to a path; `None` for any other
 /// name.
-fn plain_name(name: &str) -> Option<PathBuf> {
+fn parse_plain_name(name: &str) -> Option<PathBuf> {
     let is_odd = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
     if name.len() > 200 || name.starts_with(['.', '-', '~']) || name.contains(is_odd) {
         return None;
@@ -92,9 +94,12 @@ mod tests {
             "", ".", "..", "../a.png", "/a.png", "a/b.png", r"a\b.png", "c:a.png", ".a.png",
             "-a.png", "a\n.png", "~a.png",
         ] {
-            assert_eq!(plain_name(name), None, "{name}");
+            assert_eq!(parse_plain_name(name), None, "{name}");
         }
-        assert_eq!(plain_name("a b-1.png"), Some(PathBuf::from("a b-1.png")));
-        assert_eq!(plain_name(&"a".repeat(201)), None);
+        assert_eq!(
+            parse_plain_name("a b-1.png"),
+            Some(PathBuf::from("a b-1.png"))
+        );
+        assert_eq!(parse_plain_name(&"a".repeat(201)), None);
     }
 }

@@ -13,23 +13,23 @@ use std::time::Duration;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::flags::CommandLine;
-use super::http::{HttpRequest, HttpResponse, read};
+use super::flags::ViewCommand;
+use super::http::{HttpRequest, HttpResponse, read_request};
 use super::shared::{SaveRequest, SharedView, ViewJob, ViewRequest};
 
 /// Largest number of simultaneous connections.
 const MOST_CONNECTIONS: usize = 32;
 /// Longest wait for a new status, before the page gets the same status again.
-const NEWS: Duration = Duration::from_secs(5);
+const STATUS_TIMEOUT: Duration = Duration::from_secs(5);
 /// Longest wait for a saved file. A denoising in progress may delay the file.
-const SAVING: Duration = Duration::from_secs(120);
+const SAVE_TIMEOUT: Duration = Duration::from_secs(120);
 
 const PAGE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// HTTP server of the viewer's page.
-pub struct Server {
+pub struct ViewServer {
     listener: TcpListener,
     /// Accepted `Host` values: the loopback address and its name, each with the port.
     hosts: [String; 2],
@@ -39,14 +39,14 @@ pub struct Server {
 
 /// Generates a random token of 128 bits. The standard library keys its hash function with random
 /// numbers of the system, and hash values of different inputs do not reveal one another.
-fn token() -> String {
+fn generate_token() -> String {
     let keyed = RandomState::new();
     (0..2)
         .map(|half: u8| format!("{:016x}", keyed.hash_one(half)))
         .collect()
 }
 
-impl Server {
+impl ViewServer {
     /// Opens the server's port on the loopback interface; port 0 selects a free port.
     pub fn start(port: u16, shared: Arc<SharedView>) -> io::Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
@@ -54,7 +54,7 @@ impl Server {
         Ok(Self {
             listener,
             hosts: ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}")),
-            token: token(),
+            token: generate_token(),
             shared,
         })
     }
@@ -77,12 +77,12 @@ impl Server {
             if busy.fetch_add(1, Ordering::Relaxed) >= MOST_CONNECTIONS {
                 busy.fetch_sub(1, Ordering::Relaxed);
                 // A failed write means that the browser closed the connection.
-                let _ = HttpResponse::refusal(503, "too many connections").send(&mut stream);
+                let _ = HttpResponse::with_text(503, "too many connections").send(&mut stream);
                 continue;
             }
             let (server, own) = (server.clone(), busy.clone());
             let respond = move || {
-                server.answer_request(&mut stream);
+                server.handle_connection(&mut stream);
                 own.fetch_sub(1, Ordering::Relaxed);
             };
             if thread::Builder::new().spawn(respond).is_err() {
@@ -91,8 +91,8 @@ impl Server {
         }
     }
 
-    fn answer_request(&self, stream: &mut TcpStream) {
-        let response = match read(stream) {
+    fn handle_connection(&self, stream: &mut TcpStream) {
+        let response = match read_request(stream) {
             Ok(request) => self.respond(&request),
             Err(refusal) => refusal,
         };
@@ -111,7 +111,7 @@ impl Server {
         };
         let is_read = request.method == "GET";
         if !self.hosts.contains(&request.host) {
-            return HttpResponse::refusal(403, "this is not the host that is meant");
+            return HttpResponse::with_text(403, "this is not the host that is meant");
         }
         if request
             .origin
@@ -119,16 +119,16 @@ impl Server {
             .is_some_and(|origin| !is_own(origin))
             || !is_read && request.origin.is_none()
         {
-            return HttpResponse::refusal(403, "pages of other sites are not answered");
+            return HttpResponse::with_text(403, "pages of other sites are not answered");
         }
-        let site = request.site.as_deref().unwrap_or("none");
+        let site = request.fetch_site.as_deref().unwrap_or("none");
         let Some(path) = request
             .path
             .strip_prefix('/')
             .and_then(|path| path.split_once('/'))
             .filter(|(token, _)| self.is_token(token))
         else {
-            return HttpResponse::refusal(
+            return HttpResponse::with_text(
                 403,
                 "the address is not that of the page: take the one that the program printed",
             );
@@ -136,19 +136,19 @@ impl Server {
         // A link on another site may open the page, if it contains the token; every other request
         // must come from the page itself.
         if !(["same-origin", "none"].contains(&site) || is_read && path.1.is_empty()) {
-            return HttpResponse::refusal(403, "pages of other sites are not answered");
+            return HttpResponse::with_text(403, "pages of other sites are not answered");
         }
         match (request.method.as_str(), path.1) {
             ("GET", "") => HttpResponse::with_body("text/html; charset=utf-8", PAGE),
             ("GET", "page.css") => HttpResponse::with_body("text/css; charset=utf-8", STYLE),
             ("GET", "page.js") => HttpResponse::with_body("text/javascript; charset=utf-8", SCRIPT),
-            ("GET", "status") => self.status(&request.query),
-            ("GET", "picture") => self.picture(),
-            ("POST", "wish") => self.wish(&request.body),
-            ("POST", "save") => self.save(&request.body),
-            ("POST", "measure") => self.measure(),
-            ("GET" | "POST", _) => HttpResponse::refusal(404, "there is no such thing here"),
-            _ => HttpResponse::refusal(405, "GET and POST are known"),
+            ("GET", "status") => self.respond_status(&request.query),
+            ("GET", "picture") => self.respond_picture(),
+            ("POST", "wish") => self.accept_view_request(&request.body),
+            ("POST", "save") => self.queue_save(&request.body),
+            ("POST", "measure") => self.queue_measurement(),
+            ("GET" | "POST", _) => HttpResponse::with_text(404, "there is no such thing here"),
+            _ => HttpResponse::with_text(405, "GET and POST are known"),
         }
     }
 
@@ -163,22 +163,24 @@ impl Server {
 
     /// Returns the viewer's status as soon as its number differs from the number in the query, or
     /// after a time limit.
-    fn status(&self, query: &str) -> HttpResponse {
+    fn respond_status(&self, query: &str) -> HttpResponse {
         let reported = query
             .strip_prefix("after=")
             .and_then(|number| number.parse().ok())
             .unwrap_or(0);
-        self.shared.hear();
+        self.shared.record_page_request();
         HttpResponse::with_body(
             "application/json",
-            self.shared.status_after(reported, NEWS).as_bytes(),
+            self.shared
+                .status_after(reported, STATUS_TIMEOUT)
+                .as_bytes(),
         )
     }
 
     /// Returns the picture as bytes, with its number, its size and the edge of its pixels in a
     /// header.
-    fn picture(&self) -> HttpResponse {
-        let frame = self.shared.frame();
+    fn respond_picture(&self) -> HttpResponse {
+        let frame = self.shared.current_frame();
         let [width, height] = frame.size;
         let headers = format!(
             "X-Picture: {} {width} {height} {}\r\n",
@@ -190,46 +192,46 @@ impl Server {
         }
     }
 
-    fn wish(&self, body: &[u8]) -> HttpResponse {
-        let view_request: ViewRequest = match parsed(body) {
+    fn accept_view_request(&self, body: &[u8]) -> HttpResponse {
+        let view_request: ViewRequest = match parse_json(body) {
             Ok(view_request) => view_request,
             Err(refusal) => return refusal,
         };
-        match CommandLine::check(&view_request.flags) {
+        match ViewCommand::check_page_flags(&view_request.flags) {
             Ok(()) => HttpResponse::with_body(
                 "application/json",
-                json!({ "wish": self.shared.wish(view_request) }).to_string(),
+                json!({ "wish": self.shared.submit_request(view_request) }).to_string(),
             ),
-            Err(failure) => HttpResponse::refusal(400, &failure.message),
+            Err(failure) => HttpResponse::with_text(400, &failure.message),
         }
     }
 
-    fn save(&self, body: &[u8]) -> HttpResponse {
-        let view_request: SaveRequest = match parsed(body) {
+    fn queue_save(&self, body: &[u8]) -> HttpResponse {
+        let view_request: SaveRequest = match parse_json(body) {
             Ok(view_request) => view_request,
             Err(refusal) => return refusal,
         };
-        let (tell, hear) = sync_channel(1);
-        if !self.shared.add_job(ViewJob::Save(view_request, tell)) {
-            return HttpResponse::refusal(503, "too much is being done");
+        let (sender, receiver) = sync_channel(1);
+        if !self.shared.add_job(ViewJob::Save(view_request, sender)) {
+            return HttpResponse::with_text(503, "too much is being done");
         }
-        match hear.recv_timeout(SAVING) {
-            Ok((status, text)) => HttpResponse::refusal(status, &text),
-            Err(_) => HttpResponse::refusal(503, "the file is not written yet"),
+        match receiver.recv_timeout(SAVE_TIMEOUT) {
+            Ok((status, text)) => HttpResponse::with_text(status, &text),
+            Err(_) => HttpResponse::with_text(503, "the file is not written yet"),
         }
     }
 
-    fn measure(&self) -> HttpResponse {
+    fn queue_measurement(&self) -> HttpResponse {
         match self.shared.add_job(ViewJob::Measure) {
             true => HttpResponse::with_body("application/json", "{}"),
-            false => HttpResponse::refusal(503, "too much is being done"),
+            false => HttpResponse::with_text(503, "too much is being done"),
         }
     }
 }
 
-fn parsed<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, HttpResponse> {
+fn parse_json<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, HttpResponse> {
     serde_json::from_slice(body)
-        .map_err(|error| HttpResponse::refusal(400, &format!("this is not understood: {error}")))
+        .map_err(|error| HttpResponse::with_text(400, &format!("this is not understood: {error}")))
 }
 
 #[cfg(test)]
@@ -239,7 +241,7 @@ mod tests {
     /// Protects: two programs have different tokens of 128 bits.
     #[test]
     fn tokens_differ() {
-        let [one, other] = [token(), token()];
+        let [one, other] = [generate_token(), generate_token()];
         assert!(
             one != other && one.len() == 32 && one[..16] != one[16..],
             "{one} {other}"
@@ -250,7 +252,7 @@ mod tests {
     /// served; a link reaches only the page itself.
     #[test]
     fn others_are_refused() {
-        let server = Server::start(0, Arc::default()).expect("a port that is free");
+        let server = ViewServer::start(0, Arc::default()).expect("a port that is free");
         let (host, path) = (server.hosts[0].clone(), format!("/{}/", server.token));
         let requested = |change: &dyn Fn(&mut HttpRequest)| {
             let mut request = HttpRequest {
@@ -285,14 +287,14 @@ mod tests {
             200
         );
         assert_eq!(
-            requested(&|request| request.site = Some("cross-site".into())),
+            requested(&|request| request.fetch_site = Some("cross-site".into())),
             200
         );
         for word in ["page.js", "picture"] {
             assert_eq!(requested(&|request| request.path.push_str(word)), 200);
             let elsewhere = |request: &mut HttpRequest| {
                 request.path.push_str(word);
-                request.site = Some("cross-site".into());
+                request.fetch_site = Some("cross-site".into());
             };
             assert_eq!(requested(&elsewhere), 403);
         }

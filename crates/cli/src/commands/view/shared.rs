@@ -68,51 +68,51 @@ pub struct SharedView {
 struct SharedState {
     view_request: ViewRequest,
     /// Number of requests of the page so far; the current request has this number.
-    wished: u64,
+    request_count: u64,
     jobs: VecDeque<ViewJob>,
     frame: Arc<ViewFrame>,
     /// Status of the viewer as JSON, and number of the status.
     status: Arc<String>,
-    reported: u64,
+    status_number: u64,
     /// Number of pages that wait for a new status, and time of the last HTTP request of any page.
-    waiting: usize,
-    heard: Option<Instant>,
+    waiting_pages: usize,
+    last_page_request: Option<Instant>,
 }
 
 /// Largest number of waiting jobs.
 const MOST_JOBS: usize = 4;
 
 impl SharedView {
-    fn state(&self) -> MutexGuard<'_, SharedState> {
+    fn lock_state(&self) -> MutexGuard<'_, SharedState> {
         self.state
             .lock()
             .unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     /// Replaces the page's current request. Returns the number of the new request.
-    pub fn wish(&self, view_request: ViewRequest) -> u64 {
-        let mut state = self.state();
-        (state.view_request, state.wished) = (view_request, state.wished + 1);
+    pub fn submit_request(&self, view_request: ViewRequest) -> u64 {
+        let mut state = self.lock_state();
+        (state.view_request, state.request_count) = (view_request, state.request_count + 1);
         self.changed.notify_all();
-        state.wished
+        state.request_count
     }
 
     /// Returns the page's current request with its number; `None` if that is `number`.
-    pub fn wish_after(&self, number: u64) -> Option<(u64, ViewRequest)> {
-        let state = self.state();
-        (state.wished != number).then(|| (state.wished, state.view_request.clone()))
+    pub fn request_after(&self, number: u64) -> Option<(u64, ViewRequest)> {
+        let state = self.lock_state();
+        (state.request_count != number).then(|| (state.request_count, state.view_request.clone()))
     }
 
     /// Whether a newer request than number `wish`, or a job, is waiting.
-    pub fn is_interrupted(&self, wish: u64) -> bool {
-        let state = self.state();
-        state.wished != wish || !state.jobs.is_empty()
+    pub fn has_newer_work(&self, wish: u64) -> bool {
+        let state = self.lock_state();
+        state.request_count != wish || !state.jobs.is_empty()
     }
 
     /// Adds a job for the computing thread. Returns false, without adding it, if too many jobs are
     /// waiting.
     pub fn add_job(&self, job: ViewJob) -> bool {
-        let mut state = self.state();
+        let mut state = self.lock_state();
         let has_room = state.jobs.len() < MOST_JOBS;
         if has_room {
             state.jobs.push_back(job);
@@ -123,56 +123,63 @@ impl SharedView {
 
     /// Removes and returns the job that has waited longest.
     pub fn take_job(&self) -> Option<ViewJob> {
-        self.state().jobs.pop_front()
+        self.lock_state().jobs.pop_front()
     }
 
     /// Blocks until a newer request than number `wish` or a job arrives, at most for `time`.
     pub fn wait_for_work(&self, wish: u64, time: Duration) {
-        let is_idle = |state: &mut SharedState| state.wished == wish && state.jobs.is_empty();
-        drop(self.changed.wait_timeout_while(self.state(), time, is_idle));
+        let is_idle =
+            |state: &mut SharedState| state.request_count == wish && state.jobs.is_empty();
+        drop(
+            self.changed
+                .wait_timeout_while(self.lock_state(), time, is_idle),
+        );
     }
 
     /// Publishes a new picture, if any, and a new status. `status` formats the status, given its
     /// number and the picture's number.
-    pub fn show(&self, frame: Option<ViewFrame>, status: impl FnOnce(u64, u64) -> String) {
-        let mut state = self.state();
+    pub fn publish(&self, frame: Option<ViewFrame>, status: impl FnOnce(u64, u64) -> String) {
+        let mut state = self.lock_state();
         if let Some(frame) = frame {
             let number = state.frame.number + 1;
             state.frame = Arc::new(ViewFrame { number, ..frame });
         }
-        state.reported += 1;
-        state.status = Arc::new(status(state.reported, state.frame.number));
+        state.status_number += 1;
+        state.status = Arc::new(status(state.status_number, state.frame.number));
         self.changed.notify_all();
     }
 
     /// Returns the displayed picture.
-    pub fn frame(&self) -> Arc<ViewFrame> {
-        self.state().frame.clone()
+    pub fn current_frame(&self) -> Arc<ViewFrame> {
+        self.lock_state().frame.clone()
     }
 
     /// Returns the status as soon as its number differs from `reported`, or the unchanged status
     /// after `time`.
     pub fn status_after(&self, reported: u64, time: Duration) -> Arc<String> {
-        let mut state = self.state();
-        state.waiting += 1;
+        let mut state = self.lock_state();
+        state.waiting_pages += 1;
         let waited = self
             .changed
-            .wait_timeout_while(state, time, |state| state.reported == reported);
+            .wait_timeout_while(state, time, |state| state.status_number == reported);
         let (mut state, _) = waited.unwrap_or_else(|poisoned| poisoned.into_inner());
-        state.waiting -= 1;
-        state.heard = Some(Instant::now());
+        state.waiting_pages -= 1;
+        state.last_page_request = Some(Instant::now());
         state.status.clone()
     }
 
     /// Records the time of an HTTP request of a page.
-    pub fn hear(&self) {
-        self.state().heard = Some(Instant::now());
+    pub fn record_page_request(&self) {
+        self.lock_state().last_page_request = Some(Instant::now());
     }
 
     /// Whether a page was open and no page has sent an HTTP request for the time `linger`.
     pub fn is_abandoned(&self, linger: Duration) -> bool {
-        let state = self.state();
-        state.waiting == 0 && state.heard.is_some_and(|heard| heard.elapsed() >= linger)
+        let state = self.lock_state();
+        state.waiting_pages == 0
+            && state
+                .last_page_request
+                .is_some_and(|heard| heard.elapsed() >= linger)
     }
 }
 
@@ -185,7 +192,7 @@ mod tests {
     fn a_viewer_ends_after_its_pages() {
         let shared = SharedView::default();
         assert!(!shared.is_abandoned(Duration::ZERO));
-        shared.hear();
+        shared.record_page_request();
         assert!(
             shared.is_abandoned(Duration::ZERO) && !shared.is_abandoned(Duration::from_secs(60))
         );
@@ -196,13 +203,13 @@ mod tests {
     #[test]
     fn news_come_at_once() {
         let shared = SharedView::default();
-        shared.show(None, |reported, _| format!("told {reported}"));
+        shared.publish(None, |reported, _| format!("told {reported}"));
         assert_eq!(
             shared.status_after(0, Duration::from_secs(3600)).as_str(),
             "told 1"
         );
-        let [first, second] = [(); 2].map(|()| shared.wish(ViewRequest::default()));
-        assert!(first != second && shared.is_interrupted(first) && !shared.is_interrupted(second));
-        assert!(shared.wish_after(first).is_some() && shared.wish_after(second).is_none());
+        let [first, second] = [(); 2].map(|()| shared.submit_request(ViewRequest::default()));
+        assert!(first != second && shared.has_newer_work(first) && !shared.has_newer_work(second));
+        assert!(shared.request_after(first).is_some() && shared.request_after(second).is_none());
     }
 }

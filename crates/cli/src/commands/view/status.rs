@@ -10,7 +10,7 @@ use raywright_io::SceneFormat;
 use serde::Serialize;
 
 use super::flags::Flag;
-use super::subject::ViewedScene;
+use super::viewed_scene::ViewedScene;
 use crate::origin;
 
 /// Status of the viewer, which the page's script reads as JSON by these names of fields.
@@ -110,22 +110,22 @@ pub struct EffectSwitch {
 
 /// Length in seconds that the page offers for a scene file with time expressions, which states no
 /// length.
-const SECONDS: f64 = 10.0;
+const DEFAULT_LENGTH: f64 = 10.0;
 
 impl SceneStatus {
     /// Collects the contents of the displayed scene.
-    pub fn of(subject: &ViewedScene) -> Self {
+    pub fn from_scene(subject: &ViewedScene) -> Self {
         let ViewedScene { loaded, plan, .. } = subject;
         let contents = &loaded.contents;
-        let moves = match loaded.source.format {
+        let animation_seconds = match loaded.source.format {
             SceneFormat::Native(_) => loaded
                 .source
                 .text
                 .as_deref()
                 .is_some_and(mentions_time)
-                .then_some(SECONDS),
+                .then_some(DEFAULT_LENGTH),
             _ => contents
-                .seconds(subject.options().model.animation.as_deref())
+                .animation_seconds(subject.options().model.animation.as_deref())
                 .filter(|seconds| *seconds > 0.0),
         };
         Self {
@@ -145,10 +145,13 @@ impl SceneStatus {
                 .collect(),
             parameters: loaded.scene.parameters.clone(),
             at: subject.options().overrides.time.unwrap_or(loaded.scene.t),
-            seconds: moves,
-            camera: CameraStatus::of(plan.settings.camera.as_ref(), subject.reach),
+            seconds: animation_seconds,
+            camera: CameraStatus::from_camera(
+                plan.settings.camera.as_ref(),
+                subject.bounding_sphere,
+            ),
             exposure: plan.display.exposure_stops,
-            tonemap: origin::name(&plan.display.tone_map),
+            tonemap: origin::variant_name(&plan.display.tone_map),
             denoise: plan.settings.denoise,
             notes: loaded
                 .warnings
@@ -174,7 +177,7 @@ fn mentions_time(text: &str) -> bool {
 impl CameraStatus {
     /// Converts a camera to eye, target and up vector. A camera given by its axes has no target;
     /// its target is placed at the distance of the scene's centre.
-    fn of(camera: Option<&Camera>, (middle, radius): ([f64; 3], f64)) -> Self {
+    fn from_camera(camera: Option<&Camera>, (middle, radius): ([f64; 3], f64)) -> Self {
         let Some(camera) = camera else {
             return Self {
                 eye: [0.0, 0.0, 1.0],
@@ -245,7 +248,10 @@ impl CameraStatus {
 
 /// Lists the effects of a scene for the page: all that are simulated, left out or can be switched
 /// off.
-pub fn switches(report: &EffectReport, costs: &BTreeMap<String, f64>) -> Vec<EffectSwitch> {
+pub fn list_effect_switches(
+    report: &EffectReport,
+    costs: &BTreeMap<String, f64>,
+) -> Vec<EffectSwitch> {
     let shown = report
         .effects
         .iter()

@@ -1,14 +1,16 @@
 //! Errors of a tile from a reference that is itself wrong.
 
 use super::*;
-use crate::hash::mix;
-use crate::scene::Render;
+use crate::hash::splitmix64;
+use crate::scene::RenderSettings;
 
 const SIZE: [u32; 2] = [64, 64];
 
 /// A picture of 0.5 with normal noise and an offset.
 fn noisy(seed: u64, sigma: f64, offset: f64) -> Picture {
-    let uniform = |k: usize, i: usize| mix(seed ^ mix((16 * k + i) as u64)) as f64 / 2_f64.powi(64);
+    let uniform = |k: usize, i: usize| {
+        splitmix64(seed ^ splitmix64((16 * k + i) as u64)) as f64 / 2_f64.powi(64)
+    };
     let mut picture = Picture::new(SIZE[0], SIZE[1]);
     for (k, value) in picture.rgb.iter_mut().flatten().enumerate() {
         // Twelve uniform numbers less six: variance 1.
@@ -19,20 +21,20 @@ fn noisy(seed: u64, sigma: f64, offset: f64) -> Picture {
 }
 
 fn display() -> Display {
-    Display::from_render(&Render::default())
+    Display::from_render(&RenderSettings::default())
 }
 
-fn truth(sigma: f64) -> TruthTile {
+fn truth(sigma: f64) -> ReferenceTile {
     let means: Vec<MeanVariance> = noisy(99, sigma, 0.0)
         .rgb
         .iter()
         .map(|rgb| [rgb.map(f64::from), [sigma * sigma; 3]])
         .collect();
-    TruthTile::new(SIZE, &means, display())
+    ReferenceTile::new(SIZE, &means, display())
 }
 
 fn judged(sigma: f64, renders: &[Picture], by_chance: bool) -> TileErrors {
-    truth(sigma).judge(renders, by_chance, &[], display())
+    truth(sigma).measure_errors(renders, by_chance, &[], display())
 }
 
 /// Root of a mean over pixels.
@@ -59,9 +61,9 @@ fn a_noisy_reference_is_seen_through() {
     let errors = judged(0.005, &renders, true);
     near(root(&errors.relative), 0.05 / 0.26_f64.sqrt(), 0.02);
     near(root(&errors.bias), 0.03 / 0.26_f64.sqrt(), 0.02);
-    near((truth(0.05).variance() / 4096.0).sqrt(), 0.05, 1e-6);
+    near((truth(0.05).summed_variance() / 4096.0).sqrt(), 0.05, 1e-6);
     assert_eq!(
-        (errors.squared.len(), truth(0.0).blocks()),
+        (errors.squared.len(), truth(0.0).block_pixel_counts()),
         (64, vec![64.0; 64])
     );
 }
@@ -76,7 +78,7 @@ fn no_error_is_lost_in_noise() {
             .iter()
             .sum::<f64>()
     };
-    let doubt = truth(0.05).doubt.sqrt();
+    let doubt = truth(0.05).error_variance.sqrt();
     assert!(
         sum(0.0).abs() < 2.0 * doubt && sum(0.02) > 4.0 * doubt,
         "{} and {} of {doubt}",
@@ -99,12 +101,14 @@ fn pairs_share_their_noise() {
             .map(|seed| noisy(seed, 0.5, offset))
             .collect::<Vec<_>>()
     });
-    let errors = truth(0.0).judge(&other, true, &own, display());
-    near((errors.alone[0] / 4096.0).sqrt(), 0.01, 1e-4);
-    near(errors.alone[1] / 4096.0, 1e-4 / 0.26, 1e-3);
-    near(errors.light, truth(0.0).light() * 1.02, 0.02);
+    let errors = truth(0.0).measure_errors(&other, true, &own, display());
+    near((errors.paired_difference[0] / 4096.0).sqrt(), 0.01, 1e-4);
+    near(errors.paired_difference[1] / 4096.0, 1e-4 / 0.26, 1e-3);
+    near(errors.light, truth(0.0).total_radiance() * 1.02, 0.02);
     assert_eq!(
-        truth(0.0).judge(&own, true, &own, display()).alone,
+        truth(0.0)
+            .measure_errors(&own, true, &own, display())
+            .paired_difference,
         [0.0; 2]
     );
 }

@@ -3,9 +3,9 @@
 
 use super::super::estimate::{ConfidenceInterval, SettingErrors};
 use super::super::report::MeasuredSetting;
-use super::super::setting::Setting;
-use super::super::tiles::{TileShare, ratio};
-use super::{Measurements, SettingFigures, TileFigures};
+use super::super::setting::RungSetting;
+use super::super::tiles::{RatioTerm, ratio_interval};
+use super::{Measurements, SettingMeasurements, TileMeasurement};
 use crate::ladder::Ladder;
 
 /// Largest ratio of the bias of the scene's own rungs to a squared error estimated from the pilots.
@@ -25,27 +25,27 @@ impl Measurements<'_> {
     /// Estimates the ratio of two totals over the whole picture from the first `count` tiles.
     /// `value_of` returns the terms of numerator and denominator of a tile. `doubtful` is whether
     /// the reference's noise affects the numerator.
-    fn total<'b>(
+    fn estimate_ratio<'b>(
         &'b self,
         count: usize,
         doubtful: bool,
         value_of: impl Fn(usize) -> (&'b [f64], &'b [f64]),
     ) -> ConfidenceInterval {
-        let chances = self.sample.chances(count);
+        let chances = self.sample.inclusion_probabilities(count);
         let share = |(position, chance): (usize, f64)| {
             let (above, below) = value_of(position);
-            TileShare {
-                chance,
-                above,
-                below,
-                doubt: if doubtful {
-                    self.truths[position].doubt
+            RatioTerm {
+                inclusion_probability: chance,
+                numerator: above,
+                denominator: below,
+                reference_variance: if doubtful {
+                    self.reference_tiles[position].error_variance
                 } else {
                     0.0
                 },
             }
         };
-        ratio(
+        ratio_interval(
             &chances
                 .into_iter()
                 .enumerate()
@@ -56,22 +56,31 @@ impl Measurements<'_> {
 
     /// Estimates a mean over all pixels of the picture from sums over tiles. `value_of` returns one
     /// sum per tile, or one per block of a tile.
-    fn mean(&self, count: usize, value_of: impl Fn(usize) -> Vec<f64>) -> ConfidenceInterval {
-        self.weighted(count, false, value_of, |_| 1.0)
+    fn estimate_mean(
+        &self,
+        count: usize,
+        value_of: impl Fn(usize) -> Vec<f64>,
+    ) -> ConfidenceInterval {
+        self.estimate_weighted_mean(count, false, value_of, |_| 1.0)
     }
 
     /// Estimates the mean of an error over all pixels of the picture. The denominator counts the
     /// pixels that a tile represents, because errors grow with the noise by which tiles are drawn.
-    fn error(&self, count: usize, value_of: impl Fn(usize) -> Vec<f64>) -> ConfidenceInterval {
+    fn estimate_mean_error(
+        &self,
+        count: usize,
+        value_of: impl Fn(usize) -> Vec<f64>,
+    ) -> ConfidenceInterval {
         let weight = |position: usize| {
-            self.sample.weight(position) / self.sample.grid.pixels(self.sample.order[position].tile)
+            self.sample.represented_pixels(position)
+                / self.sample.grid.pixels(self.sample.passes[position].tile)
         };
-        self.weighted(count, true, value_of, weight)
+        self.estimate_weighted_mean(count, true, value_of, weight)
     }
 
     /// Estimates a mean over all pixels of the picture, in which `weight` multiplies the pixels of
     /// a tile in the denominator.
-    fn weighted(
+    fn estimate_weighted_mean(
         &self,
         count: usize,
         doubtful: bool,
@@ -80,29 +89,35 @@ impl Measurements<'_> {
     ) -> ConfidenceInterval {
         let sums: Vec<Vec<f64>> = (0..count).map(value_of).collect();
         let pixels = |position: usize| match sums[position].len() {
-            1 => vec![weight(position) * self.sample.grid.pixels(self.sample.order[position].tile)],
-            _ => self.truths[position]
-                .blocks()
+            1 => {
+                vec![weight(position) * self.sample.grid.pixels(self.sample.passes[position].tile)]
+            }
+            _ => self.reference_tiles[position]
+                .block_pixel_counts()
                 .iter()
                 .map(|pixels| weight(position) * pixels)
                 .collect(),
         };
         let pixels: Vec<Vec<f64>> = (0..count).map(pixels).collect();
-        self.total(count, doubtful, |position| {
+        self.estimate_ratio(count, doubtful, |position| {
             (&sums[position], &pixels[position])
         })
     }
 
     /// Returns time and error of a setting, and the ratio of its time to the time of the setting
     /// `beside`; `None` if the setting was not measured.
-    pub fn measured(&self, setting: &Setting, beside: &Setting) -> Option<MeasuredSetting> {
-        let figures = self.figures(setting)?;
+    pub fn summarise_setting(
+        &self,
+        setting: &RungSetting,
+        beside: &RungSetting,
+    ) -> Option<MeasuredSetting> {
+        let figures = self.find_setting_measurements(setting)?;
         let count = figures.tiles.len();
         let errors = |position: usize| &figures.tiles[position].errors;
         let has_bias = (0..count).all(|position| !errors(position).bias.is_empty());
         let looked = self
             .sample
-            .order
+            .passes
             .iter()
             .map(|pilot_pass| pilot_pass.seconds)
             .sum::<f64>()
@@ -112,18 +127,18 @@ impl Measurements<'_> {
         let rounds = figures.tiles.first().map_or(1, |tile| tile.seconds.len());
         let looks: Vec<Vec<f64>> = self
             .sample
-            .order
+            .passes
             .iter()
             .map(|pilot_pass| vec![pilot_pass.seconds / rounds as f64; rounds])
             .collect();
         let looks = |position: usize| -> &[f64] { &looks[position] };
-        let seconds = self.total(count, false, |position| {
+        let seconds = self.estimate_ratio(count, false, |position| {
             (&figures.tiles[position].seconds, looks(position))
         });
-        let [relmse, mse] = self.errors(figures);
+        let [relmse, mse] = self.mean_squared_errors(figures);
         let size = self.sample.grid.size.map(f64::from);
         let rays = self
-            .mean(count, |position| vec![figures.tiles[position].rays])
+            .estimate_mean(count, |position| vec![figures.tiles[position].rays])
             .value
             * size[0]
             * size[1];
@@ -131,37 +146,43 @@ impl Measurements<'_> {
             tiles: count,
             renders: figures.rounds as usize,
             seconds: seconds
-                .map(|ratio| ratio * looked / self.sample.most() as f64)
-                .times(&self.own_drift(figures)),
+                .map(|ratio| ratio * looked / self.sample.drawable_tile_count() as f64)
+                .multiply(&self.setting_drift(figures)),
             ratio: self
-                .relative(setting, beside)
-                .map_or(ConfidenceInterval::exact(f64::NAN), |cost| cost.time),
+                .relative_cost(setting, beside)
+                .map_or(ConfidenceInterval::from_exact(f64::NAN), |cost| cost.time),
             rays: rays.round() as u64,
             errors: SettingErrors {
                 rmse: mse.map(f64::sqrt),
                 relmse,
-                bias: has_bias.then(|| self.error(count, |position| errors(position).bias.clone())),
-                light: self.light(setting)?,
+                bias: has_bias.then(|| {
+                    self.estimate_mean_error(count, |position| errors(position).bias.clone())
+                }),
+                light: self.radiance_ratio(setting)?,
             },
-            flip: self.mean(count, |position| vec![errors(position).flip]),
+            flip: self.estimate_mean(count, |position| vec![errors(position).flip]),
         })
     }
 
     /// Returns the relative and the absolute mean squared error. They are estimated from tiles, or
     /// from the pilots if that estimate is more precise and the bias of the scene's own rungs is
     /// negligible.
-    fn errors(&self, figures: &SettingFigures) -> [ConfidenceInterval; 2] {
+    fn mean_squared_errors(&self, figures: &SettingMeasurements) -> [ConfidenceInterval; 2] {
         let count = figures.tiles.len();
         let by_tiles = [
-            self.error(count, |position| {
+            self.estimate_mean_error(count, |position| {
                 figures.tiles[position].errors.relative.clone()
             }),
-            self.error(count, |position| {
+            self.estimate_mean_error(count, |position| {
                 figures.tiles[position].errors.squared.clone()
             }),
         ];
-        match self.by_pilots(figures) {
-            Some(by_pilots) if by_pilots[0].relative() < by_tiles[0].relative() => by_pilots,
+        match self.pilot_errors(figures) {
+            Some(by_pilots)
+                if by_pilots[0].relative_half_width() < by_tiles[0].relative_half_width() =>
+            {
+                by_pilots
+            }
             _ => by_tiles,
         }
     }
@@ -169,65 +190,77 @@ impl Measurements<'_> {
     /// Returns the relative and the absolute mean squared error as estimated from the pilots. The
     /// pilots have the bias of the scene's own rungs. `None` if that bias is more than a tenth of
     /// the error, or without pilots.
-    fn by_pilots(&self, figures: &SettingFigures) -> Option<[ConfidenceInterval; 2]> {
+    fn pilot_errors(&self, figures: &SettingMeasurements) -> Option<[ConfidenceInterval; 2]> {
         let whole = figures.whole_errors.as_ref()?;
         let noisy = self
-            .figures(&Setting::default())
+            .find_setting_measurements(&RungSetting::default())
             .filter(|own_figures| !self.is_denoised(&own_figures.setting))?;
         let bias = |position: usize| &noisy.tiles[position].errors.bias;
         let count = noisy.tiles.len();
         let bias = (0..count)
             .all(|position| !bias(position).is_empty())
-            .then(|| self.error(count, |position| bias(position).clone()))?;
+            .then(|| self.estimate_mean_error(count, |position| bias(position).clone()))?;
         let relmse = whole.relmse();
-        let has_bias = !bias.is_lost_in_noise() && bias.value > MOST_BIAS * relmse.value;
+        let has_bias = !bias.includes_zero() && bias.value > MOST_BIAS * relmse.value;
         (!has_bias).then(|| [relmse, whole.mse()])
     }
 
     /// Returns the ratio of the picture's summed radiance to the reference's. If denoising is the
     /// only biased choice of the setting, the noisy picture takes the place of the reference.
-    pub fn light(&self, setting: &Setting) -> Option<ConfidenceInterval> {
-        let figures = self.figures(setting)?;
-        let is_alone =
-            self.is_denoised(setting) && setting.without(Ladder::Reconstruction).is_free_of_bias();
-        if is_alone && !figures.renders.is_empty() {
-            let brightened = figures.renders.iter().map(|render| render.brightened);
-            return Some(ConfidenceInterval::exact(
-                brightened.sum::<f64>() / figures.renders.len() as f64,
+    pub fn radiance_ratio(&self, setting: &RungSetting) -> Option<ConfidenceInterval> {
+        let figures = self.find_setting_measurements(setting)?;
+        let is_alone = self.is_denoised(setting)
+            && setting
+                .without_ladder(Ladder::Reconstruction)
+                .is_free_of_bias();
+        if is_alone && !figures.whole_renders.is_empty() {
+            let brightened = figures
+                .whole_renders
+                .iter()
+                .map(|render| render.light_ratio);
+            return Some(ConfidenceInterval::from_exact(
+                brightened.sum::<f64>() / figures.whole_renders.len() as f64,
             ));
         }
-        let lights: Vec<[[f64; 1]; 2]> = (figures.tiles.iter().zip(&self.truths))
+        let lights: Vec<[[f64; 1]; 2]> = (figures.tiles.iter().zip(&self.reference_tiles))
             .map(|(tile, truth)| {
                 [
                     [tile.errors.light],
                     [if is_alone {
                         tile.noisy_light
                     } else {
-                        truth.light()
+                        truth.total_radiance()
                     }],
                 ]
             })
             .collect();
-        Some(self.total(figures.tiles.len(), false, |position| {
+        Some(self.estimate_ratio(figures.tiles.len(), false, |position| {
             (&lights[position][0], &lights[position][1])
         }))
     }
 
     /// Returns the ratios of time and error of a setting to those of the setting `beside`, from the
     /// tiles on which both were measured; `None` if one of them was not measured.
-    pub fn relative(&self, setting: &Setting, beside: &Setting) -> Option<RelativeCost> {
-        let (each_figures, other) = (self.figures(setting)?, self.figures(beside)?);
+    pub fn relative_cost(
+        &self,
+        setting: &RungSetting,
+        beside: &RungSetting,
+    ) -> Option<RelativeCost> {
+        let (each_figures, other) = (
+            self.find_setting_measurements(setting)?,
+            self.find_setting_measurements(beside)?,
+        );
         if setting == beside {
             return Some(RelativeCost {
-                time: ConfidenceInterval::exact(1.0),
-                error: ConfidenceInterval::exact(1.0),
+                time: ConfidenceInterval::from_exact(1.0),
+                error: ConfidenceInterval::from_exact(1.0),
             });
         }
         let count = each_figures.tiles.len().min(other.tiles.len());
         let rounds = each_figures.rounds.min(other.rounds) as usize;
-        let times = |figures: &SettingFigures| -> Vec<Vec<f64>> {
+        let times = |figures: &SettingMeasurements| -> Vec<Vec<f64>> {
             let factor = figures.rounds as f64 / rounds as f64;
-            let of_tile = |tile: &TileFigures| {
+            let of_tile = |tile: &TileMeasurement| {
                 tile.seconds
                     .iter()
                     .take(rounds)
@@ -238,15 +271,16 @@ impl Measurements<'_> {
         };
         let (own, others) = (times(each_figures), times(other));
         let time = self
-            .total(count, false, |position| (&own[position], &others[position]))
-            .times(&self.relative_drift(each_figures, other));
-        let by_pilots = |each_figures: &SettingFigures| {
-            self.by_pilots(each_figures)
-                .is_some_and(|by_pilots| by_pilots[0] == self.errors(each_figures)[0])
+            .estimate_ratio(count, false, |position| (&own[position], &others[position]))
+            .multiply(&self.relative_drift(each_figures, other));
+        let by_pilots = |each_figures: &SettingMeasurements| {
+            self.pilot_errors(each_figures)
+                .is_some_and(|by_pilots| by_pilots[0] == self.mean_squared_errors(each_figures)[0])
         };
         let error = match by_pilots(each_figures) || by_pilots(other) {
-            true => self.errors(each_figures)[0].over(&self.errors(other)[0]),
-            false => self.total(count, true, |position| {
+            true => self.mean_squared_errors(each_figures)[0]
+                .divide(&self.mean_squared_errors(other)[0]),
+            false => self.estimate_ratio(count, true, |position| {
                 (
                     &each_figures.tiles[position].errors.relative,
                     &other.tiles[position].errors.relative,
@@ -259,11 +293,11 @@ impl Measurements<'_> {
     /// Returns two differences of a setting's pictures to those of the compared setting with the
     /// same random numbers: the root mean squared difference, and the relative mean squared
     /// difference.
-    pub fn alone(&self, setting: &Setting) -> Option<[ConfidenceInterval; 2]> {
-        let figures = self.figures(setting)?;
+    pub fn paired_differences(&self, setting: &RungSetting) -> Option<[ConfidenceInterval; 2]> {
+        let figures = self.find_setting_measurements(setting)?;
         let sum = |i: usize| {
-            self.mean(figures.tiles.len(), |position| {
-                vec![figures.tiles[position].errors.alone[i]]
+            self.estimate_mean(figures.tiles.len(), |position| {
+                vec![figures.tiles[position].errors.paired_difference[i]]
             })
         };
         Some([sum(0).map(f64::sqrt), sum(1)])
@@ -271,9 +305,9 @@ impl Measurements<'_> {
 
     /// Returns the root mean square over the picture of the reference's standard errors, in linear
     /// radiance.
-    pub fn standard_error(&self) -> f64 {
-        self.mean(self.known_tiles(), |position| {
-            vec![self.truths[position].variance()]
+    pub fn reference_standard_error(&self) -> f64 {
+        self.estimate_mean(self.reference_tile_count(), |position| {
+            vec![self.reference_tiles[position].summed_variance()]
         })
         .value
         .sqrt()

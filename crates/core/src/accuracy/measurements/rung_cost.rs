@@ -4,9 +4,9 @@ use std::time::{Duration, Instant};
 
 use super::super::renderer::{TimedRender, UnfinishedRender};
 use super::super::report::RungCost;
-use super::super::setting::Setting;
+use super::super::setting::RungSetting;
 use super::Measurements;
-use crate::bench::Spread;
+use crate::bench::SampleQuantiles;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
@@ -21,37 +21,41 @@ const LEAST_PATIENCE: Duration = Duration::from_secs(1);
 impl Measurements<'_> {
     /// Measures time and memory of a setting whose picture equals the picture of `beside`. Both are
     /// rendered on the first tiles in the same rounds. `None` if the setting takes too long.
-    pub fn rung_cost(
+    pub fn measure_rung_cost(
         &self,
-        setting: &Setting,
-        beside: &Setting,
+        setting: &RungSetting,
+        beside: &RungSetting,
         end: Instant,
     ) -> Result<Option<RungCost>, PrepareError> {
         let tiles = self
             .sample
-            .order
+            .passes
             .iter()
-            .take(PRICE_TILES.min(self.tiles(beside)));
+            .take(PRICE_TILES.min(self.measured_tile_count(beside)));
         let crops: Vec<Crop> = tiles
             .map(|pilot_pass| self.sample.grid.tile(pilot_pass.tile))
             .collect();
         let now = self.renderer.now;
         let own_seconds = self
-            .measured(beside, beside)
+            .summarise_setting(beside, beside)
             .map_or(0.0, |measured| measured.seconds.value);
         let (mut preparing, mut ratios, mut geometry, mut same_bits) =
             (Vec::new(), Vec::new(), 0, true);
         for round in 0..PRICE_ROUNDS {
             let before = now();
-            let Some(renders) =
-                UnfinishedRender::allow(self.renderer.render_parts(beside, &crops, round, end))?
+            let Some(renders) = UnfinishedRender::late_as_none(
+                self.renderer
+                    .prepare_and_render_parts(beside, &crops, round, end),
+            )?
             else {
                 break;
             };
             let timeout = (now() - before).mul_f64(PATIENCE).max(LEAST_PATIENCE);
             let end = end.min(now() + timeout);
-            let Some(others) =
-                UnfinishedRender::allow(self.renderer.render_parts(setting, &crops, round, end))?
+            let Some(others) = UnfinishedRender::late_as_none(
+                self.renderer
+                    .prepare_and_render_parts(setting, &crops, round, end),
+            )?
             else {
                 break;
             };
@@ -61,20 +65,20 @@ impl Measurements<'_> {
                     .map(|render| render.seconds)
                     .sum::<f64>()
             };
-            preparing.extend(others.first().map(|render| render.preparing));
+            preparing.extend(others.first().map(|render| render.preparing_seconds));
             ratios.push(seconds(&others) / seconds(&renders).max(1e-9));
-            geometry = others.first().map_or(0, |render| render.geometry);
+            geometry = others.first().map_or(0, |render| render.geometry_bytes);
             same_bits &= renders
                 .iter()
                 .zip(&others)
                 .all(|(own_render, other)| own_render.picture == other.picture);
         }
-        let [preparing, ratio] =
-            [preparing, ratios].map(|list| (!list.is_empty()).then(|| Spread::from_samples(&list)));
+        let [preparing, ratio] = [preparing, ratios]
+            .map(|list| (!list.is_empty()).then(|| SampleQuantiles::from_samples(&list)));
         let rung_cost = preparing.zip(ratio);
         Ok(rung_cost.map(|(preparing, ratio)| RungCost {
             preparing,
-            seconds: ratio.scaled(own_seconds),
+            seconds: ratio.scale(own_seconds),
             ratio,
             geometry,
             same_bits,

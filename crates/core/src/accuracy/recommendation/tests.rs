@@ -31,8 +31,8 @@ fn measured(bias: f64, light: f64) -> MeasuredSetting {
     }
 }
 
-fn setting(rungs: &str) -> Setting {
-    Setting::of(
+fn setting(rungs: &str) -> RungSetting {
+    RungSetting::from_rungs(
         &rungs
             .split(' ')
             .map(|rung| RungChoice::parse(rung).expect("a rung"))
@@ -42,20 +42,20 @@ fn setting(rungs: &str) -> Setting {
 
 /// Candidate with given ratios of time and root error to the setting in use, and the factor of the
 /// error's interval.
-fn candidate(rungs: &str, time: f64, root: f64, factor: f64) -> AdviceCandidate {
+fn candidate(rungs: &str, time: f64, root: f64, factor: f64) -> RecommendationCandidate {
     let cost = RelativeCost {
         time: about(time, 1.05),
         error: about(root * root, factor),
     };
-    AdviceCandidate {
+    RecommendationCandidate {
         setting: setting(rungs),
         measured: measured(0.0, 1.0),
         cost,
-        is_sound: true,
+        is_recommendable: true,
     }
 }
 
-fn told(advice: Option<Advice>) -> Option<(String, f64)> {
+fn told(advice: Option<Recommendation>) -> Option<(String, f64)> {
     advice.map(|advice| (advice.flags.concat(), advice.time.value))
 }
 
@@ -65,12 +65,12 @@ fn told(advice: Option<Advice>) -> Option<(String, f64)> {
 /// longer is preferred.
 #[test]
 fn the_fastest_that_will_do_is_named() {
-    let own_candidate = AdviceCandidate {
-        setting: Setting::default(),
+    let own_candidate = RecommendationCandidate {
+        setting: RungSetting::default(),
         ..candidate("samples=16", 0.1, 0.1, 1.1)
     };
-    let unsound = AdviceCandidate {
-        is_sound: false,
+    let unsound = RecommendationCandidate {
+        is_recommendable: false,
         ..candidate("clamp=1", 0.1, 0.3, 1.1)
     };
     let all = vec![
@@ -82,8 +82,8 @@ fn the_fastest_that_will_do_is_named() {
         candidate("sampler=stratified", 0.78, 0.9, 1.1),
         candidate("light-sampling=lights", 0.3, 1.04, 1.1),
     ];
-    let with = |other: AdviceCandidate| {
-        recommend([&all[..], &[other]].concat(), 20.0)
+    let with = |other: RecommendationCandidate| {
+        recommend_settings([&all[..], &[other]].concat(), 20.0)
             .half_the_error
             .map(|advice| advice.time.value)
     };
@@ -105,7 +105,7 @@ fn the_fastest_that_will_do_is_named() {
         )),
         Some(3.6)
     );
-    let found = recommend(all, 20.0);
+    let found = recommend_settings(all, 20.0);
     assert_eq!(
         told(found.half_the_error),
         Some(("--rung samples=256".to_owned(), 4.1))
@@ -118,14 +118,14 @@ fn the_fastest_that_will_do_is_named() {
         ))
     );
     assert_eq!(
-        recommend(
+        recommend_settings(
             vec![own_candidate, unsound, candidate("clamp=10", 0.7, 1.2, 1.1)],
             20.0
         ),
         Recommendations::default()
     );
     // A denoised setting may have half of the error, too.
-    let denoised = recommend(
+    let denoised = recommend_settings(
         vec![
             candidate("samples=256", 4.0, 0.5, 1.1),
             candidate("samples=16 reconstruction=denoised", 0.4, 0.5, 1.1),
@@ -140,7 +140,7 @@ fn the_fastest_that_will_do_is_named() {
 #[test]
 fn a_doubtful_setting_is_no_advice() {
     let wide = (0.6_f64 / 0.5).powi(2);
-    let found = recommend(vec![candidate("samples=256", 4.0, 0.5, wide * wide)], 20.0);
+    let found = recommend_settings(vec![candidate("samples=256", 4.0, 0.5, wide * wide)], 20.0);
     assert!(
         found.half_the_error.is_none()
             && found
@@ -149,14 +149,14 @@ fn a_doubtful_setting_is_no_advice() {
         "{found:?}"
     );
     assert!(
-        recommend(vec![candidate("samples=256", 4.0, 0.5, 0.99 * wide)], 20.0)
+        recommend_settings(vec![candidate("samples=256", 4.0, 0.5, 0.99 * wide)], 20.0)
             .half_the_error
             .is_some()
     );
-    let hopeless = recommend(vec![candidate("samples=256", 4.0, 0.5, 100.0)], 20.0);
+    let hopeless = recommend_settings(vec![candidate("samples=256", 4.0, 0.5, 100.0)], 20.0);
     assert_eq!((hopeless.half_the_error, hopeless.half_needs), (None, None));
     let lost = candidate("samples=256", 4.0, 0.5, f64::INFINITY);
-    assert_eq!(recommend(vec![lost], 20.0).half_needs, None);
+    assert_eq!(recommend_settings(vec![lost], 20.0).half_needs, None);
 }
 
 /// Protects: a setting is unsound with a bias above a quarter of its squared error, or possibly
@@ -167,7 +167,8 @@ fn a_doubtful_setting_is_no_advice() {
 #[test]
 fn what_loses_light_is_not_sound() {
     let (clamp, own_measured) = (setting("clamp=1"), measured(0.0, 1.0));
-    let sound = |each_measured: &MeasuredSetting| is_sound(&clamp, each_measured, &own_measured);
+    let sound =
+        |each_measured: &MeasuredSetting| is_recommendable(&clamp, each_measured, &own_measured);
     assert!(sound(&measured(0.2, 1.0)) && sound(&measured(0.1, 0.997)));
     assert!(
         !sound(&measured(0.26, 1.0))
@@ -186,21 +187,23 @@ fn what_loses_light_is_not_sound() {
             && !sound(&with(Some(about(0.002, 3.0))))
             && sound(&with(Some(about(0.002, 2.0))))
     );
-    assert!(is_sound(
+    assert!(is_recommendable(
         &setting("samples=256 sampler=stratified"),
         &measured(0.9, 0.9),
         &own_measured
     ));
     let filtered = setting("samples=16 reconstruction=denoised");
     assert!(
-        is_sound(&filtered, &measured(0.9, 1.0), &own_measured)
-            && !is_sound(&filtered, &measured(0.0, 0.994), &own_measured)
+        is_recommendable(&filtered, &measured(0.9, 1.0), &own_measured)
+            && !is_recommendable(&filtered, &measured(0.0, 0.994), &own_measured)
     );
-    assert!(!is_sound(
-        &clamp.with(filtered.choices()[1]),
+    assert!(!is_recommendable(
+        &clamp.with_rung(filtered.choices()[1]),
         &measured(0.9, 1.0),
         &own_measured
     ));
     let (short, longer) = (measured(1.0, 0.95), measured(0.5, 0.98));
-    assert!(is_sound(&clamp, &longer, &short) && !is_sound(&clamp, &short, &longer));
+    assert!(
+        is_recommendable(&clamp, &longer, &short) && !is_recommendable(&clamp, &short, &longer)
+    );
 }

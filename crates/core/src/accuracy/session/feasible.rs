@@ -3,10 +3,10 @@
 
 use std::time::Duration;
 
-use super::super::renderer::{Renderer, TimedRender, UnfinishedRender};
-use super::super::setting::Setting;
+use super::super::renderer::{SettingRenderer, TimedRender, UnfinishedRender};
+use super::super::setting::RungSetting;
 use super::super::tiles::{PilotPass, TileGrid};
-use super::{LOOK, MeasurementSession, REACH};
+use super::{FEASIBLE_RUNGS_END, MeasurementSession, PILOT_PASS_END};
 use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 
@@ -28,9 +28,9 @@ const FEWEST_TILES: f64 = 48.0;
 impl MeasurementSession<'_> {
     /// Divides the picture into tiles, so small that enough of them can be measured. `edge` is the
     /// tile edge in pixels of a reused reference.
-    pub(super) fn grid(
+    pub(super) fn choose_tile_grid(
         &mut self,
-        renderer: &Renderer<'_>,
+        renderer: &SettingRenderer<'_>,
         edge: Option<u32>,
     ) -> Result<TileGrid, PrepareError> {
         let [width, height] = self.settings.size.map(f64::from);
@@ -49,17 +49,18 @@ impl MeasurementSession<'_> {
         let order = grid.spread_order();
         let tiles = &order[..FIRST_LOOK.min(order.len())];
         renderer
-            .look(grid, tiles, self.instant_at(1.0))
+            .run_pilot_pass(grid, tiles, self.instant_of_budget_share(1.0))
             .map_err(UnfinishedRender::into_error)?;
         let before = (self.now)();
         renderer
-            .look(grid, tiles, self.instant_at(1.0))
+            .run_pilot_pass(grid, tiles, self.instant_of_budget_share(1.0))
             .map_err(UnfinishedRender::into_error)?;
         let pixels: f64 = tiles.iter().map(|&tile| grid.pixels(tile)).sum();
-        self.pace =
-            ((self.now)() - before).as_secs_f64() / (pixels * f64::from(renderer.look_samples()));
-        let is_long =
-            |edge: &u32| *edge <= grid.edge && self.fitting(&value_of(*edge), 1.0) >= ENOUGH_TILES;
+        self.seconds_per_sample = ((self.now)() - before).as_secs_f64()
+            / (pixels * f64::from(renderer.pilot_pass_samples()));
+        let is_long = |edge: &u32| {
+            *edge <= grid.edge && self.affordable_tiles(&value_of(*edge), 1.0) >= ENOUGH_TILES
+        };
         let shorter = EDGES
             .into_iter()
             .find(is_long)
@@ -74,31 +75,33 @@ impl MeasurementSession<'_> {
 
     /// Renders tiles with few samples, in growing numbers while time remains, and returns time and
     /// noise of each.
-    pub fn look(
+    pub fn run_pilot_passes(
         &mut self,
-        renderer: &Renderer<'_>,
+        renderer: &SettingRenderer<'_>,
         grid: TileGrid,
     ) -> Result<Vec<PilotPass>, PrepareError> {
         let order = grid.spread_order();
         let begun = (self.now)();
-        let mut looks: Vec<PilotPass> = Vec::new();
-        while looks.len() < order.len()
-            && (looks.is_empty() || (self.now)() < self.instant_at(LOOK))
+        let mut pilot_passes: Vec<PilotPass> = Vec::new();
+        while pilot_passes.len() < order.len()
+            && (pilot_passes.is_empty()
+                || (self.now)() < self.instant_of_budget_share(PILOT_PASS_END))
         {
-            let next = &order[looks.len()..(2 * looks.len()).max(ENOUGH_TILES).min(order.len())];
-            looks.extend(
+            let next = &order
+                [pilot_passes.len()..(2 * pilot_passes.len()).max(ENOUGH_TILES).min(order.len())];
+            pilot_passes.extend(
                 renderer
-                    .look(grid, next, self.instant_at(1.0))
+                    .run_pilot_pass(grid, next, self.instant_of_budget_share(1.0))
                     .map_err(UnfinishedRender::into_error)?,
             );
         }
-        let pixels: f64 = looks
+        let pixels: f64 = pilot_passes
             .iter()
             .map(|pilot_pass| grid.pixels(pilot_pass.tile))
             .sum();
-        let samples = f64::from(renderer.look_samples());
-        self.pace = ((self.now)() - begun).as_secs_f64() / (pixels * samples);
-        Ok(looks)
+        let samples = f64::from(renderer.pilot_pass_samples());
+        self.seconds_per_sample = ((self.now)() - begun).as_secs_f64() / (pixels * samples);
+        Ok(pilot_passes)
     }
 
     /// Returns the most exact rung of each ladder but samples that renders the slowest tile within
@@ -106,31 +109,36 @@ impl MeasurementSession<'_> {
     /// that their number doubles with each segment. A ladder that is not tested in time keeps the
     /// scene's rung. Stores the ratio of the times of a reference sample and a sample of the
     /// scene's own setting.
-    pub fn within_reach(
+    pub fn find_feasible_rungs(
         &mut self,
-        renderer: &Renderer<'_>,
+        renderer: &SettingRenderer<'_>,
         grid: TileGrid,
-        looks: &[PilotPass],
-    ) -> Result<Setting, PrepareError> {
-        let longest = looks
+        pilot_passes: &[PilotPass],
+    ) -> Result<RungSetting, PrepareError> {
+        let longest = pilot_passes
             .iter()
             .max_by(|a, b| a.seconds.total_cmp(&b.seconds))
             .map_or(0, |pilot_pass| pilot_pass.tile);
-        let (part, before, end) = ([grid.tile(longest)], (self.now)(), self.instant_at(REACH));
-        let own = renderer.render_setting(&self.base, &part, 0, self.instant_at(1.0));
+        let (part, before, end) = (
+            [grid.tile(longest)],
+            (self.now)(),
+            self.instant_of_budget_share(FEASIBLE_RUNGS_END),
+        );
+        let own =
+            renderer.render_setting(&self.baseline, &part, 0, self.instant_of_budget_share(1.0));
         let timeout = ((self.now)() - before)
             .mul_f64(PATIENCE)
             .max(LEAST_PATIENCE);
         let renders = own.map_err(UnfinishedRender::into_error)?;
-        let mut exact = Setting::default();
+        let mut exact = RungSetting::default();
         for ladder in self
-            .pictured
+            .picture_ladders
             .iter()
             .copied()
-            .filter(|&ladder| ladder != Ladder::Samples && !ladder.is_a_matter_of_taste())
+            .filter(|&ladder| ladder != Ladder::Samples && !ladder.has_equal_accuracy())
         {
             for choice in self
-                .choices_of(ladder)
+                .applicable_rungs(ladder)
                 .rev()
                 .filter(RungChoice::can_be_reference)
             {
@@ -138,8 +146,8 @@ impl MeasurementSession<'_> {
                     return Ok(exact);
                 }
                 let end = end.min((self.now)() + timeout);
-                match UnfinishedRender::allow(renderer.render_setting(
-                    &self.setting(choice),
+                match UnfinishedRender::late_as_none(renderer.render_setting(
+                    &self.setting_of_rung(choice),
                     &part,
                     0,
                     end,
@@ -148,19 +156,21 @@ impl MeasurementSession<'_> {
                     // less than more samples.
                     Some(_) if ladder.is_free_of_bias() => break,
                     Some(_) => {
-                        exact = exact.with(choice);
+                        exact = exact.with_rung(choice);
                         break;
                     }
-                    None => self.beyond.push(choice),
+                    None => self.infeasible_rungs.push(choice),
                 }
             }
         }
         let all = exact
             .choices()
             .iter()
-            .fold(self.base.clone(), |setting, &choice| setting.with(choice));
+            .fold(self.baseline.clone(), |setting, &choice| {
+                setting.with_rung(choice)
+            });
         if let Some(reference) =
-            UnfinishedRender::allow(renderer.render_setting(&all, &part, 0, end))?
+            UnfinishedRender::late_as_none(renderer.render_setting(&all, &part, 0, end))?
         {
             let seconds = |each_renders: &[TimedRender]| {
                 each_renders
@@ -169,10 +179,10 @@ impl MeasurementSession<'_> {
                     .sum::<f64>()
             };
             let cost = seconds(&reference) / seconds(&renders);
-            self.exact_cost = if cost.is_finite() {
+            self.reference_time_ratio = if cost.is_finite() {
                 cost.max(1.0)
             } else {
-                self.exact_cost
+                self.reference_time_ratio
             };
         }
         Ok(exact)

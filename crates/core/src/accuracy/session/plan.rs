@@ -10,9 +10,11 @@ use super::super::ProgressListener;
 use super::super::measurements::Measurements;
 use super::super::pilot::PilotPair;
 use super::super::renderer::{MARGIN, UnfinishedRender};
-use super::super::setting::Setting;
+use super::super::setting::RungSetting;
 use super::super::tiles::{TileGrid, TileSample};
-use super::{HALVES, MeasurementSession, PILOTS, REFERENCE, RUNGS, samples_of};
+use super::{
+    HALVING_SAMPLES, MeasurementSession, PILOTS_END, REFERENCE_END, RUNGS_END, rung_sample_count,
+};
 use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 
@@ -49,19 +51,19 @@ pub(super) struct MeasurementPlan {
     /// Number of tiles of the most important settings; slow settings get fewer.
     pub tiles: usize,
     /// Number of tiles of all other settings.
-    rest: usize,
+    secondary_tiles: usize,
     /// Number of planned settings.
     settings: usize,
 }
 
 impl MeasurementPlan {
     /// Returns the description of the plan that the progress listener gets.
-    pub(super) fn told(&self, sample: &TileSample) -> String {
+    pub(super) fn description(&self, sample: &TileSample) -> String {
         let Self {
             reference_samples,
             tiles,
             settings,
-            rest,
+            secondary_tiles: rest,
             ..
         } = self;
         let rest = if rest < tiles {
@@ -79,16 +81,16 @@ impl MeasurementPlan {
 /// Setting to be measured, with its ladder, the setting whose pictures it is compared with, and
 /// whether its own pictures are kept for comparisons.
 struct PlannedSetting {
-    setting: Setting,
+    setting: RungSetting,
     ladder: Ladder,
-    beside: Option<Setting>,
-    is_kept: bool,
+    compared_setting: Option<RungSetting>,
+    keeps_pictures: bool,
 }
 
 impl PlannedSetting {
     /// Whether the setting belongs to one of the most important ladders, which are measured on more
     /// tiles.
-    fn is_telling(&self) -> bool {
+    fn is_important(&self) -> bool {
         matches!(
             self.ladder,
             Ladder::Samples | Ladder::Reconstruction | Ladder::Integrator
@@ -97,26 +99,29 @@ impl PlannedSetting {
 }
 
 impl MeasurementSession<'_> {
-    pub(super) fn plan(&self, sample: &TileSample) -> MeasurementPlan {
+    pub(super) fn make_plan(&self, sample: &TileSample) -> MeasurementPlan {
         let grid = &sample.grid;
-        let (tile_sample, budget) = (self.tile_sample(grid), self.effort.budget.as_secs_f64());
-        let mut reference_samples = self.least_reference();
-        let fitting = self.fitting(grid, 1.0);
+        let (tile_sample, budget) = (
+            self.tile_sample_seconds(grid),
+            self.effort.budget.as_secs_f64(),
+        );
+        let mut reference_samples = self.minimum_reference_samples();
+        let fitting = self.affordable_tiles(grid, 1.0);
         // If nearly all tiles fit, all are measured.
-        let is_all = fitting + fitting / 4 >= sample.most();
-        let enough = |tiles: usize| tiles.max(FEWEST).min(sample.most());
+        let is_all = fitting + fitting / 4 >= sample.drawable_tile_count();
+        let enough = |tiles: usize| tiles.max(FEWEST).min(sample.drawable_tile_count());
         let tiles = if is_all {
-            sample.most()
+            sample.drawable_tile_count()
         } else {
-            enough(self.fitting(grid, REST))
+            enough(self.affordable_tiles(grid, REST))
         };
         let rest = if is_all {
             tiles
         } else {
             enough((tiles as f64 * REST) as usize)
         };
-        if sample.is_whole(tiles) {
-            let whole = tile_sample * self.exact_cost * tiles as f64;
+        if sample.covers_picture(tiles) {
+            let whole = tile_sample * self.reference_time_ratio * tiles as f64;
             while reference_samples < MOST_REFERENCE
                 && 4.0 * f64::from(reference_samples) * whole < SPARE * budget
             {
@@ -126,28 +131,28 @@ impl MeasurementSession<'_> {
         MeasurementPlan {
             reference_samples,
             tiles,
-            rest,
-            settings: self.items().len(),
+            secondary_tiles: rest,
+            settings: self.planned_settings().len(),
         }
     }
 
     /// Renders the pilots with as many samples as their share of the time allows. They are needed
     /// if a setting is denoised and not all tiles are measured.
-    pub(super) fn pilots(
+    pub(super) fn render_pilots(
         &self,
         plan: &MeasurementPlan,
         measurements: &mut Measurements<'_>,
     ) -> Result<(), PrepareError> {
         let is_needed = self
-            .items()
+            .planned_settings()
             .iter()
             .any(|item| measurements.is_denoised(&item.setting));
-        if !is_needed || measurements.sample.is_whole(plan.tiles) {
+        if !is_needed || measurements.sample.covers_picture(plan.tiles) {
             return Ok(());
         }
-        measurements.whole_samples = self.whole_samples();
-        let own = self.settings.sampling.count();
-        let cost = 2.0 * self.whole_cost(1) / FILTER;
+        measurements.whole_samples = self.whole_picture_samples();
+        let own = self.settings.sampling.samples_per_pixel();
+        let cost = 2.0 * self.whole_picture_seconds(1) / FILTER;
         let maximum =
             ((BOTH_PILOTS * self.effort.budget.as_secs_f64() / cost.max(1e-12)) as u32).min(own);
         if maximum < 2 {
@@ -156,10 +161,10 @@ impl MeasurementSession<'_> {
         // Low-discrepancy sequences are most uniform at powers of two.
         let samples = 1 << maximum.ilog2();
         let render = |round| {
-            UnfinishedRender::allow(measurements.renderer.pilot(
+            UnfinishedRender::late_as_none(measurements.renderer.render_pilot(
                 samples,
                 round,
-                self.instant_at(REFERENCE),
+                self.instant_of_budget_share(REFERENCE_END),
             ))
         };
         if let (Some(one), Some(other)) = (render(0)?, render(1)?) {
@@ -170,80 +175,84 @@ impl MeasurementSession<'_> {
 
     /// Returns the expected wall-clock seconds of a denoised picture of the whole with this number
     /// of samples per pixel.
-    fn whole_cost(&self, samples: u32) -> f64 {
+    fn whole_picture_seconds(&self, samples: u32) -> f64 {
         let [width, height] = self.settings.size.map(f64::from);
-        self.pace * width * height * f64::from(samples) * FILTER
+        self.seconds_per_sample * width * height * f64::from(samples) * FILTER
     }
 
     /// Returns the largest number of samples with which a denoised setting is rendered as a whole
     /// picture.
-    fn whole_samples(&self) -> u32 {
-        (WHOLE * self.effort.budget.as_secs_f64() / self.whole_cost(1).max(1e-12)) as u32
+    fn whole_picture_samples(&self) -> u32 {
+        (WHOLE * self.effort.budget.as_secs_f64() / self.whole_picture_seconds(1).max(1e-12)) as u32
     }
 
     /// Whether a setting is denoised and has so few samples that it is rendered as a whole picture.
-    fn is_by_the_whole(&self, setting: &Setting) -> bool {
-        let (_, settings) = setting.applied(self.scene, &self.settings);
-        settings.denoise && settings.sampling.count() <= self.whole_samples()
+    fn renders_whole_denoised(&self, setting: &RungSetting) -> bool {
+        let (_, settings) = setting.apply(self.scene, &self.settings);
+        settings.denoise && settings.sampling.samples_per_pixel() <= self.whole_picture_samples()
     }
 
-    fn least_reference(&self) -> u32 {
+    fn minimum_reference_samples(&self) -> u32 {
         self.settings
             .sampling
-            .count()
+            .samples_per_pixel()
             .saturating_mul(BETTER)
             .clamp(LEAST_REFERENCE, u32::from(u16::MAX) * 4)
     }
 
     /// Returns the expected wall-clock seconds of one sample for each pixel of a tile.
-    fn tile_sample(&self, grid: &TileGrid) -> f64 {
-        self.pace * f64::from(grid.size[0]) * f64::from(grid.size[1]) / grid.count() as f64
+    fn tile_sample_seconds(&self, grid: &TileGrid) -> f64 {
+        self.seconds_per_sample * f64::from(grid.size[0]) * f64::from(grid.size[1])
+            / grid.count() as f64
     }
 
     /// Returns the number of tiles for which the time suffices, if less important settings are
     /// measured on the share `rest` of the tiles.
-    pub(super) fn fitting(&self, grid: &TileGrid, rest: f64) -> usize {
-        let (items, maximum) = (self.items(), self.most(grid));
+    pub(super) fn affordable_tiles(&self, grid: &TileGrid, rest: f64) -> usize {
+        let (items, maximum) = (self.planned_settings(), self.full_tile_cost_limit(grid));
         let cost = |item: &PlannedSetting| {
-            self.cost(&item.setting, grid).min(maximum) * if item.is_telling() { 1.0 } else { rest }
+            self.samples_per_tile_pixel(&item.setting, grid)
+                .min(maximum)
+                * if item.is_important() { 1.0 } else { rest }
         };
         let costs: f64 = items.iter().map(cost).sum();
         let whole = items
             .iter()
-            .filter(|item| self.is_by_the_whole(&item.setting));
+            .filter(|item| self.renders_whole_denoised(&item.setting));
         let whole: f64 = whole
-            .map(|item| self.expected(&item.setting, 0, grid))
+            .map(|item| self.expected_seconds(&item.setting, 0, grid))
             .sum();
-        let a_tile =
-            self.tile_sample(grid) * (self.exact_cost * f64::from(self.least_reference()) + costs);
-        let time = (self.effort.budget.as_secs_f64() * (RUNGS - PILOTS) - whole).max(0.0) * CAREFUL;
+        let a_tile = self.tile_sample_seconds(grid)
+            * (self.reference_time_ratio * f64::from(self.minimum_reference_samples()) + costs);
+        let time = (self.effort.budget.as_secs_f64() * (RUNGS_END - PILOTS_END) - whole).max(0.0)
+            * CAREFUL;
         (time / a_tile.max(1e-12)) as usize
     }
 
     /// Returns the cost of a setting on a tile, in samples per pixel of the tile: samples times
     /// rounds, with the denoiser's margin. Zero for a setting that is rendered as a whole picture.
-    pub(super) fn cost(&self, setting: &Setting, grid: &TileGrid) -> f64 {
-        if self.is_by_the_whole(setting) {
+    pub(super) fn samples_per_tile_pixel(&self, setting: &RungSetting, grid: &TileGrid) -> f64 {
+        if self.renders_whole_denoised(setting) {
             return 0.0;
         }
-        let is_denoised = setting.applied(self.scene, &self.settings).1.denoise;
+        let is_denoised = setting.apply(self.scene, &self.settings).1.denoise;
         let edge = f64::from(grid.edge);
         let wide = if is_denoised {
             (edge + 2.0 * f64::from(MARGIN)) / edge
         } else {
             1.0
         };
-        self.rounds(setting) as f64 * f64::from(self.samples(setting)) * wide * wide
+        self.round_count(setting) as f64 * f64::from(self.sample_count(setting)) * wide * wide
     }
 
     /// Returns the number of rounds of a setting. A setting with more samples than the scene's is
     /// rendered once, because its bias is that of the settings with fewer samples. A denoised
     /// picture of the whole is rendered once if it takes long.
-    pub(super) fn rounds(&self, setting: &Setting) -> u64 {
-        let samples = self.samples(setting);
-        let is_long =
-            self.is_by_the_whole(setting) && self.whole_samples() / samples < ROUNDS as u32;
-        if samples > self.settings.sampling.count() || is_long {
+    pub(super) fn round_count(&self, setting: &RungSetting) -> u64 {
+        let samples = self.sample_count(setting);
+        let is_long = self.renders_whole_denoised(setting)
+            && self.whole_picture_samples() / samples < ROUNDS as u32;
+        if samples > self.settings.sampling.samples_per_pixel() || is_long {
             1
         } else {
             ROUNDS
@@ -252,42 +261,62 @@ impl MeasurementSession<'_> {
 
     /// Returns the expected wall-clock seconds of a setting on this number of tiles, in all its
     /// rounds.
-    pub(super) fn expected(&self, setting: &Setting, tiles: usize, grid: &TileGrid) -> f64 {
-        match self.is_by_the_whole(setting) {
-            true => self.rounds(setting) as f64 * self.whole_cost(self.samples(setting)),
-            false => self.tile_sample(grid) * tiles as f64 * self.cost(setting, grid),
+    pub(super) fn expected_seconds(
+        &self,
+        setting: &RungSetting,
+        tiles: usize,
+        grid: &TileGrid,
+    ) -> f64 {
+        match self.renders_whole_denoised(setting) {
+            true => {
+                self.round_count(setting) as f64
+                    * self.whole_picture_seconds(self.sample_count(setting))
+            }
+            false => {
+                self.tile_sample_seconds(grid)
+                    * tiles as f64
+                    * self.samples_per_tile_pixel(setting, grid)
+            }
         }
     }
 
     /// Returns the cost, in samples per pixel of a tile, above which a setting is measured on fewer
     /// tiles.
-    fn most(&self, grid: &TileGrid) -> f64 {
-        2.0 * self.cost(&Setting::default(), grid)
+    fn full_tile_cost_limit(&self, grid: &TileGrid) -> f64 {
+        2.0 * self.samples_per_tile_pixel(&RungSetting::default(), grid)
     }
 
     /// Returns the number of tiles on which a setting is measured: `tiles`, or fewer for a slow
     /// setting.
-    pub(super) fn tiles_of(&self, setting: &Setting, tiles: usize, sample: &TileSample) -> usize {
-        let share = (self.most(&sample.grid) / self.cost(setting, &sample.grid)).min(1.0);
+    pub(super) fn setting_tile_count(
+        &self,
+        setting: &RungSetting,
+        tiles: usize,
+        sample: &TileSample,
+    ) -> usize {
+        let share = (self.full_tile_cost_limit(&sample.grid)
+            / self.samples_per_tile_pixel(setting, &sample.grid))
+        .min(1.0);
         ((tiles as f64 * share) as usize).max(FEWEST.min(tiles))
     }
 
     /// Returns the settings that change samples or denoising alone, with sample counts up to those
     /// that halve the error. Denoised settings are included if they are rendered as whole pictures.
-    pub(super) fn numbers_of_samples(&self) -> Vec<Setting> {
-        let is_near = |setting: &Setting| {
-            self.samples(setting) <= HALVES.saturating_mul(self.settings.sampling.count())
+    pub(super) fn common_sample_settings(&self) -> Vec<RungSetting> {
+        let is_near = |setting: &RungSetting| {
+            self.sample_count(setting)
+                <= HALVING_SAMPLES.saturating_mul(self.settings.sampling.samples_per_pixel())
         };
-        let is_one = |setting: &Setting| {
+        let is_one = |setting: &RungSetting| {
             setting
                 .choices()
                 .iter()
                 .all(|choice| NUMBERS.contains(&choice.ladder()))
         };
-        let is_cheap = |setting: &Setting| {
-            setting.rung(Ladder::Reconstruction).is_none() || self.is_by_the_whole(setting)
+        let is_cheap = |setting: &RungSetting| {
+            setting.rung(Ladder::Reconstruction).is_none() || self.renders_whole_denoised(setting)
         };
-        let all = self.items().into_iter().map(|item| item.setting);
+        let all = self.planned_settings().into_iter().map(|item| item.setting);
         all.filter(|setting| is_one(setting) && is_near(setting) && is_cheap(setting))
             .collect()
     }
@@ -295,75 +324,76 @@ impl MeasurementSession<'_> {
     /// Returns every setting of the plan in order of importance: the scene's own setting and the
     /// baseline; sample counts up to those that halve the error, with and without denoising; the
     /// rungs of all other ladders, each ladder's most exact rung first; and larger sample counts.
-    fn items(&self) -> Vec<PlannedSetting> {
-        let item = |setting: Setting, ladder: Ladder| PlannedSetting {
+    fn planned_settings(&self) -> Vec<PlannedSetting> {
+        let item = |setting: RungSetting, ladder: Ladder| PlannedSetting {
             setting,
             ladder,
-            beside: None,
-            is_kept: false,
+            compared_setting: None,
+            keeps_pictures: false,
         };
         let own = PlannedSetting {
-            is_kept: true,
-            ..item(Setting::default(), Ladder::Samples)
+            keeps_pictures: true,
+            ..item(RungSetting::default(), Ladder::Samples)
         };
         let near = |choice: &RungChoice| {
-            samples_of(*choice)
-                .is_some_and(|n| n <= HALVES.saturating_mul(self.settings.sampling.count()))
+            rung_sample_count(*choice).is_some_and(|n| {
+                n <= HALVING_SAMPLES.saturating_mul(self.settings.sampling.samples_per_pixel())
+            })
         };
         let all = self
-            .choices_of(Ladder::Samples)
-            .filter(|_| self.pictured.contains(&Ladder::Samples));
+            .applicable_rungs(Ladder::Samples)
+            .filter(|_| self.picture_ladders.contains(&Ladder::Samples));
         let (samples, far): (Vec<RungChoice>, Vec<RungChoice>) = all.partition(near);
         let denoised = Ladder::Reconstruction.choices().find(|choice| {
-            self.pictured.contains(&Ladder::Reconstruction) && !self.is_in_use(*choice)
+            self.picture_ladders.contains(&Ladder::Reconstruction) && !self.is_in_use(*choice)
         });
         let base = PlannedSetting {
-            is_kept: true,
-            ..item(self.base.clone(), Ladder::Samples)
+            keeps_pictures: true,
+            ..item(self.baseline.clone(), Ladder::Samples)
         };
         let mut all = vec![own, base];
         for setting in samples
             .into_iter()
-            .map(|choice| self.setting(choice))
-            .chain([Setting::default()])
+            .map(|choice| self.setting_of_rung(choice))
+            .chain([RungSetting::default()])
         {
             all.push(item(setting.clone(), Ladder::Samples));
-            let other = denoised.map(|choice| setting.with(choice));
+            let other = denoised.map(|choice| setting.with_rung(choice));
             all.extend(
                 other
-                    .filter(|other| self.is_possible(other))
+                    .filter(|other| self.is_valid_setting(other))
                     .map(|other| item(other, Ladder::Reconstruction)),
             );
         }
         for &ladder in self
-            .pictured
+            .picture_ladders
             .iter()
             .filter(|&&ladder| ladder != Ladder::Samples)
         {
-            let (exact, beside) = (self.most_exact(ladder), self.beside(ladder));
+            let (exact, beside) = (self.most_exact_setting(ladder), self.baseline_for(ladder));
             let is_paired = ladder.shares_random_numbers();
-            let pair = |setting: &Setting| is_paired.then(|| setting.clone());
+            let pair = |setting: &RungSetting| is_paired.then(|| setting.clone());
             let others = self
-                .choices_of(ladder)
-                .filter(|choice| !self.beyond.contains(choice))
-                .map(|choice| self.setting(choice));
+                .applicable_rungs(ladder)
+                .filter(|choice| !self.infeasible_rungs.contains(choice))
+                .map(|choice| self.setting_of_rung(choice));
             all.push(PlannedSetting {
-                beside: pair(&beside),
-                is_kept: true,
+                compared_setting: pair(&beside),
+                keeps_pictures: true,
                 ..item(exact.clone(), ladder)
             });
             all.extend(others.map(|other| PlannedSetting {
-                beside: pair(&exact),
+                compared_setting: pair(&exact),
                 ..item(other, ladder)
             }));
         }
         all.extend(
             far.into_iter()
-                .map(|choice| item(self.setting(choice), Ladder::Samples)),
+                .map(|choice| item(self.setting_of_rung(choice), Ladder::Samples)),
         );
-        let mut settings: Vec<Setting> = Vec::new();
+        let mut settings: Vec<RungSetting> = Vec::new();
         all.retain(|item| {
-            let is_new = !settings.contains(&item.setting) && self.is_possible(&item.setting);
+            let is_new = !settings.contains(&item.setting) && self.is_valid_setting(&item.setting);
             settings.push(item.setting.clone());
             is_new
         });
@@ -372,39 +402,43 @@ impl MeasurementSession<'_> {
 
     /// Measures every setting of the plan. Returns the settings that were compared with another
     /// setting under the same random numbers, with their ladders.
-    pub(super) fn rungs(
+    pub(super) fn measure_rungs(
         &mut self,
         plan: &MeasurementPlan,
         measurements: &mut Measurements<'_>,
         listener: &mut dyn ProgressListener,
-    ) -> Result<Vec<(Setting, Ladder)>, PrepareError> {
+    ) -> Result<Vec<(RungSetting, Ladder)>, PrepareError> {
         let mut pairs = Vec::new();
-        if measurements.sample.is_whole(plan.tiles) {
+        if measurements.sample.covers_picture(plan.tiles) {
             // The first picture of a size also includes the time of memory allocation, so it is not
             // measured.
             let first = measurements.renderer.render_setting(
-                &Setting::default(),
+                &RungSetting::default(),
                 &[],
                 0,
-                self.instant_at(RUNGS),
+                self.instant_of_budget_share(RUNGS_END),
             );
-            UnfinishedRender::allow(first)?;
+            UnfinishedRender::late_as_none(first)?;
         }
-        for (i, item) in self.items().into_iter().enumerate() {
+        for (i, item) in self.planned_settings().into_iter().enumerate() {
             let (
                 is_telling,
                 PlannedSetting {
                     setting,
                     ladder,
-                    beside,
-                    is_kept,
+                    compared_setting: beside,
+                    keeps_pictures: is_kept,
                 },
-            ) = (item.is_telling(), item);
-            listener.step(&setting.to_string(), self.spent());
-            let tiles = if is_telling { plan.tiles } else { plan.rest };
-            let tiles = self.tiles_of(&setting, tiles, measurements.sample);
-            let left = self.left(RUNGS);
-            let expected = self.expected(&setting, tiles, &measurements.sample.grid);
+            ) = (item.is_important(), item);
+            listener.report_step(&setting.to_string(), self.spent_budget_share());
+            let tiles = if is_telling {
+                plan.tiles
+            } else {
+                plan.secondary_tiles
+            };
+            let tiles = self.setting_tile_count(&setting, tiles, measurements.sample);
+            let left = self.seconds_left(RUNGS_END);
+            let expected = self.expected_seconds(&setting, tiles, &measurements.sample.grid);
             if i > 0 && expected > MOST_OF_REST * left {
                 // This setting would take the time of many others, and perhaps not finish.
                 self.cut_short = true;
@@ -412,10 +446,15 @@ impl MeasurementSession<'_> {
             }
             // Without the scene's own picture the report is empty, so this picture may take all
             // remaining time.
-            let end = self.instant_at(if i == 0 { 1.0 } else { RUNGS });
-            let rounds = self.rounds(&setting);
-            self.cut_short |=
-                !measurements.measure(&setting, (tiles, rounds), beside.as_ref(), is_kept, end)?;
+            let end = self.instant_of_budget_share(if i == 0 { 1.0 } else { RUNGS_END });
+            let rounds = self.round_count(&setting);
+            self.cut_short |= !measurements.measure_setting(
+                &setting,
+                (tiles, rounds),
+                beside.as_ref(),
+                is_kept,
+                end,
+            )?;
             if beside.is_some() {
                 pairs.push((setting, ladder));
             }

@@ -4,7 +4,7 @@ use core::time::Duration;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use super::super::RungReport;
-use super::super::measurements::cut;
+use super::super::measurements::crop_picture;
 use super::super::renderer::MARGIN;
 use super::super::tiles::TileGrid;
 use super::*;
@@ -30,7 +30,7 @@ fn corridor() -> Scene {
 struct RecordingListener(Vec<(String, f64)>);
 
 impl ProgressListener for RecordingListener {
-    fn step(&mut self, label: &str, share: f64) {
+    fn report_step(&mut self, label: &str, share: f64) {
         self.0.push((label.to_owned(), share));
     }
 }
@@ -59,7 +59,7 @@ fn measured_by(
         (stopwatch, &Instant::now),
     );
     session
-        .run(MeasurementStart::default(), listener)
+        .measure(MeasurementStart::default(), listener)
         .expect("a report")
         .0
 }
@@ -134,7 +134,7 @@ static IS_BUSY: AtomicBool = AtomicBool::new(false);
 struct Disturber;
 
 impl ProgressListener for Disturber {
-    fn step(&mut self, label: &str, _: f64) {
+    fn report_step(&mut self, label: &str, _: f64) {
         IS_BUSY.store(label.ends_with("as it is"), Ordering::Relaxed);
     }
 }
@@ -302,12 +302,12 @@ fn rungs_without_a_difference_are_left_out() {
     );
     assert_eq!(
         session
-            .choices_of(Ladder::Shadows)
+            .applicable_rungs(Ladder::Shadows)
             .map(|choice| choice.rung())
             .collect::<Vec<_>>(),
         ["on"]
     );
-    assert_eq!(session.choices_of(Ladder::Precision).count(), 2);
+    assert_eq!(session.applicable_rungs(Ladder::Precision).count(), 2);
 }
 
 /// Protects: rungs whose precision cannot store the scene are left out everywhere, also of
@@ -345,7 +345,7 @@ fn rungs_that_cannot_show_the_scene_are_left_out() {
         (stopwatch, &Instant::now),
     );
     let report = session
-        .run(MeasurementStart::default(), &mut ())
+        .measure(MeasurementStart::default(), &mut ())
         .expect("a report")
         .0;
     let precision = report
@@ -388,18 +388,18 @@ fn what_is_beyond_reach_is_not_the_most_exact() {
         &(),
         (stopwatch, &Instant::now),
     );
-    let lengths: Vec<RungChoice> = session.choices_of(Ladder::PathLength).collect();
+    let lengths: Vec<RungChoice> = session.applicable_rungs(Ladder::PathLength).collect();
     let [.., second, first] = lengths[..] else {
         panic!("{lengths:?}")
     };
     assert_eq!(
-        session.most_exact(Ladder::PathLength),
-        Setting::single(first)
+        session.most_exact_setting(Ladder::PathLength),
+        RungSetting::from_rung(first)
     );
-    session.beyond.push(first);
+    session.infeasible_rungs.push(first);
     assert_eq!(
-        session.most_exact(Ladder::PathLength),
-        Setting::single(second)
+        session.most_exact_setting(Ladder::PathLength),
+        RungSetting::from_rung(second)
     );
 }
 
@@ -468,7 +468,7 @@ fn all_ends_with_the_time() {
         );
         (
             session
-                .run(MeasurementStart::default(), &mut ())
+                .measure(MeasurementStart::default(), &mut ())
                 .map(|(report, _)| report),
             clock.seconds(),
         )
@@ -499,7 +499,7 @@ fn all_ends_with_the_time() {
     }
     let (report, took) = measured(0.01);
     assert!(
-        matches!(report, Err(MeasureError::NoTime)) && took < 0.1,
+        matches!(report, Err(MeasureError::InsufficientTime)) && took < 0.1,
         "{took}: {:?}",
         report.err()
     );
@@ -534,7 +534,7 @@ fn more_time_shows_no_less() {
             (stopwatch, &now),
         );
         let (report, _) = session
-            .run(MeasurementStart::default(), &mut ())
+            .measure(MeasurementStart::default(), &mut ())
             .unwrap_or_else(|error| panic!("{budget}: {error}"));
         assert!(
             clock.seconds() <= 1.03 * budget,
@@ -592,14 +592,14 @@ fn a_tile_is_a_part_of_the_picture() {
     let stopwatch: Stopwatch = |work| work() as f64;
     for sampling in [
         own_settings.sampling,
-        crate::settings::Sampling::Pattern(crate::scene::Pattern::Corners),
+        crate::settings::Sampling::Pattern(crate::scene::SamplePattern::Corners),
     ] {
         let settings = Settings {
             sampling,
             ..own_settings.clone()
         };
-        let renderer = Renderer::new(&scene, &settings, &(), (stopwatch, &Instant::now));
-        let take = |setting: &Setting, parts: &[Crop]| {
+        let renderer = SettingRenderer::new(&scene, &settings, &(), (stopwatch, &Instant::now));
+        let take = |setting: &RungSetting, parts: &[Crop]| {
             renderer
                 .render_setting(setting, parts, 1, end)
                 .expect("time")
@@ -612,24 +612,24 @@ fn a_tile_is_a_part_of_the_picture() {
             width: 160,
             height: 120,
         };
-        let noisy = take(&Setting::default(), &[]);
+        let noisy = take(&RungSetting::default(), &[]);
         let denoised =
-            Setting::single(RungChoice::parse("reconstruction=denoised").expect("a rung"));
+            RungSetting::from_rung(RungChoice::parse("reconstruction=denoised").expect("a rung"));
         let filtered = take(&denoised, &[]);
         for tile in [7, 8, 12] {
             let part = grid.tile(tile);
             assert!(
-                take(&Setting::default(), &[part]).rgb == cut(&noisy, crop, part).rgb,
+                take(&RungSetting::default(), &[part]).rgb == crop_picture(&noisy, crop, part).rgb,
                 "tile {tile}"
             );
             if sampling.is_fixed() {
                 continue;
             }
-            let around = grid.around(tile, MARGIN);
+            let around = grid.tile_crop_with_margin(tile, MARGIN);
             let (here, there, before) = (
-                cut(&take(&denoised, &[around]), around, part),
-                cut(&filtered, crop, part),
-                cut(&noisy, crop, part),
+                crop_picture(&take(&denoised, &[around]), around, part),
+                crop_picture(&filtered, crop, part),
+                crop_picture(&noisy, crop, part),
             );
             let apart = |a: &Picture, b: &Picture| {
                 a.rgb
@@ -668,48 +668,53 @@ fn denoised_tiles_take_what_noisy_ones_take() {
     );
     let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
     let (renderer, display) = (
-        Renderer::new(&scene, &settings, &(), (stopwatch, &Instant::now)),
+        SettingRenderer::new(&scene, &settings, &(), (stopwatch, &Instant::now)),
         Display::from_render(&scene.render),
     );
-    let looks = renderer.look(grid, &[7, 8, 12], end).expect("time");
+    let looks = renderer
+        .run_pilot_pass(grid, &[7, 8, 12], end)
+        .expect("time");
     let sample = TileSample::new(grid, &looks);
     let tiles: Vec<u32> = sample
-        .order
+        .passes
         .iter()
         .map(|pilot_pass| pilot_pass.tile)
         .collect();
     let mut exposure = renderer
-        .reference(
-            &Setting::default(),
+        .prepare_reference(
+            &RungSetting::default(),
             64,
             grid,
             MeasurementStart::default(),
             end,
         )
         .expect("time");
-    assert!(exposure.expose(&tiles, end));
+    assert!(exposure.render_tiles(&tiles, end));
     let mut measurements = Measurements::new(&renderer, &sample, display);
-    measurements.learn(tiles.iter().map(|&tile| {
+    measurements.add_reference_tiles(tiles.iter().map(|&tile| {
         let crop = grid.tile(tile);
-        TruthTile::new(
+        ReferenceTile::new(
             [crop.width, crop.height],
-            &exposure.film.means_of(tile).expect("rendered"),
+            &exposure
+                .film
+                .tile_means_and_variances(tile)
+                .expect("rendered"),
             display,
         )
     }));
     let (noisy, denoised) = (
-        Setting::default(),
-        Setting::single(RungChoice::parse("reconstruction=denoised").expect("a rung")),
+        RungSetting::default(),
+        RungSetting::from_rung(RungChoice::parse("reconstruction=denoised").expect("a rung")),
     );
     for setting in [&noisy, &denoised] {
         assert!(
             measurements
-                .measure(setting, (2, 2), None, false, end)
+                .measure_setting(setting, (2, 2), None, false, end)
                 .expect("a scene")
         );
     }
     let time = measurements
-        .relative(&denoised, &noisy)
+        .relative_cost(&denoised, &noisy)
         .expect("both")
         .time
         .value;
@@ -758,7 +763,7 @@ fn what_was_measured_is_kept_when_it_is_stopped() {
         );
         (
             session
-                .run(MeasurementStart::default(), &mut ())
+                .measure(MeasurementStart::default(), &mut ())
                 .map(|(report, _)| report),
             clock.seconds(),
         )

@@ -10,7 +10,7 @@ const GRID: TileGrid = TileGrid {
 };
 
 fn uniform(seed: u64, index: u64) -> f64 {
-    (mix(seed ^ mix(index)) >> 11) as f64 / 2_f64.powi(53)
+    (splitmix64(seed ^ splitmix64(index)) >> 11) as f64 / 2_f64.powi(53)
 }
 
 /// A skewed number with mean and variance one.
@@ -32,7 +32,7 @@ fn tiles_are_the_picture() {
         } = GRID.tile(index);
         (y..y + height)
             .for_each(|y| (x..x + width).for_each(|x| covered[(y * 320 + x) as usize] += 1));
-        let around = GRID.around(index, 20);
+        let around = GRID.tile_crop_with_margin(index, 20);
         assert!(
             around.x + around.width <= 320
                 && around.y + around.height <= 184
@@ -76,7 +76,7 @@ fn chances_are_those_with_which_tiles_are_drawn() {
     for seed in 0..seeds {
         let grid = TileGrid { seed, ..GRID };
         let sample = TileSample::new(grid, &looks(grid));
-        for (pilot_pass, chance) in sample.order.iter().zip(sample.chances(40)) {
+        for (pilot_pass, chance) in sample.passes.iter().zip(sample.inclusion_probabilities(40)) {
             drawn[pilot_pass.tile as usize] += 1.0;
             expected[pilot_pass.tile as usize] = chance;
         }
@@ -89,7 +89,7 @@ fn chances_are_those_with_which_tiles_are_drawn() {
         );
     }
     assert!(expected[9] > 2.0 * expected[10] && (expected.iter().sum::<f64>() - 40.0).abs() < 2.0);
-    let all = TileSample::new(GRID, &looks(GRID)).chances(GRID.count());
+    let all = TileSample::new(GRID, &looks(GRID)).inclusion_probabilities(GRID.count());
     assert!(all.len() == GRID.count() && all.iter().all(|&chance| chance == 1.0));
 }
 
@@ -120,7 +120,7 @@ fn held(count: usize, mean: impl Fn(u64, u32) -> f64, has_looks: bool) -> f64 {
             grid,
             &(0..GRID.count() as u32).map(look).collect::<Vec<_>>(),
         );
-        let blocks: Vec<[Vec<f64>; 2]> = (sample.order.iter().take(count))
+        let blocks: Vec<[Vec<f64>; 2]> = (sample.passes.iter().take(count))
             .map(|pilot_pass| {
                 let pixels = grid.pixels(pilot_pass.tile) / 4.0;
                 // Sixteen squares make a block.
@@ -147,21 +147,21 @@ fn held(count: usize, mean: impl Fn(u64, u32) -> f64, has_looks: bool) -> f64 {
             (chance, above.clone(), below.clone())
         };
         let parts: Vec<_> = sample
-            .chances(count)
+            .inclusion_probabilities(count)
             .into_iter()
             .zip(&blocks)
             .map(share)
             .collect();
-        let shares: Vec<TileShare<'_>> = parts
+        let shares: Vec<RatioTerm<'_>> = parts
             .iter()
-            .map(|(chance, above, below)| TileShare {
-                chance: *chance,
-                above,
-                below,
-                doubt: 0.0,
+            .map(|(chance, above, below)| RatioTerm {
+                inclusion_probability: *chance,
+                numerator: above,
+                denominator: below,
+                reference_variance: 0.0,
             })
             .collect();
-        let interval = ratio(&shares);
+        let interval = ratio_interval(&shares);
         interval.low <= truth && truth <= interval.high
     };
     (0..runs).filter(holds).count() as f64 / runs as f64
@@ -210,20 +210,20 @@ fn intervals_hold_uneven_noise() {
 /// single tile of many gives no information.
 #[test]
 fn what_is_lost_in_noise_begins_at_zero() {
-    let share = |chance: f64, doubt: f64| TileShare {
-        chance,
-        above: &[1.0, 1.2],
-        below: &[10.0, 10.0],
-        doubt,
+    let share = |chance: f64, doubt: f64| RatioTerm {
+        inclusion_probability: chance,
+        numerator: &[1.0, 1.2],
+        denominator: &[10.0, 10.0],
+        reference_variance: doubt,
     };
-    let interval = ratio(&[share(0.5, 0.01), share(0.5, 0.01)]);
+    let interval = ratio_interval(&[share(0.5, 0.01), share(0.5, 0.01)]);
     assert!(
         interval.low > 0.0 && (interval.value - 0.11).abs() < 1e-12,
         "{interval:?}"
     );
-    let lost = ratio(&[share(0.5, 40.0), share(0.5, 40.0)]);
-    assert!(lost.is_lost_in_noise() && lost.high > 0.2, "{lost:?}");
-    assert_eq!(ratio(&[share(0.5, 0.0)]).high, f64::INFINITY);
+    let lost = ratio_interval(&[share(0.5, 40.0), share(0.5, 40.0)]);
+    assert!(lost.includes_zero() && lost.high > 0.2, "{lost:?}");
+    assert_eq!(ratio_interval(&[share(0.5, 0.0)]).high, f64::INFINITY);
 }
 
 /// Protects: the estimate from all tiles of a small picture, with one piece each, has an interval
@@ -233,13 +233,14 @@ fn what_is_lost_in_noise_begins_at_zero() {
 fn all_tiles_of_a_small_picture_have_noise() {
     let above: [&[f64]; 2] = [&[1.0], &[3.0]];
     // A black tile has no doubt.
-    let share = |i: usize| TileShare {
-        chance: 1.0,
-        above: above[i % 2],
-        below: &[1.0],
-        doubt: if i == 4 { 0.0 } else { 1e-9 },
+    let share = |i: usize| RatioTerm {
+        inclusion_probability: 1.0,
+        numerator: above[i % 2],
+        denominator: &[1.0],
+        reference_variance: if i == 4 { 0.0 } else { 1e-9 },
     };
-    let (ratio, error, factor) = estimate(&(0..10).map(share).collect::<Vec<_>>()).expect("tiles");
+    let (ratio, error, factor) =
+        hajek_ratio_estimate(&(0..10).map(share).collect::<Vec<_>>()).expect("tiles");
     assert!(
         (ratio - 2.0).abs() < 1e-12 && (error - 20_f64.sqrt() / 10.0).abs() < 1e-12 && factor < 2.0,
         "{error} {factor}"

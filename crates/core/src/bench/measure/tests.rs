@@ -1,42 +1,42 @@
 //! Results of the benchmark for given times, by hand.
 
 use super::*;
-use crate::bench::{GeneratedKind, group};
+use crate::bench::{GeneratedPrimitive, generate_primitives};
 
 /// Protects: the ratio is the time of the scan over that of the tree, sample by sample: of 6 and 2,
 /// 5 and 2, and 8 and 4 seconds, the median is 2.5. Without a timed scan it is `None`.
 #[test]
 fn a_ratio_is_scan_over_tree() {
     let geometry = Geometry::new(
-        group(GeneratedKind::Spheres, 3, 1).unwrap(),
+        generate_primitives(GeneratedPrimitive::Spheres, 3, 1).unwrap(),
         AcceleratorKind::Linear,
     );
-    let contestant = Contestant {
+    let contestant = BenchedGeometry {
         geometry: &geometry,
-        build: Spread::from_samples(&[1.0]),
+        build: SampleQuantiles::from_samples(&[1.0]),
         bytes: 0,
     };
-    let rays = crate::bench::rays(16, 1);
-    let method = Method {
+    let rays = crate::bench::generate_rays(16, 1);
+    let method = BenchMethod {
         options: BenchOptions {
             repeats: 1,
             sample_seconds: 1e-4,
             build: BuildQuality::Fast,
         },
-        stopwatch: crate::bench::clock::steady,
+        stopwatch: crate::bench::clock::simulate_stopwatch,
     };
-    let mut scan = Challenger::new(&contestant, &rays, &method);
+    let mut scan = ScanTimer::new(&contestant, &rays, &method);
     for [own, tree] in [[6.0, 2.0], [5.0, 2.0], [8.0, 4.0]] {
-        scan.record(Some(own), tree);
+        scan.record_times(Some(own), tree);
     }
-    let ratio = scan.ratio().expect("it was timed");
+    let ratio = scan.time_ratio().expect("it was timed");
     assert_eq!((ratio.min, ratio.median, ratio.max), (2.0, 2.5, 3.0));
-    let mut slow = Challenger {
+    let mut slow = ScanTimer {
         sample: None,
-        ..Challenger::new(&contestant, &rays, &method)
+        ..ScanTimer::new(&contestant, &rays, &method)
     };
-    slow.record(None, 2.0);
-    assert_eq!((slow.ratio(), slow.cost()), (None, None));
+    slow.record_times(None, 2.0);
+    assert_eq!((slow.time_ratio(), slow.query_cost()), (None, None));
 }
 
 /// Protects: a sample fills its intended time: at ten nanoseconds a test and three primitives, 30
@@ -45,21 +45,21 @@ fn a_ratio_is_scan_over_tree() {
 #[test]
 fn samples_fill_their_time() {
     let geometry = Geometry::<f32>::new(
-        group(GeneratedKind::Spheres, 3, 1).unwrap(),
+        generate_primitives(GeneratedPrimitive::Spheres, 3, 1).unwrap(),
         AcceleratorKind::Linear,
     );
     let sized = |rays: u32, sample_seconds| {
-        let method = Method {
+        let method = BenchMethod {
             options: BenchOptions {
                 repeats: 1,
                 sample_seconds,
                 build: BuildQuality::Fast,
             },
-            stopwatch: crate::bench::clock::steady,
+            stopwatch: crate::bench::clock::simulate_stopwatch,
         };
-        let rays = crate::bench::rays(rays, 1);
-        let sample = RaySample::sized(&geometry, &rays, &method);
-        assert!((sample.seconds_a_ray - 3e-8).abs() < 1e-20);
+        let rays = crate::bench::generate_rays(rays, 1);
+        let sample = RaySample::with_fitting_size(&geometry, &rays, &method);
+        assert!((sample.seconds_per_ray - 3e-8).abs() < 1e-20);
         (rays.len(), sample.step, sample.passes)
     };
     assert_eq!(sized(1 << 16, 1e-4), (65536, 65536 / 3333, 1));

@@ -6,7 +6,7 @@ use raywright_bvh::scalar::{Real, Vector};
 
 use super::{hit, names, narrow};
 use crate::expr::semantics::remainder;
-use crate::expr::{ExprScope, Programs, VariableValues, compile};
+use crate::expr::{ExprScope, ProgramTable, VariableValues, compile};
 use crate::noise;
 
 /// An expression: a number, a variable, or an operator or function of others.
@@ -363,7 +363,7 @@ impl ExprRng {
 /// Whether two values are equal to the bit; any two NaN count as equal.
 fn same<R: Real>(program: R::Vec3, walk: [R; 3]) -> bool {
     (0..3).all(|axis| {
-        let (a, b) = (program.axis(axis).to_f64(), walk[axis].to_f64());
+        let (a, b) = (program.component(axis).to_f64(), walk[axis].to_f64());
         a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())
     })
 }
@@ -372,10 +372,10 @@ fn check<R: Real>(tree: &ExprTree, hits: &[VariableValues<R>]) {
     let source = tree.source();
     let program =
         compile(&source, &names(), ExprScope::Light).unwrap_or_else(|e| panic!("{source}: {e}"));
-    let programs = Programs::from_program(&program);
+    let programs = ProgramTable::from_program(&program);
     for hit in hits {
         let (is_vector, walk) = tree.value(hit);
-        let (vector, scalar) = (programs.vector(0, hit), programs.scalar(0, hit));
+        let (vector, scalar) = (programs.eval_vector(0, hit), programs.eval_scalar(0, hit));
         assert!(
             same::<R>(vector, walk),
             "{source}\n{vector:?} is not {walk:?}\n{program:?}"

@@ -5,9 +5,9 @@ use glam::DVec3;
 use raywright_bvh::scalar::Real;
 
 use super::{hit, names};
-use crate::expr::semantics::{power, vanishing};
+use crate::expr::semantics::{integer_power, vanishing_limit};
 use crate::expr::{
-    Constant, ExprScope, MAX_OPERATIONS, Programs, Variable, compile, compile_number,
+    Constant, ExprScope, MAX_OPERATIONS, ProgramTable, Variable, compile, compile_number,
 };
 
 /// Protects: every variable reads its own input, and exists only in its scopes.
@@ -28,7 +28,7 @@ fn variables_belong_to_scopes() {
         let program =
             compile_number(source, &names(), scope).unwrap_or_else(|e| panic!("{source}: {e}"));
         assert!(
-            (Programs::from_program(&program).scalar(0, &hit()) - expected).abs() < 1e-14,
+            (ProgramTable::from_program(&program).eval_scalar(0, &hit()) - expected).abs() < 1e-14,
             "{source}"
         );
     }
@@ -56,21 +56,26 @@ fn variables_belong_to_scopes() {
 fn programs_describe_themselves() {
     let surface = |source| compile(source, &names(), ExprScope::Surface).expect("compiles");
     assert_eq!(
-        surface("size*[1, 2, t]").is_constant(),
+        surface("size*[1, 2, t]").constant_value(),
         Some(Constant::Vector([0.5, 1.0, 1.0]))
     );
     assert_eq!(
-        surface("t > 1 ? 3 : p.x").is_constant(),
+        surface("t > 1 ? 3 : p.x").constant_value(),
         Some(Constant::Number(3.0))
     );
     let program = surface("mix([1, 0, 0], [0, 1, 0], n.y)");
-    assert_eq!(program.is_constant(), None);
+    assert_eq!(program.constant_value(), None);
     assert!(
-        program.is_vector() && program.uses(Variable::Normal) && !program.uses(Variable::Position)
+        program.is_vector()
+            && program.uses_variable(Variable::Normal)
+            && !program.uses_variable(Variable::Position)
     );
-    assert_eq!(Programs::from_program(&program).vector(0, &hit()), DVec3::Y);
     assert_eq!(
-        Programs::from_program(&surface("u")).vector(0, &hit()),
+        ProgramTable::from_program(&program).eval_vector(0, &hit()),
+        DVec3::Y
+    );
+    assert_eq!(
+        ProgramTable::from_program(&surface("u")).eval_vector(0, &hit()),
         DVec3::splat(0.25)
     );
 }
@@ -97,37 +102,40 @@ fn programs_lie_side_by_side() {
     let compiled = sources.map(|source| {
         compile(&source, &names(), ExprScope::Surface).unwrap_or_else(|e| panic!("{source}: {e}"))
     });
-    let mut together = Programs::<f64>::default();
+    let mut together = ProgramTable::<f64>::default();
     let indices = compiled.each_ref().map(|program| together.add(program));
     assert_eq!(indices, [0, 1, 2, 3, 4, 5, 6]);
     for (index, program) in indices.into_iter().zip(&compiled) {
-        let alone = Programs::from_program(program);
+        let alone = ProgramTable::from_program(program);
         assert_eq!(
-            together.vector(index, &hit()),
-            alone.vector(0, &hit()),
+            together.eval_vector(index, &hit()),
+            alone.eval_vector(0, &hit()),
             "program {index}"
         );
         assert_eq!(
-            together.scalar(index, &hit()),
-            alone.scalar(0, &hit()),
+            together.eval_scalar(index, &hit()),
+            alone.eval_scalar(0, &hit()),
             "program {index}"
         );
         for variable in Variable::ALL {
             assert_eq!(
-                together.uses(index, variable),
-                program.uses(variable),
+                together.uses_variable(index, variable),
+                program.uses_variable(variable),
                 "program {index}, {variable:?}"
             );
         }
     }
     assert_eq!(
-        (together.scalar(4, &hit()), together.vector(2, &hit())),
+        (
+            together.eval_scalar(4, &hit()),
+            together.eval_vector(2, &hit())
+        ),
         (7.0, DVec3::Y)
     );
     assert!(
-        together.uses(6, Variable::Direction)
-            && !together.uses(6, Variable::U)
-            && together.uses(0, Variable::U)
+        together.uses_variable(6, Variable::Direction)
+            && !together.uses_variable(6, Variable::U)
+            && together.uses_variable(0, Variable::U)
     );
 }
 
@@ -143,7 +151,7 @@ fn oversized_programs_are_refused() {
 #[test]
 fn powers_vanish_where_their_squares_do() {
     for exponent in (0..600).chain([1023, 1024, 1025, 4095, 32_769, 65_535, 65_536]) {
-        let limit = vanishing(exponent) as f32;
+        let limit = vanishing_limit(exponent) as f32;
         let below = (0..200).map(|i| limit * (1.0 - 0.000_5 * i as f32)).chain([
             limit.next_down(),
             limit * 1e-3,
@@ -154,7 +162,10 @@ fn powers_vanish_where_their_squares_do() {
             .chain([limit, limit * 1.001, 0.999, 1.5])
             .flat_map(|x| [x, -x])
         {
-            let (got, expected) = (power(base, exponent, limit), Real::powi(base, exponent));
+            let (got, expected) = (
+                integer_power(base, exponent, limit),
+                Real::powi(base, exponent),
+            );
             assert!(
                 got.to_bits() == expected.to_bits() || expected.is_nan(),
                 "{base}^{exponent} is {expected}, not {got}"
@@ -162,7 +173,7 @@ fn powers_vanish_where_their_squares_do() {
         }
     }
     assert!(
-        (0.5..1.0).contains(&vanishing(500)) && vanishing(1) as f32 == 0.0,
+        (0.5..1.0).contains(&vanishing_limit(500)) && vanishing_limit(1) as f32 == 0.0,
         "a limit that never holds is of no use"
     );
 }

@@ -1,7 +1,7 @@
 //! Replicates, tiles and passes cover everything exactly once.
 
 use super::*;
-use crate::scene::{Pattern, Scene};
+use crate::scene::{SamplePattern, Scene};
 use crate::settings::Sampling;
 
 impl FilmPlan {
@@ -46,19 +46,25 @@ fn samples_are_spread_evenly_over_replicates() {
         u32::MAX,
     ] {
         let plan = plan(Sampling::General(n));
-        let each: Vec<u32> = (0..plan.replicates).map(|r| plan.samples_of(r)).collect();
+        let each: Vec<u32> = (0..plan.replicates)
+            .map(|r| plan.replicate_samples(r))
+            .collect();
         assert_eq!(each.iter().sum::<u32>(), n);
         assert!(
             each.is_sorted_by(|a, b| a >= b) && each[0] - each[each.len() - 1] <= 1,
             "{n}: {each:?}"
         );
-        assert!((1..=MOST).contains(&each[0]), "{n}: {}", each[0]);
+        assert!(
+            (1..=MAX_REPLICATE_SAMPLES).contains(&each[0]),
+            "{n}: {}",
+            each[0]
+        );
         assert_eq!(
             plan.replicates,
             if n <= 262_140 {
-                replicates(n)
+                default_replicates(n)
             } else {
-                n.div_ceil(MOST)
+                n.div_ceil(MAX_REPLICATE_SAMPLES)
             }
         );
     }
@@ -75,9 +81,12 @@ fn samples_are_spread_evenly_over_replicates() {
             "{requested} asked for of {samples} samples"
         );
     }
-    for pattern in [Pattern::Centre, Pattern::Corners] {
+    for pattern in [SamplePattern::Centre, SamplePattern::Corners] {
         let plan = plan(Sampling::Pattern(pattern));
-        assert_eq!((plan.replicates, plan.samples_of(0)), (1, pattern.count()));
+        assert_eq!(
+            (plan.replicates, plan.replicate_samples(0)),
+            (1, pattern.sample_count())
+        );
     }
 }
 
@@ -95,8 +104,8 @@ fn f09_tiles_cover_the_film_once() {
             ..Settings::from_scene(&Scene::default())
         };
         let plan = FilmPlan::new(&settings, false, false);
-        let mut covered = vec![0; plan.pixels()];
-        for tile in (0..plan.tiles()).map(|index| plan.tile(index)) {
+        let mut covered = vec![0; plan.pixel_count()];
+        for tile in (0..plan.tile_count()).map(|index| plan.tile_rect(index)) {
             for y in tile.y..tile.y + tile.height {
                 (tile.x..tile.x + tile.width)
                     .for_each(|x| covered[(y * picture[0] + x) as usize] += 1);
@@ -115,7 +124,7 @@ fn f09_tiles_cover_the_film_once() {
 fn passes_take_all_samples_in_order() {
     let passes = |plan: &FilmPlan| {
         let (mut drawn, mut ends) = (0, Vec::new());
-        while let Some((pass, samples)) = plan.pass(plan.samples_of(0), drawn) {
+        while let Some((pass, samples)) = plan.next_pass(plan.replicate_samples(0), drawn) {
             assert_eq!((pass, samples.start), (ends.len() as u32, drawn));
             drawn = samples.end;
             ends.push(drawn);
@@ -131,10 +140,13 @@ fn passes_take_all_samples_in_order() {
     assert_eq!(general(1), [1]);
     assert_eq!(general(20), [4, 16, 20]);
     assert_eq!(general(200), [4, 16, 32, 64, 128, 192, 200]);
-    assert_eq!(passes(&plan(Sampling::Pattern(Pattern::Corners))), [4]);
+    assert_eq!(
+        passes(&plan(Sampling::Pattern(SamplePattern::Corners))),
+        [4]
+    );
     // A pass that starts in between ends where the regular passes end.
     assert_eq!(
-        plan(Sampling::General(400)).pass(100, 70),
+        plan(Sampling::General(400)).next_pass(100, 70),
         Some((4, 70..100))
     );
 }
@@ -150,9 +162,9 @@ fn the_fewest_samples_that_go_on() {
                 .with_samples(n)
         };
         for (fewer, more) in (1..90).flat_map(|fewer| (1..90).map(move |more| (fewer, more))) {
-            let found = (fewer.max(more)..).find(|&n| value_of(n).continues(&value_of(fewer)));
+            let found = (fewer.max(more)..).find(|&n| value_of(n).can_continue(&value_of(fewer)));
             assert_eq!(
-                value_of(more).least_continuing(&value_of(fewer)),
+                value_of(more).least_samples_to_continue(&value_of(fewer)),
                 found,
                 "{requested:?}, {fewer}, {more}"
             );
@@ -166,11 +178,11 @@ fn the_fewest_samples_that_go_on() {
     };
     // Its replicates hold 60,000 samples each.
     assert_eq!(
-        value_of(70_000, 60_000).least_continuing(&value_of(60_000, 1)),
+        value_of(70_000, 60_000).least_samples_to_continue(&value_of(60_000, 1)),
         Some(59_999 * 60_000 + 1)
     );
     assert_eq!(
-        value_of(80_000, 80_000).least_continuing(&value_of(60_000, 1)),
+        value_of(80_000, 80_000).least_samples_to_continue(&value_of(60_000, 1)),
         None
     );
 }

@@ -5,7 +5,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use super::{in_order, scene};
 use crate::film::adaptive::ErrorProgress;
 use crate::film::{Doubt, Film, ReplicateBuffer};
-use crate::hash::mix;
+use crate::hash::splitmix64;
 use crate::observer::Observer;
 use crate::scene::{Integrator, Scene};
 use crate::settings::{Aov, Sampling, Settings};
@@ -22,7 +22,7 @@ pub(super) fn row(tiles: u32, maximum: u32) -> Film {
     };
     prepare(&Scene::default(), &settings, &())
         .expect("an empty scene")
-        .film("")
+        .new_film("")
 }
 
 /// Takes the requested samples: the mean of replicate r of each pixel is given by its tile and
@@ -30,8 +30,8 @@ pub(super) fn row(tiles: u32, maximum: u32) -> Film {
 pub(super) fn add_samples(film: &mut Film, mean: impl Fn(u32, u32, f64) -> f64) {
     let plan = film.plan.clone();
     for replicate in 0..4 {
-        let tile_of = |pixel: usize| plan.tile_of(pixel);
-        let samples: Vec<u16> = (0..plan.pixels())
+        let tile_of = |pixel: usize| plan.tile_of_pixel(pixel);
+        let samples: Vec<u16> = (0..plan.pixel_count())
             .map(|p| film.sample_goal(tile_of(p), replicate) as u16)
             .collect();
         let value_of = |(pixel, &n): (usize, &u16)| {
@@ -44,7 +44,8 @@ pub(super) fn add_samples(film: &mut Film, mean: impl Fn(u32, u32, f64) -> f64) 
             ..ReplicateBuffer::default()
         });
     }
-    film.drawn.copy_from_slice(&film.goals.clone());
+    film.samples_drawn
+        .copy_from_slice(&film.sample_goals.clone());
 }
 
 /// Means about 1 whose samples deviate by `sigma`: up in the first two replicates, down in the
@@ -54,7 +55,7 @@ fn known(sigma: impl Fn(u32) -> f64) -> impl Fn(u32, u32, f64) -> f64 {
 }
 
 fn total(film: &Film) -> u64 {
-    film.progress(&film.whole_part()).0
+    film.progress(&film.full_part()).0
 }
 
 /// Protects: tiles whose samples deviate four times as much get four times as many, up to the grid
@@ -74,12 +75,12 @@ fn samples_go_where_the_error_is() {
             "{before} to {now}"
         );
         let high = film
-            .uncertainty()
+            .estimate_uncertainty()
             .expect("four replicates")
             .root_relmse
             .high;
         match film.advance_to_error(0.05, &()) {
-            ErrorProgress::Further => assert!(high > 0.05 && now > before),
+            ErrorProgress::NeedsSamples => assert!(high > 0.05 && now > before),
             ErrorProgress::Reached => {
                 assert!(high <= 0.05 && claimed > 0.05);
                 assert!(now as f64 <= 1.2 * before as f64 || before == 0);
@@ -107,7 +108,10 @@ fn nothing_is_left_behind() {
     let mut film = row(12, 65_536);
     for _ in 0..30 {
         add_samples(&mut film, known(|tile| if tile < 6 { 0.0 } else { 2.0 }));
-        assert_eq!(film.advance_to_error(0.01, &()), ErrorProgress::Further);
+        assert_eq!(
+            film.advance_to_error(0.01, &()),
+            ErrorProgress::NeedsSamples
+        );
     }
     let (still, noisy) = (
         f64::from(film.sample_goal(0, 0)),
@@ -132,7 +136,10 @@ fn each_half_decides_for_the_other() {
             };
             1.0 + if replicate < 2 { 1.0 } else { -1.0 } * if loud { 2.0 } else { 0.2 } / n.sqrt()
         });
-        assert_eq!(film.advance_to_error(0.005, &()), ErrorProgress::Further);
+        assert_eq!(
+            film.advance_to_error(0.005, &()),
+            ErrorProgress::NeedsSamples
+        );
     }
     for (replicate, more, fewer) in [(0, 11, 0), (2, 11, 0), (1, 0, 11), (3, 0, 11)] {
         assert!(
@@ -153,7 +160,7 @@ fn samples_have_a_maximum() {
             add_samples(&mut film, known(|_| 3.0));
             rounds += 1;
             match film.advance_to_error(1e-6, &()) {
-                ErrorProgress::Further => assert!(rounds < 60),
+                ErrorProgress::NeedsSamples => assert!(rounds < 60),
                 end => break assert_eq!(end, ErrorProgress::Exhausted),
             }
         }
@@ -177,7 +184,7 @@ fn replicates_count_the_same() {
         .into_iter()
         .enumerate()
     {
-        let pixels = film.plan.pixels();
+        let pixels = film.plan.pixel_count();
         let sums = vec![[mean * f64::from(n); 3]; pixels];
         film.buffers[replicate] = Some(ReplicateBuffer {
             sums,
@@ -191,7 +198,11 @@ fn replicates_count_the_same() {
             .iter()
             .all(|colour| colour.iter().all(|c| (c - 3.0).abs() < 1e-6))
     );
-    let rmse = film.uncertainty().expect("four replicates").rmse.value;
+    let rmse = film
+        .estimate_uncertainty()
+        .expect("four replicates")
+        .rmse
+        .value;
     assert!((rmse - (14.0_f64 / 12.0).sqrt()).abs() < 1e-12, "{rmse}");
 }
 
@@ -213,11 +224,11 @@ fn coverage_counts_replicates_the_same() {
     };
     let mut film = prepare(&Scene::default(), &settings, &())
         .expect("an empty scene")
-        .film("");
+        .new_film("");
     for (replicate, n) in [4_u16, 8, 4, 8].into_iter().enumerate() {
         let covered = vec![
             if replicate == 0 {
-                4 * crate::film::sums::WHOLE
+                4 * crate::film::sums::COVERAGE_UNITS
             } else {
                 0
             };
@@ -248,13 +259,13 @@ fn the_end_is_told_by_the_claim() {
         let mut film = row(3, 65_536);
         add_samples(&mut film, known(|_| 0.1));
         (film.counters.unaided, film.counters.found) = (1000, found);
-        let claim = film.uncertainty().expect("four replicates");
+        let claim = film.estimate_uncertainty().expect("four replicates");
         assert!(found == 1000 || claim.doubt.is_some());
         assert_eq!(
             film.advance_to_error(0.1 * claim.root_relmse.high, &()),
-            ErrorProgress::Further
+            ErrorProgress::NeedsSamples
         );
-        let (done, all) = film.progress(&film.whole_part());
+        let (done, all) = film.progress(&film.full_part());
         let reported = all as f64 / done as f64;
         assert!((reported - 100.0).abs() < 0.01, "{reported}");
     }
@@ -268,28 +279,28 @@ fn doubted_errors_are_not_reached() {
     add_samples(&mut film, known(|_| 0.01));
     (film.counters.unaided, film.counters.found) = (1000, 39);
     assert_eq!(
-        (film.advance_to_error(1e-9, &()), film.doubted_progress()),
-        (ErrorProgress::Further, None)
+        (film.advance_to_error(1e-9, &()), film.rejected_stop()),
+        (ErrorProgress::NeedsSamples, None)
     );
     add_samples(&mut film, known(|_| 0.01));
-    assert_eq!(film.advance_to_error(0.5, &()), ErrorProgress::Further);
-    let first = film.doubted_progress().expect("a claim below");
-    let samples = film.samples(&film.whole_part());
+    assert_eq!(film.advance_to_error(0.5, &()), ErrorProgress::NeedsSamples);
+    let first = film.rejected_stop().expect("a claim below");
+    let samples = film.sample_range(&film.full_part());
     assert_eq!(
         (first.samples, first.doubt),
         ([*samples.start(), *samples.end()], Doubt::LightByChance)
     );
     assert_eq!(
         first.error,
-        film.uncertainty()
+        film.estimate_uncertainty()
             .expect("four replicates")
             .root_relmse
             .value
     );
     add_samples(&mut film, known(|_| 0.01));
     assert_eq!(
-        (film.advance_to_error(0.5, &()), film.doubted_progress()),
-        (ErrorProgress::Further, Some(first))
+        (film.advance_to_error(0.5, &()), film.rejected_stop()),
+        (ErrorProgress::NeedsSamples, Some(first))
     );
     film.counters.found = 40;
     assert_eq!(film.advance_to_error(0.5, &()), ErrorProgress::Reached);
@@ -302,7 +313,10 @@ fn tiles_grow_by_two_at_most() {
     for _ in 0..8 {
         add_samples(&mut film, known(|tile| if tile == 5 { 50.0 } else { 0.01 }));
         let before = film.samples_drawn(5, 0);
-        assert_eq!(film.advance_to_error(1e-6, &()), ErrorProgress::Further);
+        assert_eq!(
+            film.advance_to_error(1e-6, &()),
+            ErrorProgress::NeedsSamples
+        );
         assert!(
             film.sample_goal(5, 0) <= 2 * before,
             "{before} to {}",
@@ -329,7 +343,10 @@ fn m14_black_tiles_are_not_given_up() {
                     loud(replicate, tile, n)
                 }
             });
-            assert_eq!(film.advance_to_error(1e-3, &()), ErrorProgress::Further);
+            assert_eq!(
+                film.advance_to_error(1e-3, &()),
+                ErrorProgress::NeedsSamples
+            );
         }
         let [still, other] = [black.start, 7].map(|tile| f64::from(film.sample_goal(tile, 0)));
         assert!(
@@ -351,31 +368,35 @@ fn m14_rare_light_is_not_lost() {
         loop {
             let plan = film.plan.clone();
             for replicate in 0..4_u32 {
-                let goal = |pixel: usize| film.sample_goal(plan.tile_of(pixel), replicate);
+                let goal = |pixel: usize| film.sample_goal(plan.tile_of_pixel(pixel), replicate);
                 let is_hit = |pixel: usize, index: u32| {
                     let address = run << 48
                         | u64::from(replicate) << 44
                         | (pixel as u64) << 20
                         | u64::from(index);
-                    (mix(mix(address) ^ 77) >> 11) as f64 / (1_u64 << 53) as f64 > 1.0 - chance
+                    (splitmix64(splitmix64(address) ^ 77) >> 11) as f64 / (1_u64 << 53) as f64
+                        > 1.0 - chance
                 };
                 let count = |pixel: usize| {
                     (0..goal(pixel))
                         .filter(|&index| is_hit(pixel, index))
                         .count()
                 };
-                let sums = (0..plan.pixels())
+                let sums = (0..plan.pixel_count())
                     .map(|pixel| [bright * count(pixel) as f64; 3])
                     .collect();
-                let samples = (0..plan.pixels()).map(|pixel| goal(pixel) as u16).collect();
+                let samples = (0..plan.pixel_count())
+                    .map(|pixel| goal(pixel) as u16)
+                    .collect();
                 film.buffers[replicate as usize] = Some(ReplicateBuffer {
                     sums,
                     samples,
                     ..ReplicateBuffer::default()
                 });
             }
-            film.drawn.copy_from_slice(&film.goals.clone());
-            if film.advance_to_error(0.9, &()) != ErrorProgress::Further {
+            film.samples_drawn
+                .copy_from_slice(&film.sample_goals.clone());
+            if film.advance_to_error(0.9, &()) != ErrorProgress::NeedsSamples {
                 break;
             }
         }
@@ -408,8 +429,8 @@ fn of(settings: &Settings) -> ReadyScene {
 }
 
 fn rendered(ready: &ReadyScene) -> Film {
-    let mut film = ready.film("scene");
-    let part = film.whole_part();
+    let mut film = ready.new_film("scene");
+    let part = film.full_part();
     ready
         .render_part(&mut film, &part, &())
         .unwrap_or_else(|e| panic!("{e}"));
@@ -436,7 +457,7 @@ impl Observer for EnoughAfter {
         assert!(done <= total);
         self.0.fetch_sub(1, Ordering::Relaxed);
     }
-    fn has_enough(&self, _: bool) -> bool {
+    fn has_enough_samples(&self, _: bool) -> bool {
         self.0.load(Ordering::Relaxed) == 0
     }
 }
@@ -447,14 +468,14 @@ impl Observer for EnoughAfter {
 fn only_the_picture_decides() {
     let ready = of(&settings());
     let whole = rendered(&ready);
-    let samples = whole.samples(&whole.whole_part());
+    let samples = whole.sample_range(&whole.full_part());
     assert!(
         samples.start() < samples.end() && *samples.start() >= 16,
         "{samples:?}"
     );
     assert!(
         whole
-            .uncertainty()
+            .estimate_uncertainty()
             .expect("four replicates")
             .root_relmse
             .high
@@ -472,18 +493,18 @@ fn only_the_picture_decides() {
         "tiles"
     );
     for step in [1, 5, 24] {
-        let mut film = ready.film("scene");
+        let mut film = ready.new_film("scene");
         let mut pauses = 0;
         loop {
             in_order(|| {
                 ready.render_part(
                     &mut film,
-                    &whole.whole_part(),
+                    &whole.full_part(),
                     &EnoughAfter(AtomicU32::new(step)),
                 )
             })
             .expect("its own film");
-            if film.lacking(&whole.whole_part()) == 0 {
+            if film.unfinished_tiles(&whole.full_part()) == 0 {
                 break;
             }
             pauses += 1;
@@ -500,26 +521,33 @@ fn only_the_picture_decides() {
 #[test]
 fn maps_are_replayed() {
     let ready = of(&settings());
-    let mut film = ready.film("scene");
-    let part = film.whole_part();
+    let mut film = ready.new_film("scene");
+    let part = film.full_part();
     in_order(|| ready.render_part(&mut film, &part, &EnoughAfter(AtomicU32::new(70))))
         .expect("its own film");
-    assert!(film.lacking(&part) > 0);
-    let mut again = ready.film("scene");
-    again.replay(&film).expect("a map of the same picture");
+    assert!(film.unfinished_tiles(&part) > 0);
+    let mut again = ready.new_film("scene");
+    again
+        .repeat_sample_counts(&film)
+        .expect("a map of the same picture");
     ready
         .render_part(&mut again, &part, &())
         .expect("its own film");
     assert!(bits(&again) == bits(&film));
-    assert_eq!(again.lacking(&part), 0);
+    assert_eq!(again.unfinished_tiles(&part), 0);
     assert!(
         of(&Settings {
             seed: 9,
             ..settings()
         })
-        .film("scene")
-        .replay(&film)
+        .new_film("scene")
+        .repeat_sample_counts(&film)
         .is_err()
     );
-    assert!(ready.film("another scene").replay(&film).is_err());
+    assert!(
+        ready
+            .new_film("another scene")
+            .repeat_sample_counts(&film)
+            .is_err()
+    );
 }

@@ -4,18 +4,18 @@
 use super::adaptive::{add_samples, row};
 use super::uncertainty::film;
 use crate::film::adaptive::ErrorProgress;
-use crate::film::leave_one_out::{LeaveOneOut, SingleReplicateBound};
+use crate::film::leave_one_out::{LeaveOneOutStats, SingleReplicateBound};
 use crate::film::{Doubt, ReplicateBuffer};
-use crate::hash::mix;
-use crate::metrics::student_95;
+use crate::hash::splitmix64;
+use crate::metrics::student_factor_95;
 
 /// Whether this many pixels with these means of four replicates confirm light that was found once.
 fn vouch(pixels: &[(usize, [f64; 4])]) -> bool {
-    let mut again = LeaveOneOut::default();
+    let mut again = LeaveOneOutStats::default();
     for &(count, means) in pixels {
-        (0..count).for_each(|_| again.add(means.map(|mean| [mean; 3])));
+        (0..count).for_each(|_| again.add_pixel(means.map(|mean| [mean; 3])));
     }
-    again.is_enough()
+    again.confirms_enough_light()
 }
 
 /// Protects: a pixel lit in one replicate has three held-out replicates of zero; a pixel lit in two
@@ -93,10 +93,11 @@ fn what_was_seen_once_has_a_gamma_distribution() {
             moments(2.0, 1.0),
         ];
         // Of four replicates one has all of the light.
-        let once = SingleReplicateBound::of([[0.0; 3], [4.0 * mean; 3], [0.0; 3], [0.0; 3]]);
+        let once =
+            SingleReplicateBound::from_means([[0.0; 3], [4.0 * mean; 3], [0.0; 3], [0.0; 3]]);
         let over = mean / 0.1;
         let root = (core::f64::consts::TAU * over).sqrt();
-        let ratio = (once.most[0] / (jeffreys[0] * even[0]).sqrt()).ln();
+        let ratio = (once.max_weight[0] / (jeffreys[0] * even[0]).sqrt()).ln();
         let above = if root > 4.0 {
             ((root + 1.0) / (root - 4.0)).ln()
         } else {
@@ -107,10 +108,11 @@ fn what_was_seen_once_has_a_gamma_distribution() {
             (-over.min(0.06)..=maximum).contains(&ratio),
             "{mean}: {ratio}"
         );
-        let apart = once.prior[0] * 12.0_f64.sqrt() - (jeffreys[0] / even[0]).ln();
+        let apart = once.prior_uncertainty[0] * 12.0_f64.sqrt() - (jeffreys[0] / even[0]).ln();
         assert!((0.0..=above.min(0.8)).contains(&apart), "{mean}: {apart}");
         if mean >= 100.0 {
-            let ratio = once.deviation[0].powi(2) / (jeffreys[1] / (jeffreys[0] * jeffreys[0]));
+            let ratio =
+                once.event_uncertainty[0].powi(2) / (jeffreys[1] / (jeffreys[0] * jeffreys[0]));
             assert!(
                 (ratio - (1.0 - 4.0 / root).powi(2)).abs() < 0.004,
                 "{mean}: {ratio}"
@@ -123,10 +125,10 @@ fn what_was_seen_once_has_a_gamma_distribution() {
 #[test]
 fn what_is_black_is_weighed_as_black() {
     let SingleReplicateBound {
-        most,
-        deviation,
-        prior,
-    } = SingleReplicateBound::of([[0.0; 3]; 4]);
+        max_weight: most,
+        event_uncertainty: deviation,
+        prior_uncertainty: prior,
+    } = SingleReplicateBound::from_means([[0.0; 3]; 4]);
     assert_eq!((most, deviation, prior), ([100.0; 3], [0.0; 3], [0.0; 3]));
 }
 
@@ -139,7 +141,9 @@ fn what_is_black_is_weighed_as_black() {
 fn errors_of_light_that_is_vouched_for_by_hand() {
     let mut pixels = [[0.0, 2.0, 0.0, 0.0]; 200];
     pixels[100..].fill([2.0, 2.0, 0.0, 0.0]);
-    let uncertainty = film(&pixels).uncertainty().expect("four replicates");
+    let uncertainty = film(&pixels)
+        .estimate_uncertainty()
+        .expect("four replicates");
     assert_eq!(uncertainty.doubt, None);
     // A mean of 1/2, which is five times 0.1.
     let factors = [
@@ -167,7 +171,7 @@ fn errors_of_light_that_is_vouched_for_by_hand() {
     let alike = (across / among).ln().abs() / 2.0 + 100.0 * prior / (across * among).sqrt();
     // At least the variance of two hundred equal variances.
     let products = (product / 24.0 / (among * among)).max(8.0 / 9.0 / 200.0);
-    let width = student_95(200) * (products + weights + once + alike * alike).sqrt();
+    let width = student_factor_95(200) * (products + weights + once + alike * alike).sqrt();
     // Two hundred degrees of freedom may be rounded down by one: a factor of 1.97196 in place of
     // 1.97190.
     let found = (uncertainty.root_relmse.high / expected).ln() * 2.0;
@@ -182,7 +186,9 @@ fn common_light_needs_no_second_sample() {
     let mut pixels = [[0.0, 0.31, 0.0, 0.0]; 200];
     pixels[100..].fill([0.31, 0.31, 0.0, 0.0]);
     assert!(vouch(&[(100, pixels[0]), (100, pixels[100])]));
-    let uncertainty = film(&pixels).uncertainty().expect("four replicates");
+    let uncertainty = film(&pixels)
+        .estimate_uncertainty()
+        .expect("four replicates");
     let variances = [1.0 / 16.0, 1.0 / 12.0].map(|share| share * 0.31 * 0.31);
     let [of_four, of_two] = [0.0775, 0.155].map(|mean| 1.0 / (mean * mean + 0.01));
     let own: f64 = variances[0] * of_four + variances[1] * of_two;
@@ -197,7 +203,7 @@ fn common_light_needs_no_second_sample() {
 
 /// A uniform number below one, by an address.
 fn share(address: u64) -> f64 {
-    (mix(mix(address) ^ 0xA5A5) >> 11) as f64 / (1_u64 << 53) as f64
+    (splitmix64(splitmix64(address) ^ 0xA5A5) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// Protects: small lamps that cover any share of a pixel are not doubted; the error is below the
@@ -245,7 +251,7 @@ fn small_lamps_are_told_from_rare_light() {
                     ..ReplicateBuffer::default()
                 });
             }
-            let uncertainty = film.uncertainty().expect("four replicates");
+            let uncertainty = film.estimate_uncertainty().expect("four replicates");
             assert_eq!(
                 uncertainty.doubt,
                 (!is_sure).then_some(Doubt::FewPixels),
@@ -283,6 +289,6 @@ fn small_lamps_do_not_go_on() {
     };
     assert_eq!(
         [advance(true), advance(false)],
-        [ErrorProgress::Reached, ErrorProgress::Further]
+        [ErrorProgress::Reached, ErrorProgress::NeedsSamples]
     );
 }

@@ -76,8 +76,8 @@ pub(crate) fn film_of(size: [u32; 2], seen: impl Fn(usize, usize) -> ReplicateSa
         ..Settings::from_scene(&Scene::default())
     };
     let ready = prepare(&Scene::default(), &settings, &()).unwrap_or_else(|e| panic!("{e}"));
-    let mut film = ready.film("");
-    let count = film.plan.pixels();
+    let mut film = ready.new_film("");
+    let count = film.plan.pixel_count();
     for replicate in 0..4 {
         let twice = |value: [f64; 3]| value.map(|x| 2.0 * x);
         let all: Vec<ReplicateSample> = (0..count).map(|pixel| seen(pixel, replicate)).collect();
@@ -101,15 +101,15 @@ pub(crate) fn film_of(size: [u32; 2], seen: impl Fn(usize, usize) -> ReplicateSa
             ..Default::default()
         });
     }
-    film.drawn.fill(2);
-    film.centre = vec![vec![3.0; count]];
+    film.samples_drawn.fill(2);
+    film.centre_layers = vec![vec![3.0; count]];
     film
 }
 
 /// The film of a single render.
 pub(super) fn rendered(ready: &ReadyScene) -> Film {
-    let mut film = ready.film("scene");
-    let part = film.whole_part();
+    let mut film = ready.new_film("scene");
+    let part = film.full_part();
     ready
         .render_part(&mut film, &part, &())
         .unwrap_or_else(|e| panic!("{e}"));

@@ -15,20 +15,20 @@ use crate::film::{Film, FilmHeader, FilmPart, PartError};
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::picture::Picture;
-use crate::scene::{Integrator, Pattern};
+use crate::scene::{Integrator, SamplePattern};
 use crate::settings::{
-    AreaShadows, Background, Crop, LightSampling, Microfacets, PrecisionChoice, Roulette,
+    AreaShadows, Background, Crop, LightSampling, MicrofacetEnergy, PrecisionChoice, RouletteStart,
     SamplerKind, Sampling, Settings,
 };
 use crate::{Observer, ReadyScene};
 
 fn part(ready: &ReadyScene, tile: u32, replicate: u32) -> Film {
-    let mut film = ready.film("scene");
+    let mut film = ready.new_film("scene");
     let part = FilmPart {
         tiles: tile..tile + 1,
         step: 1,
         replicates: replicate..replicate + 1,
-        among: None,
+        selected_tiles: None,
     };
     ready
         .render_part(&mut film, &part, &())
@@ -72,20 +72,20 @@ proptest! {
     ) {
         let ready = ready(&full());
         let whole = rendered(&ready);
-        let tiles = whole.whole_part().tiles.end;
+        let tiles = whole.full_part().tiles.end;
         let mut groups: Vec<Vec<Film>> = vec![Vec::new(); 5];
         for (unit, &owner) in owners.iter().enumerate() {
             groups[owner].push(part(&ready, unit as u32 % tiles, unit as u32 / tiles));
         }
-        prop_assert_eq!(owners.len() as u32, tiles * whole.whole_part().replicates.end);
+        prop_assert_eq!(owners.len() as u32, tiles * whole.full_part().replicates.end);
         let parts: Vec<Film> = groups.iter().filter(|group| !group.is_empty()).map(|g| Film::merge(g).expect("parts")).collect();
         let shuffled: Vec<Film> = order.iter().filter_map(|&i| parts.get(i).cloned()).collect();
         let merged = Film::merge(&shuffled).expect("parts");
-        prop_assert_eq!(merged.unfinished(), 0);
+        prop_assert_eq!(merged.unfinished_pixels(), 0);
         prop_assert_eq!(merged.counters(), whole.counters());
         prop_assert!(bits(&merged.picture()) == bits(&whole.picture()));
         for (x, y) in (0..7).flat_map(|y| (0..11).map(move |x| (x, y))) {
-            let (found, expected) = (merged.variance(x, y).expect("six samples"), whole.variance(x, y).expect("six samples"));
+            let (found, expected) = (merged.pixel_variance(x, y).expect("six samples"), whole.pixel_variance(x, y).expect("six samples"));
             for i in 0..3 {
                 prop_assert!((found[i] - expected[i]).abs() <= expected[i] * 4.0 * f64::from(f32::EPSILON));
             }
@@ -113,12 +113,12 @@ impl Observer for StopAfter {
 fn a_stopped_render_goes_on() {
     let ready = ready(&full());
     let whole = rendered(&ready);
-    let mut film = ready.film("scene");
+    let mut film = ready.new_film("scene");
     let mut steps = 0;
-    while film.unfinished() > 0 {
+    while film.unfinished_pixels() > 0 {
         let before = film.counters().samples;
         let stop_after = StopAfter(AtomicU32::new(5));
-        in_order(|| ready.render_part(&mut film, &whole.whole_part(), &stop_after))
+        in_order(|| ready.render_part(&mut film, &whole.full_part(), &stop_after))
             .expect("its own film");
         assert!(film.counters().samples > before);
         steps += 1;
@@ -141,7 +141,7 @@ fn a_stopped_render_goes_on() {
     assert_eq!(bits(&film.picture()), bits(&whole.picture()));
     // No work is left, and none is repeated.
     ready
-        .render_part(&mut film, &whole.whole_part(), &())
+        .render_part(&mut film, &whole.full_part(), &())
         .expect("its own film");
     assert_eq!(film.counters(), whole.counters());
 }
@@ -180,9 +180,9 @@ fn layers_of_uneven_tiles() {
     });
     let first = FilmPart {
         replicates: 0..1,
-        ..ready.film("scene").whole_part()
+        ..ready.new_film("scene").full_part()
     };
-    let mut film = ready.film("scene");
+    let mut film = ready.new_film("scene");
     ready
         .render_part(&mut film, &first, &())
         .expect("its own film");
@@ -194,7 +194,7 @@ fn layers_of_uneven_tiles() {
                 tiles: 0..1,
                 step: 1,
                 replicates: 1..2,
-                among: None,
+                selected_tiles: None,
             },
             &(),
         )
@@ -293,7 +293,7 @@ fn what_does_not_belong_together_is_refused() {
         "Fresnel rule"
     );
     assert_eq!(
-        foreign(other(|s| s.microfacets = Microfacets::Single)),
+        foreign(other(|s| s.microfacets = MicrofacetEnergy::Single)),
         "rule of microfacets"
     );
     assert_eq!(
@@ -301,7 +301,7 @@ fn what_does_not_belong_together_is_refused() {
         "shadows of lamps"
     );
     assert_eq!(
-        foreign(other(|s| s.roulette = Roulette::Off)),
+        foreign(other(|s| s.roulette = RouletteStart::Off)),
         "Russian roulette"
     );
     assert_eq!(
@@ -315,15 +315,17 @@ fn what_does_not_belong_together_is_refused() {
         "list of effects switched off"
     );
     assert_eq!(
-        foreign(other(|s| s.sampling = Sampling::Pattern(Pattern::Corners))),
+        foreign(other(
+            |s| s.sampling = Sampling::Pattern(SamplePattern::Corners)
+        )),
         "pattern of samples"
     );
-    assert_eq!(foreign(own.film("another scene")), "scene");
+    assert_eq!(foreign(own.new_film("another scene")), "scene");
     // The manner of computation does not matter.
     let alike = other(|s| {
         (s.accelerator, s.output) = (
             raywright_bvh::AcceleratorKind::Linear,
-            crate::display::Output::Sixteen,
+            crate::display::OutputFormat::Sixteen,
         )
     });
     assert!(Film::merge(&[a, alike]).is_ok());
@@ -331,14 +333,14 @@ fn what_does_not_belong_together_is_refused() {
         seed: 1,
         ..settings(6)
     })
-    .film("scene");
+    .new_film("scene");
     let refused = own.render_part(
         &mut strange,
         &FilmPart {
             tiles: 0..1,
             step: 1,
             replicates: 0..1,
-            among: None,
+            selected_tiles: None,
         },
         &(),
     );
@@ -357,7 +359,7 @@ fn nothing_is_held_beyond_the_picture() {
     let film = rendered(&ready(&settings(6)));
     let FilmPart {
         tiles, replicates, ..
-    } = film.whole_part();
+    } = film.full_part();
     for tile in 0..tiles.end + 2 {
         for replicate in 0..replicates.end + 2 {
             let expected = if tiles.contains(&tile) && replicates.contains(&replicate) {
@@ -422,19 +424,25 @@ fn headers_that_make_no_sense_are_refused() {
 /// a share are shares.
 #[test]
 fn shares_are_the_whole() {
-    let whole_part = ready(&settings(6)).film("scene").whole_part();
+    let whole_part = ready(&settings(6)).new_film("scene").full_part();
     let tiles = |part: &FilmPart| {
         part.tiles
             .clone()
             .step_by(part.step as usize)
             .collect::<Vec<u32>>()
     };
-    assert_eq!(tiles(&whole_part.clone().share(1, 5)), [1, 6, 11]);
-    assert_eq!(tiles(&whole_part.clone().share(1, 5).share(1, 2)), [6]);
-    assert_eq!(tiles(&whole_part.clone().share(0, 1)), tiles(&whole_part));
+    assert_eq!(tiles(&whole_part.clone().nth_share(1, 5)), [1, 6, 11]);
+    assert_eq!(
+        tiles(&whole_part.clone().nth_share(1, 5).nth_share(1, 2)),
+        [6]
+    );
+    assert_eq!(
+        tiles(&whole_part.clone().nth_share(0, 1)),
+        tiles(&whole_part)
+    );
     for total in [1, 2, 5, 12, 30] {
         let mut all: Vec<u32> = (0..total)
-            .flat_map(|index| tiles(&whole_part.clone().share(index, total)))
+            .flat_map(|index| tiles(&whole_part.clone().nth_share(index, total)))
             .collect();
         all.sort_unstable();
         assert_eq!(all, tiles(&whole_part), "{total} shares");
@@ -452,12 +460,12 @@ fn grown(counts: &[u32], replicates: Option<u32>) -> Result<Film, PartError> {
             }
         })
     };
-    let mut film = value_of(counts[0]).film("scene");
+    let mut film = value_of(counts[0]).new_film("scene");
     for &samples in counts {
         let ready = value_of(samples);
-        let mut next = ready.film("scene");
-        next.adopt(film)?;
-        let part = next.whole_part();
+        let mut next = ready.new_film("scene");
+        next.continue_from(film)?;
+        let part = next.full_part();
         ready.render_part(&mut next, &part, &())?;
         film = next;
     }
@@ -492,8 +500,8 @@ fn more_samples_later_are_more_samples_at_once() {
         );
         for (x, y) in (0..7).flat_map(|y| (0..11).map(move |x| (x, y))) {
             let (found, expected) = (
-                step.variance(x, y).expect("samples"),
-                once.variance(x, y).expect("samples"),
+                step.pixel_variance(x, y).expect("samples"),
+                once.pixel_variance(x, y).expect("samples"),
             );
             (0..3).for_each(|i| {
                 assert!(
@@ -539,8 +547,8 @@ fn fewer_samples_are_refused() {
         seed: 1,
         ..settings(6)
     })
-    .film("scene");
-    let foreign = film.adopt(ready(&settings(6)).film("scene"));
+    .new_film("scene");
+    let foreign = film.continue_from(ready(&settings(6)).new_film("scene"));
     assert_eq!(
         foreign,
         Err(PartError::Foreign {
@@ -554,7 +562,7 @@ fn fewer_samples_are_refused() {
 struct EnoughEverywhere;
 
 impl Observer for EnoughEverywhere {
-    fn has_enough(&self, everywhere: bool) -> bool {
+    fn has_enough_samples(&self, everywhere: bool) -> bool {
         everywhere
     }
 }
@@ -564,14 +572,14 @@ impl Observer for EnoughEverywhere {
 #[test]
 fn a_pass_comes_before_enough() {
     let ready = ready(&settings(200));
-    let mut film = ready.film("scene");
-    let part = film.whole_part();
+    let mut film = ready.new_film("scene");
+    let part = film.full_part();
     in_order(|| ready.render_part(&mut film, &part, &EnoughEverywhere)).expect("its own film");
     assert_eq!(
         (
-            film.samples(&part),
+            film.sample_range(&part),
             film.counters().samples,
-            film.unfinished()
+            film.unfinished_pixels()
         ),
         (4..=4, 77 * 4, 77)
     );

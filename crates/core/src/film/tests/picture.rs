@@ -3,9 +3,9 @@
 use super::{layers, ready, rendered, scene, settings};
 use crate::film::estimate::ReplicateStats;
 use crate::film::{Film, ReplicateBuffer};
-use crate::hash::mix;
-use crate::metrics::student_95;
-use crate::scene::{Integrator, Pattern, Scene};
+use crate::hash::splitmix64;
+use crate::metrics::student_factor_95;
+use crate::scene::{Integrator, SamplePattern, Scene};
 use crate::settings::{Aov, Background, Sampling, Settings};
 use crate::{RenderOutput, prepare};
 
@@ -164,7 +164,9 @@ fn channels_are_held_against_the_picture_one_by_one() {
 #[test]
 fn errors_of_pixels_hold_rare_light() {
     const SIDE: usize = 40;
-    let share = |address: u64| (mix(mix(address) ^ 0x5EED) >> 11) as f64 / (1_u64 << 53) as f64;
+    let share = |address: u64| {
+        (splitmix64(splitmix64(address) ^ 0x5EED) >> 11) as f64 / (1_u64 << 53) as f64
+    };
     for chance in [0.005, 0.01] {
         let mut held = 0;
         let plane = |replicate: usize| {
@@ -191,7 +193,7 @@ fn errors_of_pixels_hold_rare_light() {
             .enumerate()
         {
             let off = (replicate_stats.mean(pixel).0[0] - chance).abs();
-            held += usize::from(off <= student_95(3) * f64::from(error[0]));
+            held += usize::from(off <= student_factor_95(3) * f64::from(error[0]));
         }
         let share = held as f64 / (SIDE * SIDE) as f64;
         assert!(share >= 0.93, "{chance}: {share}");
@@ -227,7 +229,7 @@ fn errors_say_what_they_are() {
             .samples
             .clone()
     };
-    for pattern in [Pattern::Centre, Pattern::Corners] {
+    for pattern in [SamplePattern::Centre, SamplePattern::Corners] {
         assert!(
             errors(&still, Sampling::Pattern(pattern))
                 .iter()
@@ -281,14 +283,14 @@ fn m13_the_variance_is_that_of_the_samples() {
             let p = (f64::from(colour[0]) * n).round() / n;
             let expected = n * p * (1.0 - p) / (n - 1.0);
             let found = film
-                .variance(pixel as u32 % 11, pixel as u32 / 11)
+                .pixel_variance(pixel as u32 % 11, pixel as u32 / 11)
                 .expect("at least two samples")[0];
             assert!(
                 (found - expected).abs() <= 1e-6 * expected,
                 "{samples} samples: {found} instead of {expected}"
             );
         }
-        assert_eq!(film.variance(11, 0), None);
+        assert_eq!(film.pixel_variance(11, 0), None);
     }
 }
 
@@ -314,8 +316,8 @@ fn layers_show_what_the_camera_rays_of_the_picture_hit() {
     }
     for sampling in [
         Sampling::General(7),
-        Sampling::Pattern(Pattern::Centre),
-        Sampling::Pattern(Pattern::Corners),
+        Sampling::Pattern(SamplePattern::Centre),
+        Sampling::Pattern(SamplePattern::Corners),
     ] {
         let with = |aovs| {
             render(
@@ -377,10 +379,10 @@ fn memory_estimate_equals_allocation() {
         let ready = ready(settings);
         let film: Film = rendered(&ready);
         let picture = film.picture();
-        let pixels = picture.pixels() as u64;
+        let pixels = picture.pixel_count() as u64;
         let layers = picture.layers.len() as u64 + u64::from(picture.alpha.is_some());
         let denoised = if settings.denoise {
-            crate::denoise::demand::BYTES_A_PIXEL
+            crate::denoise::requirements::BYTES_A_PIXEL
         } else {
             0
         };
@@ -423,7 +425,7 @@ fn memory_estimate_equals_allocation() {
     );
     check(
         &Settings {
-            sampling: Sampling::Pattern(Pattern::Corners),
+            sampling: Sampling::Pattern(SamplePattern::Corners),
             aovs: vec![Aov::Albedo, Aov::Depth],
             ..settings(4)
         },
@@ -528,7 +530,7 @@ fn denoising_is_asked_of_the_same_picture() {
         };
         (
             render(&scene(), &settings).picture,
-            ready(&settings).film("").whole_part().replicates.end,
+            ready(&settings).new_film("").full_part().replicates.end,
         )
     };
     let ((plain, four), (denoised, also)) = (with(64, false), with(64, true));

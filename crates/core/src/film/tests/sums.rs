@@ -4,15 +4,16 @@ use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 
 use crate::film::sums::{
-    BlockAccumulator, MomentSums, PixelSums, PlainSums, SampleAccumulator, WHOLE, parts,
+    BlockAccumulator, COVERAGE_UNITS, MomentAccumulator, PixelSums, SampleAccumulator,
+    SumAccumulator, quantise_coverage,
 };
 
 fn gathered<B: BlockAccumulator<f32>>(samples: impl IntoIterator<Item = f32>) -> PixelSums {
     let mut pixel = SampleAccumulator::<f32, B>::default();
     for sample in samples {
-        pixel.add(Vec3::splat(sample), [WHOLE, 0]);
+        pixel.add_sample(Vec3::splat(sample), [COVERAGE_UNITS, 0]);
     }
-    pixel.finish()
+    pixel.finish_pixel()
 }
 
 /// Σ(x − mean)² of f32 samples, in f64 and two passes.
@@ -38,8 +39,8 @@ fn m12_long_sums_keep_their_digits() {
     const EACH: u32 = 62_500;
     for replicate in 0..160 {
         let samples = move || (EACH * replicate..EACH * (replicate + 1)).map(sample);
-        plain += gathered::<PlainSums<f32>>(samples()).total()[0];
-        exact += gathered::<MomentSums>(samples()).total()[0];
+        plain += gathered::<SumAccumulator<f32>>(samples()).total()[0];
+        exact += gathered::<MomentAccumulator>(samples()).total()[0];
         expected += samples().map(f64::from).sum::<f64>();
     }
     assert!(
@@ -59,7 +60,7 @@ fn m13_moments_of_nearly_equal_samples() {
     for count in [2, 15, 16, 17, 250, 65_535] {
         let samples = close_together(count);
         let (found, expected) = (
-            f64::from(gathered::<MomentSums>(samples.clone()).spread[1]).powi(2),
+            f64::from(gathered::<MomentAccumulator>(samples.clone()).spread[1]).powi(2),
             moment(&samples),
         );
         assert!(
@@ -78,7 +79,7 @@ fn m13_equal_samples_do_not_vary() {
     for value in [0.0, 0.1, 1e4, 3e38] {
         for count in [1, 16, 40] {
             assert_eq!(
-                gathered::<MomentSums>(vec![value; count]).spread,
+                gathered::<MomentAccumulator>(vec![value; count]).spread,
                 [0.0; 3],
                 "{count} of {value}"
             );
@@ -93,25 +94,25 @@ fn f04_not_finite_samples_are_dropped() {
     fn check<B: BlockAccumulator<f32>>(spread: f32) {
         let mut pixel = SampleAccumulator::<f32, B>::default();
         for _ in 0..2 {
-            assert!(pixel.add(Vec3::ONE, [WHOLE, 1]));
-            assert!(!pixel.add(Vec3::new(f32::NAN, 0.0, 0.0), [WHOLE; 2]));
-            assert!(!pixel.add(Vec3::new(0.0, f32::INFINITY, 0.0), [WHOLE; 2]));
-            assert!(pixel.add(Vec3::splat(3.0), [0, 5]));
+            assert!(pixel.add_sample(Vec3::ONE, [COVERAGE_UNITS, 1]));
+            assert!(!pixel.add_sample(Vec3::new(f32::NAN, 0.0, 0.0), [COVERAGE_UNITS; 2]));
+            assert!(!pixel.add_sample(Vec3::new(0.0, f32::INFINITY, 0.0), [COVERAGE_UNITS; 2]));
+            assert!(pixel.add_sample(Vec3::splat(3.0), [0, 5]));
             assert_eq!(
-                pixel.finish(),
+                pixel.finish_pixel(),
                 PixelSums {
-                    open: [4.0; 3],
+                    partial_block: [4.0; 3],
                     sum: [0.0; 3],
                     spread: [spread; 3],
                     samples: 2,
-                    covered: WHOLE,
+                    covered: COVERAGE_UNITS,
                     shadowed: 6
                 }
             );
         }
     }
-    check::<PlainSums<f32>>(0.0);
-    check::<MomentSums>(2.0_f32.sqrt());
+    check::<SumAccumulator<f32>>(0.0);
+    check::<MomentAccumulator>(2.0_f32.sqrt());
 }
 
 proptest! {
@@ -123,14 +124,14 @@ proptest! {
         offset in -1e6_f32..1e6,
         scale in -30_i32..30,
     ) {
-        let mut pixel = SampleAccumulator::<f64, MomentSums>::default();
+        let mut pixel = SampleAccumulator::<f64, MomentAccumulator>::default();
         let mut entered = Vec::new();
         for (sample, drop) in samples {
             let sample = if drop { f64::NAN } else { f64::from(sample + offset) * 2.0_f64.powi(scale) };
-            pixel.add(DVec3::splat(sample), [WHOLE, 0]);
+            pixel.add_sample(DVec3::splat(sample), [COVERAGE_UNITS, 0]);
             entered.extend((!drop).then_some(sample));
         }
-        let sums = pixel.finish();
+        let sums = pixel.finish_pixel();
         let n = entered.len() as f64;
         let mean = entered.iter().sum::<f64>() / n.max(1.0);
         let expected = entered.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>().sqrt();
@@ -147,19 +148,22 @@ proptest! {
 #[test]
 fn coverage_is_counted_in_parts() {
     assert_eq!(
-        [0.0, 0.25, 1.0, 1.0 + f32::EPSILON, f32::NAN].map(parts),
-        [0, WHOLE / 4, WHOLE, WHOLE, 0]
+        [0.0, 0.25, 1.0, 1.0 + f32::EPSILON, f32::NAN].map(quantise_coverage),
+        [0, COVERAGE_UNITS / 4, COVERAGE_UNITS, COVERAGE_UNITS, 0]
     );
     assert_eq!(
-        [1.0 / 3.0, 2.0 / 3.0].map(|share: f64| parts(share)),
+        [1.0 / 3.0, 2.0 / 3.0].map(|share: f64| quantise_coverage(share)),
         [21_845, 43_691]
     );
-    assert!(WHOLE.checked_mul(u32::from(u16::MAX)).is_some());
-    let mut pixel = SampleAccumulator::<f32, PlainSums<f32>>::default();
-    for covered in [0, 1, WHOLE] {
-        pixel.add(Vec3::ONE, [covered, 1]);
+    assert!(COVERAGE_UNITS.checked_mul(u32::from(u16::MAX)).is_some());
+    let mut pixel = SampleAccumulator::<f32, SumAccumulator<f32>>::default();
+    for covered in [0, 1, COVERAGE_UNITS] {
+        pixel.add_sample(Vec3::ONE, [covered, 1]);
     }
-    assert_eq!((pixel.finish().covered, pixel.hits), (WHOLE + 1, 2));
+    assert_eq!(
+        (pixel.finish_pixel().covered, pixel.hits),
+        (COVERAGE_UNITS + 1, 2)
+    );
 }
 
 /// Protects: sums continued at any point end with the bits of a single run, where rounding
@@ -171,12 +175,12 @@ fn sums_go_on_where_they_were() {
         let once = |n: u32| {
             let mut pixel = SampleAccumulator::<f32, B>::default();
             (0..n).for_each(|i| {
-                _ = pixel.add(
+                _ = pixel.add_sample(
                     sample(i),
-                    [1.0, 2.0].map(|k| parts(k * i as f32 / 3.0 % 1.0)),
+                    [1.0, 2.0].map(|k| quantise_coverage(k * i as f32 / 3.0 % 1.0)),
                 )
             });
-            pixel.finish()
+            pixel.finish_pixel()
         };
         for (n, m) in (0..40).flat_map(|n| (n..70).map(move |m| (n, m))) {
             let mut pixel = SampleAccumulator::<f32, B>::default();
@@ -185,20 +189,20 @@ fn sums_go_on_where_they_were() {
             let sums = if n > 0 && n % 16 == 0 {
                 PixelSums {
                     sum: sums.total(),
-                    open: [0.0; 3],
+                    partial_block: [0.0; 3],
                     ..sums
                 }
             } else {
                 sums
             };
-            pixel.resume(sums, n);
+            pixel.resume_pixel(sums, n);
             (n..m).for_each(|i| {
-                _ = pixel.add(
+                _ = pixel.add_sample(
                     sample(i),
-                    [1.0, 2.0].map(|k| parts(k * i as f32 / 3.0 % 1.0)),
+                    [1.0, 2.0].map(|k| quantise_coverage(k * i as f32 / 3.0 % 1.0)),
                 )
             });
-            let (found_sums, expected) = (pixel.finish(), once(m));
+            let (found_sums, expected) = (pixel.finish_pixel(), once(m));
             assert_eq!(
                 (found_sums.total(), found_sums.samples, found_sums.covered),
                 (expected.total(), expected.samples, expected.covered),
@@ -206,6 +210,6 @@ fn sums_go_on_where_they_were() {
             );
         }
     }
-    check::<PlainSums<f32>>();
-    check::<MomentSums>();
+    check::<SumAccumulator<f32>>();
+    check::<MomentAccumulator>();
 }

@@ -2,8 +2,8 @@
 
 use super::{layers, ready, rendered, settings};
 use crate::film::{Counters, Doubt, Film, ReplicateBuffer};
-use crate::hash::mix;
-use crate::metrics::student_95;
+use crate::hash::splitmix64;
+use crate::metrics::student_factor_95;
 use crate::scene::Scene;
 use crate::settings::{Sampling, Settings};
 use crate::{ReadyScene, prepare};
@@ -17,7 +17,7 @@ pub(super) fn film(pixels: &[[f64; 4]]) -> Film {
         ..Settings::from_scene(&Scene::default())
     };
     let ready = prepare(&Scene::default(), &all, &()).expect("an empty scene");
-    let mut film = ready.film("");
+    let mut film = ready.new_film("");
     for replicate in 0..4 {
         let sums = pixels
             .iter()
@@ -41,7 +41,9 @@ pub(super) fn film(pixels: &[[f64; 4]]) -> Film {
 fn errors_of_pictures_by_hand() {
     let mut pixels = [[2.5; 4]; 100];
     pixels[20..70].fill([1.0, 2.0, 3.0, 4.0]);
-    let uncertainty = film(&pixels).uncertainty().expect("four replicates");
+    let uncertainty = film(&pixels)
+        .estimate_uncertainty()
+        .expect("four replicates");
     assert!((uncertainty.rmse.value - (5.0_f64 / 24.0).sqrt()).abs() < 1e-12);
     assert!((uncertainty.rmse.carriers - 50.0).abs() < 1e-9);
     let half = 1.983_971_5 * (78.0 / 24.0 / (1.25_f64 * 1.25) / 50.0).sqrt() / 2.0;
@@ -61,7 +63,7 @@ fn errors_of_pictures_by_hand() {
 #[test]
 fn relative_errors_by_hand() {
     let estimate = film(&[[1.0, 1.0, 1.0, 2.0]; 100])
-        .uncertainty()
+        .estimate_uncertainty()
         .expect("four replicates")
         .root_relmse;
     let of_means: f64 = 2.0 / 1.5725 - 1.0 / 2.26;
@@ -76,7 +78,7 @@ fn relative_errors_by_hand() {
     // Pairs that differ themselves count for less, by the noise of their product: four of six, with
     // 1 and 2. That affects the width alone.
     let estimate = film(&[[1.0, 2.0, 1.0, 2.0]; 100])
-        .uncertainty()
+        .estimate_uncertainty()
         .expect("four replicates")
         .root_relmse;
     let of_means: f64 = 2.0 / 2.26 - 1.0 / 2.26;
@@ -98,7 +100,7 @@ fn relative_errors_by_hand() {
         apart[0].max(apart[1]) / 2.0,
         (1.0 - among / across).powi(2) / 100.0,
     );
-    let width = student_95(200) * (0.04 + weights + relative_to * relative_to).sqrt();
+    let width = student_factor_95(200) * (0.04 + weights + relative_to * relative_to).sqrt();
     // Two hundred degrees of freedom may be rounded down by one.
     assert!(
         ((estimate.high / estimate.low).ln() / width - 1.0).abs() < 5e-5,
@@ -112,7 +114,10 @@ fn relative_errors_by_hand() {
 #[test]
 fn rare_bright_samples_are_in_both() {
     let width = |pixels: &[[f64; 4]]| {
-        let estimate = film(pixels).uncertainty().expect("four replicates").rmse;
+        let estimate = film(pixels)
+            .estimate_uncertainty()
+            .expect("four replicates")
+            .rmse;
         (estimate.high / estimate.low).ln()
     };
     let minimum = 1.959_963_984_540_054 * (8.0_f64 / 9.0 / 100.0).sqrt();
@@ -129,7 +134,7 @@ fn intervals_hold_known_errors() {
     type Noise<'a> = &'a dyn Fn(usize, u64, u64) -> f64;
     const FILMS: u64 = 1000;
     const PIXELS: usize = 300;
-    let uniform = |address: u64| ((mix(address) >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
+    let uniform = |address: u64| ((splitmix64(address) >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
     let exponential = move |address: u64| -uniform(address).ln();
     let normal = move |address: u64| {
         (2.0 * exponential(2 * address)).sqrt()
@@ -174,7 +179,10 @@ fn intervals_hold_known_errors() {
                 .sum::<f64>()
                 / (3 * PIXELS) as f64)
                 .sqrt();
-            let estimate = film.uncertainty().expect("four replicates").root_relmse;
+            let estimate = film
+                .estimate_uncertainty()
+                .expect("four replicates")
+                .root_relmse;
             held += u64::from((estimate.low..=estimate.high).contains(&error));
         }
         let share = held as f64 / FILMS as f64;
@@ -196,7 +204,7 @@ fn two_replicates_are_held_against_neighbours() {
         };
         let mut film = prepare(&Scene::default(), &all, &())
             .expect("an empty scene")
-            .film("");
+            .new_film("");
         for replicate in 0..2 {
             let sums = pixels
                 .iter()
@@ -208,7 +216,7 @@ fn two_replicates_are_held_against_neighbours() {
                 ..ReplicateBuffer::default()
             });
         }
-        let uncertainty = film.uncertainty().expect("two replicates");
+        let uncertainty = film.estimate_uncertainty().expect("two replicates");
         assert_eq!(
             (uncertainty.doubt, uncertainty.replicates),
             (Some(Doubt::FewSamples), 2)
@@ -236,7 +244,7 @@ fn three_replicates_are_surer_than_two() {
     };
     let mut film = prepare(&Scene::default(), &all, &())
         .expect("an empty scene")
-        .film("");
+        .new_film("");
     for (replicate, mean) in [0.0, 1.0, 0.5].into_iter().enumerate() {
         film.buffers[replicate] = Some(ReplicateBuffer {
             sums: vec![[2.0 * mean; 3]; 10],
@@ -244,7 +252,7 @@ fn three_replicates_are_surer_than_two() {
             ..ReplicateBuffer::default()
         });
     }
-    let uncertainty = film.uncertainty().expect("three replicates");
+    let uncertainty = film.estimate_uncertainty().expect("three replicates");
     assert_eq!(
         (uncertainty.doubt, uncertainty.replicates),
         (Some(Doubt::FewSamples), 3)
@@ -271,7 +279,7 @@ fn deviations_count_as_their_means_do() {
         assert_eq!(
             (
                 replicate_stats.mean(0).0,
-                replicate_stats.means(0).variance()
+                replicate_stats.replicate_deviations(0).variance()
             ),
             ([mean; 3], [1.0; 3]),
             "{even}"
@@ -285,13 +293,15 @@ fn deviations_count_as_their_means_do() {
 fn few_pixels_say_little() {
     let mut pixels = [[1.0, 1.01, 0.99, 1.0]; 100];
     pixels[40] = [1.0, 1.0, 1.0, 90.0];
-    let uncertainty = film(&pixels).uncertainty().expect("four replicates");
+    let uncertainty = film(&pixels)
+        .estimate_uncertainty()
+        .expect("four replicates");
     assert!(
         uncertainty.doubt == Some(Doubt::FewPixels) && uncertainty.rmse.carriers < 2.0,
         "{uncertainty:?}"
     );
     let still = film(&[[0.5; 4]; 10])
-        .uncertainty()
+        .estimate_uncertainty()
         .expect("four replicates");
     assert_eq!(
         (still.rmse.value, still.rmse.high, still.doubt),
@@ -304,7 +314,11 @@ fn few_pixels_say_little() {
 /// has 2.5.
 #[test]
 fn light_that_others_miss_is_doubted() {
-    let value_of = |means| film(&[means; 100]).uncertainty().expect("four replicates");
+    let value_of = |means| {
+        film(&[means; 100])
+            .estimate_uncertainty()
+            .expect("four replicates")
+    };
     let rare = value_of([0.0, 0.0, 0.0, 5.0]);
     assert!(
         rare.root_relmse.carriers > 99.0 && rare.doubt == Some(Doubt::FewPixels),
@@ -325,7 +339,7 @@ fn light_by_chance_is_doubted() {
             found,
             ..film.counters
         };
-        film.uncertainty().expect("four replicates").doubt
+        film.estimate_uncertainty().expect("four replicates").doubt
     };
     assert_eq!(
         [
@@ -369,7 +383,8 @@ fn a_small_sun_in_chrome_is_met_by_chance() {
         let film = rendered(&ready);
         (
             film.counters.unaided > 0,
-            film.uncertainty().expect("four replicates").doubt == Some(Doubt::LightByChance),
+            film.estimate_uncertainty().expect("four replicates").doubt
+                == Some(Doubt::LightByChance),
         )
     };
     assert_eq!(
@@ -386,7 +401,7 @@ fn a_small_sun_in_chrome_is_met_by_chance() {
 /// samples, for a pattern.
 #[test]
 fn unknown_uncertainty_is_none() {
-    let value_of = |settings: Settings| rendered(&ready(&settings)).uncertainty();
+    let value_of = |settings: Settings| rendered(&ready(&settings)).estimate_uncertainty();
     assert!(
         value_of(Settings {
             replicates: Some(1),
@@ -397,22 +412,22 @@ fn unknown_uncertainty_is_none() {
     assert!(value_of(settings(6)).is_some());
     assert!(
         value_of(Settings {
-            sampling: Sampling::Pattern(crate::scene::Pattern::Corners),
+            sampling: Sampling::Pattern(crate::scene::SamplePattern::Corners),
             aovs: layers(),
             ..settings(4)
         })
         .is_none()
     );
     let ready: ReadyScene = ready(&settings(6));
-    let mut film = ready.film("scene");
+    let mut film = ready.new_film("scene");
     let first = crate::film::FilmPart {
         tiles: 0..1,
-        ..film.whole_part()
+        ..film.full_part()
     };
     ready
         .render_part(&mut film, &first, &())
         .expect("its own film");
-    assert!(film.uncertainty().is_none());
+    assert!(film.estimate_uncertainty().is_none());
 }
 
 /// Protects: small pictures, and small objects before an empty background, are not doubted for
@@ -422,7 +437,12 @@ fn unknown_uncertainty_is_none() {
 #[test]
 fn pixels_without_noise_do_not_count() {
     let noisy = [1.0, 1.1, 0.9, 1.05];
-    let doubt = |pixels: &[[f64; 4]]| film(pixels).uncertainty().expect("four replicates").doubt;
+    let doubt = |pixels: &[[f64; 4]]| {
+        film(pixels)
+            .estimate_uncertainty()
+            .expect("four replicates")
+            .doubt
+    };
     let mut small = [[0.5; 4]; 1000];
     small[300..310].fill(noisy);
     assert_eq!(
@@ -442,7 +462,9 @@ fn pixels_without_noise_do_not_count() {
 fn doubts_of_few_pixels_fall_silent_far_below() {
     let mut pixels = [[1.0, 1.01, 0.99, 1.0]; 100];
     pixels[40] = [1.0, 1.0, 1.0, 9.0];
-    let uncertainty = film(&pixels).uncertainty().expect("four replicates");
+    let uncertainty = film(&pixels)
+        .estimate_uncertainty()
+        .expect("four replicates");
     let high = uncertainty.root_relmse.high;
     assert_eq!(uncertainty.doubt, Some(Doubt::FewPixels));
     assert_eq!(
@@ -463,7 +485,7 @@ fn a_black_picture_is_doubted_where_there_are_lamps() {
     let value_of = |shadow| {
         let mut film = film(&[[0.0; 4]; 10]);
         film.counters.shadow = shadow;
-        let uncertainty = film.uncertainty().expect("four replicates");
+        let uncertainty = film.estimate_uncertainty().expect("four replicates");
         (
             uncertainty.doubt,
             uncertainty.reaches(1.0),

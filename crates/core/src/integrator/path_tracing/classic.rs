@@ -14,26 +14,26 @@ use crate::texture::ShadingContext;
 /// dielectric, given as `glass` with its relative index. If the lobes reflect more than one in
 /// total, the excess is taken from the diffuse lobe.
 #[inline(always)]
-pub(super) fn lobes<R: Real>(
+pub(super) fn build_classic_bsdf<R: Real>(
     (m, glass): (&ClassicInputs<R>, Option<&Glass<R>>),
     context: &ShadingContext<'_, R>,
     interaction: &Interaction<R>,
     normal: R::Vec3,
 ) -> Bsdf<R> {
-    let colour = m.colour.colour(context);
-    let local = unit(m.local.number(context));
+    let colour = m.colour.eval_colour(context);
+    let local = clamp_to_unit(m.local.eval_number(context));
     let mut bsdf = Bsdf::new(normal);
     let mut taken = R::Vec3::ZERO;
     if let Some(glass) = glass {
-        bsdf = bsdf.with_lobe(Lobe::Dielectric(glass.boundary(
+        bsdf = bsdf.with_lobe(Lobe::Dielectric(glass.dielectric_lobe(
             interaction.outside,
             R::ONE,
             None,
         )));
         taken = R::Vec3::ONE;
     } else if let Some(reflection) = &m.reflection {
-        let weight = R::Vec3::splat(unit(reflection.weight.number(context)));
-        let mirror = unit_colour::<R>(if reflection.tinted {
+        let weight = R::Vec3::splat(clamp_to_unit(reflection.weight.eval_number(context)));
+        let mirror = clamp_colour_to_unit::<R>(if reflection.tinted {
             weight * colour
         } else {
             weight
@@ -54,19 +54,21 @@ pub(super) fn lobes<R: Real>(
         } else {
             R::Vec3::splat(local)
         };
-        let f0 = unit_colour::<R>(scale * unit(specular.strength.number(context)))
-            .min(R::Vec3::ONE - taken);
+        let f0 = clamp_colour_to_unit::<R>(
+            scale * clamp_to_unit(specular.strength.eval_number(context)),
+        )
+        .min(R::Vec3::ONE - taken);
         if f0 != R::Vec3::ZERO {
             bsdf = bsdf.with_lobe(Lobe::Rough {
                 f0,
                 f90: f0,
-                roughness: roughness(specular),
+                roughness: roughness_from_exponent(specular),
             });
             taken += f0;
         }
     }
-    let albedo =
-        unit_colour::<R>(colour * (local * m.diffuse.number(context))).min(R::Vec3::ONE - taken);
+    let albedo = clamp_colour_to_unit::<R>(colour * (local * m.diffuse.eval_number(context)))
+        .min(R::Vec3::ONE - taken);
     if albedo == R::Vec3::ZERO {
         bsdf
     } else {
@@ -77,12 +79,13 @@ pub(super) fn lobes<R: Real>(
 /// Returns a matte classic surface as a metallic-roughness model without specular reflection, whose
 /// single lobe has the same numbers.
 #[inline(always)]
-pub(super) fn matte<R: Real>(
+pub(super) fn matte_model<R: Real>(
     m: &ClassicInputs<R>,
     context: &ShadingContext<'_, R>,
 ) -> MetallicRoughness<R> {
-    let base = unit_colour::<R>(
-        m.colour.colour(context) * (unit(m.local.number(context)) * m.diffuse.number(context)),
+    let base = clamp_colour_to_unit::<R>(
+        m.colour.eval_colour(context)
+            * (clamp_to_unit(m.local.eval_number(context)) * m.diffuse.eval_number(context)),
     );
     MetallicRoughness {
         base,
@@ -98,7 +101,7 @@ pub(super) fn matte<R: Real>(
 /// about the half vector ("Microfacet Models for Refraction through Rough Surfaces", Walter et al.
 /// 2007). A highlight about the mirrored view direction has the same width at a quarter of the
 /// exponent.
-fn roughness<R: Real>(specular: &SpecularInputs<R>) -> R {
+fn roughness_from_exponent<R: Real>(specular: &SpecularInputs<R>) -> R {
     let exponent = f64::from(specular.exponent);
     let about_half = match specular.model {
         SpecularModel::Blinn | SpecularModel::BlinnReflected => exponent,
@@ -107,11 +110,11 @@ fn roughness<R: Real>(specular: &SpecularInputs<R>) -> R {
     R::from_f64((2.0 / (about_half + 2.0)).sqrt().sqrt())
 }
 
-fn unit<R: Real>(x: R) -> R {
+fn clamp_to_unit<R: Real>(x: R) -> R {
     // Zero for NaN too.
     Real::clamp(x.max(R::ZERO), R::ZERO, R::ONE)
 }
 
-fn unit_colour<R: Real>(c: R::Vec3) -> R::Vec3 {
+fn clamp_colour_to_unit<R: Real>(c: R::Vec3) -> R::Vec3 {
     c.max(R::Vec3::ZERO).min(R::Vec3::ONE)
 }

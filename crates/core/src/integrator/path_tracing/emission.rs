@@ -3,17 +3,17 @@
 
 use raywright_bvh::{Hit, Real, Vector};
 
-use super::light::weight;
-use super::{NARROW, PathState, PathTracer, PreviousVertex};
+use super::light::power_heuristic;
+use super::{MIRROR_DENSITY, PathState, PathTracer, PreviousVertex};
 use crate::interaction::Interaction;
-use crate::light::{LightId, LightTarget, SkySample};
+use crate::light::{LightId, ShadowRayTarget, SkySample};
 use crate::settings::LightSampling;
 
 impl<R: Real> PathTracer<'_, R> {
     /// Adds the emission of a hit surface to the path's radiance, with its weight of multiple
     /// importance sampling.
     #[inline]
-    pub(super) fn emits(
+    pub(super) fn add_emission(
         &mut self,
         path: &mut PathState<R>,
         hit: &Hit<R>,
@@ -21,45 +21,45 @@ impl<R: Real> PathTracer<'_, R> {
         emission: R::Vec3,
     ) {
         // Partly emissive surfaces are mostly dark, and zero emission needs no weight.
-        if emission == Vector::ZERO || !self.scene.shines(interaction) {
+        if emission == Vector::ZERO || !self.scene.is_emissive_side(interaction) {
             return;
         }
         let share = match self
             .scene
             .lights
             .emitters
-            .index_of(interaction.object, hit.primitive)
+            .emitter_index_of(interaction.object, hit.primitive)
         {
             Some(emitter) => {
                 let light = LightId::Emitter(emitter);
-                self.usage.count(light, true);
+                self.usage.count_ray(light, true);
                 let (lights, from, direction) = (
                     &self.scene.lights,
                     path.previous.from,
                     path.segment.ray.direction,
                 );
-                self.found(path, light, |probability| {
+                self.scattering_mis_weight(path, light, |probability| {
                     lights.density(
                         light,
                         from,
                         direction,
-                        &LightTarget::Surface(interaction.surface),
+                        &ShadowRayTarget::Surface(interaction.surface),
                         probability,
                     )
                 })
             }
             None => R::ONE,
         };
-        self.counters.found += u64::from(self.is_unaided(path));
+        self.counters.found += u64::from(self.hits_lights_by_chance(path));
         let emitted = path.throughput * emission * share;
         path.radiance += emitted;
-        self.see(path.traced == 1, emitted);
+        self.record_direct(path.segments_traced == 1, emitted);
     }
 
     /// Adds radiance to the directly visible radiance of a camera ray, if layers need it. `camera`:
     /// whether the radiance arrives along the camera ray.
     #[inline(always)]
-    pub(super) fn see(&mut self, camera: bool, radiance: R::Vec3) {
+    pub(super) fn record_direct(&mut self, camera: bool, radiance: R::Vec3) {
         if camera && self.keeps_first {
             self.direct += radiance;
         }
@@ -67,11 +67,11 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Ends the path of a camera ray on a wireframe edge, with the colour of the edge. The stored
     /// albedo is black there, so that denoising keeps the edge.
-    pub(super) fn draw_edge(&mut self, path: &mut PathState<R>, edge: R::Vec3) {
+    pub(super) fn end_on_edge(&mut self, path: &mut PathState<R>, edge: R::Vec3) {
         let shown = path.throughput * edge;
         path.radiance += shown;
-        self.see(true, shown);
-        self.first
+        self.record_direct(true, shown);
+        self.first_hit
             .iter_mut()
             .for_each(|first| first.albedo = [0.0; 3]);
     }
@@ -79,33 +79,45 @@ impl<R: Real> PathTracer<'_, R> {
     /// Returns the sky's radiance along a ray that escapes, with its weight of multiple importance
     /// sampling.
     #[inline(always)]
-    pub(super) fn escaped(&mut self, path: &PathState<R>, sky_sample: &SkySample<R>) -> R::Vec3 {
+    pub(super) fn weighted_sky_radiance(
+        &mut self,
+        path: &PathState<R>,
+        sky_sample: &SkySample<R>,
+    ) -> R::Vec3 {
         let direction = path.segment.ray.direction;
         let lights = &self.scene.lights;
-        if self.is_unaided(path)
-            && let Some(density) = lights.sky_sampler().and_then(|sampler| sampler.small())
+        if self.hits_lights_by_chance(path)
+            && let Some(density) = lights
+                .sky_sampler()
+                .and_then(|sampler| sampler.small_part_density())
         {
             self.counters.unaided += 1;
-            self.counters.found +=
-                u64::from(lights.density_of_sky(direction, sky_sample.place, 1.0) >= density);
+            self.counters.found += u64::from(
+                lights.sky_density(direction, sky_sample.image_coordinates, 1.0) >= density,
+            );
         }
         sky_sample.radiance
-            * self.found(path, LightId::Sky, |probability| {
-                lights.density_of_sky(direction, sky_sample.place, probability)
+            * self.scattering_mis_weight(path, LightId::Sky, |probability| {
+                lights.sky_density(direction, sky_sample.image_coordinates, probability)
             })
     }
 
     /// Whether a path was scattered diffusely before, and its last direction came from a mirror:
     /// such a path hits lights by chance alone.
     #[inline(always)]
-    pub(super) fn is_unaided(&self, path: &PathState<R>) -> bool {
-        path.min_pdf < NARROW && path.previous.density >= NARROW
+    pub(super) fn hits_lights_by_chance(&self, path: &PathState<R>) -> bool {
+        path.min_pdf < MIRROR_DENSITY && path.previous.density >= MIRROR_DENSITY
     }
 
     /// Returns the weight of BSDF sampling for a light that a path hit. `drawn` returns the density
     /// of sampling the hit point by light sampling, given the probability of choosing the light.
     #[inline(always)]
-    fn found(&self, path: &PathState<R>, light: LightId, drawn: impl FnOnce(f64) -> f64) -> R {
+    fn scattering_mis_weight(
+        &self,
+        path: &PathState<R>,
+        light: LightId,
+        drawn: impl FnOnce(f64) -> f64,
+    ) -> R {
         let PreviousVertex {
             from,
             normal,
@@ -115,11 +127,11 @@ impl<R: Real> PathTracer<'_, R> {
             return R::ONE;
         }
         let lights = &self.scene.lights;
-        let sampling = self.scene.sampling_of(light);
+        let sampling = self.scene.sampling_strategy(light);
         if sampling == LightSampling::Scattering {
             return R::ONE;
         }
-        let probability = lights.choice().probability::<R>(light, from, normal);
+        let probability = lights.light_sampler().probability::<R>(light, from, normal);
         let other = if probability > 0.0 {
             drawn(probability)
         } else {
@@ -128,7 +140,7 @@ impl<R: Real> PathTracer<'_, R> {
         match sampling {
             LightSampling::Lights if other > 0.0 => R::ZERO,
             LightSampling::Lights => R::ONE,
-            _ => R::from_f64(weight(density, other)),
+            _ => R::from_f64(power_heuristic(density, other)),
         }
     }
 }

@@ -6,18 +6,18 @@ use core::f64::consts::PI;
 
 use raywright_bvh::{Hit, Real};
 
-use super::bsdf_lanes::perturbed_normals;
-use super::classic::matte;
+use super::bsdf_lanes::perturb_lane_normals;
+use super::classic::matte_model;
 use super::general::GeneralSurfaces;
 use super::vertices::{LitSides, VertexList};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
-use crate::light::{LANES, set_lane};
+use crate::light::{LANES, set_lane_vector};
 use crate::material::{MetallicRoughness, NormalMap};
 use crate::prepare::PreparedMaterial;
-use crate::sampler::{Purpose, pair};
+use crate::sampler::{SamplePurpose, sample_2d};
 use crate::scene::AlphaMode;
-use crate::texture::Bump;
+use crate::texture::NormalMapInput;
 
 /// Queues of vertices by kind: common surfaces without specular reflection, other common surfaces,
 /// and all remaining surfaces. Kept between wavefronts to reuse the memory of the lists.
@@ -42,26 +42,26 @@ impl<R: Real> VertexQueues<R> {
 
     /// Perturbs the normals of the common surfaces with normal maps.
     pub fn perturb_normals(&mut self, interactions: &mut [Interaction<R>]) {
-        let vertices = self.glossy.lanes();
+        let vertices = self.glossy.batches();
         for these in self.normal_maps.chunks(LANES) {
-            let normals = perturbed_normals(|lane| &these[lane.min(these.len() - 1)].1);
+            let normals = perturb_lane_normals(|lane| &these[lane.min(these.len() - 1)].1);
             for (&(vertex, _), normal) in these.iter().zip(normals) {
                 let (vertices, lane) = (&mut vertices[vertex / LANES], vertex % LANES);
-                set_lane::<R>(&mut vertices.normal, lane, normal);
-                interactions[vertices.place[lane] as usize].normal = normal;
+                set_lane_vector::<R>(&mut vertices.normal, lane, normal);
+                interactions[vertices.hit_indices[lane] as usize].normal = normal;
             }
         }
     }
 }
 
 /// A common surface at a hit: its material model, its factor on delta lights, and its normal map.
-type CommonSurface<'a, R> = (MetallicRoughness<R>, R, Option<&'a Bump<R>>);
+type CommonSurface<'a, R> = (MetallicRoughness<R>, R, Option<&'a NormalMapInput<R>>);
 
 impl<R: Real> PathTracer<'_, R> {
     /// Adds the vertex at a hit to the queue of its kind. Returns whether the path has another ray,
     /// now or after shading.
     #[inline(always)]
-    pub(super) fn gather(
+    pub(super) fn queue_vertex(
         &mut self,
         index: u32,
         (path, hit, interaction): (&mut PathState<R>, &Hit<R>, &mut Interaction<R>),
@@ -69,31 +69,31 @@ impl<R: Real> PathTracer<'_, R> {
     ) -> bool {
         let scene = self.scene;
         let material = &scene.materials[interaction.material as usize];
-        let common = if path.traced - path.matched + 1 < self.max_depth {
-            self.common(material, interaction)
+        let common = if path.segments_traced - path.matched_segments + 1 < self.max_depth {
+            self.eval_common_surface(material, interaction)
         } else {
             None
         };
         if common.is_none() {
-            interaction.perturb_where_bumpy(scene, &path.segment, hit);
+            interaction.apply_normal_map(scene, &path.segment, hit);
         }
-        self.pass_media(path, interaction);
-        self.keep_first(path, hit);
+        self.attenuate_by_media(path, interaction);
+        self.record_first_hit(path, hit);
         if common.is_none()
-            && let Some(continues) = self.pass_by(path, interaction)
+            && let Some(continues) = self.pass_absent_surface(path, interaction)
         {
             return continues;
         }
-        path.hit = true;
-        path.traced += 1;
-        if path.traced == 1
-            && let Some(edge) = scene.edge_at(&path.segment, hit, interaction)
+        path.has_hit = true;
+        path.segments_traced += 1;
+        if path.segments_traced == 1
+            && let Some(edge) = scene.edge_colour_at(&path.segment, hit, interaction)
         {
-            self.draw_edge(path, edge);
+            self.end_on_edge(path, edge);
             return false;
         }
-        if material.glows() {
-            self.emits(
+        if material.emits() {
+            self.add_emission(
                 path,
                 hit,
                 interaction,
@@ -101,11 +101,11 @@ impl<R: Real> PathTracer<'_, R> {
             );
         }
         let Some((mut model, gain, bump)) = common else {
-            return self.gather_other(index, (path, hit, interaction), vertices);
+            return self.queue_general_vertex(index, (path, hit, interaction), vertices);
         };
         // A matte surface does not depend on an index of refraction.
-        if self.nests() && matches!(material, PreparedMaterial::Physical(_)) {
-            self.immersed(
+        if self.has_nested_dielectrics() && matches!(material, PreparedMaterial::Physical(_)) {
+            self.adapt_to_medium(
                 path,
                 interaction,
                 &scene.texture_tables.shading_context(interaction),
@@ -121,23 +121,23 @@ impl<R: Real> PathTracer<'_, R> {
         if let Some(bump) = bump {
             vertices.normal_maps.push((
                 list.len(),
-                interaction.normal_map(bump, scene, &path.segment, hit),
+                interaction.eval_normal_map(bump, scene, &path.segment, hit),
             ));
         }
-        let lanes = list.open();
-        let lane = lanes.push(
+        let lanes = list.open_batch();
+        let lane = lanes.push_vertex(
             index,
             (path, interaction),
             (interaction.normal, LitSides::One, gain),
             scene.roulette,
         );
-        lanes.put_model(lane, &model);
+        lanes.set_model(lane, &model);
         true
     }
 
     /// Evaluates the common surface of a material at a hit; `None` for a material of another kind.
     #[inline(always)]
-    fn common<'a>(
+    fn eval_common_surface<'a>(
         &self,
         material: &'a PreparedMaterial<R>,
         interaction: &Interaction<R>,
@@ -145,11 +145,13 @@ impl<R: Real> PathTracer<'_, R> {
         let context = self.scene.texture_tables.shading_context(interaction);
         let surface = match material {
             PreparedMaterial::Physical(m) if m.is_common => {
-                (m.model_at(&context), R::ONE, m.bump.as_ref())
+                (m.model_at(&context), R::ONE, m.normal_map.as_ref())
             }
             // A delta light's unit is the radiance of a white classic surface facing it, not its
             // irradiance.
-            PreparedMaterial::Classic(m) if m.matte => (matte(m, &context), R::from_f64(PI), None),
+            PreparedMaterial::Classic(m) if m.matte => {
+                (matte_model(m, &context), R::from_f64(PI), None)
+            }
             _ => return None,
         };
         surface.0.is_rough().then_some(surface)
@@ -158,7 +160,11 @@ impl<R: Real> PathTracer<'_, R> {
     /// Continues a path through a surface that is absent at the hit or leaves the path unchanged.
     /// Returns whether the path goes on; `None` if the surface is present.
     #[inline]
-    fn pass_by(&mut self, path: &mut PathState<R>, interaction: &Interaction<R>) -> Option<bool> {
+    fn pass_absent_surface(
+        &mut self,
+        path: &mut PathState<R>,
+        interaction: &Interaction<R>,
+    ) -> Option<bool> {
         if let PreparedMaterial::Physical(m) = &self.scene.materials[interaction.material as usize]
             && m.alpha != AlphaMode::Opaque
         {
@@ -167,24 +173,24 @@ impl<R: Real> PathTracer<'_, R> {
             // alpha.
             let absent = alpha < R::ONE
                 && (alpha <= R::ZERO
-                    || R::from_f32(pair(path.address, Purpose::Coverage)[0]) >= alpha);
+                    || R::from_f32(sample_2d(path.address, SamplePurpose::Coverage)[0]) >= alpha);
             if absent {
-                return Some(self.pass(path, interaction));
+                return Some(self.pass_through(path, interaction));
             }
         }
-        if self.nests()
-            && let Some(beyond) = self.hidden(&path.media, interaction)
+        if self.has_nested_dielectrics()
+            && let Some(beyond) = self.media_behind_hidden_boundary(&path.media, interaction)
         {
             path.media = beyond;
-            return Some(self.pass(path, interaction));
+            return Some(self.pass_through(path, interaction));
         }
-        let tint = self.matched(path, interaction)?;
-        Some(self.pass_matched(path, interaction, tint))
+        let tint = self.index_matched_tint(path, interaction)?;
+        Some(self.pass_index_matched_boundary(path, interaction, tint))
     }
 
     /// Adds a vertex on an uncommon surface to the general queue. Returns false if the path ends at
     /// the surface, because the surface is unlit or the depth limit is reached.
-    fn gather_other(
+    fn queue_general_vertex(
         &mut self,
         index: u32,
         (path, hit, interaction): (&mut PathState<R>, &Hit<R>, &Interaction<R>),
@@ -194,13 +200,13 @@ impl<R: Real> PathTracer<'_, R> {
             && m.unlit
         {
             let shown = path.throughput
-                * m.base_at(&self.scene.texture_tables.shading_context(interaction));
+                * m.base_colour_at(&self.scene.texture_tables.shading_context(interaction));
             path.radiance += shown;
-            self.see(path.traced == 1, shown);
+            self.record_direct(path.segments_traced == 1, shown);
             return false;
         }
-        !self.is_at_limit(path)
-            && self.gather_general(
+        !self.is_at_depth_limit(path)
+            && self.build_general_vertex(
                 index,
                 (path, hit, interaction),
                 (&mut vertices.general, &mut vertices.surfaces),

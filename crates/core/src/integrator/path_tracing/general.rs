@@ -6,19 +6,19 @@ use core::f64::consts::PI;
 use raywright_bvh::{Hit, Real, Vector};
 
 use super::super::spawn::round_direction;
-use super::bsdf_lanes::{BsdfLanes, LaneVertex, eval_light};
+use super::bsdf_lanes::{BsdfLanes, LaneVertex, eval_for_light};
 use super::mixture::MixtureSurface;
 use super::scatter::ScatteredRay;
 use super::vertices::{LitSides, VertexLanes, VertexList, WavefrontSlice};
 use super::{PathState, PathTracer, classic};
 use crate::interaction::Interaction;
-use crate::light::{Column, LightLanes, lane_vector};
-use crate::material::{Bsdf, Glass, LayeredBsdf, LobeFamily, ShadingFrame};
+use crate::light::{LaneColumn, LightSampleLanes, get_lane_vector};
+use crate::material::{Bsdf, BsdfLobe, Glass, LayeredBsdf, ShadingFrame};
 use crate::prepare::PreparedMaterial;
 
 /// Lobes of a surface at a hit.
 enum SurfaceLobes<R: Real> {
-    Plain(Bsdf<R>),
+    Bsdf(Bsdf<R>),
     /// Index among the layered BSDFs, which are too large to be moved.
     Layered(usize),
     Mixture(MixtureSurface<R>),
@@ -29,19 +29,19 @@ enum SurfaceLobes<R: Real> {
 pub(super) struct GeneralSurfaces<R: Real> {
     /// The lobes of each surface, and the glass from which exact mirror and refracted directions
     /// are computed.
-    each: Vec<(SurfaceLobes<R>, Option<Glass<R>>)>,
+    surfaces: Vec<(SurfaceLobes<R>, Option<Glass<R>>)>,
     layered: Vec<LayeredBsdf<R>>,
     layered_used: usize,
 }
 
 impl<R: Real> GeneralSurfaces<R> {
     pub fn clear(&mut self) {
-        self.each.clear();
+        self.surfaces.clear();
         self.layered_used = 0;
     }
 
     /// Returns an unused layered BSDF and its index.
-    fn open_layered(&mut self) -> (&mut LayeredBsdf<R>, usize) {
+    fn next_layered_bsdf(&mut self) -> (&mut LayeredBsdf<R>, usize) {
         let index = self.layered_used;
         if index == self.layered.len() {
             self.layered.push(LayeredBsdf::new(Vector::ZERO));
@@ -52,7 +52,7 @@ impl<R: Real> GeneralSurfaces<R> {
 }
 
 /// Returns the sides of a surface on which its BSDF receives sampled light.
-fn sides<R: Real, L: LobeFamily<R>, const MOST: usize>(bsdf: &Bsdf<R, L, MOST>) -> LitSides {
+fn lit_sides<R: Real, L: BsdfLobe<R>, const MOST: usize>(bsdf: &Bsdf<R, L, MOST>) -> LitSides {
     match (bsdf.is_delta(), bsdf.is_transmissive()) {
         (true, _) => LitSides::None,
         (false, true) => LitSides::Both,
@@ -63,7 +63,7 @@ fn sides<R: Real, L: LobeFamily<R>, const MOST: usize>(bsdf: &Bsdf<R, L, MOST>) 
 impl<R: Real> PathTracer<'_, R> {
     /// Builds the lobes of the surface at a hit and adds its vertex. Returns false if the material
     /// needs no vertex.
-    pub(super) fn gather_general(
+    pub(super) fn build_general_vertex(
         &self,
         position: u32,
         (path, hit, interaction): (&mut PathState<R>, &Hit<R>, &Interaction<R>),
@@ -80,8 +80,8 @@ impl<R: Real> PathTracer<'_, R> {
                 let gain = R::from_f64(PI);
                 if let Some(mixture) = &m.mixture {
                     let surface =
-                        MixtureSurface::new(mixture, interaction, m.colour.colour(&context));
-                    let sides = surface.sides(mixture);
+                        MixtureSurface::new(mixture, interaction, m.colour.eval_colour(&context));
+                    let sides = surface.lit_sides(mixture);
                     (
                         SurfaceLobes::Mixture(surface),
                         None,
@@ -92,23 +92,28 @@ impl<R: Real> PathTracer<'_, R> {
                         .transmission
                         .as_ref()
                         .map(|transmission| transmission.glass);
-                    if let Some(glass) = glass.as_mut().filter(|_| self.nests()) {
-                        glass.ior = self.relative_index(path, interaction, &context);
+                    if let Some(glass) = glass.as_mut().filter(|_| self.has_nested_dielectrics()) {
+                        glass.ior = self.relative_ior(path, interaction, &context);
                     }
                     let normal = if glass.is_some() {
                         interaction.facing_normal()
                     } else {
                         interaction.normal
                     };
-                    let bsdf = classic::lobes((m, glass.as_ref()), &context, interaction, normal);
-                    let vertex_response = (normal, sides(&bsdf), gain);
-                    (SurfaceLobes::Plain(bsdf), glass, vertex_response)
+                    let bsdf = classic::build_classic_bsdf(
+                        (m, glass.as_ref()),
+                        &context,
+                        interaction,
+                        normal,
+                    );
+                    let vertex_response = (normal, lit_sides(&bsdf), gain);
+                    (SurfaceLobes::Bsdf(bsdf), glass, vertex_response)
                 }
             }
             PreparedMaterial::Physical(m) => {
-                if let Some(layers) = m.layered {
-                    let (bsdf, index) = surfaces.open_layered();
-                    let glass = self.layers_at(
+                if let Some(layers) = m.layers {
+                    let (bsdf, index) = surfaces.next_layered_bsdf();
+                    let glass = self.build_layered_bsdf(
                         path,
                         hit,
                         interaction,
@@ -118,37 +123,37 @@ impl<R: Real> PathTracer<'_, R> {
                     (
                         SurfaceLobes::Layered(index),
                         glass,
-                        (bsdf.normal(), sides(bsdf), R::ONE),
+                        (bsdf.normal(), lit_sides(bsdf), R::ONE),
                     )
                 } else {
                     let mut model = m.model_at(&context);
-                    if self.nests() {
-                        self.immersed(path, interaction, &context, &mut model);
+                    if self.has_nested_dielectrics() {
+                        self.adapt_to_medium(path, interaction, &context, &mut model);
                     }
                     let normal = if model.glass.is_some() {
                         interaction.facing_normal()
                     } else {
                         interaction.normal
                     };
-                    let bsdf = model.transport(
+                    let bsdf = model.transport_bsdf(
                         normal,
                         -interaction.direction,
                         interaction.outside,
                         scene.compensates,
                     );
-                    let vertex_response = (normal, sides(&bsdf), R::ONE);
-                    (SurfaceLobes::Plain(bsdf), model.glass, vertex_response)
+                    let vertex_response = (normal, lit_sides(&bsdf), R::ONE);
+                    (SurfaceLobes::Bsdf(bsdf), model.glass, vertex_response)
                 }
             }
             PreparedMaterial::Unused => return false,
         };
-        vertices.open().push(
+        vertices.open_batch().push_vertex(
             position,
             (path, interaction),
             (normal, sides, gain),
             scene.roulette,
         );
-        surfaces.each.push((lobes, glass));
+        surfaces.surfaces.push((lobes, glass));
         true
     }
 
@@ -158,13 +163,13 @@ impl<R: Real> PathTracer<'_, R> {
         &self,
         slice: &WavefrontSlice<'_, R>,
         (surfaces, before): (&GeneralSurfaces<R>, usize),
-        (vertices, lights): (&VertexLanes<R>, &LightLanes<R>),
-        scattered_rays: &mut Column<ScatteredRay<R>>,
+        (vertices, lights): (&VertexLanes<R>, &LightSampleLanes<R>),
+        scattered_rays: &mut LaneColumn<ScatteredRay<R>>,
     ) -> BsdfLanes<R> {
         let mut vertex_response = BsdfLanes::NONE;
         for (lane, (scattered_ray, (lobes, glass))) in scattered_rays
             .iter_mut()
-            .zip(&surfaces.each[before..][..vertices.len])
+            .zip(&surfaces.surfaces[before..][..vertices.len])
             .enumerate()
         {
             let vertex = LaneVertex {
@@ -174,7 +179,7 @@ impl<R: Real> PathTracer<'_, R> {
                 lane,
             };
             *scattered_ray = match lobes {
-                SurfaceLobes::Plain(bsdf) => {
+                SurfaceLobes::Bsdf(bsdf) => {
                     self.shade_vertex(&vertex, (bsdf, glass.as_ref()), &mut vertex_response)
                 }
                 SurfaceLobes::Layered(place) => self.shade_vertex(
@@ -191,33 +196,35 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Evaluates and samples a BSDF at a vertex, and returns the properties of the scattered ray.
-    fn shade_vertex<L: LobeFamily<R>, const MOST: usize>(
+    fn shade_vertex<L: BsdfLobe<R>, const MOST: usize>(
         &self,
         vertex: &LaneVertex<'_, R>,
         (bsdf, glass): (&Bsdf<R, L, MOST>, Option<&Glass<R>>),
         vertex_response: &mut BsdfLanes<R>,
     ) -> ScatteredRay<R> {
-        let (normal, view) = (bsdf.normal(), vertex.view());
-        if let Some(light) = vertex.light() {
-            vertex_response.put_response(vertex.lane, &eval_light(bsdf, view, light));
+        let (normal, view) = (bsdf.normal(), vertex.view_direction());
+        if let Some(light) = vertex.light_direction() {
+            vertex_response.put_response(vertex.lane, &eval_for_light(bsdf, view, light));
         }
-        let [lobe, u, v, _] = vertex.numbers();
+        let [lobe, u, v, _] = vertex.random_numbers();
         let mut bsdf_sample = bsdf.sample(&ShadingFrame::from_normal(normal), view, [lobe, u, v]);
         let through = bsdf_sample.direction.dot(normal) < R::ZERO;
         // A shading normal must not turn a reflection below the surface, nor a transmission above
         // it.
-        let geometric = lane_vector::<R>(&vertex.vertices.geometric, vertex.lane);
-        if !bsdf_sample.some || (geometric.dot(bsdf_sample.direction) < R::ZERO) != through {
+        let geometric = get_lane_vector::<R>(&vertex.vertices.geometric, vertex.lane);
+        if !bsdf_sample.is_valid || (geometric.dot(bsdf_sample.direction) < R::ZERO) != through {
             return ScatteredRay::REFLECTED;
         }
-        let (index, mut rest) = (vertex.vertices.place[vertex.lane], Vector::ZERO);
+        let (index, mut rest) = (vertex.vertices.hit_indices[vertex.lane], Vector::ZERO);
         let (path, interaction) = vertex.slice.of(index);
         // A coat may mirror about its own normal, so its directions stay as sampled.
         if let Some(glass) = glass.filter(|_| bsdf_sample.delta && (through || !L::COATED))
             && let Some(hit) = &vertex.slice.hits[index as usize]
         {
             // The exact direction, with the digits that storing it loses.
-            let interface = self.scene.interface(&path.segment, hit, interaction, glass);
+            let interface = self
+                .scene
+                .dielectric_interface(&path.segment, hit, interaction, glass);
             let exact = if through {
                 interface.refracted
             } else {
@@ -228,14 +235,17 @@ impl<R: Real> PathTracer<'_, R> {
         }
         let material = &self.scene.materials[interaction.material as usize];
         // Among delta lobes, only thin walls of opaque alpha transmit straight.
-        let straight =
-            L::COATED && bsdf_sample.delta && through && material.is_thin() && material.covers();
+        let straight = L::COATED
+            && bsdf_sample.delta
+            && through
+            && material.is_thin()
+            && material.blocks_straight_rays();
         vertex_response.put_sample(vertex.lane, &bsdf_sample);
         ScatteredRay {
-            rest,
-            smooth: bsdf_sample.delta,
-            through,
-            straight,
+            direction_error: rest,
+            is_delta: bsdf_sample.delta,
+            is_transmitted: through,
+            is_straight: straight,
         }
     }
 }

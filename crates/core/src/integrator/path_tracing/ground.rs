@@ -4,14 +4,14 @@
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
 use super::{PathState, PathTracer};
-use crate::light::LightTarget;
-use crate::sampler::{Purpose, Sequence, fours};
+use crate::light::ShadowRayTarget;
+use crate::sampler::{SamplePurpose, SampleSequence, sample_4d_batch};
 
 impl<R: Real> PathTracer<'_, R> {
     /// Returns for each escaped camera ray the visible share of the studio's light, 0 to 1, at the
     /// ray's point on the ground: a single shadow ray in a direction sampled by the studio's light.
     /// 1 without a ground, and far from the scene.
-    pub(super) fn light_on_ground<'a>(
+    pub(super) fn trace_ground_visibility<'a>(
         &mut self,
         paths: impl Iterator<Item = &'a PathState<R>>,
     ) -> Vec<R> {
@@ -30,29 +30,29 @@ impl<R: Real> PathTracer<'_, R> {
             let ray = &segment.ray;
             let t = (ground.height - ray.origin.y()) / ray.direction.y();
             // The ground is invisible from below.
-            let is_met = ray.direction.y() < zero && t > -segment.ahead;
+            let hits_ground = ray.direction.y() < zero && t > -segment.skipped_distance;
             let position = ray.at(t);
             let point: R::Vec3 = Vector::new(position.x(), ground.height, position.z());
-            let is_near = (point - ground.centre).length() <= ground.reach;
-            if is_met && is_near {
+            let is_near = (point - ground.centre).length() <= ground.shadow_radius;
+            if hits_ground && is_near {
                 hit_points.push((shares.len(), point, ray.time));
                 sequences.push((
-                    Sequence::on(*sample_hash, *address, Purpose::Ground),
+                    SampleSequence::from_sample_hash(*sample_hash, *address, SamplePurpose::Ground),
                     address.index,
                 ));
             }
             shares.push(R::ONE);
         }
         let mut numbers = Vec::new();
-        fours(sequences.iter().copied(), &mut numbers);
+        sample_4d_batch(sequences.iter().copied(), &mut numbers);
         let mut directions: Vec<R::Vec3> = Vec::with_capacity(numbers.len());
-        ground.light.directions(
+        ground.direction_sampler.sample_directions(
             numbers.iter().map(|&[u, v, ..]| [u.into(), v.into()]),
             |direction| directions.push(Vector::from_f64(direction)),
         );
         for (&(index, point, time), &direction) in hit_points.iter().zip(&directions) {
-            let (towards, range) = (
-                Ray::new(point, direction).at_time(time),
+            let (shadow_ray, range) = (
+                Ray::new(point, direction).with_time(time),
                 Interval {
                     min: zero,
                     max: R::INFINITY,
@@ -60,7 +60,7 @@ impl<R: Real> PathTracer<'_, R> {
             );
             self.counters.shadow += 1;
             shares[index] = scene
-                .trace_shadow((&towards, range), &LightTarget::Infinity, false)
+                .trace_shadow((&shadow_ray, range), &ShadowRayTarget::Infinity, false)
                 .share;
         }
         shares

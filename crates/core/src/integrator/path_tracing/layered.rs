@@ -7,20 +7,21 @@ use super::super::PathSegment;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::{
-    Glass, HeroWavelength, LayeredBsdf, MetallicRoughness, ReadAt, ShadingFrame, index_at,
+    Glass, HeroWavelength, LayerFieldEvaluator, LayeredBsdf, MetallicRoughness, ShadingFrame,
+    ior_at_wavelength,
 };
 use crate::prepare::{
-    DielectricBoundary, InputStage, LayeredInputs, PhysicalInputs, Prepared, SurfaceDirections,
-    Thickness,
+    AnisotropyFrame, ConstantIor, FilmThickness, InputFieldTypes, LayeredInputs, PhysicalInputs,
+    PreparedScene,
 };
-use crate::sampler::{Purpose, SampleAddress, pair};
-use crate::texture::{Bump, InputProduct, PreparedInput, ShadingContext};
+use crate::sampler::{SampleAddress, SamplePurpose, sample_2d};
+use crate::texture::{InputProduct, NormalMapInput, PreparedInput, ShadingContext};
 
 impl<R: Real> PathTracer<'_, R> {
     /// Builds the BSDF of a layered surface at a hit in `bsdf`, and returns the surface's
     /// refractive glass; `None` without refraction.
     #[inline(never)]
-    pub(super) fn layers_at(
+    pub(super) fn build_layered_bsdf(
         &self,
         path: &mut PathState<R>,
         hit: &Hit<R>,
@@ -29,18 +30,18 @@ impl<R: Real> PathTracer<'_, R> {
         bsdf: &mut LayeredBsdf<R>,
     ) -> Option<Glass<R>> {
         let context = self.scene.texture_tables.shading_context(interaction);
-        let (mut base, mut boundary) = (m.model_at(&context), m.boundary_at(&context));
+        let (mut base, mut boundary) = (m.model_at(&context), m.dielectric_boundary_at(&context));
         let mut ior = boundary.ior;
-        if self.nests() && !m.thin {
-            boundary = DielectricBoundary::new(self.relative_index(path, interaction, &context));
+        if self.has_nested_dielectrics() && !m.thin {
+            boundary = ConstantIor::new(self.relative_ior(path, interaction, &context));
             ior = boundary.ior;
         } else if base.glass.is_some() && layered.ior > 0.0 {
-            ior = index_at(ior, layered.ior, wavelength::<R>(path));
+            ior = ior_at_wavelength(ior, layered.ior, path_wavelength::<R>(path));
         }
         if let Some(glass) = &mut base.glass {
             glass.ior = ior;
         }
-        let two_sided = base.glass.is_some() || layered.diffused.is_some();
+        let two_sided = base.glass.is_some() || layered.diffuse_transmission.is_some();
         let normal = if two_sided {
             interaction.facing_normal()
         } else {
@@ -50,9 +51,9 @@ impl<R: Real> PathTracer<'_, R> {
             dielectric: boundary.f0,
             ..base
         };
-        let bumpy = m.bump.is_some();
-        let model = layered.at(
-            &PointReader {
+        let bumpy = m.normal_map.is_some();
+        let model = layered.eval_at(
+            &LayerInputReader {
                 scene: self.scene,
                 segment: &path.segment,
                 hit,
@@ -64,15 +65,15 @@ impl<R: Real> PathTracer<'_, R> {
             base,
             ior,
         );
-        bsdf.renew(normal);
-        model.add_to(bsdf, -interaction.direction, interaction.outside);
+        bsdf.reset(normal);
+        model.add_lobes_to(bsdf, -interaction.direction, interaction.outside);
         model.base.glass.filter(|_| !m.thin)
     }
 }
 
 /// Evaluates the material inputs of layers at a hit.
-struct PointReader<'a, R: Real> {
-    scene: &'a Prepared<R>,
+struct LayerInputReader<'a, R: Real> {
+    scene: &'a PreparedScene<R>,
     segment: &'a PathSegment<R>,
     hit: &'a Hit<R>,
     interaction: &'a Interaction<R>,
@@ -83,44 +84,51 @@ struct PointReader<'a, R: Real> {
     bumpy: bool,
 }
 
-impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
-    fn share(&self, input: &InputProduct<R>) -> R {
-        Real::clamp(input.number(&self.context).max(R::ZERO), R::ZERO, R::ONE)
+impl<R: Real> LayerFieldEvaluator<InputFieldTypes<R>, R> for LayerInputReader<'_, R> {
+    fn eval_share(&self, input: &InputProduct<R>) -> R {
+        Real::clamp(
+            input.eval_number(&self.context).max(R::ZERO),
+            R::ZERO,
+            R::ONE,
+        )
     }
 
-    fn tint(&self, input: &InputProduct<R>) -> R::Vec3 {
-        self.colour(input).min(Vector::ONE)
+    fn eval_tint(&self, input: &InputProduct<R>) -> R::Vec3 {
+        self.eval_colour(input).min(Vector::ONE)
     }
 
-    fn colour(&self, input: &InputProduct<R>) -> R::Vec3 {
-        input.tint(&self.context, Vector::ONE).max(Vector::ZERO)
+    fn eval_colour(&self, input: &InputProduct<R>) -> R::Vec3 {
+        input
+            .multiply_colour(&self.context, Vector::ONE)
+            .max(Vector::ZERO)
     }
 
-    fn thickness(&self, input: &Thickness<R>) -> R {
-        let thickest = input.thickest.number(&self.context).max(R::ZERO);
+    fn eval_thickness(&self, input: &FilmThickness<R>) -> R {
+        let thickest = input.thickest.eval_number(&self.context).max(R::ZERO);
         let between = |image: &PreparedInput<R>| {
-            input.thinnest + (thickest - input.thinnest) * image.number(&self.context)
+            input.thinnest + (thickest - input.thinnest) * image.eval_number(&self.context)
         };
         input.image.as_ref().map_or(thickest, between)
     }
 
-    fn constant(&self, input: &f64) -> f64 {
+    fn eval_constant(&self, input: &f64) -> f64 {
         *input
     }
 
-    fn spectrum(&self, input: &R::Vec3) -> R::Vec3 {
+    fn eval_spectrum(&self, input: &R::Vec3) -> R::Vec3 {
         *input
     }
 
     /// The shading normal without the base's normal map, perturbed by the layer's own normal map if
     /// it has one.
-    fn normal(&self, input: &Option<Bump<R>>) -> R::Vec3 {
+    fn eval_normal(&self, input: &Option<NormalMapInput<R>>) -> R::Vec3 {
         let (interaction, normal) = (self.interaction, self.normal);
         let own = if self.bumpy || input.is_some() {
-            let smooth = Interaction::smooth(self.scene, self.segment, self.hit);
+            let smooth =
+                Interaction::from_hit_without_normal_map(self.scene, self.segment, self.hit);
             input.as_ref().map_or(smooth.normal, |bump| {
                 smooth
-                    .normal_map(bump, self.scene, self.segment, self.hit)
+                    .eval_normal_map(bump, self.scene, self.segment, self.hit)
                     .perturbed_normal()
             })
         } else {
@@ -134,11 +142,13 @@ impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
         }
     }
 
-    fn frame(&self, input: &SurfaceDirections<R>) -> ShadingFrame<R> {
-        let frame = self.interaction.frame(self.scene, self.segment, self.hit);
-        let [cos, sin] = input.turn;
+    fn eval_frame(&self, input: &AnisotropyFrame<R>) -> ShadingFrame<R> {
+        let frame = self
+            .interaction
+            .shading_frame(self.scene, self.segment, self.hit);
+        let [cos, sin] = input.rotation;
         let (x, y) = input.image.as_ref().map_or((R::ONE, R::ZERO), |image| {
-            let code = image.colour(&self.context);
+            let code = image.eval_colour(&self.context);
             (code.x() + code.x() - R::ONE, code.y() + code.y() - R::ONE)
         });
         let along = frame.tangent * (x * cos - y * sin) + frame.bitangent * (x * sin + y * cos);
@@ -148,16 +158,16 @@ impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
 
 /// Returns the path's wavelength in nanometres. A white path samples its wavelength here, and its
 /// throughput is tinted by the wavelength's weight.
-pub(super) fn wavelength<R: Real>(path: &mut PathState<R>) -> f64 {
+pub(super) fn path_wavelength<R: Real>(path: &mut PathState<R>) -> f64 {
     *path.wavelength.get_or_insert_with(|| {
-        let [u, _] = pair(
+        let [u, _] = sample_2d(
             SampleAddress {
                 bounce: 0,
                 ..path.address
             },
-            Purpose::Wavelength,
+            SamplePurpose::Wavelength,
         );
-        let hero = HeroWavelength::drawn(f64::from(u));
+        let hero = HeroWavelength::sample(f64::from(u));
         path.throughput *= R::Vec3::from_f64(hero.weight.into());
         hero.nanometres
     })

@@ -7,7 +7,8 @@ use raywright_bvh::{Real, Vector};
 use super::PathTracer;
 use super::vertices::{LitSides, MisStrategy, VertexLanes, WavefrontSlice};
 use crate::light::{
-    ChoiceQuery, ChosenLight, Density, LANES, LightId, LightLanes, LightTargetKind, lane_vector,
+    ChosenLight, LANES, LightDensity, LightId, LightSampleLanes, LightSamplerQuery,
+    ShadowRayTargetKind, get_lane_vector,
 };
 use crate::settings::LightSampling;
 
@@ -15,7 +16,7 @@ use crate::settings::LightSampling;
 /// of both techniques (Veach, Guibas 1995). The ratio is squared, not each density, so that no
 /// square overflows.
 #[inline(always)]
-pub(super) fn weight(own: f64, other: f64) -> f64 {
+pub(super) fn power_heuristic(own: f64, other: f64) -> f64 {
     if own == other {
         return 0.5;
     }
@@ -25,14 +26,16 @@ pub(super) fn weight(own: f64, other: f64) -> f64 {
 
 /// The lights chosen and sampled for vertices; kept to reuse the memory of the lists.
 #[derive(Default)]
-pub(super) struct LightQueries<R: Real> {
+pub(super) struct SampledLights<R: Real> {
     chosen_lights: Vec<Option<ChosenLight<R>>>,
-    lights: Vec<LightLanes<R>>,
+    lights: Vec<LightSampleLanes<R>>,
 }
 
-impl<R: Real> LightQueries<R> {
+impl<R: Real> SampledLights<R> {
     /// Iterates over batches of [`LANES`] chosen lights with their samples.
-    pub fn lanes(&self) -> impl Iterator<Item = (&[Option<ChosenLight<R>>], &LightLanes<R>)> {
+    pub fn batches(
+        &self,
+    ) -> impl Iterator<Item = (&[Option<ChosenLight<R>>], &LightSampleLanes<R>)> {
         self.chosen_lights.chunks(LANES).zip(&self.lights)
     }
 }
@@ -43,23 +46,23 @@ impl<R: Real> PathTracer<'_, R> {
         &self,
         slice: &WavefrontSlice<'_, R>,
         vertices: &mut [VertexLanes<R>],
-        LightQueries {
+        SampledLights {
             chosen_lights,
             lights,
-        }: &mut LightQueries<R>,
+        }: &mut SampledLights<R>,
     ) {
         chosen_lights.clear();
         for vertices in &*vertices {
-            let numbers = |lane: usize| slice.of(vertices.place[lane]).0.draws.light;
-            let point = |lane: usize| vertices.surface.lane(lane).point;
+            let numbers = |lane: usize| slice.of(vertices.hit_indices[lane]).0.samples.light;
+            let point = |lane: usize| vertices.surface.get_lane(lane).point;
             let drawn = self
                 .scene
                 .lights
-                .choice()
-                .draw_each::<R, LANES>(from_fn(|lane| {
+                .light_sampler()
+                .sample_many::<R, LANES>(from_fn(|lane| {
                     let normal = match vertices.sides[lane] {
                         LitSides::None => return None,
-                        LitSides::One => lane_vector::<R>(&vertices.normal, lane),
+                        LitSides::One => get_lane_vector::<R>(&vertices.normal, lane),
                         LitSides::Both => Vector::ZERO,
                     };
                     let [coarse, fine, ..] = if lane < vertices.len {
@@ -67,7 +70,7 @@ impl<R: Real> PathTracer<'_, R> {
                     } else {
                         return None;
                     };
-                    Some(ChoiceQuery {
+                    Some(LightSamplerQuery {
                         from: point(lane),
                         normal,
                         numbers: [coarse, fine],
@@ -83,7 +86,7 @@ impl<R: Real> PathTracer<'_, R> {
                 })
             }));
         }
-        self.scene.lights.sample_each(chosen_lights, lights);
+        self.scene.lights.sample_batches(chosen_lights, lights);
         for ((vertices, chosen_lights), lights) in vertices
             .iter_mut()
             .zip(chosen_lights.chunks(LANES))
@@ -92,12 +95,12 @@ impl<R: Real> PathTracer<'_, R> {
             for (lane, chosen_light) in chosen_lights.iter().enumerate() {
                 let requested = chosen_light
                     .as_ref()
-                    .filter(|_| lights.target_kinds[lane] != LightTargetKind::Nothing);
+                    .filter(|_| lights.target_kinds[lane] != ShadowRayTargetKind::Nothing);
                 match requested.and_then(|chosen_light| {
-                    self.strategy(chosen_light.light, lights.density_of(lane))
+                    self.mis_strategy(chosen_light.light, lights.lane_density(lane))
                 }) {
                     Some(strategy) => vertices.strategy[lane] = strategy,
-                    None => lights.target_kinds[lane] = LightTargetKind::Nothing,
+                    None => lights.target_kinds[lane] = ShadowRayTargetKind::Nothing,
                 }
             }
         }
@@ -106,16 +109,16 @@ impl<R: Real> PathTracer<'_, R> {
     /// Returns the weighting of a sample of a light with this density; `None` if the light is found
     /// by BSDF sampling alone.
     #[inline(always)]
-    fn strategy(&self, light: LightId, density: Density) -> Option<MisStrategy> {
+    fn mis_strategy(&self, light: LightId, density: LightDensity) -> Option<MisStrategy> {
         Some(match (density, light) {
-            (Density::Delta, LightId::Delta(i)) => MisStrategy::Delta {
+            (LightDensity::Delta, LightId::Delta(i)) => MisStrategy::Delta {
                 shines: self.scene.lights.delta[i as usize].specular,
             },
-            (Density::Delta, _) => MisStrategy::Delta { shines: false },
-            (Density::SolidAngle(_), _) => match self.scene.sampling_of(light) {
+            (LightDensity::Delta, _) => MisStrategy::Delta { shines: false },
+            (LightDensity::SolidAngle(_), _) => match self.scene.sampling_strategy(light) {
                 LightSampling::Scattering => return None,
-                LightSampling::Lights => MisStrategy::Value,
-                LightSampling::Both => MisStrategy::Weighed,
+                LightSampling::Lights => MisStrategy::Unweighted,
+                LightSampling::Both => MisStrategy::PowerHeuristic,
             },
         })
     }
@@ -123,8 +126,8 @@ impl<R: Real> PathTracer<'_, R> {
 
 #[cfg(test)]
 mod tests {
-    use super::weight;
-    use raywright_bvh::stability::judge::CaseRng;
+    use super::power_heuristic;
+    use raywright_bvh::stability::verdicts::CaseRng;
 
     /// Protects: the weights of two techniques are numbers from 0 to 1 that sum to one for any
     /// densities, zero, infinite or with squares beyond `f64`; and they follow the definition where
@@ -136,7 +139,7 @@ mod tests {
             .into_iter()
             .flat_map(|own| extremes.map(|other| (own, other)))
         {
-            let shares = [weight(own, other), weight(other, own)];
+            let shares = [power_heuristic(own, other), power_heuristic(other, own)];
             assert!(
                 shares.iter().all(|share| (0.0..=1.0).contains(share)),
                 "{own:e}, {other:e}: {shares:?}"
@@ -148,15 +151,15 @@ mod tests {
         }
         for index in 0..10_000 {
             let rng = &mut CaseRng::new(1, index);
-            let exponent = rng.uniform(-140.0, 140.0);
+            let exponent = rng.next_uniform(-140.0, 140.0);
             let (own, other) = (
                 10_f64.powf(exponent),
-                10_f64.powf(exponent + rng.uniform(-10.0, 10.0)),
+                10_f64.powf(exponent + rng.next_uniform(-10.0, 10.0)),
             );
             // If a square underflows, it is negligible beside the other.
             let requested = own * own / (own * own + other * other);
             assert!(
-                (weight(own, other) - requested).abs() <= 1e-14 * requested,
+                (power_heuristic(own, other) - requested).abs() <= 1e-14 * requested,
                 "{:016x}, {:016x}",
                 own.to_bits(),
                 other.to_bits()

@@ -7,7 +7,7 @@ use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 
 /// Greatest number of media around a path; media nested more deeply are ignored.
-const DEEPEST: usize = 7;
+const MAX_MEDIA: usize = 7;
 
 /// Greatest number of surfaces crossed in the search for the media around the camera.
 const MOST_CROSSINGS: u32 = 64;
@@ -15,19 +15,19 @@ const MOST_CROSSINGS: u32 = 64;
 /// Stack of the media that a path has entered and not left; the medium entered last is on top.
 /// Media are identified by their materials.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Media {
-    inside: [u32; DEEPEST],
+pub(super) struct MediumStack {
+    inside: [u32; MAX_MEDIA],
     count: u32,
 }
 
-impl Media {
+impl MediumStack {
     /// Returns the stack beyond a boundary of a material: with the material on top if the boundary
     /// is hit from `outside`, or without the last entry of the material.
-    pub fn beyond(mut self, material: u32, outside: bool) -> Self {
+    pub fn cross_boundary(mut self, material: u32, outside: bool) -> Self {
         let count = self.count as usize;
         if outside {
             self.insert(count, material);
-        } else if let Some(index) = self.last_of(material) {
+        } else if let Some(index) = self.last_index_of(material) {
             self.inside.copy_within(index + 1..count, index);
             self.count -= 1;
         }
@@ -36,7 +36,7 @@ impl Media {
 
     /// Inserts a medium at an index of the stack, below the media from that index on.
     fn insert(&mut self, index: usize, material: u32) {
-        if (self.count as usize) < DEEPEST {
+        if (self.count as usize) < MAX_MEDIA {
             self.inside
                 .copy_within(index..self.count as usize, index + 1);
             self.inside[index] = material;
@@ -45,11 +45,11 @@ impl Media {
     }
 
     /// Whether the stack contains the medium of a material.
-    pub fn has(&self, material: u32) -> bool {
-        self.last_of(material).is_some()
+    pub fn contains(&self, material: u32) -> bool {
+        self.last_index_of(material).is_some()
     }
 
-    fn last_of(&self, material: u32) -> Option<usize> {
+    fn last_index_of(&self, material: u32) -> Option<usize> {
         self.inside[..self.count as usize]
             .iter()
             .rposition(|&m| m == material)
@@ -57,7 +57,7 @@ impl Media {
 
     /// Returns the medium of the greatest priority, and of equal media the one entered last. With
     /// an empty list of priorities, all media are equal.
-    fn first_by(&self, priorities: &[u32]) -> Option<u32> {
+    fn highest_priority(&self, priorities: &[u32]) -> Option<u32> {
         let inside = self.inside[..self.count as usize].iter().copied();
         if priorities.is_empty() {
             inside.last()
@@ -70,16 +70,17 @@ impl Media {
 impl<R: Real> PathTracer<'_, R> {
     /// Finds the media around the camera: those that a ray from the camera leaves more often than
     /// it enters them, the innermost on top.
-    pub(super) fn media_of_camera(&self) -> Media {
-        let (scene, mut entered, mut around) = (self.scene, Media::default(), Media::default());
+    pub(super) fn find_camera_media(&self) -> MediumStack {
+        let (scene, mut entered, mut around) =
+            (self.scene, MediumStack::default(), MediumStack::default());
         let mut segment =
             PathSegment::from_ray(scene.camera.generate_ray(R::ZERO, R::ZERO, [0.5; 2]));
-        if scene.camera.ahead() != R::ZERO {
+        if scene.camera.skipped_distance() != R::ZERO {
             return around;
         }
         for _ in 0..MOST_CROSSINGS {
             let range = Interval {
-                min: self.least.secondary,
+                min: self.min_distances.secondary,
                 max: R::INFINITY,
             };
             let Some(hit) = scene.geometry.closest(&segment.ray, range, &mut ()) else {
@@ -89,10 +90,10 @@ impl<R: Real> PathTracer<'_, R> {
             if scene.materials[interaction.material as usize]
                 .absorption()
                 .is_some()
-                || self.nests() && self.bounds_glass(interaction.material)
+                || self.has_nested_dielectrics() && self.is_glass_boundary(interaction.material)
             {
-                if interaction.outside || entered.has(interaction.material) {
-                    entered = entered.beyond(interaction.material, interaction.outside);
+                if interaction.outside || entered.contains(interaction.material) {
+                    entered = entered.cross_boundary(interaction.material, interaction.outside);
                 } else {
                     around.insert(0, interaction.material);
                 }
@@ -100,7 +101,7 @@ impl<R: Real> PathTracer<'_, R> {
             segment.advance(
                 &self
                     .scene
-                    .spawn(&interaction, interaction.direction, -R::ONE),
+                    .spawn_ray(&interaction, interaction.direction, -R::ONE),
                 Vector::ZERO,
             );
         }
@@ -109,10 +110,14 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Returns the media of a path beyond a surface; a thin wall does not change them.
     #[inline]
-    pub(super) fn beyond(&self, media: &Media, interaction: &Interaction<R>) -> Media {
+    pub(super) fn media_beyond_surface(
+        &self,
+        media: &MediumStack,
+        interaction: &Interaction<R>,
+    ) -> MediumStack {
         let bounds = self.scene.materials[interaction.material as usize].bounds_body();
         if bounds {
-            media.beyond(interaction.material, interaction.outside)
+            media.cross_boundary(interaction.material, interaction.outside)
         } else {
             *media
         }
@@ -121,25 +126,28 @@ impl<R: Real> PathTracer<'_, R> {
     /// Returns the effective medium among overlapping media, the one of greatest priority; `None`
     /// outside of media.
     #[inline]
-    pub(super) fn around(&self, media: &Media) -> Option<u32> {
-        media.first_by(&self.scene.priorities)
+    pub(super) fn effective_medium(&self, media: &MediumStack) -> Option<u32> {
+        media.highest_priority(&self.scene.priorities)
     }
 
     /// Attenuates a path's throughput by absorption along the segment to a hit.
     #[inline(always)]
-    pub(super) fn pass_media(&self, path: &mut PathState<R>, interaction: &Interaction<R>) {
+    pub(super) fn attenuate_by_media(&self, path: &mut PathState<R>, interaction: &Interaction<R>) {
         if self.scene.absorbs {
             // A hit from inside implies a body around the path, even if no hit recorded the entry.
             let around = self
-                .around(&path.media)
+                .effective_medium(&path.media)
                 .or((!interaction.outside).then_some(interaction.material));
             path.throughput *= self.body_transmittance(around, interaction.distance);
         }
     }
 
     /// Returns the transmittance of the effective medium along an unoccluded shadow ray.
-    pub(super) fn media_transmittance(&self, media: &Media, distance: R) -> R::Vec3 {
-        self.body_transmittance(self.around(media).filter(|_| self.scene.absorbs), distance)
+    pub(super) fn media_transmittance(&self, media: &MediumStack, distance: R) -> R::Vec3 {
+        self.body_transmittance(
+            self.effective_medium(media).filter(|_| self.scene.absorbs),
+            distance,
+        )
     }
 
     /// Returns the transmittance of a medium over a distance; 1 without a medium.
@@ -211,34 +219,43 @@ mod tests {
     /// nothing.
     #[test]
     fn bodies_in_bodies() {
-        let media = Media::default()
-            .beyond(7, true)
-            .beyond(3, true)
-            .beyond(9, true);
+        let media = MediumStack::default()
+            .cross_boundary(7, true)
+            .cross_boundary(3, true)
+            .cross_boundary(9, true);
         assert_eq!(
             (
-                media.first_by(&[]),
-                media.beyond(3, false).first_by(&[]),
-                media.beyond(9, false).first_by(&[])
+                media.highest_priority(&[]),
+                media.cross_boundary(3, false).highest_priority(&[]),
+                media.cross_boundary(9, false).highest_priority(&[])
             ),
             (Some(9), Some(9), Some(3))
         );
         assert_eq!(
-            media.beyond(3, false).beyond(9, false).first_by(&[]),
+            media
+                .cross_boundary(3, false)
+                .cross_boundary(9, false)
+                .highest_priority(&[]),
             Some(7)
         );
-        assert_eq!(media.beyond(4, false).first_by(&[]), Some(9));
+        assert_eq!(
+            media.cross_boundary(4, false).highest_priority(&[]),
+            Some(9)
+        );
         assert_eq!(
             (
-                Media::default().beyond(1, false).first_by(&[]),
-                Media::default().first_by(&[])
+                MediumStack::default()
+                    .cross_boundary(1, false)
+                    .highest_priority(&[]),
+                MediumStack::default().highest_priority(&[])
             ),
             (None, None)
         );
         assert_eq!(
             (0..9)
-                .fold(Media::default(), |media, m| media.beyond(m, true))
-                .first_by(&[]),
+                .fold(MediumStack::default(), |media, m| media
+                    .cross_boundary(m, true))
+                .highest_priority(&[]),
             Some(6)
         );
     }

@@ -6,12 +6,14 @@ use core::f64::consts::PI;
 use raywright_bvh::{Real, Vector};
 
 use super::PathTracer;
-use super::bsdf_lanes::{BsdfLanes, LaneVertex, eval_light};
+use super::bsdf_lanes::{BsdfLanes, LaneVertex, eval_for_light};
 use super::scatter::ScatteredRay;
 use super::vertices::LitSides;
 use crate::interaction::Interaction;
-use crate::light::lane_vector;
-use crate::material::{Bsdf, BsdfSample, Interface, Lambert, ShadingFrame, cosine_sample};
+use crate::light::get_lane_vector;
+use crate::material::{
+    Bsdf, BsdfSample, Lambert, ShadingFrame, SmoothInterface, sample_cosine_hemisphere,
+};
 use crate::prepare::PreparedMaterial;
 use crate::scene::Mixture;
 
@@ -23,9 +25,9 @@ pub(super) struct MixtureSurface<R: Real> {
     albedo: R::Vec3,
     /// Probabilities of mirror reflection and of refraction; the remaining probability is that of
     /// diffuse reflection.
-    mirrored: f64,
-    through: f64,
-    interface: Interface,
+    mirror_probability: f64,
+    refraction_probability: f64,
+    interface: SmoothInterface,
 }
 
 impl<R: Real> MixtureSurface<R> {
@@ -34,7 +36,7 @@ impl<R: Real> MixtureSurface<R> {
         let eta = m
             .ior
             .map_or(1.0, |ior| if interaction.outside { 1.0 / ior } else { ior });
-        let interface = Interface::new(interaction.direction.to_f64(), normal.to_f64(), eta);
+        let interface = SmoothInterface::new(interaction.direction.to_f64(), normal.to_f64(), eta);
         let s = m.specular_chance;
         let (mut mirrored, mut through) = (s, m.refraction_chance);
         if s > 0.0 && m.ior.is_some() {
@@ -62,21 +64,21 @@ impl<R: Real> MixtureSurface<R> {
         }
         Self {
             albedo,
-            mirrored,
-            through,
+            mirror_probability: mirrored,
+            refraction_probability: through,
             interface,
         }
     }
 
     /// Probability of diffuse reflection.
-    fn diffused(&self) -> f64 {
-        1.0 - self.mirrored - self.through
+    fn diffuse_probability(&self) -> f64 {
+        1.0 - self.mirror_probability - self.refraction_probability
     }
 
     /// Returns the sides on which the surface receives sampled light: none under the published
     /// shader's own roulette, which finds lights by scattering alone.
-    pub fn sides(&self, m: &Mixture) -> LitSides {
-        if !m.published_roulette && self.diffused() > 0.0 {
+    pub fn lit_sides(&self, m: &Mixture) -> LitSides {
+        if !m.published_roulette && self.diffuse_probability() > 0.0 {
             LitSides::One
         } else {
             LitSides::None
@@ -94,12 +96,15 @@ impl<R: Real> PathTracer<'_, R> {
         surface: &MixtureSurface<R>,
         bsdf_lanes: &mut BsdfLanes<R>,
     ) -> ScatteredRay<R> {
-        let normal = lane_vector::<R>(&vertex.vertices.normal, vertex.lane);
-        let diffused = surface.diffused();
-        if let Some(light) = vertex.light() {
+        let normal = get_lane_vector::<R>(&vertex.vertices.normal, vertex.lane);
+        let diffused = surface.diffuse_probability();
+        if let Some(light) = vertex.light_direction() {
             let albedo = surface.albedo * R::from_f64(diffused);
             let matte = Bsdf::<R, Lambert<R>, 1>::new(normal).with_lobe(Lambert { albedo });
-            bsdf_lanes.put_response(vertex.lane, &eval_light(&matte, vertex.view(), light));
+            bsdf_lanes.put_response(
+                vertex.lane,
+                &eval_for_light(&matte, vertex.view_direction(), light),
+            );
         }
         let PreparedMaterial::Classic(classic) =
             &self.scene.materials[vertex.interaction().material as usize]
@@ -109,32 +114,32 @@ impl<R: Real> PathTracer<'_, R> {
         let Some(m) = &classic.mixture else {
             return ScatteredRay::REFLECTED;
         };
-        let [u_lobe, u, v, u_roulette] = vertex.numbers();
+        let [u_lobe, u, v, u_roulette] = vertex.random_numbers();
         let u_lobe = u_lobe.to_f64();
         // The normal plus a uniform point of the unit sphere has a cosine-weighted direction.
-        let h = ShadingFrame::<R>::from_normal(normal).to_world(cosine_sample::<R>([u, v]));
+        let h =
+            ShadingFrame::<R>::from_normal(normal).to_world(sample_cosine_hemisphere::<R>([u, v]));
         let blend = |smooth: glam::DVec3, about: R::Vec3, roughness: f64| {
             let share = roughness * roughness;
             R::Vec3::from_f64((smooth * (1.0 - share) + about.to_f64() * share).normalize())
         };
-        let (one, is_mirrored) = (R::ONE, u_lobe < surface.mirrored);
-        let refracted = surface
-            .interface
-            .refracted
-            .filter(|_| !is_mirrored && u_lobe < surface.mirrored + surface.through);
+        let (one, is_mirrored) = (R::ONE, u_lobe < surface.mirror_probability);
+        let refracted = surface.interface.refracted.filter(|_| {
+            !is_mirrored && u_lobe < surface.mirror_probability + surface.refraction_probability
+        });
         let (direction, mut weight, chance) = if is_mirrored {
             let colour = R::Vec3::from_f64(m.specular_colour.0.into());
             (
                 blend(surface.interface.reflected, h, m.specular_roughness),
                 colour,
-                surface.mirrored,
+                surface.mirror_probability,
             )
         } else if let Some(refracted) = refracted {
             let about = h - normal * (one + one) * h.dot(normal);
             (
                 blend(refracted, about, m.refraction_roughness),
                 Vector::ONE,
-                surface.through,
+                surface.refraction_probability,
             )
         } else {
             (h, surface.albedo, diffused)
@@ -148,8 +153,8 @@ impl<R: Real> PathTracer<'_, R> {
         let mut some = true;
         if m.published_roulette {
             weight *= R::from_f64(1.0 / chance.max(LEAST_CHANCE));
-            let largest =
-                (lane_vector::<R>(&vertex.vertices.throughput, vertex.lane) * weight).max_element();
+            let largest = (get_lane_vector::<R>(&vertex.vertices.throughput, vertex.lane) * weight)
+                .max_element();
             // NaN and infinity go on unchanged, so that the sample is dropped at the end.
             if largest.is_finite() {
                 some = u_roulette < largest;
@@ -159,7 +164,7 @@ impl<R: Real> PathTracer<'_, R> {
         bsdf_lanes.put_sample(
             vertex.lane,
             &BsdfSample {
-                some,
+                is_valid: some,
                 direction,
                 weight,
                 density,
@@ -167,8 +172,8 @@ impl<R: Real> PathTracer<'_, R> {
             },
         );
         ScatteredRay {
-            smooth: is_mirrored,
-            through: refracted.is_some(),
+            is_delta: is_mirrored,
+            is_transmitted: refracted.is_some(),
             ..ScatteredRay::REFLECTED
         }
     }

@@ -9,22 +9,22 @@
 
 use raywright_bvh::Real;
 
-use super::layered::wavelength;
-use super::{Media, PathState, PathTracer};
+use super::layered::path_wavelength;
+use super::{MediumStack, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::MetallicRoughness;
-use crate::prepare::{DielectricBoundary, PreparedMaterial};
+use crate::prepare::{ConstantIor, PreparedMaterial};
 use crate::texture::ShadingContext;
 
 impl<R: Real> PathTracer<'_, R> {
     /// Whether the scene's media have priorities, so that their boundaries are nested dielectrics.
     #[inline(always)]
-    pub(super) fn nests(&self) -> bool {
+    pub(super) fn has_nested_dielectrics(&self) -> bool {
         !self.scene.priorities.is_empty()
     }
 
     /// Whether surfaces of a material are boundaries of a refractive body.
-    pub(super) fn bounds_glass(&self, material: u32) -> bool {
+    pub(super) fn is_glass_boundary(&self, material: u32) -> bool {
         match &self.scene.materials[material as usize] {
             PreparedMaterial::Classic(m) => m.transmission.is_some() && m.mixture.is_none(),
             PreparedMaterial::Physical(m) => m.transmission.is_some() && !m.thin,
@@ -34,30 +34,41 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Returns the media on the ray's side of a boundary and on the far side. A body that the ray
     /// leaves counts as entered, even if no hit recorded the entry.
-    fn sides(&self, media: &Media, interaction: &Interaction<R>) -> [Media; 2] {
-        let known = interaction.outside || media.has(interaction.material);
+    fn media_on_both_sides(
+        &self,
+        media: &MediumStack,
+        interaction: &Interaction<R>,
+    ) -> [MediumStack; 2] {
+        let known = interaction.outside || media.contains(interaction.material);
         let near = if known {
             *media
         } else {
-            media.beyond(interaction.material, true)
+            media.cross_boundary(interaction.material, true)
         };
-        [near, near.beyond(interaction.material, interaction.outside)]
+        [
+            near,
+            near.cross_boundary(interaction.material, interaction.outside),
+        ]
     }
 
     /// Returns the media beyond a boundary that a body of greater priority on both sides hides;
     /// `None` for a boundary that is not hidden.
     #[inline(never)]
-    pub(super) fn hidden(&self, media: &Media, interaction: &Interaction<R>) -> Option<Media> {
-        if !self.bounds_glass(interaction.material) {
+    pub(super) fn media_behind_hidden_boundary(
+        &self,
+        media: &MediumStack,
+        interaction: &Interaction<R>,
+    ) -> Option<MediumStack> {
+        if !self.is_glass_boundary(interaction.material) {
             return None;
         }
-        let [near, far] = self.sides(media, interaction);
-        (self.around(&near) == self.around(&far)).then_some(far)
+        let [near, far] = self.media_on_both_sides(media, interaction);
+        (self.effective_medium(&near) == self.effective_medium(&far)).then_some(far)
     }
 
     /// Returns the index of refraction of a medium, at the path's wavelength if the medium is
     /// dispersive; 1 without a medium.
-    fn index_of(
+    fn refractive_index(
         &self,
         path: &mut PathState<R>,
         body: Option<u32>,
@@ -77,11 +88,11 @@ impl<R: Real> PathTracer<'_, R> {
             }
             Some(PreparedMaterial::Physical(m)) => {
                 let dispersion = m
-                    .layered
+                    .layers
                     .map_or(0.0, |index| self.scene.layers[index as usize].ior);
-                let ior = m.boundary_at(context).ior;
+                let ior = m.dielectric_boundary_at(context).ior;
                 if dispersion > 0.0 {
-                    crate::material::index_at(ior, dispersion, wavelength::<R>(path))
+                    crate::material::ior_at_wavelength(ior, dispersion, path_wavelength::<R>(path))
                 } else {
                     ior
                 }
@@ -94,23 +105,23 @@ impl<R: Real> PathTracer<'_, R> {
     /// may be media. For glass: by the effective media of both sides; for other surfaces: over the
     /// index of the medium around.
     #[inline(never)]
-    pub(super) fn relative_index(
+    pub(super) fn relative_ior(
         &self,
         path: &mut PathState<R>,
         interaction: &Interaction<R>,
         context: &ShadingContext<'_, R>,
     ) -> f64 {
-        if !self.bounds_glass(interaction.material) {
-            let around = self.around(&path.media);
-            let [own, around] =
-                [Some(interaction.material), around].map(|body| self.index_of(path, body, context));
+        if !self.is_glass_boundary(interaction.material) {
+            let around = self.effective_medium(&path.media);
+            let [own, around] = [Some(interaction.material), around]
+                .map(|body| self.refractive_index(path, body, context));
             // A medium without an index counts as air.
             return if around > 0.0 { own / around } else { own };
         }
         let [near, far] = self
-            .sides(&path.media, interaction)
-            .map(|media| self.around(&media));
-        let [near, far] = [near, far].map(|body| self.index_of(path, body, context));
+            .media_on_both_sides(&path.media, interaction)
+            .map(|media| self.effective_medium(&media));
+        let [near, far] = [near, far].map(|body| self.refractive_index(path, body, context));
         if interaction.outside {
             far / near
         } else {
@@ -121,15 +132,14 @@ impl<R: Real> PathTracer<'_, R> {
     /// Adapts the reflectance and the glass of a physical surface without layers to the medium
     /// around it.
     #[inline(never)]
-    pub(super) fn immersed(
+    pub(super) fn adapt_to_medium(
         &self,
         path: &mut PathState<R>,
         interaction: &Interaction<R>,
         context: &ShadingContext<'_, R>,
         model: &mut MetallicRoughness<R>,
     ) {
-        let boundary =
-            DielectricBoundary::<R>::new(self.relative_index(path, interaction, context));
+        let boundary = ConstantIor::<R>::new(self.relative_ior(path, interaction, context));
         model.dielectric = boundary.f0 * model.grazing;
         if let Some(glass) = &mut model.glass {
             glass.ior = boundary.ior;

@@ -4,40 +4,40 @@
 use raywright_bvh::{Real, Vector};
 
 use super::PathState;
-use crate::settings::Roulette;
+use crate::settings::RouletteStart;
 
 /// Number of segments from which on a path of any brightness may end, so that even paths in a white
 /// room without absorption end: on average after twenty more segments. The depth limit may end
 /// paths earlier.
-const ENDS_FROM: u32 = 64;
+const FORCED_ROULETTE_SEGMENTS: u32 = 64;
 
-/// Greatest probability of survival from [`ENDS_FROM`] segments on.
-const GOES_ON: f64 = 0.95;
+/// Greatest probability of survival from [`FORCED_ROULETTE_SEGMENTS`] segments on.
+const FORCED_SURVIVAL: f64 = 0.95;
 
 impl<R: Real> PathState<R> {
     /// Returns the greatest probability of survival at the path's next vertex; infinite without
     /// roulette.
     #[inline(always)]
-    pub fn most_survival(&self, roulette: Roulette) -> R {
-        most_survival(self.traced, roulette)
+    pub fn max_survival(&self, roulette: RouletteStart) -> R {
+        max_survival_after(self.segments_traced, roulette)
     }
 }
 
 /// Returns the greatest probability of survival after `traced` segments; infinite without roulette.
 #[inline(always)]
-fn most_survival<R: Real>(traced: u32, roulette: Roulette) -> R {
+fn max_survival_after<R: Real>(traced: u32, roulette: RouletteStart) -> R {
     // Before the fourth segment, roulette adds more noise than it saves time in most scenes.
     let first = match roulette {
-        Roulette::Early => 1,
-        Roulette::Late => 4,
-        Roulette::Off => ENDS_FROM,
+        RouletteStart::Early => 1,
+        RouletteStart::Late => 4,
+        RouletteStart::Off => FORCED_ROULETTE_SEGMENTS,
     };
     if traced < first {
         R::INFINITY
-    } else if traced < ENDS_FROM {
+    } else if traced < FORCED_ROULETTE_SEGMENTS {
         R::ONE
     } else {
-        R::from_f64(GOES_ON)
+        R::from_f64(FORCED_SURVIVAL)
     }
 }
 
@@ -46,7 +46,11 @@ fn most_survival<R: Real>(traced: u32, roulette: Roulette) -> R {
 /// infinite `maximum` means no roulette. Without branches, so that several paths are computed side
 /// by side.
 #[inline(always)]
-pub(super) fn survive<R: Real>(throughput: R::Vec3, maximum: R, u_roulette: R) -> (R::Vec3, bool) {
+pub(super) fn apply_roulette<R: Real>(
+    throughput: R::Vec3,
+    maximum: R,
+    u_roulette: R,
+) -> (R::Vec3, bool) {
     // NaN ends the path too, because every comparison with NaN is false.
     let survival = throughput.max_element().min(maximum);
     let may_end = maximum < R::INFINITY;
@@ -55,21 +59,21 @@ pub(super) fn survive<R: Real>(throughput: R::Vec3, maximum: R, u_roulette: R) -
     (
         throughput,
         (!may_end | (u_roulette < survival))
-            & is_some::<R>(throughput)
-            & is_number::<R>(throughput),
+            & is_nonzero::<R>(throughput)
+            & has_finite_components::<R>(throughput),
     )
 }
 
 /// Whether any component of a throughput is not zero; true for NaN.
 #[inline(always)]
-pub(super) fn is_some<R: Real>(v: R::Vec3) -> bool {
+pub(super) fn is_nonzero<R: Real>(v: R::Vec3) -> bool {
     (v.x() != R::ZERO) | (v.y() != R::ZERO) | (v.z() != R::ZERO)
 }
 
 /// Whether all components of a throughput are finite. An infinite or undefined component makes the
 /// path's sample invalid; such samples are dropped and counted.
 #[inline(always)]
-pub(super) fn is_number<R: Real>(v: R::Vec3) -> bool {
+pub(super) fn has_finite_components<R: Real>(v: R::Vec3) -> bool {
     let (x, y, z) = (Real::abs(v.x()), Real::abs(v.y()), Real::abs(v.z()));
     (x < R::INFINITY) & (y < R::INFINITY) & (z < R::INFINITY)
 }
@@ -91,7 +95,7 @@ mod tests {
             (DVec3::new(0.3, 0.1, 0.0), f64::INFINITY),
         ] {
             let each = (0..COUNT).map(|i| {
-                survive::<f64>(throughput, maximum, (f64::from(i) + 0.5) / f64::from(COUNT))
+                apply_roulette::<f64>(throughput, maximum, (f64::from(i) + 0.5) / f64::from(COUNT))
             });
             let (mut sum, mut ended) = (DVec3::ZERO, 0);
             for (throughput, continues) in each {
@@ -122,7 +126,7 @@ mod tests {
             assert!(
                 [1.0, f64::INFINITY]
                     .iter()
-                    .all(|&maximum| !survive::<f64>(nothing, maximum, 0.0).1),
+                    .all(|&maximum| !apply_roulette::<f64>(nothing, maximum, 0.0).1),
                 "{nothing}"
             );
         }
@@ -133,12 +137,12 @@ mod tests {
     fn is_unbiased<R: Real>() {
         for (share, maximum) in [1e-3, 1e-10, 1e-20, 1e-30, 0.999_999, 1.0, 7.0]
             .into_iter()
-            .flat_map(|share| [(share, 1.0), (share, GOES_ON)])
+            .flat_map(|share| [(share, 1.0), (share, FORCED_SURVIVAL)])
         {
             let throughput = R::Vec3::from_f64(DVec3::new(share, 0.5 * share, 0.0));
             let survival = R::from_f64(share).min(R::from_f64(maximum));
             let below = R::from_f64(survival.to_f64() * (1.0 - 1e-6));
-            let (left, continues) = survive::<R>(throughput, R::from_f64(maximum), below);
+            let (left, continues) = apply_roulette::<R>(throughput, R::from_f64(maximum), below);
             assert!(
                 continues && survival > R::ZERO && survival <= R::ONE,
                 "{share:e} at {maximum}"
@@ -150,7 +154,7 @@ mod tests {
                 "{share:e} at {maximum}: {off:e} off"
             );
             assert!(
-                !survive::<R>(throughput, R::from_f64(maximum), survival).1,
+                !apply_roulette::<R>(throughput, R::from_f64(maximum), survival).1,
                 "{share:e} at {maximum} never ends"
             );
         }
@@ -162,10 +166,15 @@ mod tests {
     fn m07_next_to_nothing_and_all() {
         is_unbiased::<f32>();
         is_unbiased::<f64>();
-        for rule in [Roulette::Early, Roulette::Late, Roulette::Off] {
+        for rule in [
+            RouletteStart::Early,
+            RouletteStart::Late,
+            RouletteStart::Off,
+        ] {
             let may_end = |maximum: f64| maximum > 0.0 && maximum < 1.0;
             assert!(
-                (ENDS_FROM..200).all(|traced| may_end(most_survival(traced, rule))),
+                (FORCED_ROULETTE_SEGMENTS..200)
+                    .all(|traced| may_end(max_survival_after(traced, rule))),
                 "{rule:?}"
             );
         }

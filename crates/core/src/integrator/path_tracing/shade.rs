@@ -4,18 +4,21 @@
 use raywright_bvh::{Real, SimdTask, Vector, run_widest};
 
 use super::bsdf_lanes::BsdfLanes;
-use super::light::weight;
-use super::roulette::{is_number, is_some, survive};
+use super::light::power_heuristic;
+use super::roulette::{apply_roulette, has_finite_components, is_nonzero};
 use super::vertices::{LitSides, MisStrategy, VertexLanes};
-use crate::light::{Column, LANES, LightLanes, LightTargetKind, Vec3Column, lane_vector, set_lane};
+use crate::light::{
+    LANES, LaneColumn, LightSampleLanes, ShadowRayTargetKind, Vec3Column, get_lane_vector,
+    set_lane_vector,
+};
 
 /// Results of shading a batch of vertices. Each step is a function of its own, so that the compiler
 /// knows that outputs do not alias inputs.
 #[derive(Clone, Copy)]
 pub(super) struct ShadedLanes<R: Real> {
-    pub lit: LitLanes<R>,
-    pub shadow: ShadowRays<R>,
-    pub next: NextRays<R>,
+    pub lit: DirectLightLanes<R>,
+    pub shadow: ShadowRayLanes<R>,
+    pub next: ScatteredRayLanes<R>,
 }
 
 impl<R: Real> ShadedLanes<R> {
@@ -24,17 +27,17 @@ impl<R: Real> ShadedLanes<R> {
     #[inline]
     pub fn of(
         vertices: &VertexLanes<R>,
-        lights: &LightLanes<R>,
+        lights: &LightSampleLanes<R>,
         bsdf_lanes: &BsdfLanes<R>,
         reach: R,
     ) -> Self {
         Self {
-            lit: run_widest(LightTask {
+            lit: run_widest(DirectLightTask {
                 vertices,
                 lights,
                 bsdf_lanes,
             }),
-            shadow: run_widest(ShadowTask {
+            shadow: run_widest(ShadowRayTask {
                 vertices,
                 lights,
                 reach,
@@ -49,67 +52,67 @@ impl<R: Real> ShadedLanes<R> {
 
 /// Reflected light of vertices, before the visibility of their lights is known.
 #[derive(Clone, Copy)]
-pub(super) struct LitLanes<R: Real> {
+pub(super) struct DirectLightLanes<R: Real> {
     /// Whether the surface reflects or transmits the light if unoccluded, and whether it transmits.
-    pub is_lit: Column<bool>,
-    pub is_through: Column<bool>,
-    pub sent: Vec3Column<R>,
+    pub is_lit: LaneColumn<bool>,
+    pub is_through: LaneColumn<bool>,
+    pub reflected: Vec3Column<R>,
 }
 
-struct LightTask<'a, R: Real> {
+struct DirectLightTask<'a, R: Real> {
     vertices: &'a VertexLanes<R>,
-    lights: &'a LightLanes<R>,
+    lights: &'a LightSampleLanes<R>,
     bsdf_lanes: &'a BsdfLanes<R>,
 }
 
-impl<R: Real> SimdTask for LightTask<'_, R> {
-    type Output = LitLanes<R>;
+impl<R: Real> SimdTask for DirectLightTask<'_, R> {
+    type Output = DirectLightLanes<R>;
     #[inline(always)]
-    fn run(self) -> LitLanes<R> {
+    fn run(self) -> DirectLightLanes<R> {
         let Self {
             vertices: v,
             lights,
             bsdf_lanes,
         } = self;
-        let mut out = LitLanes {
+        let mut out = DirectLightLanes {
             is_lit: [false; LANES],
             is_through: [false; LANES],
-            sent: [[R::ZERO; LANES]; 3],
+            reflected: [[R::ZERO; LANES]; 3],
         };
         let mut weighed = [false; LANES];
         let mut dull = [false; LANES];
         let mut sizeless = [false; LANES];
         let mut seen = [false; LANES];
         for lane in 0..LANES {
-            weighed[lane] = matches!(v.strategy[lane], MisStrategy::Weighed);
-            dull[lane] = v.strategy[lane].is_dull();
+            weighed[lane] = matches!(v.strategy[lane], MisStrategy::PowerHeuristic);
+            dull[lane] = v.strategy[lane].is_diffuse_only();
             sizeless[lane] = matches!(v.strategy[lane], MisStrategy::Delta { .. });
-            seen[lane] = lights.target_kinds[lane] != LightTargetKind::Nothing;
+            seen[lane] = lights.target_kinds[lane] != ShadowRayTargetKind::Nothing;
         }
         for lane in 0..LANES {
-            let (direction, zero) = (lane_vector::<R>(&lights.direction, lane), R::ZERO);
-            let facing = lane_vector::<R>(&v.normal, lane).dot(direction);
+            let (direction, zero) = (get_lane_vector::<R>(&lights.direction, lane), R::ZERO);
+            let facing = get_lane_vector::<R>(&v.normal, lane).dot(direction);
             // The light must lie above both the shading and the geometric horizon, or below both
             // for transmissive surfaces. Lights without highlights are reflected alone.
-            let below = lane_vector::<R>(&v.geometric, lane).dot(direction) < zero;
+            let below = get_lane_vector::<R>(&v.geometric, lane).dot(direction) < zero;
             let above = (facing > zero) & !below;
             let through = (v.sides[lane] == LitSides::Both) & (facing < zero) & below & !dull[lane];
             let (value, diffuse) = (
-                lane_vector::<R>(&bsdf_lanes.value, lane),
-                lane_vector::<R>(&bsdf_lanes.diffuse, lane),
+                get_lane_vector::<R>(&bsdf_lanes.value, lane),
+                get_lane_vector::<R>(&bsdf_lanes.diffuse, lane),
             );
             let value = if dull[lane] { diffuse } else { value };
-            let both = R::from_f64(weight(
+            let both = R::from_f64(power_heuristic(
                 lights.density[lane],
                 bsdf_lanes.light_density[lane].to_f64(),
             ));
             let share = if sizeless[lane] { v.gain[lane] } else { R::ONE };
             let share = if weighed[lane] { both } else { share };
             let scattered =
-                lane_vector::<R>(&lights.arriving, lane) * value * (Real::abs(facing) * share);
-            out.is_lit[lane] = seen[lane] & (above | through) & is_some::<R>(scattered);
+                get_lane_vector::<R>(&lights.arriving, lane) * value * (Real::abs(facing) * share);
+            out.is_lit[lane] = seen[lane] & (above | through) & is_nonzero::<R>(scattered);
             out.is_through[lane] = through;
-            set_lane::<R>(&mut out.sent, lane, scattered);
+            set_lane_vector::<R>(&mut out.reflected, lane, scattered);
         }
         out
     }
@@ -117,58 +120,58 @@ impl<R: Real> SimdTask for LightTask<'_, R> {
 
 /// Shadow rays from vertices to sampled points of surfaces and to infinity.
 #[derive(Clone, Copy)]
-pub(super) struct ShadowRays<R: Real> {
+pub(super) struct ShadowRayLanes<R: Real> {
     pub start: Vec3Column<R>,
     pub directions: Vec3Column<R>,
     /// Length of the ray; zero or negative if no object fits between vertex and light.
-    pub length: Column<R>,
+    pub length: LaneColumn<R>,
 }
 
-struct ShadowTask<'a, R: Real> {
+struct ShadowRayTask<'a, R: Real> {
     vertices: &'a VertexLanes<R>,
-    lights: &'a LightLanes<R>,
+    lights: &'a LightSampleLanes<R>,
     reach: R,
 }
 
-impl<R: Real> SimdTask for ShadowTask<'_, R> {
-    type Output = ShadowRays<R>;
+impl<R: Real> SimdTask for ShadowRayTask<'_, R> {
+    type Output = ShadowRayLanes<R>;
     #[inline(always)]
-    fn run(self) -> ShadowRays<R> {
+    fn run(self) -> ShadowRayLanes<R> {
         let (v, lights, none) = (self.vertices, self.lights, [[R::ZERO; LANES]; 3]);
-        let mut out = ShadowRays {
+        let mut out = ShadowRayLanes {
             start: none,
             directions: none,
             length: none[0],
         };
         if (0..LANES).fold(false, |some, lane| {
-            some | (lights.target_kinds[lane] == LightTargetKind::Surface)
+            some | (lights.target_kinds[lane] == ShadowRayTargetKind::Surface)
         }) {
             for lane in 0..LANES {
                 let (ray, length) = v
                     .surface
-                    .lane(lane)
-                    .way_to_surface(&lights.surface.lane(lane));
-                set_lane::<R>(&mut out.start, lane, ray.origin);
-                set_lane::<R>(&mut out.directions, lane, ray.direction);
+                    .get_lane(lane)
+                    .spawn_unchecked_ray_to_surface(&lights.surface.get_lane(lane));
+                set_lane_vector::<R>(&mut out.start, lane, ray.origin);
+                set_lane_vector::<R>(&mut out.directions, lane, ray.direction);
                 out.length[lane] = length;
             }
         }
         if (0..LANES).fold(false, |some, lane| {
-            some | (lights.target_kinds[lane] == LightTargetKind::Infinity)
+            some | (lights.target_kinds[lane] == ShadowRayTargetKind::Infinity)
         }) {
             for lane in 0..LANES {
-                let far = lights.target_kinds[lane] == LightTargetKind::Infinity;
-                let direction = lane_vector::<R>(&lights.direction, lane);
-                let start = v.surface.lane(lane).spawn(direction);
+                let far = lights.target_kinds[lane] == ShadowRayTargetKind::Infinity;
+                let direction = get_lane_vector::<R>(&lights.direction, lane);
+                let start = v.surface.get_lane(lane).spawn_ray_origin(direction);
                 let length = if lights.density[lane] == 0.0 {
                     self.reach
                 } else {
                     R::INFINITY
                 };
                 let [before, target_direction] =
-                    [&out.start, &out.directions].map(|column| lane_vector::<R>(column, lane));
-                set_lane::<R>(&mut out.start, lane, if far { start } else { before });
-                set_lane::<R>(
+                    [&out.start, &out.directions].map(|column| get_lane_vector::<R>(column, lane));
+                set_lane_vector::<R>(&mut out.start, lane, if far { start } else { before });
+                set_lane_vector::<R>(
                     &mut out.directions,
                     lane,
                     if far { direction } else { target_direction },
@@ -182,10 +185,10 @@ impl<R: Real> SimdTask for ShadowTask<'_, R> {
 
 /// Scattered rays of vertices after Russian roulette.
 #[derive(Clone, Copy)]
-pub(super) struct NextRays<R: Real> {
-    pub continues: Column<bool>,
+pub(super) struct ScatteredRayLanes<R: Real> {
+    pub continues: LaneColumn<bool>,
     /// Whether the path ends because its throughput is not finite.
-    pub overflows: Column<bool>,
+    pub overflows: LaneColumn<bool>,
     pub origin: Vec3Column<R>,
     pub throughput: Vec3Column<R>,
 }
@@ -196,26 +199,31 @@ struct ScatterTask<'a, R: Real> {
 }
 
 impl<R: Real> SimdTask for ScatterTask<'_, R> {
-    type Output = NextRays<R>;
+    type Output = ScatteredRayLanes<R>;
     #[inline(always)]
-    fn run(self) -> NextRays<R> {
+    fn run(self) -> ScatteredRayLanes<R> {
         let (v, bsdf_lanes, none) = (self.vertices, self.bsdf_lanes, [[R::ZERO; LANES]; 3]);
-        let mut out = NextRays {
+        let mut out = ScatteredRayLanes {
             continues: [false; LANES],
             overflows: [false; LANES],
             origin: none,
             throughput: none,
         };
         for lane in 0..LANES {
-            let direction = lane_vector::<R>(&bsdf_lanes.direction, lane);
-            let throughput =
-                lane_vector::<R>(&v.throughput, lane) * lane_vector::<R>(&bsdf_lanes.weight, lane);
-            out.overflows[lane] = bsdf_lanes.some[lane] & !is_number::<R>(throughput);
+            let direction = get_lane_vector::<R>(&bsdf_lanes.direction, lane);
+            let throughput = get_lane_vector::<R>(&v.throughput, lane)
+                * get_lane_vector::<R>(&bsdf_lanes.weight, lane);
+            out.overflows[lane] =
+                bsdf_lanes.is_valid[lane] & !has_finite_components::<R>(throughput);
             let (throughput, continues) =
-                survive(throughput, v.most_survival[lane], v.numbers[3][lane]);
-            out.continues[lane] = bsdf_lanes.some[lane] & continues;
-            set_lane::<R>(&mut out.throughput, lane, throughput);
-            set_lane::<R>(&mut out.origin, lane, v.surface.lane(lane).spawn(direction));
+                apply_roulette(throughput, v.max_survival[lane], v.numbers[3][lane]);
+            out.continues[lane] = bsdf_lanes.is_valid[lane] & continues;
+            set_lane_vector::<R>(&mut out.throughput, lane, throughput);
+            set_lane_vector::<R>(
+                &mut out.origin,
+                lane,
+                v.surface.get_lane(lane).spawn_ray_origin(direction),
+            );
         }
         out
     }

@@ -3,48 +3,49 @@
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use super::super::PathSegment;
-use super::super::shadow::Transmittance;
+use super::super::shadow::TransmittanceProduct;
 use super::shade::ShadedLanes;
 use super::vertices::{VertexLanes, WavefrontSlice};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::light::{
-    ChosenLight, Density, LightId, LightLanes, LightSample, LightTarget, LightTargetKind,
-    lane_vector,
+    ChosenLight, LightDensity, LightId, LightSample, LightSampleLanes, ShadowRayTarget,
+    ShadowRayTargetKind, get_lane_vector,
 };
-use crate::prepare::{PreparedMaterial, PreparedSpawn};
+use crate::prepare::{PreparedMaterial, PreparedSpawnRule};
 use crate::scene::AlphaMode;
 
 impl<R: Real> PathTracer<'_, R> {
     /// Adds the reflected light of the sampled light to the path's radiance, times the light's
     /// visibility.
     #[inline(always)]
-    pub(super) fn add_light(
+    pub(super) fn add_direct_light(
         &mut self,
         slice: &mut WavefrontSlice<'_, R>,
         (vertices, lane): (&VertexLanes<R>, usize),
-        (&ChosenLight { light, .. }, lights): (&ChosenLight<R>, &LightLanes<R>),
+        (&ChosenLight { light, .. }, lights): (&ChosenLight<R>, &LightSampleLanes<R>),
         shaded: &ShadedLanes<R>,
     ) {
-        let index = vertices.place[lane] as usize;
+        let index = vertices.hit_indices[lane] as usize;
         let (path, interaction) = (
             &mut slice.paths[slice.active[index] as usize],
             &slice.interactions[index],
         );
-        let scattered = lane_vector::<R>(&shaded.lit.sent, lane);
-        let scattered = if self.straight_to_lights(light)
-            && lights.target_kinds[lane] != LightTargetKind::Target
+        let scattered = get_lane_vector::<R>(&shaded.lit.reflected, lane);
+        let scattered = if self.needs_one_shadow_ray(light)
+            && lights.target_kinds[lane] != ShadowRayTargetKind::Stored
         {
             let length = shaded.shadow.length[lane];
             // If the light lies at the ray's origin, nothing blocks it.
             let transmitted = if length > R::ZERO
-                && (length < R::INFINITY || lights.target_kinds[lane] == LightTargetKind::Infinity)
+                && (length < R::INFINITY
+                    || lights.target_kinds[lane] == ShadowRayTargetKind::Infinity)
             {
                 let ray = Ray::new(
-                    lane_vector::<R>(&shaded.shadow.start, lane),
-                    lane_vector::<R>(&shaded.shadow.directions, lane),
+                    get_lane_vector::<R>(&shaded.shadow.start, lane),
+                    get_lane_vector::<R>(&shaded.shadow.directions, lane),
                 )
-                .at_time(interaction.time);
+                .with_time(interaction.time);
                 self.shadow_transmittance(
                     &ray,
                     Interval {
@@ -52,7 +53,7 @@ impl<R: Real> PathTracer<'_, R> {
                         max: length,
                     },
                     None,
-                    lights.is_sizeless(lane),
+                    lights.is_delta(lane),
                 )
             } else {
                 R::ONE
@@ -62,13 +63,13 @@ impl<R: Real> PathTracer<'_, R> {
             } else {
                 Vector::ZERO
             };
-            self.usage.count(light, scattered != Vector::ZERO);
+            self.usage.count_ray(light, scattered != Vector::ZERO);
             scattered
         } else {
-            self.arriving_radiance(
+            self.apply_visibility(
                 path,
                 interaction,
-                (light, lights.lane(lane), shaded.lit.is_through[lane]),
+                (light, lights.get_lane(lane), shaded.lit.is_through[lane]),
                 scattered,
             )
         };
@@ -77,21 +78,21 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Whether a single shadow ray to the sampled point determines a light's visibility.
     #[inline(always)]
-    fn straight_to_lights(&self, light: LightId) -> bool {
+    fn needs_one_shadow_ray(&self, light: LightId) -> bool {
         let (scene, lights) = (self.scene, &self.scene.lights);
         let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
-        let even = !matches!(light, LightId::Emitter(i) if lights.emitters.varies(i) || scene.casts_hard(i));
+        let even = !matches!(light, LightId::Emitter(i) if lights.emitters.has_varying_emission(i) || scene.casts_hard_shadow(i));
         shadows
             && even
-            && !scene.lets_straight
+            && !scene.transmits_straight
             && !scene.absorbs
-            && matches!(scene.rules.spawn, PreparedSpawn::ErrorBound)
+            && matches!(scene.rules.spawn, PreparedSpawnRule::ErrorBound)
     }
 
     /// Returns the visible part of `scattered`: the light that the surface would reflect, or
     /// transmit if `through`, without occlusion.
     #[inline(always)]
-    fn arriving_radiance(
+    fn apply_visibility(
         &mut self,
         path: &PathState<R>,
         interaction: &Interaction<R>,
@@ -101,20 +102,21 @@ impl<R: Real> PathTracer<'_, R> {
         let scene = self.scene;
         let lights = &scene.lights;
         let Some(light_sample) =
-            scene.aim_at_middle(light, light_sample, interaction.surface.point)
+            scene.aim_at_centre(light, light_sample, interaction.surface.point)
         else {
             return Vector::ZERO;
         };
-        let varies = matches!(light, LightId::Emitter(i) if lights.emitters.varies(i));
+        let varies =
+            matches!(light, LightId::Emitter(i) if lights.emitters.has_varying_emission(i));
         let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
         let media = || {
             if through {
-                self.beyond(&path.media, interaction)
+                self.media_beyond_surface(&path.media, interaction)
             } else {
                 path.media
             }
         };
-        if varies || shadows && scene.lets_straight {
+        if varies || shadows && scene.transmits_straight {
             let emitter = match light {
                 LightId::Emitter(i) => Some(i),
                 _ => None,
@@ -134,7 +136,7 @@ impl<R: Real> PathTracer<'_, R> {
                     .media_transmittance(&media(), interaction.distance_to(&light_sample.target));
             }
             if shadows {
-                let transmitted = self.transmitted_share(&light_sample, interaction);
+                let transmitted = self.light_visibility(&light_sample, interaction);
                 scattered = if transmitted > R::ZERO {
                     scattered * transmitted
                 } else {
@@ -142,19 +144,19 @@ impl<R: Real> PathTracer<'_, R> {
                 };
             }
         }
-        self.usage.count(light, scattered != Vector::ZERO);
+        self.usage.count_ray(light, scattered != Vector::ZERO);
         scattered
     }
 
     /// Traces a shadow ray to a light sample, and returns the visible share of the light, 0 to 1.
     #[inline]
-    fn transmitted_share(&mut self, light: &LightSample<R>, interaction: &Interaction<R>) -> R {
+    fn light_visibility(&mut self, light: &LightSample<R>, interaction: &Interaction<R>) -> R {
         // If the light lies at the ray's origin, nothing blocks it.
         let Some((ray, mut range)) = self.scene.shadow_ray(light, interaction) else {
             return R::ONE;
         };
-        let sizeless = light.density == Density::Delta;
-        if matches!(light.target, LightTarget::Infinity) && !sizeless {
+        let sizeless = light.density == LightDensity::Delta;
+        if matches!(light.target, ShadowRayTarget::Infinity) && !sizeless {
             // The scene's limit on shadow distance applies to lights, not to the sky.
             range = Interval {
                 max: R::INFINITY,
@@ -162,7 +164,7 @@ impl<R: Real> PathTracer<'_, R> {
             };
         }
         self.shadow_transmittance(
-            &ray.at_time(interaction.time),
+            &ray.with_time(interaction.time),
             range,
             Some(&light.target),
             sizeless,
@@ -175,17 +177,17 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         ray: &Ray<R>,
         range: Interval<R>,
-        target: Option<&LightTarget<R>>,
+        target: Option<&ShadowRayTarget<R>>,
         sizeless: bool,
     ) -> R {
         self.counters.shadow += 1;
-        let mut product = Transmittance::default();
-        let blocked = self.scene.geometry.any(
+        let mut product = TransmittanceProduct::default();
+        let blocked = self.scene.geometry.occluded(
             ray,
             range,
             &mut |hit| {
-                if !target.is_some_and(|target| self.scene.is_own(target, hit)) {
-                    product.factor(self.occluder_transmittance(ray, hit, sizeless).to_f64());
+                if !target.is_some_and(|target| self.scene.is_target_emitter(target, hit)) {
+                    product.multiply(self.occluder_transmittance(ray, hit, sizeless).to_f64());
                 }
                 product.opaque
             },
@@ -202,7 +204,7 @@ impl<R: Real> PathTracer<'_, R> {
     /// absent by alpha. Objects that cast no shadow transmit delta lights fully; area lights are
     /// found by paths too, which hit every object.
     fn occluder_transmittance(&self, ray: &Ray<R>, hit: &Hit<R>, sizeless: bool) -> R {
-        let record = &self.scene.objects[hit.outermost() as usize];
+        let record = &self.scene.objects[hit.outermost_id() as usize];
         if sizeless && !record.casts_shadow {
             return R::ONE;
         }

@@ -4,9 +4,9 @@ use raywright_bvh::{Hit, Real};
 
 use super::PathState;
 use crate::interaction::Interaction;
-use crate::light::{Column, LANES, SurfaceLanes, Vec3Column, set_lane};
+use crate::light::{LANES, LaneColumn, SurfaceLanes, Vec3Column, set_lane_vector};
 use crate::material::MetallicRoughness;
-use crate::settings::Roulette;
+use crate::settings::RouletteStart;
 
 /// The current segment of the paths in a wavefront: views of their states, hits and interactions.
 pub(super) struct WavefrontSlice<'a, R: Real> {
@@ -44,17 +44,17 @@ pub(super) enum LitSides {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum MisStrategy {
     /// The BSDF value alone, without a weight.
-    Value,
+    Unweighted,
     /// The BSDF value for a delta light, without a weight; `shines`: whether the light makes
     /// highlights.
     Delta { shines: bool },
     /// The BSDF value, weighted by the densities of light sampling and of BSDF sampling.
-    Weighed,
+    PowerHeuristic,
 }
 
 impl MisStrategy {
     /// Whether only the diffuse part of the BSDF responds.
-    pub fn is_dull(&self) -> bool {
+    pub fn is_diffuse_only(&self) -> bool {
         matches!(self, Self::Delta { shines: false })
     }
 }
@@ -65,27 +65,27 @@ pub(super) struct VertexLanes<R: Real> {
     /// Number of vertices.
     pub len: usize,
     /// Indices of the vertices among the paths with a hit.
-    pub place: Column<u32>,
+    pub hit_indices: LaneColumn<u32>,
     pub surface: SurfaceLanes<R>,
     /// Geometric normal on the path's side.
     pub geometric: Vec3Column<R>,
     pub normal: Vec3Column<R>,
     /// Unit direction of the incoming ray.
     pub direction: Vec3Column<R>,
-    pub sides: Column<LitSides>,
+    pub sides: LaneColumn<LitSides>,
     /// Base colour of common surfaces. In `terms`: metallic, roughness, and the dielectric's
     /// reflectance at normal and at grazing incidence; unused for matte surfaces.
     pub base: Vec3Column<R>,
-    pub terms: [Column<R>; 4],
+    pub model_terms: [LaneColumn<R>; 4],
     /// Factor on delta lights, whose unit differs between classic and physical materials.
-    pub gain: Column<R>,
+    pub gain: LaneColumn<R>,
     pub throughput: Vec3Column<R>,
     /// Uniform numbers in [0, 1) for the lobe, the direction (two numbers), and Russian roulette.
-    pub numbers: [Column<R>; 4],
+    pub numbers: [LaneColumn<R>; 4],
     /// Greatest probability of survival; infinite without roulette.
-    pub most_survival: Column<R>,
+    pub max_survival: LaneColumn<R>,
     /// Weighting of the light sample.
-    pub strategy: Column<MisStrategy>,
+    pub strategy: LaneColumn<MisStrategy>,
 }
 
 impl<R: Real> VertexLanes<R> {
@@ -93,36 +93,36 @@ impl<R: Real> VertexLanes<R> {
         let none = [[R::ZERO; LANES]; 3];
         Self {
             len: 0,
-            place: [0; LANES],
+            hit_indices: [0; LANES],
             surface: SurfaceLanes::new(),
             geometric: none,
             normal: none,
             direction: none,
             sides: [LitSides::One; LANES],
             base: none,
-            terms: [none[0]; 4],
+            model_terms: [none[0]; 4],
             gain: none[0],
             throughput: none,
             numbers: [none[0]; 4],
-            most_survival: none[0],
-            strategy: [MisStrategy::Value; LANES],
+            max_survival: none[0],
+            strategy: [MisStrategy::Unweighted; LANES],
         }
     }
 
     /// Adds a vertex with its shading normal, and returns its lane.
     #[inline(always)]
-    pub fn push(
+    pub fn push_vertex(
         &mut self,
         index: u32,
         (path, interaction): (&PathState<R>, &Interaction<R>),
         (normal, sides, gain): (R::Vec3, LitSides, R),
-        roulette: Roulette,
+        roulette: RouletteStart,
     ) -> usize {
         let lane = self.len;
         self.len += 1;
-        self.place[lane] = index;
-        self.surface.set_lane(lane, &interaction.surface);
-        set_lane::<R>(
+        self.hit_indices[lane] = index;
+        self.surface.set_lane_vector(lane, &interaction.surface);
+        set_lane_vector::<R>(
             &mut self.geometric,
             lane,
             if interaction.outside {
@@ -131,29 +131,29 @@ impl<R: Real> VertexLanes<R> {
                 -interaction.surface.normal
             },
         );
-        set_lane::<R>(&mut self.normal, lane, normal);
-        set_lane::<R>(&mut self.direction, lane, interaction.direction);
+        set_lane_vector::<R>(&mut self.normal, lane, normal);
+        set_lane_vector::<R>(&mut self.direction, lane, interaction.direction);
         self.sides[lane] = sides;
         self.gain[lane] = gain;
-        set_lane::<R>(&mut self.throughput, lane, path.throughput);
-        for (column, number) in self.numbers.iter_mut().zip(path.draws.scatter) {
+        set_lane_vector::<R>(&mut self.throughput, lane, path.throughput);
+        for (column, number) in self.numbers.iter_mut().zip(path.samples.scatter) {
             column[lane] = R::from_f32(number);
         }
-        self.most_survival[lane] = path.most_survival(roulette);
+        self.max_survival[lane] = path.max_survival(roulette);
         lane
     }
 
     /// Sets the material model of the common surface in a lane.
     #[inline(always)]
-    pub fn put_model(&mut self, lane: usize, model: &MetallicRoughness<R>) {
-        set_lane::<R>(&mut self.base, lane, model.base);
+    pub fn set_model(&mut self, lane: usize, model: &MetallicRoughness<R>) {
+        set_lane_vector::<R>(&mut self.base, lane, model.base);
         let terms = [
             model.metallic,
             model.roughness,
             model.dielectric,
             model.grazing,
         ];
-        for (column, term) in self.terms.iter_mut().zip(terms) {
+        for (column, term) in self.model_terms.iter_mut().zip(terms) {
             column[lane] = term;
         }
     }
@@ -185,7 +185,7 @@ impl<R: Real> VertexList<R> {
 
     /// Returns the last batch if it has room for a vertex, else a new batch.
     #[inline(always)]
-    pub fn open(&mut self) -> &mut VertexLanes<R> {
+    pub fn open_batch(&mut self) -> &mut VertexLanes<R> {
         if self.used == 0 || self.lanes[self.used - 1].is_full() {
             if self.used == self.lanes.len() {
                 self.lanes.push(VertexLanes::new());
@@ -196,7 +196,7 @@ impl<R: Real> VertexList<R> {
         &mut self.lanes[self.used - 1]
     }
 
-    pub fn lanes(&mut self) -> &mut [VertexLanes<R>] {
+    pub fn batches(&mut self) -> &mut [VertexLanes<R>] {
         &mut self.lanes[..self.used]
     }
 }

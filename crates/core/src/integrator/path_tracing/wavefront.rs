@@ -5,17 +5,17 @@
 
 use raywright_bvh::{Hit, Interval, Real, Vector, run_widest};
 
-use super::super::{CameraRays, FirstHits, PACKET, PathResult, PathResults};
+use super::super::{CameraRays, PACKET, PacketHits, PathResult, PathResults};
 use super::bsdf_lanes::{BsdfLanes, BsdfTask};
 use super::gather::VertexQueues;
-use super::light::LightQueries;
+use super::light::SampledLights;
 use super::scatter::ScatteredRay;
 use super::shade::ShadedLanes;
 use super::vertices::{VertexLanes, WavefrontSlice};
 use super::{PathState, PathTracer, VertexSamples};
 use crate::interaction::Interaction;
-use crate::light::{Column, LANES, LightLanes, SkySample};
-use crate::sampler::{Purpose, Sequence, fours};
+use crate::light::{LANES, LaneColumn, LightSampleLanes, SkySample};
+use crate::sampler::{SamplePurpose, SampleSequence, sample_4d_batch};
 
 /// State of a batch of paths; kept to reuse the memory of the lists.
 #[derive(Default)]
@@ -29,44 +29,44 @@ pub(super) struct Wavefront<R: Real> {
     sky_samples: Vec<SkySample<R>>,
     /// Interactions of the paths with a hit, followed by spare entries.
     interactions: Vec<Interaction<R>>,
-    sequences: Vec<(Sequence, u32)>,
+    sequences: Vec<(SampleSequence, u32)>,
     draws: Vec<[f32; 4]>,
     vertices: VertexQueues<R>,
     /// Sampled lights of the vertices in one queue.
-    requested: LightQueries<R>,
+    requested: SampledLights<R>,
     /// Whether each active path survives.
     survives: Vec<bool>,
-    first_hits: FirstHits<R>,
+    first_hits: PacketHits<R>,
 }
 
 impl<R: Real> PathTracer<'_, R> {
     /// Traces the paths of camera rays to their ends.
-    pub(super) fn follow(
+    pub(super) fn trace_paths(
         &mut self,
         rays: CameraRays<'_, R>,
         wave: &mut Wavefront<R>,
         results: &mut PathResults<R>,
     ) {
-        self.start(rays, wave);
+        self.start_paths(rays, wave);
         if self.keeps_first {
             results.first_hits.resize(rays.rays.len(), None);
             results.direct.resize(rays.rays.len(), Vector::ZERO);
         }
         while !wave.active.is_empty() {
-            self.escape(wave, &mut results.direct);
-            self.locate(wave);
-            self.draw(wave);
-            self.evaluate(wave, results);
-            self.shade(wave);
-            compact(wave);
-            self.intersect(wave);
+            self.end_escaped_paths(wave, &mut results.direct);
+            self.compute_interactions(wave);
+            self.draw_vertex_samples(wave);
+            self.evaluate_materials(wave, results);
+            self.shade_vertices(wave);
+            remove_ended_paths(wave);
+            self.intersect_rays(wave);
         }
-        self.finish(wave, results);
+        self.collect_results(wave, results);
     }
 
     /// Starts the paths of camera rays and finds their first hits; rays of a common origin are
     /// intersected as packets.
-    fn start(
+    fn start_paths(
         &mut self,
         CameraRays { rays, addresses }: CameraRays<'_, R>,
         wave: &mut Wavefront<R>,
@@ -83,24 +83,24 @@ impl<R: Real> PathTracer<'_, R> {
         paths.extend(
             rays.iter()
                 .zip(addresses)
-                .map(|(&ray, &address)| self.camera_path(ray, address)),
+                .map(|(&ray, &address)| self.start_path(ray, address)),
         );
         active.clear();
         active.extend(0..rays.len() as u32);
         hits.clear();
         for (rays, paths) in rays.chunks(PACKET).zip(paths.chunks(PACKET)) {
             first_hits.intersect(self.scene, rays);
-            hits.extend(
-                paths
-                    .iter()
-                    .enumerate()
-                    .map(|(i, path)| first_hits.get(i).copied().unwrap_or_else(|| self.hit(path))),
-            );
+            hits.extend(paths.iter().enumerate().map(|(i, path)| {
+                first_hits
+                    .hit_of_ray(i)
+                    .copied()
+                    .unwrap_or_else(|| self.intersect_path(path))
+            }));
         }
     }
 
     /// Traces the rays of the active paths.
-    fn intersect(
+    fn intersect_rays(
         &self,
         Wavefront {
             paths,
@@ -110,16 +110,20 @@ impl<R: Real> PathTracer<'_, R> {
         }: &mut Wavefront<R>,
     ) {
         hits.clear();
-        hits.extend(active.iter().map(|&index| self.hit(&paths[index as usize])));
+        hits.extend(
+            active
+                .iter()
+                .map(|&index| self.intersect_path(&paths[index as usize])),
+        );
     }
 
     /// Returns the closest hit of a path's ray.
     #[inline(always)]
-    fn hit(&self, path: &PathState<R>) -> Option<Hit<R>> {
-        let min = if path.traced == 0 {
-            self.least.camera - path.segment.ahead
+    fn intersect_path(&self, path: &PathState<R>) -> Option<Hit<R>> {
+        let min = if path.segments_traced == 0 {
+            self.min_distances.camera - path.segment.skipped_distance
         } else {
-            self.least.secondary
+            self.min_distances.secondary
         };
         self.scene.geometry.closest(
             &path.segment.ray,
@@ -133,7 +137,7 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Ends the paths without a hit: adds the radiance of the sky or, for camera rays, of the
     /// backdrop in front of the sky.
-    fn escape(
+    fn end_escaped_paths(
         &mut self,
         Wavefront {
             paths,
@@ -152,13 +156,13 @@ impl<R: Real> PathTracer<'_, R> {
                 .map(|(&index, _)| index as usize)
         };
         let backdrop = self.scene.backdrop;
-        let backdrop_of = |path: &PathState<R>| backdrop.filter(|_| path.traced == 0);
+        let backdrop_of = |path: &PathState<R>| backdrop.filter(|_| path.segments_traced == 0);
         sky_samples.clear();
         let under_sky = escaped()
             .map(|index| &paths[index])
             .filter(|path| backdrop_of(path).is_none());
-        self.scene.lights.sky.look(
-            under_sky.map(|path| (path.segment.start(), path.segment.ray.direction)),
+        self.scene.lights.sky.eval_rays(
+            under_sky.map(|path| (path.segment.start_point(), path.segment.ray.direction)),
             sky_samples,
         );
         let before_backdrop = escaped()
@@ -166,7 +170,7 @@ impl<R: Real> PathTracer<'_, R> {
             .filter(|path| backdrop_of(path).is_some());
         let (mut seen, mut on_ground) = (
             sky_samples.iter(),
-            self.light_on_ground(before_backdrop).into_iter(),
+            self.trace_ground_visibility(before_backdrop).into_iter(),
         );
         for index in escaped() {
             let path = &mut paths[index];
@@ -174,18 +178,18 @@ impl<R: Real> PathTracer<'_, R> {
                 Some(backdrop) => {
                     let light = on_ground.next().unwrap_or(R::ONE);
                     path.shadow = R::ONE - light;
-                    backdrop.seen(path.segment.ray.direction) * light
+                    backdrop.radiance(path.segment.ray.direction) * light
                 }
-                None => seen
-                    .next()
-                    .map_or(Vector::ZERO, |sky_sample| self.escaped(path, sky_sample)),
+                None => seen.next().map_or(Vector::ZERO, |sky_sample| {
+                    self.weighted_sky_radiance(path, sky_sample)
+                }),
             };
-            let brought = path.throughput * radiance;
-            path.radiance += brought;
-            if path.traced == 0
+            let arriving = path.throughput * radiance;
+            path.radiance += arriving;
+            if path.segments_traced == 0
                 && let Some(direct) = directs.get_mut(index)
             {
-                *direct += brought;
+                *direct += arriving;
             }
         }
         let mut hit = hits.iter();
@@ -195,7 +199,7 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Computes points, frames and texture coordinates of hits, and prefetches their texels, before
     /// any texel is read.
-    fn locate(
+    fn compute_interactions(
         &self,
         Wavefront {
             paths,
@@ -206,7 +210,7 @@ impl<R: Real> PathTracer<'_, R> {
         }: &mut Wavefront<R>,
     ) {
         if interactions.len() < active.len() {
-            interactions.resize(active.len(), Interaction::NOWHERE);
+            interactions.resize(active.len(), Interaction::PLACEHOLDER);
         }
         let hits = hits.iter().flatten();
         let rays = active
@@ -219,14 +223,14 @@ impl<R: Real> PathTracer<'_, R> {
             });
         for ((&index, hit), interaction) in active.iter().zip(hits).zip(interactions) {
             let segment = &paths[index as usize].segment;
-            interaction.begin_located(self.scene, &segment.ray, hit);
-            interaction.finish(self.scene, segment, hit);
-            self.scene.texture_tables.prefetch(interaction);
+            interaction.fill_geometry_from_surface(self.scene, &segment.ray, hit);
+            interaction.fill_attributes(self.scene, segment, hit);
+            self.scene.texture_tables.prefetch_texels(interaction);
         }
     }
 
     /// Computes the random numbers that nearly every vertex needs.
-    fn draw(
+    fn draw_vertex_samples(
         &self,
         Wavefront {
             paths,
@@ -236,7 +240,7 @@ impl<R: Real> PathTracer<'_, R> {
             ..
         }: &mut Wavefront<R>,
     ) {
-        let asks_lights = !self.scene.lights.choice().is_empty();
+        let samples_lights = !self.scene.lights.light_sampler().is_empty();
         sequences.clear();
         draws.clear();
         for &index in &*active {
@@ -246,26 +250,26 @@ impl<R: Real> PathTracer<'_, R> {
                 ..
             } = &paths[index as usize];
             sequences.push((
-                Sequence::on(*sample_hash, *address, Purpose::Scatter),
+                SampleSequence::from_sample_hash(*sample_hash, *address, SamplePurpose::Scatter),
                 address.index,
             ));
-            if asks_lights {
+            if samples_lights {
                 sequences.push((
-                    Sequence::on(*sample_hash, *address, Purpose::Light),
+                    SampleSequence::from_sample_hash(*sample_hash, *address, SamplePurpose::Light),
                     address.index,
                 ));
             }
         }
-        fours(sequences.iter().copied(), draws);
+        sample_4d_batch(sequences.iter().copied(), draws);
         for (&index, draws) in
             active
                 .iter()
-                .zip(draws.chunks_exact(if asks_lights { 2 } else { 1 }))
+                .zip(draws.chunks_exact(if samples_lights { 2 } else { 1 }))
         {
             // Directions matter most: they get the first two dimensions of a point, which are the
             // best stratified.
             let [u, v, u_roulette, lobe] = draws[0];
-            paths[index as usize].draws = VertexSamples {
+            paths[index as usize].samples = VertexSamples {
                 scatter: [lobe, u, v, u_roulette],
                 light: draws.get(1).copied().unwrap_or_default(),
             };
@@ -273,7 +277,7 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Evaluates materials, adds emission, and puts each vertex into the queue of its kind.
-    fn evaluate(&mut self, wave: &mut Wavefront<R>, results: &mut PathResults<R>) {
+    fn evaluate_materials(&mut self, wave: &mut Wavefront<R>, results: &mut PathResults<R>) {
         let Wavefront {
             paths,
             active,
@@ -289,20 +293,20 @@ impl<R: Real> PathTracer<'_, R> {
             let (path, Some(hit)) = (&mut paths[index as usize], &hits[k]) else {
                 continue;
             };
-            survives.push(self.gather(k as u32, (path, hit, interaction), vertices));
+            survives.push(self.queue_vertex(k as u32, (path, hit, interaction), vertices));
             if self.keeps_first {
                 let (first, direct) = (
                     &mut results.first_hits[index as usize],
                     &mut results.direct[index as usize],
                 );
-                *first = self.first.take().or(*first);
+                *first = self.first_hit.take().or(*first);
                 *direct += core::mem::replace(&mut self.direct, Vector::ZERO);
             }
         }
     }
 
     /// Shades the vertices, queue by queue.
-    fn shade(
+    fn shade_vertices(
         &mut self,
         Wavefront {
             paths,
@@ -332,33 +336,33 @@ impl<R: Real> PathTracer<'_, R> {
             surfaces,
             ..
         } = vertices;
-        self.shade_each(
+        self.shade_batches(
             &mut slice,
-            (matte.lanes(), requested),
+            (matte.batches(), requested),
             survives,
             |_, _, _, (vertices, lights), _| {
                 run_widest(BsdfTask::<R, true> {
                     vertices,
                     lights,
-                    compensated,
+                    energy_compensation: compensated,
                 })
             },
         );
-        self.shade_each(
+        self.shade_batches(
             &mut slice,
-            (glossy.lanes(), requested),
+            (glossy.batches(), requested),
             survives,
             |_, _, _, (vertices, lights), _| {
                 run_widest(BsdfTask::<R, false> {
                     vertices,
                     lights,
-                    compensated,
+                    energy_compensation: compensated,
                 })
             },
         );
-        self.shade_each(
+        self.shade_batches(
             &mut slice,
-            (general.lanes(), requested),
+            (general.batches(), requested),
             survives,
             |tracer, slice, before, lanes, scattered_rays| {
                 tracer.shade_general(slice, (surfaces, before), lanes, scattered_rays)
@@ -369,23 +373,23 @@ impl<R: Real> PathTracer<'_, R> {
     /// Shades the vertices of one queue and continues their paths. `shade_lanes` evaluates and
     /// samples the BSDFs of a batch, given the number of vertices before the batch; it also sets
     /// the properties of scattered rays that differ from those of rough opaque surfaces.
-    fn shade_each(
+    fn shade_batches(
         &mut self,
         slice: &mut WavefrontSlice<'_, R>,
-        (vertices, requested): (&mut [VertexLanes<R>], &mut LightQueries<R>),
+        (vertices, requested): (&mut [VertexLanes<R>], &mut SampledLights<R>),
         survives: &mut [bool],
         shade_lanes: impl Fn(
             &Self,
             &WavefrontSlice<'_, R>,
             usize,
-            (&VertexLanes<R>, &LightLanes<R>),
-            &mut Column<ScatteredRay<R>>,
+            (&VertexLanes<R>, &LightSampleLanes<R>),
+            &mut LaneColumn<ScatteredRay<R>>,
         ) -> BsdfLanes<R>,
     ) {
         self.sample_lights(slice, vertices, requested);
         let mut scattered_rays = [ScatteredRay::REFLECTED; LANES];
         for (group, (vertices, (chosen_lights, lights))) in
-            vertices.iter().zip(requested.lanes()).enumerate()
+            vertices.iter().zip(requested.batches()).enumerate()
         {
             let bsdf_lanes = shade_lanes(
                 self,
@@ -401,12 +405,12 @@ impl<R: Real> PathTracer<'_, R> {
                 self.scene.rules.shadow_max_distance,
             );
             for lane in 0..vertices.len {
-                let index = vertices.place[lane] as usize;
+                let index = vertices.hit_indices[lane] as usize;
                 if let Some(chosen_light) = chosen_lights[lane]
                     .as_ref()
                     .filter(|_| shaded.lit.is_lit[lane])
                 {
-                    self.add_light(slice, (vertices, lane), (chosen_light, lights), &shaded);
+                    self.add_direct_light(slice, (vertices, lane), (chosen_light, lights), &shaded);
                 }
                 if shaded.next.continues[lane] {
                     self.continue_path(
@@ -427,7 +431,7 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Returns the results of the paths: clamps radiance and adds the veil, as the scene requires.
-    fn finish(
+    fn collect_results(
         &self,
         wave: &Wavefront<R>,
         PathResults {
@@ -439,7 +443,7 @@ impl<R: Real> PathTracer<'_, R> {
         let share = |path: &PathState<R>| {
             self.scene
                 .clamp
-                .map(|maximum| clamp_share::<R>(path.radiance, maximum))
+                .map(|maximum| clamp_factor::<R>(path.radiance, maximum))
         };
         for (direct, path) in directs.iter_mut().zip(&wave.paths) {
             *direct = *direct * share(path).unwrap_or(R::ONE) + self.scene.veil;
@@ -447,7 +451,7 @@ impl<R: Real> PathTracer<'_, R> {
         results.extend(wave.paths.iter().map(|path| {
             let radiance =
                 share(path).map_or(path.radiance, |share| path.radiance * share) + self.scene.veil;
-            let (coverage, shadow) = if path.hit {
+            let (coverage, shadow) = if path.has_hit {
                 (R::ONE, R::ZERO)
             } else {
                 (R::ZERO, path.shadow)
@@ -462,7 +466,7 @@ impl<R: Real> PathTracer<'_, R> {
 }
 
 /// Removes the ended paths from the active paths.
-fn compact<R: Real>(
+fn remove_ended_paths<R: Real>(
     Wavefront {
         active, survives, ..
     }: &mut Wavefront<R>,
@@ -473,7 +477,7 @@ fn compact<R: Real>(
 
 /// Returns the factor that reduces the brightest channel of a radiance to `maximum`; 1 if it is
 /// below.
-fn clamp_share<R: Real>(radiance: R::Vec3, maximum: R) -> R {
+fn clamp_factor<R: Real>(radiance: R::Vec3, maximum: R) -> R {
     let brightest = radiance.max_element();
     if brightest > maximum {
         maximum / brightest

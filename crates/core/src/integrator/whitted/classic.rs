@@ -5,7 +5,7 @@ use raywright_bvh::{Hit, Real, Vector};
 
 use super::super::spawn::round_direction;
 use super::WhittedTracer;
-use super::state::{NextRay, ScatteredRays, WhittedState};
+use super::state::{SecondaryRay, SecondaryRays, WhittedState};
 use crate::interaction::{Interaction, LightInputs};
 use crate::material::Glass;
 use crate::prepare::{ClassicInputs, SpecularInputs};
@@ -17,7 +17,7 @@ impl<R: Real> WhittedTracer<'_, R> {
     /// Adds the local term of a classic surface to the path's radiance, and continues the path with
     /// the scattered rays.
     #[inline(always)]
-    pub(super) fn classic(
+    pub(super) fn shade_classic(
         &mut self,
         m: &ClassicInputs<R>,
         path: &mut WhittedState<R>,
@@ -26,7 +26,7 @@ impl<R: Real> WhittedTracer<'_, R> {
     ) -> Option<WhittedState<R>> {
         let WhittedState {
             throughput,
-            segments,
+            remaining_segments: segments,
             address,
             ..
         } = *path;
@@ -36,57 +36,58 @@ impl<R: Real> WhittedTracer<'_, R> {
         let matched = m
             .transmission
             .is_some_and(|transmission| transmission.glass.ior == 1.0);
-        let alone = reflects && !matched && segments == 1 && self.scene.rules.local_only_at_limit;
-        let colour = m.colour.colour(&context);
-        if alone || !m.local.is_zero() {
-            let local = self.local(m, &mut context, colour, address);
-            let weight = if alone {
+        let is_local_only =
+            reflects && !matched && segments == 1 && self.scene.rules.local_only_at_limit;
+        let colour = m.colour.eval_colour(&context);
+        if is_local_only || !m.local.is_zero() {
+            let local = self.eval_local_term(m, &mut context, colour, address);
+            let weight = if is_local_only {
                 R::ONE
             } else {
-                m.local.number(&context)
+                m.local.eval_number(&context)
             };
             *radiance += throughput * local * weight;
         }
         if let Some(emission) = m
             .emission
             .as_ref()
-            .filter(|_| self.scene.shines(interaction))
+            .filter(|_| self.scene.is_emissive_side(interaction))
         {
-            let emitted = throughput * emission.colour(&context);
+            let emitted = throughput * emission.eval_colour(&context);
             *radiance += emitted;
-            self.record_direct(path.camera, emitted);
+            self.record_direct(path.is_camera_ray, emitted);
         }
-        if alone {
-            return path.leave([None; 2]);
+        if is_local_only {
+            return path.start_segment([None; 2]);
         }
         if let Some(transmission) = &m.transmission {
             if matched {
-                self.pass_border(
+                self.pass_index_matched_boundary(
                     path,
                     interaction,
                     throughput * transmission.glass.transmitted,
                 );
                 return None;
             }
-            let leaving = self.refract(
+            let scattered_rays = self.refract(
                 (&transmission.glass, transmission.choice),
                 path,
                 hit,
                 interaction,
                 throughput,
             );
-            return path.leave(leaving);
+            return path.start_segment(scattered_rays);
         }
         let Some(reflection) = &m.reflection else {
-            return path.leave([None; 2]);
+            return path.start_segment([None; 2]);
         };
-        let mut throughput = throughput * reflection.weight.number(&context);
+        let mut throughput = throughput * reflection.weight.eval_number(&context);
         if reflection.tinted {
             throughput *= colour;
         }
-        let mut direction = interaction.mirrored();
+        let mut direction = interaction.mirrored_direction();
         if let Some((amount, rows)) = &reflection.fuzz {
-            let p = R::Vec3::from_f64(self.scene.in_world(interaction.surface.point));
+            let p = R::Vec3::from_f64(self.scene.to_world(interaction.surface.point));
             let wave = R::Vec3::new(
                 rows[0].dot(p).sin(),
                 rows[1].dot(p).sin(),
@@ -95,17 +96,17 @@ impl<R: Real> WhittedTracer<'_, R> {
             direction = (direction + wave * *amount).normalize();
         }
         if let Some(specular) = m.specular.as_ref().filter(|s| s.on_reflection) {
-            let highlight = self.highlights(specular, &context);
+            let highlight = self.sum_highlights(specular, &context);
             *radiance += throughput * highlight;
         }
         if segments > 1 {
             self.counters.reflection += 1;
         }
-        path.leave([
-            Some(NextRay {
-                ray: self.scene.spawn(interaction, direction, R::ONE),
+        path.start_segment([
+            Some(SecondaryRay {
+                ray: self.scene.spawn_ray(interaction, direction, R::ONE),
                 throughput,
-                rest: Vector::ZERO,
+                direction_error: Vector::ZERO,
             }),
             None,
         ])
@@ -115,7 +116,7 @@ impl<R: Real> WhittedTracer<'_, R> {
     /// + rim. Stores the direction and the shadow of the first light in `context`, for expressions
     /// of reflection weights.
     #[inline(always)]
-    fn local(
+    fn eval_local_term(
         &mut self,
         m: &ClassicInputs<R>,
         context: &mut ShadingContext<'_, R>,
@@ -136,23 +137,27 @@ impl<R: Real> WhittedTracer<'_, R> {
             context.light_inputs.direction = light_sample.direction;
             let facing = n.dot(light_sample.direction).max(zero);
             let highlight = match specular {
-                Some(s) if light.specular => lobe(s, interaction, light_sample.direction),
+                Some(s) if light.specular => eval_highlight(s, interaction, light_sample.direction),
                 _ => zero,
             };
             let mut share = R::ONE;
-            if light.dimmed && (facing > zero || highlight > zero || m.shadow.is_some()) {
-                if light.shadows && m.asks_what_is_between {
-                    let between = self.shadow_result(&light_sample, interaction, m.asks_how_far);
+            if light.has_shadow_rule && (facing > zero || highlight > zero || m.shadow.is_some()) {
+                if light.shadows && m.needs_shadow_ray {
+                    let shadow_result = self.trace_shadow_ray(
+                        &light_sample,
+                        interaction,
+                        m.reads_occluder_distance,
+                    );
                     (context.light_inputs.occluder, context.light_inputs.share) =
-                        (between.distance, between.share);
+                        (shadow_result.distance, shadow_result.share);
                 }
                 share = m
                     .shadow
                     .as_ref()
-                    .map_or(context.light_inputs.share, |s| s.number(context));
+                    .map_or(context.light_inputs.share, |s| s.eval_number(context));
                 context.light_inputs.share = share;
             }
-            lit += light_sample.arriving * (m.diffuse.number(context) * facing * share);
+            lit += light_sample.arriving * (m.diffuse.eval_number(context) * facing * share);
             if let Some(s) = specular
                 && highlight > zero
             {
@@ -162,13 +167,13 @@ impl<R: Real> WhittedTracer<'_, R> {
                     R::Vec3::ONE
                 };
                 let share = if s.shadowed { share } else { R::ONE };
-                gloss += tint * (highlight * share * s.strength.number(context));
+                gloss += tint * (highlight * share * s.strength.eval_number(context));
             }
             first.get_or_insert(context.light_inputs);
             context.light_inputs = LightInputs::default();
         }
         if !m.diffuse.is_zero()
-            && let Some((drawn_light_sample, share)) = self.emitter(interaction, address)
+            && let Some((drawn_light_sample, share)) = self.sample_emitter(interaction, address)
         {
             (context.light_inputs.direction, context.light_inputs.share) =
                 (drawn_light_sample.direction, share);
@@ -177,21 +182,22 @@ impl<R: Real> WhittedTracer<'_, R> {
             let facing = n.dot(drawn_light_sample.direction)
                 * share
                 * R::from_f64(core::f64::consts::FRAC_1_PI);
-            lit += drawn_light_sample.arriving * (m.diffuse.number(context) * facing);
+            lit += drawn_light_sample.arriving * (m.diffuse.eval_number(context) * facing);
         }
         context.light_inputs = first.unwrap_or_default();
         let mut local = colour * lit + gloss;
         if let Some((strength, exponent)) = &m.rim {
             let k = n.dot(interaction.direction);
-            local +=
-                R::Vec3::splat(strength.number(context) * Real::powi(R::ONE - k * k, *exponent));
+            local += R::Vec3::splat(
+                strength.eval_number(context) * Real::powi(R::ONE - k * k, *exponent),
+            );
         }
         local
     }
 
     /// Returns the sum of the highlights on the reflection. Shadow rays are traced only if the
     /// material requires them, which the mirror of the documented preset does not.
-    fn highlights(
+    fn sum_highlights(
         &mut self,
         specular: &SpecularInputs<R>,
         context: &ShadingContext<'_, R>,
@@ -201,10 +207,11 @@ impl<R: Real> WhittedTracer<'_, R> {
             let Some(light_sample) = light.sample(context.interaction.surface.point) else {
                 continue;
             };
-            let mut highlight = lobe(specular, context.interaction, light_sample.direction);
+            let mut highlight =
+                eval_highlight(specular, context.interaction, light_sample.direction);
             if highlight > R::ZERO && specular.shadowed && light.shadows {
                 highlight *= self
-                    .shadow_result(&light_sample, context.interaction, false)
+                    .trace_shadow_ray(&light_sample, context.interaction, false)
                     .share;
             }
             let tint = if specular.lit {
@@ -212,7 +219,7 @@ impl<R: Real> WhittedTracer<'_, R> {
             } else {
                 R::Vec3::ONE
             };
-            sum += tint * (highlight * specular.strength.number(context));
+            sum += tint * (highlight * specular.strength.eval_number(context));
         }
         sum
     }
@@ -227,21 +234,22 @@ impl<R: Real> WhittedTracer<'_, R> {
         hit: &Hit<R>,
         interaction: &Interaction<R>,
         throughput: R::Vec3,
-    ) -> ScatteredRays<R> {
-        if path.segments <= 1 {
+    ) -> SecondaryRays<R> {
+        if path.remaining_segments <= 1 {
             return [None; 2];
         }
         // A normal that is not flipped towards the viewer points away from a ray inside the body.
         let (side, interface) = (
-            interaction.side(),
-            self.scene.interface(&path.segment, hit, interaction, glass),
+            interaction.facing_sign(),
+            self.scene
+                .dielectric_interface(&path.segment, hit, interaction, glass),
         );
         let leaves = |this: &Self, direction: DVec3, side, throughput| {
             let (direction, rest) = round_direction::<R>(direction);
-            NextRay {
-                ray: this.scene.spawn(interaction, direction, side),
+            SecondaryRay {
+                ray: this.scene.spawn_ray(interaction, direction, side),
                 throughput,
-                rest,
+                direction_error: rest,
             }
         };
         let reflected = |this: &mut Self, throughput| {
@@ -268,26 +276,26 @@ impl<R: Real> WhittedTracer<'_, R> {
         let fresnel = R::from_f64(interface.fresnel());
         let mirrored = throughput * glass.reflected * fresnel;
         let through = throughput * glass.transmitted * (R::ONE - fresnel);
-        let aside = (mirrored != R::Vec3::ZERO).then(|| reflected(self, mirrored));
+        let side_branch = (mirrored != R::Vec3::ZERO).then(|| reflected(self, mirrored));
         [
             (through != R::Vec3::ZERO).then(|| onward(self, through)),
-            aside,
+            side_branch,
         ]
     }
 }
 
 /// Returns the value of a highlight for a light in the unit direction `l`.
 #[inline(always)]
-fn lobe<R: Real>(s: &SpecularInputs<R>, interaction: &Interaction<R>, l: R::Vec3) -> R {
+fn eval_highlight<R: Real>(s: &SpecularInputs<R>, interaction: &Interaction<R>, l: R::Vec3) -> R {
     let cosine = match s.model {
         SpecularModel::Blinn => interaction
             .normal
             .dot((l - interaction.direction).normalize()),
         SpecularModel::BlinnReflected => interaction
             .normal
-            .dot((l - interaction.mirrored()).normalize()),
-        SpecularModel::Phong => interaction.mirrored().dot(l),
-        SpecularModel::Grazing => interaction.direction.dot(interaction.mirrored()),
+            .dot((l - interaction.mirrored_direction()).normalize()),
+        SpecularModel::Phong => interaction.mirrored_direction().dot(l),
+        SpecularModel::Grazing => interaction.direction.dot(interaction.mirrored_direction()),
     };
     // Opposite directions have no half vector: NaN, and no highlight.
     Real::powi(cosine.max(R::ZERO), s.exponent)

@@ -5,12 +5,12 @@
 use raywright_bvh::{Hit, Real, Vector};
 
 use super::WhittedTracer;
-use super::state::{NextRay, WhittedState};
+use super::state::{SecondaryRay, WhittedState};
 use crate::effects::MIRROR_ROUGHNESS;
 use crate::interaction::Interaction;
 use crate::material::{Glass, MetallicRoughness, environment_reflectance};
 use crate::prepare::PhysicalInputs;
-use crate::sampler::{Branch, SampleAddress};
+use crate::sampler::{PathBranch, SampleAddress};
 use crate::scene::TransmissionChoice;
 
 impl<R: Real> WhittedTracer<'_, R> {
@@ -18,14 +18,14 @@ impl<R: Real> WhittedTracer<'_, R> {
     /// continues behind the surface (`Some(None)`). At a partly transparent point the path behind
     /// becomes a side branch, which is returned, and the path itself waits for it. `None` at an
     /// opaque point, and after the wait: the surface is then shaded.
-    pub(super) fn cutout(
+    pub(super) fn split_at_alpha(
         &mut self,
         m: &PhysicalInputs<R>,
         path: &mut WhittedState<R>,
         hit: &Hit<R>,
         interaction: &Interaction<R>,
     ) -> Option<Option<WhittedState<R>>> {
-        if path.hit.take().is_some() {
+        if path.known_hit.take().is_some() {
             return None;
         }
         let alpha = m.alpha_at(&self.scene.texture_tables.shading_context(interaction));
@@ -33,34 +33,38 @@ impl<R: Real> WhittedTracer<'_, R> {
             return None;
         }
         if alpha <= R::ZERO {
-            self.pass(path, interaction, path.throughput);
+            self.pass_through(path, interaction, path.throughput);
             return Some(None);
         }
-        let ray = self.behind(path, interaction);
-        let next = NextRay {
+        let ray = self.ray_behind_surface(path, interaction);
+        let next = SecondaryRay {
             ray,
             throughput: path.throughput * (R::ONE - alpha),
-            rest: path.segment.rest,
+            direction_error: path.segment.direction_error,
         };
-        let (camera, segments, share) = (path.camera, path.segments, path.share * (R::ONE - alpha));
+        let (camera, segments, share) = (
+            path.is_camera_ray,
+            path.remaining_segments,
+            path.share * (R::ONE - alpha),
+        );
         // Behind a partly transparent surface the ray still counts as a camera ray.
         let mut behind = WhittedState {
-            camera,
-            segments,
+            is_camera_ray: camera,
+            remaining_segments: segments,
             share,
-            ..path.branch(&next, Branch::Behind)
+            ..path.branch_path(&next, PathBranch::Behind)
         };
         self.count_passage(&mut behind);
         path.throughput *= alpha;
         path.share *= alpha;
-        path.hit = Some(*hit);
+        path.known_hit = Some(*hit);
         Some(Some(behind))
     }
 
     /// Adds the local light of a physical surface to the path's radiance, and continues the path
     /// with the scattered rays.
     #[inline(always)]
-    pub(super) fn physical(
+    pub(super) fn shade_physical(
         &mut self,
         m: &PhysicalInputs<R>,
         path: &mut WhittedState<R>,
@@ -69,7 +73,7 @@ impl<R: Real> WhittedTracer<'_, R> {
     ) -> Option<WhittedState<R>> {
         let WhittedState {
             throughput,
-            segments,
+            remaining_segments: segments,
             address,
             ..
         } = *path;
@@ -78,21 +82,21 @@ impl<R: Real> WhittedTracer<'_, R> {
         if let Some(emission) = m
             .emission
             .as_ref()
-            .filter(|_| self.scene.shines(interaction))
+            .filter(|_| self.scene.is_emissive_side(interaction))
         {
-            let emitted = emission.tint(&context, throughput);
+            let emitted = emission.multiply_colour(&context, throughput);
             *radiance += emitted;
-            self.record_direct(path.camera, emitted);
+            self.record_direct(path.is_camera_ray, emitted);
         }
         if m.unlit {
-            let shown = throughput * m.base_at(&context);
+            let shown = throughput * m.base_colour_at(&context);
             *radiance += shown;
-            self.record_direct(path.camera, shown);
-            return path.leave([None; 2]);
+            self.record_direct(path.is_camera_ray, shown);
+            return path.start_segment([None; 2]);
         }
         let model = m.model_at(&context);
         let mirror = m.mirrors && model.roughness <= R::from_f64(MIRROR_ROUGHNESS);
-        *radiance += throughput * self.lit(&model, interaction, mirror, address);
+        *radiance += throughput * self.sum_local_light(&model, interaction, mirror, address);
         let dielectric = R::ONE - model.metallic;
         if let Some(glass) = model.glass.filter(|_| dielectric > R::ZERO) {
             // An opaque dielectric share reflects like glass, but from outside alone.
@@ -107,42 +111,42 @@ impl<R: Real> WhittedTracer<'_, R> {
                 ..glass
             };
             if glass.ior == 1.0 {
-                self.pass_border(
+                self.pass_index_matched_boundary(
                     path,
                     interaction,
                     throughput * dielectric * glass.transmitted,
                 );
                 return None;
             }
-            let leaving = self.refract(
+            let scattered_rays = self.refract(
                 (&glass, TransmissionChoice::Split),
                 path,
                 hit,
                 interaction,
                 throughput * dielectric,
             );
-            return path.leave(leaving);
+            return path.start_segment(scattered_rays);
         }
         let weight = throughput
             * model
-                .mirror()
+                .mirror_lobe()
                 .reflectance(-interaction.direction.dot(interaction.normal));
         let onward = (mirror && segments > 1).then(|| {
             self.counters.reflection += 1;
-            NextRay {
+            SecondaryRay {
                 ray: self
                     .scene
-                    .spawn(interaction, interaction.mirrored(), R::ONE),
+                    .spawn_ray(interaction, interaction.mirrored_direction(), R::ONE),
                 throughput: weight,
-                rest: Vector::ZERO,
+                direction_error: Vector::ZERO,
             }
         });
-        path.leave([onward, None])
+        path.start_segment([onward, None])
     }
 
     /// Returns the local light of a physical surface: direct light and the mean of the sky,
     /// reflected diffusely and by rough highlights.
-    fn lit(
+    fn sum_local_light(
         &mut self,
         model: &MetallicRoughness<R>,
         interaction: &Interaction<R>,
@@ -162,7 +166,8 @@ impl<R: Real> WhittedTracer<'_, R> {
                 continue;
             }
             let share = if light.shadows {
-                self.shadow_result(&light_sample, interaction, false).share
+                self.trace_shadow_ray(&light_sample, interaction, false)
+                    .share
             } else {
                 R::ONE
             };
@@ -176,7 +181,7 @@ impl<R: Real> WhittedTracer<'_, R> {
                 sum += light_sample.arriving * response * (facing * share);
             }
         }
-        if let Some((drawn_light_sample, share)) = self.emitter(interaction, address) {
+        if let Some((drawn_light_sample, share)) = self.sample_emitter(interaction, address) {
             let facing = normal.dot(drawn_light_sample.direction);
             sum += drawn_light_sample.arriving
                 * bsdf.eval(view, drawn_light_sample.direction)
@@ -187,7 +192,7 @@ impl<R: Real> WhittedTracer<'_, R> {
             let reflected = environment_reflectance(model.f0(), model.roughness, facing);
             sum += model.albedo() * (R::Vec3::ONE - reflected) * irradiance.eval(normal);
             if !mirror {
-                sum += reflected * irradiance.eval(interaction.mirrored());
+                sum += reflected * irradiance.eval(interaction.mirrored_direction());
             }
         }
         sum

@@ -4,7 +4,7 @@
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use super::super::PathSegment;
-use crate::sampler::{Branch, SampleAddress};
+use crate::sampler::{PathBranch, SampleAddress};
 
 /// State of a path: all data on which its next segment depends, as plain numbers.
 #[derive(Clone, Copy, Debug)]
@@ -18,72 +18,72 @@ pub(crate) struct WhittedState<R: Real> {
     /// Address of the next vertex, for random numbers.
     pub address: SampleAddress,
     /// Remaining segments, including the next one; zero for an ended path.
-    pub segments: u32,
+    pub remaining_segments: u32,
     /// Surfaces that the sample's rays passed unchanged, side branches included.
     pub passages: u32,
     /// Whether the next ray still counts as a camera ray.
-    pub camera: bool,
+    pub is_camera_ray: bool,
     /// Share of the camera ray that this path carries, while its rays count as camera rays: less
     /// than 1 behind partly transparent surfaces.
     pub share: R,
     /// Share of the camera ray that surfaces cover, side branches included, 0 to 1.
-    pub covered: R,
+    pub coverage: R,
     /// The hit on a partly transparent surface, while the path waits for the side branch behind the
     /// surface.
-    pub hit: Option<Hit<R>>,
+    pub known_hit: Option<Hit<R>>,
 }
 
 /// A scattered ray with its throughput.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct NextRay<R: Real> {
+pub(crate) struct SecondaryRay<R: Real> {
     pub ray: Ray<R>,
     pub throughput: R::Vec3,
     /// Rounding error of the stored direction. Only the next interface reads this error: at an exit
     /// from glass near the critical angle, the error grows thousands of times, and a slab would
     /// turn a ray that it should only shift.
-    pub rest: R::Vec3,
+    pub direction_error: R::Vec3,
 }
 
 /// The scattered rays of a surface: the ray of the path itself, and the ray of a side branch, which
 /// is traced first and adds its radiance to the path.
-pub(crate) type ScatteredRays<R> = [Option<NextRay<R>>; 2];
+pub(crate) type SecondaryRays<R> = [Option<SecondaryRay<R>>; 2];
 
 impl<R: Real> WhittedState<R> {
     /// Returns the state of a side branch that starts at the path's current vertex.
-    pub fn branch(&self, next: &NextRay<R>, branch: Branch) -> Self {
+    pub fn branch_path(&self, next: &SecondaryRay<R>, branch: PathBranch) -> Self {
         let mut segment = self.segment;
-        segment.advance(&next.ray, next.rest);
+        segment.advance(&next.ray, next.direction_error);
         Self {
             segment,
             throughput: next.throughput,
             radiance: Vector::ZERO,
-            address: self.address.aside(branch),
-            segments: self.segments - 1,
+            address: self.address.side_branch(branch),
+            remaining_segments: self.remaining_segments - 1,
             passages: self.passages,
-            camera: false,
+            is_camera_ray: false,
             share: R::ZERO,
-            covered: R::ZERO,
-            hit: None,
+            coverage: R::ZERO,
+            known_hit: None,
         }
     }
 
     /// Finishes the vertex and continues the path with the scattered rays. Returns a side branch,
     /// if any, which must be traced to its end first.
     #[inline(always)]
-    pub fn leave(&mut self, [onward, aside]: ScatteredRays<R>) -> Option<Self> {
-        let aside = aside.map(|next| self.branch(&next, Branch::Reflected));
-        self.covered += self.share;
+    pub fn start_segment(&mut self, [onward, side_branch]: SecondaryRays<R>) -> Option<Self> {
+        let side_branch = side_branch.map(|next| self.branch_path(&next, PathBranch::Reflected));
+        self.coverage += self.share;
         self.share = R::ZERO;
         self.address.bounce += 1;
-        self.segments -= 1;
+        self.remaining_segments -= 1;
         match onward {
-            Some(next) if self.segments > 0 => {
-                self.segment.advance(&next.ray, next.rest);
+            Some(next) if self.remaining_segments > 0 => {
+                self.segment.advance(&next.ray, next.direction_error);
                 self.throughput = next.throughput;
-                self.camera = false;
+                self.is_camera_ray = false;
             }
-            _ => self.segments = 0,
+            _ => self.remaining_segments = 0,
         }
-        aside
+        side_branch
     }
 }

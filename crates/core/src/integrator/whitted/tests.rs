@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::*;
 use crate::effects::EffectSet;
-use crate::prepare::Prepared;
+use crate::prepare::PreparedScene;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
@@ -58,8 +58,8 @@ fn together_or_one_by_one() {
         size: [24, 16],
         ..Settings::from_scene(&scene)
     };
-    let prepared =
-        Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+    let prepared = PreparedScene::<f32>::new(&scene, &settings, EffectSet::ALL, &())
+        .expect("it can be prepared");
     let mut tracer = WhittedTracer::<f32>::new(&prepared, settings.max_depth, false, &());
     let pixels = || (0..24 * 16).map(|i| [i % 24, i / 24]);
     let begin = |tracer: &mut WhittedTracer<'_, f32>, pixel: [u32; 2]| {
@@ -67,7 +67,7 @@ fn together_or_one_by_one() {
             prepared
                 .camera
                 .generate_ray(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, [0.5; 2]);
-        tracer.camera_path(
+        tracer.start_path(
             &ray,
             &SampleAddress {
                 pixel,
@@ -78,8 +78,8 @@ fn together_or_one_by_one() {
     let single: Vec<_> = pixels()
         .map(|pixel| {
             let mut path = begin(&mut tracer, pixel);
-            tracer.follow(&mut path, None);
-            (path.radiance, path.covered)
+            tracer.trace_path(&mut path, None);
+            (path.radiance, path.coverage)
         })
         .collect();
     let alone = core::mem::take(&mut tracer.counters);
@@ -99,24 +99,24 @@ fn together_or_one_by_one() {
         active.rotate_left(turn);
         active.reverse();
         hits.clear();
-        hits.extend(active.iter().map(|&i| tracer.hit(&ways[i].path)));
+        hits.extend(active.iter().map(|&i| tracer.intersect_path(&ways[i].path)));
         for (&i, hit) in active.iter().zip(&hits) {
             let pixel_state = &mut ways[i];
-            let closest_hit = pixel_state.path.hit.or(*hit);
-            if let Some(aside) = tracer.advance(&mut pixel_state.path, closest_hit.as_ref()) {
+            let closest_hit = pixel_state.path.known_hit.or(*hit);
+            if let Some(aside) = tracer.advance_path(&mut pixel_state.path, closest_hit.as_ref()) {
                 pixel_state
                     .waiting
                     .push(core::mem::replace(&mut pixel_state.path, aside));
                 continue;
             }
-            while pixel_state.path.segments == 0 {
+            while pixel_state.path.remaining_segments == 0 {
                 let Some(before) = pixel_state.waiting.pop() else {
                     pixel_state.ended = true;
                     break;
                 };
                 let state = core::mem::replace(&mut pixel_state.path, before);
                 pixel_state.path.radiance += state.radiance;
-                pixel_state.path.covered += state.covered;
+                pixel_state.path.coverage += state.coverage;
                 pixel_state.path.passages = state.passages;
             }
         }
@@ -124,7 +124,7 @@ fn together_or_one_by_one() {
     }
     let together: Vec<_> = ways
         .iter()
-        .map(|pixel_state| (pixel_state.path.radiance, pixel_state.path.covered))
+        .map(|pixel_state| (pixel_state.path.radiance, pixel_state.path.coverage))
         .collect();
     assert_eq!(together, single);
     assert_eq!(tracer.counters, alone);
@@ -158,7 +158,7 @@ fn on_the_way(standing: Option<f64>) -> Geometry<f32> {
         ball(0.0, 3.0, 3.0, 0.5),
     ];
     let requested = Visibility {
-        occlusion: Occlusion::Ask,
+        occlusion: Occlusion::Filtered,
         ..Visibility::default()
     };
     let mut group = PrimitiveSet::default();
@@ -194,7 +194,7 @@ fn rays_keep_their_time() {
         ..Settings::from_scene(&scene)
     };
     let picture = |geometry: Geometry<f32>, time: f32| {
-        let mut prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &())
+        let mut prepared = PreparedScene::<f32>::new(&scene, &settings, EffectSet::ALL, &())
             .expect("it can be prepared");
         prepared.geometry = geometry;
         let mut tracer = WhittedTracer::<f32>::new(&prepared, settings.max_depth, false, &());
@@ -203,7 +203,7 @@ fn rays_keep_their_time() {
             let ray = prepared
                 .camera
                 .generate_ray((i % 24) as f32 + 0.5, (i / 24) as f32 + 0.5, [0.5; 2])
-                .at_time(time);
+                .with_time(time);
             let address = SampleAddress {
                 pixel: [i % 24, i / 24],
                 ..SampleAddress::default()

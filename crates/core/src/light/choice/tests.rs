@@ -2,7 +2,7 @@
 //! number.
 
 use super::*;
-use crate::hash::mix;
+use crate::hash::splitmix64;
 use crate::light::sky::{SkyKind, SkyRadiance};
 use crate::light::{DeltaLight, EmissionEstimate, EmitterList, Emitters};
 use crate::scene::{Colour, Falloff, Light as LightData, LightKind};
@@ -14,13 +14,13 @@ use raywright_bvh::{Aabb, Side};
 fn lights(balls: impl Iterator<Item = (DVec3, f64)>) -> Lights<f64> {
     let mut list = EmitterList::default();
     for (centre, radiance) in balls {
-        list.next_object();
-        list.add_constant(
+        list.begin_object();
+        list.add_shape(
             AnyShape::Sphere(Sphere {
                 centre,
                 radius: 0.01,
             }),
-            EmissionEstimate::even(DVec3::splat(radiance)),
+            EmissionEstimate::uniform(DVec3::splat(radiance)),
             Side::Outside,
             None,
         );
@@ -33,13 +33,13 @@ fn lights(balls: impl Iterator<Item = (DVec3, f64)>) -> Lights<f64> {
         kind: SkyKind::Constant(DVec3::splat(0.1)),
     };
     let mut lights = Lights::new(Vec::new(), Emitters::new(list), sky, &scene);
-    lights.prepare_sky();
-    lights.prepare_choice();
+    lights.build_sky_sampler();
+    lights.build_light_sampler();
     lights
 }
 
 fn number(i: u64) -> f64 {
-    (mix(i) >> 11) as f64 / (1_u64 << 53) as f64
+    (splitmix64(i) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// Position of a light by its number.
@@ -64,8 +64,8 @@ fn lights_are_drawn_by_their_probability() {
             (DVec3::ZERO, DVec3::new(0.6, 0.0, 0.8)),
             (DVec3::ONE, DVec3::ZERO),
         ] {
-            let probability = |id| lights.choice().probability::<f64>(id, from, normal);
-            let total: f64 = lights.ids().map(probability).sum();
+            let probability = |id| lights.light_sampler().probability::<f64>(id, from, normal);
+            let total: f64 = lights.light_ids().map(probability).sum();
             assert!(
                 total > 0.2 && total < 1.0 + 1e-9,
                 "{name} from {from}: {total}"
@@ -74,7 +74,8 @@ fn lights_are_drawn_by_their_probability() {
             let mut found = vec![0.0; lights.emitters.len() + 1];
             for i in 0..COUNT {
                 let pair = [2 * i, 2 * i + 1].map(|k| number(k) as f32 * 0.999_999_9);
-                let Some((light, drawn)) = lights.choice().draw::<f64>(from, normal, pair) else {
+                let Some((light, drawn)) = lights.light_sampler().sample::<f64>(from, normal, pair)
+                else {
                     missed += 1.0;
                     continue;
                 };
@@ -95,7 +96,7 @@ fn lights_are_drawn_by_their_probability() {
                 (missed - expected).abs() <= 5.0 * (expected + 1.0).sqrt(),
                 "{name} from {from}: {missed}, not {expected}"
             );
-            for (id, found) in lights.ids().zip(&found) {
+            for (id, found) in lights.light_ids().zip(&found) {
                 let expected = probability(id) * COUNT as f64;
                 let off: f64 = found - expected;
                 assert!(
@@ -119,10 +120,14 @@ fn lights_are_drawn_by_their_probability() {
 fn many_lights_anywhere() {
     let choose = |lights: &Lights<f64>, from: DVec3| {
         let sum: f64 = lights
-            .ids()
-            .map(|id| lights.choice().probability::<f64>(id, from, DVec3::ZERO))
+            .light_ids()
+            .map(|id| {
+                lights
+                    .light_sampler()
+                    .probability::<f64>(id, from, DVec3::ZERO)
+            })
             .sum();
-        (sum, lights.choice().tree.depth())
+        (sum, lights.light_sampler().tree.depth())
     };
     let from = DVec3::new(0.1, 0.2, 30.0);
     assert_eq!(choose(&lights(core::iter::empty()), from), (1.0, 0));
@@ -187,16 +192,17 @@ fn points_and_spots_shine_evenly() {
             delta,
             Emitters::new(EmitterList::default()),
             SkyRadiance {
-                kind: SkyKind::None,
+                kind: SkyKind::Black,
             },
             &scene,
         );
-        lights.prepare_choice();
+        lights.build_light_sampler();
         let first = (0..1000).filter(|i| {
-            let drawn =
-                lights
-                    .choice()
-                    .draw::<f64>(DVec3::ZERO, DVec3::ZERO, [*i as f32 / 1000.0, 0.0]);
+            let drawn = lights.light_sampler().sample::<f64>(
+                DVec3::ZERO,
+                DVec3::ZERO,
+                [*i as f32 / 1000.0, 0.0],
+            );
             drawn.is_some_and(|(light, _)| light == LightId::Delta(0))
         });
         first.count() as f64 / 1000.0

@@ -8,7 +8,7 @@
 use glam::DVec3;
 use raywright_bvh::allocate_fallibly;
 
-use crate::light::cdf::{probability_of, push_shares, sample_index};
+use crate::light::cdf::{probability_of, push_cdf, sample_index};
 
 /// Greatest ratio of the brightest to the darkest cell at which a triangle is sampled uniformly.
 const EVEN: f64 = 1.25;
@@ -19,7 +19,7 @@ const LEAST: f64 = 0.1;
 /// Cells of a triangle: the index of their first entry in the table, and the number of cells along
 /// each side.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::light) struct Cells {
+pub(in crate::light) struct TriangleCells {
     start: u32,
     across: u32,
 }
@@ -27,11 +27,11 @@ pub(in crate::light) struct Cells {
 /// Cells of all triangles of varying emission: for each triangle the cumulative distribution of
 /// rows, then that of the cells in each row.
 #[derive(Clone, Debug, Default)]
-pub(super) struct CellTable {
+pub(super) struct EmissionCellTable {
     sums: Vec<f32>,
 }
 
-impl CellTable {
+impl EmissionCellTable {
     /// Reserves memory for a number of triangles with `across` cells along each side: as much as is
     /// estimated before building, even if less is used.
     pub fn reserve(&mut self, triangles: u64, across: u64) {
@@ -44,7 +44,7 @@ impl CellTable {
 
     /// Adds the cells of a triangle from the emission in the middle of each cell, row by row.
     /// Returns `None` if the emission is nearly uniform.
-    pub fn push(&mut self, across: usize, found: &[f64]) -> Option<Cells> {
+    pub fn push_triangle(&mut self, across: usize, found: &[f64]) -> Option<TriangleCells> {
         let [darkest, brightest] = [
             found.iter().fold(f64::INFINITY, |a, &b| a.min(b)),
             found.iter().fold(0.0_f64, |a, &b| a.max(b)),
@@ -55,26 +55,26 @@ impl CellTable {
             .filter(|_| across > 1 && brightest > darkest * EVEN)?;
         let mean = found.iter().sum::<f64>() / found.len() as f64;
         let cells: Vec<f64> = (0..found.len())
-            .map(|cell| weight(found, across, cell) + LEAST * mean)
+            .map(|cell| cell_weight(found, across, cell) + LEAST * mean)
             .collect();
         let rows: Vec<f64> = cells.chunks(across).map(|row| row.iter().sum()).collect();
-        self.append(&rows);
-        cells.chunks(across).for_each(|row| self.append(row));
-        Some(Cells {
+        self.append_cdf(&rows);
+        cells.chunks(across).for_each(|row| self.append_cdf(row));
+        Some(TriangleCells {
             start,
             across: across as u32,
         })
     }
 
-    fn append(&mut self, weights: &[f64]) {
+    fn append_cdf(&mut self, weights: &[f64]) {
         let mut shares = Vec::with_capacity(weights.len());
-        push_shares(&mut shares, weights);
+        push_cdf(&mut shares, weights);
         // The rounded share is the sampling probability.
         self.sums.extend(shares.iter().map(|&share| share as f32));
     }
 
     /// Returns the cumulative distribution of a triangle's rows, and that of the cells in one row.
-    fn row(&self, Cells { start, across }: Cells, row: usize) -> [&[f32]; 2] {
+    fn row_cdfs(&self, TriangleCells { start, across }: TriangleCells, row: usize) -> [&[f32]; 2] {
         let (start, across) = (start as usize, across as usize);
         [
             &self.sums[start..][..across],
@@ -84,10 +84,10 @@ impl CellTable {
 
     /// Samples a point of the unit square for two uniform numbers in [0, 1), and returns it with
     /// its density over the square.
-    pub fn place(&self, cells: Cells, [u, v]: [f64; 2]) -> ([f64; 2], f64) {
+    pub fn sample_point(&self, cells: TriangleCells, [u, v]: [f64; 2]) -> ([f64; 2], f64) {
         let across = f64::from(cells.across);
-        let (y, of_row, down) = sample_index(self.row(cells, 0)[0], v);
-        let (x, of_cell, along) = sample_index(self.row(cells, y)[1], u);
+        let (y, of_row, down) = sample_index(self.row_cdfs(cells, 0)[0], v);
+        let (x, of_cell, along) = sample_index(self.row_cdfs(cells, y)[1], u);
         (
             [(x as f64 + along) / across, (y as f64 + down) / across],
             of_row * of_cell * across * across,
@@ -95,10 +95,10 @@ impl CellTable {
     }
 
     /// Returns the sampling density of a point over the unit square.
-    pub fn density(&self, cells: Cells, [u, v]: [f64; 2]) -> f64 {
+    pub fn density(&self, cells: TriangleCells, [u, v]: [f64; 2]) -> f64 {
         let across = f64::from(cells.across);
         let at = |x: f64| ((x * across) as usize).min(cells.across as usize - 1);
-        let [rows, row] = self.row(cells, at(v));
+        let [rows, row] = self.row_cdfs(cells, at(v));
         probability_of(rows, at(v)) * probability_of(row, at(u)) * across * across
     }
 
@@ -108,13 +108,13 @@ impl CellTable {
 }
 
 /// Bytes of the cells of a number of triangles with `across` cells along each side.
-pub(super) fn bytes_of(triangles: u64, across: u64) -> u64 {
+pub(super) fn estimate_cell_bytes(triangles: u64, across: u64) -> u64 {
     triangles.saturating_mul(across * (across + 1) * size_of::<f32>() as u64)
 }
 
 /// Returns the weight of a cell: half of its own emission, plus half of the greatest emission among
 /// the cell and its neighbours, because a bright neighbour may extend into the cell.
-fn weight(found: &[f64], across: usize, cell: usize) -> f64 {
+fn cell_weight(found: &[f64], across: usize, cell: usize) -> f64 {
     let (x, y) = (cell % across, cell / across);
     let beside = |position: usize| position.saturating_sub(1)..=(position + 1).min(across - 1);
     let maximum = beside(y)
@@ -125,7 +125,7 @@ fn weight(found: &[f64], across: usize, cell: usize) -> f64 {
 
 /// Returns the coordinates in the unit square of a point of a triangle: the inverse of
 /// `sample_area`.
-pub(super) fn unfolded([a, b, c]: [DVec3; 3], point: DVec3) -> [f64; 2] {
+pub(super) fn triangle_to_square([a, b, c]: [DVec3; 3], point: DVec3) -> [f64; 2] {
     let normal = (b - a).cross(c - a);
     let over = 1.0 / normal.length_squared();
     let of_b = (c - point).cross(a - point).dot(normal) * over;
@@ -148,10 +148,12 @@ mod tests {
     use super::*;
 
     /// Cells after those of another triangle, the usual case.
-    fn table(across: usize, found: &[f64]) -> (CellTable, Cells) {
-        let mut table = CellTable::default();
-        table.push(2, &[0.0, 0.0, 0.0, 1.0]);
-        let cells = table.push(across, found).expect("it is bright in parts");
+    fn table(across: usize, found: &[f64]) -> (EmissionCellTable, TriangleCells) {
+        let mut table = EmissionCellTable::default();
+        table.push_triangle(2, &[0.0, 0.0, 0.0, 1.0]);
+        let cells = table
+            .push_triangle(across, found)
+            .expect("it is bright in parts");
         (table, cells)
     }
 
@@ -181,16 +183,16 @@ mod tests {
                 "{is:?}, by hand {by_hand:?}"
             );
         }
-        let mut table = CellTable::default();
+        let mut table = EmissionCellTable::default();
         table.reserve(1, 2);
         assert!(
-            table.push(4, &[0.3; 16]).is_none()
-                && table.push(4, &[0.0; 16]).is_none()
-                && table.push(1, &[1.0]).is_none()
+            table.push_triangle(4, &[0.3; 16]).is_none()
+                && table.push_triangle(4, &[0.0; 16]).is_none()
+                && table.push_triangle(1, &[1.0]).is_none()
         );
-        assert_eq!(table.bytes(), bytes_of(1, 2));
-        assert!(table.push(2, &[1.0, 1.0, 1.0, 1.3]).is_some());
-        assert_eq!(table.bytes(), bytes_of(1, 2));
+        assert_eq!(table.bytes(), estimate_cell_bytes(1, 2));
+        assert!(table.push_triangle(2, &[1.0, 1.0, 1.0, 1.3]).is_some());
+        assert_eq!(table.bytes(), estimate_cell_bytes(1, 2));
     }
 
     /// Protects: the density at sampling equals the density at look-up; the mean of one over the
@@ -219,9 +221,10 @@ mod tests {
             for i in 0..count * count {
                 let numbers =
                     [i % count, i / count].map(|i| (f64::from(i) + 0.5) / f64::from(count));
-                let (place, density) = table.place(cells, numbers);
+                let (place, density) = table.sample_point(cells, numbers);
                 let (point, _) = triangle.sample_area(place[0], place[1]);
-                let found = unfolded(triangle.vertices, point.to_scalar::<f64>().point.to_f64());
+                let found =
+                    triangle_to_square(triangle.vertices, point.to_scalar::<f64>().point.to_f64());
                 let apart = (found[0] - place[0]).abs().max((found[1] - place[1]).abs());
                 assert!(apart < 1e-9, "{found:?} for {place:?}");
                 assert_eq!(

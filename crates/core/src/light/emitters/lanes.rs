@@ -3,9 +3,9 @@
 use raywright_bvh::{Real, SimdTask, SurfacePoint, Vector, run_widest};
 
 use super::list::Emitter;
-use super::point::{EmitterPoint, PointDensity, outwards};
+use super::point::{EmitterPoint, PointDensity, side_sign};
 use crate::light::lanes::{
-    Column, LANES, LightLanes, SurfaceLanes, Vec3Column, lane_vector, set_lane,
+    LANES, LaneColumn, LightSampleLanes, SurfaceLanes, Vec3Column, get_lane_vector, set_lane_vector,
 };
 use crate::light::polygon::{Polygon, PolygonLanes};
 
@@ -14,10 +14,10 @@ pub(in crate::light) struct EmitterLanes<R: Real> {
     polygons: PolygonLanes<LANES>,
     from: Vec3Column<R>,
     normal: Vec3Column<f64>,
-    error: Column<f64>,
-    outwards: Column<f64>,
+    error: LaneColumn<f64>,
+    outwards: LaneColumn<f64>,
     radiance: Vec3Column<R>,
-    probability: Column<f64>,
+    probability: LaneColumn<f64>,
 }
 
 impl<R: Real> EmitterLanes<R> {
@@ -37,7 +37,7 @@ impl<R: Real> EmitterLanes<R> {
     /// Sets the emitter and the receiving point of a lane, with the uniform numbers and the
     /// probability of the choice.
     #[inline(always)]
-    pub fn put(
+    pub fn set_lane(
         &mut self,
         lane: usize,
         (polygon, emitter): (&Polygon, &Emitter<R>),
@@ -45,54 +45,54 @@ impl<R: Real> EmitterLanes<R> {
         position: [f32; 2],
         probability: f64,
     ) {
-        self.polygons.put(
+        self.polygons.set_lane(
             lane,
             polygon,
             from.to_f64(),
             [f64::from(position[0]), f64::from(position[1])],
         );
-        set_lane::<R>(&mut self.from, lane, from);
+        set_lane_vector::<R>(&mut self.from, lane, from);
         if let Some(plane) = &emitter.plane {
-            set_lane::<f64>(&mut self.normal, lane, plane.normal);
+            set_lane_vector::<f64>(&mut self.normal, lane, plane.normal);
             self.error[lane] = plane.error;
         }
-        self.outwards[lane] = outwards(emitter.side);
-        set_lane::<R>(&mut self.radiance, lane, emitter.shown_radiance());
+        self.outwards[lane] = side_sign(emitter.side);
+        set_lane_vector::<R>(&mut self.radiance, lane, emitter.assumed_radiance());
         self.probability[lane] = probability;
     }
 
     /// Samples a point of each emitter by solid angle. Returns for each lane whether its sample
     /// contributes, or `None` if the solid angle is too small for the method.
     #[inline]
-    pub fn draw(&self, out: &mut LightLanes<R>) -> Column<Option<bool>> {
-        let drawn = run_widest(DrawEmitters(self));
+    pub fn sample(&self, out: &mut LightSampleLanes<R>) -> LaneColumn<Option<bool>> {
+        let drawn = run_widest(EmitterSampleTask(self));
         (out.surface, out.direction, out.arriving, out.density) = (
             drawn.surface,
             drawn.direction,
             drawn.arriving,
             drawn.density,
         );
-        drawn.sends
+        drawn.contributes
     }
 }
 
-struct DrawEmitters<'a, R: Real>(&'a EmitterLanes<R>);
+struct EmitterSampleTask<'a, R: Real>(&'a EmitterLanes<R>);
 
-/// Light samples of emitters, in the layout of [`LightLanes`].
-struct ShownEmitters<R: Real> {
+/// Light samples of emitters, in the layout of [`LightSampleLanes`].
+struct EmitterSamples<R: Real> {
     surface: SurfaceLanes<R>,
     direction: Vec3Column<R>,
     arriving: Vec3Column<R>,
-    density: Column<f64>,
-    sends: Column<Option<bool>>,
+    density: LaneColumn<f64>,
+    contributes: LaneColumn<Option<bool>>,
 }
 
-impl<R: Real> SimdTask for DrawEmitters<'_, R> {
-    type Output = ShownEmitters<R>;
+impl<R: Real> SimdTask for EmitterSampleTask<'_, R> {
+    type Output = EmitterSamples<R>;
     #[inline(always)]
     fn run(self) -> Self::Output {
         let Self(emitters) = self;
-        let drawn = emitters.polygons.draw();
+        let drawn = emitters.polygons.sample();
         // Separate arrays, which the compiler knows not to alias the inputs.
         let (mut surface, mut direction, mut arriving) = (
             SurfaceLanes::new(),
@@ -103,12 +103,12 @@ impl<R: Real> SimdTask for DrawEmitters<'_, R> {
         for lane in 0..LANES {
             let surface_point = SurfacePoint::new(
                 drawn.at(lane),
-                lane_vector::<f64>(&emitters.normal, lane),
+                get_lane_vector::<f64>(&emitters.normal, lane),
                 emitters.error[lane],
             );
             let (from, even) = (
-                lane_vector::<R>(&emitters.from, lane),
-                PointDensity::Even(drawn.solid_angle[lane]),
+                get_lane_vector::<R>(&emitters.from, lane),
+                PointDensity::SolidAngle(drawn.solid_angle[lane]),
             );
             let emitter_point = EmitterPoint::<R>::new(
                 &surface_point,
@@ -117,30 +117,30 @@ impl<R: Real> SimdTask for DrawEmitters<'_, R> {
                 emitters.probability[lane],
                 even,
             );
-            surface.set_lane(lane, &emitter_point.surface);
-            set_lane::<R>(
+            surface.set_lane_vector(lane, &emitter_point.surface);
+            set_lane_vector::<R>(
                 &mut direction,
                 lane,
                 Vector::from_f64(emitter_point.direction),
             );
-            set_lane::<R>(
+            set_lane_vector::<R>(
                 &mut arriving,
                 lane,
-                lane_vector::<R>(&emitters.radiance, lane) * R::from_f64(emitter_point.weight),
+                get_lane_vector::<R>(&emitters.radiance, lane) * R::from_f64(emitter_point.weight),
             );
             density[lane] = emitter_point.density;
             weight[lane] = emitter_point.weight;
         }
         let is_some = |lane: usize| {
-            (weight[lane] > 0.0) & (weight[lane] < f64::INFINITY) & drawn.is_some(lane)
+            (weight[lane] > 0.0) & (weight[lane] < f64::INFINITY) & drawn.has_point(lane)
         };
-        let sends = core::array::from_fn(|lane| drawn.is_wide(lane).then(|| is_some(lane)));
-        ShownEmitters {
+        let sends = core::array::from_fn(|lane| drawn.is_large_enough(lane).then(|| is_some(lane)));
+        EmitterSamples {
             surface,
             direction,
             arriving,
             density,
-            sends,
+            contributes: sends,
         }
     }
 }

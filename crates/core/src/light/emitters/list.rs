@@ -4,7 +4,7 @@ use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Quad, TransformedShape, Triangle};
 use raywright_bvh::{Real, Side, Vector};
 
-use super::cells::{CellTable, Cells, bytes_of};
+use super::cells::{EmissionCellTable, TriangleCells, estimate_cell_bytes};
 use crate::light::Polygon;
 
 /// World-space geometry of an emitter.
@@ -12,7 +12,7 @@ use crate::light::Polygon;
 pub(in crate::light) enum EmitterShape<R: Real> {
     Plain(AnyShape<R>),
     /// A shape with a transform: its index in the list of transformed shapes.
-    Placed(u32),
+    Transformed(u32),
 }
 
 /// Plane of a flat emitter.
@@ -26,7 +26,7 @@ pub(in crate::light) struct EmitterPlane {
 
 impl EmitterPlane {
     /// Returns the plane of a triangle or quad; `None` for other shapes.
-    fn of<R: Real>(shape: &AnyShape<R>) -> Option<Self> {
+    fn from_shape<R: Real>(shape: &AnyShape<R>) -> Option<Self> {
         let half = R::from_f64(0.5);
         let flat = matches!(shape, AnyShape::Triangle(_) | AnyShape::Quad(_));
         let (anywhere, _) = flat.then(|| shape.sample_area(half, half))??;
@@ -40,7 +40,7 @@ impl EmitterPlane {
 /// An emitter: an emissive shape, or an emissive triangle or quad of a mesh.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::light) struct Emitter<R: Real> {
-    pub form: EmitterShape<R>,
+    pub shape: EmitterShape<R>,
     /// Emitted radiance; its mean if the emission varies.
     pub radiance: R::Vec3,
     /// Whether the emission varies over the surface and must be evaluated at the hit.
@@ -52,7 +52,7 @@ pub(in crate::light) struct Emitter<R: Real> {
     /// Area of the surface in the world; zero if its points cannot be sampled.
     pub area: f64,
     /// Sampling cells of a triangle; `None` for uniform sampling.
-    pub cells: Option<Cells>,
+    pub cells: Option<TriangleCells>,
     /// The plane of an untransformed triangle or quad.
     pub plane: Option<EmitterPlane>,
     /// Whether this triangle is the second half of a quad. The entry before it then stands for the
@@ -74,7 +74,7 @@ impl<R: Real> Emitter<R> {
     /// Returns the radiance that sampling assumes: the emitted radiance, or one if the emission
     /// must be evaluated at the hit.
     #[inline(always)]
-    pub fn shown_radiance(&self) -> R::Vec3 {
+    pub fn assumed_radiance(&self) -> R::Vec3 {
         if self.varies {
             R::Vec3::ONE
         } else {
@@ -87,13 +87,13 @@ impl<R: Real> Emitter<R> {
     pub fn polygon(&self) -> Option<Polygon> {
         self.plane?;
         // Component by component: `map` of an array is not always inlined.
-        match &self.form {
+        match &self.shape {
             EmitterShape::Plain(AnyShape::Triangle(Triangle {
                 vertices: [a, b, c],
-            })) => Some(Polygon::triangle([a.to_f64(), b.to_f64(), c.to_f64()])),
+            })) => Some(Polygon::from_triangle([a.to_f64(), b.to_f64(), c.to_f64()])),
             EmitterShape::Plain(AnyShape::Quad(Quad {
                 corners: [a, b, c, d],
-            })) => Some(Polygon::quad([
+            })) => Some(Polygon::from_quad([
                 a.to_f64(),
                 b.to_f64(),
                 c.to_f64(),
@@ -118,7 +118,7 @@ pub struct EmissionEstimate<R: Real> {
 
 impl<R: Real> EmissionEstimate<R> {
     /// Returns the estimate for uniform emission.
-    pub fn even(radiance: R::Vec3) -> Self {
+    pub fn uniform(radiance: R::Vec3) -> Self {
         Self {
             radiance,
             varies: false,
@@ -128,7 +128,7 @@ impl<R: Real> EmissionEstimate<R> {
 
     /// Returns the estimate for varying emission: the mean of radiances at points spread uniformly
     /// over the surface. `passable`: whether a ray may pass through the surface.
-    pub fn varied(found: &[R::Vec3], passable: bool) -> Self {
+    pub fn from_samples(found: &[R::Vec3], passable: bool) -> Self {
         let sum = found
             .iter()
             .fold(R::Vec3::ZERO, |sum, &radiance| sum + radiance);
@@ -145,8 +145,8 @@ impl<R: Real> EmissionEstimate<R> {
 pub struct EmitterList<R: Real> {
     pub(super) emitters: Vec<Emitter<R>>,
     pub(super) transformed_shapes: Vec<TransformedShape<R>>,
-    pub(super) first: Vec<u32>,
-    pub(super) cells: CellTable,
+    pub(super) first_emitters: Vec<u32>,
+    pub(super) cells: EmissionCellTable,
 }
 
 impl<R: Real> EmitterList<R> {
@@ -158,14 +158,14 @@ impl<R: Real> EmitterList<R> {
 
     /// Begins the next object, in the order of the scene's objects. Emitters added later belong to
     /// this object.
-    pub fn next_object(&mut self) {
-        self.first.push(self.emitters.len() as u32);
+    pub fn begin_object(&mut self) {
+        self.first_emitters.push(self.emitters.len() as u32);
     }
 
     /// Returns the bytes of the tables for numbers of emitters, of transformed shapes among the
     /// emitters, of objects, and of triangles with `across` cells along each side; cumulative
     /// distributions included.
-    pub(crate) fn bytes_of(
+    pub(crate) fn estimate_bytes(
         emitters: u64,
         placed: u64,
         objects: u64,
@@ -182,12 +182,12 @@ impl<R: Real> EmitterList<R> {
         let tables = each.into_iter().fold(0_u64, |sum, (count, bytes)| {
             sum.saturating_add(count.saturating_mul(bytes as u64))
         });
-        tables.saturating_add(bytes_of(triangles, across))
+        tables.saturating_add(estimate_cell_bytes(triangles, across))
     }
 
     /// Adds a shape, or the next triangle of a mesh, without sampling cells, and returns its area.
     /// `area` is passed if already known.
-    pub fn add_constant(
+    pub fn add_shape(
         &mut self,
         shape: AnyShape<R>,
         emission: EmissionEstimate<R>,
@@ -199,10 +199,10 @@ impl<R: Real> EmitterList<R> {
             varies,
             passable,
         } = emission;
-        let area = area.unwrap_or_else(|| finite(shape.area()));
-        let plane = EmitterPlane::of(&shape);
+        let area = area.unwrap_or_else(|| finite_or_zero(shape.area()));
+        let plane = EmitterPlane::from_shape(&shape);
         self.emitters.push(Emitter {
-            form: EmitterShape::Plain(shape),
+            shape: EmitterShape::Plain(shape),
             radiance,
             varies,
             passable,
@@ -217,10 +217,10 @@ impl<R: Real> EmitterList<R> {
 
     /// Adds the next two triangles of a mesh, which are the halves of a quad of uniform emission,
     /// as one light.
-    pub fn add_halves(&mut self, quad: Quad<R>, radiance: R::Vec3, side: Side) {
-        self.add_constant(
+    pub fn add_quad_halves(&mut self, quad: Quad<R>, radiance: R::Vec3, side: Side) {
+        self.add_shape(
             AnyShape::Quad(quad),
-            EmissionEstimate::even(radiance),
+            EmissionEstimate::uniform(radiance),
             side,
             None,
         );
@@ -236,7 +236,7 @@ impl<R: Real> EmitterList<R> {
     /// Adds the next triangle of a mesh, with varying emission. `found` holds the radiance in the
     /// middles of the cells of the unit square that is folded onto the triangle, row by row, with
     /// `across` cells along each side.
-    pub fn varied(
+    pub fn add_varying_triangle(
         &mut self,
         triangle: Triangle<R>,
         found: &[R::Vec3],
@@ -244,16 +244,16 @@ impl<R: Real> EmitterList<R> {
         side: Side,
         across: usize,
     ) {
-        self.add_constant(
+        self.add_shape(
             AnyShape::Triangle(triangle),
-            EmissionEstimate::varied(found, passable),
+            EmissionEstimate::from_samples(found, passable),
             side,
             None,
         );
         let brightness = |radiance: &R::Vec3| radiance.to_f64().element_sum();
         let cells = self
             .cells
-            .push(across, &found.iter().map(brightness).collect::<Vec<_>>());
+            .push_triangle(across, &found.iter().map(brightness).collect::<Vec<_>>());
         if let Some(emitter) = self.emitters.last_mut() {
             emitter.cells = cells;
         }
@@ -272,11 +272,11 @@ impl<R: Real> EmitterList<R> {
             varies,
             passable,
         } = emission;
-        let area = area.unwrap_or_else(|| finite(transformed_shape.area()));
-        let form = EmitterShape::Placed(self.transformed_shapes.len() as u32);
+        let area = area.unwrap_or_else(|| finite_or_zero(transformed_shape.area()));
+        let form = EmitterShape::Transformed(self.transformed_shapes.len() as u32);
         self.transformed_shapes.push(transformed_shape);
         self.emitters.push(Emitter {
-            form,
+            shape: form,
             radiance,
             varies,
             passable,
@@ -291,6 +291,6 @@ impl<R: Real> EmitterList<R> {
 }
 
 /// Returns a finite area; zero for an infinite or unknown area.
-fn finite(area: Option<f64>) -> f64 {
+fn finite_or_zero(area: Option<f64>) -> f64 {
     area.filter(|a| a.is_finite()).unwrap_or(0.0)
 }

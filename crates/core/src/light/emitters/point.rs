@@ -4,16 +4,16 @@ use glam::DVec3;
 use raywright_bvh::{Real, Side, Surface, SurfacePoint, Vector};
 
 /// Direction, squared distance and cosine of an emitter's point, seen from the receiving point.
-pub(super) struct Facing {
+pub(super) struct EmitterDirection {
     /// Unit direction to the emitter's point.
     pub direction: DVec3,
-    pub squared: f64,
+    pub squared_distance: f64,
     /// Cosine between the direction back to the receiver and the normal of the emissive side;
     /// negative behind the emitter.
     pub cosine: f64,
 }
 
-impl Facing {
+impl EmitterDirection {
     #[inline(always)]
     pub fn new<R: Real>(outwards: f64, from: DVec3, surface: &Surface<R>) -> Self {
         let offset = surface.point.to_f64() - from;
@@ -22,7 +22,7 @@ impl Facing {
         let cosine = -direction.dot(surface.normal.to_f64());
         Self {
             direction,
-            squared,
+            squared_distance: squared,
             cosine: if outwards == 0.0 {
                 cosine.abs()
             } else {
@@ -33,7 +33,7 @@ impl Facing {
 }
 
 /// Returns the emissive side as a sign: 1 for outside, −1 for inside, 0 for both.
-pub(super) fn outwards(side: Side) -> f64 {
+pub(super) fn side_sign(side: Side) -> f64 {
     match side {
         Side::Outside | Side::Culled => 1.0,
         Side::Inside => -1.0,
@@ -60,13 +60,13 @@ impl<R: Real> EmitterPoint<R> {
         drawn: PointDensity,
     ) -> Self {
         let surface = surface_point.to_scalar::<R>();
-        let Facing {
+        let EmitterDirection {
             direction,
-            squared,
+            squared_distance: squared,
             cosine,
-        } = Facing::new(outwards, from.to_f64(), &surface);
+        } = EmitterDirection::new(outwards, from.to_f64(), &surface);
         let (density, weight) = match drawn {
-            PointDensity::Even(solid_angle) => {
+            PointDensity::SolidAngle(solid_angle) => {
                 let density = probability / solid_angle;
                 (density, if cosine > 0.0 { 1.0 / density } else { 0.0 })
             }
@@ -86,7 +86,7 @@ impl<R: Real> EmitterPoint<R> {
 
     /// Whether the sample contributes. False for NaN, when both points coincide.
     #[inline(always)]
-    pub fn is_some(&self) -> bool {
+    pub fn contributes(&self) -> bool {
         (self.weight > 0.0) & (self.weight < f64::INFINITY)
     }
 }
@@ -95,7 +95,7 @@ impl<R: Real> EmitterPoint<R> {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum PointDensity {
     /// Uniform over a solid angle in steradians.
-    Even(f64),
+    SolidAngle(f64),
     /// Density by area.
     Area(f64),
 }

@@ -4,14 +4,16 @@ use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
 use raywright_bvh::{Real, Side, Surface, SurfacePoint, Vector};
 
-use super::cells::unfolded;
+use super::cells::triangle_to_square;
 use super::lanes::EmitterLanes;
 use super::list::{Emitter, EmitterShape};
-use super::point::{EmitterPoint, Facing, PointDensity, outwards};
+use super::point::{EmitterDirection, EmitterPoint, PointDensity, side_sign};
 use super::{EmitterStrategy, Emitters};
-use crate::light::lanes::{LANES, LightLanes, LightTargetKind};
+use crate::light::lanes::{LANES, LightSampleLanes, ShadowRayTargetKind};
 use crate::light::polygon::PolygonSample;
-use crate::light::{ChosenLight, Density, DirectionCone, LightId, LightSample, LightTarget};
+use crate::light::{
+    ChosenLight, DirectionCone, LightDensity, LightId, LightSample, ShadowRayTarget,
+};
 
 /// Query for a point on an emitter: the emitter and the probability of its choice, the receiving
 /// point, and two uniform numbers in [0, 1) for the point.
@@ -25,8 +27,11 @@ struct EmitterQuery<R: Real> {
 
 /// Returns the sphere of an emitter and the cone of directions to it; `None` for a receiver inside
 /// the sphere, and for other shapes.
-fn ball<R: Real>(emitter: &Emitter<R>, from: DVec3) -> Option<(Sphere<R>, DirectionCone)> {
-    match &emitter.form {
+fn sphere_and_cone<R: Real>(
+    emitter: &Emitter<R>,
+    from: DVec3,
+) -> Option<(Sphere<R>, DirectionCone)> {
+    match &emitter.shape {
         // A sphere that emits only inwards is visible through its near side.
         EmitterShape::Plain(AnyShape::Sphere(ball)) if emitter.side != Side::Inside => Some((
             *ball,
@@ -57,19 +62,19 @@ impl<R: Real> Emitters<R> {
             from.to_f64(),
             position.map(f64::from),
         );
-        if !self.is_even(emitter) {
-            return self.by_area(&query);
+        if !self.is_sampled_by_solid_angle(emitter) {
+            return self.sample_by_area(&query);
         }
         if let Some(polygon) = emitter.polygon() {
-            return self.on_polygon(&query, polygon.draw(from, position));
+            return self.sample_polygon(&query, polygon.sample(from, position));
         }
-        match ball(emitter, from) {
-            Some((ball, cone)) => self.shown(
+        match sphere_and_cone(emitter, from) {
+            Some((ball, cone)) => self.light_sample_at(
                 &query,
-                &ball.at(cone.normal(position)),
-                PointDensity::Even(cone.solid_angle()),
+                &ball.eval_surface_point(cone.sample_normal(position)),
+                PointDensity::SolidAngle(cone.solid_angle()),
             ),
-            None => self.by_area(&query),
+            None => self.sample_by_area(&query),
         }
     }
 
@@ -79,7 +84,7 @@ impl<R: Real> Emitters<R> {
         &self,
         chosen_lights: &[Option<ChosenLight<R>>],
         waiting: &mut EmitterLanes<R>,
-        out: &mut LightLanes<R>,
+        out: &mut LightSampleLanes<R>,
     ) {
         let (mut flat, mut any) = ([false; LANES], false);
         for (lane, chosen_light) in chosen_lights.iter().enumerate().take(LANES) {
@@ -91,16 +96,16 @@ impl<R: Real> Emitters<R> {
             }) = chosen_light
             {
                 let emitter = &self.list.emitters[*emitter as usize];
-                if self.is_even(emitter)
+                if self.is_sampled_by_solid_angle(emitter)
                     && let Some(polygon) = emitter.polygon()
                 {
-                    waiting.put(lane, (&polygon, emitter), *from, *position, *probability);
+                    waiting.set_lane(lane, (&polygon, emitter), *from, *position, *probability);
                     (flat[lane], any) = (true, true);
                 }
             }
         }
         let sends = if any {
-            waiting.draw(out)
+            waiting.sample(out)
         } else {
             [None; LANES]
         };
@@ -116,12 +121,12 @@ impl<R: Real> Emitters<R> {
             };
             let sample = match sends[lane].filter(|_| flat[lane]) {
                 Some(true) => {
-                    out.target_kinds[lane] = LightTargetKind::Surface;
+                    out.target_kinds[lane] = ShadowRayTargetKind::Surface;
                     continue;
                 }
                 Some(false) => None,
                 // Polygons of small solid angle are sampled by area.
-                None if flat[lane] => self.by_area(&EmitterQuery {
+                None if flat[lane] => self.sample_by_area(&EmitterQuery {
                     emitter,
                     from,
                     position,
@@ -129,46 +134,48 @@ impl<R: Real> Emitters<R> {
                 }),
                 None => self.sample(emitter, from, position, probability),
             };
-            sample.iter().for_each(|sample| out.set_lane(lane, sample));
+            sample
+                .iter()
+                .for_each(|sample| out.set_lane_vector(lane, sample));
         }
     }
 
     /// Returns the light sample for a point that was sampled by solid angle on a polygon; without
     /// such a point, samples by area.
     #[inline]
-    fn on_polygon(
+    fn sample_polygon(
         &self,
         query: &EmitterQuery<R>,
         sample: Option<PolygonSample>,
     ) -> Option<LightSample<R>> {
         let Some(PolygonSample { solid_angle, point }) = sample else {
-            return self.by_area(query);
+            return self.sample_by_area(query);
         };
         let plane = self.list.emitters[query.emitter as usize].plane?;
-        self.shown(
+        self.light_sample_at(
             query,
             &SurfacePoint::new(point?, plane.normal, plane.error),
-            PointDensity::Even(solid_angle),
+            PointDensity::SolidAngle(solid_angle),
         )
     }
 
     /// Samples a point of an emitter uniformly by area, or by the emitter's cells of varying
     /// emission.
-    fn by_area(&self, query: &EmitterQuery<R>) -> Option<LightSample<R>> {
+    fn sample_by_area(&self, query: &EmitterQuery<R>) -> Option<LightSample<R>> {
         let emitter = &self.list.emitters[query.emitter as usize];
         let position = query.position.map(f64::from);
         let (place, denser) = match emitter.cells {
-            Some(cells) => self.list.cells.place(cells, position),
+            Some(cells) => self.list.cells.sample_point(cells, position),
             None => (position, 1.0),
         };
         let [u, v] = place.map(R::from_f64);
-        let (surface_point, by_area) = match &emitter.form {
+        let (surface_point, by_area) = match &emitter.shape {
             EmitterShape::Plain(shape) => shape.sample_area(u, v)?,
-            EmitterShape::Placed(placed) => {
+            EmitterShape::Transformed(placed) => {
                 self.list.transformed_shapes[*placed as usize].sample_area(u, v)?
             }
         };
-        self.shown(
+        self.light_sample_at(
             query,
             &surface_point,
             PointDensity::Area(by_area.to_f64() * denser),
@@ -177,7 +184,7 @@ impl<R: Real> Emitters<R> {
 
     /// Returns the light sample for a point of an emitter; `None` if the point does not contribute.
     #[inline(always)]
-    fn shown(
+    fn light_sample_at(
         &self,
         query: &EmitterQuery<R>,
         surface_point: &SurfacePoint,
@@ -192,16 +199,16 @@ impl<R: Real> Emitters<R> {
         let emitter = &self.list.emitters[emitter as usize];
         let emitter_point = EmitterPoint::new(
             surface_point,
-            outwards(emitter.side),
+            side_sign(emitter.side),
             from,
             probability,
             drawn,
         );
-        emitter_point.is_some().then(|| LightSample {
+        emitter_point.contributes().then(|| LightSample {
             direction: Vector::from_f64(emitter_point.direction),
-            arriving: emitter.shown_radiance() * R::from_f64(emitter_point.weight),
-            density: Density::SolidAngle(emitter_point.density),
-            target: LightTarget::Surface(emitter_point.surface),
+            arriving: emitter.assumed_radiance() * R::from_f64(emitter_point.weight),
+            density: LightDensity::SolidAngle(emitter_point.density),
+            target: ShadowRayTarget::Surface(emitter_point.surface),
         })
     }
 
@@ -215,7 +222,7 @@ impl<R: Real> Emitters<R> {
         probability: f64,
     ) -> f64 {
         let (emitter, from) = (&self.list.emitters[index as usize], from.to_f64());
-        let facing = Facing::new(outwards(emitter.side), from, surface);
+        let facing = EmitterDirection::new(side_sign(emitter.side), from, surface);
         // False for NaN too, where the points coincide.
         let seen = facing.cosine > 0.0;
         if !seen {
@@ -229,17 +236,17 @@ impl<R: Real> Emitters<R> {
             surface.normal.to_f64(),
             surface.error.to_f64(),
         );
-        let by_area = match &emitter.form {
-            EmitterShape::Plain(shape) => shape.density(&point),
-            EmitterShape::Placed(placed) => {
-                self.list.transformed_shapes[*placed as usize].density_at(&point)
+        let by_area = match &emitter.shape {
+            EmitterShape::Plain(shape) => shape.area_density(&point),
+            EmitterShape::Transformed(placed) => {
+                self.list.transformed_shapes[*placed as usize].area_density(&point)
             }
         };
-        let denser = match (&emitter.form, emitter.cells) {
+        let denser = match (&emitter.shape, emitter.cells) {
             (EmitterShape::Plain(AnyShape::Triangle(triangle)), Some(cells)) => {
                 self.list.cells.density(
                     cells,
-                    unfolded(
+                    triangle_to_square(
                         triangle.vertices.map(Vector::to_f64),
                         surface.point.to_f64(),
                     ),
@@ -248,13 +255,13 @@ impl<R: Real> Emitters<R> {
             _ => 1.0,
         };
         by_area.map_or(0.0, |by_area| {
-            facing.squared * (by_area.to_f64() * denser) * probability / facing.cosine
+            facing.squared_distance * (by_area.to_f64() * denser) * probability / facing.cosine
         })
     }
 
     /// Whether an emitter is sampled uniformly by solid angle where possible.
     #[inline(always)]
-    fn is_even(&self, emitter: &Emitter<R>) -> bool {
+    fn is_sampled_by_solid_angle(&self, emitter: &Emitter<R>) -> bool {
         // Points on the far side of passable surfaces must be sampled too; varying emission is
         // sampled by its cells.
         self.strategy == EmitterStrategy::SolidAngle && !emitter.passable && emitter.cells.is_none()
@@ -264,12 +271,12 @@ impl<R: Real> Emitters<R> {
     /// it is sampled by area.
     #[inline]
     fn solid_angle(&self, emitter: &Emitter<R>, from: DVec3) -> Option<f64> {
-        if !self.is_even(emitter) {
+        if !self.is_sampled_by_solid_angle(emitter) {
             return None;
         }
         match emitter.polygon() {
             Some(polygon) => polygon.solid_angle(from),
-            None => ball(emitter, from).map(|(_, cone)| cone.solid_angle()),
+            None => sphere_and_cone(emitter, from).map(|(_, cone)| cone.solid_angle()),
         }
     }
 }

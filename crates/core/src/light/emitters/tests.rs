@@ -12,9 +12,9 @@ fn lights(powers: &[f64]) -> Emitters<f32> {
     };
     let mut list = EmitterList::default();
     for &power in powers {
-        list.add_constant(
+        list.add_shape(
             ball.into(),
-            EmissionEstimate::even(Vec3::new(power as f32, 0.0, 0.0)),
+            EmissionEstimate::uniform(Vec3::new(power as f32, 0.0, 0.0)),
             Side::Outside,
             Some(1.0),
         );
@@ -34,7 +34,7 @@ fn drawn(lights: &Emitters<f32>, power: f32, share: f64, picks: u32) -> u32 {
     };
     let radiance = |lights: &Emitters<f32>, pick| {
         lights
-            .choose(pick)
+            .sample_emitter(pick)
             .map(|(index, _)| lights.list.emitters[index as usize].radiance.x)
             .expect("there are emitters")
     };
@@ -50,18 +50,18 @@ fn m10_powers_of_any_size_are_drawn_in_their_share() {
     assert!(
         [lights(&[]), lights(&[0.0, 0.0])]
             .iter()
-            .all(|none| none.is_empty() && none.choose([0.5; 2]).is_none())
+            .all(|none| none.is_empty() && none.sample_emitter([0.5; 2]).is_none())
     );
     let all = [0.0, 1e-30, 1.0, 1e30];
     for turn in 0..4 {
         let mut powers = all;
         powers.rotate_left(turn);
         let lights = lights(&powers);
-        assert_eq!((lights.len(), lights.lit()), (4, 3));
+        assert_eq!((lights.len(), lights.lit_count()), (4, 3));
         assert_eq!(drawn(&lights, 0.0, 1.0, 10_000), 0);
         assert!(drawn(&lights, 1e30, 1.0, 10_000) >= 9_999);
         let pick = [[0.0; 2], [0.5; 2], [1.0_f32.next_down(); 2]]
-            .map(|pick| lights.choose(pick).expect("three give off light").1);
+            .map(|pick| lights.sample_emitter(pick).expect("three give off light").1);
         assert!(pick.iter().all(|p| *p > 0.0 && *p <= 1.0), "{pick:?}");
     }
 }
@@ -70,7 +70,9 @@ fn m10_powers_of_any_size_are_drawn_in_their_share() {
 #[test]
 fn faint_emitters_are_drawn_as_often_as_they_should() {
     let lights = lights(&[f64::from(2.0_f32.powi(-30)), 1.0]);
-    let (_, probability) = lights.choose([0.0; 2]).expect("both give off light");
+    let (_, probability) = lights
+        .sample_emitter([0.0; 2])
+        .expect("both give off light");
     let share = 2.0_f64.powi(-30) / (1.0 + 2.0_f64.powi(-30));
     assert!(
         (probability / share - 1.0).abs() < 1e-9,
@@ -93,7 +95,7 @@ fn each_side_shines_or_does_not() {
         (Side::Both, [true, true]),
     ] {
         let mut list = EmitterList::<f32>::default();
-        list.add_constant(quad, EmissionEstimate::even(Vec3::X), side, None);
+        list.add_shape(quad, EmissionEstimate::uniform(Vec3::X), side, None);
         let lamp = Emitters::new(list);
         let sides = f64::from(u8::from(shines[0]) + u8::from(shines[1]));
         assert!(
@@ -135,7 +137,7 @@ fn each_side_shines_or_does_not() {
             assert_eq!(
                 lamp.bounds(0)
                     .expect("it has an end")
-                    .shines(from.as_dvec3()),
+                    .may_emit(from.as_dvec3()),
                 shines,
                 "{side:?} from {from}"
             );

@@ -1,18 +1,18 @@
 //! Sampling tables over the sphere at their extremes: black rows, one bright cell, the poles.
 
-use raywright_bvh::shapes::equirectangular;
+use raywright_bvh::shapes::equirectangular_coordinates;
 
 use super::*;
-use crate::hash::mix;
+use crate::hash::splitmix64;
 
 /// Two uniform pseudo-random numbers.
 fn numbers(i: u64) -> [f64; 2] {
-    [2 * i, 2 * i + 1].map(|k| (mix(k) >> 11) as f64 / (1_u64 << 53) as f64)
+    [2 * i, 2 * i + 1].map(|k| (splitmix64(k) >> 11) as f64 / (1_u64 << 53) as f64)
 }
 
 /// The density of a direction.
 fn density(grid: &SphereGrid, direction: DVec3) -> f64 {
-    grid.density(equirectangular::<f64>(direction))
+    grid.density(equirectangular_coordinates::<f64>(direction))
 }
 
 /// The integral of the density by one point a cell, with the solid angle as a difference of
@@ -68,9 +68,9 @@ fn m09_one_bright_texel_among_black_rows() {
                 "{name}: the density integrates to {whole}"
             );
             for i in 0..2_000 {
-                let d = grid.direction(numbers(i));
+                let d = grid.sample_direction(numbers(i));
                 assert!((d.length() - 1.0).abs() < 1e-12, "{name}: {d}");
-                let [u, v] = equirectangular::<f64>(d);
+                let [u, v] = equirectangular_coordinates::<f64>(d);
                 let u = u - 0.25;
                 let (x, y) = (
                     ((u - u.floor()) * width as f64) as usize,
@@ -101,7 +101,7 @@ fn m09_poles_keep_their_digits() {
         let widest = PI / HEIGHT as f64;
         let mut inner = 0;
         for i in 0..4_000 {
-            let d = grid.direction(numbers(i));
+            let d = grid.sample_direction(numbers(i));
             let angle = f64::atan2(d.x.hypot(d.z), d.y * pole);
             assert!(
                 angle <= widest * (1.0 + 1e-9) && angle > 0.0,
@@ -129,7 +129,7 @@ fn m02_corner_numbers_are_directions() {
     let grid = SphereGrid::new(4, 2, 0.0, |x, y| (x + y) as f64).expect("it is not black");
     for u in [0.0, f64::MIN_POSITIVE, 0.5, 1.0_f64.next_down()] {
         for v in [0.0, f64::MIN_POSITIVE, 0.5, 1.0_f64.next_down()] {
-            let d = grid.direction([u, v]);
+            let d = grid.sample_direction([u, v]);
             assert!((d.length() - 1.0).abs() < 1e-12, "{u}, {v}: {d}");
         }
     }
@@ -144,21 +144,24 @@ fn blocks_are_drawn_by_their_density() {
         if x < 150 {
             1.0
         } else {
-            0.2 + (mix((x * 1000 + y) as u64) % 97) as f64 / 20.0
+            0.2 + (splitmix64((x * 1000 + y) as u64) % 97) as f64 / 20.0
         }
     };
     let radiance = |x: usize, y: usize| {
         speckle(x, y) * (1.0 + y as f64 / 40.0) * if (x, y) == (40, 70) { 3e3 } else { 1.0 }
     };
     let grid = SphereGrid::new(width, height, 0.0, radiance).expect("it is not black");
-    assert!(grid.parts.contains(&WHOLE) && grid.parts.iter().any(|&index| index != WHOLE));
+    assert!(
+        grid.cell_starts.contains(&WHOLE) && grid.cell_starts.iter().any(|&index| index != WHOLE)
+    );
     let middle = |x: usize, y: usize| {
         [
             (x as f64 + 0.5) / width as f64,
             (y as f64 + 0.5) / height as f64,
         ]
     };
-    let share = |x: usize, y: usize| grid.density(middle(x, y)) * solid_angle(width, height, y);
+    let share =
+        |x: usize, y: usize| grid.density(middle(x, y)) * cell_solid_angle(width, height, y);
     let total: f64 = (0..height)
         .flat_map(|y| (0..width).map(move |x| (x, y)))
         .map(|(x, y)| share(x, y))
@@ -170,7 +173,7 @@ fn blocks_are_drawn_by_their_density() {
     let mut counts = vec![0_u32; width * height];
     const DRAWN: u64 = 2_000_000;
     for i in 0..DRAWN {
-        let [u, v] = equirectangular::<f64>(grid.direction(numbers(i)));
+        let [u, v] = equirectangular_coordinates::<f64>(grid.sample_direction(numbers(i)));
         counts[((v * height as f64) as usize).min(height - 1) * width
             + ((u * width as f64) as usize).min(width - 1)] += 1;
     }
@@ -197,13 +200,15 @@ fn blocks_are_drawn_by_their_density() {
 /// lanes, and with azimuths beyond a turn.
 #[test]
 fn many_directions_are_those_of_each() {
-    let speckle = |x: usize, y: usize| (mix((x / 9 * 1000 + y) as u64) % 97) as f64;
+    let speckle = |x: usize, y: usize| (splitmix64((x / 9 * 1000 + y) as u64) % 97) as f64;
     for turn in [0.0, 0.3, 0.999] {
         let grid = SphereGrid::new(301, 133, turn, speckle).expect("it is not black");
         for count in [0, 1, 7, 8, 9, 20_003] {
             let mut many = Vec::new();
-            grid.directions((0..count).map(numbers), |direction| many.push(direction));
-            let each: Vec<DVec3> = (0..count).map(|i| grid.direction(numbers(i))).collect();
+            grid.sample_directions((0..count).map(numbers), |direction| many.push(direction));
+            let each: Vec<DVec3> = (0..count)
+                .map(|i| grid.sample_direction(numbers(i)))
+                .collect();
             assert_eq!(many, each, "{count} turned by {turn}");
         }
     }
@@ -216,10 +221,10 @@ fn azimuths_in_lanes_have_the_bits_of_libm() {
     let mut angles: Vec<f64> = vec![0.0, PI, TAU, -TAU, 1.5 * PI, 7.853_981_633_974_483];
     angles.extend((0..2_000).map(|i| (numbers(i)[0] - 0.5) * 4.0 * TAU));
     for (i, lane_angles) in angles.windows(LANES).enumerate() {
-        let mut lanes = DirectionLanes::<LANES>::default();
+        let mut lanes = PolarDirectionLanes::<LANES>::default();
         for (lane, &angle) in lane_angles.iter().enumerate() {
             // On the equator, where the ring's radius is one.
-            lanes.set(
+            lanes.set_lane(
                 lane,
                 PolarDirection {
                     height: 0.0,

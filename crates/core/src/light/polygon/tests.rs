@@ -4,28 +4,28 @@
 use raywright_bvh::{SimdTask, run_widest};
 
 use super::*;
-use crate::hash::mix;
+use crate::hash::splitmix64;
 use crate::light::LANES;
 
 struct PolygonBatch<'a>(&'a PolygonLanes<LANES>);
 
 impl SimdTask for PolygonBatch<'_> {
-    type Output = PolygonPoints<LANES>;
+    type Output = PolygonSamples<LANES>;
     #[inline(always)]
     fn run(self) -> Self::Output {
-        self.0.draw()
+        self.0.sample()
     }
 }
 
 /// A polygon, a receiving point, and two numbers.
 fn query(i: u64) -> (Polygon, DVec3, [f64; 2]) {
-    let number = |k: u64| (mix(i * 32 + k) >> 11) as f64 / (1_u64 << 53) as f64;
+    let number = |k: u64| (splitmix64(i * 32 + k) >> 11) as f64 / (1_u64 << 53) as f64;
     let place = |k: u64| DVec3::new(number(k), number(k + 1), number(k + 2)) * 4.0;
     let (a, u, v) = (place(0), place(3) - place(6), place(9) - place(12));
     let polygon = if i.is_multiple_of(3) {
-        Polygon::triangle([a, a + u, a + v])
+        Polygon::from_triangle([a, a + u, a + v])
     } else {
-        Polygon::quad([a, a + u, a + u + v, a + v])
+        Polygon::from_quad([a, a + u, a + u + v, a + v])
     };
     let from = match i % 16 {
         // A corner, and a point in the polygon's plane.
@@ -52,7 +52,7 @@ fn lanes_have_the_points_of_one() {
         let queries = &queries[..1 + turn % LANES];
         let mut lanes = PolygonLanes::<LANES>::new();
         let put = |(lane, (polygon, from, position)): (usize, &(Polygon, DVec3, [f64; 2]))| {
-            lanes.put(lane, polygon, *from, *position);
+            lanes.set_lane(lane, polygon, *from, *position);
         };
         queries.iter().enumerate().for_each(put);
         let points = run_widest(PolygonBatch(&lanes));
@@ -61,12 +61,12 @@ fn lanes_have_the_points_of_one() {
             point: points.point(lane),
         };
         let together: Vec<_> = (0..queries.len())
-            .map(|lane| points.is_wide(lane).then(|| sample(lane)))
+            .map(|lane| points.is_large_enough(lane).then(|| sample(lane)))
             .collect();
         for (sample, (polygon, from, position)) in together.into_iter().zip(queries) {
             assert_eq!(
                 sample,
-                polygon.draw(*from, *position),
+                polygon.sample(*from, *position),
                 "{polygon:?} from {from}"
             );
             assert_eq!(
@@ -107,7 +107,7 @@ fn mean(polygon: &Polygon, from: DVec3) -> DVec3 {
     let numbers =
         (0..STEPS[0] * STEPS[1]).map(|i| [at(i / STEPS[1], STEPS[0]), at(i % STEPS[1], STEPS[1])]);
     let direction = |numbers| {
-        let sample = polygon.draw(from, numbers).expect("it is wide");
+        let sample = polygon.sample(from, numbers).expect("it is wide");
         (sample.point.expect("a point") - from).normalize()
     };
     numbers.map(direction).sum::<DVec3>() / f64::from(STEPS[0] * STEPS[1])
@@ -152,8 +152,8 @@ fn solid_angles_and_means_in_closed_form() {
         (&slanted[..], None),
     ] {
         let polygon = match *corners {
-            [a, b, c] => Polygon::triangle([a, b, c]),
-            _ => Polygon::quad(core::array::from_fn(|i| corners[i])),
+            [a, b, c] => Polygon::from_triangle([a, b, c]),
+            _ => Polygon::from_quad(core::array::from_fn(|i| corners[i])),
         };
         for from in [DVec3::ZERO, DVec3::new(0.1, 0.2, 0.3)] {
             let found = polygon.solid_angle(from).expect("it is wide");
@@ -167,8 +167,8 @@ fn solid_angles_and_means_in_closed_form() {
             assert!(off < 2e-3, "{corners:?} from {from}: {off} off");
         }
     }
-    let small = Polygon::triangle(octant.map(|corner| DVec3::ONE * 20.0 + corner));
+    let small = Polygon::from_triangle(octant.map(|corner| DVec3::ONE * 20.0 + corner));
     assert!(
-        small.solid_angle(DVec3::ZERO).is_none() && small.draw(DVec3::ZERO, [0.5; 2]).is_none()
+        small.solid_angle(DVec3::ZERO).is_none() && small.sample(DVec3::ZERO, [0.5; 2]).is_none()
     );
 }

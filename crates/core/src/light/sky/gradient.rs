@@ -3,12 +3,12 @@
 
 use raywright_bvh::{Real, SimdTask, Vector, run_widest};
 
-use super::{DirectionColumns, LANES, SkySample, side_by_side};
+use super::{DirectionBatch, LANES, SkySample, for_each_batch};
 use crate::number::{Lanes, Number, Vector3};
 
 /// A sky with a gradient from nadir to zenith, and suns.
 #[derive(Clone, Debug)]
-pub struct Gradient<R: Real> {
+pub struct GradientSky<R: Real> {
     /// Radiance from the nadir and from the zenith.
     pub bottom: R::Vec3,
     pub top: R::Vec3,
@@ -26,10 +26,10 @@ pub struct SunLobe<R: Real> {
 /// Returns the same vector in every lane.
 #[inline(always)]
 fn splat<R: Real, N: Number>(v: R::Vec3) -> N::Vec3 {
-    N::Vec3::of_lanes(|_| v.to_f64())
+    N::Vec3::from_lanes(|_| v.to_f64())
 }
 
-impl<R: Real> Gradient<R> {
+impl<R: Real> GradientSky<R> {
     /// Returns the radiance along unit directions, one in each lane of `N`.
     #[inline(always)]
     pub fn radiance<N: Number>(&self, d: N::Vec3) -> N::Vec3 {
@@ -44,14 +44,18 @@ impl<R: Real> Gradient<R> {
     }
 
     /// Appends the radiance along many unit directions in order, computed in lanes of `f32`.
-    pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<SkySample<R>>) {
-        side_by_side::<R>(directions, |directions, count| {
-            let seen = run_widest(GradientRadiance {
+    pub fn eval_directions(
+        &self,
+        directions: impl Iterator<Item = R::Vec3>,
+        out: &mut Vec<SkySample<R>>,
+    ) {
+        for_each_batch::<R>(directions, |directions, count| {
+            let seen = run_widest(GradientTask {
                 gradient: self,
                 directions,
             });
             out.extend((0..count).map(|i| SkySample {
-                place: [R::ZERO; 2],
+                image_coordinates: [R::ZERO; 2],
                 radiance: R::Vec3::from_f64(seen.lane(i)),
             }));
         });
@@ -59,19 +63,19 @@ impl<R: Real> Gradient<R> {
 }
 
 /// SIMD task: radiance along a batch of directions.
-struct GradientRadiance<'a, R: Real> {
-    gradient: &'a Gradient<R>,
-    directions: &'a DirectionColumns<R>,
+struct GradientTask<'a, R: Real> {
+    gradient: &'a GradientSky<R>,
+    directions: &'a DirectionBatch<R>,
 }
 
-impl<R: Real> SimdTask for GradientRadiance<'_, R> {
+impl<R: Real> SimdTask for GradientTask<'_, R> {
     type Output = <Lanes<LANES> as Number>::Vec3;
     #[inline(always)]
     fn run(self) -> Self::Output {
         type N = Lanes<LANES>;
         let [x, y, z] = self
             .directions
-            .map(|column| N::of_lanes(|lane| column[lane].to_f64()));
+            .map(|column| N::from_lanes(|lane| column[lane].to_f64()));
         self.gradient
             .radiance::<N>(<N as Number>::Vec3::new(x, y, z))
     }

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use raywright_bvh::shapes::equirectangular;
+use raywright_bvh::shapes::equirectangular_coordinates;
 use raywright_bvh::{Real, SimdTask, Vector, run_widest};
 
-use super::{DirectionColumns, LANES, SkySample, side_by_side};
-use crate::scene::{ImageData, Pixels};
-use crate::texture::decoded;
+use super::{DirectionBatch, LANES, SkySample, for_each_batch};
+use crate::scene::{ImageData, PixelData};
+use crate::texture::decode_srgb;
 
 /// An equirectangular environment map.
 #[derive(Clone, Debug)]
@@ -15,7 +15,7 @@ pub struct EquirectMap<R: Real> {
     pub image: Arc<ImageData>,
     /// Texels packed as RGBE in a quarter of the bytes, if packing loses nothing, as for `.hdr`
     /// files; else empty. Sky lookups are incoherent, so memory access dominates their cost.
-    pub packed: Vec<u32>,
+    pub packed_texels: Vec<u32>,
     /// Rotation of the image about +y, in turns.
     pub turn: R,
     pub strength: R,
@@ -25,14 +25,14 @@ impl<R: Real> EquirectMap<R> {
     /// Creates a map from an image, with a rotation about +y in turns and a strength.
     pub fn new(image: Arc<ImageData>, turn: R, strength: R) -> Self {
         let packed = match &image.pixels {
-            Pixels::Linear(pixels) => pixels
+            PixelData::Linear(pixels) => pixels
                 .iter()
-                .map(|&[r, g, b, _]| packed([r, g, b]))
+                .map(|&[r, g, b, _]| pack_rgbe([r, g, b]))
                 .collect(),
-            Pixels::Codes(_) => None,
+            PixelData::Codes(_) => None,
         };
         Self {
-            packed: packed.unwrap_or_default(),
+            packed_texels: packed.unwrap_or_default(),
             image,
             turn,
             strength,
@@ -42,14 +42,14 @@ impl<R: Real> EquirectMap<R> {
     /// Returns the radiance of a texel, without the strength.
     #[inline(always)]
     pub fn texel(&self, x: usize, y: usize) -> R::Vec3 {
-        self.stored(y * self.image.width as usize + x)
+        self.decode_texel(y * self.image.width as usize + x)
     }
 
     #[inline(always)]
-    fn stored(&self, index: usize) -> R::Vec3 {
+    fn decode_texel(&self, index: usize) -> R::Vec3 {
         let [r, g, b, _] = match &self.image.pixels {
-            Pixels::Linear(p) => p[index].map(R::from_f32),
-            Pixels::Codes(p) => p[index].map(|code| R::from_f64(decoded(code))),
+            PixelData::Linear(p) => p[index].map(R::from_f32),
+            PixelData::Codes(p) => p[index].map(|code| R::from_f64(decode_srgb(code))),
         };
         R::Vec3::new(r, g, b)
     }
@@ -57,13 +57,13 @@ impl<R: Real> EquirectMap<R> {
     /// Returns the bilinear radiance at image coordinates from 0 to 1; the image repeats in azimuth
     /// and is clamped at the poles.
     pub fn radiance(&self, [u, v]: [R; 2]) -> R::Vec3 {
-        let [[r], [g], [b]] = self.radiances([&[u], &[v]]);
+        let [[r], [g], [b]] = self.eval_lanes([&[u], &[v]]);
         R::Vec3::new(r, g, b)
     }
 
     /// Returns the radiance at several coordinates, as [`Self::radiance`] does, by channel.
     #[inline(always)]
-    fn radiances<const N: usize>(&self, [u, v]: [&[R; N]; 2]) -> [[R; N]; 3] {
+    fn eval_lanes<const N: usize>(&self, [u, v]: [&[R; N]; 2]) -> [[R; N]; 3] {
         let half = R::from_f64(0.5);
         let (width, height) = (self.image.width as i32, self.image.height as i32);
         let (across, down) = (
@@ -93,7 +93,7 @@ impl<R: Real> EquirectMap<R> {
         }
         let mut texels = [[[R::ZERO; N]; 3]; 4];
         for (texels, places) in texels.iter_mut().zip(&corners) {
-            self.texels(places, texels);
+            self.fetch_texels(places, texels);
         }
         let mut out = [[R::ZERO; N]; 3];
         for (channel, out) in out.iter_mut().enumerate() {
@@ -108,14 +108,18 @@ impl<R: Real> EquirectMap<R> {
     }
 
     /// Appends the radiance and image coordinates of many unit directions, in order.
-    pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<SkySample<R>>) {
-        side_by_side::<R>(directions, |directions, count| {
-            let [u, v, r, g, b] = run_widest(MapLookup {
+    pub fn eval_directions(
+        &self,
+        directions: impl Iterator<Item = R::Vec3>,
+        out: &mut Vec<SkySample<R>>,
+    ) {
+        for_each_batch::<R>(directions, |directions, count| {
+            let [u, v, r, g, b] = run_widest(MapLookupTask {
                 map: self,
                 directions,
             });
             out.extend((0..count).map(|i| SkySample {
-                place: [u[i], v[i]],
+                image_coordinates: [u[i], v[i]],
                 radiance: R::Vec3::new(r[i], g[i], b[i]),
             }));
         });
@@ -123,48 +127,48 @@ impl<R: Real> EquirectMap<R> {
 
     /// Fetches texels at indices of the list of pixels, channel by channel, without the strength.
     #[inline(always)]
-    fn texels<const N: usize>(&self, places: &[u32; N], out: &mut [[R; N]; 3]) {
-        if self.packed.is_empty() {
+    fn fetch_texels<const N: usize>(&self, places: &[u32; N], out: &mut [[R; N]; 3]) {
+        if self.packed_texels.is_empty() {
             for (i, &index) in places.iter().enumerate() {
-                let texel = self.stored(index as usize);
+                let texel = self.decode_texel(index as usize);
                 (out[0][i], out[1][i], out[2][i]) = (texel.x(), texel.y(), texel.z());
             }
             return;
         }
         let mut texels = [0; N];
         for (texel, &index) in texels.iter_mut().zip(places) {
-            *texel = self.packed[index as usize];
+            *texel = self.packed_texels[index as usize];
         }
         for (i, &texel) in texels.iter().enumerate() {
-            let [r, g, b] = unpacked(texel);
+            let [r, g, b] = unpack_rgbe(texel);
             (out[0][i], out[1][i], out[2][i]) = (R::from_f32(r), R::from_f32(g), R::from_f32(b));
         }
     }
 }
 
 /// SIMD task: image coordinates of a batch of directions, and the radiance at them.
-struct MapLookup<'a, R: Real> {
+struct MapLookupTask<'a, R: Real> {
     map: &'a EquirectMap<R>,
-    directions: &'a DirectionColumns<R>,
+    directions: &'a DirectionBatch<R>,
 }
 
-impl<R: Real> SimdTask for MapLookup<'_, R> {
+impl<R: Real> SimdTask for MapLookupTask<'_, R> {
     type Output = [[R; LANES]; 5];
     #[inline(always)]
     fn run(self) -> Self::Output {
         let (mut u, mut v) = ([R::ZERO; LANES], [R::ZERO; LANES]);
         let [x, y, z] = self.directions;
         for i in 0..LANES {
-            [u[i], v[i]] = equirectangular::<R>(R::Vec3::new(x[i], y[i], z[i]));
+            [u[i], v[i]] = equirectangular_coordinates::<R>(R::Vec3::new(x[i], y[i], z[i]));
         }
-        let [r, g, b] = self.map.radiances([&u, &v]);
+        let [r, g, b] = self.map.eval_lanes([&u, &v]);
         [u, v, r, g, b]
     }
 }
 
 /// Packs a colour as RGBE: three mantissas of a byte and a common exponent (Ward, "Real Pixels",
 /// 1991). `None` if packing would change the colour.
-pub fn packed(colour: [f32; 3]) -> Option<u32> {
+pub fn pack_rgbe(colour: [f32; 3]) -> Option<u32> {
     let largest = colour.into_iter().fold(0.0_f32, f32::max);
     // Below this limit, the exponent underflows.
     if largest > 0.0 && largest < f32::MIN_POSITIVE * 256.0 {
@@ -175,11 +179,11 @@ pub fn packed(colour: [f32; 3]) -> Option<u32> {
     let [r, g, b] = colour.map(|c| (c / unit) as u8);
     let texel = u32::from_le_bytes([r, g, b, u8::try_from(exponent).ok()?]);
     // Compared by bits, so that colours with minus zero or NaN are not packed.
-    (unpacked(texel).map(f32::to_bits) == colour.map(f32::to_bits)).then_some(texel)
+    (unpack_rgbe(texel).map(f32::to_bits) == colour.map(f32::to_bits)).then_some(texel)
 }
 
 #[inline(always)]
-pub fn unpacked(texel: u32) -> [f32; 3] {
+pub fn unpack_rgbe(texel: u32) -> [f32; 3] {
     let unit = f32::from_bits(texel >> 24 << 23);
     let mantissa = |shift: u32| (texel >> shift & 255) as i32 as f32;
     [mantissa(0) * unit, mantissa(8) * unit, mantissa(16) * unit]

@@ -1,12 +1,12 @@
 //! Environment maps near their poles, decoding of their codes, and packing of their texels.
 
-use super::map::{packed, unpacked};
+use super::map::{pack_rgbe, unpack_rgbe};
 use super::*;
 use glam::{DVec3, Vec3};
 
 /// An image of one column; each row holds its index.
 fn rows<R: Real>(height: u32) -> EquirectMap<R> {
-    let pixels = Pixels::Linear((0..height).map(|row| [row as f32; 4]).collect());
+    let pixels = PixelData::Linear((0..height).map(|row| [row as f32; 4]).collect());
     EquirectMap::new(
         Arc::new(ImageData {
             width: 1,
@@ -33,21 +33,24 @@ fn s19_directions_near_the_poles_find_their_row() {
                 let exact = d.as_dvec3().normalize();
                 let v = f64::atan2(exact.x.hypot(exact.z), exact.y) / core::f64::consts::PI;
                 let row = (v * f64::from(ROWS) - 0.5).clamp(0.0, f64::from(ROWS - 1));
-                let found = f64::from(narrow.radiance(equirectangular::<f32>(d)).x);
+                let found = f64::from(narrow.radiance(equirectangular_coordinates::<f32>(d)).x);
                 // A few roundings of v in `f32`.
                 let allowed = 4.0 * f64::from(ROWS) * v * f64::from(f32::EPSILON) + 1e-6 * row;
                 assert!(
                     (found - row).abs() <= allowed,
                     "{angle:e} from {pole}: row {found}, not {row}"
                 );
-                assert!((wide.radiance(equirectangular::<f64>(exact)).x - row).abs() <= 1e-6);
+                assert!(
+                    (wide.radiance(equirectangular_coordinates::<f64>(exact)).x - row).abs()
+                        <= 1e-6
+                );
             }
         }
     }
     for pole in [Vec3::Y, Vec3::NEG_Y] {
         let edge = if pole.y > 0.0 { 0.0 } else { (ROWS - 1) as f32 };
         assert_eq!(
-            narrow.radiance(equirectangular::<f32>(pole)),
+            narrow.radiance(equirectangular_coordinates::<f32>(pole)),
             Vec3::splat(edge)
         );
     }
@@ -60,7 +63,7 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
         let image = Arc::new(ImageData {
             width: 1,
             height: 1,
-            pixels: Pixels::Codes(vec![[code; 4]]),
+            pixels: PixelData::Codes(vec![[code; 4]]),
         });
         let c = f64::from(code) / 255.0;
         let linear = if c <= 0.04045 {
@@ -69,7 +72,7 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
             ((c + 0.055) / 1.055).powf(2.4)
         };
         let found = EquirectMap::<f64>::new(image, 0.0, 1.0)
-            .radiance(equirectangular::<f64>(DVec3::Z))
+            .radiance(equirectangular_coordinates::<f64>(DVec3::Z))
             .y;
         assert!(
             (found - linear).abs() < 1e-15,
@@ -83,7 +86,7 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
 #[test]
 fn a_quarter_turn_brings_what_was_along_x_to_z() {
     const COLUMNS: u32 = 64;
-    let pixels = Pixels::Linear((0..COLUMNS).map(|column| [column as f32; 4]).collect());
+    let pixels = PixelData::Linear((0..COLUMNS).map(|column| [column as f32; 4]).collect());
     let data = ImageData {
         width: COLUMNS,
         height: 1,
@@ -105,7 +108,7 @@ fn a_quarter_turn_brings_what_was_along_x_to_z() {
             images: vec![image.clone()],
             ..crate::Scene::default()
         };
-        let sky = prepare::<f64>(
+        let sky = prepare_sky_radiance::<f64>(
             (Some(&SkyData::Map(map)), DVec3::ZERO),
             &SceneLookup::new(&scene),
             &BTreeMap::new(),
@@ -130,8 +133,8 @@ fn a_quarter_turn_brings_what_was_along_x_to_z() {
 #[test]
 fn strength_is_part_of_the_power() {
     for pixels in [
-        Pixels::Linear(vec![[0.5, 1.0, 2.0, 1.0]; 8]),
-        Pixels::Codes(vec![[20, 120, 250, 255]; 8]),
+        PixelData::Linear(vec![[0.5, 1.0, 2.0, 1.0]; 8]),
+        PixelData::Codes(vec![[20, 120, 250, 255]; 8]),
     ] {
         let image = Arc::new(ImageData {
             width: 4,
@@ -166,8 +169,11 @@ fn packed_texels_keep_their_bits() {
     for exponent in -110..=119 {
         for mantissas in [[255, 0, 1], [128, 255, 64], [1, 1, 1], [0, 3, 0], [0, 0, 0]] {
             let colour = whole(mantissas, exponent);
-            let texel = packed(colour).unwrap_or_else(|| panic!("{mantissas:?}·2^{exponent}"));
-            assert_eq!(unpacked(texel).map(f32::to_bits), colour.map(f32::to_bits));
+            let texel = pack_rgbe(colour).unwrap_or_else(|| panic!("{mantissas:?}·2^{exponent}"));
+            assert_eq!(
+                unpack_rgbe(texel).map(f32::to_bits),
+                colour.map(f32::to_bits)
+            );
         }
     }
     let odd = [1.0, 0.1, 0.0];
@@ -181,7 +187,7 @@ fn packed_texels_keep_their_bits() {
         [f32::INFINITY, 1.0, 1.0],
         [1e-45, 0.0, 0.0],
     ] {
-        assert_eq!(packed(colour), None, "{colour:?}");
+        assert_eq!(pack_rgbe(colour), None, "{colour:?}");
     }
 }
 
@@ -204,7 +210,7 @@ fn packed_skies_are_the_same() {
             Arc::new(ImageData {
                 width: 8,
                 height: 8,
-                pixels: Pixels::Linear(pixels),
+                pixels: PixelData::Linear(pixels),
             }),
             0.1,
             1.3,
@@ -212,7 +218,10 @@ fn packed_skies_are_the_same() {
     };
     // One texel in the lower half that can't be packed keeps all texels unpacked.
     let (narrow, wide) = (map(true, 1.0), map(true, 0.1));
-    assert_eq!((narrow.packed.len(), wide.packed.len()), (64, 0));
+    assert_eq!(
+        (narrow.packed_texels.len(), wide.packed_texels.len()),
+        (64, 0)
+    );
     for (i, j) in (0..40).flat_map(|i| (0..15).map(move |j| (i, j))) {
         let place = [i as f32 / 40.0, j as f32 / 40.0];
         assert_eq!(narrow.radiance(place), wide.radiance(place), "{place:?}");
@@ -224,7 +233,7 @@ fn packed_skies_are_the_same() {
 #[test]
 fn many_looks_show_what_one_shows() {
     let pixels = |unit: f32| {
-        Pixels::Linear(
+        PixelData::Linear(
             (0..15 * 8)
                 .map(|i| [i as f32 * unit, 7.0 * unit, (i % 5) as f32 * unit, 1.0])
                 .collect(),
@@ -238,7 +247,7 @@ fn many_looks_show_what_one_shows() {
         };
         EquirectMap::new(Arc::new(image), turn, 1.5)
     };
-    assert!(!map(0.25, 0.0).packed.is_empty() && map(0.1, 0.0).packed.is_empty());
+    assert!(!map(0.25, 0.0).packed_texels.is_empty() && map(0.1, 0.0).packed_texels.is_empty());
     let sun = |i: u8| SunLobe {
         direction: Vec3::new(0.6, 0.8, 0.1 * f32::from(i)).normalize(),
         colour: Vec3::new(3.0, 0.1 * f32::from(i), 7.3),
@@ -246,14 +255,14 @@ fn many_looks_show_what_one_shows() {
     };
     let [bottom, top] = [Vec3::new(0.15, 0.3, 1.7), Vec3::new(0.45, 0.1, 0.9)];
     let gradients = [0, 1, 5].map(|suns| {
-        SkyKind::Gradient(Gradient {
+        SkyKind::Gradient(GradientSky {
             bottom,
             top,
             suns: (0..suns).map(sun).collect(),
         })
     });
     let others = [
-        SkyKind::None,
+        SkyKind::Black,
         SkyKind::Constant(Vec3::splat(0.3)),
         SkyKind::Map(map(0.25, 0.0)),
         SkyKind::Map(map(0.1, 0.7)),
@@ -267,18 +276,21 @@ fn many_looks_show_what_one_shows() {
                 DVec3::new(ring * libm::cos(turn), height, ring * libm::sin(turn)).as_vec3()
             };
             let mut sky_samples = Vec::new();
-            sky.look(
+            sky.eval_rays(
                 (0..count).map(|i| (Vec3::ONE, direction(i))),
                 &mut sky_samples,
             );
             assert_eq!(sky_samples.len(), count);
             for (i, sky_sample) in sky_samples.into_iter().enumerate() {
                 let (place, radiance) = (
-                    sky.place(direction(i)),
+                    sky.image_coordinates(direction(i)),
                     sky.radiance(Vec3::ONE, direction(i)),
                 );
                 assert_eq!(
-                    (sky_sample.place.map(f32::to_bits), sky_sample.radiance),
+                    (
+                        sky_sample.image_coordinates.map(f32::to_bits),
+                        sky_sample.radiance
+                    ),
                     (place.map(f32::to_bits), radiance),
                     "{i} of {count}"
                 );

@@ -25,7 +25,7 @@ fn m04_far_balls_keep_their_solid_angle() {
             "{ratio:e} radii away: off by {error:e}"
         );
         for i in 0..500 {
-            let normal = cone.normal(numbers(i).map(f64::from));
+            let normal = cone.sample_normal(numbers(i).map(f64::from));
             assert!((normal.length() - 1.0).abs() < 1e-9, "{normal}");
             // Visible points lie on the near side of the circle of tangent rays.
             assert!(
@@ -72,13 +72,13 @@ fn m04_within_a_ball_points_are_drawn_by_area() {
     );
     assert!(DirectionCone::new(centre, 1.0, DVec3::NAN).is_none());
     let mut list = EmitterList::<f64>::default();
-    list.add_constant(
+    list.add_shape(
         Sphere {
             centre,
             radius: 1.0,
         }
         .into(),
-        EmissionEstimate::even(DVec3::ONE),
+        EmissionEstimate::uniform(DVec3::ONE),
         Side::Inside,
         None,
     );

@@ -115,7 +115,7 @@ fn sky_irradiance_has_closed_forms() {
         seen.sum::<f64>() * cell
     };
     let sun = SkyRadiance {
-        kind: sky::SkyKind::Gradient(sky::Gradient {
+        kind: sky::SkyKind::Gradient(sky::GradientSky {
             bottom: DVec3::ZERO,
             top: DVec3::ZERO,
             suns: vec![sky::SunLobe {
@@ -168,13 +168,13 @@ fn an_unasked_sky_is_not_built() {
         white,
         &Aabb::EMPTY,
     );
-    assert!(lights.ids().next().is_none() && lights.sky_sampler.is_none());
+    assert!(lights.light_ids().next().is_none() && lights.sky_sampler.is_none());
     assert!(
         lights
             .sample(LightId::Sky, DVec3::ZERO, [0.5; 2], 1.0)
             .is_none()
     );
-    assert!(SkySampler::new(&sky(sky::SkyKind::None)).is_none());
+    assert!(SkySampler::new(&sky(sky::SkyKind::Black)).is_none());
     assert!(SkySampler::new(&sky(sky::SkyKind::Constant(DVec3::ZERO))).is_none());
 }
 
@@ -219,7 +219,7 @@ fn m03_receivers_in_the_plane_of_a_light_hear_numbers() {
                     else {
                         continue;
                     };
-                    let Density::SolidAngle(density) = sample.density else {
+                    let LightDensity::SolidAngle(density) = sample.density else {
                         panic!("it has a size")
                     };
                     assert!(
@@ -297,18 +297,18 @@ fn m03_receivers_close_to_a_quad_hear_no_sparks() {
 #[test]
 fn polygons_have_their_solid_angle() {
     let corners = [DVec3::X * 2.0, DVec3::Y * 3.0, DVec3::Z * 0.5];
-    let octant = Polygon::triangle(corners)
+    let octant = Polygon::from_triangle(corners)
         .solid_angle(DVec3::ZERO)
         .expect("it is large");
     assert!((octant - 0.5 * PI).abs() < 1e-14, "{octant}");
     let [a, b, c] = [DVec3::X, DVec3::Y, DVec3::Z];
-    let halves = Polygon::quad([b, a, a + c, c])
+    let halves = Polygon::from_quad([b, a, a + c, c])
         .solid_angle(DVec3::ZERO)
         .expect("it is large");
     assert!((halves - 0.5 * PI).abs() < 1e-14, "{halves}");
     for from in [a, (a + b + c) / 3.0, a * 2.0 - b, a * 1e3, DVec3::NAN] {
         assert!(
-            Polygon::triangle(corners.map(|p| p.normalize()))
+            Polygon::from_triangle(corners.map(|p| p.normalize()))
                 .solid_angle(from)
                 .is_none(),
             "{from}"

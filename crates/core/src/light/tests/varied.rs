@@ -1,7 +1,7 @@
 //! Importance sampling by brightness: triangles of varying emission, and the excess of a sky.
 
 use super::*;
-use crate::scene::{ImageData, Pixels};
+use crate::scene::{ImageData, PixelData};
 
 /// A triangle above the origin with this emission in cells, `across` along each side, as a light
 /// and as geometry.
@@ -12,8 +12,8 @@ fn spotted<R: Real>(across: usize, found: &[f64]) -> (Lights<R>, Geometry<R>) {
     };
     let found: Vec<R::Vec3> = found.iter().map(|&x| at(x, 0.0, 0.0)).collect();
     let (mut list, mut group) = (EmitterList::default(), PrimitiveSet::default());
-    list.next_object();
-    list.varied(triangle, &found, false, Side::Both, across);
+    list.begin_object();
+    list.add_varying_triangle(triangle, &found, false, Side::Both, across);
     group
         .add_shape(triangle.into(), Visibility::default())
         .expect("a shape");
@@ -52,15 +52,15 @@ fn spotted_triangles_are_drawn_by_their_density() {
             |d| {
                 let ray = Ray::new(from, d);
                 let hit = geometry.closest(&ray, Interval::positive(), &mut ());
-                let light_target = hit.map_or(LightTarget::Infinity, |hit| {
-                    LightTarget::Surface(geometry.surface(&ray, &hit))
+                let light_target = hit.map_or(ShadowRayTarget::Infinity, |hit| {
+                    ShadowRayTarget::Surface(geometry.surface(&ray, &hit))
                 });
                 lights.density(light, from, d, &light_target, 1.0)
             },
         );
         let mut drawn = 0;
         for sample in (0..2_000).filter_map(|i| lights.sample(light, from, numbers(i), 0.125)) {
-            let Density::SolidAngle(density) = sample.density else {
+            let LightDensity::SolidAngle(density) = sample.density else {
                 panic!("{:?}", sample.density)
             };
             let again = lights.density(light, from, sample.direction, &sample.target, 0.125);
@@ -98,12 +98,12 @@ fn halves(above: f32, below: f32) -> Lights<f64> {
     let image = std::sync::Arc::new(ImageData {
         width,
         height,
-        pixels: Pixels::Linear(pixels),
+        pixels: PixelData::Linear(pixels),
     });
     let mut lights = under(SkyRadiance {
         kind: sky::SkyKind::Map(sky::EquirectMap::new(image, 0.0, 1.0)),
     });
-    lights.draw_excess_of_sky();
+    lights.restrict_sky_to_excess();
     lights
 }
 
@@ -118,7 +118,7 @@ fn of_a_sky_most_of_the_mean_is_left() {
             LightId::Sky,
             DVec3::ZERO,
             direction,
-            &LightTarget::Infinity,
+            &ShadowRayTarget::Infinity,
             1.0,
         )
     };
@@ -136,6 +136,12 @@ fn of_a_sky_most_of_the_mean_is_left() {
         "{flux}"
     );
     agrees("excess", &near, LightId::Sky, DVec3::ZERO, |d| {
-        near.density(LightId::Sky, DVec3::ZERO, d, &LightTarget::Infinity, 1.0)
+        near.density(
+            LightId::Sky,
+            DVec3::ZERO,
+            d,
+            &ShadowRayTarget::Infinity,
+            1.0,
+        )
     });
 }

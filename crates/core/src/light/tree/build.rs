@@ -29,16 +29,16 @@ pub(super) struct LeafGroup {
 
 impl LeafGroup {
     /// Returns the group of all leaves; `None` without leaves.
-    pub fn of_all(leaves: &[LightLeaf]) -> Option<Self> {
-        (!leaves.is_empty()).then(|| Self::of(leaves, 0..leaves.len(), 0))
+    pub fn from_all_leaves(leaves: &[LightLeaf]) -> Option<Self> {
+        (!leaves.is_empty()).then(|| Self::from_range(leaves, 0..leaves.len(), 0))
     }
 
-    fn of(leaves: &[LightLeaf], range: Range<usize>, depth: u32) -> Self {
+    fn from_range(leaves: &[LightLeaf], range: Range<usize>, depth: u32) -> Self {
         Self {
             start: range.start,
             end: range.end,
             depth,
-            sum: LightCluster::of(&leaves[range]),
+            sum: LightCluster::from_leaves(&leaves[range]),
         }
     }
 
@@ -50,11 +50,11 @@ impl LeafGroup {
 /// Divides a group of two or more leaves among the children of a node: at most [`WIDTH`] groups,
 /// single leaves among them. Groups are split one after the other, the costliest first. Groups so
 /// small that a node cannot separate the positions of their halves are not split.
-pub(super) fn divide(leaves: &mut [LightLeaf], whole: LeafGroup) -> Vec<LeafGroup> {
+pub(super) fn partition_children(leaves: &mut [LightLeaf], whole: LeafGroup) -> Vec<LeafGroup> {
     /// Least size of a group that is split, relative to the node: some hundreds of times the
     /// rounding of positions.
     const SMALLEST: f64 = 1e-4;
-    let size = |group: &LeafGroup| group.sum.bounds.space.extent().length();
+    let size = |group: &LeafGroup| group.sum.bounds.bounding_box.extent().length();
     let smallest = SMALLEST * size(&whole);
     let mut groups = Vec::with_capacity(WIDTH);
     groups.push(whole);
@@ -75,34 +75,38 @@ pub(super) fn divide(leaves: &mut [LightLeaf], whole: LeafGroup) -> Vec<LeafGrou
             break;
         };
         let middle =
-            group.start + split(&mut leaves[group.range()], &group.sum.bounds, group.depth);
-        groups[index] = LeafGroup::of(leaves, group.start..middle, group.depth + 1);
-        groups.push(LeafGroup::of(leaves, middle..group.end, group.depth + 1));
+            group.start + split_group(&mut leaves[group.range()], &group.sum.bounds, group.depth);
+        groups[index] = LeafGroup::from_range(leaves, group.start..middle, group.depth + 1);
+        groups.push(LeafGroup::from_range(
+            leaves,
+            middle..group.end,
+            group.depth + 1,
+        ));
     }
     groups
 }
 
 impl LightCluster {
-    fn of(leaves: &[LightLeaf]) -> Self {
+    fn from_leaves(leaves: &[LightLeaf]) -> Self {
         let first = Self {
             bounds: leaves[0].bounds,
             power: leaves[0].power,
         };
         leaves[1..].iter().fold(first, |sum, leaf| {
-            sum.and(&Self {
+            sum.union(&Self {
                 bounds: leaf.bounds,
                 power: leaf.power,
             })
         })
     }
 
-    fn and(&self, other: &Self) -> Self {
-        let (axis, normals) = around([&self.bounds, &other.bounds]);
+    fn union(&self, other: &Self) -> Self {
+        let (axis, normals) = enclose_normals([&self.bounds, &other.bounds]);
         let bounds = LightBounds {
-            space: self.bounds.space.union(other.bounds.space),
+            bounding_box: self.bounds.bounding_box.union(other.bounds.bounding_box),
             axis,
-            normals,
-            emission: self.bounds.emission.max(other.bounds.emission),
+            normal_angle: normals,
+            emission_angle: self.bounds.emission_angle.max(other.bounds.emission_angle),
         };
         Self {
             bounds,
@@ -114,9 +118,9 @@ impl LightCluster {
     /// source, equation 1).
     fn cost(&self) -> f64 {
         let LightBounds {
-            space,
-            normals,
-            emission,
+            bounding_box: space,
+            normal_angle: normals,
+            emission_angle: emission,
             ..
         } = self.bounds;
         let widest = (normals + emission).min(PI);
@@ -136,22 +140,22 @@ impl LightCluster {
 
 /// Returns the axis and the half-angle in radians of nearly the smallest cone around the normals of
 /// two groups.
-fn around([a, b]: [&LightBounds; 2]) -> (DVec3, f64) {
-    let (wide, narrow) = if a.normals >= b.normals {
+fn enclose_normals([a, b]: [&LightBounds; 2]) -> (DVec3, f64) {
+    let (wide, narrow) = if a.normal_angle >= b.normal_angle {
         (a, b)
     } else {
         (b, a)
     };
     let between = libm::acos(wide.axis.dot(narrow.axis).clamp(-1.0, 1.0));
-    if (between + narrow.normals).min(PI) <= wide.normals {
-        return (wide.axis, wide.normals);
+    if (between + narrow.normal_angle).min(PI) <= wide.normal_angle {
+        return (wide.axis, wide.normal_angle);
     }
-    let half = 0.5 * (wide.normals + between + narrow.normals);
+    let half = 0.5 * (wide.normal_angle + between + narrow.normal_angle);
     let across = (narrow.axis - wide.axis * wide.axis.dot(narrow.axis)).normalize_or_zero();
     if half >= PI || across == DVec3::ZERO {
         return (wide.axis, PI);
     }
-    let turn = half - wide.normals;
+    let turn = half - wide.normal_angle;
     (
         (wide.axis * libm::cos(turn) + across * libm::sin(turn)).normalize(),
         half,
@@ -167,9 +171,9 @@ const DEEP: u32 = 32;
 
 /// Splits a group: moves the leaves of the first half to the front and returns their number. Each
 /// half has at least one leaf.
-fn split(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usize {
+fn split_group(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usize {
     let middle = leaves.len() / 2;
-    let centres = leaves.iter().map(|leaf| leaf.bounds.space.centre());
+    let centres = leaves.iter().map(|leaf| leaf.bounds.bounding_box.centre());
     let (least, most) = centres.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), c| {
         (a.min(c), b.max(c))
     });
@@ -180,10 +184,10 @@ fn split(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usize {
         .unwrap_or(0);
     let by_place = |leaves: &mut [LightLeaf]| {
         leaves.select_nth_unstable_by(middle, |a, b| {
-            let at = |leaf: &LightLeaf| leaf.bounds.space.centre()[along];
+            let at = |leaf: &LightLeaf| leaf.bounds.bounding_box.centre()[along];
             at(a)
                 .total_cmp(&at(b))
-                .then(order(a.light).cmp(&order(b.light)))
+                .then(sort_key(a.light).cmp(&sort_key(b.light)))
         });
         middle
     };
@@ -192,10 +196,10 @@ fn split(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usize {
         return by_place(leaves);
     }
     let bin = |leaf: &LightLeaf, axis: usize| {
-        let share = (leaf.bounds.space.centre()[axis] - least[axis]) / extent[axis];
+        let share = (leaf.bounds.bounding_box.centre()[axis] - least[axis]) / extent[axis];
         ((share * BINS as f64) as usize).min(BINS - 1)
     };
-    let span = whole.space.extent();
+    let span = whole.bounding_box.extent();
     let mut best: Option<(f64, usize, usize)> = None;
     for axis in (0..3).filter(|&axis| extent[axis] > 0.0) {
         let mut bins: [Option<LightCluster>; BINS] = [None; BINS];
@@ -205,11 +209,11 @@ fn split(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usize {
                 power: leaf.power,
             };
             let slot = &mut bins[bin(leaf, axis)];
-            *slot = Some(slot.map_or(one, |sum| sum.and(&one)));
+            *slot = Some(slot.map_or(one, |sum| sum.union(&one)));
         }
         // Long boxes are split along their length (same source, the regulariser of equation 1).
         let slender = span.max_element() / span[axis].max(f64::MIN_POSITIVE);
-        for (k, cost) in costs(&bins).into_iter().enumerate() {
+        for (k, cost) in split_costs(&bins).into_iter().enumerate() {
             let cost = cost.map(|cost| cost * slender);
             if let Some(cost) = cost.filter(|&cost| best.is_none_or(|(minimum, ..)| cost < minimum))
             {
@@ -236,9 +240,9 @@ fn split(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usize {
 
 /// Returns the summed cost of both sides for each split between two bins; `None` if one side is
 /// empty.
-fn costs(bins: &[Option<LightCluster>; BINS]) -> [Option<f64>; BINS - 1] {
+fn split_costs(bins: &[Option<LightCluster>; BINS]) -> [Option<f64>; BINS - 1] {
     let join = |a: Option<LightCluster>, b: &Option<LightCluster>| match (a, b) {
-        (Some(a), Some(b)) => Some(a.and(b)),
+        (Some(a), Some(b)) => Some(a.union(b)),
         (a, b) => a.or(*b),
     };
     let mut after = [None; BINS];
@@ -256,7 +260,7 @@ fn costs(bins: &[Option<LightCluster>; BINS]) -> [Option<f64>; BINS - 1] {
 
 /// Returns a sort key: an arbitrary but fixed order of lights, so that lights of equal position are
 /// always split the same way.
-fn order(light: LightId) -> (u8, u32) {
+fn sort_key(light: LightId) -> (u8, u32) {
     match light {
         LightId::Delta(i) => (0, i),
         LightId::Emitter(i) => (1, i),

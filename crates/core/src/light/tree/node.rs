@@ -10,7 +10,7 @@ use core::f64::consts::PI;
 use glam::DVec3;
 
 use super::build::LightCluster;
-use super::{LightTree, LightTreeChild, Receiver};
+use super::{LightTree, LightTreeChild, ReceivingPoint};
 
 /// Number of children of a node.
 pub(super) const WIDTH: usize = 8;
@@ -37,7 +37,7 @@ pub(super) struct LightNode {
     inverse: f64,
     /// Slot of the node in its parent; [`LightTree::TOP`] for the root.
     pub parent: u32,
-    pub content: [LightTreeChild; WIDTH],
+    pub children: [LightTreeChild; WIDTH],
     /// Centres of the children's boxes.
     x: [f32; WIDTH],
     y: [f32; WIDTH],
@@ -58,19 +58,22 @@ pub(super) struct LightNode {
 
 /// Returns the greater number, and `b` for NaN, in a single instruction; `f32::max` takes several.
 #[inline(always)]
-fn greater(a: f32, b: f32) -> f32 {
+fn fast_max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
 #[inline(always)]
-fn lesser(a: f32, b: f32) -> f32 {
+fn fast_min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
 /// Returns centre and radius of the ball around a group's box. The radius covers the rounding of
 /// the centre far from the origin.
-fn ball(group: &LightCluster) -> (DVec3, f64) {
-    let (space, middle) = (group.bounds.space, group.bounds.space.centre());
+fn bounding_sphere(group: &LightCluster) -> (DVec3, f64) {
+    let (space, middle) = (
+        group.bounds.bounding_box,
+        group.bounds.bounding_box.centre(),
+    );
     (
         middle,
         0.5 * space.extent().length() + f64::EPSILON * middle.abs().max_element(),
@@ -82,8 +85,8 @@ fn ball(group: &LightCluster) -> (DVec3, f64) {
 /// crosses the horizon. The greatest cosine itself overrates balls at the horizon, which are lit
 /// little or not at all: a third more of the samples of lights on a ball contributed nothing.
 #[inline(always)]
-fn mean(middle: f32, greatest: f32) -> f32 {
-    greater(lesser(greater(middle, 0.5 * greatest), 1.0), MARGIN)
+fn mean_cosine(middle: f32, greatest: f32) -> f32 {
+    fast_max(fast_min(fast_max(middle, 0.5 * greatest), 1.0), MARGIN)
 }
 
 impl LightNode {
@@ -92,13 +95,13 @@ impl LightNode {
         /// Lights at one position have no extent; with this least unit, every other position is far
         /// away.
         const LEAST: f64 = 1e-150;
-        let (centre, radius) = ball(whole);
+        let (centre, radius) = bounding_sphere(whole);
         let none = [0.0; WIDTH];
         Self {
             centre,
             inverse: 1.0 / radius.max(LEAST),
             parent,
-            content: [LightTreeChild::Inner(LightTree::NONE); WIDTH],
+            children: [LightTreeChild::Inner(LightTree::NONE); WIDTH],
             x: none,
             y: none,
             z: none,
@@ -114,18 +117,18 @@ impl LightNode {
     }
 
     /// Sets a child: a group of lights within the node's group `whole`.
-    pub fn put(&mut self, lane: usize, group: &LightCluster, whole: &LightCluster) {
+    pub fn set_child(&mut self, lane: usize, group: &LightCluster, whole: &LightCluster) {
         let LightCluster { bounds, power } = group;
-        let (middle, radius) = ball(group);
+        let (middle, radius) = bounding_sphere(group);
         let position = ((middle - self.centre) * self.inverse).as_vec3();
         [self.x[lane], self.y[lane], self.z[lane]] = position.to_array();
         self.radius[lane] = (radius * self.inverse * (1.0 + MOVED) + MOVED) as f32;
         [self.axis_x[lane], self.axis_y[lane], self.axis_z[lane]] =
             bounds.axis.as_vec3().to_array();
-        let widest = bounds.normals.clamp(0.0, PI);
+        let widest = bounds.normal_angle.clamp(0.0, PI);
         (self.sin_normals[lane], self.cos_normals[lane]) =
             (libm::sin(widest) as f32, libm::cos(widest) as f32);
-        self.emission[lane] = libm::cos(bounds.emission.clamp(0.0, PI)) as f32 - MARGIN;
+        self.emission[lane] = libm::cos(bounds.emission_angle.clamp(0.0, PI)) as f32 - MARGIN;
         self.power[lane] = (power / whole.power).max(FAINTEST) as f32;
     }
 
@@ -136,7 +139,7 @@ impl LightNode {
     /// less the angular radius of the ball. Its cosine is at most the cosine at the centre plus the
     /// sine of the angular radius. Both are equal at the horizon, where the cosine is zero.
     #[inline(always)]
-    pub fn importances(&self, receiver: &Receiver) -> [f32; WIDTH] {
+    pub fn child_importances(&self, receiver: &ReceivingPoint) -> [f32; WIDTH] {
         let across = (receiver.point - self.centre) * self.inverse;
         let farthest = across.abs().max_element();
         let shrink = if farthest > FAR { FAR / farthest } else { 1.0 };
@@ -157,7 +160,7 @@ impl LightNode {
             );
             let radius = self.radius[i] * shrink;
             let (squared, radius2) = (x * x + y * y + z * z, radius * radius);
-            let inverse = 1.0 / greater(radius2, squared).sqrt();
+            let inverse = 1.0 / fast_max(radius2, squared).sqrt();
             // From inside the ball around the box, lights may lie in any direction.
             let ball = if squared <= radius2 {
                 2.0
@@ -165,8 +168,8 @@ impl LightNode {
                 radius * inverse
             };
             let cosine = (self.axis_x[i] * x + self.axis_y[i] * y + self.axis_z[i] * z) * inverse;
-            let cosine = lesser(cosine + SLACK, 1.0);
-            let sine = greater(1.0 - cosine * cosine, 0.0).sqrt();
+            let cosine = fast_min(cosine + SLACK, 1.0);
+            let sine = fast_max(1.0 - cosine * cosine, 0.0).sqrt();
             // cos(max(0, a − b)).
             let beyond = cosine * self.cos_normals[i] + sine * self.sin_normals[i];
             let beyond = if cosine > self.cos_normals[i] {
@@ -176,7 +179,7 @@ impl LightNode {
             };
             let facing = level - (normal.x * x + normal.y * y + normal.z * z) * inverse;
             let (leaving, arriving) = (beyond + ball, facing + ball);
-            let cosines = mean(beyond, leaving) * mean(facing, arriving);
+            let cosines = mean_cosine(beyond, leaving) * mean_cosine(facing, arriving);
             let sent = self.power[i] * cosines * (inverse * inverse);
             let lit = (leaving > self.emission[i]) & (arriving > -MARGIN);
             *importance = if lit { sent } else { 0.0 };
@@ -190,7 +193,7 @@ impl LightNode {
 /// preserves this under rounding. In `f64`, because in `f32` the rounding of the sum would decide
 /// how often faint lights are sampled.
 #[inline(always)]
-pub(super) fn running(importances: &[f32; WIDTH]) -> [f64; WIDTH + 1] {
+pub(super) fn cumulative_sums(importances: &[f32; WIDTH]) -> [f64; WIDTH + 1] {
     let (mut one, mut two) = ([0.0; WIDTH], [0.0; WIDTH / 2]);
     for (one, &importance) in one.iter_mut().zip(importances) {
         *one = importance.into();

@@ -6,10 +6,10 @@ use core::f64::consts::PI;
 use raywright_bvh::Aabb;
 
 use super::*;
-use crate::hash::mix;
+use crate::hash::splitmix64;
 
 fn number(i: u64) -> f64 {
-    (mix(i) >> 11) as f64 / (1_u64 << 53) as f64
+    (splitmix64(i) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// A point in the cube from −1 to 1.
@@ -43,7 +43,7 @@ fn index(light: LightId) -> usize {
 
 /// A light that emits in all directions.
 fn round(point: DVec3, size: f64) -> LightBounds {
-    LightBounds::round(Aabb {
+    LightBounds::for_curved_surface(Aabb {
         min: point,
         max: point + DVec3::splat(size),
     })
@@ -57,26 +57,26 @@ fn mixed(i: u64) -> (LightBounds, f64) {
         max: point + DVec3::splat(0.05 * number(i + 2_000_000)),
     };
     let bounds = match i % 3 {
-        0 => LightBounds::flat(space, axis),
-        1 => LightBounds::round(space),
-        _ => LightBounds::point(point, axis, 1.0),
+        0 => LightBounds::for_flat_surface(space, axis),
+        1 => LightBounds::for_curved_surface(space),
+        _ => LightBounds::for_point_light(point, axis, 1.0),
     };
     (bounds, 0.1 + number(i + 3_000_000))
 }
 
-fn receiver(i: u64) -> Receiver {
+fn receiver(i: u64) -> ReceivingPoint {
     let normal = if i.is_multiple_of(4) {
         DVec3::ZERO
     } else {
         unit(i + 5_000_000)
     };
-    Receiver {
+    ReceivingPoint {
         point: light_position(i + 4_000_000) * 4.0,
         normal,
     }
 }
 
-/// Protects: [`LightTree::draw`] and [`LightTree::probability`] agree on a sampled light's
+/// Protects: [`LightTree::sample_lights`] and [`LightTree::probability`] agree on a sampled light's
 /// probability to the bit, for counts around full nodes and numbers at both ends of their range.
 /// Levels are few, and memory stays within the estimate. A single light is always sampled, and
 /// lights at NaN positions form a tree too.
@@ -85,7 +85,7 @@ fn both_traversals_return_the_same_bits() {
     for count in [1, 2, 3, 7, 8, 9, 63, 64, 65, 511, 513, 100_000] {
         let (tree, places) = tree((0..count).map(mixed));
         assert!(
-            tree.bytes() <= LightTree::bytes_of(count),
+            tree.bytes() <= LightTree::estimate_bytes(count),
             "{count}: {} bytes",
             tree.bytes()
         );
@@ -99,7 +99,7 @@ fn both_traversals_return_the_same_bits() {
                 number(i + 9_000_000),
                 1.0_f64.next_down(),
             ][(i / 4 % 4) as usize];
-            let [Some((light, probability))] = tree.draw(&[Some((receiver, u))]) else {
+            let [Some((light, probability))] = tree.sample_lights(&[Some((receiver, u))]) else {
                 continue;
             };
             let said = tree.probability(places[index(light)], &receiver);
@@ -122,10 +122,13 @@ fn both_traversals_return_the_same_bits() {
     let (nowhere, places) = tree((0..20).map(|_| (round(DVec3::NAN, 0.0), 1.0)));
     assert!(
         nowhere.depth() <= 64
-            && nowhere.draw(&[Some((receiver(0), 0.5))]) == [None]
+            && nowhere.sample_lights(&[Some((receiver(0), 0.5))]) == [None]
             && !places.contains(&LightTree::NONE)
     );
-    assert_eq!((LightTree::bytes_of(0), LightTree::bytes_of(1)), (0, 0));
+    assert_eq!(
+        (LightTree::estimate_bytes(0), LightTree::estimate_bytes(1)),
+        (0, 0)
+    );
     assert_eq!(
         tree(core::iter::empty())
             .0
@@ -143,12 +146,13 @@ fn points_together_draw_as_each_alone() {
         let (tree, _) = tree((0..count).map(mixed));
         let (mut found, mut nothing) = (0, 0);
         for i in 0..500 {
-            let points: [Option<(Receiver, f64)>; N as usize] = core::array::from_fn(|lane| {
-                let i = N * i + lane as u64;
-                (!i.is_multiple_of(5)).then(|| (receiver(i), number(i + 9_000_000)))
-            });
-            for (point, together) in points.iter().zip(tree.draw(&points)) {
-                let [alone] = tree.draw(&[*point]);
+            let points: [Option<(ReceivingPoint, f64)>; N as usize] =
+                core::array::from_fn(|lane| {
+                    let i = N * i + lane as u64;
+                    (!i.is_multiple_of(5)).then(|| (receiver(i), number(i + 9_000_000)))
+                });
+            for (point, together) in points.iter().zip(tree.sample_lights(&points)) {
+                let [alone] = tree.sample_lights(&[*point]);
                 let bits = |drawn: Option<(LightId, f64)>| {
                     drawn.map(|(light, probability)| (light, probability.to_bits()))
                 };
@@ -200,7 +204,7 @@ fn probabilities_sum_to_one_at_any_scale() {
             let away = [0.0, 1e-12, 1e-6, 1e-3, 1.0, 1e3, 1e9, 1e15]
                 .map(|distance| at(0) + unit(7) * distance);
             for from in away {
-                let receiver = Receiver {
+                let receiver = ReceivingPoint {
                     point: from,
                     normal: DVec3::ZERO,
                 };
@@ -233,7 +237,7 @@ fn draws_follow_the_probabilities() {
         for from in [receiver(1), receiver(2), receiver(4)] {
             let mut found = vec![0.0; places.len() + 1];
             for i in 0..DRAWN {
-                let [drawn] = tree.draw(&[Some((from, number(i + 11_000_000)))]);
+                let [drawn] = tree.sample_lights(&[Some((from, number(i + 11_000_000)))]);
                 found[drawn.map_or(places.len(), |(light, _)| index(light))] += 1.0;
             }
             let mut said: Vec<f64> = places
@@ -304,13 +308,13 @@ fn what_can_light_can_be_drawn() {
                 let (point, axis, normals, emission) = light(i);
                 (
                     LightBounds {
-                        space: Aabb {
+                        bounding_box: Aabb {
                             min: point,
                             max: point,
                         },
                         axis,
-                        normals,
-                        emission,
+                        normal_angle: normals,
+                        emission_angle: emission,
                     },
                     1.0,
                 )
@@ -337,7 +341,7 @@ fn what_can_light_can_be_drawn() {
                     let received = if normal == DVec3::ZERO { 1.0 } else { facing };
                     let probability = tree.probability(
                         places[i as usize],
-                        &Receiver {
+                        &ReceivingPoint {
                             point: from,
                             normal,
                         },
@@ -378,7 +382,7 @@ fn importance_is_about_what_arrives() {
     );
     let share = either.probability(
         places[0],
-        &Receiver {
+        &ReceivingPoint {
             point: DVec3::ZERO,
             normal: DVec3::ZERO,
         },
@@ -386,12 +390,12 @@ fn importance_is_about_what_arrives() {
     assert!((share - 0.5).abs() < 1e-6, "{share}");
     let at = [DVec3::Y, DVec3::new(8.0_f64.sqrt(), 1.0, 0.0)];
     let (lamps, places) = tree(
-        at.map(|point| (LightBounds::point(point, DVec3::NEG_Y, 1.5), 1.0))
+        at.map(|point| (LightBounds::for_point_light(point, DVec3::NEG_Y, 1.5), 1.0))
             .into_iter(),
     );
     let share = lamps.probability(
         places[1],
-        &Receiver {
+        &ReceivingPoint {
             point: DVec3::ZERO,
             normal: DVec3::Y,
         },
@@ -409,7 +413,7 @@ fn importance_is_about_what_arrives() {
 #[test]
 fn what_has_no_importance_takes_no_room() {
     for i in 0..200_000 {
-        let bits = mix(i);
+        let bits = splitmix64(i);
         let importances: [f32; WIDTH] = core::array::from_fn(|k| {
             let exponent = (bits >> (6 * k)) % 48;
             if (bits >> (50 + k)) & 1 == 0 {
@@ -418,7 +422,7 @@ fn what_has_no_importance_takes_no_room() {
                 (1.0 + number(8 * i + k as u64)) as f32 * 2.0_f32.powi(-(exponent as i32))
             }
         });
-        let sums = running(&importances);
+        let sums = cumulative_sums(&importances);
         for (k, &importance) in importances.iter().enumerate() {
             let grown = sums[k + 1] - sums[k];
             assert!(

@@ -4,12 +4,12 @@
 use core::f64::consts::{FRAC_PI_2, TAU};
 
 use super::super::albedo::{
-    ANISOTROPIC, ANISOTROPIC_MEANS, AlbedoEntry, AlbedoTable, STEPS, TABLE, UNIT, look_up,
-    look_up_anisotropic,
+    ALBEDO_STEPS, ANISOTROPIC_MEAN_STEPS, ANISOTROPIC_STEPS, AlbedoEntry, AlbedoTable, TABLE, UNIT,
+    look_up_albedo, look_up_anisotropic_albedo,
 };
 use super::super::fresnel::schlick_weight;
 use super::super::ggx::{LEAST_ROUGHNESS, sample_wm};
-use super::super::lobe_kind::on_disk;
+use super::super::lobe_kind::sample_disk;
 use super::numbers;
 use glam::DVec3;
 
@@ -26,7 +26,7 @@ const HEMISPHERE: [usize; 2] = [96, 32];
 /// fourth root s of the cosine, in closed form over each step. So the mean belongs to the very
 /// function that is looked up.
 fn mean(row: &[AlbedoEntry]) -> AlbedoEntry {
-    let step = 1.0 / (STEPS - 1) as f64;
+    let step = 1.0 / (ALBEDO_STEPS - 1) as f64;
     let mut sum = [0.0; 2];
     for (i, pair) in row.windows(2).enumerate() {
         let (a, b) = (i as f64 * step, (i + 1) as f64 * step);
@@ -59,7 +59,7 @@ fn single_scattering(cosine: f64, roughness: f64) -> [f64; 2] {
     for k in 0..OUTWARDS * AROUND {
         let rest = 1.0 - ((k / AROUND) as f64 + 0.5) / OUTWARDS as f64;
         let turn = 0.25 + 0.5 * ((k % AROUND) as f64 + 0.5) / AROUND as f64;
-        let facet = sample_wm::<f64>(wo, [alpha; 2], on_disk([1.0 - rest.powi(3), turn]));
+        let facet = sample_wm::<f64>(wo, [alpha; 2], sample_disk([1.0 - rest.powi(3), turn]));
         let into = (facet * (2.0 * wo.dot(facet)) - wo).z;
         if into > 0.0 {
             let cell = 3.0 * rest * rest / (OUTWARDS * AROUND) as f64;
@@ -80,7 +80,7 @@ fn anisotropic_scattering(wo: DVec3, [wide, fine]: [f64; 2]) -> [f64; 2] {
     for k in 0..OUTWARDS * ALL_AROUND {
         let rest = 1.0 - ((k / ALL_AROUND) as f64 + 0.5) / OUTWARDS as f64;
         let turn = ((k % ALL_AROUND) as f64 + 0.5) / ALL_AROUND as f64;
-        let facet = sample_wm::<f64>(wo, [wide, fine], on_disk([1.0 - rest.powi(3), turn]));
+        let facet = sample_wm::<f64>(wo, [wide, fine], sample_disk([1.0 - rest.powi(3), turn]));
         let wi = facet * (2.0 * wo.dot(facet)) - wo;
         if wi.z > 0.0 {
             let cell = 3.0 * rest * rest / (OUTWARDS * ALL_AROUND) as f64;
@@ -111,8 +111,8 @@ fn difference(table: &AlbedoTable, index: usize) -> [i16; 2] {
     let mut rest = index;
     let mut share = [0.0; 4];
     for k in (0..4).rev() {
-        share[k] = (rest % ANISOTROPIC[k]) as f64 / (ANISOTROPIC[k] - 1) as f64;
-        rest /= ANISOTROPIC[k];
+        share[k] = (rest % ANISOTROPIC_STEPS[k]) as f64 / (ANISOTROPIC_STEPS[k] - 1) as f64;
+        rest /= ANISOTROPIC_STEPS[k];
     }
     let [wide, fine] = alpha(share[2], share[3]);
     if wide <= fine {
@@ -124,7 +124,7 @@ fn difference(table: &AlbedoTable, index: usize) -> [i16; 2] {
     let wo = direction_at(share[0].powi(4).max(1e-4), [(1.0 - y2).sqrt(), y2.sqrt()]);
     let [scattered, grazing] = anisotropic_scattering(wo, [wide, fine]);
     // Head-on too, the azimuth's roughness is given, since the direction does not determine it.
-    let isotropic = look_up(table, wo.z, shown.sqrt());
+    let isotropic = look_up_albedo(table, wo.z, shown.sqrt());
     let stored = |exact: f64, isotropic: f64| ((exact - isotropic) * UNIT).round() as i16;
     [
         stored(1.0 - scattered, isotropic[0]),
@@ -135,16 +135,16 @@ fn difference(table: &AlbedoTable, index: usize) -> [i16; 2] {
 /// The mean over the hemisphere of the looked-up albedo, by the midpoint rule over azimuths and the
 /// fourth root of the cosine.
 fn anisotropic_mean(table: &AlbedoTable, index: usize) -> AlbedoEntry {
-    let share = |k: usize| k as f64 / (ANISOTROPIC_MEANS - 1) as f64;
+    let share = |k: usize| k as f64 / (ANISOTROPIC_MEAN_STEPS - 1) as f64;
     let alpha = alpha(
-        share(index / ANISOTROPIC_MEANS),
-        share(index % ANISOTROPIC_MEANS),
+        share(index / ANISOTROPIC_MEAN_STEPS),
+        share(index % ANISOTROPIC_MEAN_STEPS),
     );
     let ([heights, turns], mut sum) = (HEMISPHERE, [0.0; 2]);
     for i in 0..heights * turns {
         let root = ((i / turns) as f64 + 0.5) / heights as f64;
         let azimuth = FRAC_PI_2 * ((i % turns) as f64 + 0.5) / turns as f64;
-        let entry = look_up_anisotropic(
+        let entry = look_up_anisotropic_albedo(
             table,
             direction_at(root.powi(4), [libm::cos(azimuth), libm::sin(azimuth)]),
             alpha,
@@ -157,15 +157,18 @@ fn anisotropic_mean(table: &AlbedoTable, index: usize) -> AlbedoEntry {
 
 /// Computes the whole table.
 fn computed() -> Box<AlbedoTable> {
-    let share = |i: usize| i as f64 / (STEPS - 1) as f64;
-    let mut table = Box::new(AlbedoTable::read(&[0; AlbedoTable::BYTES]));
+    let share = |i: usize| i as f64 / (ALBEDO_STEPS - 1) as f64;
+    let mut table = Box::new(AlbedoTable::from_bytes(&[0; AlbedoTable::BYTES]));
     for (i, entry) in table.entries.iter_mut().enumerate() {
-        let [cosine, roughness] = [share(i % STEPS).powi(4).max(1e-4), share(i / STEPS).powi(2)];
+        let [cosine, roughness] = [
+            share(i % ALBEDO_STEPS).powi(4).max(1e-4),
+            share(i / ALBEDO_STEPS).powi(2),
+        ];
         let [all, grazing] = single_scattering(cosine, roughness);
         *entry = [(1.0 - all).max(0.0) as f32, grazing as f32];
     }
-    for j in 0..STEPS {
-        table.means[j] = mean(&table.entries[j * STEPS..(j + 1) * STEPS]);
+    for j in 0..ALBEDO_STEPS {
+        table.means[j] = mean(&table.entries[j * ALBEDO_STEPS..(j + 1) * ALBEDO_STEPS]);
     }
     for index in 0..table.anisotropic.len() {
         table.anisotropic[index] = difference(&table, index);
@@ -241,9 +244,9 @@ fn albedos_are_those_of_the_microsurface() {
         let mean = sum / COUNT as f64;
         let deviation = ((squares / COUNT as f64 - mean * mean) / COUNT as f64).sqrt();
         let found = if strength == 0.0 {
-            look_up(table, wo.z, fine.sqrt())
+            look_up_albedo(table, wo.z, fine.sqrt())
         } else {
-            look_up_anisotropic(table, wo, [wide, fine])
+            look_up_anisotropic_albedo(table, wo, [wide, fine])
         };
         let off = (1.0 - found[0] - mean).abs();
         assert!(

@@ -4,11 +4,12 @@
 use core::f64::consts::TAU;
 
 use super::super::boundary::{
-    BoundaryTable, LOST, MOST_INDEX, REFLECTED, UNIT, lost, mean_reflectance, reflected,
+    BoundaryTable, LOSS_STEPS, MOST_INDEX, REFLECTION_STEPS, UNIT, fresnel_albedo,
+    single_scattering_loss, smooth_mean_reflectance,
 };
-use super::super::fresnel::dielectric_in_air;
+use super::super::fresnel::fresnel_dielectric_in_air;
 use super::super::ggx::{LEAST_ROUGHNESS, sample_wm};
-use super::super::lobe_kind::on_disk;
+use super::super::lobe_kind::sample_disk;
 use super::super::*;
 use super::{NORMAL, WHITE, chi_squared, direction_at, furnace, numbers};
 use glam::DVec3;
@@ -30,12 +31,12 @@ fn scattering(cosine: f64, roughness: f64, eta: f64, [outwards, around]: [usize;
     for k in 0..outwards * around {
         let rest = 1.0 - ((k / around) as f64 + 0.5) / outwards as f64;
         let turn = 0.25 + 0.5 * ((k % around) as f64 + 0.5) / around as f64;
-        let facet = sample_wm::<f64>(wo, [alpha; 2], on_disk([1.0 - rest.powi(3), turn]));
+        let facet = sample_wm::<f64>(wo, [alpha; 2], sample_disk([1.0 - rest.powi(3), turn]));
         let cell = 3.0 * rest * rest / (outwards * around) as f64;
         let tilt = wo.dot(facet).clamp(0.0, 1.0);
         let beyond2 = 1.0 - eta * eta * (1.0 - tilt * tilt);
         let beyond = beyond2.max(0.0).sqrt();
-        let share = dielectric(tilt, (beyond2 > 0.0).then_some(beyond), eta);
+        let share = fresnel_dielectric(tilt, (beyond2 > 0.0).then_some(beyond), eta);
         let into = (facet * (2.0 * wo.dot(facet)) - wo).z;
         if into > 0.0 {
             let actual = cell * (cosine + own) * into / (cosine * smith(into) + into * own);
@@ -93,13 +94,13 @@ fn rows(
 }
 
 fn bytes() -> Vec<u8> {
-    let mut all = rows(REFLECTED, |cosine, roughness, index| {
+    let mut all = rows(REFLECTION_STEPS, |cosine, roughness, index| {
         scattering(cosine, roughness, 1.0 / index, POINTS)[0]
     });
     for side in [0, 1] {
         let eta = |index: f64| if side == 0 { 1.0 / index } else { index };
         for selected in [1, 2] {
-            all.extend(rows(LOST, |cosine, roughness, index| {
+            all.extend(rows(LOSS_STEPS, |cosine, roughness, index| {
                 scattering(cosine, roughness, eta(index), POINTS)[selected]
             }));
         }
@@ -132,10 +133,10 @@ fn boundaries_reflect_and_lose_what_is_looked_up() {
         };
         let (roughness, cosine) = (0.04 + 0.96 * b, 0.02 + 0.98 * c);
         let [scattered, ..] = scattering(cosine, roughness, 1.0 / index, [96, 32]);
-        worst[0] = worst[0].max((reflected(index, roughness, Some(cosine)) - scattered).abs());
+        worst[0] = worst[0].max((fresnel_albedo(index, roughness, Some(cosine)) - scattered).abs());
         for (side, eta) in [(1, 1.0 / index), (2, index)] {
             let [_, whole, clear] = scattering(cosine, roughness, eta, [96, 32]);
-            let found = lost(eta, roughness, Some(cosine));
+            let found = single_scattering_loss(eta, roughness, Some(cosine));
             worst[side] = worst[side]
                 .max((found[0] - whole).abs())
                 .max((found[1] - clear).abs());
@@ -148,17 +149,17 @@ fn boundaries_reflect_and_lose_what_is_looked_up() {
     for index in [1.001, 1.01, 1.33, 1.5, 10.0, 1000.0] {
         let cell = |k: u32| (f64::from(k) + 0.5) / 1e5;
         let sum = (0..100_000)
-            .map(|k| dielectric_in_air(cell(k), index) * 2.0 * cell(k) / 1e5)
+            .map(|k| fresnel_dielectric_in_air(cell(k), index) * 2.0 * cell(k) / 1e5)
             .sum::<f64>();
         assert!(
-            (mean_reflectance(index) - sum).abs() < 1e-6,
+            (smooth_mean_reflectance(index) - sum).abs() < 1e-6,
             "{index}: {} not {sum}",
-            mean_reflectance(index)
+            smooth_mean_reflectance(index)
         );
     }
 }
 
-fn clear(ior: f64, roughness: f64, thin: bool) -> Layered<f64> {
+fn clear(ior: f64, roughness: f64, thin: bool) -> LayeredSurface<f64> {
     let glass = Some(Glass {
         share: 1.0,
         ior,
@@ -174,9 +175,9 @@ fn clear(ior: f64, roughness: f64, thin: bool) -> Layered<f64> {
         grazing: 1.0,
         glass,
     };
-    Layered {
+    LayeredSurface {
         thin,
-        ..Layered::from_base(base, ior)
+        ..LayeredSurface::from_base(base, ior)
     }
 }
 
@@ -195,14 +196,17 @@ fn rough_glass_keeps_all() {
                             strength,
                             frame: ShadingFrame::from_normal(NORMAL),
                         });
-                        let model = Layered {
+                        let model = LayeredSurface {
                             specular,
                             anisotropy,
                             ..clear(ior, roughness, thin)
                         };
                         let wo = direction_at(NORMAL, height, 0.4);
-                        let (scattered, deviation) =
-                            super::furnace_of(&model.transport(NORMAL, wo, outside), wo, 1_500);
+                        let (scattered, deviation) = super::furnace_of(
+                            &model.transport_bsdf(NORMAL, wo, outside),
+                            wo,
+                            1_500,
+                        );
                         let off = (scattered.x - 1.0).abs() - 3.5 * deviation;
                         let worst = &mut worst[usize::from(!outside)];
                         if off > worst.0 {
@@ -224,7 +228,7 @@ fn rough_glass_keeps_all() {
     assert!(worst[0].0 <= 0.008 && worst[1].0 <= 0.015, "{worst:?}");
     // The unlayered boundary gives the same as the layered one.
     let base = clear(1.5, 0.8, false).base;
-    let (scattered, deviation) = furnace(&base.transport(NORMAL, NORMAL, true, true), NORMAL);
+    let (scattered, deviation) = furnace(&base.transport_bsdf(NORMAL, NORMAL, true, true), NORMAL);
     assert!(
         (scattered.x - 1.0).abs() <= 0.006 + 3.0 * deviation,
         "{scattered} ± {deviation}"
@@ -236,7 +240,7 @@ fn rough_glass_keeps_all() {
 #[test]
 fn rough_glass_with_interreflection_is_reciprocal() {
     for (ior, roughness, specular) in [(1.5, 0.9, 1.0), (1.33, 0.5, 0.3), (2.42, 1.0, 1.0)] {
-        let model = Layered {
+        let model = LayeredSurface {
             specular,
             ..clear(ior, roughness, false)
         };
@@ -244,16 +248,16 @@ fn rough_glass_with_interreflection_is_reciprocal() {
             let wo = direction_at(NORMAL, height, 0.4);
             chi_squared(
                 "glass, from outside",
-                &model.transport(NORMAL, wo, true),
+                &model.transport_bsdf(NORMAL, wo, true),
                 wo,
             );
             chi_squared(
                 "wall",
-                &Layered {
+                &LayeredSurface {
                     thin: true,
                     ..model
                 }
-                .transport(NORMAL, wo, true),
+                .transport_bsdf(NORMAL, wo, true),
                 wo,
             );
         }
@@ -261,8 +265,16 @@ fn rough_glass_with_interreflection_is_reciprocal() {
             let ([a, b, c], [d, ..]) = (numbers(2 * i), numbers(2 * i + 1));
             let wo = direction_at(NORMAL, 0.02 + 0.98 * a, TAU * b);
             let wi = direction_at(NORMAL, -0.02 - 0.98 * c, TAU * d);
-            let there = model.transport(NORMAL, wo, true).eval_and_pdf(wo, wi).0.x;
-            let back = model.transport(-NORMAL, wi, false).eval_and_pdf(wi, wo).0.x;
+            let there = model
+                .transport_bsdf(NORMAL, wo, true)
+                .eval_and_pdf(wo, wi)
+                .0
+                .x;
+            let back = model
+                .transport_bsdf(-NORMAL, wi, false)
+                .eval_and_pdf(wi, wo)
+                .0
+                .x;
             assert!(
                 (back * ior * ior - there).abs() <= 1e-6 * there.abs(),
                 "index {ior}: {there} and {back}"
@@ -290,15 +302,15 @@ fn exact_paint_sends_back_all() {
                         grazing: 1.0,
                         glass: None,
                     };
-                    let model = Layered {
+                    let model = LayeredSurface {
                         rule: FresnelRule::Exact,
                         specular,
                         specular_colour: WHITE * colour,
-                        ..Layered::from_base(base, ior)
+                        ..LayeredSurface::from_base(base, ior)
                     };
                     let wo = direction_at(NORMAL, height, 0.4);
                     let (scattered, deviation) =
-                        super::furnace_of(&model.transport(NORMAL, wo, true), wo, 1_000);
+                        super::furnace_of(&model.transport_bsdf(NORMAL, wo, true), wo, 1_000);
                     let off = (scattered.x - 1.0).abs() - 3.5 * deviation;
                     if off > worst.0 {
                         let name = format!(

@@ -41,7 +41,7 @@ fn interreflection_is_the_sum_of_its_bounces() {
         let sum = (1..200)
             .map(|k| mean.powi(k + 1) * lost.powi(k - 1) * (1.0 - lost))
             .sum::<f64>();
-        let found = super::super::energy::interreflected_of(f0, f90, lost);
+        let found = super::super::energy::multiple_scattering_factor(f0, f90, lost);
         assert!(
             (found - sum).abs() < 1e-6,
             "{f0} to {f90}, {lost} lost: {found}, not {sum}"
@@ -66,10 +66,10 @@ fn bodies_keep_their_light_within() {
             for height in [1.0, 0.76, 0.73, 0.5, 0.1] {
                 let wo = direction_at(NORMAL, height, 0.4);
                 let own_base = body(WHITE * base, share, roughness);
-                let layered = Layered::from_base(own_base, 1.5);
+                let layered = LayeredSurface::from_base(own_base, 1.5);
                 let both = [
-                    furnace(&own_base.transport(NORMAL, wo, false, true), wo),
-                    furnace(&layered.transport(NORMAL, wo, false), wo),
+                    furnace(&own_base.transport_bsdf(NORMAL, wo, false, true), wo),
+                    furnace(&layered.transport_bsdf(NORMAL, wo, false), wo),
                 ];
                 for (scattered, deviation) in both {
                     let name = format!(
@@ -79,7 +79,8 @@ fn bodies_keep_their_light_within() {
                     // Glass keeps the Fresnel reflectance and transmits the rest; paint reflects
                     // diffusely.
                     let beyond = 1.0 - 2.25 * (1.0 - height * height);
-                    let kept = dielectric(height, (beyond > 0.0).then(|| f64::sqrt(beyond)), 1.5);
+                    let kept =
+                        fresnel_dielectric(height, (beyond > 0.0).then(|| f64::sqrt(beyond)), 1.5);
                     let expected = share * (kept + (1.0 - kept) * base) + (1.0 - share) * base;
                     assert!(
                         roughness > 0.0 || (scattered.x - expected).abs() <= 4.0 * deviation + 1e-9,
@@ -92,7 +93,7 @@ fn bodies_keep_their_light_within() {
 }
 
 /// A variant of a surface beside its roughness.
-type Variant = (&'static str, fn(Layered<f64>) -> Layered<f64>);
+type Variant = (&'static str, fn(LayeredSurface<f64>) -> LayeredSurface<f64>);
 
 fn anisotropy_of(strength: f64) -> Option<Anisotropy<f64>> {
     Some(Anisotropy {
@@ -119,72 +120,72 @@ fn film(ior: f64, thickness: f64) -> Option<ThinFilm<f64>> {
 
 const VARIANTS: [Variant; 15] = [
     ("bare", |model| model),
-    ("smooth coat", |model| Layered {
+    ("smooth coat", |model| LayeredSurface {
         coat: coat(0.0),
         ..model
     }),
-    ("rough coat", |model| Layered {
+    ("rough coat", |model| LayeredSurface {
         coat: coat(0.4),
         ..model
     }),
-    ("velvet", |model| Layered {
+    ("velvet", |model| LayeredSurface {
         sheen: Some(Sheen {
             colour: WHITE,
             roughness: 0.5,
         }),
         ..model
     }),
-    ("silk", |model| Layered {
+    ("silk", |model| LayeredSurface {
         sheen: Some(Sheen {
             colour: WHITE,
             roughness: 0.1,
         }),
         ..model
     }),
-    ("oil", |model| Layered {
+    ("oil", |model| LayeredSurface {
         film: film(1.8, 420.0),
         ..model
     }),
-    ("soap", |model| Layered {
+    ("soap", |model| LayeredSurface {
         film: film(1.33, 900.0),
         ..model
     }),
-    ("combed", |model| Layered {
+    ("combed", |model| LayeredSurface {
         anisotropy: anisotropy_of(0.8),
         ..model
     }),
-    ("leaf", |model| Layered {
-        diffused: Some(Diffused {
+    ("leaf", |model| LayeredSurface {
+        diffuse_transmission: Some(Diffused {
             share: 0.5,
             colour: WHITE,
         }),
         ..model
     }),
-    ("exact", |model| Layered {
+    ("exact", |model| LayeredSurface {
         rule: FresnelRule::Exact,
         ..model
     }),
-    ("Schlick", |model| Layered {
+    ("Schlick", |model| LayeredSurface {
         rule: FresnelRule::Schlick,
         ..model
     }),
-    ("gold reflection", |model| Layered {
+    ("gold reflection", |model| LayeredSurface {
         specular_colour: DVec3::new(9.0, 5.0, 1.0),
         ..model
     }),
-    ("half a reflection", |model| Layered {
+    ("half a reflection", |model| LayeredSurface {
         specular: 0.5,
         ..model
     }),
-    ("oil under a coat", |model| Layered {
+    ("oil under a coat", |model| LayeredSurface {
         coat: coat(0.2),
         film: film(1.5, 300.0),
         ..model
     }),
-    ("combed leaf under a coat", |model| Layered {
+    ("combed leaf under a coat", |model| LayeredSurface {
         coat: coat(0.2),
         anisotropy: anisotropy_of(1.0),
-        diffused: Some(Diffused {
+        diffuse_transmission: Some(Diffused {
             share: 0.5,
             colour: WHITE,
         }),
@@ -194,14 +195,14 @@ const VARIANTS: [Variant; 15] = [
 
 /// Every kind of white surface: variants by roughness, metal share, clear share of the rest, and
 /// thin or not.
-fn surfaces() -> impl Iterator<Item = (String, Layered<f64>)> {
+fn surfaces() -> impl Iterator<Item = (String, LayeredSurface<f64>)> {
     VARIANTS.into_iter().flat_map(|(name, variant)| {
         [0.0, 0.05, 0.2, 0.5, 1.0].into_iter().flat_map(move |roughness| {
             [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)].into_iter().flat_map(move |(metallic, clear)| {
                 [false, true].into_iter().filter(move |&thin| !thin || clear > 0.0).map(move |thin| {
                     let base = MetallicRoughness { metallic, ..body(WHITE, clear, roughness) };
                     let label = format!("{name}, roughness {roughness}, metal {metallic}, clear {clear}, thin {thin}");
-                    (label, variant(Layered { thin, ..Layered::from_base(base, 1.5) }))
+                    (label, variant(LayeredSurface { thin, ..LayeredSurface::from_base(base, 1.5) }))
                 })
             })
         })
@@ -210,9 +211,9 @@ fn surfaces() -> impl Iterator<Item = (String, Layered<f64>)> {
 
 /// Albedo of a surface in its strongest channel with its standard deviation, from a few samples;
 /// from more where a few exceed the bound.
-fn sent(model: &Layered<f64>, height: f64, outside: bool) -> (f64, f64) {
+fn sent(model: &LayeredSurface<f64>, height: f64, outside: bool) -> (f64, f64) {
     let wo = direction_at(NORMAL, height, if height > 0.3 { 0.4 } else { 2.0 });
-    let bsdf = model.transport(NORMAL, wo, outside);
+    let bsdf = model.transport_bsdf(NORMAL, wo, outside);
     let (mean, deviation) = few(&bsdf, wo, 500);
     if mean <= 1.005 + 3.0 * deviation {
         (mean, deviation)
@@ -248,9 +249,9 @@ fn no_surface_makes_light() {
         }
     }
     assert!(worst.0 <= 1.005, "{}", worst.1);
-    let literal = Layered {
+    let literal = LayeredSurface {
         rule: FresnelRule::Model,
-        ..Layered::from_base(body(WHITE, 0.0, 0.0), 1.5)
+        ..LayeredSurface::from_base(body(WHITE, 0.0, 0.0), 1.5)
     };
     assert!(
         sent(&literal, 0.02, true).0 > 1.5,
@@ -271,14 +272,17 @@ fn white_surfaces_send_back_all() {
                     metallic,
                     ..body(WHITE * base, 0.0, roughness)
                 };
-                let (all, deviation) = furnace(&own(1.0).transport(NORMAL, wo, true, true), wo);
+                let (all, deviation) =
+                    furnace(&own(1.0).transport_bsdf(NORMAL, wo, true, true), wo);
                 let name = format!(
                     "metal {metallic}, roughness {roughness} at {height}: {all} ± {deviation}"
                 );
                 assert!((all.x - 1.0).abs() <= 0.003 + 3.0 * deviation, "{name}");
                 if metallic == 0.0 {
-                    let (some, spread) = furnace(&own(0.5).transport(NORMAL, wo, true, true), wo);
-                    let (none, rest) = furnace(&own(0.0).transport(NORMAL, wo, true, true), wo);
+                    let (some, spread) =
+                        furnace(&own(0.5).transport_bsdf(NORMAL, wo, true, true), wo);
+                    let (none, rest) =
+                        furnace(&own(0.0).transport_bsdf(NORMAL, wo, true, true), wo);
                     let off = (some.x - 0.5 * (1.0 + none.x)).abs();
                     assert!(
                         off <= 0.003 + 3.0 * (spread + rest),
@@ -305,9 +309,9 @@ fn white_anisotropic_surfaces_reflect_all() {
                             metallic,
                             ..body(WHITE, 0.0, roughness)
                         };
-                        let model = Layered {
+                        let model = LayeredSurface {
                             anisotropy: anisotropy_of(strength),
-                            ..Layered::from_base(base, 1.5)
+                            ..LayeredSurface::from_base(base, 1.5)
                         };
                         let frame = model.anisotropy.expect("it is combed").frame;
                         let across = f64::sqrt(1.0 - height * height);
@@ -317,7 +321,7 @@ fn white_anisotropic_surfaces_reflect_all() {
                         ];
                         let wo = frame.to_world(DVec3::new(across * x, across * y, height));
                         let (scattered, deviation) =
-                            super::furnace_of(&model.transport(NORMAL, wo, true), wo, 3_000);
+                            super::furnace_of(&model.transport_bsdf(NORMAL, wo, true), wo, 3_000);
                         let off = (scattered.x - 1.0).abs() - 3.5 * deviation;
                         if off > worst.0 {
                             let name = format!(
@@ -346,8 +350,8 @@ fn surfaces_are_reciprocal() {
                 let ([a, b, c], [d, ..]) = (super::numbers(2 * i), super::numbers(2 * i + 1));
                 let wo = direction_at(NORMAL, 0.01 + 0.99 * a, core::f64::consts::TAU * b);
                 let wi = direction_at(NORMAL, 0.01 + 0.99 * c, core::f64::consts::TAU * d);
-                let there = model.transport(NORMAL, wo, true, true).eval(wo, wi);
-                let back = model.transport(NORMAL, wi, true, true).eval(wi, wo);
+                let there = model.transport_bsdf(NORMAL, wo, true, true).eval(wo, wi);
+                let back = model.transport_bsdf(NORMAL, wi, true, true).eval(wi, wo);
                 assert!(
                     (there - back).length() <= 1e-9 * there.length(),
                     "{metallic} {roughness}: {there} and {back}"

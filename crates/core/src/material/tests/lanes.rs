@@ -146,7 +146,7 @@ impl<N: Number> Outcome<N> {
         [wo, wi]: [N::Vec3; 2],
         drawn: [N; 3],
     ) {
-        let bsdf = model.rough(normal, wo, true);
+        let bsdf = model.rough_bsdf(normal, wo, true);
         let (value, density) = bsdf.eval_and_pdf(wo, wi);
         let sampled = bsdf.sample(&ShadingFrame::from_normal(normal), wo, drawn);
         self.numbers.extend([density, sampled.density]);
@@ -170,7 +170,7 @@ impl<N: Number> Outcome<N> {
         let sampled = bsdf.sample(frame, wo, drawn);
         self.numbers.push(sampled.density);
         self.vectors.extend([sampled.direction, sampled.weight]);
-        self.masks.extend([sampled.some, sampled.delta]);
+        self.masks.extend([sampled.is_valid, sampled.delta]);
     }
 
     #[inline(never)]
@@ -191,11 +191,11 @@ impl<N: Number> Outcome<N> {
     #[inline(never)]
     fn reflectances(&mut self, model: &MetallicRoughness<N>, colour: N::Vec3, cosine: N) {
         self.numbers
-            .extend([model.through(), schlick_weight(cosine)]);
+            .extend([model.glass_share(), schlick_weight(cosine)]);
         self.vectors.extend([
             model.albedo(),
             model.f0(),
-            model.mirror().reflectance(cosine),
+            model.mirror_lobe().reflectance(cosine),
             schlick(colour, cosine),
         ]);
         self.vectors.push(environment_reflectance(
@@ -210,8 +210,8 @@ impl<N: Number> Outcome<N> {
 /// light.
 fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     let at = |lane: usize| Case::of((first + lane) % CASES);
-    let number = |of: fn(&Case) -> f64| N::of_lanes(|lane| of(&at(lane)));
-    let vector = |of: fn(&Case) -> DVec3| <N::Vec3 as Vector3<N>>::of_lanes(|lane| of(&at(lane)));
+    let number = |of: fn(&Case) -> f64| N::from_lanes(|lane| of(&at(lane)));
+    let vector = |of: fn(&Case) -> DVec3| <N::Vec3 as Vector3<N>>::from_lanes(|lane| of(&at(lane)));
     let (normal, wo, wi) = (vector(|c| c.normal), vector(|c| c.wo), vector(|c| c.wi));
     let [first_colour, second, third, fourth] = [
         vector(|c| c.colours[0]),
@@ -228,21 +228,21 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     let mut outside = N::Mask::default();
     (0..N::LANES)
         .filter(|&lane| at(lane).outside)
-        .for_each(|lane| outside.set(lane));
+        .for_each(|lane| outside.set_lane(lane));
     let glass = Glass {
         share: number(|c| c.drawn[2]),
-        ior: N::exact(|lane| at(lane).ior),
+        ior: N::exact_from_lanes(|lane| at(lane).ior),
         reflected: third,
         transmitted: fourth,
     };
-    let dielectric = Lobe::Dielectric(glass.boundary(outside, share, None));
+    let dielectric = Lobe::Dielectric(glass.dielectric_lobe(outside, share, None));
     let layer = [
         number(|c| c.dielectric * c.drawn[0]),
         number(|c| c.drawn[1]),
         number(|c| c.drawn[2]),
     ];
-    let energy_complement =
-        EnergyComplement::new(layer, roughness).seen_at(normal.dot(wo), Albedo::mean(roughness));
+    let energy_complement = EnergyComplement::new(layer, roughness)
+        .with_view_cosine(normal.dot(wo), Albedo::mean(roughness));
     let kinds = [
         Lobe::Diffuse {
             albedo: first_colour,
@@ -291,12 +291,12 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
                 f90: third,
                 roughness,
             })
-            .with_lobe(Lobe::Dielectric(glass.boundary(
+            .with_lobe(Lobe::Dielectric(glass.dielectric_lobe(
                 outside,
                 share,
                 Some(roughness),
             )));
-        lists.extend([further, model.transport(normal, wo, outside, true)]);
+        lists.extend([further, model.transport_bsdf(normal, wo, outside, true)]);
         found.values_of_both_sides(&further, wo, wi);
         found.rough(&model, normal, [wo, wi], drawn);
         let curved = NormalMap::<N> {
@@ -366,8 +366,8 @@ fn rough_surfaces_are_what_they_are_by_all_lobes() {
         rough += 1;
         for compensated in [false, true] {
             let (two, all) = (
-                model.rough(normal, wo, compensated),
-                model.transport(normal, wo, case.outside, compensated),
+                model.rough_bsdf(normal, wo, compensated),
+                model.transport_bsdf(normal, wo, case.outside, compensated),
             );
             let bits = |v: glam::Vec3| {
                 v.to_array().map(|x| {
@@ -394,8 +394,8 @@ fn rough_surfaces_are_what_they_are_by_all_lobes() {
             let (frame, drawn) = (ShadingFrame::from_normal(normal), case.drawn.map(number));
             let [a, b] = [two.sample(&frame, wo, drawn), all.sample(&frame, wo, drawn)];
             assert_eq!(
-                (a.some, a.delta, bits(a.direction), bits(a.weight)),
-                (b.some, b.delta, bits(b.direction), bits(b.weight))
+                (a.is_valid, a.delta, bits(a.direction), bits(a.weight)),
+                (b.is_valid, b.delta, bits(b.direction), bits(b.weight))
             );
         }
     }

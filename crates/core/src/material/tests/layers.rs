@@ -1,6 +1,6 @@
 //! Layered surfaces: samples against densities, reciprocity, energy conservation, and closed forms.
 
-use super::super::film::reflectance;
+use super::super::film::thin_film_reflectance;
 use super::super::*;
 use super::{NORMAL, WHITE, chi_squared, direction_at, furnace, numbers};
 use crate::number::{Lanes, Mask, Number, Vector3};
@@ -17,7 +17,7 @@ fn matte(base: DVec3, roughness: f64) -> MetallicRoughness<f64> {
     }
 }
 
-fn clear(roughness: f64, ior: f64) -> Layered<f64> {
+fn clear(roughness: f64, ior: f64) -> LayeredSurface<f64> {
     let glass = Some(Glass {
         share: 1.0,
         ior,
@@ -25,7 +25,7 @@ fn clear(roughness: f64, ior: f64) -> Layered<f64> {
         transmitted: WHITE,
     });
     let dielectric = ((ior - 1.0) / (ior + 1.0)).powi(2);
-    Layered::from_base(
+    LayeredSurface::from_base(
         MetallicRoughness {
             dielectric,
             glass,
@@ -41,10 +41,10 @@ fn askew() -> ShadingFrame<f64> {
 }
 
 /// Each layer alone, and all of them together.
-fn layers() -> Vec<(&'static str, Layered<f64>)> {
-    let paint = Layered::from_base(matte(WHITE * 0.8, 0.6), 1.5);
+fn layers() -> Vec<(&'static str, LayeredSurface<f64>)> {
+    let paint = LayeredSurface::from_base(matte(WHITE * 0.8, 0.6), 1.5);
     let metal = |roughness: f64| {
-        Layered::from_base(
+        LayeredSurface::from_base(
             MetallicRoughness {
                 metallic: 1.0,
                 ..matte(WHITE, roughness)
@@ -88,101 +88,107 @@ fn layers() -> Vec<(&'static str, Layered<f64>)> {
     vec![
         (
             "rough coat",
-            Layered {
+            LayeredSurface {
                 coat: coat(0.4),
                 ..paint
             },
         ),
         (
             "smooth coat",
-            Layered {
+            LayeredSurface {
                 coat: coat(0.0),
                 ..paint
             },
         ),
         (
             "bent coat",
-            Layered {
+            LayeredSurface {
                 coat: Some(curved),
                 ..paint
             },
         ),
         (
             "coated metal",
-            Layered {
+            LayeredSurface {
                 coat: coat(0.25),
                 ..metal(0.5)
             },
         ),
         (
             "velvet",
-            Layered {
+            LayeredSurface {
                 sheen: sheen(0.5),
                 ..paint
             },
         ),
         (
             "rough velvet",
-            Layered {
+            LayeredSurface {
                 sheen: sheen(1.0),
                 ..paint
             },
         ),
         (
             "brushed metal",
-            Layered {
+            LayeredSurface {
                 anisotropy: anisotropy(0.7),
                 ..metal(0.3)
             },
         ),
         (
             "combed paint",
-            Layered {
+            LayeredSurface {
                 anisotropy: anisotropy(1.0),
                 ..paint
             },
         ),
-        ("oil on paint", Layered { film, ..paint }),
-        ("tempered steel", Layered { film, ..metal(0.4) }),
+        ("oil on paint", LayeredSurface { film, ..paint }),
+        ("tempered steel", LayeredSurface { film, ..metal(0.4) }),
         (
             "no reflection",
-            Layered {
+            LayeredSurface {
                 specular: 0.0,
                 ..paint
             },
         ),
         (
             "gold reflection",
-            Layered {
+            LayeredSurface {
                 specular_colour: DVec3::new(9.0, 5.0, 1.0),
                 ..paint
             },
         ),
         (
             "gold",
-            Layered {
+            LayeredSurface {
                 conductor: Some([DVec3::new(0.143, 0.375, 1.44), DVec3::new(3.98, 2.39, 1.60)]),
                 ..metal(0.4)
             },
         ),
         (
             "exact paint",
-            Layered {
+            LayeredSurface {
                 rule: FresnelRule::Exact,
                 ..paint
             },
         ),
-        ("leaf", Layered { diffused, ..paint }),
+        (
+            "leaf",
+            LayeredSurface {
+                diffuse_transmission: diffused,
+                ..paint
+            },
+        ),
         (
             "frosted wall",
-            Layered {
+            LayeredSurface {
                 thin: true,
                 ..clear(0.5, 1.5)
             },
         ),
         (
             "soapy wall",
-            Layered {
+            LayeredSurface {
                 thin: true,
                 film: Some(ThinFilm {
                     share: 1.0,
@@ -194,21 +200,21 @@ fn layers() -> Vec<(&'static str, Layered<f64>)> {
         ),
         (
             "oil on glass",
-            Layered {
+            LayeredSurface {
                 film,
                 ..clear(0.6, 1.5)
             },
         ),
         (
             "Schlick's glass",
-            Layered {
+            LayeredSurface {
                 rule: FresnelRule::Schlick,
                 ..clear(0.6, 1.5)
             },
         ),
         (
             "all",
-            Layered {
+            LayeredSurface {
                 coat: coat(0.3),
                 sheen: Some(Sheen {
                     colour: WHITE * 0.5,
@@ -220,8 +226,8 @@ fn layers() -> Vec<(&'static str, Layered<f64>)> {
                     ior: 1.4,
                     thickness: 350.0,
                 }),
-                diffused,
-                ..Layered::from_base(
+                diffuse_transmission: diffused,
+                ..LayeredSurface::from_base(
                     MetallicRoughness {
                         metallic: 0.3,
                         ..matte(WHITE * 0.9, 0.5)
@@ -242,7 +248,7 @@ fn layers_are_drawn_by_their_density() {
             let wo = direction_at(NORMAL, height, 0.4);
             for outside in [true, false] {
                 if outside || model.base.glass.is_some() && !model.thin {
-                    chi_squared(name, &model.transport(NORMAL, wo, outside), wo);
+                    chi_squared(name, &model.transport_bsdf(NORMAL, wo, outside), wo);
                 }
             }
         }
@@ -262,17 +268,20 @@ fn layers_are_reciprocal() {
                 // A bent coat has the cosine to its own normal on both sides.
                 continue;
             }
-            let there = model.transport(NORMAL, wo, true).eval(wo, wi);
-            let back = model.transport(NORMAL, wi, true).eval(wi, wo);
+            let there = model.transport_bsdf(NORMAL, wo, true).eval(wo, wi);
+            let back = model.transport_bsdf(NORMAL, wi, true).eval(wi, wo);
             assert!(
                 (there - back).length() <= 1e-9 * there.length(),
                 "{name}: {there} and {back}"
             );
             if model.thin || name == "leaf" {
                 let below = wi - NORMAL * (2.0 * wi.dot(NORMAL));
-                let there = model.transport(NORMAL, wo, true).eval_and_pdf(wo, below).0;
+                let there = model
+                    .transport_bsdf(NORMAL, wo, true)
+                    .eval_and_pdf(wo, below)
+                    .0;
                 let back = model
-                    .transport(-NORMAL, below, true)
+                    .transport_bsdf(-NORMAL, below, true)
                     .eval_and_pdf(below, wo)
                     .0;
                 assert!(
@@ -294,14 +303,14 @@ fn m08_layers_make_no_light() {
         for roughness in [0.0, 0.1, 0.3, 0.6, 1.0] {
             for height in [1.0, 0.8, 0.5, 0.25, 0.08] {
                 let wo = direction_at(NORMAL, height, 0.4);
-                let model = Layered {
+                let model = LayeredSurface {
                     base: MetallicRoughness {
                         roughness,
                         ..model.base
                     },
                     ..model
                 };
-                let (scattered, deviation) = furnace(&model.transport(NORMAL, wo, true), wo);
+                let (scattered, deviation) = furnace(&model.transport_bsdf(NORMAL, wo, true), wo);
                 let maximum = 1.005 + 3.0 * deviation;
                 assert!(
                     scattered.max_element() <= maximum,
@@ -313,18 +322,18 @@ fn m08_layers_make_no_light() {
     }
     for height in [1.0, 0.6, 0.2, 0.05] {
         let wo = direction_at(NORMAL, height, 0.4);
-        let wall = Layered {
+        let wall = LayeredSurface {
             thin: true,
             ..clear(0.0, 1.5)
         };
-        let metal = Layered::from_base(
+        let metal = LayeredSurface::from_base(
             MetallicRoughness {
                 metallic: 1.0,
                 ..matte(WHITE, 0.0)
             },
             1.5,
         );
-        let coated = Layered {
+        let coated = LayeredSurface {
             coat: Some(Coat {
                 weight: 1.0,
                 roughness: 0.0,
@@ -332,14 +341,14 @@ fn m08_layers_make_no_light() {
             }),
             ..metal
         };
-        let anisotropy = Layered {
+        let anisotropy = LayeredSurface {
             anisotropy: Some(Anisotropy {
                 strength: 0.3,
                 frame: askew(),
             }),
             ..metal
         };
-        let filmed = Layered {
+        let filmed = LayeredSurface {
             film: Some(ThinFilm {
                 share: 1.0,
                 ior: 1.4,
@@ -353,7 +362,7 @@ fn m08_layers_make_no_light() {
             ("film on glass", filmed),
             ("combed", anisotropy),
         ] {
-            let (scattered, deviation) = furnace(&model.transport(NORMAL, wo, true), wo);
+            let (scattered, deviation) = furnace(&model.transport_bsdf(NORMAL, wo, true), wo);
             let off = (scattered - DVec3::ONE).abs().max_element();
             assert!(
                 scattered.max_element() <= 1.005 + 3.0 * deviation
@@ -380,9 +389,9 @@ fn factors_of_reflections_are_those_of_layers() {
             metallic,
             ..matte(WHITE * 0.7, roughness)
         };
-        let layered = Layered {
+        let layered = LayeredSurface {
             specular,
-            ..Layered::from_base(base, 1.5)
+            ..LayeredSurface::from_base(base, 1.5)
         };
         let own_base = MetallicRoughness {
             dielectric: base.dielectric * specular,
@@ -391,16 +400,19 @@ fn factors_of_reflections_are_those_of_layers() {
         };
         let wo = direction_at(NORMAL, 0.35, 0.3);
         let [found, expected] = [
-            layered.transport(NORMAL, wo, true).lobes().len(),
-            own_base.transport(NORMAL, wo, true, true).lobes().len(),
+            layered.transport_bsdf(NORMAL, wo, true).lobes().len(),
+            own_base
+                .transport_bsdf(NORMAL, wo, true, true)
+                .lobes()
+                .len(),
         ];
         assert!(found <= expected, "{found} and {expected}");
         for i in 0..200 {
             let [a, b, c] = numbers(i);
             let wi = direction_at(NORMAL, a, core::f64::consts::TAU * b);
             let (expected, bsdf) = (
-                layered.transport(NORMAL, wo, true),
-                own_base.transport(NORMAL, wo, true, true),
+                layered.transport_bsdf(NORMAL, wo, true),
+                own_base.transport_bsdf(NORMAL, wo, true, true),
             );
             let apart = (expected.eval(wo, wi) - bsdf.eval(wo, wi))
                 .abs()
@@ -418,8 +430,8 @@ fn factors_of_reflections_are_those_of_layers() {
                 bsdf.sample(&frame, wo, [a, b, c]),
             ];
             assert_eq!(
-                (bsdf_sample.some, bsdf_sample.delta),
-                (other.some, other.delta)
+                (bsdf_sample.is_valid, bsdf_sample.delta),
+                (other.is_valid, other.delta)
             );
             assert!(
                 (bsdf_sample.direction - other.direction).length() < 1e-9
@@ -456,10 +468,10 @@ fn factors_of_zero_are_absent() {
             ..matte(WHITE * 0.7, 0.3)
         },
     ] {
-        let plain = Layered::from_base(base, 1.5);
+        let plain = LayeredSurface::from_base(base, 1.5);
         let wo = direction_at(NORMAL, 0.5, 0.3);
         let absent = [
-            Layered {
+            LayeredSurface {
                 coat: Some(Coat {
                     weight: 0.0,
                     roughness: 0.3,
@@ -467,14 +479,14 @@ fn factors_of_zero_are_absent() {
                 }),
                 ..plain
             },
-            Layered {
+            LayeredSurface {
                 sheen: Some(Sheen {
                     colour: DVec3::ZERO,
                     roughness: 0.3,
                 }),
                 ..plain
             },
-            Layered {
+            LayeredSurface {
                 film: Some(ThinFilm {
                     share: 0.0,
                     ior: 1.8,
@@ -482,26 +494,26 @@ fn factors_of_zero_are_absent() {
                 }),
                 ..plain
             },
-            Layered {
+            LayeredSurface {
                 anisotropy: Some(Anisotropy {
                     strength: 0.0,
                     frame: ShadingFrame::from_normal(NORMAL),
                 }),
                 ..plain
             },
-            Layered {
-                diffused: Some(Diffused {
+            LayeredSurface {
+                diffuse_transmission: Some(Diffused {
                     share: 0.0,
                     colour: WHITE,
                 }),
                 ..plain
             },
         ];
-        let common = base.transport(NORMAL, wo, true, true);
+        let common = base.transport_bsdf(NORMAL, wo, true, true);
         for i in 0..50 {
             let [a, b, _] = numbers(i);
             let wi = direction_at(NORMAL, a, core::f64::consts::TAU * b);
-            let expected = plain.transport(NORMAL, wo, true);
+            let expected = plain.transport_bsdf(NORMAL, wo, true);
             assert!(
                 (common.eval(wo, wi) - expected.eval(wo, wi))
                     .abs()
@@ -510,7 +522,7 @@ fn factors_of_zero_are_absent() {
             );
             assert!((common.pdf(wo, wi) - expected.pdf(wo, wi)).abs() <= 1e-9 * common.pdf(wo, wi));
             for (k, model) in absent.iter().enumerate() {
-                let bsdf = model.transport(NORMAL, wo, true);
+                let bsdf = model.transport_bsdf(NORMAL, wo, true);
                 assert_eq!(
                     (bsdf.eval(wo, wi), bsdf.pdf(wo, wi)),
                     (expected.eval(wo, wi), expected.pdf(wo, wi)),
@@ -525,16 +537,16 @@ fn factors_of_zero_are_absent() {
 /// 0.96/1.04 straight; a coat's highlight is 0.04·D/4 over 0.96 of the layers below.
 #[test]
 fn values_head_on() {
-    let wall = Layered {
+    let wall = LayeredSurface {
         thin: true,
         ..clear(0.0, 1.5)
     }
-    .transport(NORMAL, NORMAL, true);
+    .transport_bsdf(NORMAL, NORMAL, true);
     let share = 2.0 * 0.04 / 1.04;
     for (u, direction) in [(share - 1e-9, NORMAL), (share + 1e-9, -NORMAL)] {
         let sampled = wall.sample(&ShadingFrame::from_normal(NORMAL), NORMAL, [0.0, u, 0.0]);
         assert!(
-            sampled.some
+            sampled.is_valid
                 && sampled.delta
                 && (sampled.weight - DVec3::ONE).abs().max_element() < 1e-12,
             "{sampled:?}"
@@ -546,11 +558,11 @@ fn values_head_on() {
     let c = f64::sqrt(2.0 / 3.0);
     let r = 0.5 * (((0.5 - 1.5 * c) / (0.5 + 1.5 * c)).powi(2) + ((0.75 - c) / (0.75 + c)).powi(2));
     let wo = direction_at(NORMAL, 0.5, 1.0);
-    let wall = Layered {
+    let wall = LayeredSurface {
         thin: true,
         ..clear(0.0, 1.5)
     }
-    .transport(NORMAL, wo, true);
+    .transport_bsdf(NORMAL, wo, true);
     let share = 2.0 * r / (1.0 + r);
     let (below, above) = (
         wall.sample(
@@ -574,12 +586,12 @@ fn values_head_on() {
         roughness: 0.5,
         normal: NORMAL,
     });
-    let painted = Layered {
+    let painted = LayeredSurface {
         specular: 0.0,
         coat,
-        ..Layered::from_base(matte(WHITE, 1.0), 1.5)
+        ..LayeredSurface::from_base(matte(WHITE, 1.0), 1.5)
     }
-    .transport(NORMAL, NORMAL, true);
+    .transport_bsdf(NORMAL, NORMAL, true);
     let scattered = super::super::energy::directional_albedo(0.04, 0.5, 1.0);
     let expected = 0.04 * 16.0 / (4.0 * pi) + (1.0 - scattered) / pi;
     assert!(
@@ -628,7 +640,7 @@ fn s16_conductors_reflect_by_complex_indices() {
             );
             let expected =
                 0.5 * (across[0].powi(2) + across[1].powi(2) + along[0].powi(2) + along[1].powi(2));
-            let found = conductor(cosine, [n, k]);
+            let found = fresnel_conductor(cosine, [n, k]);
             assert!(
                 (found - expected).abs() <= 1e-9 && (0.0..=1.0).contains(&found),
                 "{n} + {k}i at {cosine}: {found}, not {expected}"
@@ -636,7 +648,11 @@ fn s16_conductors_reflect_by_complex_indices() {
         }
     }
     let inside = (1.0 - (1.0 - 0.36) / 2.25_f64).sqrt();
-    assert!((conductor(0.6, [1.5, 0.0]) - dielectric(0.6, Some(inside), 1.0 / 1.5)).abs() < 1e-12);
+    assert!(
+        (fresnel_conductor(0.6, [1.5, 0.0]) - fresnel_dielectric(0.6, Some(inside), 1.0 / 1.5))
+            .abs()
+            < 1e-12
+    );
 }
 
 /// Protects: brushed metal's highlight is wider along the tangent, and follows its formula head-on:
@@ -648,16 +664,16 @@ fn anisotropic_highlights_are_wider_along_the_tangent() {
         metallic: 1.0,
         ..matte(WHITE, 0.3)
     };
-    let model = Layered {
+    let model = LayeredSurface {
         anisotropy: Some(Anisotropy {
             strength: 0.8,
             frame,
         }),
-        compensated: false,
-        ..Layered::from_base(metal, 1.5)
+        multiple_scattering: false,
+        ..LayeredSurface::from_base(metal, 1.5)
     };
     let [ax, ay] = [0.09 + 0.91 * 0.64, 0.09];
-    let bsdf = model.transport(NORMAL, NORMAL, true);
+    let bsdf = model.transport_bsdf(NORMAL, NORMAL, true);
     for (along, own) in [(frame.tangent, ax), (frame.bitangent, ay)] {
         let half = (NORMAL * 0.95 + along * (1.0 - 0.95_f64.powi(2)).sqrt()).normalize();
         let wi = half * (2.0 * half.dot(NORMAL)) - NORMAL;
@@ -687,12 +703,12 @@ fn films_colour_mirrors() {
             ior: 1.5,
             thickness,
         });
-        let model: Layered<f64> = Layered {
+        let model: LayeredSurface<f64> = LayeredSurface {
             film,
-            compensated: false,
-            ..Layered::from_base(metal, 1.5)
+            multiple_scattering: false,
+            ..LayeredSurface::from_base(metal, 1.5)
         };
-        let bsdf = model.transport(NORMAL, NORMAL, true);
+        let bsdf = model.transport_bsdf(NORMAL, NORMAL, true);
         bsdf.sample(&ShadingFrame::from_normal(NORMAL), NORMAL, [0.0; 3])
             .weight
     };
@@ -701,7 +717,7 @@ fn films_colour_mirrors() {
         "{}",
         filmed(0.0)
     );
-    let expected = DVec3::from(reflectance(1.0, 1.5, 420.0, [0.6; 3]));
+    let expected = DVec3::from(thin_film_reflectance(1.0, 1.5, 420.0, [0.6; 3]));
     assert!((filmed(420.0) - expected).abs().max_element() < 1e-9);
     assert!(
         expected.max_element() - expected.min_element() > 0.1,
@@ -714,9 +730,9 @@ fn outcome<N: Number>(index: usize, first: usize) -> Vec<Vec<u32>> {
     let (_, model) = layers().swap_remove(index);
     let place = |lane: usize| numbers((first + lane) as u64);
     let vector = |of: &dyn Fn(usize) -> DVec3| {
-        <N::Vec3 as Vector3<N>>::of_lanes(|lane| of(lane).as_vec3().as_dvec3())
+        <N::Vec3 as Vector3<N>>::from_lanes(|lane| of(lane).as_vec3().as_dvec3())
     };
-    let number = |of: &dyn Fn(usize) -> f64| N::of_lanes(|lane| f64::from(of(lane) as f32));
+    let number = |of: &dyn Fn(usize) -> f64| N::from_lanes(|lane| f64::from(of(lane) as f32));
     let normal = vector(&|_| NORMAL);
     let direction = |lane: usize, position: usize| {
         direction_at(
@@ -739,7 +755,7 @@ fn outcome<N: Number>(index: usize, first: usize) -> Vec<Vec<u32>> {
     let mut outside = N::Mask::default();
     (0..N::LANES)
         .filter(|&lane| place(lane)[2] < 0.7)
-        .for_each(|lane| outside.set(lane));
+        .for_each(|lane| outside.set_lane(lane));
     let colour = |c: DVec3| vector(&|lane| c * place(lane)[0]);
     let base = MetallicRoughness {
         base: colour(model.base.base),
@@ -755,7 +771,7 @@ fn outcome<N: Number>(index: usize, first: usize) -> Vec<Vec<u32>> {
         grazing: number(&|_| model.base.grazing),
         glass: model.base.glass.map(|glass| Glass {
             share: number(&|lane| glass.share * place(lane)[0]),
-            ior: N::exact(|_| glass.ior),
+            ior: N::exact_from_lanes(|_| glass.ior),
             reflected: vector(&|_| glass.reflected),
             transmitted: colour(glass.transmitted),
         }),
@@ -766,14 +782,14 @@ fn outcome<N: Number>(index: usize, first: usize) -> Vec<Vec<u32>> {
         bitangent: vector(&|_| frame.bitangent),
         normal,
     };
-    let layered = Layered {
+    let layered = LayeredSurface {
         specular: number(&|lane| model.specular * place(lane)[1]),
         specular_colour: vector(&|_| model.specular_colour),
         conductor: model
             .conductor
             .map(|[n, k]| [vector(&|_| n), vector(&|_| k)]),
         thin: model.thin,
-        diffused: model.diffused.map(|d| Diffused {
+        diffuse_transmission: model.diffuse_transmission.map(|d| Diffused {
             share: number(&|lane| d.share * place(lane)[1]),
             colour: vector(&|_| d.colour),
         }),
@@ -783,7 +799,7 @@ fn outcome<N: Number>(index: usize, first: usize) -> Vec<Vec<u32>> {
         }),
         film: model.film.map(|f| ThinFilm {
             share: number(&|lane| f.share * place(lane)[2]),
-            ior: N::exact(|_| f.ior),
+            ior: N::exact_from_lanes(|_| f.ior),
             thickness: number(&|lane| f.thickness * place(lane)[0]),
         }),
         sheen: model.sheen.map(|s| Sheen {
@@ -796,7 +812,7 @@ fn outcome<N: Number>(index: usize, first: usize) -> Vec<Vec<u32>> {
             normal: vector(&|_| c.normal),
         }),
         rule: model.rule,
-        ..Layered::from_base(base, N::exact(|_| model.ior))
+        ..LayeredSurface::from_base(base, N::exact_from_lanes(|_| model.ior))
     };
     let bsdf = lobes(&layered, normal, wo, outside);
     let drawn = [
@@ -807,7 +823,7 @@ fn outcome<N: Number>(index: usize, first: usize) -> Vec<Vec<u32>> {
     let (sampled, (value, diffuse)) = (drawn_by(&bsdf, normal, wo, drawn), values(&bsdf, wo, wi));
     let (numbers, masks) = (
         [density(&bsdf, wo, wi), sampled.density],
-        [sampled.some, sampled.delta],
+        [sampled.is_valid, sampled.delta],
     );
     let vectors = [value, diffuse, sampled.direction, sampled.weight];
     let bits = |x: f64| {
@@ -836,12 +852,12 @@ fn outcome<N: Number>(index: usize, first: usize) -> Vec<Vec<u32>> {
 
 #[inline(never)]
 fn lobes<N: Number>(
-    layered: &Layered<N>,
+    layered: &LayeredSurface<N>,
     normal: N::Vec3,
     wo: N::Vec3,
     outside: N::Mask,
 ) -> LayeredBsdf<N> {
-    layered.transport(normal, wo, outside)
+    layered.transport_bsdf(normal, wo, outside)
 }
 
 #[inline(never)]

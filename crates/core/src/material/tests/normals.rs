@@ -1,7 +1,7 @@
 //! Bent shading normals: mirror directions lie above the surface, bending is continuous, and other
 //! normals stay unchanged.
 
-use super::super::{Bsdf, Lobe, ShadingFrame, reflecting_above};
+use super::super::{Bsdf, Lobe, ShadingFrame, ensure_reflection_above};
 use super::numbers;
 use glam::DVec3;
 
@@ -19,7 +19,7 @@ fn direction_at(height: f64, turn: f64) -> DVec3 {
 
 /// The bent normal, and the height of its mirror direction.
 fn reflected(n: DVec3, wo: DVec3) -> (DVec3, f64) {
-    let perturbed = reflecting_above::<f64>(n, UP, true, -wo);
+    let perturbed = ensure_reflection_above::<f64>(n, UP, true, -wo);
     (
         perturbed,
         (perturbed * (2.0 * perturbed.dot(wo)) - wo).dot(UP),
@@ -52,7 +52,7 @@ fn s08_what_is_mirrored_is_above_the_surface() {
             curved += 1;
         }
         assert_eq!(reflected(UP, wo).0, UP);
-        assert_eq!(reflecting_above::<f64>(n, -UP, false, -wo), found);
+        assert_eq!(ensure_reflection_above::<f64>(n, -UP, false, -wo), found);
     }
     assert!(kept > 3_000 && curved > 3_000, "{kept} kept, {curved} bent");
 }
@@ -95,7 +95,7 @@ fn bent_mirrors_stay_bright() {
     const COUNT: u64 = 4_000;
     for (height, tilt) in [(1.0, 0.6), (0.8, 0.5), (0.6, 0.2), (0.3, 0.1)] {
         let wo = direction_at(height, 0.5);
-        let n = reflecting_above::<f64>(direction_at(tilt, 0.03), UP, true, -wo);
+        let n = ensure_reflection_above::<f64>(direction_at(tilt, 0.03), UP, true, -wo);
         let bsdf = Bsdf::<f64>::new(n).with_lobe(Lobe::Rough {
             f0: DVec3::ONE,
             f90: DVec3::ONE,

@@ -31,22 +31,22 @@ const RGB_TO_XYZ: DMat3 = DMat3::from_cols(
 );
 
 /// Returns the CIE XYZ of white, by which the opponent spaces divide.
-fn white() -> DVec3 {
+fn white_xyz() -> DVec3 {
     RGB_TO_XYZ * DVec3::ONE
 }
 
 /// Returns the planes Y, Cx and Cz of a picture (3.1): like L*, a*, b*, but linear in light, so
 /// that a filter may average them.
 pub(super) fn srgb_to_ycxcz(picture: &Picture) -> OpponentImage {
-    let white = white();
+    let white = white_xyz();
     let convert = |rgb: &[f32; 3]| {
         let shown = if rgb.iter().any(|x| x.is_nan()) {
             NAN_MARKER
         } else {
             *rgb
         };
-        let linear =
-            shown.map(|x| curve::decode(TransferCurve::Srgb, f64::from(x).clamp(0.0, 1.0)));
+        let linear = shown
+            .map(|x| curve::decode_transfer(TransferCurve::Srgb, f64::from(x).clamp(0.0, 1.0)));
         let xyz = RGB_TO_XYZ * DVec3::from(linear) / white;
         [
             116.0 * xyz.y - 16.0,
@@ -64,8 +64,8 @@ pub(super) fn srgb_to_ycxcz(picture: &Picture) -> OpponentImage {
 
 /// Returns L*, a*, b* of every filtered pixel (4.1.2), clipped to the gamut. a* and b* are weighted
 /// by lightness for the Hunt effect: brighter colours look stronger.
-pub(super) fn hunt_lab(planes: &OpponentImage) -> Vec<[f32; 3]> {
-    let (white, to_rgb) = (white(), RGB_TO_XYZ.inverse());
+pub(super) fn to_hunt_lab(planes: &OpponentImage) -> Vec<[f32; 3]> {
+    let (white, to_rgb) = (white_xyz(), RGB_TO_XYZ.inverse());
     let convert = |((y, cx), cz): ((&f32, &f32), &f32)| {
         let y = (f64::from(*y) + 16.0) / 116.0;
         let xyz = DVec3::new(y + f64::from(*cx) / 500.0, y, y - f64::from(*cz) / 200.0) * white;

@@ -17,7 +17,7 @@ pub(super) struct ScalarImage {
 impl ScalarImage {
     /// Correlates the image with a kernel of odd length along rows; border pixels are repeated
     /// outside.
-    fn along_rows(&self, kernel: &[f32]) -> Self {
+    fn correlate_rows(&self, kernel: &[f32]) -> Self {
         let radius = kernel.len() / 2;
         let mut values = vec![0.0; self.values.len()];
         values
@@ -42,7 +42,7 @@ impl ScalarImage {
 
     /// Correlates the image with a kernel of odd length along columns; border pixels are repeated
     /// outside.
-    fn along_columns(&self, kernel: &[f32]) -> Self {
+    fn correlate_columns(&self, kernel: &[f32]) -> Self {
         let radius = kernel.len() / 2;
         let rows: Vec<&[f32]> = self.values.chunks(self.width).collect();
         let mut values = vec![0.0; self.values.len()];
@@ -63,7 +63,7 @@ impl ScalarImage {
         }
     }
 
-    fn plus(mut self, other: &Self) -> Self {
+    fn add(mut self, other: &Self) -> Self {
         for (a, b) in self.values.iter_mut().zip(&other.values) {
             *a += b;
         }
@@ -81,13 +81,13 @@ const SENSITIVITY: [[(f64, f64); 2]; 3] = [
 ];
 
 /// Filters of the eye's contrast sensitivity at a viewing distance, one per opponent channel.
-pub(super) struct SpatialFilters {
+pub(super) struct ContrastFilters {
     /// Separable Gaussians of each channel: weights along rows and weights along columns. The
     /// products of both, over all Gaussians of a channel, sum to one.
     channels: [Vec<(Vec<f32>, Vec<f32>)>; 3],
 }
 
-impl SpatialFilters {
+impl ContrastFilters {
     pub(super) fn new(pixels_per_degree: f64) -> Self {
         // Three standard deviations of the widest Gaussian.
         let widest = SENSITIVITY
@@ -96,7 +96,8 @@ impl SpatialFilters {
             .fold(0.0, |widest: f64, &(_, b)| widest.max(b));
         let radius = (3.0 * (widest / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil();
         Self {
-            channels: SENSITIVITY.map(|gaussians| kernels(gaussians, radius, pixels_per_degree)),
+            channels: SENSITIVITY
+                .map(|gaussians| contrast_kernels(gaussians, radius, pixels_per_degree)),
         }
     }
 
@@ -104,9 +105,9 @@ impl SpatialFilters {
         [0, 1, 2].map(|c| {
             let filtered = self.channels[c]
                 .iter()
-                .map(|(row, column)| planes[c].along_rows(row).along_columns(column));
+                .map(|(row, column)| planes[c].correlate_rows(row).correlate_columns(column));
             filtered
-                .reduce(|sum, part| sum.plus(&part))
+                .reduce(|sum, part| sum.add(&part))
                 .unwrap_or_else(|| planes[c].clone())
         })
     }
@@ -114,7 +115,7 @@ impl SpatialFilters {
 
 /// Returns the row and the column kernel of each Gaussian of a channel. The sum of all Gaussians is
 /// normalised to one over a square window; each Gaussian's share is a factor of its column kernel.
-fn kernels(
+fn contrast_kernels(
     gaussians: [(f64, f64); 2],
     radius: f64,
     pixels_per_degree: f64,
@@ -123,7 +124,7 @@ fn kernels(
         .into_iter()
         .filter(|&(a, _)| a > 0.0)
         .map(|(a, b)| {
-            let taps = taps(radius, |x| {
+            let taps = sample_taps(radius, |x| {
                 Real::exp(-PI * PI * (x / pixels_per_degree) * (x / pixels_per_degree) / b)
             });
             let sum: f64 = taps.iter().sum();
@@ -139,7 +140,7 @@ fn kernels(
 }
 
 /// Samples a function at the integers from −radius to radius.
-fn taps(radius: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
+fn sample_taps(radius: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
     let radius = radius as i32;
     (-radius..=radius).map(|x| f(f64::from(x))).collect()
 }
@@ -156,7 +157,7 @@ pub(super) fn feature_differences(
     /// Exponent that emphasises small feature differences.
     const EXPONENT: f32 = 0.5;
     let detectors = FeatureDetectors::new(0.5 * WIDTH * pixels_per_degree);
-    let [a, b] = [picture, reference].map(|plane| detectors.magnitudes(plane));
+    let [a, b] = [picture, reference].map(|plane| detectors.edge_and_point_strengths(plane));
     let difference = |(a, b): (&[f32; 2], &[f32; 2])| {
         let largest = (a[0] - b[0]).abs().max((a[1] - b[1]).abs());
         Real::powf(largest * core::f32::consts::FRAC_1_SQRT_2, EXPONENT).min(1.0)
@@ -176,27 +177,27 @@ impl FeatureDetectors {
         let radius = (3.0 * deviation).ceil();
         let gaussian = |x: f64| Real::exp(-x * x / (2.0 * deviation * deviation));
         Self {
-            smooth: balanced(taps(radius, gaussian)),
-            edge: balanced(taps(radius, |x| -x * gaussian(x))),
-            point: balanced(taps(radius, |x| {
+            smooth: balance_taps(sample_taps(radius, gaussian)),
+            edge: balance_taps(sample_taps(radius, |x| -x * gaussian(x))),
+            point: balance_taps(sample_taps(radius, |x| {
                 (x * x / (deviation * deviation) - 1.0) * gaussian(x)
             })),
         }
     }
 
     /// Returns the strength of edges and of points at each pixel, independent of their direction.
-    fn magnitudes(&self, plane: &ScalarImage) -> Vec<[f32; 2]> {
+    fn edge_and_point_strengths(&self, plane: &ScalarImage) -> Vec<[f32; 2]> {
         // Lightness 0..100 to 0..1, as the detectors are calibrated for.
         let values = plane.values.iter().map(|y| (y + 16.0) / 116.0).collect();
         let plane = ScalarImage {
             width: plane.width,
             values,
         };
-        let smooth = plane.along_rows(&self.smooth);
+        let smooth = plane.correlate_rows(&self.smooth);
         let both = |kernel: &[f32]| {
             (
-                plane.along_rows(kernel).along_columns(&self.smooth),
-                smooth.along_columns(kernel),
+                plane.correlate_rows(kernel).correlate_columns(&self.smooth),
+                smooth.correlate_columns(kernel),
             )
         };
         let (edge, point) = (both(&self.edge), both(&self.point));
@@ -211,7 +212,7 @@ impl FeatureDetectors {
 }
 
 /// Scales kernel weights so that the positive weights sum to 1 and the negative weights to −1.
-fn balanced(taps: Vec<f64>) -> Vec<f32> {
+fn balance_taps(taps: Vec<f64>) -> Vec<f32> {
     let positive: f64 = taps.iter().filter(|&&x| x > 0.0).sum();
     let negative: f64 = -taps.iter().filter(|&&x| x < 0.0).sum::<f64>();
     taps.into_iter()

@@ -11,9 +11,9 @@ mod filters;
 use rayon::prelude::*;
 use raywright_bvh::scalar::Real;
 
-use self::colour::{hunt_lab, hyab, srgb_to_ycxcz};
-use self::filters::{ScalarImage, SpatialFilters, feature_differences};
-use super::{MetricsError, check};
+use self::colour::{hyab, srgb_to_ycxcz, to_hunt_lab};
+use self::filters::{ContrastFilters, ScalarImage, feature_differences};
+use super::{MetricsError, check_sizes};
 use crate::picture::Picture;
 
 /// Pixels per degree of the paper's viewing condition: a screen 0.7 m wide with 3840 pixels, seen
@@ -40,15 +40,15 @@ pub fn flip(
     reference: &Picture,
     pixels_per_degree: f64,
 ) -> Result<Vec<f32>, MetricsError> {
-    check(picture, reference)?;
+    check_sizes(picture, reference)?;
     if !(1.0..=1000.0).contains(&pixels_per_degree) {
         return Err(MetricsError::PixelsPerDegree(pixels_per_degree));
     }
     let [picture, reference] = [picture, reference].map(srgb_to_ycxcz);
-    let spatial = SpatialFilters::new(pixels_per_degree);
-    let seen = [&picture, &reference].map(|planes| hunt_lab(&spatial.filter(planes)));
+    let spatial = ContrastFilters::new(pixels_per_degree);
+    let seen = [&picture, &reference].map(|planes| to_hunt_lab(&spatial.filter(planes)));
     let features = feature_differences(&picture[0], &reference[0], pixels_per_degree);
-    let redistribution = Redistribution::new();
+    let redistribution = ColourErrorMapping::new();
     let pixels = (seen[0].par_iter(), seen[1].par_iter(), features.par_iter());
     let combine = |(a, b, feature): (&[f32; 3], &[f32; 3], &f32)| {
         // A feature difference amplifies the colour difference (4.3).
@@ -58,11 +58,11 @@ pub fn flip(
 }
 
 /// Mapping of HyAB distances to colour errors in 0..1 (4.1.3).
-struct Redistribution {
-    largest: f32,
+struct ColourErrorMapping {
+    max_distance: f32,
 }
 
-impl Redistribution {
+impl ColourErrorMapping {
     fn new() -> Self {
         // Green and blue are the corners of the gamut with the largest distance.
         let corner = |rgb: [f32; 3]| {
@@ -70,21 +70,21 @@ impl Redistribution {
                 rgb: vec![rgb],
                 ..Picture::new(1, 1)
             };
-            hunt_lab(&srgb_to_ycxcz(&picture))[0]
+            to_hunt_lab(&srgb_to_ycxcz(&picture))[0]
         };
         let distance = hyab(corner([0.0, 1.0, 0.0]), corner([0.0, 0.0, 1.0]));
         Self {
-            largest: Real::powf(distance, COLOUR_EXPONENT),
+            max_distance: Real::powf(distance, COLOUR_EXPONENT),
         }
     }
 
     fn apply(&self, distance: f32) -> f32 {
         let power = Real::powf(distance, COLOUR_EXPONENT);
-        let joint = SPREAD_FROM * self.largest;
+        let joint = SPREAD_FROM * self.max_distance;
         if power < joint {
             power / joint * SPREAD_TO
         } else {
-            SPREAD_TO + (power - joint) / (self.largest - joint) * (1.0 - SPREAD_TO)
+            SPREAD_TO + (power - joint) / (self.max_distance - joint) * (1.0 - SPREAD_TO)
         }
     }
 }

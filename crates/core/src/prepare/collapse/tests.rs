@@ -6,7 +6,7 @@ use crate::scene::{GeneratorKind, TransformStep, Triple};
 
 /// [`super::collapsed`] relative to the origin zero.
 fn collapsed<R: Real>(scene: &Scene) -> Vec<Problem> {
-    collapsed_about::<R>(scene, DVec3::ZERO)
+    find_collapsed_objects_near::<R>(scene, DVec3::ZERO)
 }
 
 const HERE: Triple = [0.0; 3];

@@ -2,12 +2,12 @@
 
 use super::super::geometry::tests::glowing;
 use super::*;
-use crate::affine::affine;
+use crate::affine::affine_from_steps;
 use crate::effects::EffectSet;
-use crate::generate::expand;
-use crate::hash::mix;
-use crate::light::{Density, Emitters, LightTarget};
-use crate::prepare::Prepared;
+use crate::generate::expand_generators;
+use crate::hash::splitmix64;
+use crate::light::{Emitters, LightDensity, ShadowRayTarget};
+use crate::prepare::PreparedScene;
 use crate::prepare::build_geometry;
 use crate::scene::Integrator;
 use crate::scene::{Generator, GeneratorKind, Object, TransformStep};
@@ -17,15 +17,15 @@ use serde_json::json;
 
 fn found(scene: &Scene) -> Emitters<f32> {
     let (texture_tables, expected) = (
-        TextureTables::default(),
+        InputTables::default(),
         EmitterFilter {
-            even: true,
-            varied: false,
-            read: false,
+            uniform: true,
+            varying: false,
+            evaluated_at_hits: false,
         },
     );
     Emitters::new(
-        emitters::<f32>(
+        list_emitters::<f32>(
             (scene, DVec3::ZERO),
             &SceneLookup::new(scene),
             (&[], &texture_tables),
@@ -67,7 +67,7 @@ fn moved_emitters_need_no_map() {
         ..Scene::default()
     };
     let emitters = found(&scene);
-    assert_eq!((emitters.len(), emitters.under_maps()), (20_001, 1));
+    assert_eq!((emitters.len(), emitters.transformed_count()), (20_001, 1));
     // A sphere of radius 1/2 emits π times its radiance, 3.5 in all, from an area of π.
     let power = 3.5 * core::f64::consts::PI * core::f64::consts::PI;
     assert!(
@@ -75,14 +75,14 @@ fn moved_emitters_need_no_map() {
         "{}",
         emitters.power(0)
     );
-    for (i, object) in expand(&scene).iter().enumerate().skip(1) {
-        let position = affine(&object.transform).translation + DVec3::X;
+    for (i, object) in expand_generators(&scene).iter().enumerate().skip(1) {
+        let position = affine_from_steps(&object.transform).translation + DVec3::X;
         let index = emitters
-            .index_of(i as u32, 0)
+            .emitter_index_of(i as u32, 0)
             .expect("each object has an emitter");
         let bounds = emitters.bounds(index).expect("a ball has an end");
         assert!(
-            (bounds.space.centre() - position).length() < 1e-5
+            (bounds.bounding_box.centre() - position).length() < 1e-5
                 && (emitters.power(index) / power - 1.0).abs() < 1e-6
         );
     }
@@ -160,7 +160,7 @@ fn a_hit_finds_its_emitter() {
     )
     .expect("a scene");
     let (lookup, emitters) = (SceneLookup::new(&scene), found(&scene));
-    assert_eq!((emitters.len(), emitters.lit()), (10, 7));
+    assert_eq!((emitters.len(), emitters.lit_count()), (10, 7));
     let built = build_geometry::<f32>(&scene, &lookup, AcceleratorKind::Linear, &())
         .expect("it can be built");
     let emitter_at = |x: f32, z: f32| {
@@ -170,7 +170,7 @@ fn a_hit_finds_its_emitter() {
             .closest(&ray, Interval::positive(), &mut ())
             .expect("something lies below");
         (
-            emitters.index_of(hit.outermost(), hit.primitive),
+            emitters.emitter_index_of(hit.outermost_id(), hit.primitive),
             built.geometry.surface(&ray, &hit).point,
         )
     };
@@ -186,7 +186,7 @@ fn a_hit_finds_its_emitter() {
     ] {
         let (index, point) = emitter_at(x, z);
         let index = index.expect("it shines");
-        let space = emitters.bounds(index).expect("it has an end").space;
+        let space = emitters.bounds(index).expect("it has an end").bounding_box;
         let (low, high) = (point.as_dvec3() + 1e-5, point.as_dvec3() - 1e-5);
         assert!(
             space.min.cmple(low).all() && space.max.cmpge(high).all(),
@@ -201,8 +201,8 @@ fn a_hit_finds_its_emitter() {
         (
             emitter_at(0.5, 0.5).0,
             emitter_at(8.5, 0.3).0,
-            emitters.index_of(99, 0),
-            emitters.index_of(2, 1)
+            emitters.emitter_index_of(99, 0),
+            emitters.emitter_index_of(2, 1)
         ),
         (None, None, None, None)
     );
@@ -250,10 +250,10 @@ fn halves_of_a_quad_are_one_light() {
         assert_eq!(
             (
                 halves.len(),
-                halves.lit(),
-                halves.index_of(0, 0),
-                halves.index_of(0, 1),
-                halves.index_of(0, 2)
+                halves.lit_count(),
+                halves.emitter_index_of(0, 0),
+                halves.emitter_index_of(0, 1),
+                halves.emitter_index_of(0, 2)
             ),
             (2, 2, Some(0), Some(0), None)
         );
@@ -267,7 +267,8 @@ fn halves_of_a_quad_are_one_light() {
                     && (arriving - expected).length() < 1e-5 * expected.length(),
                 "{i} {j}"
             );
-            let (Density::SolidAngle(density), Density::SolidAngle(all)) = (density, all) else {
+            let (LightDensity::SolidAngle(density), LightDensity::SolidAngle(all)) = (density, all)
+            else {
                 panic!("lamps have a size")
             };
             assert!(
@@ -276,7 +277,10 @@ fn halves_of_a_quad_are_one_light() {
             );
         }
         let mirrored = pair(slanted, indices, -1.0);
-        assert_eq!((mirrored.index_of(0, 1), mirrored.power(1)), (Some(0), 0.0));
+        assert_eq!(
+            (mirrored.emitter_index_of(0, 1), mirrored.power(1)),
+            (Some(0), 0.0)
+        );
         assert!((mirrored.power(0) / whole.power(0) - 1.0).abs() < 1e-6);
     }
     let (mut trapezoid, mut perturbed) = (slanted, slanted);
@@ -291,7 +295,10 @@ fn halves_of_a_quad_are_one_light() {
     for (positions, indices) in two {
         let emitters = pair(positions, indices, 1.0);
         assert_eq!(
-            (emitters.index_of(0, 0), emitters.index_of(0, 1)),
+            (
+                emitters.emitter_index_of(0, 0),
+                emitters.emitter_index_of(0, 1)
+            ),
             (Some(0), Some(1)),
             "{positions:?} {indices:?}"
         );
@@ -301,7 +308,7 @@ fn halves_of_a_quad_are_one_light() {
 
 /// A square of two triangles in the plane z = 0 with texture coordinates x and y, emissive in its
 /// upper right corner: a sixteenth of it. Mirrored for a negative `sign`.
-fn screen(sign: f64) -> Prepared<f64> {
+fn screen(sign: f64) -> PreparedScene<f64> {
     let square = json!({ "name": "square", "source": { "inline": {
         "positions": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "uvs": [[[0, 0], [1, 0], [1, 1], [0, 1]]],
         "indices": [[0, 1, 2], [0, 2, 3]] } } });
@@ -314,7 +321,7 @@ fn screen(sign: f64) -> Prepared<f64> {
         integrator: Integrator::Path,
         ..Settings::from_scene(&scene)
     };
-    Prepared::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared")
+    PreparedScene::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared")
 }
 
 /// Protects: points of a partly emissive mesh are sampled where it emits, mirrored or not: nine
@@ -326,10 +333,10 @@ fn points_are_drawn_where_a_mesh_glows() {
         let prepared = screen(sign);
         let emitters = &prepared.lights.emitters;
         let (from, mut lit) = (DVec3::new(0.5, 0.5, 2.0), 0);
-        let number = |i: u64| (mix(i) >> 41) as f32 / (1 << 23) as f32;
+        let number = |i: u64| (splitmix64(i) >> 41) as f32 / (1 << 23) as f32;
         for i in 0..2_000 {
             let (emitter, probability) = emitters
-                .choose([number(4 * i), number(4 * i + 1)])
+                .sample_emitter([number(4 * i), number(4 * i + 1)])
                 .expect("it glows");
             let sample = emitters
                 .sample(
@@ -339,7 +346,7 @@ fn points_are_drawn_where_a_mesh_glows() {
                     probability,
                 )
                 .expect("it is seen");
-            let LightTarget::Surface(surface) = sample.target else {
+            let ShadowRayTarget::Surface(surface) = sample.target else {
                 panic!("{:?}", sample.target)
             };
             // Cells are a thirtieth wide, and their neighbours are sampled half as often.
@@ -370,10 +377,14 @@ fn triangles_that_vary_are_counted() {
             physical("cut", json!({ "emission": 1, "alpha": { "mask": { "cutoff": 0.5 } }, "opacity": "u" })), physical("dark", json!({}))] });
     let scene: Scene = serde_json::from_value(scene).expect("a scene");
     let count = |even, varied, read| {
-        varied_triangles(
+        count_varying_triangles(
             &scene,
             &SceneLookup::new(&scene),
-            EmitterFilter { even, varied, read },
+            EmitterFilter {
+                uniform: even,
+                varying: varied,
+                evaluated_at_hits: read,
+            },
             &(),
         )
         .expect("nobody ends it")
@@ -393,6 +404,6 @@ fn triangles_that_vary_are_counted() {
 /// along a side.
 #[test]
 fn points_are_shared_among_triangles() {
-    let across = [0, 1, 1024, 1025, 15_158, 1 << 18, u64::MAX].map(points_across);
+    let across = [0, 1, 1024, 1025, 15_158, 1 << 18, u64::MAX].map(emission_grid_size);
     assert_eq!(across, [32, 32, 32, 31, 8, 2, 2]);
 }

@@ -2,9 +2,10 @@
 
 use super::*;
 use crate::scene::{
-    Colour, Generator, GeneratorKind, Material, Mesh, MeshSource, Model, Physical, TransformStep,
+    Colour, Generator, GeneratorKind, Material, MaterialModel, Mesh, MeshSource, Physical,
+    TransformStep,
 };
-use crate::shape::any_shape;
+use crate::shape::convert_moved_shape;
 use raywright_bvh::shapes::AnyShape;
 
 pub(in crate::prepare) fn glowing(
@@ -17,7 +18,7 @@ pub(in crate::prepare) fn glowing(
     };
     let material = Material {
         name: "glow".to_owned(),
-        model: Model::Physical(Box::new(physical)),
+        model: MaterialModel::Physical(Box::new(physical)),
     };
     let object = Object {
         name: String::new(),
@@ -38,7 +39,7 @@ pub(in crate::prepare) fn glowing(
 fn triangles_without_area_collapse() {
     let vertices = [[0.125, 0.25, 0.5], [1.125, 1.25, 1.5], [3.125, 3.25, 3.5]];
     let Some(AnyShape::Triangle(triangle)) =
-        any_shape::<f32>(&Shape::Triangle { vertices }, DVec3::ZERO)
+        convert_moved_shape::<f32>(&Shape::Triangle { vertices }, DVec3::ZERO)
     else {
         panic!()
     };
@@ -77,13 +78,13 @@ fn collapsed_shapes_are_refused() {
         ..Scene::default()
     };
     let lookup = SceneLookup::new(&scene);
-    let narrow = build::<f32>(&scene, &lookup, AcceleratorKind::Linear, &()).err();
+    let narrow = build_geometry::<f32>(&scene, &lookup, AcceleratorKind::Linear, &()).err();
     let Some(PrepareError::Collapsed { problems }) = narrow else {
         panic!("{narrow:?}")
     };
     assert_eq!(problems.len(), 1);
     assert_eq!(problems[0].path, "generators[0].object.shape.box.max");
-    let wide = build::<f64>(&scene, &lookup, AcceleratorKind::Linear, &())
+    let wide = build_geometry::<f64>(&scene, &lookup, AcceleratorKind::Linear, &())
         .expect("f64 tells its faces apart");
     assert_eq!(wide.objects.len(), 5);
 }
@@ -147,10 +148,10 @@ fn vanished_meshes_are_told() {
         ..Scene::default()
     };
     let lookup = SceneLookup::new(&scene);
-    let narrow =
-        build::<f32>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("it can be built");
-    assert_eq!(narrow.lost, [1, 6]);
-    let wide =
-        build::<f64>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("it can be built");
-    assert_eq!(wide.lost, [0; 0]);
+    let narrow = build_geometry::<f32>(&scene, &lookup, AcceleratorKind::Linear, &())
+        .expect("it can be built");
+    assert_eq!(narrow.collapsed_meshes, [1, 6]);
+    let wide = build_geometry::<f64>(&scene, &lookup, AcceleratorKind::Linear, &())
+        .expect("it can be built");
+    assert_eq!(wide.collapsed_meshes, [0; 0]);
 }

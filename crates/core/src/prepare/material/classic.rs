@@ -3,11 +3,13 @@
 use raywright_bvh::{Real, Vector};
 
 use super::super::error::PrepareError;
-use super::super::inputs::Compiler;
-use super::{prepared, vector};
+use super::super::inputs::InputCompiler;
+use super::{colour_vector, prepare_optional};
 use crate::expr::{ExprScope, Variable};
 use crate::material::Glass;
-use crate::scene::{Classic as ClassicData, Colour, Mixture, SpecularModel, TransmissionChoice};
+use crate::scene::{
+    ClassicMaterial as ClassicData, Colour, Mixture, SpecularModel, TransmissionChoice,
+};
 use crate::texture::PreparedInput;
 
 /// Inputs of a classic material, a local lighting model of several terms (see
@@ -28,9 +30,9 @@ pub(crate) struct ClassicInputs<R: Real> {
     pub shadow: Option<PreparedInput<R>>,
     /// Whether a shadow ray is needed. It is not if the expression `shadow` reads no property of an
     /// occluder.
-    pub asks_what_is_between: bool,
+    pub needs_shadow_ray: bool,
     /// Whether an expression reads the distance of the nearest occluder.
-    pub asks_how_far: bool,
+    pub reads_occluder_distance: bool,
     /// Whether the material consists of Lambert's lobe and emission alone for a path tracer.
     pub matte: bool,
 }
@@ -62,24 +64,24 @@ pub(crate) struct TransmissionInputs<R: Real> {
     pub choice: TransmissionChoice,
 }
 
-pub(super) fn classic<R: Real>(
+pub(super) fn prepare_classic<R: Real>(
     m: &ClassicData,
     ambient: Colour,
-    inputs: &mut Compiler<'_, R>,
+    inputs: &mut InputCompiler<'_, R>,
 ) -> Result<ClassicInputs<R>, PrepareError> {
-    let specular = prepared(m.specular.as_ref(), |s| {
+    let specular = prepare_optional(m.specular.as_ref(), |s| {
         Ok(SpecularInputs {
             model: s.model,
             exponent: s.exponent,
-            strength: inputs.weight(&s.strength, ExprScope::Light, "specular.strength")?,
+            strength: inputs.compile_weight(&s.strength, ExprScope::Light, "specular.strength")?,
             lit: s.lit,
             shadowed: s.shadowed,
             on_reflection: s.on_reflection,
         })
     })?;
-    let reflection = prepared(m.reflection.as_ref(), |r| {
+    let reflection = prepare_optional(m.reflection.as_ref(), |r| {
         Ok(ReflectionInputs {
-            weight: inputs.weight(&r.weight, ExprScope::Light, "reflection.weight")?,
+            weight: inputs.compile_weight(&r.weight, ExprScope::Light, "reflection.weight")?,
             tinted: r.tinted,
             fuzz: r.fuzz.as_ref().map(|f| {
                 (
@@ -89,9 +91,9 @@ pub(super) fn classic<R: Real>(
             }),
         })
     })?;
-    let diffuse = inputs.weight(&m.diffuse, ExprScope::Light, "diffuse")?;
-    let shadow = prepared(m.shadow.as_ref(), |s| {
-        inputs.weight(s, ExprScope::Light, "shadow")
+    let diffuse = inputs.compile_weight(&m.diffuse, ExprScope::Light, "diffuse")?;
+    let shadow = prepare_optional(m.shadow.as_ref(), |s| {
+        inputs.compile_weight(s, ExprScope::Light, "shadow")
     })?;
     let further = [
         specular.as_ref().map(|s: &SpecularInputs<R>| &s.strength),
@@ -103,18 +105,18 @@ pub(super) fn classic<R: Real>(
         .flatten();
     let asks_how_far = weights
         .into_iter()
-        .any(|w| w.reads(&inputs.texture_tables, &[Variable::OccluderDistance]));
-    let rim = prepared(m.rim.as_ref(), |r| {
+        .any(|w| w.reads_variable(&inputs.texture_tables, &[Variable::OccluderDistance]));
+    let rim = prepare_optional(m.rim.as_ref(), |r| {
         Ok((
-            inputs.weight(&r.strength, ExprScope::Surface, "rim.strength")?,
+            inputs.compile_weight(&r.strength, ExprScope::Surface, "rim.strength")?,
             r.exponent,
         ))
     })?;
     Ok(ClassicInputs {
         rim,
-        colour: inputs.input(&m.colour, "colour")?,
-        local: inputs.weight(&m.local, ExprScope::Surface, "local")?,
-        ambient: vector::<R>(m.ambient.unwrap_or(ambient)),
+        colour: inputs.compile_input(&m.colour, "colour")?,
+        local: inputs.compile_weight(&m.local, ExprScope::Surface, "local")?,
+        ambient: colour_vector::<R>(m.ambient.unwrap_or(ambient)),
         diffuse,
         specular,
         reflection,
@@ -122,22 +124,22 @@ pub(super) fn classic<R: Real>(
             glass: Glass {
                 share: R::ONE,
                 ior: t.ior,
-                reflected: vector::<R>(t.reflected_tint),
-                transmitted: vector::<R>(t.refracted_tint),
+                reflected: colour_vector::<R>(t.reflected_tint),
+                transmitted: colour_vector::<R>(t.refracted_tint),
             },
             choice: t.choice,
         }),
-        emission: prepared(m.emission.as_ref(), |e| inputs.input(e, "emission"))?,
+        emission: prepare_optional(m.emission.as_ref(), |e| inputs.compile_input(e, "emission"))?,
         mixture: m.mixture,
         shadow_transmittance: R::from_f64(m.shadow_transmittance),
-        asks_what_is_between: shadow.is_none_or(|s| {
-            s.reads(
+        needs_shadow_ray: shadow.is_none_or(|s| {
+            s.reads_variable(
                 &inputs.texture_tables,
                 &[Variable::Shadow, Variable::OccluderDistance],
             )
         }),
         shadow,
-        asks_how_far,
+        reads_occluder_distance: asks_how_far,
         matte: m.specular.is_none()
             && m.reflection.is_none()
             && m.transmission.is_none()

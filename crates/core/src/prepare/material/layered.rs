@@ -4,38 +4,38 @@
 use raywright_bvh::{Real, Vector};
 
 use super::super::error::PrepareError;
-use super::super::inputs::Compiler;
-use super::prepared;
+use super::super::inputs::InputCompiler;
+use super::prepare_optional;
 use crate::effects::EffectSet;
 use crate::material::{
-    Anisotropy, Coat, Diffused, FresnelRule, LayerStage, Layered, Sheen, ThinFilm,
+    Anisotropy, Coat, Diffused, FresnelRule, LayerFieldTypes, LayeredSurface, Sheen, ThinFilm,
 };
-use crate::scene::{Channel, Model, Physical as PhysicalData, Scene};
-use crate::texture::{Bump, InputProduct, PreparedInput};
+use crate::scene::{Channel, MaterialModel, Physical as PhysicalData, Scene};
+use crate::texture::{InputProduct, NormalMapInput, PreparedInput};
 
 /// The field types of a layer before a hit: inputs.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct InputStage<R>(R);
+pub(crate) struct InputFieldTypes<R>(R);
 
-impl<R: Real> LayerStage for InputStage<R> {
+impl<R: Real> LayerFieldTypes for InputFieldTypes<R> {
     type Share = InputProduct<R>;
     type Tint = InputProduct<R>;
     type Colour = InputProduct<R>;
-    type Thickness = Thickness<R>;
+    type Thickness = FilmThickness<R>;
     type Constant = f64;
     type Spectrum = R::Vec3;
     /// Normal map of the coat; `None` for the surface's normal without its normal map.
-    type Normal = Option<Bump<R>>;
-    type Frame = SurfaceDirections<R>;
+    type Normal = Option<NormalMapInput<R>>;
+    type Frame = AnisotropyFrame<R>;
     type Base = ();
 }
 
 /// The layers of a physical material, as inputs.
-pub(crate) type LayeredInputs<R> = Layered<InputStage<R>>;
+pub(crate) type LayeredInputs<R> = LayeredSurface<InputFieldTypes<R>>;
 
 /// Thickness of a film in nanometres.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Thickness<R: Real> {
+pub(crate) struct FilmThickness<R: Real> {
     /// Thickness where the image is white, or everywhere without an image.
     pub thickest: InputProduct<R>,
     /// Thickness where the image is black.
@@ -45,14 +45,14 @@ pub(crate) struct Thickness<R: Real> {
 
 /// Directions of the rougher axis on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SurfaceDirections<R: Real> {
+pub(crate) struct AnisotropyFrame<R: Real> {
     /// Cosine and sine of the angle from the tangent to the rougher axis.
-    pub turn: [R; 2],
+    pub rotation: [R; 2],
     pub image: Option<PreparedInput<R>>,
 }
 
 /// Whether the layers depend on tangents.
-pub(super) fn is_directed<R: Real>(layers: &LayeredInputs<R>) -> bool {
+pub(super) fn layers_need_tangents<R: Real>(layers: &LayeredInputs<R>) -> bool {
     layers.anisotropy.is_some()
         || layers
             .coat
@@ -66,37 +66,36 @@ pub(in crate::prepare) struct MaterialContext<R: Real> {
     /// Layers so far, to which prepared materials refer by index.
     pub layers: Vec<LayeredInputs<R>>,
     /// Whether the integrator is the path tracer.
-    pub paths: bool,
+    pub is_path_tracing: bool,
     /// Effects that the user has disabled.
-    pub without: EffectSet,
+    pub disabled_effects: EffectSet,
     /// Choice of the reflectance formulas.
     pub fresnel: FresnelRule,
     /// Whether rough surfaces include multiple scattering among microfacets.
-    pub compensates: bool,
+    pub multiple_scattering: bool,
 }
 
 /// Whether a physical material needs layers beyond the plain metallic-roughness model.
 fn is_layered(m: &PhysicalData, rule: FresnelRule) -> bool {
     let clear = m.may_transmit() && (m.thin_walled || m.dispersion > 0.0);
     let present = [
-        m.coat().is_some(),
-        m.fibres().is_some(),
+        m.active_clearcoat().is_some(),
+        m.active_sheen().is_some(),
         m.active_anisotropy().is_some(),
-        m.film().is_some(),
-        m.metal().is_some(),
+        m.active_iridescence().is_some(),
+        m.active_conductor().is_some(),
     ];
-    let tinted = m.tints_reflections() && m.factor_of_reflections().is_none();
+    let tinted = m.has_specular_tint() && m.constant_specular_factor().is_none();
     rule != FresnelRule::default()
         || clear
-        || m.may_diffuse_through()
+        || m.may_transmit_diffusely()
         || tinted
         || present.contains(&true)
 }
 
 /// Counts the materials of a scene that need layers in a path tracer.
-pub(crate) fn count_layered(scene: &Scene, rule: FresnelRule) -> u64 {
-    let has =
-        |model: &Model| matches!(model, Model::Physical(m) if !m.unlit && is_layered(m, rule));
+pub(crate) fn count_layered_materials(scene: &Scene, rule: FresnelRule) -> u64 {
+    let has = |model: &MaterialModel| matches!(model, MaterialModel::Physical(m) if !m.unlit && is_layered(m, rule));
     scene
         .materials
         .iter()
@@ -104,104 +103,117 @@ pub(crate) fn count_layered(scene: &Scene, rule: FresnelRule) -> u64 {
         .count() as u64
 }
 
-pub(super) fn layered<R: Real>(
+pub(super) fn prepare_layers<R: Real>(
     m: &PhysicalData,
-    inputs: &mut Compiler<'_, R>,
+    inputs: &mut InputCompiler<'_, R>,
     context: &MaterialContext<R>,
 ) -> Result<Option<LayeredInputs<R>>, PrepareError> {
-    if m.unlit || !context.paths || !is_layered(m, context.fresnel) {
+    if m.unlit || !context.is_path_tracing || !is_layered(m, context.fresnel) {
         return Ok(None);
     }
     let diffused = m
         .diffuse_transmission
         .as_ref()
-        .filter(|_| m.may_diffuse_through());
-    let diffused = prepared(diffused, |layer| {
+        .filter(|_| m.may_transmit_diffusely());
+    let diffused = prepare_optional(diffused, |layer| {
         Ok(Diffused {
-            share: inputs.factor(
+            share: inputs.compile_factor(
                 &layer.factor,
                 &layer.factor_texture,
                 "diffuse_transmission.factor",
             )?,
-            colour: inputs.factor(
+            colour: inputs.compile_factor(
                 &layer.colour,
                 &layer.colour_texture,
                 "diffuse_transmission.colour",
             )?,
         })
     })?;
-    let sheen = prepared(m.fibres(), |layer| {
+    let sheen = prepare_optional(m.active_sheen(), |layer| {
         Ok(Sheen {
-            colour: inputs.factor(&layer.colour, &layer.colour_texture, "sheen.colour")?,
-            roughness: inputs.factor(
+            colour: inputs.compile_factor(&layer.colour, &layer.colour_texture, "sheen.colour")?,
+            roughness: inputs.compile_factor(
                 &layer.roughness,
                 &layer.roughness_texture,
                 "sheen.roughness",
             )?,
         })
     })?;
-    let anisotropy = prepared(m.active_anisotropy(), |layer| {
-        let image = inputs.image(&layer.texture, "anisotropy.texture")?;
-        let strength = inputs.product(
+    let anisotropy = prepare_optional(m.active_anisotropy(), |layer| {
+        let image = inputs.compile_image(&layer.texture, "anisotropy.texture")?;
+        let strength = inputs.compile_product(
             &layer.strength,
-            image.map(|image| image.channel(Channel::Blue)),
+            image.map(|image| image.with_channel(Channel::Blue)),
             "anisotropy.strength",
         )?;
         let angle = layer.rotation.to_radians();
         Ok(Anisotropy {
             strength,
-            frame: SurfaceDirections {
-                turn: [libm::cos(angle), libm::sin(angle)].map(R::from_f64),
+            frame: AnisotropyFrame {
+                rotation: [libm::cos(angle), libm::sin(angle)].map(R::from_f64),
                 image,
             },
         })
     })?;
-    let film = prepared(m.film(), |layer| {
+    let film = prepare_optional(m.active_iridescence(), |layer| {
         Ok(ThinFilm {
-            share: inputs.factor(&layer.factor, &layer.factor_texture, "iridescence.factor")?,
+            share: inputs.compile_factor(
+                &layer.factor,
+                &layer.factor_texture,
+                "iridescence.factor",
+            )?,
             ior: layer.ior,
-            thickness: Thickness {
-                thickest: inputs.factor(&layer.thickness, &None, "iridescence.thickness")?,
+            thickness: FilmThickness {
+                thickest: inputs.compile_factor(
+                    &layer.thickness,
+                    &None,
+                    "iridescence.thickness",
+                )?,
                 thinnest: R::from_f64(layer.thinnest),
-                image: inputs.image(&layer.thickness_texture, "iridescence.thickness_texture")?,
+                image: inputs
+                    .compile_image(&layer.thickness_texture, "iridescence.thickness_texture")?,
             },
         })
     })?;
-    let coat = prepared(m.coat(), |layer| {
-        let bump = inputs.image(&layer.normal_texture, "clearcoat.normal_texture")?;
+    let coat = prepare_optional(m.active_clearcoat(), |layer| {
+        let bump = inputs.compile_image(&layer.normal_texture, "clearcoat.normal_texture")?;
         Ok(Coat {
-            weight: inputs.factor(&layer.factor, &layer.factor_texture, "clearcoat.factor")?,
-            roughness: inputs.factor(
+            weight: inputs.compile_factor(
+                &layer.factor,
+                &layer.factor_texture,
+                "clearcoat.factor",
+            )?,
+            roughness: inputs.compile_factor(
                 &layer.roughness,
                 &layer.roughness_texture,
                 "clearcoat.roughness",
             )?,
-            normal: bump.map(|image| Bump {
+            normal: bump.map(|image| NormalMapInput {
                 image,
                 scale: R::from_f64(layer.normal_scale),
             }),
         })
     })?;
-    Ok(Some(Layered {
+    Ok(Some(LayeredSurface {
         base: (),
         // Before a hit, this field holds the dispersion in place of an index.
         ior: if m.thin_walled { 0.0 } else { m.dispersion },
-        specular: inputs.factor(&m.specular, &m.specular_texture, "specular")?,
-        specular_colour: inputs.factor(
+        specular: inputs.compile_factor(&m.specular, &m.specular_texture, "specular")?,
+        specular_colour: inputs.compile_factor(
             &m.specular_colour,
             &m.specular_colour_texture,
             "specular_colour",
         )?,
         conductor: m
-            .metal()
+            .active_conductor()
             .map(|index| [index.n, index.k].map(|c| R::Vec3::from_f64(c.0.into()))),
         thin: m.thin_walled,
-        diffused,
+        diffuse_transmission: diffused,
         anisotropy,
         film,
         sheen,
         coat,
         rule: context.fresnel,
-        compensated: context.compensates,
+        multiple_scattering: context.multiple_scattering,
     }))
 }

@@ -3,12 +3,12 @@
 use raywright_bvh::{Real, Vector};
 
 use super::super::error::PrepareError;
-use super::super::inputs::Compiler;
-use super::layered::{MaterialContext, layered};
-use super::prepared;
+use super::super::inputs::InputCompiler;
+use super::layered::{MaterialContext, prepare_layers};
+use super::prepare_optional;
 use crate::effects::Effect;
 use crate::scene::{AlphaMode, Channel, Physical as PhysicalData};
-use crate::texture::{Bump, InputProduct};
+use crate::texture::{InputProduct, NormalMapInput};
 
 /// Inputs of a physical material, the metallic-roughness model.
 #[derive(Clone, Copy, Debug)]
@@ -30,12 +30,12 @@ pub(crate) struct PhysicalInputs<R: Real> {
     /// Whether the surface is a thin wall, without refraction.
     pub thin: bool,
     /// Index in the table of layers; `None` without layers, or if the integrator ignores layers.
-    pub layered: Option<u32>,
+    pub layers: Option<u32>,
     /// Factor on the dielectric part's reflectance (KHR_materials_specular); 1 if the layers hold
     /// the factor.
     pub specular: R,
     /// Normal map; `None` without a normal map.
-    pub bump: Option<Bump<R>>,
+    pub normal_map: Option<NormalMapInput<R>>,
     /// Whether the material is opaque, has no layers and reads no expressions. Several hits of such
     /// a material may be shaded at once.
     pub is_common: bool,
@@ -48,13 +48,13 @@ pub(crate) struct PhysicalInputs<R: Real> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum RefractiveIndex<R: Real> {
     /// A constant index.
-    Even(DielectricBoundary<R>),
+    Constant(ConstantIor<R>),
     Varying(InputProduct<R>),
 }
 
 /// A constant index of refraction with its reflectance at normal incidence.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct DielectricBoundary<R> {
+pub(crate) struct ConstantIor<R> {
     /// Index of refraction, in `f64` as refraction needs.
     pub ior: f64,
     /// Reflectance at normal incidence; 1 for index 0. It is computed in `f64`, because `f32` would
@@ -62,7 +62,7 @@ pub(crate) struct DielectricBoundary<R> {
     pub f0: R,
 }
 
-impl<R: Real> DielectricBoundary<R> {
+impl<R: Real> ConstantIor<R> {
     pub fn new(ior: f64) -> Self {
         Self {
             ior,
@@ -78,13 +78,13 @@ pub(crate) struct PhysicalTransmission<R: Real> {
     /// Tint of shadow rays by the base colour; white if the base colour varies.
     pub tint: R::Vec3,
     /// Transmittance for shadow rays if it is constant; `None` if it varies.
-    pub even: Option<R>,
+    pub constant_transmittance: Option<R>,
 }
 
 impl<R: Real> PhysicalTransmission<R> {
     /// Returns the transmittance for shadow rays where `share` of the light is transmitted: the
     /// mean over the channels.
-    pub fn of_light(&self, share: R) -> R {
+    pub fn shadow_transmittance(&self, share: R) -> R {
         (self.tint * share).dot(R::Vec3::splat(R::from_f64(1.0 / 3.0)))
     }
 }
@@ -92,7 +92,7 @@ impl<R: Real> PhysicalTransmission<R> {
 impl<R: Real> PhysicalInputs<R> {
     /// Whether the material is a transmissive thin wall with layers.
     pub fn is_thin(&self) -> bool {
-        self.thin && self.transmission.is_some() && self.layered.is_some()
+        self.thin && self.transmission.is_some() && self.layers.is_some()
     }
 }
 
@@ -100,75 +100,81 @@ impl<R: Real> PhysicalInputs<R> {
 /// absorbs practically all light and fits an `f32`.
 const MOST_ABSORPTION: f64 = 1e30;
 
-pub(super) fn physical<R: Real>(
+pub(super) fn prepare_physical<R: Real>(
     m: &PhysicalData,
-    inputs: &mut Compiler<'_, R>,
+    inputs: &mut InputCompiler<'_, R>,
     context: &mut MaterialContext<R>,
 ) -> Result<PhysicalInputs<R>, PrepareError> {
-    let image = inputs.image(&m.base_colour_texture, "base_colour_texture")?;
-    let base = inputs.product(&m.base_colour, image, "base_colour")?;
+    let image = inputs.compile_image(&m.base_colour_texture, "base_colour_texture")?;
+    let base = inputs.compile_product(&m.base_colour, image, "base_colour")?;
     // Mipmaps average alpha, which changes the share of the surface above the alpha cutoff.
-    inputs.finest = matches!(m.alpha, AlphaMode::Mask { .. });
-    let again = inputs.finest
+    inputs.ignore_mipmaps = matches!(m.alpha, AlphaMode::Mask { .. });
+    let again = inputs.ignore_mipmaps
         && m.base_colour_texture
             .as_ref()
-            .is_some_and(|texture| inputs.reduces(texture));
+            .is_some_and(|texture| inputs.uses_mipmaps(texture));
     let cover = if again {
-        inputs.image(&m.base_colour_texture, "base_colour_texture")?
+        inputs.compile_image(&m.base_colour_texture, "base_colour_texture")?
     } else {
         image
     };
-    let opacity = inputs.product(
+    let opacity = inputs.compile_product(
         &m.opacity,
-        cover.map(|image| image.channel(Channel::Alpha)),
+        cover.map(|image| image.with_channel(Channel::Alpha)),
         "opacity",
     )?;
-    inputs.finest = false;
-    let image = inputs.image(&m.metallic_roughness_texture, "metallic_roughness_texture")?;
-    let roughness = inputs.product(
+    inputs.ignore_mipmaps = false;
+    let image =
+        inputs.compile_image(&m.metallic_roughness_texture, "metallic_roughness_texture")?;
+    let roughness = inputs.compile_product(
         &m.roughness,
-        image.map(|image| image.channel(Channel::Green)),
+        image.map(|image| image.with_channel(Channel::Green)),
         "roughness",
     )?;
-    let metallic = inputs.product(
+    let metallic = inputs.compile_product(
         &m.metallic,
-        image.map(|image| image.channel(Channel::Blue)),
+        image.map(|image| image.with_channel(Channel::Blue)),
         "metallic",
     )?;
-    let emission = prepared(m.gives_off(), |emission| {
-        inputs.factor(emission, &m.emission_texture, "emission")
+    let emission = prepare_optional(m.active_emission(), |emission| {
+        inputs.compile_factor(emission, &m.emission_texture, "emission")
     })?;
     let index = match m.ior.constant() {
-        Some(ior) => RefractiveIndex::Even(DielectricBoundary::new(ior)),
-        None => RefractiveIndex::Varying(inputs.factor(&m.ior, &None, "ior")?),
+        Some(ior) => RefractiveIndex::Constant(ConstantIor::new(ior)),
+        None => RefractiveIndex::Varying(inputs.compile_factor(&m.ior, &None, "ior")?),
     };
-    let transmission = prepared(m.may_transmit().then_some(&m.transmission), |share| {
-        let share = inputs.factor(share, &m.transmission_texture, "transmission")?;
+    let transmission = prepare_optional(m.may_transmit().then_some(&m.transmission), |share| {
+        let share = inputs.compile_factor(share, &m.transmission_texture, "transmission")?;
         let transmission = PhysicalTransmission {
             share,
-            tint: base.constant().unwrap_or(R::Vec3::ONE),
-            even: None,
+            tint: base.constant_factor().unwrap_or(R::Vec3::ONE),
+            constant_transmittance: None,
         };
         Ok(PhysicalTransmission {
-            even: share.even().map(|share| transmission.of_light(share.x())),
+            constant_transmittance: share
+                .constant_value()
+                .map(|share| transmission.shadow_transmittance(share.x())),
             ..transmission
         })
     })?;
-    let bump = prepared(m.bent_by(), |image| inputs.texture(image, "normal_texture"))?.flatten();
-    let layered = layered(m, inputs, context)?.map(|layered| {
+    let bump = prepare_optional(m.active_normal_map(), |image| {
+        inputs.compile_texture(image, "normal_texture")
+    })?
+    .flatten();
+    let layered = prepare_layers(m, inputs, context)?.map(|layered| {
         context.layers.push(layered);
         context.layers.len() as u32 - 1
     });
     let factor = m
-        .factor_of_reflections()
-        .filter(|_| context.paths && layered.is_none());
+        .constant_specular_factor()
+        .filter(|_| context.is_path_tracing && layered.is_none());
     let opaque = m.alpha == AlphaMode::Opaque && transmission.is_none() && !m.unlit;
     Ok(PhysicalInputs {
-        is_common: opaque && layered.is_none() && !inputs.reads.expressions,
-        layered,
+        is_common: opaque && layered.is_none() && !inputs.dependencies.expressions,
+        layers: layered,
         specular: R::from_f64(factor.unwrap_or(1.0)),
         thin: m.thin_walled,
-        bump: bump.map(|image| Bump {
+        normal_map: bump.map(|image| NormalMapInput {
             image,
             scale: R::from_f64(m.normal_scale),
         }),
@@ -185,6 +191,6 @@ pub(super) fn physical<R: Real>(
         alpha: m.alpha,
         opacity,
         unlit: m.unlit,
-        mirrors: !context.without.has(Effect::MirrorReflection),
+        mirrors: !context.disabled_effects.has(Effect::MirrorReflection),
     })
 }

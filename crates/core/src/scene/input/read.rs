@@ -6,24 +6,27 @@ use core::marker::PhantomData;
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::{CheckerInput, Colour, Input, InputValue, TextureInput, Triple, Weight};
+use super::{CheckerInput, Colour, Input, InputValue, ScalarFactor, TextureInput, Triple};
 
 /// A number that the loader's deserializer may also read from a string, as an expression. Any other
 /// deserializer refuses a string.
-struct NumberOnly(f64);
+struct EvaluatedNumber(f64);
 
-impl<'de> Deserialize<'de> for NumberOnly {
+impl<'de> Deserialize<'de> for EvaluatedNumber {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         f64::deserialize(deserializer).map(Self)
     }
 }
 
 /// Reads a sequence of exactly three numbers.
-fn triple<'de, A: SeqAccess<'de>>(mut seq: A, what: &dyn de::Expected) -> Result<Triple, A::Error> {
+fn read_triple<'de, A: SeqAccess<'de>>(
+    mut seq: A,
+    what: &dyn de::Expected,
+) -> Result<Triple, A::Error> {
     let mut out = [0.0; 3];
     for (i, slot) in out.iter_mut().enumerate() {
         *slot = seq
-            .next_element::<NumberOnly>()?
+            .next_element::<EvaluatedNumber>()?
             .ok_or_else(|| de::Error::invalid_length(i, what))?
             .0;
     }
@@ -50,7 +53,7 @@ impl<'de> Visitor<'de> for ColourVisitor {
         Ok(Colour([v as f64; 3]))
     }
     fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Colour, A::Error> {
-        triple(seq, &self).map(Colour)
+        read_triple(seq, &self).map(Colour)
     }
     fn visit_newtype_struct<D: Deserializer<'de>>(
         self,
@@ -71,25 +74,25 @@ impl<'de> Deserialize<'de> for Colour {
 struct WeightVisitor;
 
 impl<'de> Visitor<'de> for WeightVisitor {
-    type Value = Weight;
+    type Value = ScalarFactor;
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("a number, or an expression of the hit in quotes")
     }
-    fn visit_f64<E: de::Error>(self, v: f64) -> Result<Weight, E> {
-        Ok(Weight::Number(v))
+    fn visit_f64<E: de::Error>(self, v: f64) -> Result<ScalarFactor, E> {
+        Ok(ScalarFactor::Number(v))
     }
-    fn visit_i64<E: de::Error>(self, v: i64) -> Result<Weight, E> {
-        Ok(Weight::Number(v as f64))
+    fn visit_i64<E: de::Error>(self, v: i64) -> Result<ScalarFactor, E> {
+        Ok(ScalarFactor::Number(v as f64))
     }
-    fn visit_u64<E: de::Error>(self, v: u64) -> Result<Weight, E> {
-        Ok(Weight::Number(v as f64))
+    fn visit_u64<E: de::Error>(self, v: u64) -> Result<ScalarFactor, E> {
+        Ok(ScalarFactor::Number(v as f64))
     }
-    fn visit_str<E: de::Error>(self, v: &str) -> Result<Weight, E> {
-        Ok(Weight::Expression(v.to_owned()))
+    fn visit_str<E: de::Error>(self, v: &str) -> Result<ScalarFactor, E> {
+        Ok(ScalarFactor::Expression(v.to_owned()))
     }
 }
 
-impl<'de> Deserialize<'de> for Weight {
+impl<'de> Deserialize<'de> for ScalarFactor {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(WeightVisitor)
     }
@@ -103,7 +106,7 @@ impl<'de, T: InputValue> Visitor<'de> for InputVisitor<T> {
         f.write_str(T::EXPECTED)
     }
     fn visit_f64<E: de::Error>(self, v: f64) -> Result<Input<T>, E> {
-        Ok(Input::Constant(T::of_number(v)))
+        Ok(Input::Constant(T::from_number(v)))
     }
     fn visit_i64<E: de::Error>(self, v: i64) -> Result<Input<T>, E> {
         self.visit_f64(v as f64)
@@ -115,8 +118,8 @@ impl<'de, T: InputValue> Visitor<'de> for InputVisitor<T> {
         Ok(Input::Expression(v.to_owned()))
     }
     fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Input<T>, A::Error> {
-        let colour = Colour(triple(seq, &self)?);
-        T::of_colour(colour)
+        let colour = Colour(read_triple(seq, &self)?);
+        T::from_colour(colour)
             .map(Input::Constant)
             .ok_or_else(|| de::Error::invalid_type(de::Unexpected::Seq, &self))
     }
@@ -158,7 +161,7 @@ impl<'de, T: InputValue> Deserialize<'de> for Input<T> {
 /// Reads an input whose expression the loader evaluates once, if it depends on no variable of the
 /// hit. The roughness or emission of a surface is then known before rendering. By the name
 /// `EarlyInput`, the loader knows which inputs to evaluate.
-pub(in crate::scene) fn early<'de, T: InputValue, D: Deserializer<'de>>(
+pub(in crate::scene) fn deserialize_early<'de, T: InputValue, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Input<T>, D::Error> {
     deserializer.deserialize_newtype_struct("EarlyInput", InputVisitor(PhantomData))

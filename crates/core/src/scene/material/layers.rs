@@ -2,29 +2,29 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::super::field::FieldBounds::{Any, Finite, Within};
+use super::super::field::FieldBounds::{Any, Finite, Range};
 use super::super::field::{
     FieldBounds, FieldValue, MaterialField, MaterialFields, fields, file_struct,
 };
-use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, early};
+use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, deserialize_early};
 
 /// Bounds of a number, or of each channel of a colour, from 0 to 1.
-pub(super) const SHARE: FieldBounds = Within(0.0, 1.0);
+pub(super) const SHARE: FieldBounds = Range(0.0, 1.0);
 
 /// Least and greatest index of refraction.
 pub(super) const IOR: [f64; 2] = [1.0, 1e3];
-const INDICES: FieldBounds = Within(IOR[0], IOR[1]);
+const INDICES: FieldBounds = Range(IOR[0], IOR[1]);
 
 file_struct! {
     /// A clear coat of index 1.5 over all layers (KHR_materials_clearcoat).
     Clearcoat
     /// Share of the surface that the coat covers, 0 to 1.
-    #[serde(deserialize_with = "early")]
+    #[serde(deserialize_with = "deserialize_early")]
     factor: NumberInput = 1.0.into(), SHARE;
     /// Image that multiplies the share by its red channel, or by its `channel`.
     factor_texture: Option<TextureRef> = None, Any;
     /// Perceptual roughness of the coat, 0 to 1.
-    #[serde(deserialize_with = "early")]
+    #[serde(deserialize_with = "deserialize_early")]
     roughness: NumberInput = 0.0.into(), SHARE;
     /// Image that multiplies the roughness by its red channel, or by its `channel`.
     roughness_texture: Option<TextureRef> = None, Any;
@@ -42,7 +42,7 @@ file_struct! {
     /// Image that multiplies the colour.
     colour_texture: Option<TextureRef> = None, Any;
     /// Perceptual roughness of the fibres, 0 to 1; values below 0.07 act as 0.07.
-    #[serde(deserialize_with = "early")]
+    #[serde(deserialize_with = "deserialize_early")]
     roughness: NumberInput = 0.5.into(), SHARE;
     /// Image that multiplies the roughness by its red channel, or by its `channel`.
     roughness_texture: Option<TextureRef> = None, Any;
@@ -54,7 +54,7 @@ file_struct! {
     Anisotropy
     /// Strength from 0 (equally rough in both directions) to 1. With the square of the strength,
     /// the microfacet α along the rougher direction rises from its isotropic value to 1.
-    #[serde(deserialize_with = "early")]
+    #[serde(deserialize_with = "deserialize_early")]
     strength: NumberInput = 0.5.into(), SHARE;
     /// Angle in degrees from the direction of growing u to the rougher direction,
     /// counter-clockwise.
@@ -69,27 +69,27 @@ file_struct! {
     /// A thin film on the microfacets, about a wavelength thick (KHR_materials_iridescence).
     Iridescence
     /// Share of the surface that has the film, 0 to 1.
-    #[serde(deserialize_with = "early")]
+    #[serde(deserialize_with = "deserialize_early")]
     factor: NumberInput = 1.0.into(), SHARE;
     /// Image that multiplies the share by its red channel, or by its `channel`.
     factor_texture: Option<TextureRef> = None, Any;
     /// Index of refraction of the film, 1 to 1000.
     ior: f64 = 1.3, INDICES;
     /// Thickness in nanometres, 0 to 1e6.
-    #[serde(deserialize_with = "early")]
-    thickness: NumberInput = 400.0.into(), Within(0.0, 1e6);
+    #[serde(deserialize_with = "deserialize_early")]
+    thickness: NumberInput = 400.0.into(), Range(0.0, 1e6);
     /// Image that interpolates the thickness from `thinnest` to `thickness` by its red channel, or
     /// by its `channel`.
     thickness_texture: Option<TextureRef> = None, Any;
     /// Thickness in nanometres where `thickness_texture` is black.
-    thinnest: f64 = 100.0, Within(0.0, 1e6);
+    thinnest: f64 = 100.0, Range(0.0, 1e6);
 }
 
 file_struct! {
     /// Diffuse transmission, as by leaves and paper (KHR_materials_diffuse_transmission).
     DiffuseTransmission
     /// Share of the diffuse light that is transmitted instead of reflected, 0 to 1.
-    #[serde(deserialize_with = "early")]
+    #[serde(deserialize_with = "deserialize_early")]
     factor: NumberInput = 0.5.into(), SHARE;
     /// Image that multiplies the share by its red channel, or by its `channel`.
     factor_texture: Option<TextureRef> = None, Any;
@@ -109,4 +109,4 @@ pub struct Conductor {
     /// Imaginary part k, from 0 to 1000.
     pub k: Colour,
 }
-fields!(Conductor n: Within(1e-3, 1e3); k: Within(0.0, 1e3););
+fields!(Conductor n: Range(1e-3, 1e3); k: Range(0.0, 1e3););

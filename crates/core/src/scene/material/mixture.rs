@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::super::input::{Colour, white};
+use super::super::input::{Colour, default_white};
 
 /// A surface that mirrors, transmits or diffuses each ray at random, with given probabilities, as
 /// several well-known path-tracing shaders do. The base colour tints the diffused light. Only path
@@ -46,7 +46,7 @@ impl Default for Mixture {
     fn default() -> Self {
         Self {
             specular_chance: 0.0,
-            specular_colour: white(),
+            specular_colour: default_white(),
             specular_roughness: 0.0,
             refraction_chance: 0.0,
             refraction_roughness: 0.0,

@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::super::field::FieldBounds::{Any, Finite, Length, Within};
+use super::super::field::FieldBounds::{Any, Finite, Length, Range};
 use super::super::field::{
     FieldBounds, FieldValue, MaterialField, MaterialFields, fields, file_struct,
 };
-use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, early};
+use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, deserialize_early};
 use super::layers::{
     Anisotropy, Clearcoat, Conductor, DiffuseTransmission, IOR, Iridescence, SHARE, Sheen,
 };
@@ -26,10 +26,10 @@ macro_rules! physical_fields {
             /// Whether the mesh's vertex colours multiply the base colour.
             vertex_colours: bool = false, Any, VertexColours;
             /// Share of metal, 0 (dielectric) to 1 (metal).
-            #[serde(deserialize_with = "early")]
+            #[serde(deserialize_with = "deserialize_early")]
             metallic: NumberInput = 0.0.into(), SHARE;
             /// Perceptual roughness, 0 (mirror) to 1 (matte); the microfacet α is its square.
-            #[serde(deserialize_with = "early")]
+            #[serde(deserialize_with = "deserialize_early")]
             roughness: NumberInput = 1.0.into(), SHARE;
             /// Image with roughness in green and metalness in blue.
             metallic_roughness_texture: Option<TextureRef> = None, Any;
@@ -41,11 +41,11 @@ macro_rules! physical_fields {
             /// Index of refraction, from 1 to 1000; a varying value is clamped to this range. At 0,
             /// the dielectric part reflects all light at every angle, reduced only by `specular`
             /// and `specular_colour`, and transmits none.
-            #[serde(deserialize_with = "early")]
+            #[serde(deserialize_with = "deserialize_early")]
             ior: NumberInput = 1.5.into(), FieldBounds::ZeroOrWithin(IOR[0], IOR[1]);
             /// Share of the light that is transmitted instead of diffused, 0 to 1; a varying value
             /// is clamped to this range.
-            #[serde(deserialize_with = "early")]
+            #[serde(deserialize_with = "deserialize_early")]
             transmission: NumberInput = 0.0.into(), SHARE, Refraction;
             /// Image that multiplies the transmission by its red channel, or by its `channel`.
             transmission_texture: Option<TextureRef> = None, Any, Refraction;
@@ -63,9 +63,9 @@ macro_rules! physical_fields {
             /// as between air and the body.
             priority: u32 = 0, Any, NestedMedia;
             /// Strength of dispersion: 20 over the Abbe number, from 0 (none) to 400.
-            dispersion: f64 = 0.0, Within(0.0, 400.0), Dispersion;
+            dispersion: f64 = 0.0, Range(0.0, 400.0), Dispersion;
             /// Factor on the dielectric part's reflectance, 0 to 1.
-            #[serde(deserialize_with = "early")]
+            #[serde(deserialize_with = "deserialize_early")]
             specular: NumberInput = 1.0.into(), SHARE, TintedReflection;
             /// Image that multiplies `specular` by its red channel, or by its `channel`.
             specular_texture: Option<TextureRef> = None, Any, TintedReflection;
@@ -86,14 +86,14 @@ macro_rules! physical_fields {
             /// A clear coat over all layers.
             clearcoat: Option<Clearcoat> = None, Any, Clearcoat;
             /// Emitted radiance.
-            #[serde(deserialize_with = "early")]
+            #[serde(deserialize_with = "deserialize_early")]
             emission: ColourInput = Colour::BLACK.into(), FieldBounds::Light, Emission;
             /// Image that multiplies the emission.
             emission_texture: Option<TextureRef> = None, Any;
             /// Meaning of the base colour's alpha.
             alpha: AlphaMode = AlphaMode::Opaque, Any, Transparency;
             /// Factor on the alpha of the base colour's texture.
-            #[serde(deserialize_with = "early")]
+            #[serde(deserialize_with = "deserialize_early")]
             opacity: NumberInput = 1.0.into(), SHARE;
             /// Whether the base colour is shown without lighting.
             unlit: bool = false, Any;
@@ -113,7 +113,7 @@ impl Physical {
     /// Returns the absorption coefficient per metre of transmitted light, or `None` without
     /// absorption.
     pub fn absorption(&self) -> Option<[f64; 3]> {
-        let body = (self.may_transmit() || self.may_diffuse_through()) && !self.thin_walled;
+        let body = (self.may_transmit() || self.may_transmit_diffusely()) && !self.thin_walled;
         let distance = self
             .attenuation_distance
             .filter(|_| body && self.attenuation_colour != Colour([1.0; 3]))?;
@@ -125,7 +125,7 @@ impl Physical {
     }
 
     /// Returns the normal map, or `None` if it has no effect on shading.
-    pub fn bent_by(&self) -> Option<&TextureRef> {
+    pub fn active_normal_map(&self) -> Option<&TextureRef> {
         self.normal_texture
             .as_ref()
             .filter(|_| self.normal_scale != 0.0 && !self.unlit)
@@ -133,7 +133,7 @@ impl Physical {
 
     /// Returns the emission, or `None` if it is black or the material is unlit: an unlit material
     /// shows only its base colour (KHR_materials_unlit).
-    pub fn gives_off(&self) -> Option<&ColourInput> {
+    pub fn active_emission(&self) -> Option<&ColourInput> {
         Some(&self.emission).filter(|emission| **emission != Colour::BLACK.into() && !self.unlit)
     }
 
@@ -143,50 +143,50 @@ impl Physical {
     }
 
     /// Whether the material bounds a transmissive body with a priority above zero.
-    pub fn is_nested(&self) -> bool {
+    pub fn has_priority(&self) -> bool {
         self.priority > 0 && self.may_transmit() && !self.thin_walled
     }
 
     /// Whether the material may transmit light diffusely.
-    pub fn may_diffuse_through(&self) -> bool {
+    pub fn may_transmit_diffusely(&self) -> bool {
         self.diffuse_transmission
             .as_ref()
             .is_some_and(|layer| layer.factor != 0.0.into() && !self.unlit)
     }
 
     /// Whether `specular` or `specular_colour` changes the dielectric part's reflectance.
-    pub fn tints_reflections(&self) -> bool {
-        self.specular != 1.0.into() || self.specular_texture.is_some() || self.colours_reflections()
+    pub fn has_specular_tint(&self) -> bool {
+        self.specular != 1.0.into() || self.specular_texture.is_some() || self.has_specular_colour()
     }
 
     /// Returns the factor `specular`, from 0 to 1, if a single number describes the change of the
     /// dielectric part's reflectance. `None` if the factor varies, if the reflectance has a colour,
     /// or if the material transmits light.
-    pub fn factor_of_reflections(&self) -> Option<f64> {
+    pub fn constant_specular_factor(&self) -> Option<f64> {
         let even =
-            self.specular_texture.is_none() && !self.colours_reflections() && !self.may_transmit();
+            self.specular_texture.is_none() && !self.has_specular_colour() && !self.may_transmit();
         self.specular.constant().filter(|_| even)
     }
 
     /// Whether the dielectric part's reflectance has a colour.
-    fn colours_reflections(&self) -> bool {
+    fn has_specular_colour(&self) -> bool {
         self.specular_colour != Colour::WHITE.into() || self.specular_colour_texture.is_some()
     }
 
     /// Returns the metal's complex index of refraction; `None` without an index or metallic part.
-    pub fn metal(&self) -> Option<Conductor> {
+    pub fn active_conductor(&self) -> Option<Conductor> {
         self.conductor.filter(|_| self.metallic != 0.0.into())
     }
 
     /// Returns the clear coat; `None` if it is absent or its factor is zero.
-    pub fn coat(&self) -> Option<&Clearcoat> {
+    pub fn active_clearcoat(&self) -> Option<&Clearcoat> {
         self.clearcoat
             .as_ref()
             .filter(|layer| layer.factor != 0.0.into())
     }
 
     /// Returns the sheen; `None` if it is absent or black.
-    pub fn fibres(&self) -> Option<&Sheen> {
+    pub fn active_sheen(&self) -> Option<&Sheen> {
         self.sheen
             .as_ref()
             .filter(|layer| layer.colour != Colour::BLACK.into())
@@ -200,7 +200,7 @@ impl Physical {
     }
 
     /// Returns the thin film; `None` if it is absent, its factor is zero, or it has no thickness.
-    pub fn film(&self) -> Option<&Iridescence> {
+    pub fn active_iridescence(&self) -> Option<&Iridescence> {
         let thick = |layer: &&Iridescence| {
             let images = layer.thickness_texture.is_some() && layer.thinnest > 0.0;
             layer.factor != 0.0.into() && (layer.thickness != 0.0.into() || images)
@@ -210,9 +210,9 @@ impl Physical {
 
     /// Returns the texture use that defines the tangents: the normal map of the surface or of the
     /// coat, or the anisotropy's image; `None` without any of these.
-    pub fn directed_by(&self) -> Option<&TextureRef> {
+    pub fn tangent_texture(&self) -> Option<&TextureRef> {
         let coat = || {
-            self.coat()
+            self.active_clearcoat()
                 .and_then(|coat| coat.normal_texture.as_ref())
                 .filter(|_| !self.unlit)
         };
@@ -221,7 +221,7 @@ impl Physical {
                 .and_then(|layer| layer.texture.as_ref())
                 .filter(|_| !self.unlit)
         };
-        self.bent_by().or_else(coat).or_else(anisotropy)
+        self.active_normal_map().or_else(coat).or_else(anisotropy)
     }
 }
 

@@ -2,14 +2,14 @@
 
 use std::sync::LazyLock;
 
-use super::super::pyramid;
+use super::super::mipmap;
 use super::*;
 
 /// Width and height of the test image; neither a power of two nor equal.
 const SIZE: [u32; 2] = [5, 2];
 
-fn sampler<R: Real>(filter: Filter, wrap: [Wrap; 2]) -> Sampler<R> {
-    Sampler {
+fn sampler<R: Real>(filter: TextureFilter, wrap: [WrapMode; 2]) -> TextureSampler<R> {
+    TextureSampler {
         srgb: true,
         filter,
         wrap,
@@ -24,13 +24,13 @@ fn numbered() -> ImageData {
     ImageData {
         width: SIZE[0],
         height: SIZE[1],
-        pixels: Pixels::Linear(pixels),
+        pixels: PixelData::Linear(pixels),
     }
 }
 
-fn read<R: Real>(sampler: &Sampler<R>, u: R, v: R) -> f64 {
+fn read<R: Real>(sampler: &TextureSampler<R>, u: R, v: R) -> f64 {
     static NUMBERED: LazyLock<ImageData> = LazyLock::new(numbered);
-    sampler.filtered(&NUMBERED, &TexelCodes::new(), [u, v])[0].to_f64()
+    sampler.sample_level(&NUMBERED, &TexelDecoder::new(), [u, v])[0].to_f64()
 }
 
 /// ⌊u·n⌋ without rounding: an f64 is an integer times a power of two.
@@ -46,23 +46,23 @@ fn whole_part(u: f64, n: u32) -> i64 {
 }
 
 /// Returns the texel of an integer coordinate, by counting.
-fn wrapped(k: i64, n: u32, wrap: Wrap) -> i64 {
+fn wrapped(k: i64, n: u32, wrap: WrapMode) -> i64 {
     let n = i64::from(n);
     match wrap {
-        Wrap::Repeat => k.rem_euclid(n),
-        Wrap::MirroredRepeat if k.rem_euclid(2 * n) < n => k.rem_euclid(2 * n),
-        Wrap::MirroredRepeat => 2 * n - 1 - k.rem_euclid(2 * n),
-        Wrap::Clamp => k.clamp(0, n - 1),
+        WrapMode::Repeat => k.rem_euclid(n),
+        WrapMode::MirroredRepeat if k.rem_euclid(2 * n) < n => k.rem_euclid(2 * n),
+        WrapMode::MirroredRepeat => 2 * n - 1 - k.rem_euclid(2 * n),
+        WrapMode::Clamp => k.clamp(0, n - 1),
     }
 }
 
 /// Returns the expected value along one axis for a coordinate: a texel, or the weighted mean of the
 /// two neighbours.
-fn expected(u: f64, n: u32, filter: Filter, wrap: Wrap) -> f64 {
+fn expected(u: f64, n: u32, filter: TextureFilter, wrap: WrapMode) -> f64 {
     let texel = |k: i64| wrapped(k, n, wrap) as f64;
     match filter {
-        Filter::Nearest => texel(whole_part(u, n)),
-        Filter::Bilinear | Filter::Mipmaps => {
+        TextureFilter::Nearest => texel(whole_part(u, n)),
+        TextureFilter::Bilinear | TextureFilter::Mipmaps => {
             // Halves of texels are whole steps of twice as many.
             let left = (whole_part(u, 2 * n) - 1).div_euclid(2);
             let weight = (u * f64::from(n) - 0.5) - left as f64;
@@ -96,8 +96,8 @@ fn coordinates() -> Vec<f64> {
 }
 
 fn agrees<R: Real>(tolerance: f64) {
-    const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp];
-    for (filter, wrap) in [Filter::Nearest, Filter::Bilinear]
+    const WRAPS: [WrapMode; 3] = [WrapMode::Repeat, WrapMode::MirroredRepeat, WrapMode::Clamp];
+    for (filter, wrap) in [TextureFilter::Nearest, TextureFilter::Bilinear]
         .into_iter()
         .flat_map(|f| WRAPS.map(|w| (f, w)))
     {
@@ -106,11 +106,15 @@ fn agrees<R: Real>(tolerance: f64) {
             let (stored, middle) = (R::from_f64(u), R::from_f64(0.5));
             // Along u in the upper row, whose middle is 1/4; along v in the middle column.
             let along_u = read(
-                &sampler::<R>(filter, [wrap, Wrap::Clamp]),
+                &sampler::<R>(filter, [wrap, WrapMode::Clamp]),
                 stored,
                 R::from_f64(0.25),
             );
-            let along_v = read(&sampler::<R>(filter, [Wrap::Clamp, wrap]), middle, stored);
+            let along_v = read(
+                &sampler::<R>(filter, [WrapMode::Clamp, wrap]),
+                middle,
+                stored,
+            );
             let columns = expected(stored.to_f64(), SIZE[0], filter, wrap);
             let rows = 2.0 + 5.0 * expected(stored.to_f64(), SIZE[1], filter, wrap);
             assert!(
@@ -136,8 +140,8 @@ fn s19_texels_are_the_ones_that_counting_finds() {
 /// Protects: a coordinate that is NaN or infinite reads some texel of the image.
 #[test]
 fn s19_any_coordinate_reads_a_texel() {
-    for filter in [Filter::Nearest, Filter::Bilinear] {
-        for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp] {
+    for filter in [TextureFilter::Nearest, TextureFilter::Bilinear] {
+        for wrap in [WrapMode::Repeat, WrapMode::MirroredRepeat, WrapMode::Clamp] {
             for u in [
                 f32::NAN,
                 f32::INFINITY,
@@ -171,7 +175,7 @@ fn s19_any_coordinate_reads_a_texel() {
 /// slope is below 25 a turn.
 #[test]
 fn s19_a_repeating_texture_is_continuous_at_its_seam() {
-    let sampler = sampler::<f64>(Filter::Bilinear, [Wrap::Repeat; 2]);
+    let sampler = sampler::<f64>(TextureFilter::Bilinear, [WrapMode::Repeat; 2]);
     for seam in [-1.0, 0.0, 1.0, 2.0] {
         for step in [1e-3, 1e-6, 1e-9] {
             let (before, after) = (
@@ -196,23 +200,23 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
             ((c + 0.055) / 1.055).powf(2.4)
         }
     };
-    let codes = TexelCodes::new();
+    let codes = TexelDecoder::new();
     for code in 0..=255_u8 {
         let image = ImageData {
             width: 1,
             height: 1,
-            pixels: Pixels::Codes(vec![[code; 4]]),
+            pixels: PixelData::Codes(vec![[code; 4]]),
         };
-        let read = sampler::<f64>(Filter::Nearest, [Wrap::Repeat; 2]);
-        let plain = Sampler {
+        let read = sampler::<f64>(TextureFilter::Nearest, [WrapMode::Repeat; 2]);
+        let plain = TextureSampler {
             srgb: false,
             ..read
         };
         let share = f64::from(code) / 255.0;
-        let [r, _, b, a] = read.filtered(&image, &codes, [0.0; 2]);
+        let [r, _, b, a] = read.sample_level(&image, &codes, [0.0; 2]);
         assert!((r - curve(share)).abs() < 1e-15 && r == b, "{code}: {r}");
         assert_eq!(
-            ([a, plain.filtered(&image, &codes, [0.0; 2])[1]]),
+            ([a, plain.sample_level(&image, &codes, [0.0; 2])[1]]),
             [share; 2]
         );
     }
@@ -224,12 +228,12 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
 #[test]
 fn footprints_choose_levels() {
     let image = numbered();
-    let (levels, codes) = (pyramid::levels(&image, false), TexelCodes::new());
+    let (levels, codes) = (mipmap::build_mipmaps(&image, false), TexelDecoder::new());
     assert_eq!(levels.len(), 2);
-    for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp] {
-        let sampler = sampler::<f64>(Filter::Mipmaps, [wrap; 2]);
+    for wrap in [WrapMode::Repeat, WrapMode::MirroredRepeat, WrapMode::Clamp] {
+        let sampler = sampler::<f64>(TextureFilter::Mipmaps, [wrap; 2]);
         for (u, v) in [(0.1, 0.2), (0.83, 0.61), (-1.3, 2.4)] {
-            let read = |image: &ImageData| sampler.filtered(image, &codes, [u, v])[0];
+            let read = |image: &ImageData| sampler.sample_level(image, &codes, [u, v])[0];
             let (own, half, all) = (read(&image), read(&levels[0]), read(&levels[1]));
             assert!((all - 4.5).abs() < 1e-6);
             for (texels, expected) in [
@@ -246,11 +250,11 @@ fn footprints_choose_levels() {
             ] {
                 // A square of this many texels: the image is 5 by 2 of them.
                 let side = texels / f64::from(SIZE[0] * SIZE[1]).sqrt();
-                let [found, ..] = sampler.texel(
+                let [found, ..] = sampler.sample(
                     &image,
                     &codes,
                     [u, v],
-                    Footprint {
+                    FilterFootprint {
                         levels: &levels,
                         side,
                     },
@@ -264,21 +268,21 @@ fn footprints_choose_levels() {
     }
     // Under a map that halves the image in both directions, the next level is read; mirrored as
     // well.
-    let stretched = Sampler {
+    let stretched = TextureSampler {
         transform: Some([[0.0, 2.0, 0.0], [2.0, 0.0, 0.0]]),
-        ..sampler::<f64>(Filter::Mipmaps, [Wrap::Repeat; 2])
+        ..sampler::<f64>(TextureFilter::Mipmaps, [WrapMode::Repeat; 2])
     };
     let side = 1.0 / f64::from(SIZE[0] * SIZE[1]).sqrt();
-    let [found, ..] = stretched.texel(
+    let [found, ..] = stretched.sample(
         &image,
         &codes,
         [0.3, 0.1],
-        Footprint {
+        FilterFootprint {
             levels: &levels,
             side,
         },
     );
-    let [expected, ..] = stretched.filtered(&levels[0], &codes, [0.2, 0.6]);
+    let [expected, ..] = stretched.sample_level(&levels[0], &codes, [0.2, 0.6]);
     assert!((found - expected).abs() < 1e-6, "{found}, not {expected}");
 }
 
@@ -286,9 +290,9 @@ fn footprints_choose_levels() {
 /// other uses do not.
 #[test]
 fn equal_footprints_read_equal_texels() {
-    let (image, codes) = (numbered(), TexelCodes::new());
-    let wraps = [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp];
-    let filters = [Filter::Nearest, Filter::Bilinear];
+    let (image, codes) = (numbered(), TexelDecoder::new());
+    let wraps = [WrapMode::Repeat, WrapMode::MirroredRepeat, WrapMode::Clamp];
+    let filters = [TextureFilter::Nearest, TextureFilter::Bilinear];
     let transforms = [
         None,
         Some([[1.0, 0.0, 0.3], [0.0, 1.0, 0.0]]),
@@ -300,7 +304,7 @@ fn equal_footprints_read_equal_texels() {
             .into_iter()
             .flat_map(|across| wraps.map(|down| [across, down]))
         {
-            uses.extend(transforms.map(|transform| Sampler::<f64> {
+            uses.extend(transforms.map(|transform| TextureSampler::<f64> {
                 transform,
                 ..sampler(filter, wrap)
             }));
@@ -309,15 +313,15 @@ fn equal_footprints_read_equal_texels() {
     let points = [[0.13, 0.2], [0.83, 0.61], [-1.3, 2.4], [1.07, -0.2]];
     for (i, one) in uses.iter().enumerate() {
         for (k, other) in uses.iter().enumerate() {
-            let darker = Sampler {
+            let darker = TextureSampler {
                 srgb: false,
                 factor: other.factor * 0.5,
                 ..*other
             };
             assert_eq!(one.shares_footprint(&darker), i == k, "{one:?} {other:?}");
             let equal = |uv: [f64; 2]| {
-                darker.read(&image, &codes, &one.place(&image, uv))
-                    == darker.filtered(&image, &codes, darker.mapped(uv))
+                darker.filter_texels(&image, &codes, &one.texel_footprint(&image, uv))
+                    == darker.sample_level(&image, &codes, darker.transform_uv(uv))
             };
             assert!(i != k || points.into_iter().all(equal), "{one:?}");
         }
@@ -329,11 +333,11 @@ fn equal_footprints_read_equal_texels() {
 /// spaces and factors do not matter.
 #[test]
 fn equal_footprints() {
-    let plain = sampler::<f64>(Filter::Bilinear, [Wrap::Repeat; 2]);
+    let plain = sampler::<f64>(TextureFilter::Bilinear, [WrapMode::Repeat; 2]);
     let moved = Some([[1.0, 0.0, 0.5], [0.0, 1.0, 0.0]]);
     let others = [
         (
-            Sampler {
+            TextureSampler {
                 srgb: false,
                 factor: <f64 as Real>::Vec3::ZERO,
                 ..plain
@@ -341,35 +345,35 @@ fn equal_footprints() {
             true,
         ),
         (
-            Sampler {
-                filter: Filter::Mipmaps,
+            TextureSampler {
+                filter: TextureFilter::Mipmaps,
                 ..plain
             },
             true,
         ),
         (
-            Sampler {
-                filter: Filter::Nearest,
+            TextureSampler {
+                filter: TextureFilter::Nearest,
                 ..plain
             },
             false,
         ),
         (
-            Sampler {
-                wrap: [Wrap::Clamp, Wrap::Repeat],
+            TextureSampler {
+                wrap: [WrapMode::Clamp, WrapMode::Repeat],
                 ..plain
             },
             false,
         ),
         (
-            Sampler {
-                wrap: [Wrap::Repeat, Wrap::MirroredRepeat],
+            TextureSampler {
+                wrap: [WrapMode::Repeat, WrapMode::MirroredRepeat],
                 ..plain
             },
             false,
         ),
         (
-            Sampler {
+            TextureSampler {
                 transform: moved,
                 ..plain
             },
@@ -388,8 +392,11 @@ fn equal_footprints() {
         assert!(other.shares_footprint(other), "{i}");
         // Equal footprints are claimed only where they are equal everywhere about the image.
         for place in (-20..=30).map(|i| 0.1 * f64::from(i) + 0.013) {
-            let found = [&plain, other]
-                .map(|use_of| use_of.place(&numbered(), [place, 0.7 - place]).corners);
+            let found = [&plain, other].map(|use_of| {
+                use_of
+                    .texel_footprint(&numbered(), [place, 0.7 - place])
+                    .corners
+            });
             assert!(!equal || found[0] == found[1], "{i} at {place}");
         }
     }

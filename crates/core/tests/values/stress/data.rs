@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use raywright_core::scene::{ImageData, Pixels};
+use raywright_core::scene::{ImageData, PixelData};
 
 use super::*;
 
@@ -37,7 +37,7 @@ fn codes(texels: impl Fn(u32) -> [u8; 4]) -> Option<ImageData> {
     Some(ImageData {
         width: 8,
         height: 8,
-        pixels: Pixels::Codes((0..64).map(texels).collect()),
+        pixels: PixelData::Codes((0..64).map(texels).collect()),
     })
 }
 
@@ -45,7 +45,7 @@ fn linear(width: u32, texels: impl Fn(u32) -> [f32; 4]) -> Option<ImageData> {
     Some(ImageData {
         width,
         height: width / 2,
-        pixels: Pixels::Linear((0..width * width / 2).map(texels).collect()),
+        pixels: PixelData::Linear((0..width * width / 2).map(texels).collect()),
     })
 }
 
@@ -119,7 +119,7 @@ fn images() {
     let base = || json!({ "base_colour_texture": texture() });
     let varied = |i: u32| [(3 * i) as u8, 90, 200, 255];
     assert_eq!(
-        listed(&report(&with_image(base(), "srgb", codes(varied))).findings),
+        listed(&sort_findings(&with_image(base(), "srgb", codes(varied))).findings),
         []
     );
     expect_finding(
@@ -143,7 +143,7 @@ fn images() {
     let normals = |i: u32| [120 + (i % 16) as u8, 128, 250, 255];
     let curved = || json!({ "normal_texture": texture() });
     assert_eq!(
-        listed(&report(&with_image(curved(), "linear", codes(normals))).findings),
+        listed(&sort_findings(&with_image(curved(), "linear", codes(normals))).findings),
         []
     );
     let finding = alone(
@@ -220,7 +220,10 @@ fn skies() {
         scene
     };
     let varied = |i: u32| [0.1 + 1e-5 * i as f32, 0.1, 0.2, 1.0];
-    assert_eq!(listed(&report(&under(linear(256, varied))).findings), []);
+    assert_eq!(
+        listed(&sort_findings(&under(linear(256, varied))).findings),
+        []
+    );
     let sun = |i: u32| if i == 9000 { [60000.0; 4] } else { varied(i) };
     expect_finding(
         &under(linear(256, sun)),

@@ -48,7 +48,7 @@ fn plain(
 #[test]
 fn a_closed_cube_has_no_findings() {
     for (material, side) in [("paint", "both"), ("glass", "both"), ("paint", "culled")] {
-        let findings = report(&plain(|_, _| {}, material, side)).findings;
+        let findings = sort_findings(&plain(|_, _| {}, material, side)).findings;
         assert_eq!(listed(&findings), [], "{material} {side}");
     }
 }
@@ -110,7 +110,11 @@ fn bodies_of_glass_are_closed() {
         &[],
     );
     assert_eq!(finding.count, 4);
-    assert!(report(&plain(open, "paint", "both")).findings.is_empty());
+    assert!(
+        sort_findings(&plain(open, "paint", "both"))
+            .findings
+            .is_empty()
+    );
     let fin = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
         p.push([2.0, 2.0, 2.0]);
         i.push([7, 5, 8]);
@@ -317,7 +321,7 @@ fn unlikely_sizes() {
     );
     expect_finding(&small, FindingCode::ExtremeScale, Harmless, &[]);
     small.objects[0].transform = vec![raywright_core::scene::TransformStep::Scale([1e5; 3])];
-    assert_eq!(listed(&report(&small).findings), []);
+    assert_eq!(listed(&sort_findings(&small).findings), []);
 }
 
 /// Protects: nothing is said of bodies that are right: of glass in every closed shape, hollow, of
@@ -334,7 +338,7 @@ fn what_is_right_has_no_findings() {
         json!({ "plane": { "point": [0, -1, 0], "normal": [0, 1, 0] } }),
     ];
     let clean = |parts: &Value, label: &str| {
-        let findings = report(&scene(parts)).findings;
+        let findings = sort_findings(&scene(parts)).findings;
         assert_eq!(listed(&findings), [], "{label}");
     };
     for shape in shapes {
@@ -514,12 +518,12 @@ fn surfaces_in_one_plane() {
         ]),
     ] {
         assert_eq!(
-            listed(&report(&value_of(clean.clone())).findings),
+            listed(&sort_findings(&value_of(clean.clone())).findings),
             [],
             "{clean}"
         );
     }
-    let before = report(&value_of(json!([rug(-1.0, edges, "other"), floor()]))).findings;
+    let before = sort_findings(&value_of(json!([rug(-1.0, edges, "other"), floor()]))).findings;
     assert_eq!(
         before
             .iter()
@@ -544,7 +548,7 @@ fn many_surfaces_in_one_plane() {
     let mut tiles: Vec<Value> = (0..3600)
         .map(|i| tile(i, if i % 2 == 0 { "paint" } else { "other" }))
         .collect();
-    let value_of = |tiles: &[Value]| report(&scene(&json!({ "objects": tiles }))).findings;
+    let value_of = |tiles: &[Value]| sort_findings(&scene(&json!({ "objects": tiles }))).findings;
     assert_eq!(listed(&value_of(&tiles)), []);
     let rug = object(
         "rug",

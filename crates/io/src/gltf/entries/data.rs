@@ -8,7 +8,7 @@ use serde::Deserialize;
 /// A buffer: data in another file, embedded in the JSON, or in the GLB container.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(in crate::gltf) struct Buffer {
+pub(in crate::gltf) struct BufferEntry {
     pub byte_length: u64,
     pub uri: Option<String>,
 }
@@ -32,15 +32,15 @@ pub(in crate::gltf) struct BufferViewEntry {
 #[serde(default)]
 pub(in crate::gltf) struct ViewExtensions {
     #[serde(rename = "EXT_meshopt_compression")]
-    pub ext_meshopt: Option<Meshopt>,
+    pub ext_meshopt: Option<MeshoptEntry>,
     #[serde(rename = "KHR_meshopt_compression")]
-    pub khr_meshopt: Option<Meshopt>,
+    pub khr_meshopt: Option<MeshoptEntry>,
 }
 
 /// Description of a compressed buffer view.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(in crate::gltf) struct Meshopt {
+pub(in crate::gltf) struct MeshoptEntry {
     pub buffer: u32,
     #[serde(default)]
     pub byte_offset: u64,
@@ -65,12 +65,12 @@ pub(in crate::gltf) struct AccessorEntry {
     pub normalized: bool,
     #[serde(rename = "type")]
     pub kind: String,
-    pub sparse: Option<Sparse>,
+    pub sparse: Option<SparseEntry>,
 }
 
 /// Replaced elements of a sparse accessor.
 #[derive(Debug, Deserialize)]
-pub(in crate::gltf) struct Sparse {
+pub(in crate::gltf) struct SparseEntry {
     pub count: u64,
     pub indices: SparseIndices,
     pub values: SparseValues,
@@ -97,9 +97,9 @@ pub(in crate::gltf) struct SparseValues {
 
 /// A mesh: a list of primitives.
 #[derive(Debug, Deserialize)]
-pub(in crate::gltf) struct Mesh {
+pub(in crate::gltf) struct MeshEntry {
     pub name: Option<String>,
-    pub primitives: Vec<Primitive>,
+    pub primitives: Vec<PrimitiveEntry>,
     /// Default weights of the mesh's morph targets.
     #[serde(default)]
     pub weights: Vec<f64>,
@@ -107,7 +107,7 @@ pub(in crate::gltf) struct Mesh {
 
 /// A primitive: vertices and indices with a single material.
 #[derive(Debug, Deserialize)]
-pub(in crate::gltf) struct Primitive {
+pub(in crate::gltf) struct PrimitiveEntry {
     /// Accessor indices by attribute name.
     pub attributes: BTreeMap<String, u32>,
     #[serde(default)]
@@ -126,15 +126,15 @@ pub(in crate::gltf) struct Primitive {
 #[serde(default)]
 pub(in crate::gltf) struct PrimitiveExtensions {
     #[serde(rename = "KHR_draco_mesh_compression")]
-    pub draco: Option<Draco>,
+    pub draco: Option<DracoEntry>,
     #[serde(rename = "KHR_materials_variants")]
-    pub variants: Mappings,
+    pub variants: VariantMappings,
 }
 
 /// Description of a Draco-compressed primitive.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(in crate::gltf) struct Draco {
+pub(in crate::gltf) struct DracoEntry {
     pub buffer_view: u32,
     /// Attribute identifiers in the compressed data, by name.
     pub attributes: BTreeMap<String, u32>,
@@ -143,13 +143,13 @@ pub(in crate::gltf) struct Draco {
 /// Materials of a primitive in the material variants (KHR_materials_variants).
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(in crate::gltf) struct Mappings {
-    pub mappings: Vec<Mapping>,
+pub(in crate::gltf) struct VariantMappings {
+    pub mappings: Vec<VariantMapping>,
 }
 
 /// A material, and the variants in which a primitive has this material.
 #[derive(Debug, Deserialize)]
-pub(in crate::gltf) struct Mapping {
+pub(in crate::gltf) struct VariantMapping {
     pub material: u32,
     pub variants: Vec<u32>,
 }

@@ -11,46 +11,46 @@ use super::extended;
 extended! {
     /// Supported extensions of the whole file.
     RootExtensions: IgnoredAny {
-        lights: Lights = "KHR_lights_punctual",
-        variants: Variants = "KHR_materials_variants",
+        lights: LightList = "KHR_lights_punctual",
+        variants: VariantList = "KHR_materials_variants",
     }
 }
 
 extended! {
     /// Supported extensions of a node.
     NodeExtensions: IgnoredAny {
-        light: LightUse = "KHR_lights_punctual",
-        instancing: Option<Instancing> = "EXT_mesh_gpu_instancing",
-        visibility: Visibility = "KHR_node_visibility",
+        light: LightRef = "KHR_lights_punctual",
+        instancing: Option<MeshInstancing> = "EXT_mesh_gpu_instancing",
+        visibility: NodeVisibility = "KHR_node_visibility",
     }
 }
 
 /// A light of KHR_lights_punctual, in its node's space.
 #[derive(Debug, Deserialize)]
-pub(in crate::gltf) struct Light {
+pub(in crate::gltf) struct LightEntry {
     pub name: Option<String>,
     /// `directional`, `point` or `spot`.
     #[serde(rename = "type")]
     pub kind: String,
-    #[serde(default = "white")]
+    #[serde(default = "default_colour")]
     pub color: [f32; 3],
     /// Intensity in candela, or in lux for a directional light.
-    #[serde(default = "one")]
+    #[serde(default = "default_intensity")]
     pub intensity: f32,
     /// Cut-off distance in metres; `None`: unbounded.
     pub range: Option<f32>,
-    pub spot: Option<Spot>,
+    pub spot: Option<SpotCone>,
 }
 
 /// Cone of a spotlight; angles in radians from the axis.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-pub(in crate::gltf) struct Spot {
+pub(in crate::gltf) struct SpotCone {
     pub inner_cone_angle: f32,
     pub outer_cone_angle: f32,
 }
 
-impl Default for Spot {
+impl Default for SpotCone {
     fn default() -> Self {
         Self {
             inner_cone_angle: 0.0,
@@ -59,11 +59,11 @@ impl Default for Spot {
     }
 }
 
-fn white() -> [f32; 3] {
+fn default_colour() -> [f32; 3] {
     [1.0; 3]
 }
 
-fn one() -> f32 {
+fn default_intensity() -> f32 {
     1.0
 }
 
@@ -74,13 +74,13 @@ pub(in crate::gltf) struct CameraEntry {
     /// `perspective` or `orthographic`.
     #[serde(rename = "type")]
     pub kind: String,
-    pub perspective: Option<Perspective>,
-    pub orthographic: Option<Orthographic>,
+    pub perspective: Option<PerspectiveEntry>,
+    pub orthographic: Option<OrthographicEntry>,
 }
 
 /// A perspective projection; the near and far planes are ignored.
 #[derive(Debug, Deserialize)]
-pub(in crate::gltf) struct Perspective {
+pub(in crate::gltf) struct PerspectiveEntry {
     /// Vertical field of view in radians.
     pub yfov: f32,
     /// Width over height.
@@ -90,7 +90,7 @@ pub(in crate::gltf) struct Perspective {
 
 /// An orthographic projection.
 #[derive(Debug, Deserialize)]
-pub(in crate::gltf) struct Orthographic {
+pub(in crate::gltf) struct OrthographicEntry {
     /// Half the width.
     #[serde(default)]
     pub xmag: f32,
@@ -103,14 +103,14 @@ pub(in crate::gltf) struct Orthographic {
 #[serde(default)]
 pub(in crate::gltf) struct AnimationEntry {
     pub name: Option<String>,
-    pub channels: Vec<Channel>,
+    pub channels: Vec<AnimationChannel>,
     pub samplers: Vec<AnimationSampler>,
 }
 
 /// An animation channel: a sampler, and the property that the channel animates.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(in crate::gltf) struct Channel {
+pub(in crate::gltf) struct AnimationChannel {
     pub sampler: u32,
     pub target: ChannelTarget,
 }
@@ -130,12 +130,12 @@ pub(in crate::gltf) struct ChannelTarget {
 #[serde(default)]
 pub(in crate::gltf) struct TargetExtensions {
     #[serde(rename = "KHR_animation_pointer")]
-    pub pointer: Option<Pointer>,
+    pub pointer: Option<AnimationPointer>,
 }
 
 /// JSON pointer to a property of the file (RFC 6901).
 #[derive(Debug, Deserialize)]
-pub(in crate::gltf) struct Pointer {
+pub(in crate::gltf) struct AnimationPointer {
     pub pointer: String,
 }
 
@@ -191,7 +191,7 @@ pub(in crate::gltf) struct NodeEntry {
 /// A skin: the nodes that are the joints of deformed meshes.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-pub(in crate::gltf) struct Skin {
+pub(in crate::gltf) struct SkinEntry {
     /// Accessor of the matrices from mesh space to each joint's space; `None`: identities.
     pub inverse_bind_matrices: Option<u32>,
     pub joints: Vec<u32>,
@@ -200,11 +200,11 @@ pub(in crate::gltf) struct Skin {
 /// Visibility of a node and its descendants.
 #[derive(Debug, Deserialize)]
 #[serde(default)]
-pub(in crate::gltf) struct Visibility {
+pub(in crate::gltf) struct NodeVisibility {
     pub visible: bool,
 }
 
-impl Default for Visibility {
+impl Default for NodeVisibility {
     fn default() -> Self {
         Self { visible: true }
     }
@@ -213,28 +213,28 @@ impl Default for Visibility {
 /// Reference of a node to a light of KHR_lights_punctual.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(in crate::gltf) struct LightUse {
+pub(in crate::gltf) struct LightRef {
     pub light: Option<u32>,
 }
 
 /// Instances of a node's mesh, by accessors of translations, rotations and scales.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(in crate::gltf) struct Instancing {
+pub(in crate::gltf) struct MeshInstancing {
     pub attributes: BTreeMap<String, u32>,
 }
 
 /// Lights of the file (KHR_lights_punctual), to which nodes refer by index.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(in crate::gltf) struct Lights {
-    pub lights: Vec<Light>,
+pub(in crate::gltf) struct LightList {
+    pub lights: Vec<LightEntry>,
 }
 
 /// Material variants of the file (KHR_materials_variants), to which primitives refer by index.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(in crate::gltf) struct Variants {
+pub(in crate::gltf) struct VariantList {
     pub variants: Vec<VariantEntry>,
 }
 

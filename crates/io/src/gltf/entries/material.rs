@@ -28,25 +28,25 @@ macro_rules! defaulted {
 /// Reference of a material to a texture.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(in crate::gltf) struct TextureUse {
+pub(in crate::gltf) struct TextureInfo {
     pub index: u32,
     #[serde(default)]
     pub tex_coord: u32,
     /// Scale of a normal map's x and y.
-    #[serde(default = "one")]
+    #[serde(default = "default_scale")]
     pub scale: f32,
     #[serde(default)]
-    pub extensions: UseExtensions,
+    pub extensions: TextureInfoExtensions,
 }
 
-fn one() -> f32 {
+fn default_scale() -> f32 {
     1.0
 }
 
 /// Supported extensions of a texture reference.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(in crate::gltf) struct UseExtensions {
+pub(in crate::gltf) struct TextureInfoExtensions {
     #[serde(rename = "KHR_texture_transform")]
     pub transform: Option<TextureTransform>,
 }
@@ -57,12 +57,12 @@ defaulted!(
 );
 defaulted!(
     /// A material.
-    Material {
+    MaterialEntry {
         name: Option<String> = None,
         pbr_metallic_roughness: MetallicRoughness = MetallicRoughness::default(),
-        normal_texture: Option<TextureUse> = None,
-        occlusion_texture: Option<TextureUse> = None,
-        emissive_texture: Option<TextureUse> = None,
+        normal_texture: Option<TextureInfo> = None,
+        occlusion_texture: Option<TextureInfo> = None,
+        emissive_texture: Option<TextureInfo> = None,
         emissive_factor: [f32; 3] = [0.0; 3],
         alpha_mode: Option<String> = None,
         alpha_cutoff: Option<f32> = None,
@@ -74,10 +74,10 @@ defaulted!(
     /// The metallic-roughness model.
     MetallicRoughness {
         base_color_factor: [f32; 4] = [1.0; 4],
-        base_color_texture: Option<TextureUse> = None,
+        base_color_texture: Option<TextureInfo> = None,
         metallic_factor: f32 = 1.0,
         roughness_factor: f32 = 1.0,
-        metallic_roughness_texture: Option<TextureUse> = None,
+        metallic_roughness_texture: Option<TextureInfo> = None,
     }
 );
 
@@ -111,16 +111,16 @@ defaulted!(
 );
 defaulted!(
     /// Data of the extension KHR_materials_transmission.
-    TransmissionData { transmission_factor: f32 = 0.0, transmission_texture: Option<TextureUse> = None }
+    TransmissionData { transmission_factor: f32 = 0.0, transmission_texture: Option<TextureInfo> = None }
 );
 defaulted!(
     /// Data of the extension KHR_materials_pbrSpecularGlossiness.
     SpecularGlossiness {
         diffuse_factor: [f32; 4] = [1.0; 4],
-        diffuse_texture: Option<TextureUse> = None,
+        diffuse_texture: Option<TextureInfo> = None,
         specular_factor: [f32; 3] = [1.0; 3],
         glossiness_factor: f32 = 1.0,
-        specular_glossiness_texture: Option<TextureUse> = None,
+        specular_glossiness_texture: Option<TextureInfo> = None,
     }
 );
 defaulted!(
@@ -131,43 +131,43 @@ defaulted!(
     /// Data of the extension KHR_materials_specular.
     SpecularData {
         specular_factor: f64 = 1.0,
-        specular_texture: Option<TextureUse> = None,
+        specular_texture: Option<TextureInfo> = None,
         specular_color_factor: [f64; 3] = [1.0; 3],
-        specular_color_texture: Option<TextureUse> = None,
+        specular_color_texture: Option<TextureInfo> = None,
     }
 );
 defaulted!(
     /// Data of the extension KHR_materials_clearcoat.
     ClearcoatData {
         clearcoat_factor: f64 = 0.0,
-        clearcoat_texture: Option<TextureUse> = None,
+        clearcoat_texture: Option<TextureInfo> = None,
         clearcoat_roughness_factor: f64 = 0.0,
-        clearcoat_roughness_texture: Option<TextureUse> = None,
-        clearcoat_normal_texture: Option<TextureUse> = None,
+        clearcoat_roughness_texture: Option<TextureInfo> = None,
+        clearcoat_normal_texture: Option<TextureInfo> = None,
     }
 );
 defaulted!(
     /// Data of the extension KHR_materials_sheen.
     SheenData {
         sheen_color_factor: [f64; 3] = [0.0; 3],
-        sheen_color_texture: Option<TextureUse> = None,
+        sheen_color_texture: Option<TextureInfo> = None,
         sheen_roughness_factor: f64 = 0.0,
-        sheen_roughness_texture: Option<TextureUse> = None,
+        sheen_roughness_texture: Option<TextureInfo> = None,
     }
 );
 defaulted!(
     /// Data of the extension KHR_materials_anisotropy.
-    AnisotropyData { anisotropy_strength: f64 = 0.0, anisotropy_rotation: f64 = 0.0, anisotropy_texture: Option<TextureUse> = None }
+    AnisotropyData { anisotropy_strength: f64 = 0.0, anisotropy_rotation: f64 = 0.0, anisotropy_texture: Option<TextureInfo> = None }
 );
 defaulted!(
     /// Data of the extension KHR_materials_iridescence.
     IridescenceData {
         iridescence_factor: f64 = 0.0,
-        iridescence_texture: Option<TextureUse> = None,
+        iridescence_texture: Option<TextureInfo> = None,
         iridescence_ior: f64 = 1.3,
         iridescence_thickness_minimum: f64 = 100.0,
         iridescence_thickness_maximum: f64 = 400.0,
-        iridescence_thickness_texture: Option<TextureUse> = None,
+        iridescence_thickness_texture: Option<TextureInfo> = None,
     }
 );
 defaulted!(
@@ -178,9 +178,9 @@ defaulted!(
     /// Data of the extension KHR_materials_diffuse_transmission.
     DiffuseTransmissionData {
         diffuse_transmission_factor: f64 = 0.0,
-        diffuse_transmission_texture: Option<TextureUse> = None,
+        diffuse_transmission_texture: Option<TextureInfo> = None,
         diffuse_transmission_color_factor: [f64; 3] = [1.0; 3],
-        diffuse_transmission_color_texture: Option<TextureUse> = None,
+        diffuse_transmission_color_texture: Option<TextureInfo> = None,
     }
 );
 
@@ -188,7 +188,7 @@ defaulted!(
 /// reader.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-pub(in crate::gltf) struct Sampler {
+pub(in crate::gltf) struct TextureSampler {
     pub mag_filter: Option<u32>,
     pub wrap_s: Option<u32>,
     pub wrap_t: Option<u32>,
@@ -197,7 +197,7 @@ pub(in crate::gltf) struct Sampler {
 /// An image: in another file, embedded in the JSON, or in a buffer view.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-pub(in crate::gltf) struct Image {
+pub(in crate::gltf) struct ImageEntry {
     pub buffer_view: Option<u32>,
     pub name: Option<String>,
     pub uri: Option<String>,
@@ -206,16 +206,16 @@ pub(in crate::gltf) struct Image {
 /// A texture: an image with a sampler.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(in crate::gltf) struct Texture {
+pub(in crate::gltf) struct TextureEntry {
     pub name: Option<String>,
     pub sampler: Option<u32>,
     pub source: Option<u32>,
     pub extensions: TextureExtensions,
 }
 
-impl Texture {
+impl TextureEntry {
     /// Image indices in order of preference: images of extensions before the fallback.
-    pub fn sources(&self) -> impl Iterator<Item = u32> {
+    pub fn image_sources(&self) -> impl Iterator<Item = u32> {
         let TextureExtensions { webp, basis } = &self.extensions;
         [webp.source, basis.source, self.source]
             .into_iter()

@@ -6,15 +6,16 @@ mod graph;
 mod material;
 
 pub(super) use data::{
-    AccessorEntry, Buffer, BufferViewEntry, Draco, Mesh, Meshopt, Primitive, Sparse, ViewExtensions,
+    AccessorEntry, BufferEntry, BufferViewEntry, DracoEntry, MeshEntry, MeshoptEntry,
+    PrimitiveEntry, SparseEntry, ViewExtensions,
 };
 pub(super) use graph::{
-    AnimationEntry, AnimationSampler, CameraEntry, Channel, Instancing, Interpolation, Light,
-    NodeEntry, RootExtensions, SceneEntry, Skin, Spot,
+    AnimationChannel, AnimationEntry, AnimationSampler, CameraEntry, Interpolation, LightEntry,
+    MeshInstancing, NodeEntry, RootExtensions, SceneEntry, SkinEntry, SpotCone,
 };
 pub(super) use material::{
-    Image, Material, MaterialExtensions, Sampler, SpecularGlossiness, Texture, TextureTransform,
-    TextureUse,
+    ImageEntry, MaterialEntry, MaterialExtensions, SpecularGlossiness, TextureEntry, TextureInfo,
+    TextureSampler, TextureTransform,
 };
 
 /// Declares a struct for the extensions of a glTF entry: typed fields for supported extensions, a

@@ -7,7 +7,7 @@ use raywright_core::scene::SCHEMA;
 use serde_json::Value;
 
 use super::read_scene;
-use crate::native::{Notation, Overrides, parse};
+use crate::native::{ParameterOverrides, SceneNotation, parse};
 use crate::presets;
 
 /// A scene with every key of the format.
@@ -84,7 +84,12 @@ fn a_scene_written_as_json_is_read_back_the_same() {
     for text in texts {
         let scene = read_scene(text);
         let json = serde_json::to_string(&scene).expect("a scene is plain data");
-        let again = parse("x.scene.json", &json, Notation::Json, &Overrides::default());
+        let again = parse(
+            "x.scene.json",
+            &json,
+            SceneNotation::Json,
+            &ParameterOverrides::default(),
+        );
         assert_eq!(
             again.unwrap_or_else(|error| panic!("{error}")).scene,
             scene,

@@ -10,14 +10,16 @@ use super::schema::to_json;
 use super::toml;
 use crate::error::Error;
 use crate::error_kind::ErrorKind;
-use crate::native::node::{Value, ValueNode};
-use crate::native::{Notation, Overrides, parse, read, text, tree};
+use crate::native::node::{TextValue, ValueNode};
+use crate::native::{
+    ParameterOverrides, SceneNotation, decode_utf8, deserialize_scene, parse, parse_tree,
+};
 use crate::presets;
 
 /// Reads bytes as a scene; a failure must have a message.
-fn survive(bytes: &[u8], notation: Notation) {
-    let result: Result<(), Error> = text("x", bytes.to_vec(), u64::MAX).and_then(|text| {
-        parse("x", &text, notation, &Overrides::default())?;
+fn survive(bytes: &[u8], notation: SceneNotation) {
+    let result: Result<(), Error> = decode_utf8("x", bytes.to_vec(), u64::MAX).and_then(|text| {
+        parse("x", &text, notation, &ParameterOverrides::default())?;
         Ok(())
     });
     if let Err(error) = result {
@@ -34,12 +36,12 @@ fn texts() -> impl Iterator<Item = &'static str> {
 }
 
 /// The same texts in both notations.
-static SCENES: LazyLock<Vec<(Vec<u8>, Notation)>> = LazyLock::new(|| {
+static SCENES: LazyLock<Vec<(Vec<u8>, SceneNotation)>> = LazyLock::new(|| {
     let both = texts().flat_map(|text| {
-        let json = to_json(&tree(text, Notation::Toml).expect("valid TOML")).to_string();
+        let json = to_json(&parse_tree(text, SceneNotation::Toml).expect("valid TOML")).to_string();
         [
-            (text.as_bytes().to_vec(), Notation::Toml),
-            (json.into_bytes(), Notation::Json),
+            (text.as_bytes().to_vec(), SceneNotation::Toml),
+            (json.into_bytes(), SceneNotation::Json),
         ]
     });
     both.collect()
@@ -73,60 +75,63 @@ proptest! {
     fn any_value_anywhere_is_survived(at in any::<prop::sample::Index>(), which in any::<prop::sample::Index>(), value in strange()) {
         let texts: Vec<_> = texts().collect();
         let text = which.get(&texts);
-        let mut root = tree(text, Notation::Toml).expect("valid TOML");
+        let mut root = parse_tree(text, SceneNotation::Toml).expect("valid TOML");
         let nodes = count(&root);
         *nth(&mut root, &mut at.index(nodes)).expect("within the tree") = value;
         let names = [("t".to_owned(), 0.0)].into();
-        if let Ok(scene) = read(&mut root, text, &names) {
+        if let Ok(scene) = deserialize_scene(&mut root, text, &names) {
             raywright_core::validate::validate(&scene);
         }
     }
 }
 
 /// Values that are wrong almost everywhere.
-fn strange() -> impl Strategy<Value = Value> {
+fn strange() -> impl Strategy<Value = TextValue> {
     let node = |value| ValueNode { span: 0..1, value };
     prop_oneof![
-        Just(Value::Null),
-        Just(Value::Date),
-        any::<bool>().prop_map(Value::Boolean),
-        any::<i64>().prop_map(Value::Integer),
-        Just(Value::Unsigned(u64::MAX)),
-        any::<f64>().prop_map(Value::Float),
-        Just(Value::Float(f64::NAN)),
-        "[a-z0-9+*/(), ]{0,12}".prop_map(Value::Text),
-        Just(Value::Array(Vec::new())),
-        proptest::collection::vec(any::<f64>(), 0..5).prop_map(move |numbers| Value::Array(
-            numbers.into_iter().map(|x| node(Value::Float(x))).collect()
+        Just(TextValue::Null),
+        Just(TextValue::Date),
+        any::<bool>().prop_map(TextValue::Boolean),
+        any::<i64>().prop_map(TextValue::Integer),
+        Just(TextValue::Unsigned(u64::MAX)),
+        any::<f64>().prop_map(TextValue::Float),
+        Just(TextValue::Float(f64::NAN)),
+        "[a-z0-9+*/(), ]{0,12}".prop_map(TextValue::Text),
+        Just(TextValue::Array(Vec::new())),
+        proptest::collection::vec(any::<f64>(), 0..5).prop_map(move |numbers| TextValue::Array(
+            numbers
+                .into_iter()
+                .map(|x| node(TextValue::Float(x)))
+                .collect()
         )),
-        Just(Value::Table(Vec::new())),
+        Just(TextValue::Table(Vec::new())),
     ]
 }
 
 fn count(node: &ValueNode) -> usize {
     1 + match &node.value {
-        Value::Array(items) => items.iter().map(count).sum(),
-        Value::Table(entries) => entries.iter().map(|entry| count(&entry.node)).sum(),
+        TextValue::Array(items) => items.iter().map(count).sum(),
+        TextValue::Table(entries) => entries.iter().map(|entry| count(&entry.node)).sum(),
         _ => 0,
     }
 }
 
 /// Returns the value of the nth node in the order of [`count`].
-fn nth<'a>(node: &'a mut ValueNode, n: &mut usize) -> Option<&'a mut Value> {
+fn nth<'a>(node: &'a mut ValueNode, n: &mut usize) -> Option<&'a mut TextValue> {
     if *n == 0 {
         return Some(&mut node.value);
     }
     *n -= 1;
     match &mut node.value {
-        Value::Array(items) => items.iter_mut().find_map(|item| nth(item, n)),
-        Value::Table(entries) => entries.iter_mut().find_map(|entry| nth(&mut entry.node, n)),
+        TextValue::Array(items) => items.iter_mut().find_map(|item| nth(item, n)),
+        TextValue::Table(entries) => entries.iter_mut().find_map(|entry| nth(&mut entry.node, n)),
         _ => None,
     }
 }
 
 /// Returns the message for a text that must be refused as wrong input.
-fn refused(text: &str, notation: Notation) -> String {
-    let error = parse("x", text, notation, &Overrides::default())
+fn refused(text: &str, notation: SceneNotation) -> String {
+    let error = parse("x", text, notation, &ParameterOverrides::default())
         .err()
         .expect("this is no scene");
     assert_eq!(error.kind(), ErrorKind::Input);
@@ -146,7 +151,7 @@ fn nesting_without_end_is_one_message() {
         format!("format = 1\n[{}]", deep("a.", "") + "a"),
     ];
     for text in &toml {
-        let message = refused(text, Notation::Toml);
+        let message = refused(text, SceneNotation::Toml);
         assert!(
             message.starts_with("error: ") && message.contains("nested too deeply"),
             "{message:.300}"
@@ -154,7 +159,7 @@ fn nesting_without_end_is_one_message() {
         assert_eq!(message.matches("error: ").count(), 1, "{message:.300}");
     }
     for text in [deep("[", "]"), "[".repeat(DEPTH), deep("{\"a\":", "}")] {
-        let message = refused(&text, Notation::Json);
+        let message = refused(&text, SceneNotation::Json);
         assert!(
             message.starts_with("error: nested too deeply"),
             "{message:.300}"
@@ -199,7 +204,7 @@ fn control_characters_do_not_reach_the_terminal() {
         .err()
         .map(|error| error.to_string())
         .unwrap_or_default();
-    let json = refused("{ \"format\": 1, \"\\u001b[31m\": 1 }", Notation::Json);
+    let json = refused("{ \"format\": 1, \"\\u001b[31m\": 1 }", SceneNotation::Json);
     assert!(
         !message.contains('\u{1b}') && !json.contains('\u{1b}'),
         "{message:?} {json:?}"

@@ -12,13 +12,19 @@ mod schema;
 
 use raywright_core::Scene;
 
-use super::{Notation, Overrides, parse};
+use super::{ParameterOverrides, SceneNotation, parse};
 use crate::error::Error;
 use crate::error_kind::ErrorKind;
 
 /// Reads a TOML scene named `x.scene.toml`.
 fn toml(text: &str) -> Result<Scene, Error> {
-    parse("x.scene.toml", text, Notation::Toml, &Overrides::default()).map(|parsed| parsed.scene)
+    parse(
+        "x.scene.toml",
+        text,
+        SceneNotation::Toml,
+        &ParameterOverrides::default(),
+    )
+    .map(|parsed| parsed.scene)
 }
 
 /// Reads a TOML scene that must be valid.
@@ -29,11 +35,11 @@ fn read_scene(text: &str) -> Scene {
 /// Checks that a wrong scene is refused with exactly this message, given between line breaks.
 fn expect_message(file: &str, text: &str, message: &str) {
     let notation = if file.ends_with("json") {
-        Notation::Json
+        SceneNotation::Json
     } else {
-        Notation::Toml
+        SceneNotation::Toml
     };
-    match parse(file, text, notation, &Overrides::default()) {
+    match parse(file, text, notation, &ParameterOverrides::default()) {
         Ok(_) => panic!("this was accepted:\n{text}"),
         Err(error) => {
             assert_eq!(error.kind(), ErrorKind::Input);

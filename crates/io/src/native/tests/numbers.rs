@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::everything::EVERYTHING;
 use super::read_scene;
-use crate::native::{Notation, Overrides, parse};
+use crate::native::{ParameterOverrides, SceneNotation, parse};
 
 /// Numbers where [`EVERYTHING`] has another kind of value, or none.
 const OTHERS: &str = r#"
@@ -60,8 +60,8 @@ fn refused(scene: &Value) -> bool {
     parse(
         "x.scene.json",
         &scene.to_string(),
-        Notation::Json,
-        &Overrides::default(),
+        SceneNotation::Json,
+        &ParameterOverrides::default(),
     )
     .is_err()
 }

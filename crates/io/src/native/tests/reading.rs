@@ -1,10 +1,10 @@
 //! Tests of valid scenes: notation, expressions, parameters and overrides.
 
-use raywright_core::scene::{Colour, ColourInput, Model, Shape, Weight};
+use raywright_core::scene::{Colour, ColourInput, MaterialModel, ScalarFactor, Shape};
 
 use super::{parse, read_scene, toml};
 use crate::error_kind::ErrorKind;
-use crate::native::{Notation, Overrides};
+use crate::native::{ParameterOverrides, SceneNotation};
 
 const BALL: &str = r#"
 format = 1
@@ -40,10 +40,13 @@ fn numbers_may_be_expressions_of_the_time_and_of_earlier_parameters() {
 /// Protects: inputs that depend on the hit keep their text, and colours do not.
 #[test]
 fn inputs_of_the_hit_keep_their_text_and_colours_do_not() {
-    let Model::Classic(classic) = &read_scene(BALL).materials[0].model else {
+    let MaterialModel::Classic(classic) = &read_scene(BALL).materials[0].model else {
         panic!("a classic material")
     };
-    assert_eq!(classic.diffuse, Weight::Expression("1 - u".to_owned()));
+    assert_eq!(
+        classic.diffuse,
+        ScalarFactor::Expression("1 - u".to_owned())
+    );
     assert_eq!(
         classic.colour,
         ColourInput::Constant(Colour([1.0, 0.5, 0.0]))
@@ -61,7 +64,7 @@ fn inputs_that_ask_nothing_of_the_hit_are_numbers() {
     let physical =
         r#"{ physical = { metallic = "a / 10", roughness = "u / a", emission = "2 * a" } }"#;
     let text = BALL.replace(classic, physical);
-    let Model::Physical(physical) = &read_scene(&text).materials[0].model else {
+    let MaterialModel::Physical(physical) = &read_scene(&text).materials[0].model else {
         panic!("a physical material")
     };
     assert_eq!(
@@ -77,11 +80,11 @@ fn inputs_that_ask_nothing_of_the_hit_are_numbers() {
 /// Protects: overrides replace the file's values and affect later parameters.
 #[test]
 fn overrides_stand_in_place_of_the_file_and_reach_later_parameters() {
-    let overrides = Overrides {
+    let overrides = ParameterOverrides {
         time: Some(1.0),
         set: vec![("z".to_owned(), 10.0)],
     };
-    let scene = parse("x", BALL, Notation::Toml, &overrides)
+    let scene = parse("x", BALL, SceneNotation::Toml, &overrides)
         .expect("a scene")
         .scene;
     assert_eq!(
@@ -93,12 +96,12 @@ fn overrides_stand_in_place_of_the_file_and_reach_later_parameters() {
 /// Protects: a time can be given to a scene without one.
 #[test]
 fn the_time_can_be_given_to_a_scene_that_says_none() {
-    let overrides = Overrides {
+    let overrides = ParameterOverrides {
         time: Some(0.5),
         set: Vec::new(),
     };
     assert_eq!(
-        parse("x", "format = 1", Notation::Toml, &overrides)
+        parse("x", "format = 1", SceneNotation::Toml, &overrides)
             .expect("a scene")
             .scene
             .t,
@@ -109,11 +112,11 @@ fn the_time_can_be_given_to_a_scene_that_says_none() {
 /// Protects: an unknown parameter is a usage error with a suggestion.
 #[test]
 fn a_parameter_that_the_scene_does_not_have_is_a_usage_error_with_a_suggestion() {
-    let overrides = Overrides {
+    let overrides = ParameterOverrides {
         time: None,
         set: vec![("Z".to_owned(), 1.0)],
     };
-    let error = parse("x", BALL, Notation::Toml, &overrides)
+    let error = parse("x", BALL, SceneNotation::Toml, &overrides)
         .err()
         .expect("no such parameter");
     assert_eq!(error.kind(), ErrorKind::Usage);
@@ -135,9 +138,14 @@ fn json_says_the_same_as_toml() {
             "model": { "classic": { "colour": [1, "a / 10", 0], "diffuse": "1 - u", "ambient": "a" } } }],
         "objects": [{ "shape": { "sphere": { "centre": [0, "a", 1e0], "radius": 16 } }, "material": "red" }] }"#;
     assert_eq!(
-        parse("x", json, Notation::Json, &Overrides::default())
-            .expect("a scene")
-            .scene,
+        parse(
+            "x",
+            json,
+            SceneNotation::Json,
+            &ParameterOverrides::default()
+        )
+        .expect("a scene")
+        .scene,
         read_scene(BALL)
     );
 }

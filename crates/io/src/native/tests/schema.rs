@@ -5,8 +5,8 @@ use raywright_core::scene::SCHEMA;
 use serde_json::{Map, Value, json};
 
 use super::everything::EVERYTHING;
-use crate::native::node::{Value as Tree, ValueNode};
-use crate::native::{Notation, tree};
+use crate::native::node::{TextValue as Tree, ValueNode};
+use crate::native::{SceneNotation, parse_tree};
 use crate::presets;
 
 /// Validator for the part of JSON Schema that the scene's schema uses. An unknown restricting
@@ -128,7 +128,7 @@ fn schema_accepts(text: &str) -> bool {
     accepts(
         &schema,
         &schema,
-        &to_json(&tree(text, Notation::Toml).expect("valid TOML")),
+        &to_json(&parse_tree(text, SceneNotation::Toml).expect("valid TOML")),
     )
 }
 

@@ -6,15 +6,15 @@ mod reference;
 
 use std::path::PathBuf;
 
-use raywright_core::display::Output;
-use raywright_core::picture::{Encoding, Layer};
+use raywright_core::display::OutputFormat;
+use raywright_core::picture::{Encoding, PictureLayer};
 use raywright_core::scene::{ToneMap, TransferCurve};
 
 use super::*;
 use crate::{ErrorKind, Limits};
 
-fn metadata() -> Metadata {
-    Metadata {
+fn metadata() -> PictureMetadata {
+    PictureMetadata {
         software: "Raywright 0.1.0".into(),
         scene_hash: "00ff".into(),
         settings: "samples = 4, größe = 3×2".into(),
@@ -58,14 +58,14 @@ fn f08_exr_keeps_every_finite_number() {
     let long = "a_name_of_more_than_thirty_one_bytes.Z";
     for name in ["albedo.R", "depth.Z", "object.id", long] {
         let samples = (0..6_u8).map(|i| f32::from(i) * 1.1 - 1.0).collect();
-        picture.layers.push(Layer {
+        picture.layers.push(PictureLayer {
             name: name.into(),
             samples,
         });
     }
     picture.layers[1].samples[3] = f32::INFINITY;
     picture.layers.sort_by(|a, b| a.name.cmp(&b.name));
-    let bytes = exr_bytes(&picture, &metadata()).unwrap();
+    let bytes = encode_exr(&picture, &metadata()).unwrap();
     let read = decode(&bytes).unwrap();
     assert_eq!(read.encoding, Encoding::Linear);
     assert!(read.has_colour);
@@ -93,7 +93,7 @@ fn f08_exr_keeps_every_finite_number() {
 fn f08_exr_has_no_infinite_colour() {
     let mut picture = Picture::new(2, 1);
     picture.rgb[0] = [f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
-    let read = decode(&exr_bytes(&picture, &Metadata::default()).unwrap()).unwrap();
+    let read = decode(&encode_exr(&picture, &PictureMetadata::default()).unwrap()).unwrap();
     assert_eq!(read.picture.rgb[0][..2], [f32::MAX, f32::MIN]);
     assert!(read.picture.rgb[0][2].is_nan());
 }
@@ -103,12 +103,12 @@ fn f08_exr_has_no_infinite_colour() {
 #[test]
 fn files_are_reproducible() {
     let picture = trouble();
-    let first = exr_bytes(&picture, &metadata()).unwrap();
+    let first = encode_exr(&picture, &metadata()).unwrap();
     // Each hash table has a random order; eight equal orders have a probability of one in 120⁷.
     for _ in 0..8 {
-        assert!(exr_bytes(&picture, &metadata()).unwrap() == first);
+        assert!(encode_exr(&picture, &metadata()).unwrap() == first);
     }
-    let png = || png_bytes(&picture, Display::PLAIN, &metadata()).unwrap();
+    let png = || encode_png(&picture, Display::PLAIN, &metadata()).unwrap();
     assert!(png() == png());
 }
 
@@ -116,10 +116,10 @@ fn files_are_reproducible() {
 #[test]
 fn metadata_are_kept() {
     let picture = trouble();
-    let png = decode(&png_bytes(&picture, Display::PLAIN, &metadata()).unwrap())
+    let png = decode(&encode_png(&picture, Display::PLAIN, &metadata()).unwrap())
         .unwrap()
         .texts;
-    let exr = decode(&exr_bytes(&picture, &metadata()).unwrap())
+    let exr = decode(&encode_exr(&picture, &metadata()).unwrap())
         .unwrap()
         .texts;
     for (png_name, exr_name, text) in metadata().entries() {
@@ -131,12 +131,12 @@ fn metadata_are_kept() {
         png["Raywright command"], "raywright render\u{fffd}",
         "no NUL gets into a text"
     );
-    let bare = Metadata {
+    let bare = PictureMetadata {
         seed: Some(0),
-        ..Metadata::default()
+        ..PictureMetadata::default()
     };
     assert_eq!(
-        decode(&png_bytes(&picture, Display::PLAIN, &bare).unwrap())
+        decode(&encode_png(&picture, Display::PLAIN, &bare).unwrap())
             .unwrap()
             .texts
             .len(),
@@ -162,7 +162,7 @@ fn png_holds_the_codes_of_the_display() {
                 exposure_stops: -0.5,
                 ..Display::PLAIN
             };
-            let bytes = png_bytes(&picture, display, &metadata()).unwrap();
+            let bytes = encode_png(&picture, display, &metadata()).unwrap();
             let decoder = ::png::Decoder::new(std::io::Cursor::new(&bytes));
             let reader = decoder.read_info().unwrap();
             assert_eq!(reader.info().srgb.is_some(), srgb, "{curve:?}");
@@ -198,24 +198,24 @@ fn pages_show_the_codes_of_the_display() {
             .flat_map(|(i, rgb)| rgb.iter().copied().chain(alpha(i)));
         values.map(|value| (value * 255.0).round() as u8).collect()
     };
-    let other_metadata = decode(&png_bytes(&trouble(), Display::PLAIN, &metadata()).unwrap())
+    let other_metadata = decode(&encode_png(&trouble(), Display::PLAIN, &metadata()).unwrap())
         .unwrap()
         .metadata();
     let display = Display {
         tone_map: ToneMap::Aces,
         exposure_stops: -0.5,
-        output: Output::Sixteen,
+        output: OutputFormat::Sixteen,
         ..Display::PLAIN
     };
     let eight = Display {
-        output: Output::Eight,
+        output: OutputFormat::Eight,
         ..display
     };
     for alpha in [None, Some(vec![0.0, 0.25, 0.5, 0.75, 1.0, 1.0])] {
         let picture = Picture { alpha, ..trouble() };
-        let read = decode(&webp_bytes(&picture, display, &metadata()).unwrap()).unwrap();
+        let read = decode(&encode_webp(&picture, display, &metadata()).unwrap()).unwrap();
         assert_eq!(
-            (read.notation, codes(&read)),
+            (read.format_name, codes(&read)),
             ("WebP", eight.to_codes(&picture))
         );
         assert_eq!(read.metadata(), other_metadata);
@@ -225,7 +225,7 @@ fn pages_show_the_codes_of_the_display() {
         rgb: (0..64 * 64).map(|i| ramp(i % 64)).collect(),
         ..Picture::new(64, 64)
     };
-    let jpeg = |quality: u8| jpeg_bytes(&picture, quality, Display::PLAIN, &metadata()).unwrap();
+    let jpeg = |quality: u8| encode_jpeg(&picture, quality, Display::PLAIN, &metadata()).unwrap();
     let read = decode(&jpeg(100)).unwrap();
     let farthest = codes(&read)
         .iter()
@@ -233,7 +233,7 @@ fn pages_show_the_codes_of_the_display() {
         .map(|(&a, b)| a.abs_diff(b))
         .max();
     assert!(
-        farthest <= Some(4) && read.notation == "JPEG" && read.metadata() == other_metadata,
+        farthest <= Some(4) && read.format_name == "JPEG" && read.metadata() == other_metadata,
         "{farthest:?} codes"
     );
     assert!(jpeg(30).len() < jpeg(100).len());
@@ -241,7 +241,7 @@ fn pages_show_the_codes_of_the_display() {
         alpha: Some(vec![1.0; 64 * 64]),
         ..picture.clone()
     };
-    assert!(jpeg_bytes(&clear, 90, Display::PLAIN, &metadata()).is_err());
+    assert!(encode_jpeg(&clear, 90, Display::PLAIN, &metadata()).is_err());
 }
 
 /// Protects: a file is written in the format of its name, under its final name only, and a missing
@@ -251,7 +251,7 @@ fn pictures_are_written_by_name() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["a.png", "b.EXR", "c.jpg", "d.WebP"] {
         let path = folder.path().join(name);
-        OutputPlace::check(&path).unwrap();
+        OutputPath::resolve(&path).unwrap();
         write_picture(&path, &trouble(), Display::PLAIN, &metadata()).unwrap();
         assert_eq!(
             read_picture(&path, &Limits::default())
@@ -271,12 +271,12 @@ fn pictures_are_written_by_name() {
             "{name}"
         );
     }
-    let kind = |path: PathBuf| OutputPlace::check(&path).unwrap_err().kind();
+    let kind = |path: PathBuf| OutputPath::resolve(&path).unwrap_err().kind();
     assert_eq!(kind(folder.path().join("missing/a.png")), ErrorKind::File);
     assert_eq!(kind(folder.path().join("a.png/b.png")), ErrorKind::File);
     std::fs::create_dir(folder.path().join("c.png")).unwrap();
     assert_eq!(kind(folder.path().join("c.png")), ErrorKind::File);
-    assert!(OutputPlace::check(Path::new("no_folder_in_the_name.png")).is_ok());
+    assert!(OutputPath::resolve(Path::new("no_folder_in_the_name.png")).is_ok());
 }
 
 /// Protects: a picture under a default name replaces only a picture of this program, and gets
@@ -336,16 +336,16 @@ fn impossible_pictures_are_refused() {
             ..Picture::new(2, 2)
         },
     ] {
-        assert!(png_bytes(&picture, Display::PLAIN, &Metadata::default()).is_err());
-        assert!(exr_bytes(&picture, &Metadata::default()).is_err());
+        assert!(encode_png(&picture, Display::PLAIN, &PictureMetadata::default()).is_err());
+        assert!(encode_exr(&picture, &PictureMetadata::default()).is_err());
     }
     let mut twice = Picture::new(1, 1);
     twice.layers = vec![
-        Layer {
+        PictureLayer {
             name: "x".into(),
             samples: vec![0.0]
         };
         2
     ];
-    assert!(exr_bytes(&twice, &Metadata::default()).is_err());
+    assert!(encode_exr(&twice, &PictureMetadata::default()).is_err());
 }

@@ -217,7 +217,7 @@ fn windows_become_places() {
         ..trouble()
     };
     assert_eq!(
-        decode(&exr_bytes(&picture, &metadata()).unwrap())
+        decode(&encode_exr(&picture, &metadata()).unwrap())
             .unwrap()
             .picture
             .window,
@@ -274,10 +274,10 @@ fn damaged_files_give_errors() {
         ..picture.clone()
     };
     let files = [
-        exr_bytes(&picture, &metadata()).unwrap(),
-        png_bytes(&picture, Display::PLAIN, &metadata()).unwrap(),
-        webp_bytes(&picture, Display::PLAIN, &metadata()).unwrap(),
-        jpeg_bytes(&opaque, 90, Display::PLAIN, &metadata()).unwrap(),
+        encode_exr(&picture, &metadata()).unwrap(),
+        encode_png(&picture, Display::PLAIN, &metadata()).unwrap(),
+        encode_webp(&picture, Display::PLAIN, &metadata()).unwrap(),
+        encode_jpeg(&opaque, 90, Display::PLAIN, &metadata()).unwrap(),
     ];
     for bytes in files {
         assert!(decode(&bytes).is_ok());
@@ -308,7 +308,7 @@ fn damaged_files_give_errors() {
 /// limits are exact.
 #[test]
 fn sizes_are_checked_before_memory_is_taken() {
-    let bytes = png_bytes(&trouble(), Display::PLAIN, &Metadata::default()).unwrap();
+    let bytes = encode_png(&trouble(), Display::PLAIN, &PictureMetadata::default()).unwrap();
     let mut claims = bytes.clone();
     claims[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
     let crc = crc32(&claims[12..29]);
@@ -316,7 +316,10 @@ fn sizes_are_checked_before_memory_is_taken() {
     let error = decode(&claims).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Input);
     assert!(error.to_string().contains("16384 × 16384"), "{error}");
-    for file in [bytes, exr_bytes(&trouble(), &Metadata::default()).unwrap()] {
+    for file in [
+        bytes,
+        encode_exr(&trouble(), &PictureMetadata::default()).unwrap(),
+    ] {
         for limits in [
             Limits {
                 image_pixels: 5,

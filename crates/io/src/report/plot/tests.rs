@@ -17,7 +17,7 @@ fn scales_are_logarithmic() {
     let scale = DecadeScale::new([2.0, 500.0].into_iter(), 0.0, 300.0);
     assert_eq!(scale.decades().collect::<Vec<_>>(), [0, 1, 2, 3]);
     for (value, at) in [(1.0, 0.0), (10.0, 100.0), (1000.0, 300.0)] {
-        assert!((scale.map(value) - at).abs() < 1e-9, "{value}");
+        assert!((scale.map_value(value) - at).abs() < 1e-9, "{value}");
     }
     // A single value, or none, still spans a decade.
     assert_eq!(
@@ -37,7 +37,7 @@ fn words_are_escaped() {
         title: "a<b & \"c\"".to_owned(),
         ..Plot::default()
     };
-    let svg = plot.svg();
+    let svg = plot.to_svg();
     assert!(
         svg.contains("a&lt;b &amp; &quot;c&quot;") && !svg.contains("a<b"),
         "{svg}"
@@ -46,7 +46,7 @@ fn words_are_escaped() {
         title: "a\u{1b}[2J\0\u{202e}b\u{2028}".to_owned(),
         ..Plot::default()
     }
-    .svg();
+    .to_svg();
     assert!(
         svg.contains("a\u{fffd}[2J\u{fffd}\u{fffd}b\u{fffd}"),
         "{svg}"
@@ -73,7 +73,7 @@ fn spreads_lie_on_the_area() {
         }],
         ..Plot::default()
     }
-    .svg();
+    .to_svg();
     let [left, top, _, bottom] = AREA;
     assert!(
         svg.contains(&format!("d=\"M{left:.1} {bottom:.1}V{top:.1}\"")),
@@ -102,7 +102,7 @@ fn lines_are_drawn_and_named() {
         }],
         ..Plot::default()
     }
-    .svg();
+    .to_svg();
     assert_eq!(
         (
             svg.matches(">one<").count(),
@@ -140,7 +140,7 @@ fn bounds_and_names_are_drawn() {
         key: vec!["n1  <--spp>".to_owned()],
         ..Plot::default()
     }
-    .svg();
+    .to_svg();
     assert!(
         svg.matches("v18m-4").count() == 2 && svg.contains(">at most: lost in noise<"),
         "{svg}"
@@ -166,7 +166,7 @@ fn bounds_and_names_are_drawn() {
         }],
         ..Plot::default()
     }
-    .svg();
+    .to_svg();
     assert!(
         !plain.contains("at most") && plain.contains(&format!("height=\"{}\"", HEIGHT - BARE_TOP)),
         "{plain}"

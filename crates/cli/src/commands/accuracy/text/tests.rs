@@ -1,17 +1,17 @@
 //! Cells of the tables: an artificial report, and its figures in text tables and CSV.
 
 use raywright_core::accuracy::{
-    BaselineReport, EffectCost, EffectCosts, Recommendations, Reference, RungCost, SettingErrors,
-    Tiles,
+    BaselineReport, EffectCost, EffectCosts, Recommendations, ReferenceReport, RungCost,
+    SettingErrors, TileReport,
 };
-use raywright_core::bench::Spread;
+use raywright_core::bench::SampleQuantiles;
 
-use super::super::csv::csv;
+use super::super::csv::format_csv;
 use super::*;
 
 /// Times around a median whose half interquartile range is a tenth of the median.
-fn spread(median: f64) -> Spread {
-    Spread {
+fn spread(median: f64) -> SampleQuantiles {
+    SampleQuantiles {
         median,
         lower_quartile: 0.9 * median,
         upper_quartile: 1.1 * median,
@@ -54,7 +54,7 @@ fn rung_report(
     measured: Option<MeasuredSetting>,
     own_error: Option<f64>,
 ) -> RungReport {
-    let own_error = own_error.map(ConfidenceInterval::exact);
+    let own_error = own_error.map(ConfidenceInterval::from_exact);
     RungReport {
         rung: name.to_owned(),
         about: "what it is",
@@ -79,7 +79,7 @@ pub fn report() -> AccuracyReport {
         geometry: 3 << 20,
         same_bits: true,
     };
-    let price = |name: &str, rung_cost: Option<RungCost>| RungPrice {
+    let price = |name: &str, rung_cost: Option<RungCost>| RungPriceReport {
         rung: name.to_owned(),
         about: "",
         in_use: name == "tree",
@@ -89,7 +89,7 @@ pub fn report() -> AccuracyReport {
         same_bits: false,
         ..rung_cost.clone()
     };
-    let output = |rung, bytes_per_pixel, seconds| OutputReport {
+    let output = |rung, bytes_per_pixel, seconds| OutputFormatReport {
         rung,
         about: "",
         in_use: rung == "8",
@@ -116,13 +116,13 @@ pub fn report() -> AccuracyReport {
     };
     AccuracyReport {
         size: [640, 360],
-        tiles: Tiles {
+        tiles: TileReport {
             edge: 32,
             measured: 9,
             all: 240,
             shown: [0, 0],
         },
-        reference: Reference {
+        reference: ReferenceReport {
             samples: 64,
             rungs: vec![],
             tiles: 9,
@@ -175,15 +175,15 @@ fn words(text: &str, start: &str) -> String {
 /// lost in noise is shown by its upper end.
 #[test]
 fn intervals_are_shown_by_root_and_end() {
-    assert_eq!(root(&interval(0.09, 0.04, 0.16)), "0.3 (0.2 to 0.4)");
+    assert_eq!(format_root(&interval(0.09, 0.04, 0.16)), "0.3 (0.2 to 0.4)");
     assert_eq!(
         (
-            root(&interval(0.09, 0.08, 0.1)),
-            root(&interval(0.09, 0.0899, 0.0901))
+            format_root(&interval(0.09, 0.08, 0.1)),
+            format_root(&interval(0.09, 0.0899, 0.0901))
         ),
         ("0.3 ±6 %".to_owned(), "0.3".to_owned())
     );
-    assert_eq!(root(&interval(0.01, 0.0, 0.04)), "<0.2");
+    assert_eq!(format_root(&interval(0.01, 0.0, 0.04)), "<0.2");
 }
 
 /// Protects: each figure of a rung is in its column: time, ratio, roots of relMSE and bias, light,
@@ -192,7 +192,7 @@ fn intervals_are_shown_by_root_and_end() {
 #[test]
 fn figures_of_rungs() {
     let mut report = report();
-    let text = rungs(&report);
+    let text = format_rung_table(&report);
     assert_eq!(
         words(&text, "time"),
         "time x in use error bias light FLIP alone"
@@ -211,14 +211,14 @@ fn figures_of_rungs() {
     );
     assert_eq!(words(&text, "no time for"), "no time for: a=exact");
     assert_eq!(
-        late("b", [("x", true), ("y", true)].into_iter()).as_deref(),
+        list_unmeasured_rungs("b", [("x", true), ("y", true)].into_iter()).as_deref(),
         Some("b")
     );
     assert_eq!(
-        late("b", [("x", true), ("y", false), ("z", true)].into_iter()).as_deref(),
+        list_unmeasured_rungs("b", [("x", true), ("y", false), ("z", true)].into_iter()).as_deref(),
         Some("b=x, b=z")
     );
-    assert_eq!(late("b", [("x", false)].into_iter()), None);
+    assert_eq!(list_unmeasured_rungs("b", [("x", false)].into_iter()), None);
     assert!(
         !text.contains("slower and worse") && !text.contains("below:"),
         "{text}"
@@ -231,8 +231,8 @@ fn figures_of_rungs() {
         .measured
         .as_mut()
         .expect("figures");
-    (quick.ratio, quick.errors.relmse.value) = (ConfidenceInterval::exact(1.9), 0.1);
-    let text = rungs(&report);
+    (quick.ratio, quick.errors.relmse.value) = (ConfidenceInterval::from_exact(1.9), 0.1);
+    let text = format_rung_table(&report);
     assert_eq!(
         words(&text, "below: 16 samples"),
         "below: 16 samples 25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051"
@@ -242,11 +242,11 @@ fn figures_of_rungs() {
         "slower and worse than what is in use: a=quick"
     );
     assert!(!text.contains("  quick"), "{text}");
-    report.combinations = vec![FrontierCandidate {
+    report.combinations = vec![FrontierSetting {
         flags: vec!["--rung samples=4".to_owned(), "--rung clamp=1".to_owned()],
         measured: seen(),
     }];
-    let text = rungs(&report);
+    let text = format_rung_table(&report);
     let last = text
         .lines()
         .last()
@@ -270,14 +270,14 @@ fn what_to_do_comes_first() {
         report(),
         raywright_core::Settings::from_scene(&loaded.scene),
     );
-    let candidate = |flags: &[&str]| FrontierCandidate {
+    let candidate = |flags: &[&str]| FrontierSetting {
         flags: flags.iter().map(|&flag| flag.to_owned()).collect(),
         measured: seen(),
     };
     report.frontier = vec![candidate(&["--rung samples=4"]), candidate(&[])];
     let requested = ["--at 2".to_owned()];
     let document = AccuracyDocument::new(&loaded, &requested, &settings, 1, &report);
-    let text = table(&document);
+    let text = format_report(&document);
     let lines: Vec<&str> = text.lines().collect();
     assert!(
         lines[1].starts_with("In use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time."),
@@ -319,7 +319,7 @@ fn the_page_says_the_same() {
     );
     let mut lost = seen();
     lost.errors.relmse.low = 0.0;
-    let candidate = |flag: &str, measured| FrontierCandidate {
+    let candidate = |flag: &str, measured| FrontierSetting {
         flags: vec![flag.to_owned()],
         measured,
     };
@@ -332,11 +332,11 @@ fn the_page_says_the_same() {
     slow.rung = "slow".to_owned();
     slow.measured.iter_mut().for_each(|each_measured| {
         (each_measured.ratio, each_measured.errors.relmse.value) =
-            (ConfidenceInterval::exact(1.9), 0.1)
+            (ConfidenceInterval::from_exact(1.9), 0.1)
     });
     rungs.push(slow);
     let document = AccuracyDocument::new(&loaded, &[], &settings, 1, &report);
-    let page = document.text(super::super::file::AccuracyFileKind::Html);
+    let page = document.format_as(super::super::file::AccuracyFileKind::Html);
     for words in [
         "<p class=\"answer\">In use: error 0.3 (0.2 to 0.4), ",
         "<td>25.0 s ±10 %</td><td>1.75</td><td>0.300 (0.200 to 0.400)</td>",
@@ -347,7 +347,7 @@ fn the_page_says_the_same() {
         assert!(page.contains(words), "no {words} in {page}");
     }
     assert!(!page.contains(">slow</td>"), "{page}");
-    let svg = document.text(super::super::file::AccuracyFileKind::Svg);
+    let svg = document.format_as(super::super::file::AccuracyFileKind::Svg);
     assert!(
         svg.contains(">(1)</text>")
             && svg.contains(">(1)  --spp 4<")
@@ -368,7 +368,7 @@ fn the_page_says_the_same() {
 #[test]
 fn figures_of_prices_files_and_effects() {
     let report = report();
-    let text = prices(&report);
+    let text = format_price_table(&report);
     assert_eq!(
         words(&text, "no picture changes"),
         "no picture changes time x in use preparing memory"
@@ -385,7 +385,7 @@ fn figures_of_prices_files_and_effects() {
         words(&text, "no time for"),
         "no time for: accelerator=boxes"
     );
-    let text = files(&report);
+    let text = format_output_table(&report);
     assert_eq!(
         words(&text, "what a file keeps"),
         "what a file keeps bytes a pixel coding RMSE greatest FLIP clipped"
@@ -398,7 +398,11 @@ fn figures_of_prices_files_and_effects() {
         words(&text, "float"),
         "float 12 0.0012 0.0034 0.0056 12.5 %"
     );
-    let text = report.costs.as_ref().map(dear).unwrap_or_default();
+    let text = report
+        .costs
+        .as_ref()
+        .map(format_effect_costs)
+        .unwrap_or_default();
     assert_eq!(
         words(&text, "what each adds"),
         "what each adds to time and picture (64x36 pixels, 750 ms of all threads with all of them)"
@@ -417,7 +421,7 @@ fn figures_of_prices_files_and_effects() {
 /// Protects: each figure is in the CSV column of its name, as measured.
 #[test]
 fn figures_in_csv() {
-    let text = csv(&report());
+    let text = format_csv(&report());
     let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let names = lines.next().expect("names");
     let lines: Vec<Vec<&str>> = lines.collect();

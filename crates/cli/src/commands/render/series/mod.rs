@@ -3,9 +3,9 @@
 //! picture has the bits of a run of its own, except for the studio's backdrop, which is the same
 //! for all pictures.
 
+mod combined;
 mod moment;
 mod names;
-mod together;
 
 use std::collections::HashMap;
 use std::ffi::OsString;
@@ -17,60 +17,60 @@ use raywright_core::display::Display;
 use raywright_core::film::Uncertainty;
 use raywright_core::scene::Sky;
 use raywright_core::settings::Settings;
-use raywright_core::{ReadyScene, RenderOutput, Scene, estimate};
+use raywright_core::{ReadyScene, RenderOutput, Scene, estimate_scene_memory};
 use raywright_io::output::write_atomically;
-use raywright_io::{Error, Input, InputFiles, LoadOptions, Loaded};
+use raywright_io::{Error, Input, InputFiles, LoadOptions, LoadedScene};
 
 use super::film::FilmSession;
 use super::{ALLOW_EMPTY, film, messages, write};
-use crate::beginning::Beginning;
-use crate::clock::{Clock, Seconds, format_duration};
+use crate::clock::{StageClock, StageSeconds, format_duration};
 use crate::commands::denoise;
 use crate::console;
+use crate::early_stage::EarlyStageGuard;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
 use crate::plan::{PicturePlan, RenderTask, Shot};
 use crate::progress::Progress;
-use crate::stats::Stats;
+use crate::stats::RenderStats;
 use crate::table::format_significant;
 use crate::targets::{OutputFiles, OutputTarget};
 use crate::threads::Threads;
 use crate::{interrupt, origin, scene_input};
+use combined::CombinedFiles;
 use moment::SceneMoment;
-use together::CombinedFiles;
 
 /// Runs `render`: renders the scenes of a task and writes their pictures.
 pub fn run(task: &RenderTask) -> Result<(), Failure> {
     let mut notes = Notes::new(task.verbosity);
-    let mut series = Series::start(task)?;
-    let done = series.render(&mut notes);
+    let mut series = PictureSeries::start(task)?;
+    let done = series.render_all_scenes(&mut notes);
     series.progress.finish();
-    notes.finish();
-    done?.iter().for_each(|line| task.verbosity.say(line));
-    series.verdict()
+    notes.print_kept();
+    done?.iter().for_each(|line| task.verbosity.print(line));
+    series.into_result()
 }
 
 /// State of a run while its pictures are rendered. A single picture is a series of length one; only
 /// such a series may have a film file or write to standard output.
-struct Series<'a> {
+struct PictureSeries<'a> {
     task: &'a RenderTask,
-    clock: Clock,
+    clock: StageClock,
     /// Guard of the early stage; `None` from the start of the first render on.
-    beginning: Option<Beginning>,
+    early_stage: Option<EarlyStageGuard>,
     stop: &'static AtomicBool,
     threads: Threads,
     progress: Progress,
     outputs: OutputFiles,
     inputs: Vec<Input>,
     /// Scenes loaded before their turn, by index, at the time of their first picture.
-    loaded: HashMap<usize, Result<Loaded, Failure>>,
+    preloaded: HashMap<usize, Result<LoadedScene, Failure>>,
     /// Input files that the outputs were last checked against.
-    clear_of: InputFiles,
+    checked_inputs: InputFiles,
     /// Outputs of each picture, ordered by scene and then by shot.
     targets: Vec<Vec<OutputTarget>>,
-    together: CombinedFiles,
+    combined_files: CombinedFiles,
     /// Names of the written files of each finished picture.
-    names: Vec<Vec<String>>,
+    written_files: Vec<Vec<String>>,
     finished: usize,
     /// Texts for the final message: of the last picture alone, and of the size and samples that all
     /// pictures share.
@@ -84,13 +84,13 @@ struct Series<'a> {
     /// pictures.
     backdrop: Option<f64>,
     /// Whether any picture of the current scene shows an object.
-    shows: bool,
+    shows_object: bool,
     /// Exit codes of the failed scenes, in the order of the run.
-    failed: Vec<Exit>,
+    failed_exits: Vec<Exit>,
     /// Descriptions of the pictures that do not reach the target error.
     shortfalls: Vec<String>,
     /// Error of a film file that could not be written.
-    unkept: Option<Error>,
+    checkpoint_error: Option<Error>,
 }
 
 /// A rendered picture of a series, before it is written.
@@ -100,16 +100,16 @@ struct RenderedFrame<'a> {
     rendered: RenderOutput,
     /// Estimated error of the picture before denoising.
     noisy: Option<Uncertainty>,
-    seconds: Seconds,
+    seconds: StageSeconds,
 }
 
-impl<'a> Series<'a> {
+impl<'a> PictureSeries<'a> {
     /// Creates the series after all checks that need no loaded scene, and starts the early stage.
     fn start(task: &'a RenderTask) -> Result<Self, Failure> {
-        let clock = Clock::start();
-        let mut outputs = OutputFiles::with_quality(task.quality());
+        let clock = StageClock::start();
+        let mut outputs = OutputFiles::with_quality(task.jpeg_quality());
         let count = task.scenes.len() * task.shots.len();
-        let targets = names::named(
+        let targets = names::resolve_named_files(
             &task.outputs,
             (!task.is_single).then_some(count),
             &mut outputs,
@@ -118,23 +118,27 @@ impl<'a> Series<'a> {
         if task.is_single || targets.iter().any(|targets| !targets.is_empty()) {
             targets
                 .iter()
-                .try_for_each(|targets| super::check(task, targets))?;
+                .try_for_each(|targets| super::check_targets(task, targets))?;
         }
         super::check_stats_target(task, &mut outputs)?;
         super::check_preview_target(task, &mut outputs)?;
-        film::check(task, &targets[0], &mut outputs)?;
-        let (stop, threads) = (interrupt::flag()?, Threads::new(task.threads)?);
+        film::check_film_flags(task, &targets[0], &mut outputs)?;
+        let (stop, threads) = (interrupt::install_stop_flag()?, Threads::new(task.threads)?);
         if task.scenes.iter().filter(|name| *name == "-").count() > 1 {
-            return Err(Error::usage("standard input is one scene, and `-` is named twice").into());
+            return Err(Error::invalid_usage(
+                "standard input is one scene, and `-` is named twice",
+            )
+            .into());
         }
-        let beginning = Some(super::begin(task, &clock)?);
-        let input = |name: &OsString| scene_input::input(name, &task.options.limits);
+        let beginning = Some(super::start_early_stage(task, &clock)?);
+        let input = |name: &OsString| scene_input::resolve_input(name, &task.options.limits);
         let inputs = task
             .scenes
             .iter()
             .map(input)
             .collect::<Result<Vec<_>, _>>()?;
-        let progress = Progress::start("rendering", task.progress, task.verbosity).of_pieces(count);
+        let progress =
+            Progress::start("rendering", task.progress, task.verbosity).with_pieces(count);
         let (names, failed, shortfalls, description) =
             (Vec::new(), Vec::new(), Vec::new(), Default::default());
         let (loaded, clear_of, finished, error, unkept) =
@@ -143,32 +147,32 @@ impl<'a> Series<'a> {
         let mut series = Self {
             task,
             clock,
-            beginning,
+            early_stage: beginning,
             stop,
             threads,
             progress,
             outputs,
             inputs,
-            loaded,
-            clear_of,
+            preloaded: loaded,
+            checked_inputs: clear_of,
             targets,
-            together,
-            names,
+            combined_files: together,
+            written_files: names,
             finished,
             description,
             error,
             exposure,
             backdrop,
-            shows,
-            failed,
+            shows_object: shows,
+            failed_exits: failed,
             shortfalls,
-            unkept,
+            checkpoint_error: unkept,
         };
         if !task.is_single {
             // Scene files are never overwritten by pictures. Other files that a scene names are
             // known only after it is loaded.
             series.name_pictures(&InputFiles::default())?;
-            series.keep_clear_of_all()?;
+            series.check_outputs_against_scenes()?;
         }
         Ok(series)
     }
@@ -176,9 +180,9 @@ impl<'a> Series<'a> {
     /// Chooses file names after the scenes, if the user named no output.
     fn name_pictures(&mut self, inputs: &InputFiles) -> Result<(), Failure> {
         let has_own = self.targets.iter().any(|targets| !targets.is_empty());
-        if !has_own && !self.together.is_some() && self.task.part.is_none() {
+        if !has_own && !self.combined_files.is_requested() && self.task.part.is_none() {
             let format = super::default_format(self.task);
-            self.targets = names::unnamed(
+            self.targets = names::resolve_default_files(
                 format,
                 &self.inputs,
                 &self.task.shots,
@@ -192,39 +196,39 @@ impl<'a> Series<'a> {
     /// known only after it is loaded, which is too late if an earlier picture has overwritten a
     /// file. Therefore, if any output exists already, all scenes are loaded first. Small scenes are
     /// kept in memory for their turn; load errors are reported then.
-    fn keep_clear_of_all(&mut self) -> Result<(), Failure> {
-        let mut named = InputFiles::default();
+    fn check_outputs_against_scenes(&mut self) -> Result<(), Failure> {
+        let mut input_paths = InputFiles::default();
         self.inputs.iter().for_each(|input| {
             if let Input::Path(path) = input {
-                named.read(path)
+                input_paths.record_read(path)
             }
         });
-        self.outputs.keep_clear_of(&named)?;
-        if !self.outputs.replace_any() {
+        self.outputs.check_against_inputs(&input_paths)?;
+        if !self.outputs.has_existing_file() {
             return Ok(());
         }
         let mut bytes = 0;
         for scene in 1..self.inputs.len() {
-            let loaded = self.load(scene, &self.task.shots[0]);
+            let loaded = self.load_scene(scene, &self.task.shots[0]);
             if let Ok(loaded) = &loaded {
-                self.outputs.keep_clear_of(&loaded.inputs)?;
-                bytes += bytes_of(&loaded.scene);
+                self.outputs.check_against_inputs(&loaded.inputs)?;
+                bytes += estimate_scene_bytes(&loaded.scene);
             }
-            if bytes <= MOST_KEPT {
-                self.loaded.insert(scene, loaded);
+            if bytes <= MOST_KEPT_BYTES {
+                self.preloaded.insert(scene, loaded);
             }
         }
         Ok(())
     }
 
     /// Returns the load options of a picture: at the picture's own time, or at the time of `--at`.
-    fn options(&self, shot: &Shot) -> LoadOptions {
+    fn shot_load_options(&self, shot: &Shot) -> LoadOptions {
         let mut options = self.task.options.clone();
         options.overrides.time = shot.at.or(options.overrides.time);
         options
     }
 
-    fn load(&self, scene: usize, shot: &Shot) -> Result<Loaded, Failure> {
+    fn load_scene(&self, scene: usize, shot: &Shot) -> Result<LoadedScene, Failure> {
         let RenderTask {
             is_single,
             progress,
@@ -237,14 +241,19 @@ impl<'a> Series<'a> {
         } else {
             Progress::hidden()
         };
-        self.threads
-            .run(|| scene_input::load(&self.inputs[scene], &self.options(shot), &loading))
+        self.threads.run(|| {
+            scene_input::load_with_progress(
+                &self.inputs[scene],
+                &self.shot_load_options(shot),
+                &loading,
+            )
+        })
     }
 
     /// Renders the pictures of all scenes. Returns the final message, or `None` for a picture that
     /// went to standard output alone. After the failure of a scene the next scene is rendered,
     /// except after an interruption.
-    fn render(&mut self, notes: &mut Notes) -> Result<Option<String>, Failure> {
+    fn render_all_scenes(&mut self, notes: &mut Notes) -> Result<Option<String>, Failure> {
         for scene in 0..self.inputs.len() {
             let Err(failure) = self.render_scene(scene, notes) else {
                 continue;
@@ -253,18 +262,22 @@ impl<'a> Series<'a> {
                 return Err(failure);
             }
             if self.inputs.len() == 1 {
-                return Err(self.with_kept(failure));
+                return Err(self.with_partial_files(failure));
             }
             console::print_message(failure.message.trim_end());
-            self.failed.push(failure.exit);
+            self.failed_exits.push(failure.exit);
             self.task
                 .shots
                 .iter()
                 .for_each(|_| self.progress.finish_piece());
         }
-        let is_free = |path: &Path| self.outputs.leave_free(path, &self.clear_of);
-        let together = self.together.write((&self.clear_of, is_free))?;
-        let files = [ranges(&self.names), together].concat().join(", ");
+        let is_free = |path: &Path| self.outputs.is_free(path, &self.checked_inputs);
+        let together = self
+            .combined_files
+            .write_all((&self.checked_inputs, is_free))?;
+        let files = [format_file_ranges(&self.written_files), together]
+            .concat()
+            .join(", ");
         let error = self
             .error
             .map(|error| format!(", errors up to {}", format_significant(error, 2)))
@@ -280,15 +293,15 @@ impl<'a> Series<'a> {
             "" => Some("nothing was written".to_owned()),
             files => Some(format!(
                 "wrote {files} ({described}, {})",
-                format_duration(self.clock.total())
+                format_duration(self.clock.total_seconds())
             )),
         })
     }
 
     /// Keeps the unfinished sheet and animations in files, and adds their names to the failure.
-    fn with_kept(&mut self, failure: Failure) -> Failure {
-        let is_free = |path: &Path| self.outputs.leave_free(path, &self.clear_of);
-        match self.together.keep(is_free) {
+    fn with_partial_files(&mut self, failure: Failure) -> Failure {
+        let is_free = |path: &Path| self.outputs.is_free(path, &self.checked_inputs);
+        match self.combined_files.write_partial(is_free) {
             Ok(kept) if !kept.is_empty() => failure.with_hint(format_args!(
                 "the pictures before it are in {}",
                 kept.join(", ")
@@ -300,7 +313,7 @@ impl<'a> Series<'a> {
     /// Renders all pictures of the scene with index `scene`.
     fn render_scene(&mut self, scene: usize, notes: &mut Notes) -> Result<(), Failure> {
         let mut moment: Option<SceneMoment> = None;
-        (self.exposure, self.shows) = (None, false);
+        (self.exposure, self.shows_object) = (None, false);
         for (i, shot) in self.task.shots.iter().enumerate() {
             // Only the first picture of a scene has notes, because they usually apply to all its
             // pictures.
@@ -308,7 +321,7 @@ impl<'a> Series<'a> {
             let notes = if i == 0 { &mut *notes } else { &mut silent };
             let now = match moment.take() {
                 Some(moment) if shot.at.is_none() => moment,
-                _ => self.moment(scene, i, notes)?,
+                _ => self.load_moment(scene, i, notes)?,
             };
             self.render_shot(
                 scene * self.task.shots.len() + i,
@@ -318,47 +331,49 @@ impl<'a> Series<'a> {
             )?;
         }
         match moment {
-            Some(moment) if !self.shows && self.task.refuses_empty() => Err(scene_input::empty(
-                &moment.loaded.source.name,
-                "no picture shows any of it",
-            )
-            .with_hint(ALLOW_EMPTY)),
+            Some(moment) if !self.shows_object && self.task.refuses_empty() => {
+                Err(scene_input::empty_failure(
+                    &moment.loaded.source.name,
+                    "no picture shows any of it",
+                )
+                .with_hint(ALLOW_EMPTY))
+            }
             _ => Ok(()),
         }
     }
 
     /// Loads a scene at the time of its picture `i`, and checks the outputs against its files.
-    fn moment(
+    fn load_moment(
         &mut self,
         scene: usize,
         i: usize,
         notes: &mut Notes,
     ) -> Result<SceneMoment, Failure> {
         let early = if i == 0 {
-            self.loaded.remove(&scene)
+            self.preloaded.remove(&scene)
         } else {
             None
         };
-        let loaded = early.unwrap_or_else(|| self.load(scene, &self.task.shots[i]))?;
+        let loaded = early.unwrap_or_else(|| self.load_scene(scene, &self.task.shots[i]))?;
         if self.inputs.len() > 1 && i == 0 {
-            notes.turn_to(&loaded.source.name);
+            notes.set_current_file(&loaded.source.name);
         }
-        notes.warn_of(&loaded);
+        notes.add_scene_warnings(&loaded);
         if self.task.is_single {
             self.name_pictures(&loaded.inputs)?;
         }
         // Outputs are checked again only for new input files: an animation loads the same files
         // thousands of times.
-        if loaded.inputs != self.clear_of {
-            self.outputs.keep_clear_of(&loaded.inputs)?;
-            self.clear_of = loaded.inputs.clone();
+        if loaded.inputs != self.checked_inputs {
+            self.outputs.check_against_inputs(&loaded.inputs)?;
+            self.checked_inputs = loaded.inputs.clone();
         }
         if let Some(failure) =
-            scene_input::nothing_to_see(&loaded).filter(|_| self.task.refuses_empty())
+            scene_input::empty_scene_failure(&loaded).filter(|_| self.task.refuses_empty())
         {
             return Err(failure.with_hint(ALLOW_EMPTY));
         }
-        scene_input::note_completed(&loaded, notes);
+        scene_input::note_added_parts(&loaded, notes);
         let mut loaded = loaded;
         if let Some(Sky::Studio(studio)) = &mut loaded.scene.sky {
             studio.backdrop = studio.backdrop.or(self.backdrop);
@@ -374,13 +389,13 @@ impl<'a> Series<'a> {
         moment: &mut SceneMoment,
         notes: &mut Notes,
     ) -> Result<(), Failure> {
-        let plan = moment.settle(self.task, shot)?;
+        let plan = moment.resolve_plan(self.task, shot)?;
         let load = self.clock.lap();
-        match moment.prepare(&plan, &self.threads, self.stop) {
+        match moment.prepare_picture(&plan, &self.threads, self.stop) {
             Err(failure) if failure.exit == Exit::Interrupted && !self.task.is_single => {
-                let is_free = |path: &Path| self.outputs.leave_free(path, &moment.loaded.inputs);
-                return Err(write::interrupted(
-                    self.together.keep(is_free),
+                let is_free = |path: &Path| self.outputs.is_free(path, &moment.loaded.inputs);
+                return Err(write::interrupted_failure(
+                    self.combined_files.write_partial(is_free),
                     Some([self.finished, self.targets.len()]),
                 ));
             }
@@ -396,16 +411,16 @@ impl<'a> Series<'a> {
             return Ok(());
         };
         self.backdrop = self.backdrop.or(ready.backdrop());
-        super::note_prepared(loaded, ready, &plan.settings, notes);
-        super::refuse_to_denoise(self.task, &plan.settings, ready, notes)?;
-        let mut session = super::start(
+        super::note_preparation(loaded, ready, &plan.settings, notes);
+        super::refuse_impossible_denoising(self.task, &plan.settings, ready, notes)?;
+        let mut session = super::start_session(
             self.task,
-            &self.options(shot),
+            &self.shot_load_options(shot),
             (loaded, ready),
             (&plan, &shot.label),
         )?;
-        if self.beginning.take().is_some() {
-            self.progress.begin();
+        if self.early_stage.take().is_some() {
+            self.progress.restart_clock();
         }
         self.threads
             .run(|| session.render(ready, &self.progress, (&self.clock, self.stop)))?;
@@ -416,25 +431,31 @@ impl<'a> Series<'a> {
             self.progress.finish();
             verbosity = self.task.verbosity;
         }
-        session.note_slow(&self.clock, notes);
-        let rendered = self
+        session.note_exceeded_budget(&self.clock, notes);
+        let rendered = self.threads.run(|| {
+            denoise::denoise_with_progress(
+                session.film(),
+                (self.task.progress, verbosity),
+                self.stop,
+            )
+        });
+        let noisy = self
             .threads
-            .run(|| denoise::rendered(session.film(), (self.task.progress, verbosity), self.stop));
-        let noisy = self.threads.run(|| rendered.noisy_error(session.film()));
+            .run(|| rendered.error_before_denoising(session.film()));
         let [render, render_cpu] = self.clock.lap_with_cpu();
-        let seconds = Seconds {
+        let seconds = StageSeconds {
             load,
             prepare,
             render,
             render_cpu,
-            ..Seconds::default()
+            ..StageSeconds::default()
         };
         let caption = match (self.inputs.len(), shot.caption.as_str()) {
             (_, "") => loaded.source.stem.clone(),
             (1, caption) => caption.to_owned(),
             (_, caption) => format!("{} {caption}", loaded.source.stem),
         };
-        self.finish(
+        self.finish_picture(
             number,
             &caption,
             (loaded, ready),
@@ -450,11 +471,11 @@ impl<'a> Series<'a> {
     }
 
     /// Writes a picture, finished or interrupted, and records its messages.
-    fn finish(
+    fn finish_picture(
         &mut self,
         number: usize,
         caption: &str,
-        (loaded, ready): (&mut Loaded, &ReadyScene),
+        (loaded, ready): (&mut LoadedScene, &ReadyScene),
         rendered_frame: RenderedFrame<'_>,
         notes: &mut Notes,
     ) -> Result<(), Failure> {
@@ -466,27 +487,30 @@ impl<'a> Series<'a> {
             mut seconds,
         } = rendered_frame;
         if session.is_done() {
-            self.refuse_empty(loaded, &rendered, &plan)?;
+            self.refuse_empty_picture(loaded, &rendered, &plan)?;
         }
-        if plan.is_exposed {
-            plan.display.exposure_stops = self.exposure_of(&rendered, plan.display);
-            session.show(
+        if plan.has_auto_exposure {
+            plan.display.exposure_stops = self.scene_exposure(&rendered, plan.display);
+            session.set_display(
                 plan.display,
-                origin::metadata(loaded, &plan, &self.task.choices),
+                origin::picture_metadata(loaded, &plan, &self.task.choices),
             );
         }
         let (task, targets) = (self.task, &self.targets[number]);
-        let claimed = super::claimed(task, (ready, &rendered), noisy.as_ref());
-        let metadata = super::metadata(task, &session, &rendered, claimed);
-        let is_free = |path: &Path| self.outputs.leave_free(path, &loaded.inputs);
+        let claimed = super::claimed_error(task, (ready, &rendered), noisy.as_ref());
+        let metadata = super::picture_metadata(task, &session, &rendered, claimed);
+        let is_free = |path: &Path| self.outputs.is_free(path, &loaded.inputs);
         if !session.is_done() || matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled))) {
-            let own = write::keep(&rendered, targets, plan.display, &metadata, is_free);
-            let kept = own
-                .and_then(|own| Ok(session.with_own([own, self.together.keep(is_free)?].concat())));
+            let own = write::write_partial(&rendered, targets, plan.display, &metadata, is_free);
+            let kept = own.and_then(|own| {
+                Ok(session.with_checkpoint_path(
+                    [own, self.combined_files.write_partial(is_free)?].concat(),
+                ))
+            });
             let of = (!task.is_single).then_some([self.finished, self.targets.len()]);
-            return Err(session.explained(write::interrupted(kept, of)));
+            return Err(session.with_resume_hint(write::interrupted_failure(kept, of)));
         }
-        let names = write::write(
+        let names = write::write_targets(
             &rendered,
             targets,
             plan.display,
@@ -494,81 +518,86 @@ impl<'a> Series<'a> {
             (&loaded.inputs, is_free),
         )?;
         super::print_hash(task, (&rendered, plan.display), &names, caption)?;
-        self.names.push(session.with_own(names));
-        self.together
-            .add(rendered.shown_picture(), plan.display, caption)?;
-        (seconds.write, seconds.total) = (self.clock.lap(), self.clock.total());
+        self.written_files.push(session.with_checkpoint_path(names));
+        self.combined_files
+            .add(rendered.final_picture(), plan.display, caption)?;
+        (seconds.write, seconds.total) = (self.clock.lap(), self.clock.total_seconds());
         loaded
             .warnings
-            .extend(messages::note_losses(&rendered.counters, notes));
+            .extend(messages::note_lost_samples(&rendered.counters, notes));
         if let Some(path) = &task.stats {
-            let stats = Stats::new(loaded, ready, &rendered, noisy, seconds);
-            write_atomically(path, console::json(&stats).as_bytes())?;
+            let stats = RenderStats::new(loaded, ready, &rendered, noisy, seconds);
+            write_atomically(path, console::format_json(&stats).as_bytes())?;
         }
-        super::note_rendered(loaded, &rendered, &plan, targets, notes);
-        messages::note_shut_away(loaded, ready, session.film(), notes);
+        super::note_picture(loaded, &rendered, &plan, targets, notes);
+        messages::note_unreached_lights(loaded, ready, session.film(), notes);
         if let Some(noisy) = claimed {
             messages::note_denoising(noisy, &plan.settings, notes);
         }
         let description =
-            super::described(task, &plan.settings, &session, &rendered, claimed, notes);
+            super::describe_picture(task, &plan.settings, &session, &rendered, claimed, notes);
         let shortfall = task.max_error.and_then(|requested| {
-            messages::shortfall(requested, claimed, session.film(), &rendered)
+            messages::describe_shortfall(requested, claimed, session.film(), &rendered)
         });
         self.shortfalls.extend(shortfall);
         if task.is_single {
-            notes.detail(messages::details(ready, &rendered, &seconds).trim_end());
+            notes.detail(messages::format_details(ready, &rendered, &seconds).trim_end());
         }
         self.description = [
             description,
-            super::size_and_samples(&plan.settings, &session),
+            super::format_size_and_samples(&plan.settings, &session),
         ];
-        let error = rendered.denoised().map(|denoised| denoised.error).or(noisy);
+        let error = rendered
+            .denoise_output()
+            .map(|denoised| denoised.error)
+            .or(noisy);
         let error = error
-            .filter(|_| ready.follows_paths())
+            .filter(|_| ready.is_path_traced())
             .map(|error| error.root_relmse.value);
         self.error = self.error.into_iter().chain(error).reduce(f64::max);
         self.finished += 1;
         self.progress.finish_piece();
-        self.unkept = session.into_unkept();
+        self.checkpoint_error = session.into_checkpoint_error();
         Ok(())
     }
 
     /// Refuses a picture that shows no object before it is written, if its scene has no other
     /// picture.
-    fn refuse_empty(
+    fn refuse_empty_picture(
         &mut self,
-        loaded: &Loaded,
+        loaded: &LoadedScene,
         rendered: &RenderOutput,
         plan: &PicturePlan,
     ) -> Result<(), Failure> {
-        let reason = scene_input::nothing_met(loaded, rendered, &plan.settings);
-        self.shows |= reason.is_none();
+        let reason = scene_input::describe_empty_picture(loaded, rendered, &plan.settings);
+        self.shows_object |= reason.is_none();
         match reason.filter(|_| self.task.shots.len() == 1 && self.task.refuses_empty()) {
             Some(reason) => {
-                Err(scene_input::empty(&loaded.source.name, reason).with_hint(ALLOW_EMPTY))
+                Err(scene_input::empty_failure(&loaded.source.name, reason).with_hint(ALLOW_EMPTY))
             }
             None => Ok(()),
         }
     }
 
     /// Returns the automatic exposure in stops, chosen from the scene's first picture.
-    fn exposure_of(&mut self, rendered: &RenderOutput, display: Display) -> f64 {
-        *self
-            .exposure
-            .get_or_insert_with(|| display.suited_to(rendered.shown_picture()).exposure_stops)
+    fn scene_exposure(&mut self, rendered: &RenderOutput, display: Display) -> f64 {
+        *self.exposure.get_or_insert_with(|| {
+            display
+                .with_suitable_exposure(rendered.final_picture())
+                .exposure_stops
+        })
     }
 
     /// Returns the result of the run: a failure if a scene failed, a film file could not be
     /// written, or a target error is not reached.
-    fn verdict(self) -> Result<(), Failure> {
-        if let Some(error) = self.unkept {
+    fn into_result(self) -> Result<(), Failure> {
+        if let Some(error) = self.checkpoint_error {
             return Err(error.into());
         }
-        if let Some(&exit) = self.failed.first() {
+        if let Some(&exit) = self.failed_exits.first() {
             let message = format!(
                 "{} of {} scenes were not rendered",
-                self.failed.len(),
+                self.failed_exits.len(),
                 self.inputs.len()
             );
             return Err(Failure::new(exit, message));
@@ -590,7 +619,7 @@ impl<'a> Series<'a> {
 
 /// Formats the written files for the final message: for each output, the first picture's file to
 /// the last picture's file.
-fn ranges(names: &[Vec<String>]) -> Vec<String> {
+fn format_file_ranges(names: &[Vec<String>]) -> Vec<String> {
     let (Some(first), Some(last)) = (names.first(), names.last()) else {
         return Vec::new();
     };
@@ -606,11 +635,11 @@ fn ranges(names: &[Vec<String>]) -> Vec<String> {
 
 /// Largest estimated memory in bytes of all scenes kept in memory for their turn; further scenes
 /// are loaded again.
-const MOST_KEPT: u64 = 1 << 30;
+const MOST_KEPT_BYTES: u64 = 1 << 30;
 
 /// Estimates the memory of a scene in bytes.
-fn bytes_of(scene: &Scene) -> u64 {
-    estimate(scene, &Settings::from_scene(scene)).total()
+fn estimate_scene_bytes(scene: &Scene) -> u64 {
+    estimate_scene_memory(scene, &Settings::from_scene(scene)).total()
 }
 
 #[cfg(test)]
@@ -651,12 +680,12 @@ mod tests {
         std::fs::write(at("0.png"), "old").expect("a file");
         let task =
             RenderTask::new(*args, console::Verbosity::Quiet).expect("nothing is wrong with it");
-        let mut series = Series::start(&task).expect("nothing in the way");
+        let mut series = PictureSeries::start(&task).expect("nothing in the way");
         std::fs::remove_file(at("b.obj")).expect("a file");
         series
-            .render(&mut Notes::new(console::Verbosity::Quiet))
+            .render_all_scenes(&mut Notes::new(console::Verbosity::Quiet))
             .expect("pictures");
-        assert!(series.failed.is_empty() && std::path::Path::new(&at("1.png")).exists());
+        assert!(series.failed_exits.is_empty() && std::path::Path::new(&at("1.png")).exists());
     }
 
     /// Protects: the files of many pictures are listed as first to last for each output, those of a
@@ -664,7 +693,7 @@ mod tests {
     #[test]
     fn files_are_told_by_the_first_and_the_last_of_a_kind() {
         let describe = |names: &[&[&str]]| {
-            ranges(
+            format_file_ranges(
                 &names
                     .iter()
                     .map(|names| names.iter().map(|&name| name.to_owned()).collect())

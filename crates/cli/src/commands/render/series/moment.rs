@@ -5,18 +5,18 @@ use std::sync::atomic::AtomicBool;
 
 use raywright_core::ReadyScene;
 use raywright_core::framing::Silhouette;
-use raywright_io::Loaded;
+use raywright_io::LoadedScene;
 
 use crate::failure::Failure;
+use crate::observer::RunObserver;
 use crate::plan::{PicturePlan, RenderTask, Shot};
 use crate::preparation::prepare_loaded;
 use crate::threads::Threads;
-use crate::watch::Watch;
 
 /// A scene at a fixed time of its animation.
 pub struct SceneMoment {
     /// The loaded scene, changed by the rungs of the last picture.
-    pub loaded: Loaded,
+    pub loaded: LoadedScene,
     /// Silhouette of the scene, computed only if a camera frames the whole scene.
     silhouette: OnceCell<Silhouette>,
     /// The prepared scene of the last picture; `None` before the first.
@@ -25,7 +25,7 @@ pub struct SceneMoment {
 
 impl SceneMoment {
     /// Wraps a loaded scene that is not prepared yet.
-    pub fn new(loaded: Loaded) -> Self {
+    pub fn new(loaded: LoadedScene) -> Self {
         Self {
             loaded,
             silhouette: OnceCell::new(),
@@ -34,27 +34,30 @@ impl SceneMoment {
     }
 
     /// Resolves the settings of a picture of this scene.
-    pub fn settle(&mut self, task: &RenderTask, shot: &Shot) -> Result<PicturePlan, Failure> {
-        task.settle_shot(&mut self.loaded.scene, shot, &self.silhouette)
+    pub fn resolve_plan(&mut self, task: &RenderTask, shot: &Shot) -> Result<PicturePlan, Failure> {
+        task.resolve_shot(&mut self.loaded.scene, shot, &self.silhouette)
     }
 
     /// Prepares the scene for a picture. If only the camera differs from the last picture, the
     /// preparation is kept and the camera is moved.
-    pub fn prepare(
+    pub fn prepare_picture(
         &mut self,
         plan: &PicturePlan,
         threads: &Threads,
         stop: &AtomicBool,
     ) -> Result<(), Failure> {
         let turned = match (&mut self.ready, &plan.settings.camera) {
-            (Some(ready), Some(camera)) => ready.turn_to(&self.loaded.scene, camera),
+            (Some(ready), Some(camera)) => ready.replace_camera(&self.loaded.scene, camera),
             _ => false,
         };
         if !turned {
-            self.ready = Some(
-                threads
-                    .run(|| prepare_loaded(&self.loaded, &plan.settings, &Watch::until(stop)))?,
-            );
+            self.ready = Some(threads.run(|| {
+                prepare_loaded(
+                    &self.loaded,
+                    &plan.settings,
+                    &RunObserver::with_stop_flag(stop),
+                )
+            })?);
         }
         Ok(())
     }

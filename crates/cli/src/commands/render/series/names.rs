@@ -13,24 +13,24 @@ use crate::targets::{self, OutputFiles, OutputTarget};
 /// Resolves the outputs of each picture from names with a place for the picture's number. Names of
 /// sheets and animations, which hold all pictures, are skipped. Without a count, the run has a
 /// single picture and the names are used unchanged.
-pub fn named(
+pub fn resolve_named_files(
     outputs: &[PathBuf],
     count: Option<usize>,
     all: &mut OutputFiles,
 ) -> Result<Vec<Vec<OutputTarget>>, Failure> {
     let Some(count) = count else {
-        return Ok(vec![targets::pictures(outputs, all)?]);
+        return Ok(vec![targets::resolve_picture_targets(outputs, all)?]);
     };
     let own: Vec<&PathBuf> = outputs
         .iter()
-        .filter(|path| AnimationFormat::of(path).is_none())
+        .filter(|path| AnimationFormat::from_path(path).is_none())
         .collect();
     let numbered =
-        |path: &&PathBuf, number: usize| match with_number(&path.to_string_lossy(), number) {
+        |path: &&PathBuf, number: usize| match insert_number(&path.to_string_lossy(), number) {
             Some(name) => Ok(PathBuf::from(name)),
             None if count == 1 => Ok(path.to_path_buf()),
             None => {
-                let error = Error::usage(format_args!(
+                let error = Error::invalid_usage(format_args!(
                     "{count} pictures cannot all be {}",
                     path.display()
                 ));
@@ -45,20 +45,20 @@ pub fn named(
                 )))
             }
         };
-    let value_of = |number: usize| {
+    let numbered_paths = |number: usize| {
         own.iter()
             .map(|path| numbered(path, number))
             .collect::<Result<Vec<_>, _>>()
     };
     (0..count)
-        .map(|number| targets::pictures(&value_of(number)?, all))
+        .map(|number| targets::resolve_picture_targets(&numbered_paths(number)?, all))
         .collect()
 }
 
 /// Resolves the output of each picture if the user named none: files are named after scenes and
 /// views, with a number after the second scene of the same name. `read` lists the input files known
 /// so far.
-pub fn unnamed(
+pub fn resolve_default_files(
     format: PictureFormat,
     inputs: &[Input],
     shots: &[Shot],
@@ -67,7 +67,7 @@ pub fn unnamed(
     let (mut stems, mut targets): (HashMap<String, usize>, Vec<Vec<OutputTarget>>) =
         Default::default();
     for input in inputs {
-        let own = input.stem();
+        let own = input.file_stem();
         let count = stems.entry(own.clone()).or_default();
         *count += 1;
         let stem = if *count == 1 {
@@ -81,7 +81,9 @@ pub fn unnamed(
             } else {
                 format!("{stem}-{label}")
             };
-            targets.push(vec![targets::unnamed(&name, format, all, read)?]);
+            targets.push(vec![targets::resolve_default_target(
+                &name, format, all, read,
+            )?]);
         }
     }
     Ok(targets)
@@ -89,7 +91,7 @@ pub fn unnamed(
 
 /// Replaces `%d`, `%4d`, `%04d` or `####` in a name by a number, padded with zeros; `None` without
 /// such a placeholder.
-fn with_number(name: &str, number: usize) -> Option<String> {
+fn insert_number(name: &str, number: usize) -> Option<String> {
     const MOST_DIGITS: usize = 20;
     if let Some(start) = name.find("##") {
         let width = name[start..]
@@ -124,14 +126,20 @@ mod tests {
     /// Protects: numbers replace only the place in a name, with its number of digits.
     #[test]
     fn names_are_numbered() {
-        assert_eq!(with_number("a-%04d.png", 7).as_deref(), Some("a-0007.png"));
-        assert_eq!(with_number("%d/%d.png", 12).as_deref(), Some("12/%d.png"));
         assert_eq!(
-            with_number("a%03dx.exr", 12345).as_deref(),
+            insert_number("a-%04d.png", 7).as_deref(),
+            Some("a-0007.png")
+        );
+        assert_eq!(insert_number("%d/%d.png", 12).as_deref(), Some("12/%d.png"));
+        assert_eq!(
+            insert_number("a%03dx.exr", 12345).as_deref(),
             Some("a12345x.exr")
         );
-        assert_eq!(with_number("a%5d.png", 12).as_deref(), Some("a00012.png"));
-        assert_eq!(with_number("a-####.png", 12).as_deref(), Some("a-0012.png"));
+        assert_eq!(insert_number("a%5d.png", 12).as_deref(), Some("a00012.png"));
+        assert_eq!(
+            insert_number("a-####.png", 12).as_deref(),
+            Some("a-0012.png")
+        );
         for name in [
             "a.png",
             "a#.png",
@@ -141,7 +149,7 @@ mod tests {
             "a%099d.png",
             &"#".repeat(30),
         ] {
-            assert_eq!(with_number(name, 1), None, "{name}");
+            assert_eq!(insert_number(name, 1), None, "{name}");
         }
     }
 
@@ -156,7 +164,7 @@ mod tests {
             "c/no-such-x.glb",
         ]
         .map(|name| Input::Path(name.into()));
-        let found = unnamed(
+        let found = resolve_default_files(
             PictureFormat::Png,
             &inputs,
             &[Shot::default()],

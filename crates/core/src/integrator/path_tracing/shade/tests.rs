@@ -6,15 +6,15 @@ use glam::Vec3;
 use raywright_bvh::{Interval, Ray, Surface};
 
 use super::super::bsdf_lanes::BsdfTask;
-use super::super::media::Media;
+use super::super::media::MediumStack;
 use super::super::{PathState, PreviousVertex, VertexSamples};
 use super::*;
 use crate::integrator::PathSegment;
 use crate::interaction::Interaction;
-use crate::light::{Density, LightSample, LightTarget};
+use crate::light::{LightDensity, LightSample, ShadowRayTarget};
 use crate::material::MetallicRoughness;
 use crate::sampler::SampleAddress;
-use crate::settings::Roulette;
+use crate::settings::RouletteStart;
 
 /// A surface at a point with this outward normal.
 fn surface(point: Vec3, normal: Vec3) -> Surface<f32> {
@@ -35,7 +35,7 @@ fn interaction(point: Vec3, normal: Vec3) -> Interaction<f32> {
         normal,
         outside: true,
         direction,
-        ..Interaction::NOWHERE
+        ..Interaction::PLACEHOLDER
     }
 }
 
@@ -49,16 +49,16 @@ fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> PathState<f32> {
         radiance: Vec3::ZERO,
         address,
         sample_hash: address.sample_hash(),
-        draws: VertexSamples {
+        samples: VertexSamples {
             scatter,
             ..VertexSamples::default()
         },
-        traced,
-        matched: 0,
+        segments_traced: traced,
+        matched_segments: 0,
         passages: 0,
-        hit: true,
+        has_hit: true,
         min_pdf: f64::INFINITY,
-        media: Media::default(),
+        media: MediumStack::default(),
         previous: PreviousVertex {
             from: Vec3::Y,
             normal: Vec3::Y,
@@ -88,8 +88,8 @@ struct ShadedVertices {
 impl ShadedVertices {
     fn ray(&self, lane: usize) -> Ray<f32> {
         Ray::new(
-            lane_vector::<f32>(&self.lanes.next.origin, lane),
-            lane_vector::<f32>(&self.bsdf_lanes.direction, lane),
+            get_lane_vector::<f32>(&self.lanes.next.origin, lane),
+            get_lane_vector::<f32>(&self.bsdf_lanes.direction, lane),
         )
     }
 }
@@ -97,14 +97,14 @@ impl ShadedVertices {
 /// Vertices and their light samples, one after the other.
 struct Vertices {
     vertices: VertexLanes<f32>,
-    lights: LightLanes<f32>,
+    lights: LightSampleLanes<f32>,
 }
 
 impl Vertices {
     fn new() -> Self {
         Self {
             vertices: VertexLanes::new(),
-            lights: LightLanes::new(),
+            lights: LightSampleLanes::new(),
         }
     }
 
@@ -115,15 +115,15 @@ impl Vertices {
         light: Option<(&LightSample<f32>, MisStrategy)>,
     ) {
         let index = self.vertices.len as u32;
-        let lane = self.vertices.push(
+        let lane = self.vertices.push_vertex(
             index,
             (path, interaction),
             (interaction.normal, LitSides::One, gain),
-            Roulette::Late,
+            RouletteStart::Late,
         );
-        self.vertices.put_model(lane, model);
+        self.vertices.set_model(lane, model);
         if let Some((sample, strategy)) = light {
-            self.lights.set_lane(lane, sample);
+            self.lights.set_lane_vector(lane, sample);
             self.vertices.strategy[lane] = strategy;
         }
     }
@@ -137,7 +137,7 @@ impl Vertices {
         let bsdf_lanes = BsdfTask::<f32, MATTE> {
             vertices,
             lights,
-            compensated: true,
+            energy_compensation: true,
         }
         .run();
         ShadedVertices {
@@ -151,8 +151,8 @@ impl Vertices {
 fn light(
     direction: Vec3,
     arriving: Vec3,
-    density: Density,
-    target: LightTarget<f32>,
+    density: LightDensity,
+    target: ShadowRayTarget<f32>,
 ) -> LightSample<f32> {
     LightSample {
         direction,
@@ -185,23 +185,23 @@ fn lights_are_sent_back_in_closed_form() {
     ];
     let (arriving, path) = (Vec3::new(3.0, 2.0, 1.0), path(0, Vec3::ONE, [0.5; 4]));
     let (steep, below) = (Vec3::new(0.0, 0.6, 0.8), Vec3::new(0.8, -0.6, 0.0));
-    let by = |direction, density| light(direction, arriving, density, LightTarget::Infinity);
-    let sized = |direction| by(direction, Density::SolidAngle(0.25));
+    let by = |direction, density| light(direction, arriving, density, ShadowRayTarget::Infinity);
+    let sized = |direction| by(direction, LightDensity::SolidAngle(0.25));
     all.push(
         (&path, &surface_interaction),
         (&matte(albedos[0]), 1.0),
-        Some((&sized(steep), MisStrategy::Value)),
+        Some((&sized(steep), MisStrategy::Unweighted)),
     );
     all.push(
         (&path, &surface_interaction),
         (&matte(albedos[1]), 1.0),
-        Some((&sized(steep), MisStrategy::Weighed)),
+        Some((&sized(steep), MisStrategy::PowerHeuristic)),
     );
     all.push(
         (&path, &surface_interaction),
         (&matte(albedos[0]), PI),
         Some((
-            &by(steep, Density::Delta),
+            &by(steep, LightDensity::Delta),
             MisStrategy::Delta { shines: false },
         )),
     );
@@ -211,7 +211,7 @@ fn lights_are_sent_back_in_closed_form() {
         (&matte(albedos[0]), 1.0),
         Some((
             &sized(Vec3::new(0.99, -0.1, 0.0).normalize()),
-            MisStrategy::Value,
+            MisStrategy::Unweighted,
         )),
     );
     all.push(
@@ -219,13 +219,13 @@ fn lights_are_sent_back_in_closed_form() {
         (&matte(albedos[0]), 1.0),
         Some((
             &sized(Vec3::new(-0.9, 0.3, 0.0).normalize()),
-            MisStrategy::Value,
+            MisStrategy::Unweighted,
         )),
     );
     all.push(
         (&path, &tilted),
         (&matte(albedos[0]), 1.0),
-        Some((&sized(below), MisStrategy::Value)),
+        Some((&sized(below), MisStrategy::Unweighted)),
     );
     all.push(
         (&path, &surface_interaction),
@@ -235,20 +235,20 @@ fn lights_are_sent_back_in_closed_form() {
     let nan = light(
         steep,
         Vec3::new(f32::NAN, 1.0, 1.0),
-        Density::SolidAngle(0.25),
-        LightTarget::Infinity,
+        LightDensity::SolidAngle(0.25),
+        ShadowRayTarget::Infinity,
     );
     all.push(
         (&path, &surface_interaction),
         (&matte(albedos[0]), 1.0),
-        Some((&nan, MisStrategy::Value)),
+        Some((&nan, MisStrategy::Unweighted)),
     );
     let shaded = all.shade();
     assert_eq!(
         shaded.lanes.lit.is_lit,
         [true, true, true, false, false, false, false, true]
     );
-    let scattered = |lane| lane_vector::<f32>(&shaded.lanes.lit.sent, lane);
+    let scattered = |lane| get_lane_vector::<f32>(&shaded.lanes.lit.reflected, lane);
     assert!(scattered(7).x.is_nan());
     close(scattered(0), arriving * albedos[0] * (0.6 / PI));
     let (by_light, by_scattering) = (0.25_f32, 0.6 / PI);
@@ -281,14 +281,14 @@ fn what_reflects_nothing_is_matte() {
         let lamp = light(
             direction,
             Vec3::new(3.0, 2.0, 1.0),
-            Density::SolidAngle(0.25),
-            LightTarget::Infinity,
+            LightDensity::SolidAngle(0.25),
+            ShadowRayTarget::Infinity,
         );
         assert!(model.is_matte());
         all.push(
             (&path, &surface_interaction),
             (&model, 1.0),
-            Some((&lamp, MisStrategy::Weighed)),
+            Some((&lamp, MisStrategy::PowerHeuristic)),
         );
     }
     let glossy = all.shade_as::<false>();
@@ -300,7 +300,7 @@ fn what_reflects_nothing_is_matte() {
     );
     let vectors = |of: &ShadedVertices| {
         [
-            of.lanes.lit.sent,
+            of.lanes.lit.reflected,
             of.lanes.next.origin,
             of.bsdf_lanes.direction,
             of.lanes.next.throughput,
@@ -339,24 +339,24 @@ fn rays_to_lights_aim_at_them() {
     let (white, arriving) = (matte(Vec3::ONE), Vec3::ONE);
     let lamp = surface(Vec3::new(1.0, 4.0, 3.0), -Vec3::Y);
     let target_direction = Vec3::new(0.0, 0.8, 0.6);
-    let strategy = MisStrategy::Value;
+    let strategy = MisStrategy::Unweighted;
     let on_lamp = light(
         target_direction,
         arriving,
-        Density::SolidAngle(0.5),
-        LightTarget::Surface(lamp),
+        LightDensity::SolidAngle(0.5),
+        ShadowRayTarget::Surface(lamp),
     );
     let sky = light(
         target_direction,
         arriving,
-        Density::SolidAngle(0.5),
-        LightTarget::Infinity,
+        LightDensity::SolidAngle(0.5),
+        ShadowRayTarget::Infinity,
     );
     let sun = light(
         target_direction,
         arriving,
-        Density::Delta,
-        LightTarget::Infinity,
+        LightDensity::Delta,
+        ShadowRayTarget::Infinity,
     );
     all.push(
         (&path, &surface_interaction),
@@ -376,8 +376,8 @@ fn rays_to_lights_aim_at_them() {
     let shaded = all.shade();
     for lane in 0..3 {
         let (start, direction) = (
-            lane_vector::<f32>(&shaded.lanes.shadow.start, lane),
-            lane_vector::<f32>(&shaded.lanes.shadow.directions, lane),
+            get_lane_vector::<f32>(&shaded.lanes.shadow.start, lane),
+            get_lane_vector::<f32>(&shaded.lanes.shadow.directions, lane),
         );
         assert!(
             start.y > 0.0 && start.distance(surface_interaction.surface.point) < 0.01,
@@ -399,12 +399,12 @@ fn rays_to_lights_aim_at_them() {
     );
     let (ray, range) = surface_interaction
         .surface
-        .spawn_to_surface(&lamp)
+        .spawn_ray_to_surface(&lamp)
         .expect("they are apart");
     assert_eq!(
         (ray.origin, range),
         (
-            lane_vector::<f32>(&shaded.lanes.shadow.start, 0),
+            get_lane_vector::<f32>(&shaded.lanes.shadow.start, 0),
             Interval {
                 min: 0.0,
                 max: shaded.lanes.shadow.length[0]
@@ -462,7 +462,7 @@ fn paths_go_on_by_their_brightness() {
     ];
     for lane in (0..8).filter(|&lane| shaded.lanes.next.continues[lane]) {
         close(
-            lane_vector::<f32>(&shaded.lanes.next.throughput, lane),
+            get_lane_vector::<f32>(&shaded.lanes.next.throughput, lane),
             expected[lane],
         );
         let Ray {
@@ -504,8 +504,9 @@ fn paths_that_carry_no_number_are_told() {
         );
     }
     let shaded = all.shade();
-    let above: [bool; 4] =
-        core::array::from_fn(|i| lane_vector::<f32>(&shaded.bsdf_lanes.direction, 4 + i).y > 0.0);
+    let above: [bool; 4] = core::array::from_fn(|i| {
+        get_lane_vector::<f32>(&shaded.bsdf_lanes.direction, 4 + i).y > 0.0
+    });
     assert_eq!(
         shaded.lanes.next.continues,
         [true, false, false, false, false, false, false, false]
@@ -547,7 +548,7 @@ fn s08_nothing_is_reflected_below_the_surface() {
     }
     let shaded = all.shade();
     for lane in 0..8 {
-        let direction = lane_vector::<f32>(&shaded.bsdf_lanes.direction, lane);
+        let direction = get_lane_vector::<f32>(&shaded.bsdf_lanes.direction, lane);
         assert_eq!(
             shaded.lanes.next.continues[lane],
             direction.y > 0.0,

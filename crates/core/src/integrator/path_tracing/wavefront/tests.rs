@@ -7,7 +7,7 @@ use super::super::super::LightTransport;
 use super::*;
 use crate::counters::Counters;
 use crate::effects::{Effect, EffectSet};
-use crate::prepare::{Prepared, PreparedMaterial};
+use crate::prepare::{PreparedMaterial, PreparedScene};
 use crate::sampler::SampleAddress;
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -74,7 +74,7 @@ fn everything() -> Scene {
     }))
     .expect("a scene");
     let pixels =
-        crate::scene::Pixels::Linear(codes.iter().map(|code| code.map(|c| c as f32)).collect());
+        crate::scene::PixelData::Linear(codes.iter().map(|code| code.map(|c| c as f32)).collect());
     scene.images[0].data = Some(std::sync::Arc::new(crate::scene::ImageData {
         width: 8,
         height: 8,
@@ -86,7 +86,7 @@ fn everything() -> Scene {
 /// Results of the paths of all pixels, traced `together` side by side, with first hits and
 /// counters.
 fn followed<R: Real>(
-    prepared: &Prepared<R>,
+    prepared: &PreparedScene<R>,
     depth: u32,
     together: usize,
 ) -> (Vec<[u64; 5]>, Counters) {
@@ -118,9 +118,12 @@ fn followed<R: Real>(
                 radiance, coverage, ..
             } = results.paths[position];
             let [r, g, b] = radiance.to_f64().to_array().map(f64::to_bits);
-            let first = results.first(position).0.map_or(0, |first| {
-                first.distance.to_bits() ^ u64::from(first.object)
-            });
+            let first = results
+                .first_hit_and_emission(position)
+                .0
+                .map_or(0, |first| {
+                    first.distance.to_bits() ^ u64::from(first.object)
+                });
             [r, g, b, coverage.to_f64().to_bits(), first]
         }));
     }
@@ -156,7 +159,7 @@ fn many_or_few<R: Real>(scene: &Scene, effects: EffectSet) {
         ..Settings::from_scene(scene)
     };
     let mut prepared =
-        Prepared::<R>::new(scene, &settings, effects, &()).expect("it can be prepared");
+        PreparedScene::<R>::new(scene, &settings, effects, &()).expect("it can be prepared");
     let plain = |m: &&PreparedMaterial<R>| {
         matches!(m, PreparedMaterial::Physical(m) if m.is_common)
             || matches!(m, PreparedMaterial::Classic(m) if m.matte)
@@ -218,7 +221,7 @@ fn paths_in_bodies_bring_what_they_bring_alone() {
     };
     let tracks = |effects| {
         let prepared =
-            Prepared::<f32>::new(&scene, &settings, effects, &()).expect("it can be prepared");
+            PreparedScene::<f32>::new(&scene, &settings, effects, &()).expect("it can be prepared");
         (prepared.absorbs, prepared.priorities.is_empty())
     };
     assert_eq!(
@@ -231,7 +234,7 @@ fn paths_in_bodies_bring_what_they_bring_alone() {
 }
 
 /// Rays through the middles of all pixels.
-fn rays<R: Real>(prepared: &Prepared<R>) -> Vec<Ray<R>> {
+fn rays<R: Real>(prepared: &PreparedScene<R>) -> Vec<Ray<R>> {
     let at = |x: u32| R::from_f64(f64::from(x) + 0.5);
     (0..SIZE[0] * SIZE[1])
         .map(|i| {
@@ -242,13 +245,13 @@ fn rays<R: Real>(prepared: &Prepared<R>) -> Vec<Ray<R>> {
         .collect()
 }
 
-fn prepared(scene: &Scene) -> Prepared<f32> {
+fn prepared(scene: &Scene) -> PreparedScene<f32> {
     let settings = Settings {
         size: SIZE,
         integrator: crate::scene::Integrator::Path,
         ..Settings::from_scene(scene)
     };
-    Prepared::new(scene, &settings, EffectSet::ALL, &()).expect("it can be prepared")
+    PreparedScene::new(scene, &settings, EffectSet::ALL, &()).expect("it can be prepared")
 }
 
 /// Protects: layers show the first hit of a camera ray, also if the path passes through it; a veil
@@ -280,8 +283,11 @@ fn first_hits_veils_and_limits() {
             .closest(ray, raywright_bvh::Interval::positive(), &mut ());
         hits += usize::from(hit.is_some());
         assert_eq!(
-            results.first(index).0.map(|first| first.object),
-            hit.map(|hit| hit.outermost()),
+            results
+                .first_hit_and_emission(index)
+                .0
+                .map(|first| first.object),
+            hit.map(|hit| hit.outermost_id()),
             "{index}"
         );
     }
@@ -310,7 +316,7 @@ fn first_hits_veils_and_limits() {
 #[test]
 fn prefetching_changes_no_texel() {
     let mut scene = everything();
-    let crate::scene::Model::Physical(leaf) = &mut scene.materials[9].model else {
+    let crate::scene::MaterialModel::Physical(leaf) = &mut scene.materials[9].model else {
         panic!("a physical leaf")
     };
     let normals = leaf.normal_texture.as_mut().expect("a normal map");
@@ -326,25 +332,25 @@ fn prefetching_changes_no_texel() {
         else {
             continue;
         };
-        let interaction = Interaction::smooth(&prepared, &segment, &hit);
+        let interaction = Interaction::from_hit_without_normal_map(&prepared, &segment, &hit);
         let PreparedMaterial::Physical(m) = &prepared.materials[interaction.material as usize]
         else {
             continue;
         };
-        let Some(bump) = &m.bump else { continue };
+        let Some(bump) = &m.normal_map else { continue };
         let mut ahead = interaction;
-        prepared.texture_tables.prefetch(&mut ahead);
+        prepared.texture_tables.prefetch_texels(&mut ahead);
         let read = |interaction: &Interaction<f32>| {
             let (base, code) = (
-                m.base_at(&prepared.texture_tables.shading_context(interaction)),
+                m.base_colour_at(&prepared.texture_tables.shading_context(interaction)),
                 bump.image
-                    .colour(&prepared.texture_tables.shading_context(interaction)),
+                    .eval_colour(&prepared.texture_tables.shading_context(interaction)),
             );
             (
                 base,
                 code,
                 bump.image
-                    .colour(&prepared.texture_tables.shading_context(interaction))
+                    .eval_colour(&prepared.texture_tables.shading_context(interaction))
                     - base,
             )
         };

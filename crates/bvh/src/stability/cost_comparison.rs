@@ -1,0 +1,179 @@
+//! The cost of accuracy: the same work by textbook formulas and by the library, for programs that
+//! time both in turns. The rays are ordinary, from five sizes away, and about half of them hit.
+//! Hard cases are rare, but every ray pays for their treatment.
+
+use core::fmt;
+use core::hint::black_box;
+
+use glam::DVec3;
+
+use super::verdicts::{CaseRng, to_scalar};
+use super::{IntersectFunction, textbook};
+use crate::shapes::{AnyShape, Cone, Ellipsoid, Sphere, Torus, Triangle};
+use crate::{Interval, PreparedRay, Ray, Real, Shape, Side};
+
+/// Work that a program times: one call is one run.
+pub type TimedWork = Box<dyn Fn()>;
+
+/// The same work in three implementations, for a comparison of their times.
+pub struct CostComparison {
+    /// Name of the operation that is done once per ray or sample.
+    pub label: &'static str,
+    /// Number of rays or samples in one run.
+    pub count: u32,
+    /// Implementation by textbook formulas in f32.
+    pub textbook: TimedWork,
+    /// Implementations by the library, with scalars in f32 (`robust`) and in f64 (`reference`).
+    pub library: [TimedWork; 2],
+}
+
+impl fmt::Debug for CostComparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Contest")
+            .field("what", &self.label)
+            .field("count", &self.count)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Number of different rays in a comparison.
+const RAYS: u32 = 4096;
+
+/// Creates the comparison for a case, given by its number as in `P01`; `None` if the textbook has
+/// no formula for the case, or if the case concerns no shape.
+pub fn build_cost_comparison(number: &str) -> Option<CostComparison> {
+    let (zero, axis) = (DVec3::ZERO, DVec3::new(0.3, 1.0, -0.2));
+    Some(match number {
+        "P01" => compare_intersections(
+            "a test of one sphere",
+            40,
+            unit_sphere::<f32>().into(),
+            unit_sphere::<f64>().into(),
+        ),
+        "P02" => compare_surfaces(20),
+        "P13" => {
+            let (single, double) = (
+                Cone::new(-axis, axis, 1.0, 0.0, 2.0),
+                Cone::new(-axis, axis, 1.0, 0.0, 2.0),
+            );
+            compare_intersections("a test of one cone", 20, single.into(), double.into())
+        }
+        "P15" => {
+            let semi = DVec3::new(1.0, 0.6, 0.8);
+            compare_intersections(
+                "a test of one ellipsoid",
+                40,
+                Ellipsoid::new(zero, semi).into(),
+                Ellipsoid::new(zero, semi).into(),
+            )
+        }
+        "P17" => {
+            let (single, double) = (
+                Torus::new(zero, axis, 0.8, 0.3),
+                Torus::new(zero, axis, 0.8, 0.3),
+            );
+            compare_intersections("a test of one torus", 4, single.into(), double.into())
+        }
+        "P21" => compare_intersections(
+            "a test of one triangle",
+            40,
+            sample_triangle::<f32>(),
+            sample_triangle::<f64>(),
+        ),
+        _ => return None,
+    })
+}
+
+fn unit_sphere<R: Real>() -> Sphere<R> {
+    Sphere {
+        centre: to_scalar::<R>(DVec3::ZERO),
+        radius: R::ONE,
+    }
+}
+
+fn sample_triangle<R: Real>() -> AnyShape<R> {
+    let corners = [
+        DVec3::new(-1.0, -1.0, 0.2),
+        DVec3::new(1.0, -0.8, 0.2),
+        DVec3::new(-0.9, 1.0, 0.5),
+    ];
+    Triangle::new(corners.map(to_scalar::<R>)).into()
+}
+
+/// Creates rays from around a shape of about unit size, towards points near it.
+fn random_rays<R: Real>() -> Vec<Ray<R>> {
+    let ray = |i: u32| {
+        let rng = &mut CaseRng::new(1, i.into());
+        let origin = rng.sample_direction() * 5.0;
+        Ray::new(
+            to_scalar::<R>(origin),
+            to_scalar::<R>((rng.sample_cube() * 1.2 - origin).normalize()),
+        )
+    };
+    (0..RAYS).map(ray).collect()
+}
+
+/// Creates the rays of the comparison, prepared as in a query of the library.
+fn prepared_rays<R: Real>() -> Vec<PreparedRay> {
+    random_rays::<R>()
+        .into_iter()
+        .map(PreparedRay::new)
+        .collect()
+}
+
+/// Creates the comparison of intersection tests of one shape. Each run tests all rays `turns`
+/// times.
+fn compare_intersections(
+    label: &'static str,
+    turns: u32,
+    single: AnyShape<f32>,
+    double: AnyShape<f64>,
+) -> CostComparison {
+    fn all<R: Real>(turns: u32, shape: AnyShape<R>) -> TimedWork {
+        let rays = prepared_rays::<R>();
+        Box::new(move || {
+            for ray in (0..turns).flat_map(|_| &rays) {
+                black_box(black_box(&shape).intersect(ray, Interval::positive(), Side::Both));
+            }
+        })
+    }
+    let (rays, by): (_, IntersectFunction<f32>) = (random_rays::<f32>(), textbook::intersect);
+    let by_textbook = move || {
+        for ray in (0..turns).flat_map(|_| &rays) {
+            black_box(by(black_box(&single), ray));
+        }
+    };
+    CostComparison {
+        label,
+        count: RAYS * turns,
+        textbook: Box::new(by_textbook),
+        library: [all(turns, single), all(turns, double)],
+    }
+}
+
+/// Creates the comparison of intersection tests of a sphere followed by the surface at the hit.
+/// Each run tests all rays `turns` times.
+fn compare_surfaces(turns: u32) -> CostComparison {
+    fn all<R: Real>(turns: u32) -> TimedWork {
+        let (sphere, rays) = (unit_sphere::<R>(), prepared_rays::<R>());
+        Box::new(move || {
+            for ray in (0..turns).flat_map(|_| &rays) {
+                let hit = black_box(&sphere).intersect(ray, Interval::positive(), Side::Both);
+                black_box(hit.map(|hit| sphere.surface(ray, hit)));
+            }
+        })
+    }
+    let (ball, shot) = (unit_sphere::<f32>(), random_rays::<f32>());
+    let by_textbook = move || {
+        for ray in (0..turns).flat_map(|_| &shot) {
+            black_box(textbook::intersect_sphere_surface(black_box(&ball), ray));
+        }
+    };
+    let label = "a test of one sphere, and its surface at a hit";
+    CostComparison {
+        label,
+        count: RAYS * turns,
+        textbook: Box::new(by_textbook),
+        library: [all::<f32>(turns), all::<f64>(turns)],
+    }
+}

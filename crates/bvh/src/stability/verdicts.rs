@@ -1,0 +1,301 @@
+//! Random rays of a case, their verdicts by an oracle, and the outcome of the case. Rays are judged
+//! in parallel.
+
+use core::fmt::Write;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::{Interval, PreparedRay, Ray, Real, Shape, ShapeHit, Side, Vector};
+
+/// Unit roundoff of f32.
+pub const U: f64 = 5.960_464_477_539_063e-8;
+
+/// Distance from `x` to the next greater f32.
+pub fn ulp(x: f64) -> f64 {
+    let x = (x.abs() as f32).max(f32::MIN_POSITIVE);
+    f64::from(x.next_up()) - f64::from(x)
+}
+
+/// A random number generator (SplitMix64: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
+/// Generators", 2014). It is seeded by case and ray, so that each ray can be repeated alone.
+#[derive(Debug)]
+pub struct CaseRng {
+    state: u64,
+    index: u64,
+}
+
+impl CaseRng {
+    /// Creates the generator of one ray of a case.
+    pub fn new(seed: u64, index: u64) -> Self {
+        let state =
+            seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index.wrapping_mul(0xd6e8_feb8_6659_fd93);
+        let mut rng = Self { state, index };
+        rng.next_bits();
+        rng
+    }
+    /// Index of the ray in its case.
+    pub fn ray_index(&self) -> u64 {
+        self.index
+    }
+    /// Returns 64 random bits.
+    pub fn next_bits(&mut self) -> u64 {
+        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = self.state;
+        let z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    }
+    /// Samples a number, uniform in [0, 1).
+    pub fn next_unit(&mut self) -> f64 {
+        (self.next_bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+    /// Samples a number, uniform in [low, high).
+    pub fn next_uniform(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next_unit()
+    }
+    /// Returns a random element of a list.
+    pub fn choose<T: Copy>(&mut self, from: &[T]) -> T {
+        from[(self.next_bits() % from.len() as u64) as usize]
+    }
+    /// Returns 1 or −1 with equal probability.
+    pub fn next_sign(&mut self) -> f64 {
+        if self.next_bits() & 1 == 0 { 1.0 } else { -1.0 }
+    }
+    /// Samples a unit vector, uniform on the sphere.
+    pub fn sample_direction(&mut self) -> DVec3 {
+        let (z, a) = (
+            self.next_uniform(-1.0, 1.0),
+            self.next_unit() * core::f64::consts::TAU,
+        );
+        let ring = (1.0 - z * z).sqrt();
+        DVec3::new(ring * a.cos(), ring * a.sin(), z)
+    }
+    /// Samples a point, uniform in the cube [−1, 1]³.
+    pub fn sample_cube(&mut self) -> DVec3 {
+        DVec3::new(
+            self.next_uniform(-1.0, 1.0),
+            self.next_uniform(-1.0, 1.0),
+            self.next_uniform(-1.0, 1.0),
+        )
+    }
+    /// Samples an offset, uniform in the disc of the given radius perpendicular to `across`.
+    pub fn sample_disc(&mut self, across: DVec3, radius: f64) -> DVec3 {
+        let (a, b) = across.any_orthonormal_pair();
+        let (r, angle) = (
+            radius * self.next_unit().sqrt(),
+            self.next_unit() * core::f64::consts::TAU,
+        );
+        a * (r * angle.cos()) + b * (r * angle.sin())
+    }
+}
+
+/// Rounds a vector to the stored scalar.
+pub fn to_scalar<R: Real>(v: DVec3) -> R::Vec3 {
+    R::Vec3::from_f64(v)
+}
+
+/// Rounds a vector to f32 and converts it back, so that both precisions store it exactly.
+pub fn round_to_f32(v: DVec3) -> DVec3 {
+    v.as_vec3().as_dvec3()
+}
+
+/// Creates a ray from an origin and a direction that is not normalised.
+pub fn unnormalised_ray<R: Real>(origin: DVec3, direction: DVec3) -> Ray<R> {
+    Ray::new(to_scalar::<R>(origin), to_scalar::<R>(direction))
+}
+
+/// Creates a ray towards a point, whose direction has unit length up to the rounding to f32.
+pub fn ray_towards<R: Real>(origin: DVec3, target: DVec3) -> Ray<R> {
+    let origin = round_to_f32(origin);
+    unnormalised_ray::<R>(origin, round_to_f32((target - origin).normalize()))
+}
+
+/// Returns the nearest hit in front of the ray's origin, from either side.
+pub fn nearest_hit<R: Real>(shape: &impl Shape<R>, ray: &Ray<R>) -> Option<ShapeHit<R>> {
+    shape.intersect(&PreparedRay::new(*ray), Interval::positive(), Side::Both)
+}
+
+/// Formats the bit patterns of a ray's numbers in f32, for a message.
+pub fn format_ray_bits<R: Real>(ray: &Ray<R>) -> String {
+    let mut text = String::new();
+    for (name, v) in [
+        ("origin", ray.origin.to_f32()),
+        ("direction", ray.direction.to_f32()),
+    ] {
+        let _ = write!(
+            text,
+            " {name} {:08x} {:08x} {:08x}",
+            v.x.to_bits(),
+            v.y.to_bits(),
+            v.z.to_bits()
+        );
+    }
+    text
+}
+
+/// Verdict of an oracle about one ray.
+#[derive(Debug)]
+pub enum Verdict {
+    /// Right, with the error as a fraction of its bound.
+    Right(f64),
+    /// Undecidable, since the ray is within the oracle's margin. The ray is counted, but not
+    /// judged.
+    Undecidable,
+    /// Wrong, with a message about the ray.
+    Wrong(String),
+    /// Skipped, since the randomly built ray tests nothing.
+    Skipped,
+}
+
+impl Verdict {
+    /// Creates the verdict about an error: right if it is within the bound; wrong for NaN.
+    pub fn from_error(error: f64, bound: f64, label: impl FnOnce() -> String) -> Self {
+        if error <= bound {
+            Self::Right(error / bound)
+        } else {
+            Self::Wrong(format!("{}: {error:e} > {bound:e}", label()))
+        }
+    }
+    /// Creates the verdict about a condition: right if it holds.
+    pub fn from_condition(condition: bool, label: impl FnOnce() -> String) -> Self {
+        if condition {
+            Self::Right(0.0)
+        } else {
+            Self::Wrong(label())
+        }
+    }
+    /// Combines two verdicts: the first that is not right, otherwise right with the greater error.
+    pub fn and_then(self, other: impl FnOnce() -> Self) -> Self {
+        match self {
+            Self::Right(a) => match other() {
+                Self::Right(b) => Self::Right(a.max(b)),
+                verdict => verdict,
+            },
+            verdict => verdict,
+        }
+    }
+}
+
+/// Part of a case's rays that is traced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RayCount {
+    /// A quarter of the rays, but at least 10,000, or all if the case has fewer.
+    #[default]
+    Quarter,
+    /// All rays, which takes minutes on one core.
+    All,
+}
+
+impl RayCount {
+    /// Number of rays to trace, out of `count`.
+    pub fn limit(self, count: u32) -> u32 {
+        match self {
+            Self::Quarter => (count / 4).max(10_000).min(count),
+            Self::All => count,
+        }
+    }
+}
+
+/// Outcome of a case: the sum of its verdicts.
+#[derive(Clone, Debug)]
+pub struct CaseOutcome {
+    /// Name of the case.
+    pub case: String,
+    /// Number of rays that the case has.
+    pub rays: u64,
+    /// Number of rays that were traced.
+    pub shot: u64,
+    /// Number of rays with a verdict of right or wrong.
+    pub judged: u64,
+    /// Number of undecidable rays, within the oracle's margin.
+    pub undecidable: u64,
+    /// Number of rays whose hit is wrong.
+    pub wrong: u64,
+    /// Number of skipped rays, which test nothing.
+    pub skipped: u64,
+    /// Greatest error of a right ray, as a fraction of its bound.
+    pub worst: f64,
+    /// Index of the first wrong ray, and the message about it.
+    pub first_wrong: Option<(u64, String)>,
+}
+
+impl CaseOutcome {
+    /// Fraction of the judged rays that are wrong.
+    pub fn wrong_fraction(&self) -> f64 {
+        self.wrong as f64 / (self.judged as f64).max(1.0)
+    }
+    /// Adds two outcomes, under the name of the first.
+    #[must_use]
+    pub fn merge(self, other: Self) -> Self {
+        let first = match (self.first_wrong, other.first_wrong) {
+            (Some(a), Some(b)) => Some(if a.0 <= b.0 { a } else { b }),
+            (a, b) => a.or(b),
+        };
+        Self {
+            case: self.case,
+            rays: self.rays + other.rays,
+            shot: self.shot + other.shot,
+            judged: self.judged + other.judged,
+            undecidable: self.undecidable + other.undecidable,
+            wrong: self.wrong + other.wrong,
+            skipped: self.skipped + other.skipped,
+            worst: self.worst.max(other.worst),
+            first_wrong: first,
+        }
+    }
+}
+
+/// Judges the rays of a case of `count` rays in parallel. `f` builds and judges one ray from its
+/// own random numbers.
+pub fn judge_rays(
+    case: &str,
+    seed: u64,
+    count: u32,
+    rays: RayCount,
+    f: impl Fn(&mut CaseRng) -> Verdict + Sync,
+) -> CaseOutcome {
+    let empty = CaseOutcome {
+        case: case.to_owned(),
+        rays: 0,
+        shot: 0,
+        judged: 0,
+        undecidable: 0,
+        wrong: 0,
+        skipped: 0,
+        worst: 0.0,
+        first_wrong: None,
+    };
+    let none = || empty.clone();
+    let shot = rays.limit(count);
+    let outcome = (0..shot)
+        .into_par_iter()
+        .with_min_len(512)
+        .fold(none, |mut sum, index| {
+            match f(&mut CaseRng::new(seed, u64::from(index))) {
+                Verdict::Right(share) => {
+                    (sum.judged, sum.worst) = (sum.judged + 1, sum.worst.max(share))
+                }
+                Verdict::Undecidable => sum.undecidable += 1,
+                Verdict::Skipped => sum.skipped += 1,
+                Verdict::Wrong(message) => {
+                    sum.judged += 1;
+                    sum.wrong += 1;
+                    if sum
+                        .first_wrong
+                        .as_ref()
+                        .is_none_or(|first| u64::from(index) < first.0)
+                    {
+                        sum.first_wrong = Some((index.into(), message));
+                    }
+                }
+            }
+            sum
+        })
+        .reduce(none, CaseOutcome::merge);
+    CaseOutcome {
+        rays: count.into(),
+        shot: shot.into(),
+        ..outcome
+    }
+}

@@ -1,0 +1,211 @@
+//! What `stress` found as text for people.
+
+use std::path::Path;
+
+use raywright_core::stress::{
+    CheckRun, Severity, StressFinding, StressSummary, count_with_unit, format_decimal,
+};
+use raywright_io::{LoadedScene, Warning};
+
+use super::list_unmarked;
+use crate::console::{self, Verbosity, mask_to_one_line};
+use crate::table::{wrap_paragraph, wrap_text};
+
+/// Names of others that a text has at most.
+const MOST_NAMES: usize = 3;
+
+/// A report in words.
+pub(super) struct StressText<'a> {
+    pub loaded: &'a LoadedScene,
+    pub report: &'a StressSummary,
+    /// The picture in which places are marked.
+    pub picture: Option<&'a Path>,
+    pub verbosity: Verbosity,
+}
+
+impl StressText<'_> {
+    /// The worst first, each with its number.
+    pub fn format_report(&self, seconds: f64) -> String {
+        let (name, report) = (mask_to_one_line(&self.loaded.source.name), self.report);
+        let mut text = format!(
+            "{}\n",
+            wrap_paragraph(&format!("{name}: {}", self.summarise()))
+        );
+        for severity in Severity::ALL {
+            let of = report
+                .findings
+                .iter()
+                .enumerate()
+                .filter(|(_, found)| found.severity == severity);
+            for (position, (index, found)) in of.enumerate() {
+                if position == 0 {
+                    text += &format!("\n{}\n", severity.description());
+                }
+                text += &self.format_finding(index + 1, found);
+            }
+        }
+        if report.left_out > 0 {
+            let more = count_with_unit(report.left_out as u64, "findings");
+            text += &format!(
+                "\n{}\n",
+                wrap_paragraph(&format!("and {more} more of the same kinds"))
+            );
+        }
+        if let Some(marked) = self.describe_marks() {
+            text += &format!("\n{}\n", wrap_paragraph(&marked));
+        }
+        text + &format!("\n{}\n", wrap_paragraph(&describe_checks(report, seconds)))
+    }
+
+    /// How many findings there are, and warnings of reading beside them.
+    fn summarise(&self) -> String {
+        let findings = match self.report.worst_severity() {
+            None => "nothing found by rays and in the data".to_owned(),
+            Some(worst) => format!(
+                "{}, the worst: {}",
+                count_with_unit(self.report.findings.len() as u64, "findings"),
+                worst.description()
+            ),
+        };
+        let is_warning = |warning: &&Warning| warning.severity() > raywright_io::Severity::Note;
+        match self.loaded.warnings.iter().filter(is_warning).count() {
+            0 => findings,
+            count => {
+                let place = if self.verbosity == Verbosity::Quiet {
+                    "left out by -q"
+                } else {
+                    "above"
+                };
+                let warnings = count_with_unit(count as u64, "warnings");
+                format!("{findings}; {warnings} of reading the file {place}")
+            }
+        }
+    }
+
+    /// What a finding is about, with others of which it is found too.
+    fn format_subjects(&self, found: &StressFinding) -> String {
+        let scene = &self.loaded.scene;
+        let mut words = found.subject.display_name(scene);
+        for other in found.others.iter().take(MOST_NAMES) {
+            words += &format!(", {}", other.display_name(scene));
+        }
+        match found.others.len().saturating_sub(MOST_NAMES) {
+            0 => words,
+            more => format!("{words} and {more} more"),
+        }
+    }
+
+    /// A finding: what and where, then why and what to do.
+    fn format_finding(&self, number: usize, found: &StressFinding) -> String {
+        const INDENT: usize = 6;
+        let room = console::line_width().unwrap_or(usize::MAX);
+        let head = format!("{} - {}", self.format_subjects(found), found.code.name());
+        let mut text = format!(
+            "{number:>4}  {}\n",
+            wrap_text(&mask_to_one_line(&head), INDENT, room)
+        );
+        let lines = [
+            self.format_location(found),
+            found.reason.clone(),
+            found.count_text().unwrap_or_default(),
+            format!("do: {}", found.remedy),
+        ];
+        for line in lines.iter().filter(|line| !line.is_empty()) {
+            text += &format!(
+                "{:INDENT$}{}\n",
+                "",
+                wrap_text(&mask_to_one_line(line), INDENT, room)
+            );
+        }
+        text
+    }
+
+    /// Where a finding is: in the file, in the mesh, in the world and in the picture.
+    fn format_location(&self, found: &StressFinding) -> String {
+        let path = found.subject.scene_path(&self.loaded.scene);
+        let mut places = Vec::new();
+        if !path.is_empty() {
+            places.push(self.loaded.source.locate(&path));
+        }
+        places.extend(
+            found
+                .primitive
+                .map(|primitive| format!("triangle {primitive}")),
+        );
+        places.extend(found.place.map(format_position));
+        places.extend(match (found.place, found.pixel) {
+            (_, Some(([x, y], 0))) => Some(format!("pixel {x:.0},{y:.0}")),
+            (_, Some(([x, y], camera))) => {
+                Some(format!("pixel {x:.0},{y:.0} of cameras[{camera}]"))
+            }
+            (Some(_), None) => Some("seen by no camera".to_owned()),
+            (None, None) => None,
+        });
+        places.join(", ")
+    }
+
+    /// Which findings have no mark in the picture.
+    fn describe_marks(&self) -> Option<String> {
+        let picture = self.picture?;
+        let unmarked = list_unmarked(self.report);
+        let name = picture.display();
+        Some(
+            match (unmarked.is_empty(), self.report.findings.is_empty()) {
+                (_, true) => format!("{name}: nothing to mark"),
+                (true, false) => format!("{name}: each finding is marked"),
+                (false, false) => format!(
+                    "{name}: no mark for {}: the first camera sees no place of these",
+                    unmarked.join(", ")
+                ),
+            },
+        )
+    }
+}
+
+/// A place in words. What rounding has made of a zero is one.
+fn format_position(place: [f64; 3]) -> String {
+    let greatest = place
+        .iter()
+        .fold(0.0_f64, |maximum, x| maximum.max(x.abs()));
+    let rounded = |x: f64| if x.abs() < 1e-12 * greatest { 0.0 } else { x };
+    let [x, y, z] = place.map(|x| format_decimal(rounded(x)));
+    format!("at ({x}, {y}, {z}) metres")
+}
+
+/// What was looked at, and what not.
+fn describe_checks(report: &StressSummary, seconds: f64) -> String {
+    let run = |run: &CheckRun| match run.is_cut_short() {
+        true => format!(
+            "{} ({} of {})",
+            run.name,
+            run.looked_at,
+            count_with_unit(run.planned, run.unit)
+        ),
+        false => format!(
+            "{} ({})",
+            run.name,
+            count_with_unit(run.looked_at, run.unit)
+        ),
+    };
+    // Where there is nothing to aim at or to measure, nothing is said.
+    let checks = report.checks.iter().filter(|run| run.planned > 0);
+    let checks: Vec<String> = checks.map(run).collect();
+    let mut message = format!(
+        "looked at in {}: meshes, images, materials, lights",
+        crate::clock::format_duration(seconds)
+    );
+    checks
+        .iter()
+        .for_each(|check| message += &format!(", {check}"));
+    let [through, total] = report.cameras;
+    if through < total {
+        message += &format!(
+            "; through {through} of {}",
+            count_with_unit(total as u64, "cameras")
+        );
+    }
+    if report.is_cut_short() {
+        message += "; the time was over before all rays were sent: a larger --budget finds more";
+    }
+    message
+}

@@ -1,0 +1,168 @@
+//! The viewer's scene, loaded and prepared. A request of the page updates it by no more work than
+//! necessary.
+
+use std::cell::OnceCell;
+use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+use std::time::SystemTime;
+
+use raywright_core::framing::{FIELD_OF_VIEW, Silhouette};
+use raywright_core::ladder::RungChoice;
+use raywright_core::settings::Settings;
+use raywright_core::{ReadyScene, measure_extent};
+use raywright_io::{LoadOptions, LoadedScene};
+
+use crate::commands::render::picture::refuse_file_flags;
+use crate::early_stage::EarlyStageGuard;
+use crate::failure::Failure;
+use crate::observer::RunObserver;
+use crate::plan::{PicturePlan, RenderTask};
+use crate::preparation::prepare_loaded;
+use crate::scene_input;
+
+/// Work that a request of the page required.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SceneChange {
+    /// None for the scene: only the display of the same picture changed.
+    Display,
+    /// A move of the camera in the prepared scene.
+    Camera,
+    /// A new preparation, because a setting changed.
+    Preparation,
+    /// A new load, because a load option changed.
+    Reading,
+}
+
+/// The viewer's scene, loaded and prepared, with its current settings.
+pub struct ViewedScene {
+    pub loaded: LoadedScene,
+    pub ready: ReadyScene,
+    pub plan: PicturePlan,
+    pub task: RenderTask,
+    silhouette: OnceCell<Silhouette>,
+    /// Centre and radius of a sphere around the bounded shapes.
+    pub bounding_sphere: ([f64; 3], f64),
+}
+
+impl ViewedScene {
+    /// Loads and prepares a scene.
+    pub fn load(name: &OsStr, task: RenderTask, stop: &AtomicBool) -> Result<Self, Failure> {
+        refuse_file_flags(&task)?;
+        let limits = &task.options.limits;
+        let _beginning = EarlyStageGuard::start(name, limits.memory_bytes, None)?;
+        let watch = RunObserver::with_stop_flag(stop);
+        let mut loaded = scene_input::load_with_observer(
+            &scene_input::resolve_input(name, limits)?,
+            &task.options,
+            &watch,
+        )?;
+        if let Some(failure) =
+            scene_input::empty_scene_failure(&loaded).filter(|_| task.refuses_empty())
+        {
+            return Err(failure);
+        }
+        let silhouette = OnceCell::new();
+        let plan = resolve_plan(&task, &mut loaded, &silhouette)?;
+        let ready = prepare_loaded(&loaded, &plan.settings, &watch)?;
+        let bounds = measure_extent(&loaded.scene, plan.settings.precision).bounds;
+        let reach = if bounds.is_empty() {
+            ([0.0; 3], 1.0)
+        } else {
+            (bounds.centre().into(), 0.5 * bounds.extent().length())
+        };
+        Ok(Self {
+            loaded,
+            ready,
+            plan,
+            task,
+            silhouette,
+            bounding_sphere: reach,
+        })
+    }
+
+    /// Applies a request with the least work. A failure leaves the scene unchanged.
+    pub fn apply_task(
+        &mut self,
+        name: &OsStr,
+        task: RenderTask,
+        stop: &AtomicBool,
+    ) -> Result<SceneChange, Failure> {
+        refuse_file_flags(&task)?;
+        if task.options != self.task.options || chosen_rungs(&task) != chosen_rungs(&self.task) {
+            *self = Self::load(name, task, stop)?;
+            return Ok(SceneChange::Reading);
+        }
+        let plan = resolve_plan(&task, &mut self.loaded, &self.silhouette)?;
+        let of_scene = |settings: &Settings| Settings {
+            camera: None,
+            ..settings.clone()
+        };
+        let change = match &plan.settings.camera {
+            _ if plan.settings == self.plan.settings => SceneChange::Display,
+            Some(camera)
+                if of_scene(&plan.settings) == of_scene(&self.plan.settings)
+                    && self.ready.replace_camera(&self.loaded.scene, camera) =>
+            {
+                SceneChange::Camera
+            }
+            _ => {
+                let _beginning =
+                    EarlyStageGuard::start(name, task.options.limits.memory_bytes, None)?;
+                self.ready = prepare_loaded(
+                    &self.loaded,
+                    &plan.settings,
+                    &RunObserver::with_stop_flag(stop),
+                )?;
+                SceneChange::Preparation
+            }
+        };
+        (self.plan, self.task) = (plan, task);
+        Ok(change)
+    }
+
+    /// Returns the load options of the scene.
+    pub fn options(&self) -> &LoadOptions {
+        &self.task.options
+    }
+
+    /// Returns all files of the scene, with their current modification times and lengths.
+    pub fn file_stamps(&self) -> FileStamps {
+        let stamp_of = |path: PathBuf| {
+            let stamp = path
+                .metadata()
+                .ok()
+                .and_then(|metadata| Some((metadata.modified().ok()?, metadata.len())));
+            (path, stamp)
+        };
+        self.loaded
+            .inputs
+            .files()
+            .map(|path| stamp_of(path.to_owned()))
+            .collect()
+    }
+}
+
+/// Modification time and length of each file; `None` for a missing file.
+pub type FileStamps = BTreeMap<PathBuf, Option<(SystemTime, u64)>>;
+
+fn chosen_rungs(task: &RenderTask) -> &[RungChoice] {
+    &task.choices.rungs
+}
+
+/// Resolves the settings of the picture. A scene without a camera gets a camera that frames it, so
+/// that the page has a camera to turn.
+fn resolve_plan(
+    task: &RenderTask,
+    loaded: &mut LoadedScene,
+    silhouette: &OnceCell<Silhouette>,
+) -> Result<PicturePlan, Failure> {
+    let mut plan = task.resolve_shot(&mut loaded.scene, &task.shots[0], silhouette)?;
+    let [width, height] = plan.settings.size.map(f64::from);
+    plan.settings.camera.get_or_insert_with(|| {
+        let silhouette = silhouette.get_or_init(|| Silhouette::from_scene(&loaded.scene));
+        silhouette.frame_camera(silhouette.default_view(), FIELD_OF_VIEW, width / height)
+    });
+    Ok(plan)
+}

@@ -1,0 +1,282 @@
+//! Timing in turns: settings are rendered one after the other, repeatedly. A machine's speed
+//! changes within a minute, so a ratio of two times is reliable only if both settings are rendered
+//! within a short time.
+
+use std::time::Instant;
+
+use super::super::estimate::ConfidenceInterval;
+use super::super::renderer::{TimedRender, UnfinishedRender};
+use super::super::setting::RungSetting;
+use super::{Measurements, SettingMeasurements};
+use crate::prepare::PrepareError;
+use crate::settings::Crop;
+
+/// Largest number of turns, and least number that gives an estimate. A turn renders each setting
+/// once.
+const MOST_TURNS: usize = 5;
+const FEWEST_TURNS: usize = 3;
+/// Approximate half width of the 95 % interval over half the range of three, four and five values:
+/// Student's factor for the mean, with the standard deviation estimated from the range.
+const WIDENING: [f64; 3] = [2.9, 1.54, 1.07];
+/// Factor by which a time may be wrong if it was not measured in turns for lack of time.
+const UNSURE: f64 = 1.5;
+
+impl Measurements<'_> {
+    /// Times settings in turns, with the random numbers of the first round. A setting is rendered
+    /// on its first tiles, or as a whole picture if it was measured as a whole. All settings are
+    /// compared with the first setting. If the first setting was timed in turns before, the new
+    /// times are scaled to its earlier times. Without time for three turns, the times are only
+    /// marked as uncertain.
+    pub fn time_in_turns(
+        &mut self,
+        settings: &[RungSetting],
+        tiles: usize,
+        end: Instant,
+    ) -> Result<(), PrepareError> {
+        self.has_timed_in_turns = true;
+        let mut turns: Vec<Vec<f64>> = Vec::new();
+        while turns.len() < MOST_TURNS {
+            let turn = settings
+                .iter()
+                .map(|setting| self.time_drift(setting, tiles, end));
+            let Some(turn) = turn.collect::<Result<Option<Vec<f64>>, PrepareError>>()? else {
+                break;
+            };
+            turns.push(turn);
+        }
+        if turns.len() < FEWEST_TURNS {
+            return Ok(());
+        }
+        let Some(first) = settings
+            .first()
+            .and_then(|first| self.find_setting_measurements(first))
+        else {
+            return Ok(());
+        };
+        let (earlier, has_more) = (
+            first.turn_ratios.clone(),
+            first.whole_seconds.is_none() && first.tiles.len() > tiles,
+        );
+        let mut scale = 1.0;
+        if has_more && earlier.is_empty() {
+            // The times of single tiles were derived from their numbers of rays. Only the time of
+            // all tiles together was measured.
+            let all = self
+                .time_drift(&settings[0], first.tiles.len(), end)?
+                .unwrap_or(1.0);
+            scale = all / median_with_interval(turns.iter().map(|turn| turn[0]).collect()).value;
+        }
+        for (i, setting) in settings.iter().enumerate() {
+            let Some(figures) = self
+                .setting_measurements
+                .iter_mut()
+                .find(|figures| figures.setting == *setting)
+            else {
+                continue;
+            };
+            figures.turn_ratios = match &earlier[..] {
+                [] => turns.iter().map(|turn| scale * turn[i]).collect(),
+                earlier => turns
+                    .iter()
+                    .zip(earlier)
+                    .map(|(turn, first)| first * turn[i] / turn[0])
+                    .collect(),
+            };
+        }
+        Ok(())
+    }
+
+    /// Whether a setting was timed in turns.
+    pub fn is_timed_in_turns(&self, setting: &RungSetting) -> bool {
+        self.find_setting_measurements(setting)
+            .is_some_and(|figures| !figures.turn_ratios.is_empty())
+    }
+
+    /// Whether a setting was rendered as a whole picture, not in tiles.
+    pub fn is_rendered_whole(&self, setting: &RungSetting) -> bool {
+        self.find_setting_measurements(setting)
+            .is_some_and(|figures| figures.whole_seconds.is_some())
+    }
+
+    /// Renders a setting again on its first tiles and returns the ratio of the new time to the time
+    /// of its first round; `None` if the time runs out.
+    fn time_drift(
+        &self,
+        setting: &RungSetting,
+        tiles: usize,
+        end: Instant,
+    ) -> Result<Option<f64>, PrepareError> {
+        let Some(figures) = self.find_setting_measurements(setting) else {
+            return Ok(None);
+        };
+        let (parts, before) = match figures.whole_seconds {
+            Some(seconds) => (Vec::new(), seconds),
+            None => {
+                let tiles = tiles.min(figures.tiles.len());
+                let parts: Vec<Crop> = (0..tiles)
+                    .map(|position| self.crop_for_tile(setting, position))
+                    .collect();
+                (
+                    parts,
+                    figures.tiles[..tiles]
+                        .iter()
+                        .map(|tile| tile.first_seconds)
+                        .sum(),
+                )
+            }
+        };
+        let Some(renders) =
+            UnfinishedRender::late_as_none(self.renderer.render_setting(setting, &parts, 0, end))?
+        else {
+            return Ok(None);
+        };
+        let share = |position: usize| match parts.get(position) {
+            Some(part) => self.tile_area_share(position, *part),
+            None => 1.0,
+        };
+        let seconds = |(position, render): (usize, &TimedRender)| share(position) * render.seconds;
+        let after: f64 = renders.iter().enumerate().map(seconds).sum();
+        // A clock may be too coarse for a tiny picture.
+        Ok((before > 0.0 && after > 0.0).then(|| after / before))
+    }
+
+    /// Returns the factor that corrects the ratio of two settings' times for changes of the
+    /// machine's speed.
+    pub(super) fn relative_drift(
+        &self,
+        figures: &SettingMeasurements,
+        other: &SettingMeasurements,
+    ) -> ConfidenceInterval {
+        match (&figures.turn_ratios[..], &other.turn_ratios[..]) {
+            ([], []) if self.has_timed_in_turns => ConfidenceInterval {
+                value: 1.0,
+                low: 1.0 / UNSURE,
+                high: UNSURE,
+            },
+            ([], []) => ConfidenceInterval::from_exact(1.0),
+            ([], turns) => one_sided_drift(turns.iter().map(|drift| 1.0 / drift)),
+            (turns, []) => one_sided_drift(turns.iter().copied()),
+            (turns, others) => median_with_interval(
+                turns
+                    .iter()
+                    .zip(others)
+                    .map(|(of, other)| of / other)
+                    .collect(),
+            ),
+        }
+    }
+
+    /// Returns the factor that corrects a setting's time for changes of the machine's speed. A
+    /// setting that was not timed in turns gets the factor of the scene's own setting.
+    pub(super) fn setting_drift(&self, figures: &SettingMeasurements) -> ConfidenceInterval {
+        if !figures.turn_ratios.is_empty() {
+            return median_with_interval(figures.turn_ratios.clone());
+        }
+        let own = self
+            .find_setting_measurements(&RungSetting::default())
+            .map_or(&[][..], |own_figures| &own_figures.turn_ratios[..]);
+        if own.is_empty() {
+            return ConfidenceInterval::from_exact(1.0);
+        }
+        let drift = one_sided_drift(own.iter().copied());
+        ConfidenceInterval {
+            value: if drift.low < 1.0 {
+                drift.low
+            } else {
+                drift.high
+            },
+            ..drift
+        }
+    }
+}
+
+/// Returns the median of the ratios of at least three turns, with a confidence interval that fits
+/// the number of turns.
+fn median_with_interval(mut turns: Vec<f64>) -> ConfidenceInterval {
+    turns.sort_by(f64::total_cmp);
+    let (middle, last) = (turns.len() / 2, turns.len() - 1);
+    let value = if turns.len() % 2 == 1 {
+        turns[middle]
+    } else {
+        0.5 * (turns[middle - 1] + turns[middle])
+    };
+    let widening = WIDENING[(turns.len() - FEWEST_TURNS).min(WIDENING.len() - 1)];
+    let factor = libm::exp(0.5 * widening * libm::log(turns[last] / turns[0]));
+    ConfidenceInterval {
+        value,
+        low: value / factor,
+        high: value * factor,
+    }
+}
+
+/// Returns the correction factor of the ratio of two times, of which only one was measured in
+/// turns. The true factor lies between 1 and the median of these turns.
+fn one_sided_drift(turns: impl Iterator<Item = f64>) -> ConfidenceInterval {
+    let drift = median_with_interval(turns.collect()).value;
+    ConfidenceInterval {
+        value: 1.0,
+        low: drift.min(1.0),
+        high: drift.max(1.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: turns give their median with an interval that is wide for few turns. A setting
+    /// that was not timed again may have drifted as far as another one.
+    #[test]
+    fn few_turns_say_little() {
+        let three = median_with_interval(vec![1.2, 0.9, 1.0]);
+        let five = median_with_interval(vec![1.2, 0.9, 1.0, 1.0, 1.1]);
+        assert_eq!((three.value, five.value), (1.0, 1.0));
+        assert!(
+            three.low < 0.7 && three.high > 1.5 && five.low > 0.8 && five.high < 1.2,
+            "{three:?} {five:?}"
+        );
+        assert_eq!(
+            median_with_interval(vec![0.5; 4]),
+            ConfidenceInterval::from_exact(0.5)
+        );
+        assert_eq!(
+            one_sided_drift([1.5, 1.25, 2.0].into_iter()),
+            ConfidenceInterval {
+                value: 1.0,
+                low: 1.0,
+                high: 1.5
+            }
+        );
+        assert_eq!(
+            one_sided_drift([0.5; 3].into_iter()),
+            ConfidenceInterval {
+                value: 1.0,
+                low: 0.5,
+                high: 1.0
+            }
+        );
+    }
+
+    /// Protects: with times that are off by a tenth at random, the interval of turns contains the
+    /// truth in at least nine of ten cases.
+    #[test]
+    fn intervals_of_turns_hold() {
+        let uniform = |index: u64| (crate::hash::splitmix64(index) >> 11) as f64 / 2_f64.powi(53);
+        for turns in 3..=5_u64 {
+            let held = |case: &u64| {
+                let time = |turn: u64| {
+                    1.0 + 0.2
+                        * (uniform(100 * case + 2 * turn) + uniform(100 * case + 2 * turn + 1)
+                            - 1.0)
+                };
+                let interval = median_with_interval((0..turns).map(time).collect());
+                interval.low <= 1.0 && 1.0 <= interval.high
+            };
+            let count = (0..1000).filter(held).count();
+            assert!(
+                (900..=995).contains(&count),
+                "{count} of 1000 by {turns} turns"
+            );
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Timing in turns of the recommended settings and of their closest competitors.
+
+use std::time::{Duration, Instant};
+
+use super::super::ProgressListener;
+use super::super::measurements::Measurements;
+use super::super::setting::RungSetting;
+use super::{MeasurementSession, TURNS_END};
+use crate::prepare::PrepareError;
+
+/// Largest number of settings timed in turns besides the recommended ones. Some settings look fast
+/// only because they were timed at a good moment.
+const MOST: usize = 6;
+/// Number of turns for which time is planned.
+const PLANNED: f64 = 4.0;
+
+/// Shares of the time for turns at which each pass ends. A pass may change the recommended setting,
+/// which the next pass then times.
+const PASSES: [f64; 3] = [0.5, 0.7, 1.0];
+
+impl MeasurementSession<'_> {
+    /// Times in turns the scene's own setting, the recommended settings and their closest
+    /// competitors. If the recommendation changes, the newly recommended settings are timed too.
+    pub(super) fn time_recommended_in_turns(
+        &self,
+        settings: &[RungSetting],
+        measurements: &mut Measurements<'_>,
+        listener: &mut dyn ProgressListener,
+    ) -> Result<(), PrepareError> {
+        let (begun, all) = ((self.now)(), self.seconds_left(TURNS_END));
+        for (pass, share) in PASSES.into_iter().enumerate() {
+            let mut contestants = self.recommended_and_pareto_settings(
+                settings,
+                measurements,
+                if pass == 0 { MOST } else { 0 },
+            );
+            contestants.retain(|setting| !measurements.is_timed_in_turns(setting));
+            if contestants.is_empty() {
+                break;
+            }
+            listener.report_step(
+                &format!("times of {} settings in turns", contestants.len()),
+                self.spent_budget_share(),
+            );
+            let end = begun + Duration::from_secs_f64(share * all);
+            self.time_affordable_in_turns(end, contestants, measurements)?;
+        }
+        Ok(())
+    }
+
+    /// Times the first of these settings in turns, as many settings and tiles as the time until
+    /// `end` allows.
+    fn time_affordable_in_turns(
+        &self,
+        end: Instant,
+        settings: Vec<RungSetting>,
+        measurements: &mut Measurements<'_>,
+    ) -> Result<(), PrepareError> {
+        let (grid, left) = (
+            measurements.sample.grid,
+            end.saturating_duration_since((self.now)()).as_secs_f64(),
+        );
+        let planned = |setting: &RungSetting, tiles: usize| {
+            let tiles = if measurements.is_rendered_whole(setting) {
+                measurements.measured_tile_count(setting)
+            } else {
+                tiles
+            };
+            PLANNED * self.expected_seconds(setting, tiles, &grid)
+                / self.round_count(setting) as f64
+        };
+        let mut chosen_settings = vec![RungSetting::default()];
+        let own = planned(
+            &chosen_settings[0],
+            measurements.measured_tile_count(&chosen_settings[0]),
+        ) / PLANNED;
+        let mut spent = own + planned(&chosen_settings[0], 1);
+        for setting in settings {
+            let cost = planned(&setting, 1);
+            if spent + cost < left && !chosen_settings.contains(&setting) {
+                spent += cost;
+                chosen_settings.push(setting);
+            }
+        }
+        let value_of = |tiles: usize| {
+            own + chosen_settings
+                .iter()
+                .map(|setting| planned(setting, tiles))
+                .sum::<f64>()
+        };
+        let tiles = (1..=measurements.reference_tile_count())
+            .rev()
+            .find(|&tiles| value_of(tiles) < left)
+            .unwrap_or(1);
+        measurements.time_in_turns(&chosen_settings, tiles, end)
+    }
+
+    /// Returns the recommended settings and the first `maximum` settings of the Pareto front.
+    fn recommended_and_pareto_settings(
+        &self,
+        settings: &[RungSetting],
+        measurements: &Measurements<'_>,
+        maximum: usize,
+    ) -> Vec<RungSetting> {
+        let recommendations = self.recommend_settings(settings, measurements);
+        let named = [&recommendations.half_the_error, &recommendations.same_error]
+            .into_iter()
+            .flatten()
+            .map(|advice| advice.flags.clone());
+        let named: Vec<Vec<String>> = named.collect();
+        let is_named = |setting: &&RungSetting| named.contains(&setting.flags());
+        let mut chosen_settings: Vec<RungSetting> =
+            settings.iter().filter(is_named).cloned().collect();
+        chosen_settings.extend(
+            self.pareto_settings(settings, measurements)
+                .into_iter()
+                .take(maximum),
+        );
+        chosen_settings
+    }
+}

@@ -1,0 +1,470 @@
+//! Error estimate of a denoised picture, from unbiased but noisy estimates of the squared error of
+//! each pixel.
+//!
+//! The filter correlates neighbouring pixels, so the standard error of the mean is computed from
+//! blocks: the variance of a block is half the mean squared difference of adjacent blocks. An error
+//! carried by few pixels is underestimated more often than overestimated. So the interval is
+//! log-normal above the estimate, and extends farther up than down.
+//!
+//! A relative error needs the true colour, which is unknown. The picture's colour is correlated
+//! with the error: the filter may spread light into a dark pixel, which then has a large error and
+//! looks too bright. The true colour is assumed above or below the picture's colour by the root
+//! mean squared error of the surroundings, and the relative errors for both are averaged. A quarter
+//! of the difference between this average and the relative error by the picture's colour counts as
+//! a further standard error, which does not shrink in larger pictures.
+//!
+//! A doubt about the noisy picture's error (`Doubt`) applies to the denoised picture too, because
+//! light that no sample found is missing in both. The estimate is also doubtful if light is rare in
+//! the noisy picture: two weightings of its relative error differ widely, even if other pixels
+//! confirm the light.
+
+use core::array::from_fn;
+
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
+use super::mixture::{FLOOR, replicate_statistics};
+use super::plane::PixelPlane;
+use super::{DenoiseOutput, PixelCandidates, REPLICATE_COUNT};
+use crate::film::{BRIGHTEST, Doubt, ErrorEstimate, Film, ReplicateQuad, Uncertainty};
+use crate::metrics::student_factor_95;
+use crate::picture::Picture;
+
+/// Edge in pixels of the blocks over which squared errors are summed.
+const BLOCK: usize = 8;
+
+/// Largest standard error of a meaningful estimate, as a share of the noisy picture's squared
+/// error. A share of the estimate itself would reject estimates that are low by chance, so that
+/// more than one in twenty of the accepted estimates would be too high.
+const UNKNOWN: f64 = 0.5;
+
+/// Largest standard error, relative to the estimate, in the log-normal upper end of the interval.
+const SKEWED: f64 = 0.5;
+
+/// Reach in pixels of the averages that give a pixel's error, and the true colour.
+const REACH: usize = 10;
+const NEAR: usize = 4;
+
+/// Sums of estimated squared errors over a picture and over its blocks.
+struct BlockErrorSums {
+    /// Sums over blocks, row by row.
+    blocks: Vec<f64>,
+    columns: usize,
+    sum: f64,
+    square: f64,
+    pixels: f64,
+    /// Numbers of complete blocks along width and height; only complete blocks enter the standard
+    /// error.
+    whole: [usize; 2],
+}
+
+impl BlockErrorSums {
+    fn new([width, height]: [usize; 2]) -> Self {
+        let columns = width.div_ceil(BLOCK);
+        let whole = [width / BLOCK, height / BLOCK];
+        let blocks = vec![0.0; columns * height.div_ceil(BLOCK)];
+        Self {
+            blocks,
+            columns,
+            sum: 0.0,
+            square: 0.0,
+            pixels: (width * height) as f64,
+            whole,
+        }
+    }
+
+    fn add_error(&mut self, x: usize, y: usize, error: f64) {
+        self.blocks[y / BLOCK * self.columns + x / BLOCK] += error;
+        self.sum += error;
+        self.square += error * error;
+    }
+
+    fn mean_error(&self) -> f64 {
+        self.sum / self.pixels
+    }
+
+    /// Returns the standard error of the mean squared error and its degrees of freedom; `None`
+    /// without two adjacent blocks.
+    ///
+    /// n normally distributed blocks have 2n differences d between neighbours. Each difference
+    /// shares a block with six others, so Σd² has the mean 4nσ² and the variance 40nσ⁴:
+    /// (4n)²·2/(40n) = 4n/5 degrees of freedom. (Σd²)²/Σd⁴ is then 2n/3, and 6/5 of that are
+    /// returned. The result is less if few blocks dominate the differences.
+    fn standard_error(&self) -> Option<(f64, f64)> {
+        let [columns, rows] = self.whole;
+        let at = |x: usize, y: usize| self.blocks[y * self.columns + x] / (BLOCK * BLOCK) as f64;
+        let along = (0..rows).flat_map(|y| (1..columns).map(move |x| at(x, y) - at(x - 1, y)));
+        let down = (1..rows).flat_map(|y| (0..columns).map(move |x| at(x, y) - at(x, y - 1)));
+        let (mut squares, mut fourths, mut count) = (0.0, 0.0, 0_u64);
+        for square in along.chain(down).map(|apart| apart * apart) {
+            (squares, fourths, count) = (squares + square, fourths + square * square, count + 1);
+        }
+        let freedom = if fourths > 0.0 {
+            1.2 * squares * squares / fourths
+        } else {
+            f64::INFINITY
+        };
+        (count > 0).then(|| {
+            (
+                (squares / count as f64 / 2.0 / (columns * rows) as f64).sqrt(),
+                freedom,
+            )
+        })
+    }
+
+    /// Returns the standard error of the mean combined with a further standard error `off`, and
+    /// Student's factor; the standard error is zero if all errors are zero. The further error is
+    /// not estimated from blocks, so a greater share of it raises the degrees of freedom
+    /// (Satterthwaite, 1946).
+    fn combined_standard_error(&self, off: f64) -> (f64, f64) {
+        let (own, freedom) = self
+            .standard_error()
+            .unwrap_or((f64::INFINITY, f64::INFINITY));
+        let unsure = if self.square > 0.0 {
+            (own * own + off * off).sqrt()
+        } else {
+            0.0
+        };
+        let of_both = if own > 0.0 && own < unsure {
+            freedom * (unsure / own).powi(4)
+        } else {
+            freedom
+        };
+        (unsure, student_factor_95((of_both as u32).max(1)))
+    }
+
+    /// Returns the square root of the mean squared error with its interval. The lower end uses
+    /// Student's factor; the upper end is log-normal, extrapolated linearly for large standard
+    /// errors.
+    fn rms_interval(&self, off: f64) -> ErrorEstimate {
+        let (mean, (unsure, factor)) = (self.mean_error(), self.combined_standard_error(off));
+        let share = if unsure < SKEWED * mean {
+            unsure / mean
+        } else {
+            SKEWED
+        };
+        let above = if share > 0.0 {
+            libm::expm1(factor * share) / share
+        } else {
+            factor
+        };
+        let root = |square: f64| square.max(0.0).sqrt();
+        let carriers = if self.square > 0.0 {
+            self.sum * self.sum / self.square
+        } else {
+            f64::INFINITY
+        };
+        ErrorEstimate {
+            value: root(mean),
+            low: root(mean - factor * unsure),
+            high: root(mean + above * unsure),
+            carriers,
+        }
+    }
+
+    /// Whether the interval is meaningless, for a noisy picture with the mean squared error
+    /// `noise`.
+    fn is_interval_meaningless(&self, off: f64, noise: f64) -> bool {
+        self.square > 0.0 && self.combined_standard_error(off).0 > UNKNOWN * noise
+    }
+}
+
+/// Writes the mixed pixels into the picture and returns it with its error estimate.
+pub(super) fn estimate_error(
+    film: &Film,
+    four: &ReplicateQuad<'_>,
+    mut picture: Picture,
+    pixels: &[PixelCandidates],
+) -> DenoiseOutput {
+    let size = film.size().map(|edge| edge as usize);
+    let near: Vec<PixelPlane> = (0..3)
+        .into_par_iter()
+        .map(|i| local_mean(size, pixels, NEAR, &|pixel| pixel.error_terms[0][i]))
+        .collect();
+    let [mut absolute, mut relative, mut by_own] = [(); 3].map(|()| BlockErrorSums::new(size));
+    let (mut before, mut change, mut noise) = (0.0, 0.0, 0.0);
+    for (index, pixel) in pixels.iter().enumerate() {
+        let [mean, variance, _] = replicate_statistics(four.radiance(index));
+        let (mut sums, mut colour) = ([0.0; 3], [0.0; 3]);
+        for i in 0..3 {
+            let (added, error) = (
+                f64::from(pixel.changes[0][i]),
+                f64::from(pixel.error_terms[0][i]),
+            );
+            colour[i] = mean[i] + added;
+            let (own, apart) = (
+                colour[i].max(0.0),
+                f64::from(near[i].values[index]).max(0.0).sqrt(),
+            );
+            let by = [
+                1.0,
+                relative_error_weight(own, apart),
+                relative_error_weight(own, 0.0),
+            ];
+            sums = from_fn(|k| sums[k] + error * by[k] / 3.0);
+            noise += variance[i] * by[2] / 3.0;
+            before += mean[i];
+            change += added;
+        }
+        let (x, y) = (index % size[0], index / size[0]);
+        [&mut absolute, &mut relative, &mut by_own]
+            .into_iter()
+            .zip(sums)
+            .for_each(|(of, sum)| of.add_error(x, y, sum));
+        // Values beyond the range of pictures stay unchanged.
+        if mean.iter().all(|mean| mean.abs() < BRIGHTEST) {
+            picture.rgb[index] = colour.map(|c| c as f32);
+        }
+    }
+    let off = (relative.mean_error() - by_own.mean_error()).abs() / 4.0;
+    let is_unknown = relative.is_interval_meaningless(off, noise / relative.pixels);
+    // Light that few samples found is spread by the filter, and light that no sample found is
+    // missing in all replicates. The replicates agree in both cases, so their differences do not
+    // show the error.
+    let (noisy, is_rare) = film.estimate_uncertainty_and_rarity().unzip();
+    let rare = is_rare.is_some_and(|is| is).then_some(Doubt::FewPixels);
+    let doubt = noisy
+        .and_then(|noisy| noisy.doubt)
+        .or(rare)
+        .or(is_unknown.then_some(Doubt::WideInterval));
+    let (rmse, root_relmse) = (absolute.rms_interval(0.0), relative.rms_interval(off));
+    let error = Uncertainty {
+        rmse,
+        root_relmse,
+        replicates: REPLICATE_COUNT as u32,
+        doubt,
+    };
+    let brightened = if before > 0.0 { change / before } else { 0.0 };
+    DenoiseOutput {
+        standard_error: pixel_standard_errors(size, pixels),
+        picture,
+        error,
+        noisy_error: noisy,
+        light_change: brightened,
+    }
+}
+
+/// Returns the weight of a squared error in the relative error: the mean of 1/(c² + 0.01) over the
+/// true colours c = `colour` ± `apart`.
+fn relative_error_weight(colour: f64, apart: f64) -> f64 {
+    let over = |colour: f64| 1.0 / (colour.max(0.0).powi(2) + FLOOR);
+    f64::midpoint(over(colour + apart), over(colour - apart))
+}
+
+/// Returns the mean of a quantity over the square of 2 `reach` + 1 pixels around each pixel.
+fn local_mean(
+    [width, height]: [usize; 2],
+    pixels: &[PixelCandidates],
+    reach: usize,
+    of: &(dyn Fn(&PixelCandidates) -> f32 + Sync),
+) -> PixelPlane {
+    PixelPlane {
+        width,
+        height,
+        values: pixels.iter().map(of).collect(),
+    }
+    .box_mean(reach)
+}
+
+/// Returns the root mean squared error of each pixel: the absolute or the relative squared error
+/// averaged over the neighbourhood, whichever gives less. Beside a lamp the absolute average is too
+/// large, because of the lamp's error. At a lamp the relative average is too large, because dark
+/// neighbours are scaled to the lamp's brightness.
+fn pixel_standard_errors(size: [usize; 2], pixels: &[PixelCandidates]) -> Vec<[f32; 3]> {
+    let near = |of: &(dyn Fn(&PixelCandidates) -> f32 + Sync)| local_mean(size, pixels, REACH, of);
+    let channels: Vec<[PixelPlane; 2]> = (0..3)
+        .into_par_iter()
+        .map(|i| {
+            [
+                near(&|pixel| pixel.error_terms[0][i]),
+                near(&|pixel| pixel.error_terms[0][i] / relative_denominator(pixel, i)),
+            ]
+        })
+        .collect();
+    let value_of = |(index, pixel): (usize, &PixelCandidates)| {
+        from_fn(|i| {
+            let [absolute, relative] = channels[i].each_ref().map(|plane| plane.values[index]);
+            absolute
+                .min(relative * relative_denominator(pixel, i))
+                .max(0.0)
+                .sqrt()
+        })
+    };
+    pixels.iter().enumerate().map(value_of).collect()
+}
+
+/// Returns the denominator of a pixel's relative squared error in a channel: the product of two
+/// estimates of the colour, plus 0.01.
+fn relative_denominator(pixel: &PixelCandidates, channel: usize) -> f32 {
+    pixel.changes[1][channel].max(0.0) * pixel.base_colour[channel].max(0.0) + FLOOR as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: the standard error follows from differences of neighbouring blocks. Columns of
+    /// blocks of 0 and 1 in turn differ by 1 along rows and by 0 down, so that eight blocks of four
+    /// by two have (6/10)/2/8 for its square. Six equal squares are 6/5 of six degrees of freedom.
+    /// A rim of partial blocks counts in the mean alone. A further error as great as that of the
+    /// blocks gives four times the degrees of freedom.
+    #[test]
+    fn blocks_say_how_sure_a_mean_is() {
+        let mut sums = BlockErrorSums::new([33, 16]);
+        for (x, y) in (0..33).flat_map(|x| (0..16).map(move |y| (x, y))) {
+            sums.add_error(
+                x,
+                y,
+                f64::from(u8::from(x / 8 % 2 == 1)) + f64::from(u8::from(x == 32)) * 33.0,
+            );
+        }
+        assert!((sums.mean_error() - (256.0 + 16.0 * 33.0) / 528.0).abs() < 1e-12);
+        let (error, freedom) = sums.standard_error().expect("blocks");
+        assert!((error - (0.6_f64 / 16.0).sqrt()).abs() < 1e-12 && (freedom - 7.2).abs() < 1e-12);
+        assert_eq!(
+            [
+                sums.combined_standard_error(0.0).1,
+                sums.combined_standard_error(error).1
+            ],
+            [7, 28].map(student_factor_95)
+        );
+        assert_eq!(BlockErrorSums::new([15, 9]).standard_error(), None);
+    }
+
+    /// Protects: the true colour is assumed on both sides of the picture's own, and not below
+    /// black.
+    #[test]
+    fn errors_are_relative_to_what_may_be_true() {
+        assert!((relative_error_weight(0.5, 0.3) - (1.0 / 0.65 + 1.0 / 0.05) / 2.0).abs() < 1e-12);
+        assert!((relative_error_weight(0.1, 0.3) - (1.0 / 0.17 + 1.0 / 0.01) / 2.0).abs() < 1e-12);
+        assert_eq!(relative_error_weight(2.0, 0.0), 1.0 / 4.01);
+    }
+
+    /// Protects: a quarter of the difference to the estimate by the picture's own colour counts as
+    /// a standard error, where blocks alone show none: for 0.5 with a squared error of 0.01
+    /// everywhere.
+    #[test]
+    fn an_unknown_true_colour_widens_the_interval() {
+        use crate::film::tests::{ReplicateSample, film_of};
+        let sample = ReplicateSample {
+            radiance: [0.5; 3],
+            emission: [0.0; 3],
+            albedo: [0.5; 3],
+        };
+        let film = film_of([32, 16], |_, _| sample);
+        let mut pixel = PixelCandidates {
+            base_colour: [0.5; 3],
+            ..PixelCandidates::default()
+        };
+        (pixel.changes[1], pixel.error_terms[0]) = ([0.5; 3], [0.01; 3]);
+        let four = film.replicate_quad().expect("all that is read");
+        let found_estimate = estimate_error(&film, &four, film.mean_colours(), &[pixel; 32 * 16])
+            .error
+            .root_relmse;
+        let (claim, by_own) = (0.005 * (1.0 / 0.37 + 1.0 / 0.17), 0.01 / 0.26);
+        let off = (claim - by_own) / 4.0;
+        assert!(
+            (found_estimate.value.powi(2) - claim).abs() < 1e-6,
+            "{found_estimate:?} for {claim}"
+        );
+        assert!(
+            (found_estimate.low.powi(2) - (claim - 1.959_963_984_540_054 * off)).abs() < 1e-6
+                && off > 1e-4,
+            "{found_estimate:?}, {off}"
+        );
+    }
+
+    /// Protects: an interval reaches up as for a log-normal error, down as for a normal one, by
+    /// Student's factor for the seven degrees of freedom of eight blocks, and changes without a
+    /// step where it becomes undefined. The squared standard error is (6/10)/2/8, for a mean of a
+    /// half or a fifth of it.
+    #[test]
+    fn intervals_reach_farther_up() {
+        let sums = |base: f64, height: f64| {
+            let mut sums = BlockErrorSums::new([32, 16]);
+            for (x, y) in (0..32).flat_map(|x| (0..16).map(move |y| (x, y))) {
+                sums.add_error(x, y, base + height * f64::from(u8::from(x / 8 % 2 == 1)));
+            }
+            sums
+        };
+        let (unsure, factor) = ((0.6_f64 / 16.0).sqrt(), 2.364_624);
+        let estimate = sums(0.5, 1.0).rms_interval(0.0);
+        assert!(
+            (estimate.low.powi(2) - (1.0 - factor * unsure)).abs() < 1e-6,
+            "{estimate:?}"
+        );
+        assert!(
+            (estimate.high.powi(2) - (factor * unsure).exp()).abs() < 1e-6,
+            "{estimate:?}"
+        );
+        let [near, far] = [1e-6, -1e-6].map(|by| sums(2.0 * unsure - 0.5 + by, 1.0));
+        assert!((near.rms_interval(0.0).high - far.rms_interval(0.0).high).abs() < 1e-4);
+        assert!(sums(-0.5, 1.0).rms_interval(0.0).high > (factor * unsure).sqrt());
+    }
+
+    /// Protects: a pixel's error is the lesser of the absolute and the relative error of its
+    /// surroundings. A lamp of 100 among eight black pixels with squared errors of 0.9 and 0.09 has
+    /// the mean absolute one, 0.18; they have the mean of the errors relative to 0.01.
+    #[test]
+    fn a_lamp_does_not_lend_its_error() {
+        let pixel = |colour: f32, squared: f32| {
+            let mut pixel = PixelCandidates {
+                base_colour: [1.0; 3],
+                ..PixelCandidates::default()
+            };
+            (pixel.changes[1], pixel.error_terms[0]) = ([colour; 3], [squared; 3]);
+            pixel
+        };
+        let mut pixels = [pixel(0.0, 0.09); 9];
+        pixels[4] = pixel(100.0, 0.9);
+        pixels[4].base_colour = [100.0; 3];
+        let errors = pixel_standard_errors([3, 3], &pixels);
+        let relative = (8.0 * 9.0 + 0.9 / (100.0 * 100.0 + 0.01)) / 9.0;
+        for (i, expected) in [(4, 0.18_f64), (0, 0.01 * relative), (7, 0.01 * relative)] {
+            assert!(
+                errors[i]
+                    .iter()
+                    .all(|e| (f64::from(e * e) / expected - 1.0).abs() < 1e-5),
+                "{i}: {:?} for {expected}",
+                errors[i]
+            );
+        }
+    }
+
+    /// Protects: the noisy picture's squared error decides whether an estimate is meaningful,
+    /// whatever its value. Errors of 1 in every other column of blocks, or of a half and a negative
+    /// half, have a standard error of 0.16 to 0.19. Replicates that are 0.25 or 0.05 from a mean of
+    /// black have a variance of 2.1 or 0.083 relative to it.
+    #[test]
+    fn missing_claims_follow_from_the_noise() {
+        use crate::film::tests::{ReplicateSample, film_of};
+        let doubt = |noise: f64, below: f32| {
+            let sample = |_: usize, replicate: usize| {
+                let radiance = [if replicate.is_multiple_of(2) {
+                    noise
+                } else {
+                    -noise
+                }; 3];
+                ReplicateSample {
+                    radiance,
+                    emission: [0.0; 3],
+                    albedo: [0.5; 3],
+                }
+            };
+            let film = film_of([32, 16], sample);
+            let mut pixels = [PixelCandidates::default(); 32 * 16];
+            for (index, pixel) in pixels.iter_mut().enumerate() {
+                // Relative to black, a squared error of 0.01 is 1.
+                pixel.error_terms[0] =
+                    [0.01 * (f32::from(u8::from(index % 32 / 8 % 2 == 1)) - below); 3];
+            }
+            let four = film.replicate_quad().expect("all that is read");
+            estimate_error(&film, &four, film.mean_colours(), &pixels)
+                .error
+                .doubt
+        };
+        for below in [0.0, 0.5] {
+            let [much, little] = [0.25, 0.05].map(|noise| doubt(noise, below));
+            assert_eq!((much, little), (None, Some(Doubt::WideInterval)), "{below}");
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Inputs and sums of a filter pass, row by row. All planes of a row are adjacent in memory, at
+//! offsets known to the compiler, so that a loop over many planes needs few address registers.
+
+use core::ops::Range;
+
+use super::guide::Guide;
+use super::plane::{ColourPlanes, PixelPlane, Window};
+
+/// Number of entries to whose multiple the length of a loop is rounded up.
+pub(super) const LANES: usize = 16;
+
+/// Number of entries of a row: the width of a tile, its margins and padding.
+pub(super) const ROW: usize = 192;
+
+pub(super) type PixelRow = [f32; ROW];
+
+/// Number of features of a surface: three of albedo, three of normal, one of distance.
+pub(super) const FEATURES: usize = 7;
+
+/// Row of a filter's guide, padded with zeros.
+#[derive(Clone)]
+pub(super) struct GuideRow {
+    pub colour: [PixelRow; 3],
+    pub variance: PixelRow,
+    pub noise: PixelRow,
+    pub inverse_noise: PixelRow,
+    pub features: [PixelRow; FEATURES],
+    pub tolerances: [PixelRow; FEATURES],
+}
+
+impl GuideRow {
+    pub const BLACK: Self = Self {
+        colour: [[0.0; ROW]; 3],
+        variance: [0.0; ROW],
+        noise: [0.0; ROW],
+        inverse_noise: [0.0; ROW],
+        features: [[0.0; ROW]; FEATURES],
+        tolerances: [[0.0; ROW]; FEATURES],
+    };
+
+    /// Copies the rows `which` of a guide's planes.
+    pub fn copy_guide_rows(rows: &mut Vec<Self>, guide: &Guide<'_>, which: Range<usize>) {
+        rows.resize(guide.variance.height.max(rows.len()), Self::BLACK);
+        for y in which {
+            let row = &mut rows[y];
+            for (to, of) in row.colour.iter_mut().zip(guide.colour) {
+                copy_padded_row(to, of, y);
+            }
+            copy_padded_row(&mut row.variance, guide.variance, y);
+            copy_padded_row(&mut row.noise, guide.noise, y);
+            copy_padded_row(&mut row.inverse_noise, guide.inverse_noise, y);
+            let to = row.features.iter_mut().zip(&mut row.tolerances);
+            for ((feature, tolerance), of) in to.zip(guide.features) {
+                copy_padded_row(feature, &of.0, y);
+                copy_padded_row(tolerance, &of.1, y);
+            }
+        }
+    }
+}
+
+/// Row of the two target pictures of a filter.
+#[derive(Clone)]
+pub(super) struct TargetRow {
+    pub colours: [[PixelRow; 3]; 2],
+    /// First and end column of the pixels that are not black; `None` for a black row.
+    lit: Option<(usize, usize)>,
+}
+
+impl TargetRow {
+    const BLACK: Self = Self {
+        colours: [[[0.0; ROW]; 3]; 2],
+        lit: None,
+    };
+
+    /// Copies all rows of two target pictures and finds their lit columns.
+    pub fn copy_target_rows(rows: &mut Vec<Self>, colours: [&ColourPlanes; 2]) {
+        let height = colours[0][0].height;
+        rows.resize(height.max(rows.len()), Self::BLACK);
+        for (y, row) in rows[..height].iter_mut().enumerate() {
+            row.lit = None;
+            let to = row.colours.as_flattened_mut().iter_mut();
+            for (to, of) in to.zip(colours.into_iter().flatten()) {
+                copy_padded_row(to, of, y);
+                let is_lit = |of: &f32| *of != 0.0;
+                if let Some(first) = to.iter().position(is_lit) {
+                    let end = to.iter().rposition(is_lit).map_or(ROW, |last| last + 1);
+                    row.lit = Some(match row.lit {
+                        Some(lit) => (first.min(lit.0), end.max(lit.1)),
+                        None => (first, end),
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// Returns the part of a block within `reach` columns and rows of a pixel that is not black; `None`
+/// if all are black.
+pub(super) fn lit_window(rows: &[TargetRow], block: Window, reach: usize) -> Option<Window> {
+    let around = block.y.saturating_sub(reach)..(block.y + block.height + reach).min(rows.len());
+    let lit = rows[around].iter().filter_map(|row| row.lit);
+    let (first, end) = lit.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+    let left = first.saturating_sub(reach).max(block.x);
+    let right = (end + reach).min(block.x + block.width);
+    (left < right).then_some(Window {
+        x: left,
+        width: right - left,
+        ..block
+    })
+}
+
+/// Copies a row of a plane and pads it with zeros.
+fn copy_padded_row(to: &mut PixelRow, of: &PixelPlane, y: usize) {
+    let (to, rest) = to.split_at_mut(of.width);
+    to.copy_from_slice(of.row(y));
+    rest.fill(0.0);
+}
+
+/// Row of a filter's sums: weighted sums of both targets, sums of weights, and the weight of each
+/// pixel in its own sum.
+#[derive(Clone)]
+pub(super) struct WeightedSums {
+    pub colours: [[PixelRow; 3]; 2],
+    pub weights: PixelRow,
+    pub own: PixelRow,
+}
+
+impl WeightedSums {
+    pub const NOTHING: Self = Self {
+        colours: [[[0.0; ROW]; 3]; 2],
+        weights: [0.0; ROW],
+        own: [0.0; ROW],
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::plane::black_planes;
+    use super::*;
+
+    /// Protects: the filtered part of a block holds every pixel within reach of a lit one, to the
+    /// last row and column, and nothing of a black block.
+    #[test]
+    fn what_is_lit_is_filtered() {
+        let mut colours = [(); 2].map(|()| black_planes([60, 40]));
+        let part = |colours: &[ColourPlanes; 2], y: usize| {
+            let mut rows = Vec::new();
+            TargetRow::copy_target_rows(&mut rows, colours.each_ref());
+            let block = Window {
+                x: 5,
+                y,
+                width: 50,
+                height: 4,
+            };
+            lit_window(&rows, block, 3).map(|part| (part.x, part.x + part.width))
+        };
+        assert_eq!(part(&colours, 20), None);
+        colours[1][2].values[20 * 60 + 30] = -1.0;
+        assert_eq!(
+            [13, 14, 20, 23, 24].map(|y| part(&colours, y)),
+            [None, Some((27, 34)), Some((27, 34)), Some((27, 34)), None]
+        );
+        colours[0][0].values[21 * 60 + 6] = 1.0;
+        assert_eq!(part(&colours, 20), Some((5, 34)));
+    }
+}

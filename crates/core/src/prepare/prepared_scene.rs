@@ -1,0 +1,267 @@
+//! The prepared scene that integrators read.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use raywright_bvh::{Geometry, Real, Vector};
+
+use super::geometry::ObjectRecord;
+use super::material::{LayeredInputs, PreparedMaterial};
+use super::studio::{Backdrop, StudioGround};
+use super::tangents::CornerTangents;
+use crate::camera::{PreparedCamera, RayCone};
+use crate::light::{Irradiance, LightId, LightUsage, Lights};
+use crate::memory::MemoryUse;
+use crate::origin::StorageOrigin;
+use crate::scene::{
+    ClassicRules, DepthLimit, ImageData, MeshData, OffsetDirection, ShadowRule, SpawnRule,
+};
+use crate::settings::{LightSampling, RouletteStart};
+use crate::texture::InputTables;
+
+/// Rule for the origins of spawned rays, in the scalar `R` (see [`SpawnRule`]).
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum PreparedSpawnRule<R: Real> {
+    /// Outside the error bound of each hit point.
+    ErrorBound,
+    /// By constant offsets.
+    Constant {
+        offset: R,
+        along_ray: bool,
+        camera_min: R,
+        secondary_min: R,
+        shadow_min: R,
+    },
+}
+
+/// The rules of classic materials, in the scalar `R` (see [`ClassicRules`]).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PreparedClassicRules<R: Real> {
+    pub spawn: PreparedSpawnRule<R>,
+    /// Whether only the occluder that is first in the scene's order blocks light.
+    pub first_occluder_decides: bool,
+    /// Farthest occluder of a directional light in metres; infinite without a limit.
+    pub shadow_max_distance: R,
+    /// Whether a hit at the depth limit shows its local term alone.
+    pub local_only_at_limit: bool,
+}
+
+impl<R: Real> PreparedClassicRules<R> {
+    pub(super) fn new(rules: &ClassicRules) -> Self {
+        let spawn = match rules.spawn {
+            SpawnRule::ErrorBound => PreparedSpawnRule::ErrorBound,
+            SpawnRule::Constant(c) => PreparedSpawnRule::Constant {
+                offset: R::from_f64(c.offset),
+                along_ray: c.along == OffsetDirection::Ray,
+                camera_min: R::from_f64(c.camera_min),
+                secondary_min: R::from_f64(c.secondary_min),
+                shadow_min: R::from_f64(c.shadow_min),
+            },
+        };
+        Self {
+            spawn,
+            first_occluder_decides: rules.shadow == ShadowRule::FirstInOrder,
+            shadow_max_distance: R::from_f64(rules.shadow_max_distance.unwrap_or(f64::INFINITY)),
+            local_only_at_limit: rules.depth_limit == DepthLimit::LocalOnly,
+        }
+    }
+}
+
+/// The prepared scene, which integrators read. It consists of flat arrays that refer to each other
+/// by index, without a pointer, closure or trait object for each object, material or primitive.
+/// Meshes and images are shared with the scene by a pointer for each buffer, so that nothing is
+/// copied.
+#[derive(Clone, Debug)]
+pub struct PreparedScene<R: Real> {
+    pub(crate) geometry: Geometry<R>,
+    /// The meshes in use.
+    pub(crate) meshes: Vec<Arc<MeshData>>,
+    /// Data of the objects by their index in the scene, generated objects last.
+    pub(crate) objects: Vec<ObjectRecord<R>>,
+    /// Generated tangents of meshes with normal maps or anisotropy.
+    pub(crate) tangents: Vec<CornerTangents>,
+    pub(crate) materials: Vec<PreparedMaterial<R>>,
+    /// Tables of the materials' inputs.
+    pub(crate) texture_tables: InputTables<R>,
+    /// Delta lights, area lights and the sky. Lights whose effect is disabled are left out.
+    pub lights: Lights<R>,
+    /// Background of camera rays that hit nothing; `None` if they see the sky.
+    pub(crate) backdrop: Option<Backdrop<R>>,
+    /// Invisible ground of a studio, whose shadow dims the backdrop; `None` without a ground.
+    pub(crate) ground: Option<StudioGround<R>>,
+    /// Radiance of a studio's backdrop; `None` before the first camera.
+    pub(crate) studio_backdrop: Option<f64>,
+    /// Cosine-weighted mean of the sky's radiance; `None` if no material needs it.
+    pub(crate) irradiance: Option<Irradiance<R>>,
+    pub(crate) camera: PreparedCamera<R>,
+    /// Ray cone of the camera, for textures with mipmaps; `None` without such textures.
+    pub(crate) cone: Option<RayCone<R>>,
+    pub(crate) rules: PreparedClassicRules<R>,
+    /// Whether any material absorbs light inside its body.
+    pub(crate) absorbs: bool,
+    /// Priority of each material's body where bodies overlap; empty if priorities are not
+    /// simulated.
+    pub(crate) priorities: Vec<u32>,
+    /// Whether paths track the bodies that contain them.
+    pub(crate) tracks_media: bool,
+    /// Whether light samples may pass straight through surfaces, whose hits shadow rays then visit
+    /// in order.
+    pub(crate) transmits_straight: bool,
+    /// Layers of the materials that have layers.
+    pub(crate) layers: Vec<LayeredInputs<R>>,
+    /// Sampling strategy of the path tracer for area lights and the sky.
+    pub(super) light_sampling: LightSampling,
+    /// Whether area lights cast hard shadows: only their centres are sampled.
+    pub(crate) hard_shadows: bool,
+    /// Russian roulette setting.
+    pub(crate) roulette: RouletteStart,
+    /// Limit of a sample's brightest channel; `None` without clamping.
+    pub(crate) clamp: Option<R>,
+    /// Whether rough surfaces include multiple scattering among microfacets.
+    pub(crate) compensates: bool,
+    /// Radiance added to every sample.
+    pub(crate) veil: R::Vec3,
+    /// Whether camera rays show the edges of triangles.
+    pub(crate) draws_edges: bool,
+    /// Indices, ascending, of the objects whose mesh collapses when stored.
+    pub(crate) collapsed_meshes: Vec<u32>,
+    /// Storage origin of all coordinates.
+    pub(crate) origin: StorageOrigin,
+    /// Bytes of primitives and accelerators; geometry shared by instances counts once.
+    pub(super) geometry_bytes: usize,
+}
+
+/// Sizes of the tables of a prepared scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TableCounts {
+    /// Primitives of the scene's top level; an instance counts as one primitive.
+    pub primitives: usize,
+    /// Unbounded primitives of the top level.
+    pub unbounded: usize,
+    /// Instances of the top level.
+    pub instances: usize,
+    /// Delta lights.
+    pub lights: usize,
+    /// Emissive shapes and triangles of positive power.
+    pub emitters: usize,
+    /// Materials in use.
+    pub materials: usize,
+    /// Materials with layers.
+    pub layered: usize,
+    /// Whether the cosine-weighted mean of the sky was computed.
+    pub irradiance: bool,
+    /// Bytes of decoded images.
+    pub texture_bytes: usize,
+}
+
+impl<R: Real> PreparedScene<R> {
+    /// Returns the sampling strategy of a path tracer for a light. Lamps with hard shadows are
+    /// sampled by light sampling alone, because a path that hits such a lamp by chance does not
+    /// know whether the lamp's centre is visible.
+    #[inline(always)]
+    pub(crate) fn sampling_strategy(&self, light: LightId) -> LightSampling {
+        match light {
+            LightId::Emitter(i)
+                if self.casts_hard_shadow(i) && self.light_sampling == LightSampling::Both =>
+            {
+                LightSampling::Lights
+            }
+            _ => self.light_sampling,
+        }
+    }
+
+    /// Whether an area light casts hard shadows. A light of varying emission does not: its emission
+    /// is evaluated at the shadow ray's hit, which must be the sampled point.
+    #[inline(always)]
+    pub(crate) fn casts_hard_shadow(&self, emitter: u32) -> bool {
+        self.hard_shadows && !self.lights.emitters.has_varying_emission(emitter)
+    }
+
+    /// Converts a point to the coordinates of the scene file.
+    #[inline]
+    pub(crate) fn to_world(&self, point: R::Vec3) -> DVec3 {
+        let stored = point.to_f64();
+        if self.origin.origin == DVec3::ZERO {
+            stored
+        } else {
+            stored + self.origin.origin
+        }
+    }
+
+    /// Returns the memory of the prepared scene, without the film.
+    pub(crate) fn memory_use(&self) -> MemoryUse {
+        let tables = size_of_val(self.objects.as_slice())
+            + size_of_val(self.materials.as_slice())
+            + size_of_val(self.layers.as_slice())
+            + size_of_val(self.priorities.as_slice())
+            + size_of_val(self.texture_tables.textures.as_slice())
+            + size_of_val(self.texture_tables.material_textures.as_slice())
+            + size_of_val(self.lights.delta.as_slice());
+        let choice = self.lights.light_sampler().bytes();
+        // Only an integrator that chooses among lights counts the usage of each light.
+        let counted = if self.lights.light_sampler().is_empty() {
+            0
+        } else {
+            self.lights.delta.len() + self.lights.emitters.len()
+        };
+        let tangents = self
+            .tangents
+            .iter()
+            .map(|corners| size_of_val(corners.as_slice()) as u64)
+            .sum::<u64>();
+        MemoryUse {
+            geometry: self.geometry_bytes as u64,
+            meshes: self
+                .meshes
+                .iter()
+                .map(|mesh| mesh.byte_size() as u64)
+                .sum::<u64>()
+                + tangents,
+            tables: tables as u64
+                + choice
+                + self.lights.emitters.bytes()
+                + LightUsage::estimate_bytes(counted as u64),
+            textures: self.texture_bytes() as u64 + self.lights.sky.bytes(),
+            film: 0,
+        }
+    }
+
+    /// Returns the bytes of the images of materials and sky, without duplicates, with their
+    /// mipmaps.
+    fn texture_bytes(&self) -> usize {
+        let sky = self.lights.sky.image().filter(|&sky| {
+            !self
+                .texture_tables
+                .images
+                .iter()
+                .any(|image| Arc::ptr_eq(image, sky))
+        });
+        let pyramids = self.texture_tables.pyramids.iter().flatten();
+        self.texture_tables
+            .images
+            .iter()
+            .chain(sky)
+            .map(|image| image.byte_size())
+            .sum::<usize>()
+            + pyramids.map(ImageData::byte_size).sum::<usize>()
+    }
+
+    /// Returns the sizes of the tables. Tables of absent effects are empty.
+    pub fn table_counts(&self) -> TableCounts {
+        TableCounts {
+            primitives: self.geometry.len(),
+            unbounded: self.geometry.unbounded_count(),
+            instances: self.geometry.instance_count(),
+            lights: self.lights.delta.len(),
+            emitters: self.lights.emitters.lit_count(),
+            materials: self
+                .materials
+                .iter()
+                .filter(|m| !matches!(m, PreparedMaterial::Unused))
+                .count(),
+            layered: self.layers.len(),
+            irradiance: self.irradiance.is_some(),
+            texture_bytes: self.texture_bytes(),
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Cost of robust formulas, in nanoseconds per ray or sample: textbook formulas and the library's
+//! are timed alternately, by the CPU time of a thread.
+
+use core::hint::black_box;
+use std::rc::Rc;
+
+use glam::{DVec3, Vec3};
+use raywright_bvh::stability::cost_comparison::{self, CostComparison, TimedWork};
+use raywright_bvh::stability::verdicts::CaseRng;
+use raywright_bvh::{Real, Vector};
+
+use super::shading::textbook_frame;
+use crate::bench::SampleQuantiles;
+use crate::bench::clock::thread_seconds;
+use crate::material::{ShadingFrame, SmoothInterface, fresnel_dielectric};
+
+/// Time of a hard case's formulas, in nanoseconds per ray or sample.
+#[derive(Clone, Copy, Debug)]
+pub struct CaseCost {
+    /// Description of the work per ray or sample.
+    pub label: &'static str,
+    /// Nanoseconds of the textbook's formula in f32.
+    pub textbook: SampleQuantiles,
+    /// Additional nanoseconds of the library's formula in the precisions `robust` and `reference`;
+    /// negative if it is faster.
+    pub overhead: [SampleQuantiles; 2],
+}
+
+/// Number of timed rounds, after a first round that does not count.
+const ROUNDS: usize = 15;
+
+/// Number of samples of a timing, and of repetitions of each sample.
+const SAMPLES: u32 = 4096;
+const TURNS: u32 = 40;
+
+/// Returns the formulas of a hard case to be timed, textbook and library; `None` for a case without
+/// textbook formula.
+pub fn formula_contest(number: &str) -> Option<CostComparison> {
+    Some(match number {
+        "S09" => frame_contest(),
+        "S11" => reflection_contest(),
+        "S13" => reflectance_contest(),
+        _ => return cost_comparison::build_cost_comparison(number),
+    })
+}
+
+/// Times the textbook's and the library's formulas of a hard case; `None` for a case without
+/// textbook formula.
+pub fn time_case(number: &str) -> Option<CaseCost> {
+    let CostComparison {
+        label,
+        count,
+        textbook,
+        library: [robust, reference],
+    } = formula_contest(number)?;
+    let works = [textbook, robust, reference];
+    let mut rounds = Vec::with_capacity(ROUNDS);
+    for round in 0..=ROUNDS {
+        let mut nanoseconds = [0.0; 3];
+        for index in 0..works.len() {
+            let turn = (index + round) % works.len();
+            let start = thread_seconds();
+            works[turn]();
+            nanoseconds[turn] = (thread_seconds() - start) * 1e9 / f64::from(count);
+        }
+        if round > 0 {
+            rounds.push(nanoseconds);
+        }
+    }
+    let spread = |of: &dyn Fn(&[f64; 3]) -> f64| {
+        SampleQuantiles::from_samples(&rounds.iter().map(of).collect::<Vec<_>>())
+    };
+    Some(CaseCost {
+        label,
+        textbook: spread(&|round| round[0]),
+        overhead: [1, 2].map(|selected| spread(&|round| round[selected] - round[0])),
+    })
+}
+
+/// Returns formulas to be timed on random samples: `works` are the textbook's formula, and the
+/// library's in `robust` and in `reference`.
+fn contest_over_samples<S: 'static>(
+    label: &'static str,
+    value_of: impl Fn(&mut CaseRng) -> S,
+    works: [fn(&S); 3],
+) -> CostComparison {
+    let samples: Rc<[S]> = (0..SAMPLES)
+        .map(|index| value_of(&mut CaseRng::new(2, index.into())))
+        .collect();
+    let [textbook, robust, reference] = works.map(|work| {
+        let samples = samples.clone();
+        Box::new(move || (0..TURNS).for_each(|_| samples.iter().for_each(work))) as TimedWork
+    });
+    CostComparison {
+        label,
+        count: SAMPLES * TURNS,
+        textbook,
+        library: [robust, reference],
+    }
+}
+
+fn frame_contest() -> CostComparison {
+    let drawn = |rng: &mut CaseRng| {
+        let n = rng.sample_direction();
+        (n.as_vec3(), n)
+    };
+    contest_over_samples(
+        "a frame about a normal",
+        drawn,
+        [
+            |&(n, _)| {
+                black_box(textbook_frame(n));
+            },
+            |&(n, _)| {
+                black_box(ShadingFrame::<f32>::from_normal(n));
+            },
+            |&(_, n)| {
+                black_box(ShadingFrame::<f64>::from_normal(n));
+            },
+        ],
+    )
+}
+
+/// Returns the formulas of a mirrored direction: d − 2(d·n)n in f32, and the library's.
+fn reflection_contest() -> CostComparison {
+    fn mirrored<R: Real>([d, n]: [R::Vec3; 2]) {
+        black_box(R::Vec3::from_f64(
+            SmoothInterface::new(d.to_f64(), n.to_f64(), 1.0).reflected,
+        ));
+    }
+    let drawn = |rng: &mut CaseRng| {
+        let pair = [rng.sample_direction(), rng.sample_direction()];
+        (pair.map(|v| v.as_vec3()), pair)
+    };
+    let by_textbook = |&([d, n], _): &([Vec3; 2], [DVec3; 2])| {
+        black_box(d - n * (2.0 * d.dot(n)));
+    };
+    contest_over_samples(
+        "a mirrored direction",
+        drawn,
+        [
+            by_textbook,
+            |&(pair, _)| mirrored::<f32>(pair),
+            |&(_, pair)| mirrored::<f64>(pair),
+        ],
+    )
+}
+
+/// Returns the formulas of a reflectance: Schlick's approximation in f32, and the library's Fresnel
+/// equations, which use f64 in both precisions.
+fn reflectance_contest() -> CostComparison {
+    let schlick = |&cosine: &f32| {
+        let (r0, m) = (0.04_f32, 1.0 - cosine);
+        black_box(r0 + (1.0 - r0) * (m * m * m * m * m));
+    };
+    let exact = |&cosine: &f32| {
+        let (cosine, eta) = (f64::from(cosine), 1.5_f64.recip());
+        let beyond = (1.0 - eta * eta * (1.0 - cosine) * (1.0 + cosine)).sqrt();
+        black_box(fresnel_dielectric(cosine, Some(beyond), eta));
+    };
+    contest_over_samples(
+        "a reflectance of glass",
+        |rng| rng.next_unit() as f32,
+        [schlick, exact, exact],
+    )
+}

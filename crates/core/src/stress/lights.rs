@@ -1,0 +1,370 @@
+//! Lights: past everything, smaller than a pixel, there twice; and skies.
+
+use core::f64::consts::PI;
+use std::collections::HashMap;
+
+use glam::DVec3;
+use raywright_bvh::Aabb;
+
+use super::cameras::{CameraView, nearest_to_camera};
+use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, format_decimal};
+use crate::display::curve::decode_transfer;
+use crate::scene::{
+    Colour, ColourSpace, ImageData, Light, LightKind, MaterialModel, Physical, PixelData, Shape,
+    SideRule, Sky, TextureRef, TransferCurve,
+};
+
+/// What is wrong with the lights of a scene.
+pub(super) fn check_lights(
+    scene_facts: &SceneFacts<'_>,
+    views: &[CameraView],
+) -> Vec<StressFinding> {
+    let (mut findings, mut first) = (Vec::new(), HashMap::new());
+    for (index, light) in scene_facts.scene.lights.iter().enumerate() {
+        let subject = FindingSubject::Light(index);
+        findings.extend(unreachable_scene_finding(
+            subject,
+            light,
+            &scene_facts.bounds,
+        ));
+        let twin = *first.entry(format!("{:?}", light.kind)).or_insert(index);
+        if twin != index {
+            findings.push(duplicate_light_finding(scene_facts, [twin, index]));
+        }
+    }
+    let lamps = || {
+        scene_facts.objects.iter().filter(|object_facts| {
+            object_facts.emits_light() && !matches!(object_facts.object.shape, Shape::Mesh(_))
+        })
+    };
+    findings.extend(
+        lamps().filter_map(|object_facts| light_facing_away_finding(scene_facts, object_facts)),
+    );
+    findings.extend(small_light_findings(lamps(), views));
+    findings.extend(sky_spike_finding(scene_facts));
+    findings
+}
+
+/// The finding that a light duplicates another light.
+fn duplicate_light_finding(
+    scene_facts: &SceneFacts<'_>,
+    [twin, index]: [usize; 2],
+) -> StressFinding {
+    let [a, b] = [twin, index].map(|index| &scene_facts.scene.lights[index]);
+    let other = FindingSubject::Light(twin).display_name(scene_facts.scene);
+    let (severity, end) = if a.colour == b.colour {
+        let end = "it lights twice as much as one does";
+        (Severity::PictureWrong, end)
+    } else {
+        let end = "of another colour, and both are added";
+        (Severity::Harmless, end)
+    };
+    let at = match b.kind {
+        LightKind::Directional { .. } => None,
+        LightKind::Point { position, .. } | LightKind::Spot { position, .. } => Some(position),
+    };
+    StressFinding::new(
+        FindingCode::DuplicateLight,
+        severity,
+        FindingSubject::Light(index),
+        format!("it is in one place with {other}: {end}"),
+        "remove one of them; if both are meant, make one with the sum of their colours",
+    )
+    .with_place(at)
+}
+
+/// A light of which nothing comes to where the scene is.
+fn unreachable_scene_finding(
+    subject: FindingSubject,
+    light: &Light,
+    bounds: &Aabb,
+) -> Option<StressFinding> {
+    if bounds.is_empty() {
+        return None;
+    }
+    let (centre, radius) = (bounds.centre(), 0.5 * bounds.extent().length());
+    let (position, range) = match light.kind {
+        LightKind::Directional { .. } => return None,
+        LightKind::Point {
+            position, range, ..
+        }
+        | LightKind::Spot {
+            position, range, ..
+        } => (DVec3::from(position), range),
+    };
+    let finding = |reason: String, remedy: String| {
+        let severity = Severity::SlowOrNoisy;
+        StressFinding::new(
+            FindingCode::LightMissesScene,
+            severity,
+            subject,
+            reason,
+            remedy,
+        )
+        .with_place(finite_point(position))
+    };
+    let nearest = position.clamp(bounds.min, bounds.max).distance(position);
+    if let Some(range) = range.filter(|range| *range <= nearest) {
+        let reason = format!(
+            "its `range` of {range} metres ends before anything, so that it lights nothing: the nearest object is {} metres away",
+            format_decimal(nearest)
+        );
+        let remedy = format!(
+            "move it nearer, or raise its `range` above {} metres, or leave that away",
+            format_decimal(nearest)
+        );
+        return Some(finding(reason, remedy));
+    }
+    let LightKind::Spot {
+        direction,
+        outer_angle,
+        ..
+    } = light.kind
+    else {
+        return None;
+    };
+    let unit_direction = centre - position;
+    if unit_direction.length() <= radius {
+        return None;
+    }
+    let off = unit_direction
+        .normalize()
+        .dot(DVec3::from(direction).normalize())
+        .clamp(-1.0, 1.0)
+        .acos();
+    let reach = outer_angle.to_radians() + (radius / unit_direction.length()).min(1.0).asin();
+    let reason = format!(
+        "its cone points past everything: the scene is {:.0} degrees from its `direction`, and its `outer_angle` is {outer_angle} degrees",
+        off.to_degrees()
+    );
+    let remedy = "turn its `direction` to the scene, or widen its `outer_angle`";
+    (off > reach).then(|| finding(reason, remedy.to_owned()))
+}
+
+/// A flat lamp with one side, behind which everything is.
+fn light_facing_away_finding(
+    scene_facts: &SceneFacts<'_>,
+    object_facts: &ObjectFacts<'_>,
+) -> Option<StressFinding> {
+    let shines_out = match object_facts.object.side {
+        SideRule::Both => return None,
+        SideRule::Outside | SideRule::Culled => true,
+        SideRule::Inside => false,
+    };
+    let map = object_facts.map;
+    let (point, normal) = match object_facts.object.shape {
+        Shape::Quad {
+            corner,
+            edge_u,
+            edge_v,
+        } => (corner.into(), DVec3::from(edge_u).cross(edge_v.into())),
+        Shape::Disk { centre, normal, .. } => (centre.into(), normal.into()),
+        Shape::Triangle {
+            vertices: [a, b, c],
+        } => (
+            a.into(),
+            (DVec3::from(b) - DVec3::from(a)).cross(DVec3::from(c) - DVec3::from(a)),
+        ),
+        _ => return None,
+    };
+    let point: DVec3 = map.transform_point3(point);
+    let normal: DVec3 = map.matrix3.inverse().transpose() * normal;
+    let normal = if shines_out { normal } else { -normal }.normalize();
+    let Aabb { min, max } = scene_facts.bounds;
+    let farthest = DVec3::select(normal.cmpgt(DVec3::ZERO), max, min);
+    let reason = "it gives off light to one side, and everything is on its other side";
+    let remedy = "turn it over, or give it `side = \"both\"`";
+    let ahead = (farthest - point).dot(normal);
+    (ahead <= 1e-9 * scene_facts.bounds_diagonal()).then(|| {
+        StressFinding::new(
+            FindingCode::LightMissesScene,
+            Severity::SlowOrNoisy,
+            object_facts.subject,
+            reason,
+            remedy,
+        )
+        .with_place(finite_point(point))
+    })
+}
+
+/// Lamps in view that are smaller than a pixel.
+fn small_light_findings<'a>(
+    lamps: impl Iterator<Item = &'a ObjectFacts<'a>>,
+    views: &[CameraView],
+) -> Option<StressFinding> {
+    let (mut total, mut small) = (0, Vec::new());
+    for object_facts in lamps {
+        let Some(bounds) = object_facts.bounds else {
+            continue;
+        };
+        let (centre, radius) = (bounds.centre(), 0.5 * bounds.extent().length());
+        total += 1;
+        if views
+            .iter()
+            .any(|view| view.sees_within_pixel(centre, radius))
+        {
+            small.push((object_facts.subject, centre));
+        }
+    }
+    let count = small.len() as u64;
+    let (subject, centre) = nearest_to_camera(views, small.into_iter())?;
+    let reason = "lamps that are in view are smaller than a pixel: samples meet one here and there, as bright specks";
+    let remedy =
+        "make them larger, hide them from the camera, or light by a `lights` entry in their place";
+    Some(
+        StressFinding::new(
+            FindingCode::LampBelowPixel,
+            Severity::SlowOrNoisy,
+            subject,
+            reason,
+            remedy,
+        )
+        .with_count(count, total, "lamps", "came out smaller than a pixel")
+        .with_place(finite_point(centre)),
+    )
+}
+
+/// Points of a sky picture that have most of its light.
+fn sky_spike_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
+    /// How many times the mean a point is, and how small its share of the sky.
+    const SPIKE: f64 = 1e4;
+    const FEW: f64 = 1e-4;
+    let Some(Sky::Map(map)) = &scene_facts.scene.sky else {
+        return None;
+    };
+    let data = scene_facts.lookup.image(&map.image)?.data.as_deref()?;
+    let PixelData::Linear(pixels) = &data.pixels else {
+        return None;
+    };
+    let row = |index: usize| {
+        (PI * (index as f64 / f64::from(data.width) + 0.5).floor() / f64::from(data.height))
+            .sin()
+            .max(1e-3)
+    };
+    let bright = |pixel: &[f32; 4]| f64::from(pixel[0].max(pixel[1]).max(pixel[2]));
+    let finite = || {
+        pixels
+            .iter()
+            .enumerate()
+            .filter(|(_, pixel)| bright(pixel).is_finite())
+    };
+    let weight: f64 = finite().map(|(index, _)| row(index)).sum();
+    let mut values: Vec<f64> = finite().map(|(_, pixel)| bright(pixel)).collect();
+    if values.is_empty() {
+        return None;
+    }
+    let middle = values.len() / 2;
+    let median = *values.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let spikes = || finite().filter(|(_, pixel)| bright(pixel) > SPIKE * median.max(1e-6));
+    let share = spikes().map(|(index, _)| row(index)).sum::<f64>() / weight;
+    let count = spikes().count() as u64;
+    let reason = format!(
+        "points of it are over {SPIKE:.0} times as bright as most of it, and hardly any of it is so: what mirrors and glass show of them is noise"
+    );
+    let remedy =
+        "take the sun out of the picture and add it as a directional light, or take more --spp";
+    (count > 0 && share < FEW).then(|| {
+        StressFinding::new(
+            FindingCode::SkySpikes,
+            Severity::SlowOrNoisy,
+            FindingSubject::Sky,
+            reason,
+            remedy,
+        )
+        .with_count(count, pixels.len() as u64, "texels", "had that much light")
+    })
+}
+
+/// The body of glass that an object is within.
+pub(super) fn enclosing_glass(
+    scene_facts: &SceneFacts<'_>,
+    object: usize,
+) -> Option<FindingSubject> {
+    const MOST: usize = 1000;
+    let bounds = scene_facts.objects[object].bounds?;
+    let holds =
+        |outer: &Aabb| outer.min.cmplt(bounds.min).all() && outer.max.cmpgt(bounds.max).all();
+    scene_facts
+        .objects
+        .iter()
+        .filter(|other| other.matter == SurfaceKind::Body)
+        .take(MOST)
+        .find(|other| other.bounds.is_some_and(|outer| holds(&outer)))
+        .map(|other| other.subject)
+}
+
+/// The greatest radiance that anything in a scene gives off; none where that is not known, or where
+/// radiance is no measure of its lights.
+pub(super) fn max_emitted_radiance(scene_facts: &SceneFacts<'_>) -> Option<f64> {
+    let scene = scene_facts.scene;
+    if !scene.lights.is_empty() || scene.render.veil != Colour::BLACK {
+        return None;
+    }
+    let mut brightest = match &scene.sky {
+        None => 0.0,
+        Some(Sky::Constant(colour)) => max_channel(*colour),
+        Some(Sky::Gradient { bottom, top, suns }) => {
+            let sun = |sun: &crate::scene::Sun| sun.weight.max(0.0) * max_channel(sun.colour);
+            max_channel(*bottom).max(max_channel(*top)) + suns.iter().map(sun).sum::<f64>()
+        }
+        Some(Sky::Map(map)) => {
+            map.strength * max_texel(scene_facts.lookup.image(&map.image)?.data.as_deref()?, true)
+        }
+        Some(Sky::Expression(_) | Sky::Studio(_)) => return None,
+    };
+    for (_, material) in scene_facts.used_materials() {
+        let MaterialModel::Physical(m) = &material.model else {
+            return None;
+        };
+        brightest = brightest.max(emitted_radiance(scene_facts, m)?);
+    }
+    Some(brightest)
+}
+
+fn emitted_radiance(scene_facts: &SceneFacts<'_>, m: &Physical) -> Option<f64> {
+    let (input, texture) = match m.unlit {
+        true => (&m.base_colour, &m.base_colour_texture),
+        false => (&m.emission, &m.emission_texture),
+    };
+    let of_texture = |reference: &TextureRef| {
+        let texture = scene_facts.lookup.texture(&reference.name)?;
+        let data = scene_facts.lookup.image(&texture.image)?.data.as_deref();
+        Some(
+            max_channel(reference.factor)
+                * data.map_or(1.0, |data| {
+                    max_texel(data, texture.colour_space == ColourSpace::Srgb)
+                }),
+        )
+    };
+    let factor = texture.as_ref().map_or(Some(1.0), of_texture)?;
+    Some(max_channel(input.constant()?) * factor)
+}
+
+fn max_channel(colour: Colour) -> f64 {
+    colour.0.into_iter().fold(0.0, f64::max)
+}
+
+fn max_texel(data: &ImageData, has_curve: bool) -> f64 {
+    match &data.pixels {
+        PixelData::Linear(pixels) => pixels
+            .iter()
+            .flat_map(|pixel| &pixel[..3])
+            .fold(0.0, |maximum, &x| f64::from(x).max(maximum)),
+        PixelData::Codes(pixels) => {
+            let code = f64::from(
+                pixels
+                    .iter()
+                    .flat_map(|pixel| &pixel[..3])
+                    .max()
+                    .copied()
+                    .unwrap_or(0),
+            ) / 255.0;
+            if has_curve {
+                decode_transfer(TransferCurve::Srgb, code)
+            } else {
+                code
+            }
+        }
+    }
+}

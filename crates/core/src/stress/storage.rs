@@ -1,0 +1,360 @@
+//! What stored coordinates make of a scene, and how large it is.
+
+use glam::DVec3;
+use raywright_bvh::{Aabb, Real};
+
+use super::cameras::{CameraView, is_box_in_view};
+use super::facts::{SceneFacts, finite_point};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, format_decimal};
+use super::ray_survey::RaySurvey;
+use crate::dispatch::ReadyScene;
+use crate::extent::MeshUses;
+use crate::prepare::round_to_scalar;
+use crate::scene::{MeshData, Scene, Shape};
+use crate::settings::PrecisionChoice;
+use crate::validate::{Problem, spans_no_area};
+
+/// Sizes in metres between which scenes usually are.
+const USUAL: [f64; 2] = [1e-3, 1e6];
+/// Share of a scene's size below which an object is hardly a part of it.
+const TINY: f64 = 1e-6;
+
+/// Share of an object's reach below which that of the others makes it an outlier.
+const FAR: f64 = 1e-5;
+
+/// Shapes of which storing leaves nothing, by the problems for which preparing them is refused.
+pub(super) fn lost_shape_findings(scene: &Scene, problems: &[Problem]) -> Vec<StressFinding> {
+    let finding = |problem: &Problem| {
+        let index = |path: &str, list: &str| {
+            path.strip_prefix(list)?
+                .split(']')
+                .next()?
+                .parse::<usize>()
+                .ok()
+        };
+        let object = index(&problem.path, "objects[")
+            .or_else(|| Some(scene.objects.len() + index(&problem.path, "generators[")?))
+            .map_or(FindingSubject::Scene, FindingSubject::Object);
+        let remedy = problem
+            .hint
+            .clone()
+            .unwrap_or_else(|| "make it larger".to_owned());
+        StressFinding::new(
+            FindingCode::LostShape,
+            Severity::PictureWrong,
+            object,
+            problem.message.clone(),
+            remedy,
+        )
+    };
+    problems.iter().map(finding).collect()
+}
+
+/// What storing takes from the objects of a prepared scene: the picture is wrong where a camera
+/// has that in view.
+pub(super) fn check_storage(
+    scene_facts: &SceneFacts<'_>,
+    ready: &ReadyScene,
+    survey: &RaySurvey,
+    views: &[CameraView],
+) -> Vec<StressFinding> {
+    let finding = |code, object: u32, reason: &str, remedy: String| {
+        let index = scene_facts.facts_index(object);
+        let object_facts = &scene_facts.objects[index];
+        let is_seen = RaySurvey::sighting_count(&survey.sightings, &index) > 0
+            || object_facts
+                .bounds
+                .is_none_or(|bounds| is_box_in_view(views, &bounds));
+        let at = object_facts
+            .bounds
+            .and_then(|bounds| finite_point(bounds.centre()));
+        let (severity, end) = match is_seen {
+            true => (Severity::PictureWrong, ""),
+            false => (Severity::Harmless, "; no camera has it in view"),
+        };
+        StressFinding::new(
+            code,
+            severity,
+            object_facts.subject,
+            format!("{reason}{end}"),
+            remedy,
+        )
+        .with_place(at)
+    };
+    let exact = match ready.settings().precision {
+        PrecisionChoice::Reference => "",
+        PrecisionChoice::Robust => ", or add --precision reference",
+    };
+    let lost = ready.invisible_objects();
+    let mut findings: Vec<StressFinding> = lost
+        .iter()
+        .map(|&object| {
+            let reason = "so far from the rest of the scene, all corners of its triangles are stored as one, so that nothing is left of it";
+            let remedy = format!("move it nearer to the rest of the scene{exact}");
+            finding(FindingCode::LostObject, object, reason, remedy)
+        })
+        .collect();
+    if let Some(object) = ready
+        .first_unresolved_object()
+        .filter(|object| !lost.contains(object))
+    {
+        let reason = "so far from the rest of the scene, points a thousandth of its size apart are stored as one: its shape is shattered";
+        let remedy = format!("move it nearer to the rest of the scene{exact}");
+        findings.push(finding(
+            FindingCode::UnresolvedObject,
+            object,
+            reason,
+            remedy,
+        ));
+    }
+    findings.extend(match ready.settings().precision {
+        PrecisionChoice::Robust => lost_triangle_findings::<f32>(scene_facts, lost, survey),
+        PrecisionChoice::Reference => lost_triangle_findings::<f64>(scene_facts, lost, survey),
+    });
+    findings.extend(scale_findings(scene_facts));
+    findings
+}
+
+/// Triangles with an area that storing makes flat, of objects of which others stay.
+fn lost_triangle_findings<R: Real>(
+    scene_facts: &SceneFacts<'_>,
+    lost: &[u32],
+    survey: &RaySurvey,
+) -> Vec<StressFinding> {
+    let origin =
+        crate::origin::StorageOrigin::from_scene::<R>(scene_facts.scene, &scene_facts.lookup)
+            .origin;
+    // What instances share is stored in its own space.
+    let uses = MeshUses::from_scene(scene_facts.scene);
+    let mut findings = Vec::new();
+    for object_facts in scene_facts
+        .objects
+        .iter()
+        .filter(|object_facts| !lost.contains(&(object_facts.subject.list_index() as u32)))
+    {
+        let (Some((_, data)), Shape::Mesh(name)) = (
+            scene_facts.mesh_of_object(object_facts.object),
+            &object_facts.object.shape,
+        ) else {
+            continue;
+        };
+        if uses.is_shared(name, object_facts.object.side) {
+            continue;
+        }
+        let map = object_facts.map;
+        let is_flat = |corners: [DVec3; 3]| {
+            let [a, b, c] = corners;
+            a == b || b == c || c == a || spans_no_area(b - a, c - a)
+        };
+        let stored = |p: DVec3| {
+            DVec3::from(
+                (map.transform_point3(p) - origin)
+                    .to_array()
+                    .map(round_to_scalar::<R>),
+            )
+        };
+        let is_lost = |corners: &[u32; 3]| {
+            let corners = corners.map(|corner| data.positions.position(corner as usize));
+            is_flat(corners.map(stored)) && !is_flat(corners)
+        };
+        if keeps_vertex_digits::<R>(data, map.translation - origin, map.matrix3.x_axis.length()) {
+            continue;
+        }
+        let (mut count, mut first) = (0, None);
+        for (index, _) in data
+            .indices
+            .iter()
+            .enumerate()
+            .filter(|(_, corners)| is_lost(corners))
+        {
+            count += 1;
+            first = first.or(Some(index as u32));
+        }
+        let Some(first) = first else { continue };
+        let total = data.indices.len() as u64;
+        let is_seen =
+            RaySurvey::sighting_count(&survey.sightings, &object_facts.subject.list_index()) > 0;
+        let severity = if count * 100 >= total && is_seen {
+            Severity::PictureWrong
+        } else {
+            Severity::Harmless
+        };
+        let reason = "corners of triangles are stored as one, or on a line, since they are so small and so far from the rest of the scene";
+        let finding = StressFinding::new(
+            FindingCode::LostTriangles,
+            severity,
+            object_facts.subject,
+            reason,
+            "move the mesh nearer to the rest of the scene, or add --precision reference",
+        );
+        let corner = data.indices[first as usize][0];
+        let at = finite_point(map.transform_point3(data.positions.position(corner as usize)));
+        findings.push(
+            finding
+                .with_count(count, total, "triangles", "lost their area")
+                .with_primitive(first)
+                .with_place(at),
+        );
+    }
+    findings
+}
+
+/// Whether a mesh is stored where its own digits are kept: no farther away than its own numbers are
+/// great.
+fn keeps_vertex_digits<R: Real>(data: &MeshData, away: DVec3, scale: f64) -> bool {
+    let greatest = data
+        .positions
+        .iter()
+        .fold(0.0_f64, |greatest, p| greatest.max(p.abs().max_element()));
+    !R::IS_SINGLE
+        || data.positions.origin() == DVec3::ZERO && away.abs().max_element() <= greatest * scale
+}
+
+/// Sizes that are probably in other units.
+fn scale_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
+    let far = find_outliers(scene_facts);
+    let mut findings: Vec<StressFinding> = far
+        .iter()
+        .map(|outlier| outlier.outlier_finding(scene_facts))
+        .collect();
+    let rest = scene_facts
+        .objects
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| !far.iter().any(|outlier| outlier.object == *index))
+        .filter_map(|(_, object_facts)| object_facts.bounds);
+    let size = match far.is_empty() {
+        true => scene_facts.bounds_diagonal(),
+        false => union_diagonal(rest),
+    };
+    if size > 0.0 && !(USUAL[0]..=USUAL[1]).contains(&size) {
+        let reason = format!(
+            "all of it is {} metres across: it is probably in other units, and lights and glass are in metres",
+            format_decimal(size)
+        );
+        findings.push(StressFinding::new(
+            FindingCode::ExtremeScale,
+            Severity::Harmless,
+            FindingSubject::Scene,
+            reason,
+            "scale it to metres",
+        ));
+    }
+    for object_facts in &scene_facts.objects {
+        let radius = match object_facts.object.shape {
+            Shape::Sphere { radius, .. } | Shape::Disk { radius, .. } => radius,
+            _ => continue,
+        };
+        let size_of = radius * object_facts.map.matrix3.determinant().abs().cbrt();
+        if size_of < TINY * size {
+            let reason = format!(
+                "its radius is {} metres, {} of the scene's size",
+                format_decimal(size_of),
+                format_decimal(size_of / size)
+            );
+            let finding = StressFinding::new(
+                FindingCode::ExtremeScale,
+                Severity::Harmless,
+                object_facts.subject,
+                reason,
+                "look whether it is in other units than the rest",
+            );
+            findings.push(
+                finding.with_place(
+                    object_facts
+                        .bounds
+                        .and_then(|bounds| finite_point(bounds.centre())),
+                ),
+            );
+        }
+    }
+    findings
+}
+
+fn union_diagonal(bounds: impl Iterator<Item = Aabb>) -> f64 {
+    let all = bounds.fold(Aabb::EMPTY, |all, bounds| all.union(bounds));
+    if all.is_empty() {
+        0.0
+    } else {
+        all.extent().length()
+    }
+}
+
+/// An object that reaches far beyond most others.
+struct OutlierObject {
+    object: usize,
+    /// How far it reaches from the middle of the others, and how far they do, in metres.
+    reach: f64,
+    others: f64,
+}
+
+impl OutlierObject {
+    fn outlier_finding(&self, scene_facts: &SceneFacts<'_>) -> StressFinding {
+        let object_facts = &scene_facts.objects[self.object];
+        let reason = format!(
+            "it reaches {} metres far, and most other objects no more than {} metres",
+            format_decimal(self.reach),
+            format_decimal(self.others)
+        );
+        StressFinding::new(
+            FindingCode::ExtremeScale,
+            Severity::Harmless,
+            object_facts.subject,
+            reason,
+            "look whether it is in other units than the rest, or out of its place",
+        )
+        .with_place(
+            object_facts
+                .bounds
+                .and_then(|bounds| finite_point(bounds.centre())),
+        )
+    }
+}
+
+/// Objects without which the scene is a small share of its size, of less than half of them.
+fn find_outliers(scene_facts: &SceneFacts<'_>) -> Vec<OutlierObject> {
+    const FEWEST: usize = 3;
+    let bounded: Vec<(usize, Aabb)> = scene_facts
+        .objects
+        .iter()
+        .enumerate()
+        .filter_map(|(index, object_facts)| Some((index, object_facts.bounds?)))
+        .collect();
+    if bounded.len() < FEWEST {
+        return Vec::new();
+    }
+    let median = |axis: usize| {
+        let mut centres: Vec<f64> = bounded
+            .iter()
+            .map(|(_, own_bounds)| own_bounds.centre()[axis])
+            .collect();
+        let middle = centres.len() / 2;
+        *centres.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    let middle = DVec3::from([0, 1, 2].map(median));
+    let reach = |bounds: &Aabb| {
+        let farthest = (bounds.min - middle).abs().max((bounds.max - middle).abs());
+        farthest.length()
+    };
+    let mut reaches: Vec<(f64, usize)> = bounded
+        .iter()
+        .map(|(index, bounds)| (reach(bounds), *index))
+        .collect();
+    reaches.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let half = reaches.len() / 2 + 1;
+    let jump = (half..reaches.len()).find(|&position| {
+        reaches[position - 1].0 < FAR * reaches[position].0 && reaches[position - 1].0 > 0.0
+    });
+    let Some(first) = jump else {
+        return Vec::new();
+    };
+    let others = reaches[first - 1].0;
+    reaches[first..]
+        .iter()
+        .map(|&(reach, object)| OutlierObject {
+            object,
+            reach,
+            others,
+        })
+        .collect()
+}

@@ -1,0 +1,330 @@
+//! Animation of properties by JSON pointers (KHR_animation_pointer). The values at a time are
+//! written into the file's JSON, which is then parsed again.
+//!
+//! Pointers refer to properties of the file, not of the imported scene. With changed JSON, every
+//! supported property can be animated without code of its own. Unsupported properties, and those
+//! that change no picture, are named in a warning. Transforms and weights of nodes are handled by
+//! [`animation`](super::animation), animated by pointers or not.
+
+use std::collections::HashSet;
+
+use serde_json::{Map, Number, Value};
+
+use super::accessor::AccessorReader;
+use super::document::{self, Document};
+use super::entries::AnimationChannel;
+use super::json;
+use super::keyframes::{KeyframeReader, find_sampler};
+use crate::Limits;
+use crate::import::{DecodeBudget, Fault, ImportResult, Warnings, sanitise_text};
+use crate::text::strip_byte_order_mark;
+use crate::warning::WarningCode;
+
+/// Type of an animated property.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum PropertyType {
+    /// A boolean.
+    Switch,
+    Number,
+    /// A vector of this many numbers.
+    Vector(usize),
+    /// A list of any length.
+    List,
+}
+
+/// Pointers of supported properties, with `*` for an index.
+const PROPERTIES: [(&str, PropertyType); 17] = [
+    (
+        "nodes/*/extensions/KHR_node_visibility/visible",
+        PropertyType::Switch,
+    ),
+    ("meshes/*/weights", PropertyType::List),
+    ("cameras/*/perspective/yfov", PropertyType::Number),
+    ("cameras/*/perspective/aspectRatio", PropertyType::Number),
+    ("cameras/*/orthographic/xmag", PropertyType::Number),
+    ("cameras/*/orthographic/ymag", PropertyType::Number),
+    (
+        "extensions/KHR_lights_punctual/lights/*/color",
+        PropertyType::Vector(3),
+    ),
+    (
+        "extensions/KHR_lights_punctual/lights/*/intensity",
+        PropertyType::Number,
+    ),
+    (
+        "extensions/KHR_lights_punctual/lights/*/range",
+        PropertyType::Number,
+    ),
+    (
+        "extensions/KHR_lights_punctual/lights/*/spot/innerConeAngle",
+        PropertyType::Number,
+    ),
+    (
+        "extensions/KHR_lights_punctual/lights/*/spot/outerConeAngle",
+        PropertyType::Number,
+    ),
+    ("materials/*/alphaCutoff", PropertyType::Number),
+    ("materials/*/emissiveFactor", PropertyType::Vector(3)),
+    ("materials/*/normalTexture/scale", PropertyType::Number),
+    (
+        "materials/*/pbrMetallicRoughness/baseColorFactor",
+        PropertyType::Vector(4),
+    ),
+    (
+        "materials/*/pbrMetallicRoughness/metallicFactor",
+        PropertyType::Number,
+    ),
+    (
+        "materials/*/pbrMetallicRoughness/roughnessFactor",
+        PropertyType::Number,
+    ),
+];
+
+/// Supported properties of material extensions; each pointer starts with
+/// `materials/*/extensions/KHR_materials_`.
+const LAYER_PROPERTIES: [(&str, PropertyType); 22] = [
+    ("anisotropy/anisotropyStrength", PropertyType::Number),
+    ("anisotropy/anisotropyRotation", PropertyType::Number),
+    ("clearcoat/clearcoatFactor", PropertyType::Number),
+    ("clearcoat/clearcoatRoughnessFactor", PropertyType::Number),
+    (
+        "clearcoat/clearcoatNormalTexture/scale",
+        PropertyType::Number,
+    ),
+    (
+        "diffuse_transmission/diffuseTransmissionFactor",
+        PropertyType::Number,
+    ),
+    (
+        "diffuse_transmission/diffuseTransmissionColorFactor",
+        PropertyType::Vector(3),
+    ),
+    ("dispersion/dispersion", PropertyType::Number),
+    ("emissive_strength/emissiveStrength", PropertyType::Number),
+    ("ior/ior", PropertyType::Number),
+    ("iridescence/iridescenceFactor", PropertyType::Number),
+    ("iridescence/iridescenceIor", PropertyType::Number),
+    (
+        "iridescence/iridescenceThicknessMinimum",
+        PropertyType::Number,
+    ),
+    (
+        "iridescence/iridescenceThicknessMaximum",
+        PropertyType::Number,
+    ),
+    ("sheen/sheenColorFactor", PropertyType::Vector(3)),
+    ("sheen/sheenRoughnessFactor", PropertyType::Number),
+    ("specular/specularFactor", PropertyType::Number),
+    ("specular/specularColorFactor", PropertyType::Vector(3)),
+    ("transmission/transmissionFactor", PropertyType::Number),
+    ("volume/thicknessFactor", PropertyType::Number),
+    ("volume/attenuationDistance", PropertyType::Number),
+    ("volume/attenuationColor", PropertyType::Vector(3)),
+];
+
+/// Supported properties of a texture reference, after `extensions/KHR_texture_transform/`.
+const TRANSFORM_PROPERTIES: [(&str, PropertyType); 3] = [
+    ("offset", PropertyType::Vector(2)),
+    ("rotation", PropertyType::Number),
+    ("scale", PropertyType::Vector(2)),
+];
+
+/// Type of the property that a pointer refers to; `None` if unsupported. The pointer is given
+/// without its first slash.
+fn property_type(pointer: &str) -> Option<PropertyType> {
+    let part = |part: &str| {
+        if part.bytes().all(|byte| byte.is_ascii_digit()) {
+            "*".to_owned()
+        } else {
+            part.to_owned()
+        }
+    };
+    let general = pointer.split('/').map(part).collect::<Vec<_>>().join("/");
+    let value_of = |list: &[(&str, PropertyType)], name: &str| {
+        list.iter()
+            .find(|(known, _)| *known == name)
+            .map(|(_, kind)| *kind)
+    };
+    let layer = || {
+        value_of(
+            &LAYER_PROPERTIES,
+            general.strip_prefix("materials/*/extensions/KHR_materials_")?,
+        )
+    };
+    let transform = || {
+        let (texture, name) = general.rsplit_once("/extensions/KHR_texture_transform/")?;
+        value_of(&TRANSFORM_PROPERTIES, name)
+            .filter(|_| texture.starts_with("materials/*/") && texture.ends_with("Texture"))
+    };
+    value_of(&PROPERTIES, &general)
+        .or_else(layer)
+        .or_else(transform)
+}
+
+/// Node index and property (`translation`, `rotation`, `scale` or `interpolate_weights`) of a channel whose
+/// pointer leads to such a property; `None` for any other channel.
+pub(super) fn parse_node_pointer(channel: &AnimationChannel) -> Option<(u32, &str)> {
+    let mut parts = channel_pointer(channel)?
+        .strip_prefix("/nodes/")?
+        .split('/');
+    let (index, path) = (parts.next()?.parse().ok()?, parts.next()?);
+    let known =
+        ["translation", "rotation", "scale", "weights"].contains(&path) && parts.next().is_none();
+    known.then_some((index, path))
+}
+
+/// Parses the file again with the animated properties at a time in seconds. Returns `None` if no
+/// animation uses pointers.
+///
+/// # Errors
+/// A fault of kind input for a sampler whose keys do not fit its channel, and for a file that is
+/// invalid at this time; of kind limit beyond the limits.
+pub(super) fn apply_pointers(
+    time: f64,
+    text: &[u8],
+    reader: &AccessorReader<'_>,
+    limits: &Limits,
+    budget: &mut DecodeBudget,
+    warnings: &mut Warnings,
+) -> ImportResult<Option<Document>> {
+    let values = evaluate_pointers(time, reader, warnings)?;
+    if values.is_empty() {
+        return Ok(None);
+    }
+    // Parsed JSON takes about thirty times the memory of its text.
+    budget.reserve_memory(text.len(), 32)?;
+    let text = strip_byte_order_mark(text);
+    let again = |error| {
+        json::rewrite_json(text).map_or(Err(error), |rewritten| {
+            serde_json::from_slice(&rewritten.text)
+        })
+    };
+    let file: Result<Value, _> = serde_json::from_slice(text).or_else(again);
+    let mut file =
+        file.map_err(|error| Fault::invalid_input(format!("is no valid glTF: {error}")))?;
+    for (pointer, value) in values {
+        match find_slot(&mut file, &pointer) {
+            Some((holder, key)) => drop(holder.insert(key.to_owned(), value)),
+            None => warnings.add(
+                WarningCode::Animation,
+                format!(
+                    "animations of `/{}` are ignored: there is no such property",
+                    sanitise_text(&pointer)
+                ),
+            ),
+        }
+    }
+    document::parse(file.to_string().as_bytes(), limits, warnings).map(Some)
+}
+
+/// Returns the pointers of all animated properties, without their first slash, and the values at a
+/// time in seconds.
+fn evaluate_pointers(
+    time: f64,
+    reader: &AccessorReader<'_>,
+    warnings: &mut Warnings,
+) -> ImportResult<Vec<(String, Value)>> {
+    let (mut keys, mut known, mut found) =
+        (KeyframeReader::new(reader), HashSet::new(), Vec::new());
+    for (i, animation) in reader.document.animations.iter().enumerate() {
+        for (j, channel) in animation.channels.iter().enumerate() {
+            let Some(pointer) =
+                channel_pointer(channel).filter(|_| parse_node_pointer(channel).is_none())
+            else {
+                continue;
+            };
+            let place =
+                |fault: Fault| fault.with_place(format_args!("animations[{i}].channels[{j}]"));
+            let path = pointer.strip_prefix('/').unwrap_or(pointer);
+            let Some(kind) = property_type(path) else {
+                warnings.add(
+                    WarningCode::Animation,
+                    format!("animations of `{}` are ignored", sanitise_text(pointer)),
+                );
+                continue;
+            };
+            if !known.insert(path) {
+                warnings.add(
+                    WarningCode::Choice,
+                    format!(
+                        "several animations move `{}`: the first in the file is shown",
+                        sanitise_text(pointer)
+                    ),
+                );
+                continue;
+            }
+            let sampler = find_sampler(animation, channel.sampler).map_err(place)?;
+            let numbers = match kind {
+                PropertyType::Switch | PropertyType::Number => {
+                    keys.interpolate_vector::<1>(sampler, time).map(Vec::from)
+                }
+                PropertyType::Vector(2) => {
+                    keys.interpolate_vector::<2>(sampler, time).map(Vec::from)
+                }
+                PropertyType::Vector(3) => {
+                    keys.interpolate_vector::<3>(sampler, time).map(Vec::from)
+                }
+                PropertyType::Vector(_) => {
+                    keys.interpolate_vector::<4>(sampler, time).map(Vec::from)
+                }
+                PropertyType::List => keys.interpolate_weights(sampler, time),
+            };
+            found.push((
+                path.to_owned(),
+                to_json(kind, &numbers.map_err(place)?).map_err(place)?,
+            ));
+        }
+    }
+    Ok(found)
+}
+
+/// Converts interpolated numbers to a JSON value of a property's type.
+fn to_json(kind: PropertyType, numbers: &[f64]) -> ImportResult<Value> {
+    let number = |&number: &f64| {
+        let number = Number::from_f64(number)
+            .ok_or_else(|| Fault::invalid_input(format!("a value of {number} makes no sense")))?;
+        Ok(Value::Number(number))
+    };
+    match (kind, numbers) {
+        (PropertyType::Switch, [on]) => Ok(Value::Bool(*on != 0.0)),
+        (PropertyType::Number, [one]) => number(one),
+        _ => numbers
+            .iter()
+            .map(number)
+            .collect::<ImportResult<Vec<_>>>()
+            .map(Value::Array),
+    }
+}
+
+/// Finds the JSON object that holds a property, and the property's key. Creates a missing
+/// `pbrMetallicRoughness` object.
+fn find_slot<'v, 'p>(
+    file: &'v mut Value,
+    pointer: &'p str,
+) -> Option<(&'v mut Map<String, Value>, &'p str)> {
+    let (path, key) = pointer.rsplit_once('/')?;
+    let mut at = file;
+    for part in path.split('/') {
+        at = match at {
+            Value::Array(list) => list.get_mut(part.parse::<usize>().ok()?)?,
+            Value::Object(map) => {
+                // This is the only object with supported properties that a file may omit as a
+                // whole.
+                if part == "pbrMetallicRoughness" && !map.contains_key(part) {
+                    map.insert(part.to_owned(), Value::Object(Map::new()));
+                }
+                map.get_mut(part)?
+            }
+            _ => return None,
+        };
+    }
+    at.as_object_mut().map(|holder| (holder, key))
+}
+
+/// Returns the pointer of a channel; `None` for an ordinary target.
+fn channel_pointer(channel: &AnimationChannel) -> Option<&str> {
+    let extension = channel.target.extensions.pointer.as_ref();
+    extension
+        .filter(|_| channel.target.path == "pointer")
+        .map(|extension| extension.pointer.as_str())
+}

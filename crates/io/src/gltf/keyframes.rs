@@ -1,0 +1,238 @@
+//! Animation keys of translations, rotations, scales and weights, and their interpolation (glTF
+//! 2.0, section 3.11 and appendix C).
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::rc::Rc;
+
+use glam::{DQuat, DVec4};
+
+use super::accessor::{Accessor, AccessorReader};
+use super::buffers::missing_index_fault;
+use super::entries::{AnimationEntry, AnimationSampler, Interpolation};
+use crate::import::{Fault, ImportResult};
+
+/// Opens the accessors of animation samplers, each accessor once, because a sparse accessor takes
+/// time and memory.
+pub(super) struct KeyframeReader<'a> {
+    reader: &'a AccessorReader<'a>,
+    open: HashMap<u32, Rc<Accessor<'a>>>,
+}
+
+/// Returns the sampler with this index in an animation.
+///
+/// # Errors
+/// A fault of kind input for an unknown sampler.
+pub(super) fn find_sampler(
+    animation: &AnimationEntry,
+    index: u32,
+) -> ImportResult<&AnimationSampler> {
+    let (list, index) = (&animation.samplers, index as usize);
+    list.get(index)
+        .ok_or_else(|| missing_index_fault("samplers", index, list.len()))
+}
+
+/// Whether each key has an in-tangent and an out-tangent.
+fn is_cubic_spline(sampler: &AnimationSampler) -> bool {
+    sampler.interpolation == Interpolation::CubicSpline
+}
+
+/// Position of a time among the keyframes of a sampler.
+enum KeyframePosition {
+    /// At the keyframe with this index; also for a time before the first keyframe, after the last
+    /// keyframe, or with stepped interpolation.
+    AtKey(usize),
+    /// Between the keyframe with this index and the next: the fraction from 0 to 1, and the seconds
+    /// between the two keyframes.
+    BetweenKeys(usize, f64, f64),
+}
+
+impl<'a> KeyframeReader<'a> {
+    pub fn new(reader: &'a AccessorReader<'a>) -> Self {
+        Self {
+            reader,
+            open: HashMap::new(),
+        }
+    }
+
+    fn open_accessor(&mut self, index: u32) -> ImportResult<Rc<Accessor<'a>>> {
+        Ok(Rc::clone(match self.open.entry(index) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => place.insert(Rc::new(self.reader.open(index as usize)?)),
+        }))
+    }
+
+    /// Time of a sampler's last keyframe in seconds; `None` without a finite time.
+    pub fn last_key_time(&mut self, sampler: &AnimationSampler) -> Option<f64> {
+        let times = self.open_accessor(sampler.input).ok()?;
+        times
+            .count()
+            .checked_sub(1)
+            .map(|last| f64::from(times.read_vector::<1>(last)[0]))
+            .filter(|seconds| seconds.is_finite())
+    }
+
+    /// Locates a time among a sampler's keyframes. Returns the accessor of the values, and the
+    /// position of the time. `arity` is the expected number of components per value.
+    fn locate_time(
+        &mut self,
+        sampler: &AnimationSampler,
+        time: f64,
+        arity: usize,
+    ) -> ImportResult<(Rc<Accessor<'a>>, KeyframePosition)> {
+        let times = self
+            .open_accessor(sampler.input)
+            .map_err(|fault| fault.with_place("input"))?;
+        let values = self
+            .open_accessor(sampler.output)
+            .map_err(|fault| fault.with_place("output"))?;
+        let (count, requested) = (
+            times.count(),
+            times
+                .count()
+                .saturating_mul(if is_cubic_spline(sampler) { 3 } else { 1 }),
+        );
+        // A keyframe has as many weights as the mesh has targets.
+        let fits = if arity == 1 {
+            requested > 0 && values.count() % requested == 0
+        } else {
+            values.count() == requested
+        };
+        if count == 0 || times.element_arity() != 1 || values.element_arity() != arity || !fits {
+            let (n, m) = (values.count(), values.element_arity());
+            return Err(Fault::invalid_input(format!(
+                "has {count} times and {n} values of {m} numbers, not {requested} of {arity}"
+            )));
+        }
+        let seconds = |key: usize| f64::from(times.read_vector::<1>(key)[0]);
+        // Times ascend by the specification; the search also ends for times that do not ascend.
+        let (mut after, mut end) = (0, count);
+        while after < end {
+            let middle = after + (end - after) / 2;
+            if seconds(middle) <= time {
+                after = middle + 1
+            } else {
+                end = middle
+            }
+        }
+        let between = match after {
+            0 => KeyframePosition::AtKey(0),
+            n if n == count || sampler.interpolation == Interpolation::Step => {
+                KeyframePosition::AtKey(n - 1)
+            }
+            n => {
+                let duration = seconds(n) - seconds(n - 1);
+                KeyframePosition::BetweenKeys(n - 1, (time - seconds(n - 1)) / duration, duration)
+            }
+        };
+        Ok((values, between))
+    }
+
+    /// Interpolates a vector at a time in seconds, component by component.
+    pub fn interpolate_vector<const N: usize>(
+        &mut self,
+        sampler: &AnimationSampler,
+        time: f64,
+    ) -> ImportResult<[f64; N]> {
+        let (values, between) = self.locate_time(sampler, time, N)?;
+        let value = |element: usize| values.read_vector::<N>(element).map(f64::from);
+        Ok(match between {
+            KeyframePosition::AtKey(key) if is_cubic_spline(sampler) => value(3 * key + 1),
+            KeyframePosition::AtKey(key) => value(key),
+            KeyframePosition::BetweenKeys(key, share, _) if !is_cubic_spline(sampler) => {
+                let (a, b) = (value(key), value(key + 1));
+                core::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
+            }
+            KeyframePosition::BetweenKeys(key, share, duration) => {
+                hermite([1, 2, 3, 4].map(|i| value(3 * key + i)), share, duration)
+            }
+        })
+    }
+
+    /// Interpolates the weights of all morph targets at a time in seconds.
+    pub fn interpolate_weights(
+        &mut self,
+        sampler: &AnimationSampler,
+        time: f64,
+    ) -> ImportResult<Vec<f64>> {
+        let parts = if is_cubic_spline(sampler) { 3 } else { 1 };
+        let (values, between) = self.locate_time(sampler, time, 1)?;
+        let targets = values.count() / (parts * self.open_accessor(sampler.input)?.count());
+        let value = |index: usize, target: usize| {
+            values
+                .read_vector::<1>(index * targets + target)
+                .map(f64::from)
+        };
+        let weight = |target: usize| match between {
+            KeyframePosition::AtKey(key) => value(parts * key + parts / 2, target),
+            KeyframePosition::BetweenKeys(key, share, _) if !is_cubic_spline(sampler) => {
+                let ([a], [b]) = (value(key, target), value(key + 1, target));
+                [a + (b - a) * share]
+            }
+            KeyframePosition::BetweenKeys(key, share, duration) => hermite(
+                [1, 2, 3, 4].map(|i| value(3 * key + i, target)),
+                share,
+                duration,
+            ),
+        };
+        Ok((0..targets).map(|target| weight(target)[0]).collect())
+    }
+
+    /// Interpolates a rotation, a unit quaternion, at a time in seconds, along the shorter arc at
+    /// constant speed.
+    pub fn interpolate_rotation(
+        &mut self,
+        sampler: &AnimationSampler,
+        time: f64,
+    ) -> ImportResult<[f64; 4]> {
+        if is_cubic_spline(sampler) {
+            // Appendix C.5: the normalised spline of the four components.
+            let turn = DVec4::from_array(self.interpolate_vector::<4>(sampler, time)?);
+            return Ok(turn.try_normalize().unwrap_or(DVec4::W).to_array());
+        }
+        let (values, between) = self.locate_time(sampler, time, 4)?;
+        let value =
+            |element: usize| DQuat::from_array(values.read_vector::<4>(element).map(f64::from));
+        Ok(match between {
+            KeyframePosition::AtKey(key) => value(key),
+            KeyframePosition::BetweenKeys(key, share, _) => {
+                slerp(value(key), value(key + 1), share)
+            }
+        }
+        .to_array())
+    }
+}
+
+/// Cubic Hermite interpolation at the fraction `u`, in the file's order: first value, out-tangent
+/// of the first value, in-tangent of the second value, second value. `duration` is the time between
+/// the keyframes in seconds.
+fn hermite<const N: usize>(
+    [a, leaving, arriving, b]: [[f64; N]; 4],
+    u: f64,
+    duration: f64,
+) -> [f64; N] {
+    let (u2, u3) = (u * u, u * u * u);
+    let weights = [
+        2.0 * u3 - 3.0 * u2 + 1.0,
+        duration * (u3 - 2.0 * u2 + u),
+        duration * (u3 - u2),
+        3.0 * u2 - 2.0 * u3,
+    ];
+    core::array::from_fn(|i| {
+        a[i] * weights[0] + leaving[i] * weights[1] + arriving[i] * weights[2] + b[i] * weights[3]
+    })
+}
+
+/// Spherical linear interpolation along the shorter arc (Shoemake, "Animating Rotation with
+/// Quaternion Curves", 1985), with functions that are the same on every platform.
+fn slerp(a: DQuat, b: DQuat, share: f64) -> DQuat {
+    let cosine = a.dot(b);
+    let b = if cosine < 0.0 { -b } else { b };
+    let angle = libm::acos(cosine.abs().min(1.0));
+    // For nearly equal rotations the error of linear interpolation is below rounding.
+    if angle < 1e-6 {
+        return a + (b - a) * share;
+    }
+    a * (libm::sin((1.0 - share) * angle) / libm::sin(angle))
+        + b * (libm::sin(share * angle) / libm::sin(angle))
+}

@@ -1,0 +1,63 @@
+//! Repair of float pixels that are invalid as radiance, with counts of the replaced values.
+
+/// Replacement of infinity: the largest half-precision number, at which most pictures with
+/// infinities overflowed.
+const INFINITE: f32 = 65504.0;
+/// Largest accepted value, so that sums over a picture fit single precision.
+const GREATEST: f32 = 1e30;
+
+/// Counts of invalid radiance values in a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct InvalidRadianceCounts {
+    infinite: u64,
+    too_great: u64,
+    undefined: u64,
+    negative: u64,
+}
+
+impl InvalidRadianceCounts {
+    /// Returns the valid radiance nearest to a value, and counts a replaced value; NaN becomes 0.
+    pub fn repair(&mut self, value: f32) -> f32 {
+        if (0.0..=GREATEST).contains(&value) {
+            return value;
+        }
+        let (count, instead) = match value {
+            _ if value.is_nan() => (&mut self.undefined, 0.0),
+            _ if value < 0.0 => (&mut self.negative, 0.0),
+            f32::INFINITY => (&mut self.infinite, INFINITE),
+            _ => (&mut self.too_great, GREATEST),
+        };
+        *count += 1;
+        instead
+    }
+
+    /// Number of infinite and NaN values. Negative and excessive values are not counted: most
+    /// negative values are rounding errors, and clamping excessive values changes nothing visible.
+    pub fn repaired_count(&self) -> u64 {
+        self.infinite + self.undefined
+    }
+
+    /// Summary of the replaced values for a warning; `None` without any.
+    pub fn summary(&self) -> Option<String> {
+        let kinds = [
+            (self.infinite, format!("infinite ({INFINITE} was taken)")),
+            (
+                self.too_great,
+                format!("above {GREATEST:e} (that was taken)"),
+            ),
+            (self.undefined, "no numbers (0 was taken)".to_owned()),
+            (self.negative, "negative (0 was taken)".to_owned()),
+        ];
+        let found: Vec<String> = kinds
+            .into_iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, label)| format!("{count} {label}"))
+            .collect();
+        (!found.is_empty()).then(|| {
+            format!(
+                "has channels of pixels that light can't have: {}",
+                found.join(", ")
+            )
+        })
+    }
+}

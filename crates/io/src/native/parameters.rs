@@ -1,0 +1,148 @@
+//! Evaluation of the time `t` and of the parameters, before all other numbers and in the order of
+//! the text, because every other number may use them.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use raywright_core::expr;
+use raywright_core::suggest::closest_word;
+
+use super::node::{TableEntry, TextValue, ValueNode};
+use crate::diagnostic::Diagnostic;
+use crate::error::Error;
+
+/// Values from the command line that replace values of the file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ParameterOverrides {
+    /// Time in seconds; `None` keeps the time of the file.
+    pub time: Option<f64>,
+    /// Names of parameters with their new values.
+    pub set: Vec<(String, f64)>,
+}
+
+/// Evaluates `t` and `[parameters]`, writes the values into the tree and returns them as the
+/// variables of all expressions.
+///
+/// A parameter may use `t` and earlier parameters. A value from `overrides` replaces the text,
+/// which is then not evaluated.
+pub(crate) fn evaluate_parameters(
+    root: &mut ValueNode,
+    text: &str,
+    overrides: &ParameterOverrides,
+    problems: &mut Vec<Diagnostic>,
+) -> Result<BTreeMap<String, f64>, Error> {
+    check_overrides(root, overrides)?;
+    let mut names = BTreeMap::new();
+    let mut t = overrides.time.unwrap_or(0.0);
+    if let Some(node) = root.get_mut("t") {
+        if overrides.time.is_none() {
+            t = evaluate_number(node, "t", text, &names, problems);
+        }
+        node.value = TextValue::Float(t);
+    } else if let (Some(at), TextValue::Table(entries)) = (overrides.time, &mut root.value) {
+        let node = ValueNode {
+            span: 0..0,
+            value: TextValue::Float(at),
+        };
+        entries.push(TableEntry {
+            key: "t".to_owned(),
+            key_span: 0..0,
+            node,
+        });
+    }
+    names.insert("t".to_owned(), t);
+    // Of two values for the same name, the later applies.
+    let set: HashMap<&str, f64> = overrides
+        .set
+        .iter()
+        .map(|(name, value)| (name.as_str(), *value))
+        .collect();
+    if let Some(ValueNode {
+        value: TextValue::Table(parameters),
+        ..
+    }) = root.get_mut("parameters")
+    {
+        for entry in parameters {
+            if let Some(problem) = check_parameter_name(entry) {
+                problems.push(problem);
+                continue;
+            }
+            let value = match set.get(entry.key.as_str()) {
+                Some(value) => *value,
+                None => evaluate_number(&entry.node, &entry.key, text, &names, problems),
+            };
+            entry.node.value = TextValue::Float(value);
+            names.insert(entry.key.clone(), value);
+        }
+    }
+    Ok(names)
+}
+
+fn check_overrides(root: &ValueNode, overrides: &ParameterOverrides) -> Result<(), Error> {
+    let known: Vec<&str> = match root.get("parameters").map(|node| &node.value) {
+        Some(TextValue::Table(entries)) => entries.iter().map(|entry| entry.key.as_str()).collect(),
+        _ => Vec::new(),
+    };
+    let names: HashSet<&str> = known.iter().copied().collect();
+    if let Some((name, _)) = overrides
+        .set
+        .iter()
+        .find(|(name, _)| !names.contains(name.as_str()))
+    {
+        let hint = match closest_word(name, known.iter().copied()) {
+            Some(word) => format!("did you mean `{word}`?"),
+            None if name == "t" => "time is set with --at".to_owned(),
+            None if known.is_empty() => "this scene has no parameters".to_owned(),
+            None => format!("its parameters: {}", known.join(", ")),
+        };
+        return Err(
+            Error::invalid_usage(format!("the scene has no parameter `{name}`")).with_hint(hint),
+        );
+    }
+    Ok(())
+}
+
+/// Evaluates a number or an expression. A problem is recorded, and 1 is returned.
+fn evaluate_number(
+    node: &ValueNode,
+    name: &str,
+    text: &str,
+    names: &BTreeMap<String, f64>,
+    problems: &mut Vec<Diagnostic>,
+) -> f64 {
+    let problem = match &node.value {
+        TextValue::Float(value) => return *value,
+        TextValue::Integer(value) => return *value as f64,
+        TextValue::Unsigned(value) => return *value as f64,
+        TextValue::Text(source) => match expr::evaluate(source, names) {
+            Ok(value) => return value,
+            Err(error) => Diagnostic {
+                message: format!("in the expression of `{name}`: {}", error.message),
+                span: Some(node.span_within(text, &error.span)),
+                label: String::new(),
+                hint: error.hint,
+            },
+        },
+        _ => Diagnostic {
+            message: format!(
+                "`{name}` must be a number, or an expression in quotes, not {}",
+                node.describe_type()
+            ),
+            span: Some(node.span.clone()),
+            label: String::new(),
+            hint: None,
+        },
+    };
+    problems.push(problem);
+    1.0
+}
+
+fn check_parameter_name(entry: &TableEntry) -> Option<Diagnostic> {
+    let reason = expr::parameter_name_problem(&entry.key)?;
+    let message = format!("`{}` cannot be the name of a parameter", entry.key);
+    Some(Diagnostic {
+        message,
+        span: Some(entry.key_span.clone()),
+        label: String::new(),
+        hint: Some(reason),
+    })
+}
