@@ -55,7 +55,7 @@ mod tests {
             (3, 0),
             (KEPT - 1, 5),
             (KEPT + 7, 5),
-            (2, KEPT),
+            (2, KEPT + 9),
         ] {
             let [first, second] = [0..left, left..left + right].map(CountAndFirst::from_items);
             let sum = first.merge(second);
