@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
 # Makes a release for this system: a program that needs no libraries (Linux), its manual pages, completions and licences, packed, with a checksum.
 #
-#   dist/build.sh [FOLDER]     # default: target/dist
+#   dist/build.sh [FOLDER]     # default: target/dist, or dist in CARGO_TARGET_DIR
 #
 # Needs a Rust toolchain, Python 3 and tar. On Linux the program is tried in a root folder that holds nothing else. Where maturin is installed,
 # the wheel for Python is made too.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-folder=${1:-target/dist}
+target=${CARGO_TARGET_DIR:-target}
+folder=${1:-$target/dist}
 host=$(rustc -vV | sed -n 's/^host: //p')
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
 name=raywright-$version-$host
@@ -18,7 +19,7 @@ case $host in
 *-linux-gnu) RUSTFLAGS="${RUSTFLAGS:-} -C target-feature=+crt-static" cargo build --release --locked --target "$host" ;;
 *) cargo build --release --locked --target "$host" ;;
 esac
-program=target/$host/release/raywright
+program=$target/$host/release/raywright
 [ -e "$program" ] || program=$program.exe
 
 rm -rf "$out"
