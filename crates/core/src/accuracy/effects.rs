@@ -1,5 +1,5 @@
-//! Cost of each effect of a scene: the time that the effect takes, and its difference in the
-//! picture. Renders with and without the effect alternate.
+//! Cost of each effect of a scene: how much render time it adds, and how much the picture changes
+//! without it. Renders with and without the effect alternate.
 
 use core::time::Duration;
 use std::time::Instant;
@@ -21,11 +21,12 @@ use crate::settings::Settings;
 
 /// Number of renders with an effect, and of renders without it.
 const ROUNDS: u64 = 3;
-/// Width in pixels of the trial render from which the size of all renders is extrapolated.
+/// Least width in pixels of the trial render. The size of all further renders follows from the time
+/// of this render.
 const LEAST_WIDTH: f64 = 40.0;
 
-/// Cost of an effect: ratios of time and rays, and difference of the pictures, with and without the
-/// effect.
+/// Cost of one effect: render time, number of rays and picture with the effect, compared with a
+/// render without it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EffectCost {
     /// Name of the effect in reports, such as `sky light`.
@@ -37,10 +38,11 @@ pub struct EffectCost {
     pub ratio: SampleQuantiles,
     /// Ratio of the number of rays with the effect to the number without it.
     pub rays: f64,
-    /// Root mean squared difference, in radiance, of the pictures with and without the effect. Both
-    /// pictures use the same random numbers. The variance between rounds is subtracted.
+    /// Root mean squared difference, in linear radiance, between the pictures with and without the
+    /// effect, which use the same random numbers. The variance between rounds is subtracted.
     pub rmse: f64,
-    /// Mean FLIP difference, 0 to 1, of the first pictures with and without the effect.
+    /// Mean FLIP difference, 0 to 1, between the pictures of the first round with and without the
+    /// effect.
     pub flip: f64,
 }
 
@@ -51,7 +53,7 @@ pub struct EffectCosts {
     pub size: [u32; 2],
     /// Render time with all effects, in seconds summed over all threads.
     pub seconds: SampleQuantiles,
-    /// Costs of the effects that can be switched off, by descending ratio of times.
+    /// Costs of the effects that can be switched off, by descending ratio of render times.
     pub effects: Vec<EffectCost>,
     /// Names of the effects that were not measured for lack of time.
     pub late: Vec<&'static str>,
@@ -86,7 +88,7 @@ pub fn measure_effects(
     }
 }
 
-/// Measurement of effects within a time budget: scene, clock, start and budget.
+/// Measurement of effects within a time budget.
 pub(super) struct EffectBench<'a> {
     pub scene: &'a Scene,
     pub observer: &'a dyn Observer,
@@ -163,6 +165,7 @@ impl EffectBench<'_> {
         })
     }
 
+    /// Prepares and renders the whole picture with the random numbers of a round.
     fn render_round(
         &self,
         settings: &Settings,
@@ -181,8 +184,9 @@ impl EffectBench<'_> {
         renderer.prepare_and_render(self.scene, &settings, self.start + self.budget)
     }
 
-    /// Returns the picture size, at most the scene's, at which all renders for this number of
-    /// effects take four fifths of the budget. The time is extrapolated from a small trial render.
+    /// Returns the picture size in pixels, at most the scene's, at which all renders for this
+    /// number of effects together take four fifths of the time budget. The time is extrapolated
+    /// from a small trial render.
     fn choose_size(&self, settings: &Settings, effects: usize) -> Result<[u32; 2], PrepareError> {
         let minimum = (LEAST_WIDTH / f64::from(settings.size[0])).min(1.0);
         let scaled = |factor: f64| {
@@ -209,6 +213,7 @@ impl EffectBench<'_> {
         ))
     }
 
+    /// Returns the cost of an effect from renders with and without it, paired by round.
     fn summarise_cost(
         &self,
         effect: Effect,
@@ -242,8 +247,9 @@ impl EffectBench<'_> {
     }
 }
 
-/// Returns the root mean square, over pixels and channels, of the mean difference of picture pairs.
-/// The variance of the mean, estimated from the pairs, is subtracted.
+/// Returns the root mean square, over pixels and channels, of the mean difference between the two
+/// pictures of a pair. The variance of that mean, estimated from the spread between pairs, is
+/// subtracted.
 fn rms_mean_difference(pairs: &[(&Picture, &Picture)]) -> f64 {
     let (n, numbers) = (pairs.len() as f64, 3 * pairs[0].0.pixel_count());
     let mut square = 0.0;

@@ -1,6 +1,6 @@
 //! Errors of a tile against a noisy reference. The reference's variance is subtracted from the
-//! squared errors. The remainder is divided into noise, which falls with more samples, and bias,
-//! which does not.
+//! squared errors. The result is divided into noise, which falls with more samples, and bias, which
+//! does not.
 
 use serde::Serialize;
 
@@ -13,7 +13,7 @@ use crate::picture::Picture;
 /// as independent.
 pub(super) const BLOCK: usize = 8;
 
-/// Estimate with its confidence interval of about 95 %.
+/// Estimated value with its confidence interval of about 95 %.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ConfidenceInterval {
     /// Estimated value.
@@ -49,9 +49,9 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns the interval of a positive value with an uncertainty `error`: the value divided and
-    /// multiplied by exp(`error`/`value`). The interval extends farther up than down, as does the
-    /// distribution of a sum that few large terms dominate.
+    /// Returns the interval of a positive value with the uncertainty `error`. Its ends are the
+    /// value divided by and multiplied by exp(`error`/`value`). The interval extends farther up
+    /// than down, as does the distribution of a sum with a few dominant terms.
     pub(super) fn from_relative_error(value: f64, error: f64) -> Self {
         let spread = libm::exp(error / value);
         Self {
@@ -61,8 +61,8 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns the interval from zero to the value plus its uncertainty `error`, for a value that
-    /// may be noise alone.
+    /// Returns the interval from zero to the value plus its uncertainty `error`. It suits a value
+    /// that may be noise alone.
     pub(super) fn from_insignificant(value: f64, error: f64) -> Self {
         let high = value.max(0.0) + error;
         Self {
@@ -72,8 +72,8 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns the interval of the ratio of this value to another value with an independent
-    /// uncertainty.
+    /// Returns the interval of the ratio of this value to `other`, whose uncertainty is
+    /// independent.
     pub(super) fn divide(&self, other: &Self) -> Self {
         let value = self.value / other.value;
         if self.includes_zero() || other.includes_zero() {
@@ -94,8 +94,8 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns the interval of the product of this value and another positive value with an
-    /// independent uncertainty.
+    /// Returns the interval of the product of this value and a positive `other`, whose uncertainty
+    /// is independent.
     pub(super) fn multiply(&self, other: &Self) -> Self {
         if other.low == other.high || self.value <= 0.0 {
             return Self {
@@ -116,7 +116,7 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns half the width of the interval over the value.
+    /// Returns the relative uncertainty: half the width of the interval divided by the value.
     pub fn relative_half_width(&self) -> f64 {
         0.5 * (self.high - self.low) / self.value
     }
@@ -134,7 +134,7 @@ pub struct SettingErrors {
     /// Part of `relmse` that remains with more samples; `None` if it is unknown, because the
     /// setting was rendered once.
     pub bias: Option<ConfidenceInterval>,
-    /// Ratio of the picture's summed radiance to the reference's.
+    /// Ratio of the summed radiance of the picture to that of the reference.
     pub light: ConfidenceInterval,
 }
 
@@ -143,11 +143,11 @@ pub struct SettingErrors {
 pub(super) struct ReferenceTile {
     /// Mean radiance of each pixel.
     pub picture: Picture,
-    /// Variance of each pixel's mean, per channel.
+    /// Variance of the mean radiance, for each pixel and channel.
     variance: Vec<[f64; 3]>,
     /// Mean radiance converted to display values, for FLIP.
     display_picture: Picture,
-    /// Variance of the tile's sum of relative squared errors that is due to the reference's noise.
+    /// Variance that the reference's noise gives to the tile's sum of relative squared errors.
     pub error_variance: f64,
 }
 
@@ -155,20 +155,24 @@ pub(super) struct ReferenceTile {
 /// pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct TileErrors {
+    /// Relative squared errors, averaged over channels, per block.
     pub relative: Vec<f64>,
+    /// Squared errors in linear radiance, averaged over channels, per block.
     pub squared: Vec<f64>,
-    /// Part of `relative` that renders with different random numbers share; empty for a single
-    /// random render.
+    /// Squared bias contained in `relative`, per block: the error that renders with different
+    /// random numbers have in common. Empty for a single random render.
     pub bias: Vec<f64>,
+    /// Sum of the radiance over pixels and channels, averaged over renders.
     pub light: f64,
+    /// Sum of the FLIP differences of the first render.
     pub flip: f64,
-    /// Sums of the squared and of the relative squared difference to renders of the compared
-    /// setting with the same random numbers; zero without a compared setting.
+    /// Squared and relative squared difference to renders of another setting with the same random
+    /// numbers, summed over pixels. Zero if no other setting is compared.
     pub paired_difference: [f64; 2],
 }
 
 impl ReferenceTile {
-    /// Builds the tile from the mean and the variance of each pixel, row by row.
+    /// Builds the tile from the mean radiance and its variance for each pixel, row by row.
     pub fn new([width, height]: [u32; 2], means: &[MeanVariance], display: Display) -> Self {
         let rgb = means
             .iter()
@@ -211,7 +215,7 @@ impl ReferenceTile {
             .collect()
     }
 
-    /// Returns the sum over pixels of the variance of the mean, averaged over channels.
+    /// Returns the variance of the mean radiance, averaged over channels and summed over pixels.
     pub fn summed_variance(&self) -> f64 {
         self.variance.iter().flatten().sum::<f64>() / 3.0
     }
@@ -221,9 +225,9 @@ impl ReferenceTile {
         total_radiance(&self.picture)
     }
 
-    /// Computes the errors of renders of this tile by one setting, at least one render, each with
-    /// other random numbers. `chance_light_finding` is whether the setting uses random numbers. `beside` holds
-    /// renders of the compared setting with the same random numbers, in the same order.
+    /// Computes the errors of one or more renders of this tile by the same setting, each with other
+    /// random numbers. `by_chance` is whether the setting uses random numbers. `beside` holds
+    /// renders of another setting with the same random numbers, in the same order; it may be empty.
     pub fn measure_errors(
         &self,
         renders: &[Picture],

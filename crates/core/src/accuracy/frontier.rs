@@ -1,6 +1,6 @@
-//! Greedy search for combinations of rungs on the Pareto front of time and error. A walk starts at
-//! a setting and changes one rung per step, towards less time or towards less error. The measured
-//! effect of each ladder alone predicts the best step.
+//! Greedy search for combinations of rungs (quality levels) on the Pareto front of time and error.
+//! A walk starts at a setting and changes one rung per step, towards less time or towards less
+//! error. Each step is predicted from measurements in which a single rung was changed.
 
 use std::collections::BTreeMap;
 
@@ -16,19 +16,20 @@ pub(super) struct FrontierPoint {
     pub error: f64,
 }
 
-/// Largest number of steps of a walk in each direction.
+/// Largest number of steps of a walk towards less time, and of a walk towards less error.
 const LONGEST_WALK: usize = 12;
-/// Least predicted relative gain of a step, in time or in error.
+/// Least predicted relative gain, in time or in error, for which a step is taken.
 const WORTH: f64 = 0.02;
 
-/// Measured time and error of each rung of a ladder, with all other ladders unchanged, and the rung
-/// at which a walk starts.
+/// Rungs (quality levels) of one ladder, with the time and error measured when only this ladder
+/// changes.
 #[derive(Clone, Debug)]
 pub(super) struct LadderSteps {
     pub ladder: Ladder,
     /// Rungs from fast to exact, with time and error. `None` stands for the value in the scene,
     /// which need not be a rung.
     pub rungs: Vec<(Option<RungChoice>, FrontierPoint)>,
+    /// Index in `rungs` of the rung at which a walk starts.
     pub start: usize,
 }
 
@@ -44,8 +45,8 @@ pub(super) trait SettingMeasurer {
     fn is_valid_setting(&self, setting: &RungSetting) -> bool;
     /// Returns the time and error of a setting, or `None` if the time has run out.
     fn measure_setting(&mut self, setting: &RungSetting) -> Option<FrontierPoint>;
-    /// Whether a setting is certainly faster (or more exact, by direction) than another and
-    /// recommendable, so that the walk continues from it.
+    /// Whether `setting` may be recommended and is certainly better than `other`: faster or more
+    /// exact, depending on the direction. A walk continues only from a better setting.
     fn is_certain_improvement(
         &self,
         setting: &RungSetting,
@@ -54,8 +55,8 @@ pub(super) trait SettingMeasurer {
     ) -> bool;
 }
 
-/// Searches from a setting in both directions and returns all measured settings with time and
-/// error.
+/// Walks from a setting towards less time and towards less error. Returns all measured settings
+/// with their time and error.
 pub(super) fn walk_frontier(
     steps: &[LadderSteps],
     (start, point): (&RungSetting, FrontierPoint),
@@ -94,6 +95,8 @@ pub(super) fn walk_frontier(
     found
 }
 
+/// State of a walk: current setting, its time and error, and the index of the current rung per
+/// ladder.
 struct FrontierWalk<'a> {
     steps: &'a [LadderSteps],
     positions: BTreeMap<Ladder, usize>,
@@ -102,6 +105,7 @@ struct FrontierWalk<'a> {
 }
 
 impl FrontierWalk<'_> {
+    /// Returns the current setting with another rung of one ladder.
     fn setting_at(&self, ladder: Ladder, rung: usize) -> RungSetting {
         let choice = self
             .steps
@@ -114,8 +118,9 @@ impl FrontierWalk<'_> {
         )
     }
 
-    /// Returns the ladder and the neighbouring rung with the largest predicted ratio of gain to
-    /// price, both as logarithms. `rejected_steps` lists rungs that were tried before.
+    /// Returns the next step of a walk as a ladder and the index of its new rung. Of all
+    /// neighbouring rungs, this step has the largest predicted ratio of gain to price, both as
+    /// logarithms. Rungs in `rejected_steps` are skipped, because they were tried before.
     fn choose_step(
         &self,
         direction: WalkDirection,
@@ -156,14 +161,14 @@ impl FrontierWalk<'_> {
     }
 }
 
-/// Largest relative differences of times and of errors that count as equal. Clocks and noise do not
-/// resolve smaller differences.
+/// Largest relative difference of two times, and of two errors, that counts as equal. Clocks and
+/// noise do not resolve smaller differences.
 const SAME_TIME: f64 = 0.03;
 const SAME_ERROR: f64 = 0.02;
 
-/// Returns the indices of the points on the Pareto front, by ascending time. A point is dropped if
-/// another point has at most the same time and error, and less time or less error. The first of
-/// equal points remains.
+/// Returns the indices of the points on the Pareto front, by ascending time. A point is left out if
+/// another point is better in time or error and at least equal in the other coordinate. Of equal
+/// points the first remains.
 pub(super) fn pareto_front_indices(points: &[FrontierPoint]) -> Vec<usize> {
     let beaten = |i: usize| {
         let p = points[i];

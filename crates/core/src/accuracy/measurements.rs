@@ -26,18 +26,19 @@ use crate::settings::Crop;
 /// Errors, times and rays of a setting in a tile.
 struct TileMeasurement {
     errors: TileErrors,
-    /// Render time of the tile without its margin in seconds: one entry per round, divided by the
-    /// number of rounds, so that the sum is the mean.
+    /// Render time of the tile in seconds, without its margin, for each round. Each time is divided
+    /// by the number of rounds, so that their sum is the mean.
     seconds: Vec<f64>,
-    /// Seconds of the first round, as the tile's share, by pixels, of the rendered crop.
+    /// Seconds of the first round: the time of the rendered crop times the share of its pixels that
+    /// lie in the tile.
     first_seconds: f64,
     rays: f64,
     /// Sum of the tile's radiance before denoising.
     noisy_light: f64,
 }
 
-/// Renders of a crop in all rounds, with the index of its tile in the sample, the crop, and the
-/// tile's share of the crop's time.
+/// Input of the comparison of a tile: index of the tile in the sample, rendered crop, share of the
+/// crop's time that the tile gets, and the crop's renders in all rounds.
 type TileRenderInput<'r> = (usize, Crop, f64, Vec<&'r TimedRender>);
 
 /// Returns the renders of one crop, by round, from the renders of all crops.
@@ -45,7 +46,7 @@ fn renders_of_part(renders: &[Vec<TimedRender>], part: usize) -> Vec<&TimedRende
     renders.iter().map(|all| &all[part]).collect()
 }
 
-/// Measurements of a setting on the first tiles of the sample.
+/// Measurements of a setting on the first tiles of the drawing order.
 #[derive(Default)]
 struct SettingMeasurements {
     setting: RungSetting,
@@ -54,17 +55,17 @@ struct SettingMeasurements {
     /// Renders of each tile in all rounds, kept for comparison with other settings; empty if not
     /// kept.
     pictures: Vec<Vec<Picture>>,
-    /// First render of the first tile, or of the whole picture if that was rendered.
+    /// First render of the first tile; of the whole picture if all tiles are measured.
     first_picture: Option<Picture>,
-    /// Renders of the whole picture, from which further tiles are measured without rendering; empty
-    /// if tiles were rendered.
+    /// Renders of the whole picture, one per round. Further tiles are cut from them without a new
+    /// render. Empty if tiles were rendered.
     whole_renders: Vec<TimedRender>,
-    /// Errors of a picture of the whole, estimated from the pilots (`pilot`).
+    /// Errors of the whole picture, estimated from the pilots, a pair of noisy pictures.
     whole_errors: Option<PictureBlockErrors>,
     /// Seconds of the first render of the whole picture; `None` if tiles were rendered.
     whole_seconds: Option<f64>,
-    /// Ratios of the times measured in turns (`turns`) to the time of the first round; empty if not
-    /// measured in turns.
+    /// Ratio of the time of each turn to the time of the first round; empty if the setting was not
+    /// timed in turns. In a turn several settings are rendered one after the other.
     turn_ratios: Vec<f64>,
 }
 
@@ -78,17 +79,20 @@ impl SettingMeasurements {
     }
 }
 
+/// Measurements of all settings and tiles of the reference, for one scene.
 pub(super) struct Measurements<'a> {
     pub renderer: &'a SettingRenderer<'a>,
     pub sample: &'a TileSample,
     display: Display,
     reference_tiles: Vec<ReferenceTile>,
     setting_measurements: Vec<SettingMeasurements>,
-    /// Pair of noisy pictures of the whole, for the errors of denoised pictures.
+    /// Pair of noisy pictures of the full size, from which errors of denoised pictures are
+    /// estimated.
     pub pilots: Option<PilotPair>,
-    /// Largest number of samples with which denoised settings are rendered as whole pictures.
+    /// Largest number of samples per pixel with which denoised settings are rendered as whole
+    /// pictures.
     pub whole_samples: u32,
-    /// Whether a timing in turns was started, with or without enough time.
+    /// Whether settings were timed in turns (rendered alternately) or time was lacking for it.
     has_timed_in_turns: bool,
 }
 
@@ -110,7 +114,7 @@ impl<'a> Measurements<'a> {
         }
     }
 
-    /// Adds the next tiles of the reference, in the order of the sample.
+    /// Adds the next tiles of the reference, in the order in which tiles were drawn.
     pub fn add_reference_tiles(&mut self, tiles: impl Iterator<Item = ReferenceTile>) {
         self.reference_tiles.extend(tiles);
     }
@@ -141,10 +145,11 @@ impl<'a> Measurements<'a> {
             .map_or(0, |figures| figures.tiles.len())
     }
 
-    /// Measures a setting on the first `count` tiles in the given number of rounds. Tiles measured
-    /// before are not rendered again, except for a larger number of rounds. `beside` is a compared
-    /// setting whose pictures were kept, and `keep` keeps the pictures of this setting. Returns
-    /// false if the time runs out; a render that is not finished does not count.
+    /// Measures a setting on the first `count` tiles in the given number of rounds. Only missing
+    /// tiles are rendered, unless the number of rounds grows. The pictures are compared with the
+    /// kept pictures of the setting `beside`. With `keep`, the pictures of this setting are kept
+    /// for such comparisons. Returns false if the time runs out; an unfinished render does not
+    /// count.
     pub fn measure_setting(
         &mut self,
         setting: &RungSetting,
@@ -177,6 +182,8 @@ impl<'a> Measurements<'a> {
         self.measure_missing_tiles(index, count, beside, keep, end)
     }
 
+    /// Renders and measures the tiles before `count` that a setting lacks, in tiles or as a whole
+    /// picture, whichever has fewer pixels. Returns false if the time runs out.
     fn measure_missing_tiles(
         &mut self,
         index: usize,
@@ -278,8 +285,8 @@ impl<'a> Measurements<'a> {
         Ok(true)
     }
 
-    /// Estimates the errors of all denoised pictures of the whole from the pilots. The weights of
-    /// the relative error come from the denoised picture with the most samples.
+    /// Estimates the errors of all denoised whole pictures from the pilots (two noisy pictures).
+    /// The denominators of the relative error come from the denoised picture with the most samples.
     fn compare_with_pilots(&mut self) {
         let samples = |figures: &SettingMeasurements| {
             figures
@@ -331,7 +338,7 @@ impl<'a> Measurements<'a> {
         }
     }
 
-    /// Returns the share of a crop's pixels that belong to its tile.
+    /// Returns the share of a crop's pixels, 0 to 1, that belong to its tile.
     fn tile_area_share(&self, position: usize, part: Crop) -> f64 {
         self.sample.grid.pixels(self.sample.passes[position].tile)
             / (f64::from(part.width) * f64::from(part.height))
@@ -369,10 +376,10 @@ impl<'a> Measurements<'a> {
             .collect()
     }
 
-    /// Returns, for a denoised setting rendered with margins, the tracing seconds of each tile as
-    /// measured for the same setting without denoising. A share of the crop's time by pixels would
-    /// be too small: tiles are drawn in noisy places, where tracing takes longer than in the
-    /// margin. Empty for other settings.
+    /// Returns the seconds that tracing takes per tile, without denoising, for a denoised setting
+    /// that is rendered with margins. The times were measured for the same setting without
+    /// denoising. The crop's time cannot be divided by pixels: tiles are drawn in noisy places,
+    /// where tracing takes longer than in the margin. Empty for other settings.
     fn tracing_seconds_without_denoising(&self, index: usize) -> Vec<f64> {
         let figures = &self.setting_measurements[index];
         if !self.is_denoised(&figures.setting) || figures.whole_seconds.is_some() {
@@ -461,8 +468,8 @@ impl<'a> Measurements<'a> {
         }
     }
 
-    /// Returns the first kept picture of each tile of a setting, with the inclusion probability of
-    /// the tile.
+    /// Returns the first kept picture of each tile of a setting, with the tile's inclusion
+    /// probability.
     pub fn kept_pictures(&self, setting: &RungSetting) -> Vec<(f64, &Picture)> {
         let pictures = self
             .find_setting_measurements(setting)

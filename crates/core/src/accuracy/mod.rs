@@ -70,13 +70,13 @@ impl ProgressListener for () {
 /// Reference picture of a measurement, kept for the next measurement of the same scene.
 #[derive(Clone, Debug)]
 pub struct ReusableReference {
-    /// Rungs in which the reference differs from the scene's own settings.
+    /// Rungs (quality levels) in which the reference differs from the scene's own settings.
     pub rungs: Vec<RungChoice>,
     /// Rendered film of the reference.
     pub film: Film,
 }
 
-/// Identity of the measured scene, and the reference of an earlier measurement.
+/// Text that identifies the measured scene, and the reference of an earlier measurement.
 #[derive(Clone, Debug, Default)]
 pub struct MeasurementStart<'a> {
     /// Text that identifies the scene. A reused reference must carry the same text.
@@ -95,16 +95,18 @@ pub enum MeasureError {
     /// The time budget ended before the reference and the scene's own picture were rendered.
     #[error("the time is over before the reference and one picture are there")]
     InsufficientTime,
-    /// The reference belongs to another scene, or to other settings.
+    /// The reusable reference belongs to another scene, or to other settings.
     #[error(transparent)]
     Reference(PartError),
 }
 
-/// Measures the accuracy and the time of every rung for a validated scene, on the current thread
-/// pool. Times are summed over all threads. Returns the report, and the reference for reuse. If the
-/// time runs out or the observer stops the measurement, the report holds the results so far.
+/// Measures the accuracy and the time of every rung (quality level) for a validated scene, on the
+/// current thread pool. Times are summed over all threads. Returns the report, and the reference
+/// for reuse. If the time runs out or the observer stops the measurement, the report holds the
+/// results obtained by then.
 ///
 /// # Errors
+///
 /// See [`MeasureError`]. [`PrepareError::Cancelled`] means that the observer stopped the
 /// measurement before its first result.
 pub fn measure_accuracy(

@@ -1,5 +1,5 @@
-//! Errors of output formats on the picture of the scene's own setting: the codes of a format are
-//! compared with the display values before quantisation.
+//! Error that each output format adds to the picture of the scene's own setting. The codes of the
+//! format are compared with the display values before quantisation.
 
 use serde::Serialize;
 
@@ -16,32 +16,34 @@ const ROUNDS: usize = 5;
 /// Error, size and time of an output format.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OutputFormatReport {
-    /// Name of the format's rung on the output ladder.
+    /// Name of the format, as a rung (quality level) of the output ladder.
     pub rung: &'static str,
     /// Description of the format for users.
     pub about: &'static str,
     /// Whether the scene's own setting uses the format.
     pub in_use: bool,
-    /// Bytes per pixel without coverage, before compression.
+    /// Bytes per pixel without alpha (coverage), before compression.
     pub bytes_per_pixel: u32,
     /// Time to convert the whole picture to codes, in seconds summed over all threads; `None` for a
     /// format without codes.
     pub seconds: Option<SampleQuantiles>,
-    /// Root mean squared difference of the decoded from the computed display values, which are 0 to
-    /// 1.
+    /// Root mean squared difference between decoded display values and display values before
+    /// quantisation, both 0 to 1.
     pub rmse: f64,
-    /// Greatest absolute difference of the decoded from the computed display values.
+    /// Greatest absolute difference between decoded display values and display values before
+    /// quantisation, both 0 to 1.
     pub greatest: f64,
-    /// Mean FLIP difference of the decoded from the computed display values, 0 to 1.
+    /// Mean FLIP difference, 0 to 1, between decoded display values and display values before
+    /// quantisation.
     pub flip: f64,
-    /// Share of the pixels, 0 to 1, with a channel at its maximum. The radiance of these pixels is
-    /// lost when the picture is exposed again.
+    /// Share of the pixels, 0 to 1, with a channel at its maximum. Their radiance cannot be
+    /// recovered by a later change of exposure.
     pub clipped: f64,
 }
 
 /// Measures every output format on tiles of a picture, each given with its inclusion probability.
-/// `pixels` is the number of pixels of the whole picture, and `in_use` the format of the scene's
-/// own setting.
+/// `pixels` is the number of pixels of the whole picture. `in_use` is the format of the scene's own
+/// setting.
 pub(super) fn measure_output_formats(
     tiles: &[(f64, &Picture)],
     pixels: f64,
@@ -135,8 +137,8 @@ pub(super) fn measure_output_formats(
     Ladder::Output.choices().filter_map(report).collect()
 }
 
-/// Decodes the codes of an output format to a picture of display values, with the size of the
-/// picture `like`.
+/// Decodes the codes of an output format to a picture of display values, 0 to 1, with the width and
+/// height of the picture `like`.
 fn decode_codes(codes: &[u8], kind: OutputFormat, like: &Picture) -> Picture {
     let bytes = kind.bytes_per_channel() as usize;
     let maximum = if bytes == 1 { 255.0 } else { 65535.0 };

@@ -1,16 +1,16 @@
-//! Squared error of a picture, estimated without a reference from two noisy pictures of the whole,
-//! the *pilots*. The noise of the picture and of both pilots is mutually independent. So the
-//! expectation of (I − P₁)(I − P₂), the product of the picture's differences to the pilots, is the
-//! squared error of the picture I. The estimate serves denoised pictures: their error is
+//! Squared error of a picture, estimated without a reference from two noisy pictures of the same
+//! view, the *pilots*. The noise of the picture and of both pilots is mutually independent. So the
+//! expectation of (I − P₁)(I − P₂), the product of the differences between the picture I and each
+//! pilot, is the squared error of I. The estimate serves denoised pictures: their error is
 //! concentrated at few edges, which a sample of tiles may miss. It does not include the bias of the
-//! scene's own rungs, which the pilots share.
+//! scene's own rungs (quality levels), which the pilots share.
 
 use super::estimate::{BLOCK, ConfidenceInterval, relative_error_weight};
 use super::tiles::variance_of_sum;
 use crate::metrics::student_factor_95;
 use crate::picture::Picture;
 
-/// Two noisy pictures of the whole with different random numbers.
+/// Two noisy pictures of full size with different random numbers.
 #[derive(Clone, Debug)]
 pub(super) struct PilotPair(pub [Picture; 2]);
 
@@ -23,9 +23,9 @@ pub(super) struct PictureBlockErrors {
 }
 
 impl PilotPair {
-    /// Estimates the squared errors of renders of one setting, averaged over the renders. At least
-    /// one render is needed, and all have the size of the pilots. `best` gives the denominators of
-    /// the relative error, because the pilots are too noisy for weights.
+    /// Estimates the squared errors of one or more renders of a setting, averaged over the renders.
+    /// All pictures have the same size. `best` is the most accurate picture known. It gives the
+    /// denominators of the relative error, because the pilots are too noisy for that.
     pub fn estimate_errors<'p>(
         &self,
         renders: impl Iterator<Item = &'p Picture>,
@@ -79,8 +79,8 @@ impl PictureBlockErrors {
     }
 }
 
-/// Returns the sum of block sums over the number of pixels, with a confidence interval. The noise
-/// is estimated from the differences of neighbouring blocks.
+/// Returns the sum of the block sums divided by the number of pixels, with a confidence interval.
+/// Its width follows from the differences between neighbouring blocks.
 fn mean_from_blocks(blocks: &[f64], pixels: f64) -> ConfidenceInterval {
     let value = blocks.iter().sum::<f64>() / pixels;
     if blocks.len() < 2 {

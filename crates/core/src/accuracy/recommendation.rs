@@ -7,24 +7,27 @@ use super::report::{MeasuredSetting, Recommendation, Recommendations};
 use super::setting::RungSetting;
 use crate::ladder::Ladder;
 
-/// Largest ratio of root errors that counts as half: for the estimate, and for the upper end of its
-/// interval. Four times the samples halve noise, to within the estimate's uncertainty.
+/// Largest ratios of root errors that count as half: for the estimate itself, and for the upper end
+/// of its interval. Four times the samples halve the noise within this uncertainty.
 const HALF: [f64; 2] = [0.55, 0.6];
-/// Largest ratio of root errors that counts as the same error: for the estimate, and for the upper
-/// end of its interval.
+/// Largest ratios of root errors that count as the same error: for the estimate itself, and for the
+/// upper end of its interval.
 const SAME: [f64; 2] = [1.05, 1.05];
-/// Largest ratio of times that counts as less time, for the upper end of its interval.
+/// Largest ratio of times that counts as less time. It applies to the upper end of the ratio's
+/// interval.
 const SOONER: f64 = 0.8;
-/// Largest share of bias in the squared error of a recommended setting.
+/// Largest share of the estimated bias in the squared error of a recommended setting.
 const MOST_BIAS: f64 = 0.25;
-/// Largest share of bias in the squared error for the upper end of the bias's interval.
+/// Largest share in the squared error of the upper end of the bias's interval.
 const SURE_BIAS: f64 = 0.5;
-/// Largest relative difference of the picture's summed radiance from the reference's.
+/// Largest relative difference between the summed radiance of a recommended setting and that of the
+/// reference.
 const MOST_LIGHT: f64 = 0.005;
-/// Largest ratio of times at which a setting with fewer changed rungs is preferred to a faster
-/// setting.
+/// Factor in time within which settings count as equally fast; of these, the setting with the
+/// fewest changed rungs is recommended.
 const NEAR: f64 = 1.1;
-/// Largest ratio of a needed time budget to the given budget that the report states.
+/// Largest ratio of the needed time budget to the given time budget for which a report names the
+/// needed budget.
 const LONGEST: f64 = 60.0;
 
 /// Measured setting that may be recommended.
@@ -36,9 +39,9 @@ pub(super) struct RecommendationCandidate {
     pub is_recommendable: bool,
 }
 
-/// Whether a setting may be recommended. The summed radiance must be right and the bias small, or
-/// both surely better than in the scene's own setting. A setting that differs from the scene's own
-/// in noise alone is always recommendable.
+/// Whether a setting may be recommended. Its summed radiance must be right and its bias small, or
+/// both must certainly be better than those of the scene's own setting. A setting that differs from
+/// the scene's own only in noise may always be recommended.
 pub(super) fn is_recommendable(
     setting: &RungSetting,
     measured: &MeasuredSetting,

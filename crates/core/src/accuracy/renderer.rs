@@ -22,27 +22,29 @@ use crate::render::RenderOutput;
 use crate::scene::Scene;
 use crate::settings::{Crop, Sampling, Settings};
 
-/// Number of replicates of the reference, from which its standard error is estimated.
+/// Number of replicates (independent renders) of the reference, from which its standard error is
+/// estimated.
 const REPLICATES: u32 = 4;
 
-/// Margin in pixels around a denoised tile. The denoiser combines pixels within this distance; only
-/// their weights depend on a few pixels farther away.
+/// Margin in pixels around a denoised tile. The denoiser averages pixels within this distance. A
+/// few pixels farther away affect only the weights of that average.
 pub(super) const MARGIN: u32 = 20;
 
-/// Largest total of bytes of prepared scenes that are kept for reuse.
+/// Largest memory, in bytes, of all prepared scenes that are kept for reuse.
 const KEPT_BYTES: u64 = 1 << 30;
 
-/// Largest number of samples of the pilot pass, which finds time and noise of the tiles.
+/// Largest number of samples per pixel of the pilot pass, which measures time and noise of the
+/// tiles.
 const LOOK_SAMPLES: u32 = 4;
 
-/// Edge in pixels of the work items into which threads divide a tile, for pictures that do not
-/// depend on that edge.
+/// Edge in pixels of the square blocks into which threads divide a tile, if the picture does not
+/// depend on this edge.
 const UNIT: u32 = 16;
 
-/// Round number of the first pilot: its random numbers are used by no measured setting.
+/// Round number of the first pilot. No measured setting uses the random numbers of this round.
 const PILOT_ROUND: u64 = 1000;
 
-/// Clock of a measurement. Tests use a clock that advances with each call.
+/// Function that returns the current instant. Tests use a clock that advances with each call.
 pub(super) type ClockFunction<'a> = &'a (dyn Fn() -> Instant + Sync);
 
 /// Reason why a render has no result.
@@ -73,8 +75,8 @@ impl UnfinishedRender {
     }
 }
 
-/// Scene prepared for a setting, for reuse by all settings that differ from it only in samples,
-/// sampler or denoising.
+/// Scene prepared for a setting. It is reused by all settings that differ only in samples, sampler
+/// or denoising.
 struct PreparedSetting {
     setting: RungSetting,
     has_fixed_pattern: bool,
@@ -89,7 +91,7 @@ pub(super) struct SettingRenderer<'a> {
     /// Stopwatch of the CPU time of all threads, in seconds.
     pub stopwatch: Stopwatch,
     pub now: ClockFunction<'a>,
-    /// Scenes prepared last, so that a scene is not prepared again for each tile.
+    /// Most recently prepared scenes, so that a scene is not prepared again for each tile.
     prepared: RefCell<Vec<PreparedSetting>>,
 }
 
@@ -98,19 +100,20 @@ pub(super) struct TimedRender {
     pub picture: Picture,
     /// Ratio of the denoised picture's summed radiance to the noisy picture's; 1 without denoising.
     pub light_ratio: f64,
-    /// Seconds summed over all threads, of rendering and denoising together, of denoising alone,
-    /// and of preparation.
+    /// Seconds of rendering and denoising together, summed over all threads.
     pub seconds: f64,
+    /// Seconds of denoising alone, summed over all threads.
     pub denoising_seconds: f64,
+    /// Seconds of preparation, summed over all threads.
     pub preparing_seconds: f64,
     pub rays: u64,
     /// Whether other random numbers would change the picture.
     pub is_random: bool,
-    /// Bytes of geometry and accelerator.
+    /// Memory of geometry and acceleration structure in bytes.
     pub geometry_bytes: u64,
 }
 
-/// Observer that stops a render at a deadline, or when the caller's observer does.
+/// Observer that stops a render at a deadline, or when the caller's observer stops it.
 struct DeadlineObserver<'a> {
     observer: &'a dyn Observer,
     now: ClockFunction<'a>,
@@ -140,9 +143,9 @@ impl<'a> SettingRenderer<'a> {
         }
     }
 
-    /// Renders crops by a setting, in parallel, with the random numbers of a round; without crops,
-    /// the whole picture. The CPU time of the process is divided among the crops by their numbers
-    /// of rays.
+    /// Renders crops by a setting, in parallel, with the random numbers of a round. An empty list
+    /// of crops stands for the whole picture. The CPU time of the process is divided among the
+    /// crops in proportion to their numbers of rays.
     pub fn render_setting(
         &self,
         setting: &RungSetting,
@@ -170,7 +173,8 @@ impl<'a> SettingRenderer<'a> {
         }
     }
 
-    /// Renders tiles with few samples and returns the time and the noise of each tile.
+    /// Renders tiles with few samples and returns the time and the noise of each tile; see
+    /// [`PilotPass`] for units.
     pub fn run_pilot_pass(
         &self,
         grid: TileGrid,
@@ -229,8 +233,8 @@ impl<'a> SettingRenderer<'a> {
         )?
     }
 
-    /// Renders a pilot: a noisy picture of the whole with the scene's settings, but with this
-    /// number of samples and with random numbers that no setting uses.
+    /// Renders a pilot: a noisy whole picture with the scene's settings, but with this number of
+    /// samples per pixel and with random numbers that no setting uses.
     pub fn render_pilot(
         &self,
         samples: u32,
@@ -257,8 +261,9 @@ impl<'a> SettingRenderer<'a> {
             .ok_or(UnfinishedRender::Interrupted)
     }
 
-    /// Renders crops in parallel and returns each result with its seconds: the total CPU time,
-    /// divided in proportion to the rays. Without crops, renders the whole picture.
+    /// Renders crops in parallel and returns each result with its seconds. The total CPU time is
+    /// divided among the crops in proportion to their rays. An empty list of crops stands for the
+    /// whole picture.
     fn render_parts_in_parallel<T: Send>(
         &self,
         parts: &[Crop],
@@ -306,8 +311,8 @@ impl<'a> SettingRenderer<'a> {
             .collect()
     }
 
-    /// Runs `work` on a scene prepared for the setting. A kept scene is reused if the setting needs
-    /// no other preparation.
+    /// Runs `work` on a scene prepared for the setting. A kept scene is reused if it was prepared
+    /// in the same way.
     fn run_prepared<T>(
         &self,
         setting: &RungSetting,
@@ -372,6 +377,7 @@ impl<'a> SettingRenderer<'a> {
             .ok_or(UnfinishedRender::Interrupted)
     }
 
+    /// Prepares a scene and returns it with the seconds of preparation, summed over all threads.
     fn prepare_timed(
         &self,
         scene: &Scene,
@@ -390,8 +396,8 @@ impl<'a> SettingRenderer<'a> {
         }
     }
 
-    /// Renders and denoises crops of a prepared scene; without crops, the whole picture.
-    /// `preparing` is the time of preparation in seconds, which the results repeat.
+    /// Renders and denoises crops of a prepared scene. An empty list of crops stands for the whole
+    /// picture. `preparing` is the time of preparation in seconds, which is copied to every result.
     fn render_timed(
         &self,
         ready: &ReadyScene,
@@ -454,8 +460,8 @@ impl<'a> SettingRenderer<'a> {
         }
     }
 
-    /// Prepares a reference on these rungs, with this number of samples per pixel. Its film is
-    /// empty, or the film of an earlier reference.
+    /// Prepares a reference with the rungs of `exact` and this number of samples per pixel. Its
+    /// film is empty, or the film of an earlier reference.
     pub fn prepare_reference(
         &self,
         exact: &RungSetting,
@@ -488,8 +494,8 @@ impl<'a> SettingRenderer<'a> {
         })
     }
 
-    /// Converts an error of preparation to an error of the measurement: cancellation counts as too
-    /// little time unless the observer stopped.
+    /// Converts an error of preparation to an error of the measurement. A cancelled preparation
+    /// counts as lack of time, unless the observer stopped it.
     pub fn to_measure_error(&self, error: PrepareError) -> MeasureError {
         match error {
             PrepareError::Cancelled if !self.observer.is_cancelled() => {
@@ -512,7 +518,8 @@ pub(super) struct IncrementalReference<'a> {
 }
 
 impl IncrementalReference<'_> {
-    /// Renders all samples of these tiles. Returns false if the time runs out.
+    /// Renders all samples of these tiles of the grid, given by index. Returns false if the time
+    /// runs out.
     pub fn render_tiles(&mut self, tiles: &[u32], end: Instant) -> bool {
         let Self {
             renderer,

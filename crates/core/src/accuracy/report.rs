@@ -19,40 +19,42 @@ pub struct AccuracyReport {
     pub tiles: TileReport,
     /// Reference with which all settings are compared.
     pub reference: ReferenceReport,
-    /// Recommended settings.
+    /// Recommended settings: one with half the error, and one with the same error in less time.
     #[serde(rename = "answer")]
     pub recommendations: Recommendations,
     /// Time and error of the scene's own setting.
     pub own: MeasuredSetting,
-    /// Scene with fewer samples, to which rungs other than sample counts were applied; `None` if
-    /// the scene's own number of samples was used.
+    /// Scene with fewer samples per pixel, to which all changes except sample counts were applied;
+    /// `None` if the scene's own number of samples was used.
     pub base: Option<BaselineReport>,
-    /// Measured rungs of the ladders that affect the scene's picture.
+    /// Measurements of each ladder (quality setting) that changes the scene's picture, rung by rung
+    /// (level by level).
     pub ladders: Vec<LadderReport>,
-    /// Measured settings that change several rungs.
+    /// Measured settings in which several rungs (quality levels) are changed.
     pub combinations: Vec<FrontierSetting>,
-    /// Ladders that change time and memory but not the picture, with their costs.
+    /// Costs of each ladder (quality setting) that changes time and memory but not the picture.
     pub prices: Vec<PriceReport>,
-    /// Errors of output formats on the picture of the scene's own setting.
+    /// Error that each output format adds to the picture of the scene's own setting.
     pub outputs: Vec<OutputFormatReport>,
-    /// Names of the ladders that do not affect the scene.
+    /// Names of the ladders (quality settings) that do not affect the scene.
     pub not_called_for: Vec<&'static str>,
-    /// Cost of each effect in time and picture; `None` if the time did not suffice.
+    /// Cost of each effect: time that it adds, and change of the picture without it. `None` if the
+    /// time did not suffice.
     pub costs: Option<EffectCosts>,
-    /// Settings on the Pareto front of time and error, by ascending time. Settings that change the
-    /// summed radiance or have a large bias are excluded.
+    /// Settings on the Pareto front of time and error, by ascending time. Settings with wrong
+    /// summed radiance or large bias are excluded.
     pub frontier: Vec<FrontierSetting>,
     /// Wall-clock seconds of the measurement.
     pub seconds: f64,
     /// Whether the time ran out before the planned measurements were finished.
     pub cut_short: bool,
-    /// Pictures of the first tile, or of the whole picture if all tiles were measured: the
+    /// Pictures of the first tile; of the whole picture if all tiles were measured. They are the
     /// reference, and the first render of each setting with a single changed rung.
     #[serde(skip)]
     pub pictures: Vec<ReportPicture>,
 }
 
-/// Numbers and size of the measured tiles.
+/// Number, size and place of the measured tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TileReport {
     /// Edge of a tile in pixels.
@@ -65,20 +67,20 @@ pub struct TileReport {
     pub shown: [u32; 2],
 }
 
-/// Recommended settings with half the error and with the same error; `None` if no measured setting
-/// qualifies with certainty.
+/// Recommended settings, each with the time budget that would confirm a better candidate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Recommendations {
-    /// Fastest setting with at most about half of the root error; `None` if none is certain.
+    /// Fastest setting with at most about half of the root error; `None` if no measured setting
+    /// certainly qualifies.
     pub half_the_error: Option<Recommendation>,
-    /// Time budget in seconds that would probably confirm a setting with about half of the error;
-    /// `None` if one is confirmed or none is close.
+    /// Time budget in seconds that would probably confirm a setting with about half of the root
+    /// error; `None` if a setting is confirmed, or no setting is likely to be.
     pub half_needs: Option<f64>,
-    /// Fastest setting with at most about the same error in clearly less time; `None` if none is
-    /// certain.
+    /// Fastest setting with at most about the same root error in clearly less time; `None` if no
+    /// measured setting certainly qualifies.
     pub same_error: Option<Recommendation>,
-    /// Time budget in seconds that would probably confirm a setting with the same error in less
-    /// time; `None` if one is confirmed or none is close.
+    /// Time budget in seconds that would probably confirm a setting with the same root error in
+    /// less time; `None` if a setting is confirmed, or no setting is likely to be.
     pub same_needs: Option<f64>,
 }
 
@@ -89,13 +91,14 @@ pub struct Recommendation {
     pub flags: Vec<String>,
     /// Ratio of the setting's time to the time of the scene's own setting.
     pub time: ConfidenceInterval,
-    /// Ratio of the setting's root relMSE to that of the scene's own setting.
+    /// Ratio of the setting's root error to that of the scene's own setting. The root error is the
+    /// square root of relMSE.
     pub error: ConfidenceInterval,
     /// Time and error of the setting.
     pub measured: MeasuredSetting,
 }
 
-/// Scene with fewer samples, to which rungs other than sample counts are applied.
+/// Scene with fewer samples per pixel, to which all changes except sample counts are applied.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BaselineReport {
     /// Samples per pixel.
@@ -113,18 +116,18 @@ pub struct ReportPicture {
     pub picture: Picture,
 }
 
-/// Reference picture, which counts as exact: computed in f64, with every ladder on its most exact
-/// rung that does not take too long.
+/// Reference picture, which counts as exact. It is computed in f64, with the most exact rung
+/// (quality level) of each ladder that does not take too long.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReferenceReport {
     /// Samples per pixel.
     pub samples: u32,
-    /// Command-line flags of the reference's rungs.
+    /// Command-line flags of the rungs (quality levels) of the reference.
     pub rungs: Vec<String>,
     /// Number of tiles on which the reference was rendered.
     pub tiles: usize,
-    /// Root mean square of the reference's standard errors, in linear radiance; its square is
-    /// subtracted from squared errors.
+    /// Root mean square over the picture of the reference's standard error, in linear radiance. Its
+    /// square is subtracted from squared errors.
     pub standard_error: f64,
     /// Render time of the reference in this measurement, in seconds summed over all threads.
     pub seconds: f64,
@@ -142,36 +145,36 @@ pub struct MeasuredSetting {
     /// Time of a render of the whole picture, in seconds summed over all threads, without
     /// preparation.
     pub seconds: ConfidenceInterval,
-    /// Ratio of the setting's time to the time of the compared setting: the scene's own or, for a
-    /// rung measured with fewer samples, the scene with as few samples. NaN if unknown.
+    /// Ratio of the setting's time to the time of a compared setting: the scene's own, or the scene
+    /// with fewer samples for a change measured with fewer samples. NaN if unknown.
     pub ratio: ConfidenceInterval,
     /// Number of rays of a render of the whole picture.
     pub rays: u64,
     /// Errors of the setting against the reference.
     pub errors: SettingErrors,
-    /// Mean FLIP difference, 0 to 1, of the setting's and the reference's display values. The
-    /// reference's noise is included.
+    /// Mean FLIP difference, 0 to 1, between the display values of the setting and of the
+    /// reference. Noise of the reference increases it.
     pub flip: ConfidenceInterval,
 }
 
-/// Measured rungs of a ladder that changes the picture.
+/// Measurements of a ladder (quality setting) that changes the picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LadderReport {
     /// Name of the ladder.
     pub ladder: &'static str,
-    /// Name of the rung in the scene's own setting. A number of samples need not be a measured
-    /// rung.
+    /// Name of the rung (level) in the scene's own setting. A number of samples need not be among
+    /// the measured rungs.
     pub in_use: String,
-    /// Rungs, from fast to exact.
+    /// Measurements of the rungs (levels), from fast to exact.
     pub rungs: Vec<RungReport>,
 }
 
-/// Largest relative differences of times and of errors that count as equal.
+/// Largest relative difference of two times, and of two errors, that counts as equal.
 const SAME_TIME: f64 = 0.03;
 const SAME_ERROR: f64 = 0.04;
 
 impl LadderReport {
-    /// Whether the rung in use beats `rung`: `rung` takes longer and has a larger error.
+    /// Whether `rung` takes longer and has a larger error than the rung in use.
     pub fn is_dominated(&self, rung: &RungReport) -> bool {
         let measured = |rung: &RungReport| {
             rung.measured
@@ -190,7 +193,8 @@ impl LadderReport {
     }
 }
 
-/// Time and error of a rung, with all other ladders as in the scene.
+/// Time and error of one rung, a quality level of a ladder; all other ladders have the scene's
+/// values.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungReport {
     /// Name of the rung.
@@ -203,13 +207,14 @@ pub struct RungReport {
     pub flag: Option<String>,
     /// Time and error; `None` if the rung takes too long, or the time ran out.
     pub measured: Option<MeasuredSetting>,
-    /// Error of this rung alone: root mean squared difference to renders on the ladder's most exact
-    /// rung with the same random numbers. `None` if the two rungs cannot share random numbers, or
-    /// one of them was not measured.
+    /// Error that this rung alone causes: root mean squared difference, in linear radiance, to
+    /// renders on the ladder's most exact rung with the same random numbers. `None` if the two
+    /// rungs cannot share random numbers, or one was not measured.
     pub own_error: Option<ConfidenceInterval>,
 }
 
-/// Costs of the rungs of a ladder that changes time and memory but not the picture.
+/// Costs of the rungs (quality levels) of a ladder that changes time and memory but not the
+/// picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PriceReport {
     /// Name of the ladder.
@@ -220,7 +225,7 @@ pub struct PriceReport {
     pub rungs: Vec<RungPriceReport>,
 }
 
-/// Cost of a rung that does not change the picture.
+/// Cost of one rung, a quality level that does not change the picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungPriceReport {
     /// Name of the rung.
@@ -234,22 +239,26 @@ pub struct RungPriceReport {
     pub rung_cost: Option<RungCost>,
 }
 
-/// Time and memory of a rung that does not change the picture.
+/// Time and memory of a scene with one changed rung (quality level) that does not change the
+/// picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungCost {
-    /// Preparation time of the scene, tree included, in seconds summed over all threads.
+    /// Preparation time of the scene in seconds summed over all threads. It includes building the
+    /// BVH.
     pub preparing: SampleQuantiles,
     /// Render time of the whole picture, in seconds summed over all threads.
     pub seconds: SampleQuantiles,
-    /// Ratio of the rung's render time to the time of the scene's own setting, one value per round.
+    /// Ratio of the render time with the rung to the time of the scene's own setting, one value per
+    /// round.
     pub ratio: SampleQuantiles,
-    /// Bytes of geometry and accelerator.
+    /// Memory of geometry and acceleration structure in bytes.
     pub geometry: u64,
-    /// Whether the pictures equal those of the scene's own setting to the bit, as they must.
+    /// Whether the pictures equal those of the scene's own setting to the bit. False indicates an
+    /// error in the program.
     pub same_bits: bool,
 }
 
-/// Measured setting with its flags, as a row of the Pareto front or of the combinations.
+/// Measured setting with its command-line flags, for the Pareto front and the list of combinations.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrontierSetting {
     /// Command-line flags of the setting; empty for the scene's own.

@@ -1,6 +1,6 @@
-//! Course of a measurement: pilot pass over the tiles, choice of the reference's rungs, plan,
-//! reference, every rung, combinations of rungs, more tiles for promising settings, costs of
-//! effects. Each stage has its share of the time budget.
+//! Stages of a measurement in their order: pilot pass over the tiles, choice of the reference's
+//! quality levels (rungs), plan, reference, every rung, combinations of rungs, more tiles for
+//! promising settings, costs of effects. Each stage has its share of the time budget.
 
 mod cost_measurements;
 mod feasible;
@@ -31,7 +31,7 @@ use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// Shares of the time budget, 0 to 1, at which each stage of the measurement must end.
+/// Share of the time budget, 0 to 1, that is spent at the end of each stage.
 const PILOT_PASS_END: f64 = 0.06;
 const FEASIBLE_RUNGS_END: f64 = 0.12;
 const PILOTS_END: f64 = 0.27;
@@ -43,16 +43,18 @@ const TURNS_END: f64 = 0.92;
 const PRICES_END: f64 = 0.94;
 const COSTS_END: f64 = 0.96;
 
-/// Number of samples per pixel with which rungs of other ladders are measured in a scene with more
-/// samples. The effect of a rung is as visible, and more tiles can be measured.
+/// Number of samples per pixel with which rungs of other ladders are measured if the scene has more
+/// samples. The change that a rung makes is as visible with few samples, and more tiles can be
+/// measured.
 const BASE_SAMPLES: u32 = 16;
-/// Assumed ratio of the time of a reference sample to the time of a sample of the scene's own
+/// Assumed render time of a reference sample divided by that of a sample of the scene's own
 /// setting, until the ratio is measured.
 const ASSUMED_REFERENCE_RATIO: f64 = 1.8;
-/// Multiple of the scene's sample count that halves its error. Sample counts up to this multiple
-/// are measured first.
+/// Factor on the scene's sample count that halves its error. Sample counts up to this factor are
+/// measured first.
 const HALVING_SAMPLES: u32 = 4;
 
+/// Measurement in progress: scene, clock, time budget, and results of the first stages.
 pub(super) struct MeasurementSession<'a> {
     scene: &'a Scene,
     settings: Settings,
@@ -62,21 +64,21 @@ pub(super) struct MeasurementSession<'a> {
     stopwatch: Stopwatch,
     now: ClockFunction<'a>,
     start: Instant,
-    /// Setting to which rungs other than sample counts are applied: the scene's own, or the scene
-    /// with fewer samples.
+    /// Setting to which every changed rung except a sample count is applied: the scene's own
+    /// setting, or the scene with fewer samples.
     baseline: RungSetting,
     /// Effects that the scene needs.
     effects: EffectSet,
     picture_ladders: Vec<Ladder>,
     cost_ladders: Vec<Ladder>,
-    /// Rungs that take too long to measure on a trial tile.
+    /// Rungs (quality levels) that took too long on a trial tile.
     infeasible_rungs: Vec<RungChoice>,
-    /// Rungs whose precision cannot store the scene, so that they have no picture.
+    /// Rungs whose number format cannot represent the scene. They have no picture.
     unstorable_rungs: Vec<RungChoice>,
     cut_short: bool,
-    /// Wall-clock seconds per sample of a pixel.
+    /// Wall-clock seconds per sample of one pixel.
     seconds_per_sample: f64,
-    /// Ratio of the time of a reference sample to the time of a sample of the scene's own setting.
+    /// Render time of a reference sample divided by that of a sample of the scene's own setting.
     reference_time_ratio: f64,
 }
 
@@ -300,8 +302,8 @@ impl<'a> MeasurementSession<'a> {
         ))
     }
 
-    /// Renders the reference on the first `count` tiles of the sample and adds the new tiles to the
-    /// measurements. Tiles that are not finished by `end` are not added.
+    /// Renders the reference on the first `count` tiles of the drawing order and adds the new tiles
+    /// to the measurements. Tiles that are unfinished at `end` are not added.
     fn add_reference_tiles(
         &mut self,
         exposure: &mut IncrementalReference<'_>,
@@ -352,12 +354,13 @@ impl<'a> MeasurementSession<'a> {
         ((self.now)() - self.start).as_secs_f64()
     }
 
+    /// Returns the spent share of the time budget, 0 to 1.
     fn spent_budget_share(&self) -> f64 {
         (self.elapsed() / self.effort.budget.as_secs_f64().max(1e-9)).min(1.0)
     }
 
-    /// Returns the rungs of a ladder that change this scene's picture and whose precision can store
-    /// the scene.
+    /// Returns the rungs of a ladder that change this scene's picture and whose number format can
+    /// represent the scene.
     fn applicable_rungs(&self, ladder: Ladder) -> vec::IntoIter<RungChoice> {
         let choices = ladder.choices().filter(|choice| {
             choice.changes_picture(self.effects) && !self.unstorable_rungs.contains(choice)
@@ -365,6 +368,7 @@ impl<'a> MeasurementSession<'a> {
         choices.collect::<Vec<_>>().into_iter()
     }
 
+    /// Whether a rung is the one of the scene's own setting.
     fn is_in_use(&self, choice: RungChoice) -> bool {
         choice.rung()
             == choice
@@ -372,8 +376,8 @@ impl<'a> MeasurementSession<'a> {
                 .current_rung_name(self.scene, &self.settings)
     }
 
-    /// Returns the setting to which a ladder's rungs are applied and compared: the scene's own for
-    /// sample counts, else the baseline.
+    /// Returns the setting to which the rungs of a ladder are applied and compared: the scene's own
+    /// setting for sample counts, else the baseline.
     fn baseline_for(&self, ladder: Ladder) -> RungSetting {
         if ladder == Ladder::Samples {
             RungSetting::default()
@@ -382,8 +386,8 @@ impl<'a> MeasurementSession<'a> {
         }
     }
 
-    /// Returns the setting by which a rung is measured; for a rung in use, the setting without a
-    /// change.
+    /// Returns the setting by which a rung is measured. For a rung that is in use, it is the
+    /// unchanged baseline.
     fn setting_of_rung(&self, choice: RungChoice) -> RungSetting {
         let beside = self.baseline_for(choice.ladder());
         if self.is_in_use(choice) {
@@ -393,7 +397,7 @@ impl<'a> MeasurementSession<'a> {
         }
     }
 
-    /// Returns the setting with the ladder's most exact rung that does not take too long.
+    /// Returns the baseline with the ladder's most exact rung that does not take too long.
     fn most_exact_setting(&self, ladder: Ladder) -> RungSetting {
         let reached = |choice: &RungChoice| {
             choice.can_be_reference() && !self.infeasible_rungs.contains(choice)
@@ -413,7 +417,7 @@ impl<'a> MeasurementSession<'a> {
             .unwrap_or(self.settings.sampling.samples_per_pixel())
     }
 
-    /// Whether a setting can be rendered: a denoised setting needs enough samples.
+    /// Whether a setting can be rendered. A denoised setting needs enough samples.
     fn is_valid_setting(&self, setting: &RungSetting) -> bool {
         let (_, settings) = setting.apply(self.scene, &self.settings);
         !settings.denoise || denoise::can_denoise(settings.sampling)

@@ -1,4 +1,4 @@
-//! Settings to be measured: a scene's own settings, with some ladders on other rungs.
+//! Setting to be measured: the scene's own settings with some changed rungs (quality levels).
 
 use core::fmt;
 
@@ -6,8 +6,8 @@ use crate::ladder::{Ladder, RungChoice};
 use crate::scene::Scene;
 use crate::settings::{PrecisionChoice, Sampling, Settings};
 
-/// Set of rungs that replace the scene's own, at most one per ladder; empty for the scene's own
-/// setting.
+/// Set of rungs (quality levels) that replace the scene's own, at most one per ladder. Empty for
+/// the scene's own setting.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RungSetting(Vec<RungChoice>);
 
@@ -42,7 +42,7 @@ impl RungSetting {
         Self(all)
     }
 
-    /// Returns the setting with this ladder on the scene's own rung.
+    /// Returns the setting with the scene's own rung on this ladder.
     #[must_use]
     pub fn without_ladder(&self, ladder: Ladder) -> Self {
         Self(
@@ -62,7 +62,7 @@ impl RungSetting {
             .find(|choice| choice.ladder() == ladder)
     }
 
-    /// Returns a scene and its settings with the changed rungs.
+    /// Returns the scene and its settings after applying the changed rungs.
     pub fn apply(&self, scene: &Scene, settings: &Settings) -> (Scene, Settings) {
         let (mut scene, mut settings) = (scene.clone(), settings.clone());
         self.0
@@ -71,8 +71,8 @@ impl RungSetting {
         (scene, settings)
     }
 
-    /// Whether the setting differs from the scene's own setting in noise alone: all changed ladders
-    /// are free of bias.
+    /// Whether the setting differs from the scene's own only in noise: no changed ladder has a
+    /// bias.
     pub fn is_free_of_bias(&self) -> bool {
         self.0
             .iter()
@@ -102,8 +102,8 @@ impl fmt::Display for RungSetting {
     }
 }
 
-/// Returns scene and settings of the reference: the rungs of `exact`, f64 throughout, this number
-/// of samples per pixel, no denoising, and random numbers that no measured render uses.
+/// Returns scene and settings of the reference. It has the rungs of `exact`, computes in f64, has
+/// this number of samples per pixel and no denoising, and uses random numbers of its own.
 pub(super) fn reference_setup(
     exact: &RungSetting,
     scene: &Scene,

@@ -15,8 +15,8 @@ use crate::settings::Crop;
 /// Golden ratio minus one; the fractional parts of its multiples are evenly spread.
 const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
 
-/// Share of the inclusion probability that is distributed by area, 0 to 1; the remainder is
-/// distributed by noise.
+/// Share of the inclusion probability, 0 to 1, that is equal for all tiles of a size. The remainder
+/// is proportional to noise.
 const EVEN: f64 = 0.25;
 
 /// Division of a picture into square tiles, numbered row by row as in the film.
@@ -76,7 +76,7 @@ impl TileGrid {
     }
 
     /// Returns the sorting key of every tile, 0 to 1, evenly spread in every neighbourhood of
-    /// tiles.
+    /// tiles. Tiles are drawn by ascending key.
     fn ordering_keys(&self) -> Vec<f64> {
         let start = splitmix64(self.seed) as f64 / 2_f64.powi(64);
         let place = |index: u32| {
@@ -93,8 +93,8 @@ impl TileGrid {
             .collect()
     }
 
-    /// Returns the indices of all tiles in an order whose every prefix is spread evenly over the
-    /// picture.
+    /// Returns the indices of all tiles in an order in which the first n tiles, for every n, are
+    /// spread evenly over the picture.
     pub fn spread_order(&self) -> Vec<u32> {
         let keys = self.ordering_keys();
         let mut all: Vec<u32> = (0..self.count() as u32).collect();
@@ -109,7 +109,7 @@ pub(super) struct PilotPass {
     pub tile: u32,
     /// Render time in seconds summed over all threads.
     pub seconds: f64,
-    /// Sum over pixels of the relative variance of the mean.
+    /// Relative variance of the mean radiance, summed over pixels.
     pub noise: f64,
 }
 
@@ -119,12 +119,13 @@ pub(super) struct TileSample {
     pub grid: TileGrid,
     /// Results of the pilot pass, in the order in which the tiles are drawn.
     pub passes: Vec<PilotPass>,
-    /// Probability of each tile per draw, in the order of drawing; the sum is one.
+    /// Probability of each tile for a single draw, in the order of drawing; the sum is one.
     draw_probabilities: Vec<f64>,
 }
 
 impl TileSample {
-    /// Orders the tiles of the pilot pass, which are the first tiles of [`TileGrid::spread_order`].
+    /// Orders the tiles of the pilot pass for drawing. They are the first tiles of
+    /// [`TileGrid::spread_order`].
     pub fn new(grid: TileGrid, looks: &[PilotPass]) -> Self {
         let keys = grid.ordering_keys();
         let area = |pilot_pass: &PilotPass| grid.pixels(pilot_pass.tile);
@@ -156,9 +157,9 @@ impl TileSample {
         self.passes.len()
     }
 
-    /// Returns the number of pixels that a tile represents: the pixels of all tiles times the
-    /// tile's probability. Errors grow with noise, so the error per represented pixel differs less
-    /// between tiles than the error per pixel.
+    /// Returns the number of pixels that a tile stands for: the number of pixels of all tiles times
+    /// the tile's probability per draw. The error divided by this number differs less between tiles
+    /// than the error per pixel, because error and probability both grow with noise.
     pub fn represented_pixels(&self, position: usize) -> f64 {
         self.draw_probabilities[position]
             * self
@@ -215,20 +216,20 @@ impl TileSample {
     }
 }
 
-/// Contribution of a tile to a ratio of two totals: the inclusion probability, and the terms of
-/// numerator and denominator, in independent pieces.
+/// Contribution of a tile to a ratio of two totals. Numerator and denominator are lists of
+/// independent terms, such as one per block of pixels.
 #[derive(Clone, Debug)]
 pub(super) struct RatioTerm<'a> {
     pub inclusion_probability: f64,
     pub numerator: &'a [f64],
     pub denominator: &'a [f64],
-    /// Variance of the numerator due to the reference's noise alone.
+    /// Variance of the numerator's sum due to the reference's noise alone.
     pub reference_variance: f64,
 }
 
 impl RatioTerm<'_> {
-    /// Returns the numerator minus `ratio` times the denominator, and its variance, estimated from
-    /// the pieces.
+    /// Returns the residual of the tile, numerator minus `ratio` times denominator, and the
+    /// variance of the residual. The variance is estimated from differences of neighbouring terms.
     fn ratio_residual(&self, ratio: f64) -> (f64, f64) {
         let sum = |values: &[f64]| values.iter().sum::<f64>();
         let total = sum(self.numerator) - ratio * sum(self.denominator);
@@ -245,8 +246,8 @@ impl RatioTerm<'_> {
     }
 }
 
-/// Returns the variance of a sum of at least two pieces, estimated from the differences of
-/// neighbouring pieces.
+/// Returns the variance of a sum of at least two terms, estimated from the differences of
+/// neighbouring terms.
 pub(super) fn variance_of_sum(pieces: &[f64]) -> f64 {
     let steps: f64 = pieces
         .windows(2)
@@ -328,7 +329,7 @@ pub(super) fn hajek_ratio_estimate(shares: &[RatioTerm<'_>]) -> Option<(f64, f64
 }
 
 /// Returns the estimated ratio of two totals with its confidence interval. The interval starts at
-/// zero if the ratio is within the reference's noise.
+/// zero if the reference's noise alone could explain the ratio.
 pub(super) fn ratio_interval(shares: &[RatioTerm<'_>]) -> ConfidenceInterval {
     let Some((value, error, factor)) = hajek_ratio_estimate(shares) else {
         return ConfidenceInterval {

@@ -8,8 +8,9 @@ use super::super::tiles::{RatioTerm, ratio_interval};
 use super::{Measurements, SettingMeasurements, TileMeasurement};
 use crate::ladder::Ladder;
 
-/// Largest ratio of the bias of the scene's own rungs to a squared error estimated from the pilots.
-/// The pilots do not see that bias.
+/// Largest ratio of bias to squared error at which the estimate from the pilots (two noisy
+/// pictures) is used. The bias is that of the scene's own rungs, which the pilots have too, so that
+/// their estimate does not contain it.
 const MOST_BIAS: f64 = 0.1;
 
 /// Ratios of time and error of two settings, from the tiles on which both were measured.
@@ -23,8 +24,8 @@ pub(in super::super) struct RelativeCost {
 
 impl Measurements<'_> {
     /// Estimates the ratio of two totals over the whole picture from the first `count` tiles.
-    /// `value_of` returns the terms of numerator and denominator of a tile. `doubtful` is whether
-    /// the reference's noise affects the numerator.
+    /// `value_of` returns, for the tile of a position, the terms of the numerator and of the
+    /// denominator. `doubtful` is whether the numerator contains noise of the reference.
     fn estimate_ratio<'b>(
         &'b self,
         count: usize,
@@ -54,8 +55,8 @@ impl Measurements<'_> {
         )
     }
 
-    /// Estimates a mean over all pixels of the picture from sums over tiles. `value_of` returns one
-    /// sum per tile, or one per block of a tile.
+    /// Estimates a mean over all pixels of the picture from sums over tiles. `value_of` returns the
+    /// sum of a tile, or the sums of its blocks.
     fn estimate_mean(
         &self,
         count: usize,
@@ -64,8 +65,9 @@ impl Measurements<'_> {
         self.estimate_weighted_mean(count, false, value_of, |_| 1.0)
     }
 
-    /// Estimates the mean of an error over all pixels of the picture. The denominator counts the
-    /// pixels that a tile represents, because errors grow with the noise by which tiles are drawn.
+    /// Estimates the mean of an error over all pixels of the picture. The denominator sums the
+    /// pixels that each tile represents. These pixels grow with a tile's noise, as its error does,
+    /// so that the ratio varies little.
     fn estimate_mean_error(
         &self,
         count: usize,
@@ -78,8 +80,9 @@ impl Measurements<'_> {
         self.estimate_weighted_mean(count, true, value_of, weight)
     }
 
-    /// Estimates a mean over all pixels of the picture, in which `weight` multiplies the pixels of
-    /// a tile in the denominator.
+    /// Estimates a weighted mean over all pixels of the picture from sums over tiles. The
+    /// denominator is the number of pixels of each tile times its `weight`. `doubtful` is whether
+    /// the sums contain noise of the reference.
     fn estimate_weighted_mean(
         &self,
         count: usize,
@@ -104,7 +107,7 @@ impl Measurements<'_> {
         })
     }
 
-    /// Returns time and error of a setting, and the ratio of its time to the time of the setting
+    /// Returns time and errors of a setting, and the ratio of its time to that of the setting
     /// `beside`; `None` if the setting was not measured.
     pub fn summarise_setting(
         &self,
@@ -164,9 +167,9 @@ impl Measurements<'_> {
         })
     }
 
-    /// Returns the relative and the absolute mean squared error. They are estimated from tiles, or
-    /// from the pilots if that estimate is more precise and the bias of the scene's own rungs is
-    /// negligible.
+    /// Returns the relative and the absolute mean squared error of a setting. They are estimated
+    /// from tiles. If the estimate from the pilots (two noisy pictures) is more precise, and its
+    /// unseen bias negligible, that estimate is returned.
     fn mean_squared_errors(&self, figures: &SettingMeasurements) -> [ConfidenceInterval; 2] {
         let count = figures.tiles.len();
         let by_tiles = [
@@ -187,9 +190,9 @@ impl Measurements<'_> {
         }
     }
 
-    /// Returns the relative and the absolute mean squared error as estimated from the pilots. The
-    /// pilots have the bias of the scene's own rungs. `None` if that bias is more than a tenth of
-    /// the error, or without pilots.
+    /// Returns the relative and the absolute mean squared error, estimated from the pilots, a pair
+    /// of noisy pictures. `None` without pilots, or if the bias of the scene's own rungs, which the
+    /// pilots share, is more than a tenth of the error.
     fn pilot_errors(&self, figures: &SettingMeasurements) -> Option<[ConfidenceInterval; 2]> {
         let whole = figures.whole_errors.as_ref()?;
         let noisy = self
@@ -205,8 +208,9 @@ impl Measurements<'_> {
         (!has_bias).then(|| [relmse, whole.mse()])
     }
 
-    /// Returns the ratio of the picture's summed radiance to the reference's. If denoising is the
-    /// only biased choice of the setting, the noisy picture takes the place of the reference.
+    /// Returns the ratio of the summed radiance of a setting's picture to that of the reference. If
+    /// denoising is the only biased choice of the setting, its picture before denoising replaces
+    /// the reference.
     pub fn radiance_ratio(&self, setting: &RungSetting) -> Option<ConfidenceInterval> {
         let figures = self.find_setting_measurements(setting)?;
         let is_alone = self.is_denoised(setting)
@@ -239,8 +243,8 @@ impl Measurements<'_> {
         }))
     }
 
-    /// Returns the ratios of time and error of a setting to those of the setting `beside`, from the
-    /// tiles on which both were measured; `None` if one of them was not measured.
+    /// Returns the ratios of a setting's time and error to those of the setting `beside`, from the
+    /// tiles on which both were measured. `None` if either setting was not measured.
     pub fn relative_cost(
         &self,
         setting: &RungSetting,
@@ -290,9 +294,8 @@ impl Measurements<'_> {
         Some(RelativeCost { time, error })
     }
 
-    /// Returns two differences of a setting's pictures to those of the compared setting with the
-    /// same random numbers: the root mean squared difference, and the relative mean squared
-    /// difference.
+    /// Returns the root mean squared and the relative mean squared difference between the pictures
+    /// of a setting and those of the setting it was compared with, under the same random numbers.
     pub fn paired_differences(&self, setting: &RungSetting) -> Option<[ConfidenceInterval; 2]> {
         let figures = self.find_setting_measurements(setting)?;
         let sum = |i: usize| {

@@ -1,4 +1,5 @@
-//! Time and memory of rungs that do not change the picture, such as the build quality of the tree.
+//! Time and memory of rungs (quality levels) that do not change the picture, such as the build
+//! quality of the tree.
 
 use std::time::{Duration, Instant};
 
@@ -10,17 +11,18 @@ use crate::bench::SampleQuantiles;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// Number of rounds and of tiles in which a rung that does not change the picture is timed.
+/// Numbers of rounds and of tiles in which a rung that does not change the picture is timed.
 const PRICE_ROUNDS: u64 = 3;
 const PRICE_TILES: usize = 4;
-/// Time limit of a rung in a round: this multiple of the time of the scene's own setting, and at
-/// least this duration.
+/// Time limit of one round for a rung: this multiple of the time of the scene's own setting, but at
+/// least the duration below.
 const PATIENCE: f64 = 20.0;
 const LEAST_PATIENCE: Duration = Duration::from_secs(1);
 
 impl Measurements<'_> {
-    /// Measures time and memory of a setting whose picture equals the picture of `beside`. Both are
-    /// rendered on the first tiles in the same rounds. `None` if the setting takes too long.
+    /// Measures time and memory of a setting whose picture must equal that of the setting `beside`.
+    /// Both are rendered on the first tiles in the same rounds. `None` if the setting takes too
+    /// long.
     pub fn measure_rung_cost(
         &self,
         setting: &RungSetting,

@@ -11,22 +11,23 @@ use super::{Measurements, SettingMeasurements};
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// Largest number of turns, and least number that gives an estimate. A turn renders each setting
-/// once.
+/// Largest number of turns, and least number that gives an estimate. In a turn each setting is
+/// rendered once.
 const MOST_TURNS: usize = 5;
 const FEWEST_TURNS: usize = 3;
-/// Approximate half width of the 95 % interval over half the range of three, four and five values:
-/// Student's factor for the mean, with the standard deviation estimated from the range.
+/// Half width of the 95 % interval of a mean divided by half the range of its samples, for three,
+/// four and five samples. The factor is approximate: Student's factor, with the standard deviation
+/// estimated from the range.
 const WIDENING: [f64; 3] = [2.9, 1.54, 1.07];
-/// Factor by which a time may be wrong if it was not measured in turns for lack of time.
+/// Factor by which a time may be wrong that was not measured in turns because time was lacking.
 const UNSURE: f64 = 1.5;
 
 impl Measurements<'_> {
     /// Times settings in turns, with the random numbers of the first round. A setting is rendered
-    /// on its first tiles, or as a whole picture if it was measured as a whole. All settings are
-    /// compared with the first setting. If the first setting was timed in turns before, the new
-    /// times are scaled to its earlier times. Without time for three turns, the times are only
-    /// marked as uncertain.
+    /// on its first tiles, or as a whole picture if it was measured as a whole picture. The times
+    /// are relative to the first setting. If the first setting was timed in turns before, the new
+    /// times are scaled to its earlier times. If time is lacking for three turns, the times are
+    /// only marked as uncertain.
     pub fn time_in_turns(
         &mut self,
         settings: &[RungSetting],
@@ -141,7 +142,7 @@ impl Measurements<'_> {
     }
 
     /// Returns the factor that corrects the ratio of two settings' times for changes of the
-    /// machine's speed.
+    /// machine's speed, with its interval.
     pub(super) fn relative_drift(
         &self,
         figures: &SettingMeasurements,
@@ -209,8 +210,8 @@ fn median_with_interval(mut turns: Vec<f64>) -> ConfidenceInterval {
     }
 }
 
-/// Returns the correction factor of the ratio of two times, of which only one was measured in
-/// turns. The true factor lies between 1 and the median of these turns.
+/// Returns the factor that corrects the ratio of two times if only one of them was measured in
+/// turns. The true factor lies between 1 and the median of the ratios in `turns`.
 fn one_sided_drift(turns: impl Iterator<Item = f64>) -> ConfidenceInterval {
     let drift = median_with_interval(turns.collect()).value;
     ConfidenceInterval {

@@ -1,5 +1,5 @@
-//! Costs of rungs that do not change pictures, in time and memory, and costs of the scene's
-//! effects.
+//! Time and memory of rungs (quality levels) that do not change the picture, and costs of the
+//! scene's effects.
 
 use super::super::ProgressListener;
 use super::super::effects::{EffectBench, EffectCosts};
@@ -8,8 +8,8 @@ use super::super::report::{PriceReport, RungPriceReport};
 use super::{COSTS_END, MeasurementSession, PRICES_END};
 use crate::prepare::PrepareError;
 
-/// Progress listener that maps the progress of a stage, 0 to 1, to its range of the whole
-/// measurement.
+/// Progress listener of one stage. It converts the progress of the stage, 0 to 1, to that of the
+/// whole measurement.
 struct ProgressRange<'a> {
     listener: &'a mut dyn ProgressListener,
     from: f64,
@@ -24,6 +24,8 @@ impl ProgressListener for ProgressRange<'_> {
 }
 
 impl MeasurementSession<'_> {
+    /// Measures time and memory of the rungs of each ladder that does not change the picture.
+    /// Returns one report per ladder.
     pub fn measure_rung_costs(
         &mut self,
         measurements: &Measurements<'_>,

@@ -1,5 +1,5 @@
-//! Start of a measurement: the pilot pass finds time and noise of the tiles, and a trial finds the
-//! most exact rungs that the reference can use in the time.
+//! Start of a measurement. A pilot pass measures time and noise of the tiles. A trial finds the
+//! most exact rungs (quality levels) that the reference can afford.
 
 use std::time::Duration;
 
@@ -11,23 +11,23 @@ use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 
 /// Time limit of a rung on the trial tile: this multiple of the time of the scene's own setting,
-/// and at least this duration.
+/// but at least the duration below.
 const PATIENCE: f64 = 20.0;
 const LEAST_PATIENCE: Duration = Duration::from_secs(2);
 
-/// Tile edges in pixels: the longest with which the time suffices for enough tiles is used, or the
-/// last.
+/// Tile edges in pixels to choose from. The longest edge at which the time suffices for
+/// [`ENOUGH_TILES`] is used, else the last.
 const EDGES: [u32; 2] = [32, 16];
 const ENOUGH_TILES: usize = 24;
-/// Number of tiles from which the time of a tile is first estimated.
+/// Number of tiles with which the render time of a tile is first estimated.
 const FIRST_LOOK: usize = 8;
-/// Least number of tiles into which a picture is divided, unless tiles would be smaller than eight
-/// pixels.
+/// Least number of tiles into which a picture is divided, unless the tile edge would be less than
+/// eight pixels.
 const FEWEST_TILES: f64 = 48.0;
 
 impl MeasurementSession<'_> {
-    /// Divides the picture into tiles, so small that enough of them can be measured. `edge` is the
-    /// tile edge in pixels of a reused reference.
+    /// Divides the picture into tiles that are small enough for enough of them to be measured.
+    /// `edge` is the tile edge in pixels of a reused reference, which is kept.
     pub(super) fn choose_tile_grid(
         &mut self,
         renderer: &SettingRenderer<'_>,
@@ -73,8 +73,8 @@ impl MeasurementSession<'_> {
         })
     }
 
-    /// Renders tiles with few samples, in growing numbers while time remains, and returns time and
-    /// noise of each.
+    /// Renders tiles with few samples, more tiles per pass while time remains. Returns time and
+    /// noise of each tile.
     pub fn run_pilot_passes(
         &mut self,
         renderer: &SettingRenderer<'_>,
@@ -104,11 +104,11 @@ impl MeasurementSession<'_> {
         Ok(pilot_passes)
     }
 
-    /// Returns the most exact rung of each ladder but samples that renders the slowest tile within
-    /// its time limit. The limit matters for Whitted paths, which divide at glass and mirrors, so
-    /// that their number doubles with each segment. A ladder that is not tested in time keeps the
-    /// scene's rung. Stores the ratio of the times of a reference sample and a sample of the
-    /// scene's own setting.
+    /// Returns, for each ladder but samples, the most exact rung that renders the slowest tile
+    /// within its time limit. The limit matters for Whitted ray tracing, in which rays split at
+    /// glass and mirrors, so that their number doubles per bounce. A ladder that is not tested in
+    /// time keeps the scene's rung. The function also stores the time of a reference sample divided
+    /// by that of a sample of the scene's own setting.
     pub fn find_feasible_rungs(
         &mut self,
         renderer: &SettingRenderer<'_>,

@@ -1,5 +1,5 @@
-//! Measurement of combinations of rungs: a greedy walk from the scene's own setting and from the
-//! baseline finds them, and promising settings are then measured on more tiles.
+//! Measurement of combinations of rungs (quality levels). Greedy walks from the scene's own setting
+//! and from the baseline find the combinations. Promising settings are then measured on more tiles.
 
 use super::super::ProgressListener;
 use super::super::frontier::{
@@ -15,14 +15,14 @@ use super::{HALVING_SAMPLES, MeasurementSession, REFINEMENT_END, RUNGS_END, WALK
 use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 
-/// Factor by which the number of tiles, and the expected time, grows per step.
+/// Factor by which the number of tiles grows per step, and with it the expected time.
 const GROWTH: f64 = 1.3;
 /// Largest number of promising settings that are measured on more tiles.
 const MOST_AGAIN: usize = 6;
-/// Largest number of measured settings up to which walks and pairs add settings.
+/// Number of measured settings at which walks and pairs stop adding settings.
 const MOST_SETTINGS: usize = 56;
 
-/// Measurement of the settings of a walk by a session.
+/// Measures the settings that a walk visits, with the plan and clock of the session.
 struct SessionMeasurer<'s, 'a, 'm> {
     session: &'s MeasurementSession<'a>,
     plan: &'s MeasurementPlan,
@@ -141,9 +141,9 @@ impl MeasurementSession<'_> {
         failed.map_or_else(|| Ok(measurements.measured_settings()), Err)
     }
 
-    /// Returns pairs of a sample count and another rung that no walk measured, recommendable rungs
-    /// first, up to the largest number of settings. The length of a walk depends on noise; with the
-    /// pairs, the number of measured settings does not.
+    /// Returns the pairs of a sample count and another rung that no walk measured, up to the
+    /// largest number of settings. Recommendable rungs come first. The number of settings found by
+    /// a walk depends on noise; filled up with pairs, the number is always the same.
     fn unmeasured_pairs(&self, measurements: &Measurements<'_>) -> Vec<RungSetting> {
         let settings = measurements.measured_settings();
         let is_paired =
@@ -178,8 +178,8 @@ impl MeasurementSession<'_> {
         pairs
     }
 
-    /// Returns the steps of a walk with the rungs of `start` as its starting rungs. Ladders without
-    /// that rung are left out.
+    /// Returns the rungs of each ladder for a walk that starts at the setting `start`. A ladder is
+    /// left out if its rung in `start` was not measured.
     fn start_steps_at(&self, start: &RungSetting, steps: &[LadderSteps]) -> Vec<LadderSteps> {
         let at = |steps: &LadderSteps| {
             let rung_choice = start.rung(steps.ladder);
@@ -199,8 +199,8 @@ impl MeasurementSession<'_> {
     /// scene's own rung was not measured.
     ///
     /// The error of a rung is its difference to the ladder's most exact rung with the same random
-    /// numbers. The noise of few samples would hide this error, but with many samples the error
-    /// dominates.
+    /// numbers. Noise of few samples would hide this difference in the total error. With many
+    /// samples, it dominates the total error.
     fn ladder_steps(&self, ladder: Ladder, measurements: &Measurements<'_>) -> Option<LadderSteps> {
         let in_use = ladder.current_rung_name(self.scene, &self.settings);
         let (exact, beside) = (self.most_exact_setting(ladder), self.baseline_for(ladder));
@@ -275,8 +275,8 @@ impl MeasurementSession<'_> {
             })
     }
 
-    /// Measures promising settings on more tiles, chunk by chunk, or in more rounds if all tiles
-    /// were measured. Some settings look good only by chance, which more tiles reveal.
+    /// Measures promising settings on more tiles, in chunks of growing size, or in more rounds if
+    /// all tiles were measured. More tiles reveal the settings that look good only by chance.
     pub(super) fn refine_promising(
         &mut self,
         settings: &[RungSetting],
@@ -331,7 +331,7 @@ impl MeasurementSession<'_> {
     }
 
     /// Returns the settings to be measured on more tiles: the scene's own, common sample counts,
-    /// the settings recommended so far, and others of the Pareto front.
+    /// the settings recommended so far, and further settings on the Pareto front.
     fn promising_settings(
         &self,
         settings: &[RungSetting],
@@ -363,8 +363,8 @@ impl MeasurementSession<'_> {
         chosen_settings
     }
 
-    /// Measures settings on the tiles that they lack, because slow settings have fewer, and then in
-    /// more rounds.
+    /// Measures each setting on the tiles that it lacks, then in more rounds. Slow settings have
+    /// fewer tiles than fast settings.
     fn refine_on_all_tiles(
         &self,
         settings: &[RungSetting],

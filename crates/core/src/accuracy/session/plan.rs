@@ -1,10 +1,9 @@
-//! Plan of a measurement, made once from the speed of the pilot pass: the number of samples of the
-//! reference, and the number of tiles on which each setting is measured before any setting gets
-//! more tiles.
+//! Plan of a measurement, made once from the speed of the pilot pass. It contains the number of
+//! samples of the reference, and the number of tiles on which each setting is measured at first.
 //!
 //! Every plan has the same settings in the same order. It reserves twice their expected time, so
-//! that none is dropped when the machine becomes slower. The remaining time goes to more tiles for
-//! promising settings.
+//! that no setting is dropped when the machine becomes slower. The remaining time goes to more
+//! tiles for promising settings.
 
 use super::super::ProgressListener;
 use super::super::measurements::Measurements;
@@ -18,35 +17,38 @@ use super::{
 use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 
-/// Number of samples of the reference: this multiple of the scene's own number, with the least and
-/// the greatest number.
+/// Samples per pixel of the reference: factor on the scene's own number, least number, greatest
+/// number.
 const BETTER: u32 = 4;
 const LEAST_REFERENCE: u32 = 64;
 const MOST_REFERENCE: u32 = 16_384;
-/// Least number of tiles of a setting, if the picture has as many.
+/// Least number of tiles of a setting, unless the picture has fewer.
 const FEWEST: usize = 6;
-/// Share of the time for rungs that the plan fills by expected times.
+/// Share of the stage's time, 0 to 1, that the plan fills by expected times.
 const CAREFUL: f64 = 0.5;
-/// Largest share of the time budget for a reference with more samples than necessary.
+/// Largest share of the time budget that samples of the reference beyond the necessary number may
+/// take.
 const SPARE: f64 = 0.1;
 /// Largest share of the remaining time that a single setting may take.
 const MOST_OF_REST: f64 = 0.35;
-/// Number of rounds of most settings. A single round does not separate bias from noise.
+/// Number of rounds of most settings. Bias cannot be separated from noise with a single round.
 pub(super) const ROUNDS: u64 = 2;
-/// Share of the tiles on which less important ladders are measured if the time is short.
+/// Share of the tiles on which settings of less important ladders are measured if the time is
+/// short.
 const REST: f64 = 1.0 / 3.0;
-/// Largest share of the time budget for one denoised picture of the whole.
+/// Largest share of the time budget for rendering one denoised whole picture.
 const WHOLE: f64 = 0.1;
-/// Largest share of the time budget for both pilots.
+/// Largest share of the time budget for the two pilots, noisy whole pictures.
 const BOTH_PILOTS: f64 = 0.16;
-/// Ladders that most users change.
+/// Ladders that most users change: number of samples, and denoising.
 const NUMBERS: [Ladder; 2] = [Ladder::Samples, Ladder::Reconstruction];
-/// Assumed ratio of the time of a denoised picture to the time of a noisy picture.
+/// Assumed time of a denoised picture divided by the time of the same picture without denoising.
 const FILTER: f64 = 1.3;
 
 /// Plan of a measurement: samples of the reference, and numbers of tiles and settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MeasurementPlan {
+    /// Samples per pixel of the reference.
     pub reference_samples: u32,
     /// Number of tiles of the most important settings; slow settings get fewer.
     pub tiles: usize,
@@ -57,7 +59,7 @@ pub(super) struct MeasurementPlan {
 }
 
 impl MeasurementPlan {
-    /// Returns the description of the plan that the progress listener gets.
+    /// Returns the description of the plan that the progress listener shows.
     pub(super) fn description(&self, sample: &TileSample) -> String {
         let Self {
             reference_samples,
@@ -78,8 +80,7 @@ impl MeasurementPlan {
     }
 }
 
-/// Setting to be measured, with its ladder, the setting whose pictures it is compared with, and
-/// whether its own pictures are kept for comparisons.
+/// Setting to be measured, and the ladder to which its changed rung belongs.
 struct PlannedSetting {
     setting: RungSetting,
     ladder: Ladder,
@@ -99,6 +100,7 @@ impl PlannedSetting {
 }
 
 impl MeasurementSession<'_> {
+    /// Returns the plan for the tiles of this sample.
     pub(super) fn make_plan(&self, sample: &TileSample) -> MeasurementPlan {
         let grid = &sample.grid;
         let (tile_sample, budget) = (
@@ -136,8 +138,8 @@ impl MeasurementSession<'_> {
         }
     }
 
-    /// Renders the pilots with as many samples as their share of the time allows. They are needed
-    /// if a setting is denoised and not all tiles are measured.
+    /// Renders the pilots, two noisy whole pictures, with as many samples as their share of the
+    /// time allows. No pilots are needed if all tiles are measured, or no setting is denoised.
     pub(super) fn render_pilots(
         &self,
         plan: &MeasurementPlan,
@@ -173,15 +175,15 @@ impl MeasurementSession<'_> {
         Ok(())
     }
 
-    /// Returns the expected wall-clock seconds of a denoised picture of the whole with this number
-    /// of samples per pixel.
+    /// Returns the expected wall-clock seconds of a denoised whole picture with this number of
+    /// samples per pixel.
     fn whole_picture_seconds(&self, samples: u32) -> f64 {
         let [width, height] = self.settings.size.map(f64::from);
         self.seconds_per_sample * width * height * f64::from(samples) * FILTER
     }
 
-    /// Returns the largest number of samples with which a denoised setting is rendered as a whole
-    /// picture.
+    /// Returns the largest number of samples per pixel with which a denoised setting is rendered as
+    /// a whole picture.
     fn whole_picture_samples(&self) -> u32 {
         (WHOLE * self.effort.budget.as_secs_f64() / self.whole_picture_seconds(1).max(1e-12)) as u32
     }
@@ -192,6 +194,7 @@ impl MeasurementSession<'_> {
         settings.denoise && settings.sampling.samples_per_pixel() <= self.whole_picture_samples()
     }
 
+    /// Returns the least number of samples per pixel of the reference for this scene.
     fn minimum_reference_samples(&self) -> u32 {
         self.settings
             .sampling
@@ -206,8 +209,8 @@ impl MeasurementSession<'_> {
             / grid.count() as f64
     }
 
-    /// Returns the number of tiles for which the time suffices, if less important settings are
-    /// measured on the share `rest` of the tiles.
+    /// Returns the number of tiles for which the time suffices. Less important settings are
+    /// measured on the share `rest`, 0 to 1, of these tiles.
     pub(super) fn affordable_tiles(&self, grid: &TileGrid, rest: f64) -> usize {
         let (items, maximum) = (self.planned_settings(), self.full_tile_cost_limit(grid));
         let cost = |item: &PlannedSetting| {
@@ -229,8 +232,9 @@ impl MeasurementSession<'_> {
         (time / a_tile.max(1e-12)) as usize
     }
 
-    /// Returns the cost of a setting on a tile, in samples per pixel of the tile: samples times
-    /// rounds, with the denoiser's margin. Zero for a setting that is rendered as a whole picture.
+    /// Returns the cost of a setting per pixel of a tile, in samples: samples per pixel times
+    /// rounds, enlarged by the margin of a denoised tile. Zero for a setting that is rendered as a
+    /// whole picture.
     pub(super) fn samples_per_tile_pixel(&self, setting: &RungSetting, grid: &TileGrid) -> f64 {
         if self.renders_whole_denoised(setting) {
             return 0.0;
@@ -245,9 +249,9 @@ impl MeasurementSession<'_> {
         self.round_count(setting) as f64 * f64::from(self.sample_count(setting)) * wide * wide
     }
 
-    /// Returns the number of rounds of a setting. A setting with more samples than the scene's is
-    /// rendered once, because its bias is that of the settings with fewer samples. A denoised
-    /// picture of the whole is rendered once if it takes long.
+    /// Returns the number of rounds of a setting. A setting with more samples than the scene is
+    /// rendered once: its bias equals that of settings with fewer samples. A denoised whole picture
+    /// is rendered once if it takes long.
     pub(super) fn round_count(&self, setting: &RungSetting) -> u64 {
         let samples = self.sample_count(setting);
         let is_long = self.renders_whole_denoised(setting)
@@ -280,8 +284,8 @@ impl MeasurementSession<'_> {
         }
     }
 
-    /// Returns the cost, in samples per pixel of a tile, above which a setting is measured on fewer
-    /// tiles.
+    /// Returns the cost, in samples per pixel of a tile, beyond which a setting is measured on
+    /// fewer tiles.
     fn full_tile_cost_limit(&self, grid: &TileGrid) -> f64 {
         2.0 * self.samples_per_tile_pixel(&RungSetting::default(), grid)
     }
@@ -321,9 +325,10 @@ impl MeasurementSession<'_> {
             .collect()
     }
 
-    /// Returns every setting of the plan in order of importance: the scene's own setting and the
-    /// baseline; sample counts up to those that halve the error, with and without denoising; the
-    /// rungs of all other ladders, each ladder's most exact rung first; and larger sample counts.
+    /// Returns every setting of the plan in order of importance. First come the scene's own setting
+    /// and the baseline; then sample counts up to those that halve the error, with and without
+    /// denoising; then the rungs of all other ladders, each ladder's most exact rung first; last
+    /// larger sample counts.
     fn planned_settings(&self) -> Vec<PlannedSetting> {
         let item = |setting: RungSetting, ladder: Ladder| PlannedSetting {
             setting,
@@ -401,7 +406,7 @@ impl MeasurementSession<'_> {
     }
 
     /// Measures every setting of the plan. Returns the settings that were compared with another
-    /// setting under the same random numbers, with their ladders.
+    /// setting under the same random numbers, each with its ladder.
     pub(super) fn measure_rungs(
         &mut self,
         plan: &MeasurementPlan,

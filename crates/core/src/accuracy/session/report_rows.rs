@@ -1,4 +1,5 @@
-//! Rows of the report: the rungs of a ladder, combinations of rungs, and pictures for comparison.
+//! Parts of the report: the rungs (quality levels) of a ladder, combinations of rungs, and pictures
+//! for comparison.
 
 use super::super::ConfidenceInterval;
 use super::super::measurements::Measurements;
@@ -12,6 +13,8 @@ use crate::ladder::{Ladder, RungChoice};
 use crate::picture::Picture;
 
 impl MeasurementSession<'_> {
+    /// Returns the report of a ladder with time and error of each rung. `own_errors` lists the
+    /// settings that were compared with another setting under the same random numbers.
     pub(super) fn ladder_report(
         &self,
         ladder: Ladder,
@@ -67,7 +70,7 @@ impl MeasurementSession<'_> {
         })
     }
 
-    /// Returns the measured settings with several changed rungs, which are not rows of a ladder.
+    /// Returns the measured settings with several changed rungs.
     pub(super) fn combination_reports(
         &self,
         settings: &[RungSetting],
@@ -102,9 +105,9 @@ impl MeasurementSession<'_> {
         })
     }
 
-    /// Returns the pictures for the report: of the first tile, or of the whole picture if all tiles
-    /// were measured. They are the reference and the first render of each setting with a single
-    /// changed rung.
+    /// Returns the pictures for the report: the reference, and the first render of each setting
+    /// with a single changed rung. They show the first tile, or the whole picture if all tiles were
+    /// measured.
     pub(super) fn report_pictures(
         &self,
         measurements: &Measurements<'_>,

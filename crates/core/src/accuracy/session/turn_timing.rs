@@ -1,4 +1,5 @@
-//! Timing in turns of the recommended settings and of their closest competitors.
+//! Choice of the settings that are timed in turns (rendered alternately): the recommended settings
+//! and their closest competitors.
 
 use std::time::{Duration, Instant};
 
@@ -8,14 +9,14 @@ use super::super::setting::RungSetting;
 use super::{MeasurementSession, TURNS_END};
 use crate::prepare::PrepareError;
 
-/// Largest number of settings timed in turns besides the recommended ones. Some settings look fast
-/// only because they were timed at a good moment.
+/// Largest number of settings timed in turns besides the recommended settings. Some settings only
+/// look fast because the machine was fast when they were timed.
 const MOST: usize = 6;
-/// Number of turns for which time is planned.
+/// Number of turns for which time is reserved.
 const PLANNED: f64 = 4.0;
 
-/// Shares of the time for turns at which each pass ends. A pass may change the recommended setting,
-/// which the next pass then times.
+/// Share of the stage's time, 0 to 1, that is spent at the end of each pass. A pass may change the
+/// recommended setting, which the next pass then times.
 const PASSES: [f64; 3] = [0.5, 0.7, 1.0];
 
 impl MeasurementSession<'_> {
@@ -48,8 +49,8 @@ impl MeasurementSession<'_> {
         Ok(())
     }
 
-    /// Times the first of these settings in turns, as many settings and tiles as the time until
-    /// `end` allows.
+    /// Times the first settings of the list in turns, with as many settings and tiles as the time
+    /// until `end` allows.
     fn time_affordable_in_turns(
         &self,
         end: Instant,
