@@ -10,10 +10,11 @@ use raywright_core::scene::{
 /// Base colour of clay: a neutral grey.
 const CLAY: f64 = 0.6;
 
-/// Alpha cut-off of a blended surface with an alpha texture, which clay renders as a mask.
+/// Alpha cut-off of a surface that the file blends by an alpha texture. Clay renders this surface
+/// as a mask: opaque where alpha is at least the cut-off, otherwise invisible.
 const BLEND_CUTOFF: f64 = 0.5;
 
-/// Returns a matte neutral material.
+/// Returns the clay material: matte and neutral grey.
 pub(crate) fn clay_model() -> MaterialModel {
     MaterialModel::Physical(Box::new(make_matte(Physical::default())))
 }
@@ -46,14 +47,15 @@ pub(crate) fn apply_clay(scene: &mut Scene) {
     scene.unread.clear();
 }
 
-/// White copies of the textures that clay needs for alpha only. The map leads from the name of an
-/// original texture to the name of its copy.
+/// White copies of the textures whose alpha clay needs. Clay ignores their colours. Maps the name
+/// of each original texture to the name of its copy.
 #[derive(Default)]
 struct CutoutTextures(BTreeMap<String, String>);
 
 impl CutoutTextures {
-    /// Returns a default material with the alpha settings of `model`: mode, opacity and a white
-    /// texture.
+    /// Returns a default material that only cuts shapes out: alpha mode and opacity of `model`, and
+    /// a white copy of its base colour texture, whose alpha decides. Without a mask or an alpha
+    /// texture to blend by, the material is opaque.
     fn cut_out_settings(&mut self, model: &Physical) -> Physical {
         let texture = model.base_colour_texture.as_ref();
         let (alpha, opacity) = match (model.alpha, texture) {
@@ -86,8 +88,8 @@ impl CutoutTextures {
             .clone()
     }
 
-    /// Adds the white copies to the scene's textures and images. Each image keeps the alpha of its
-    /// original.
+    /// Adds the white copies of the textures to the scene, each with a white copy of its image. The
+    /// copy of an image keeps the alpha of the original.
     fn add_to_scene(self, scene: &mut Scene) {
         for (name, white) in self.0 {
             let Some(texture) = scene

@@ -1,5 +1,5 @@
-//! Parser of colours in CSS notation: `#e6b219`, `white`, `rgb(230, 178, 25)`. The sRGB codes are
-//! converted to linear values.
+//! Parser of colours in CSS notation: `#e6b219`, `white`, `rgb(230, 178, 25)`. CSS states sRGB
+//! codes from 0 to 255, which are converted to linear values.
 
 use css_color::Srgb;
 use raywright_core::display::curve::decode_transfer;
@@ -21,7 +21,8 @@ pub fn parse_colour(text: &str) -> Option<[f64; 3]> {
         .parse()
         .ok()
         .filter(|colour: &Srgb| colour.alpha >= 1.0)?;
-    // Codes are whole numbers in all three notations.
+    // The parser returns code/255 in single precision. All three notations state whole codes, so
+    // that rounding restores the exact code.
     Some([colour.red, colour.green, colour.blue].map(|share| {
         let code = (f64::from(share) * 255.0).round();
         decode_transfer(TransferCurve::Srgb, code / 255.0)

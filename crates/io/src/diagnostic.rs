@@ -10,8 +10,8 @@ use crate::error_kind::ErrorKind;
 /// Largest number of problems rendered in full; a text in another format can have thousands.
 const MAX_SHOWN: usize = 20;
 
-/// Bytes of a long line that are shown before a problem; up to three times as many are shown after
-/// the start of the problem.
+/// Bytes of a long line shown before a problem. Up to three times this number of bytes are shown
+/// from the start of the problem on.
 const MARGIN: usize = 60;
 
 /// A problem in a text.
@@ -125,11 +125,12 @@ pub struct TextPosition {
     pub line: usize,
     /// Column in characters, from 1.
     pub column: usize,
-    /// Byte range of the text that is shown: the whole line, or a piece of a long line.
+    /// Byte range of the text that is shown: the whole line, or only the surroundings of the
+    /// problem in a long line.
     shown_range: Range<usize>,
-    /// The span, relative to the start of the shown range.
+    /// Byte range of the problem, relative to the start of the shown range.
     span_in_shown: Range<usize>,
-    /// Column relative to the start of the shown range, in characters from 1.
+    /// Column of the problem within the shown range, in characters from 1.
     column_in_shown: usize,
 }
 

@@ -25,13 +25,14 @@ use crate::warning::{Warning, WarningCode};
 pub struct EnvironmentOptions {
     /// Replacement of the scene's own sky.
     pub source: Option<EnvironmentSource>,
-    /// Ground of a studio.
+    /// Whether a studio keeps its ground.
     pub ground: GroundRule,
-    /// Radiance of a studio's backdrop; `None` keeps the radiance of the studio.
+    /// Radiance of a studio's backdrop, the uniform background around the model; `None` keeps the
+    /// studio's own value.
     pub backdrop: Option<f64>,
     /// Rotation about +y in degrees, added to the rotation of the sky.
     pub rotation: Option<f64>,
-    /// Factor on the radiance, at least zero.
+    /// Factor on the radiance of the environment, at least zero.
     pub strength: Option<f64>,
 }
 
@@ -48,13 +49,14 @@ pub enum EnvironmentSource {
     File(PathBuf),
 }
 
-/// Ground of a studio.
+/// Whether a studio keeps its ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GroundRule {
-    /// The ground of the studio. The default studio has a ground that shows only shadows.
+    /// The studio's own ground. The default studio has an invisible ground, on which only shadows
+    /// are visible.
     #[default]
     Auto,
-    /// No ground.
+    /// The ground is removed.
     None,
 }
 
@@ -157,6 +159,7 @@ fn detect_light_shortage(scene: &Scene, format: SceneFormat) -> Option<LightShor
     }
 }
 
+/// Replaces the scene's sky by an equirectangular picture file.
 fn load_sky_picture(
     scene: &mut Scene,
     path: &Path,
@@ -220,6 +223,7 @@ fn load_sky_picture(
     Ok(())
 }
 
+/// Adds a rotation about +y to a sky. A sky given by an expression is refused.
 fn rotate_sky(sky: &mut Sky, degrees: f64) -> Result<(), Error> {
     match sky {
         Sky::Constant(_) => {}
@@ -238,6 +242,7 @@ fn rotate_sky(sky: &mut Sky, degrees: f64) -> Result<(), Error> {
     Ok(())
 }
 
+/// Multiplies the radiance of a sky by a factor. A sky given by an expression is refused.
 fn scale_sky(sky: &mut Sky, factor: f64) -> Result<(), Error> {
     let scaled = |colour: &mut Colour| colour.0.iter_mut().for_each(|channel| *channel *= factor);
     match sky {
@@ -253,6 +258,7 @@ fn scale_sky(sky: &mut Sky, factor: f64) -> Result<(), Error> {
     Ok(())
 }
 
+/// Creates the error for `flag`, an option that cannot change a sky given by an expression.
 fn expression_sky_error(label: &str, flag: &str) -> Error {
     let error = Error::invalid_usage(format!(
         "{flag}: the scene's sky is an expression, which can't be {label} from outside"

@@ -50,7 +50,7 @@ enum FolderRoot {
     NoFiles(&'static str),
 }
 
-/// Location of a file that a scene names.
+/// Location of a file that a scene names: a path on disk, or a path in a resolver.
 enum FileLocation<'f> {
     Disk(PathBuf),
     Resolver(&'f Resolver, String),
@@ -65,7 +65,8 @@ pub struct Folder {
     allows_outside: bool,
     file_bytes: u64,
     hash: RefCell<SceneHash>,
-    /// Files read or named. The list is shared with the folders of files read from this folder.
+    /// Files that were read or that the scene names. The list is shared with the folders of files
+    /// that were read from this folder.
     inputs: Rc<RefCell<InputFiles>>,
 }
 
@@ -187,7 +188,8 @@ impl Folder {
         Ok(bytes)
     }
 
-    /// Records the scene's own file, which is not read through this gate.
+    /// Adds the scene's own file to the list of inputs. This file is opened by the caller, not by
+    /// [`Self::read`].
     pub(crate) fn record_scene_file(&self, path: &Path) {
         self.inputs.borrow_mut().record_read(path);
     }
@@ -204,7 +206,8 @@ impl Folder {
         }
     }
 
-    /// Files read or named so far, by this folder and the folders of its files.
+    /// Returns the files that were read or named so far, by this folder and by the folders of its
+    /// files.
     pub fn inputs(&self) -> InputFiles {
         self.inputs.borrow().clone()
     }
@@ -220,6 +223,8 @@ impl Folder {
         self.hash.take()
     }
 
+    /// Finds the location of a file that the scene names, and refuses a reference that leads
+    /// outside the folder.
     fn resolve(&self, reference: &str) -> Result<FileLocation<'_>, ReadError> {
         let refuse = |why: &str| Err(ReadError::Refused(format!("`{reference}` {why}")));
         if reference.is_empty() || reference.contains('\0') {

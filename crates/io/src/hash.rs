@@ -6,24 +6,24 @@ use std::sync::OnceLock;
 
 use sha2::{Digest, Sha256};
 
-/// Largest number of buffered bytes. If a piece does not fit, the buffer and the piece are hashed
-/// at once.
+/// Largest number of buffered bytes. If the bytes of an [`SceneHash::add`] call do not fit, the
+/// buffer and these bytes are hashed immediately.
 const BUFFER_BYTES: usize = 1 << 20;
 
-/// SHA-256 of a sequence of byte pieces, each preceded by its length; displayed as 64 hexadecimal
-/// digits. On processors without SHA instructions, hashing takes fifty instructions per byte;
-/// therefore up to a megabyte is buffered until the hash is displayed.
+/// SHA-256 of a sequence of byte strings, each preceded by its length; displayed as 64 hexadecimal
+/// digits. Without SHA instructions of the processor, hashing takes fifty instructions per byte;
+/// therefore up to a megabyte is buffered, and hashed only when the hash is displayed.
 #[derive(Clone, Debug, Default)]
 pub struct SceneHash {
     hasher: Sha256,
-    /// Buffered bytes, which follow the bytes already hashed.
+    /// Bytes that were added but are not hashed yet.
     buffer: Vec<u8>,
-    /// The 64 digits, once computed.
+    /// The 64 hexadecimal digits, once computed.
     digits: OnceLock<String>,
 }
 
 impl SceneHash {
-    /// Adds a piece of bytes.
+    /// Adds a byte string.
     pub(crate) fn add(&mut self, bytes: &[u8]) {
         self.digits.take();
         let length = (bytes.len() as u64).to_le_bytes();

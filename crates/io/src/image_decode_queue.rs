@@ -12,23 +12,25 @@ use crate::image_file::{DecodedImage, decode};
 use crate::import::{ImportResult, tolerate_invalid};
 use crate::warning::WarningCode;
 
-/// Messages of decoding, each with the position of its image, in the order of collection.
+/// Messages about decoded images, in the order in which the images were added. Each message states
+/// the image's position in the file.
 #[derive(Debug, Default)]
 pub(crate) struct DecodeReport {
-    /// Errors of undecodable images: their textures are dropped and only the factors remain, see
-    /// [`drop_missing_images`].
+    /// Errors of images that could not be decoded. Their textures are removed by
+    /// [`drop_missing_images`], so that only the factors of the materials remain.
     pub errors: Vec<String>,
-    /// Remarks about decoded images.
+    /// Remarks about decoded images, such as replaced values.
     pub remarks: Vec<(WarningCode, String)>,
 }
 
-/// Images of a model that wait for decoding: collected in order, then decoded in parallel on the
-/// current thread pool.
+/// Images of a model that wait for decoding. Each has its index in the scene, its position for
+/// messages, and its encoded bytes.
 #[derive(Debug, Default)]
 pub(crate) struct ImageDecodeQueue<'a>(Vec<(usize, String, Cow<'a, [u8]>)>);
 
 impl<'a> ImageDecodeQueue<'a> {
-    /// Adds the data of a scene's image, with its position for messages.
+    /// Adds the encoded bytes of the scene's image with the index `image`. `place` is the image's
+    /// position in the file, for messages.
     pub fn add(&mut self, image: usize, place: String, bytes: Cow<'a, [u8]>) {
         self.0.push((image, place, bytes));
     }
@@ -75,7 +77,8 @@ impl<'a> ImageDecodeQueue<'a> {
     }
 }
 
-/// Removes images without pixels from an imported scene, with their textures and uses.
+/// Removes images without pixels from an imported scene. Textures of these images, and the
+/// references of materials to these textures, are removed too.
 pub(crate) fn drop_missing_images(scene: &mut Scene) {
     let missing: HashSet<String> = scene
         .images

@@ -61,7 +61,8 @@ pub(crate) fn detect_format(bytes: &[u8]) -> ImageKind {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct DecodedImage {
     pub image: ImageData,
-    /// Remarks for the user, each a sentence with the picture as its subject.
+    /// Remarks for the user about values that differ from the file, each a sentence whose subject
+    /// is the picture.
     pub remarks: Vec<String>,
     /// Number of infinite and NaN channel values, all of which were replaced.
     pub repaired_count: u64,
@@ -88,7 +89,7 @@ impl From<ImageData> for DecodedImage {
 pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage> {
     let kind = detect_format(bytes);
     if !matches!(kind, ImageKind::Foreign(_) | ImageKind::Unknown) {
-        // The decoder's buffer, and the stored picture of the same size.
+        // Memory for two pictures: the buffer of the decoder, and the stored picture.
         let [width, height] = read_size(bytes, limits)?;
         check_available_memory(
             2 * u64::from(width) * u64::from(height) * bytes_per_pixel(kind) as u64,
@@ -113,7 +114,7 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage
     }
 }
 
-/// Reserves the memory of the decoded picture, whose size is in the header.
+/// Reserves the memory of the decoded picture, whose size is read from the header.
 ///
 /// # Errors
 /// As [`decode`], for all faults that a header shows; of kind limit when the budget is exceeded.

@@ -36,7 +36,7 @@ pub(crate) struct Fault {
 /// Result of an importer's step.
 pub(crate) type ImportResult<T> = Result<T, Fault>;
 
-/// A scene from a foreign file, with the warnings of its import.
+/// A scene from a model file, with the warnings of its import.
 pub(crate) type ImportedScene = (Scene, Vec<Warning>);
 
 impl Fault {
@@ -56,7 +56,8 @@ impl Fault {
         }
     }
 
-    /// Creates a fault for a choice that the content lacks.
+    /// Creates a fault for a scene, variant or animation that the user chose and the file does not
+    /// have.
     pub fn missing_choice(message: impl Into<String>) -> Self {
         Self {
             kind: FaultKind::Choice,
@@ -92,7 +93,8 @@ impl From<ReadError> for Fault {
     }
 }
 
-/// Converts a fault of kind input to the reason why an optional picture is left out.
+/// Separates broken pictures, which the caller leaves out, from failures of the import. A fault of
+/// kind input is returned as `Ok(Err(reason))`.
 ///
 /// # Errors
 /// A fault of any other kind.
@@ -129,7 +131,7 @@ pub(crate) fn sanitise_text(text: &str) -> String {
     text.chars().take(MOST).map(clean).chain(more).collect()
 }
 
-/// Formats a number of a file for messages, without long rows of zeros.
+/// Formats a number of a file for messages; very large and very small numbers have an exponent.
 pub(crate) fn format_number(value: f64) -> String {
     if value == 0.0 || (1e-6..1e6).contains(&value.abs()) {
         value.to_string()
@@ -138,7 +140,7 @@ pub(crate) fn format_number(value: f64) -> String {
     }
 }
 
-/// Warnings without repetitions, bounded in number.
+/// List of warnings without repetitions; beyond a largest number, warnings are only counted.
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
     list: Vec<(WarningCode, String)>,
@@ -201,7 +203,8 @@ impl Warnings {
     }
 }
 
-/// Generates unique names: the requested name, or that name with a number.
+/// Generates unique names: the requested name or, if that name is taken, the name followed by a
+/// number.
 #[derive(Debug, Default)]
 pub(crate) struct UniqueNames {
     taken: HashSet<String>,
@@ -209,7 +212,7 @@ pub(crate) struct UniqueNames {
 }
 
 impl UniqueNames {
-    /// Returns the requested name, or that name with a number.
+    /// Returns the requested name or, if that name is taken, the name followed by a number.
     pub fn make_unique(&mut self, wish: &str) -> String {
         let wish = if wish.is_empty() { "unnamed" } else { wish };
         let mut name = wish.to_owned();
@@ -241,7 +244,7 @@ pub(crate) fn check_available_memory(bytes: u64) -> ImportResult<()> {
     )))
 }
 
-/// Memory, triangles and objects that an import may still use.
+/// Memory in bytes, triangles and objects that an import may still use.
 #[derive(Debug)]
 pub(crate) struct DecodeBudget {
     limits: Limits,
@@ -278,7 +281,7 @@ impl DecodeBudget {
         check_available_memory(bytes)
     }
 
-    /// Reserves triangles and the memory of their indices.
+    /// Reserves `count` triangles and the memory of their indices.
     ///
     /// # Errors
     /// A fault of kind limit when the budget is exceeded.
@@ -291,7 +294,7 @@ impl DecodeBudget {
         self.reserve_memory(count, size_of::<[u32; 3]>())
     }
 
-    /// Reserves an object.
+    /// Reserves one object.
     ///
     /// # Errors
     /// A fault of kind limit for too many objects.
@@ -301,7 +304,7 @@ impl DecodeBudget {
             .objects
             .checked_sub(1)
             .ok_or_else(|| Fault::over_limit(format!("has more than {total} objects")))?;
-        // 128 bytes for the texts of its names.
+        // 128 bytes are assumed for the names of the object.
         self.reserve_memory(1, size_of::<raywright_core::scene::Object>() + 128)
     }
 }

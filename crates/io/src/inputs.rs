@@ -12,7 +12,7 @@ use crate::output::{OutputPath, file_fingerprint};
 /// Files that were read, and paths that a scene names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InputFiles {
-    /// Paths as opened.
+    /// Paths of files that were read.
     read: BTreeSet<PathBuf>,
     /// Paths that were opened without success, because no file exists.
     absent: BTreeSet<PathBuf>,
@@ -21,7 +21,7 @@ pub struct InputFiles {
     named: BTreeSet<PathBuf>,
 }
 
-/// Reason why a path must not be written to.
+/// Reason why an output must not be written to a path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PathClash {
     /// An input file is at this path. The value is the name under which the file was read.
@@ -31,9 +31,9 @@ pub enum PathClash {
 }
 
 impl InputFiles {
-    /// SHA-256 over the names and contents of all files that were read or found missing, as 64
-    /// hexadecimal digits. The hash changes when any of these files changes, disappears or appears;
-    /// each call reads the files again.
+    /// Returns SHA-256 over the names and contents of all files that were read or found missing, as
+    /// 64 hexadecimal digits. The hash changes when any of these files changes, disappears or
+    /// appears; each call reads the files again.
     pub fn content_hash(&self) -> String {
         let mut hash = SceneHash::default();
         for path in self.files() {
@@ -66,9 +66,9 @@ impl InputFiles {
         self.read.union(&self.absent).map(PathBuf::as_path)
     }
 
-    /// Returns the first output path, by index, that would overwrite an input, and the reason. Each
-    /// output path comes with the fingerprint of the existing file, if any. All paths are checked
-    /// in one call, so that each input is opened only once.
+    /// Returns the index of the first output path that would overwrite an input, and the reason.
+    /// Each output path comes with the fingerprint of the file that exists at the path, if any. All
+    /// output paths are checked in one call, so that each input is opened only once.
     pub fn first_clash<'a>(
         &self,
         places: impl IntoIterator<Item = (&'a OutputPath, Option<u64>)>,
@@ -93,10 +93,12 @@ impl InputFiles {
             })
     }
 
-    /// Returns the input file that a write to an output path would overwrite.
+    /// Returns the reason why an output path must not be written to, or `None` if writing
+    /// overwrites no input.
     pub fn find_clash(&self, place: &OutputPath) -> Option<PathClash> {
         let there = place.open_existing();
-        // Opening the pipe of a piped scene would block, and no output replaces a pipe.
+        // If the scene is read from a pipe, opening the pipe again would block. An output never
+        // replaces a pipe.
         let handle = |path: &Path| {
             if path.is_file() {
                 Handle::from_path(path).ok()

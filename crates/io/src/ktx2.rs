@@ -1,9 +1,10 @@
-//! Decoding of flat KTX 2.0 files with one layer: Basis Universal pictures (ETC1S or UASTC), as in
-//! KHR_texture_basisu, and uncompressed pictures of eight bits a channel, both optionally with
-//! Zstandard. `basisu` transcodes and `ruzstd` decompresses. This module first checks that every
-//! range of the container lies in the file, that each mip level has the size that its pixels need,
-//! and that the picture is within the limits, because the transcoder adds offsets before comparing
-//! them.
+//! Decoding of two-dimensional KTX 2.0 files with one layer. Supported are Basis Universal pictures
+//! (ETC1S or UASTC), as in KHR_texture_basisu, and uncompressed pictures of eight bits a channel;
+//! both may be compressed with Zstandard. `basisu` transcodes and `ruzstd` decompresses.
+//!
+//! This module first checks that every range of the container lies in the file, that each mip level
+//! has the size that its pixels need, and that the picture is within the limits. The checks are
+//! needed because the transcoder adds offsets without a check for overflow.
 
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 use raywright_core::scene::{ImageData, PixelData};
@@ -17,16 +18,20 @@ use crate::import::{Fault, ImportResult};
 /// The first bytes of every KTX 2.0 file.
 pub(crate) const SIGNATURE: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
 
-/// Bytes of the header, the index of sections included (KTX 2.0, section 3).
+/// Size in bytes of the header, including the index of sections (KTX 2.0, section 3).
 const HEADER: u64 = 80;
-/// Largest number of mip levels. A picture with sides below 2³² pixels has at most 32, and the
-/// transcoder reads no more.
+/// Largest number of mip levels. A picture with sides below 2³² pixels has at most 32 mip levels,
+/// and the transcoder reads no more.
 const MOST_LEVELS: u32 = 32;
-/// Codes of supercompression schemes (KTX 2.0, section 3.6.1); zero is none.
+/// Code of the BasisLZ supercompression scheme (KTX 2.0, section 3.6.1). The code zero stands for
+/// no scheme.
 const BASIS_LZ: u32 = 1;
+/// Code of the Zstandard supercompression scheme.
 const ZSTANDARD: u32 = 2;
-/// Colour models of the two encodings of Basis Universal (Khronos Data Format 1.3, section 5.6).
+/// Code of the colour model ETC1S, one of the two encodings of Basis Universal (Khronos Data Format
+/// 1.3, section 5.6).
 const ETC1S: u8 = 163;
+/// Code of the colour model UASTC, the other encoding of Basis Universal.
 const UASTC: u8 = 166;
 
 /// Encoding of the pixels.
@@ -44,9 +49,9 @@ enum PixelCoding {
 }
 
 impl PixelCoding {
-    /// Returns the coding of a `VkFormat` number (Vulkan 1.3, section 34.1.1). UNORM and SRGB
-    /// formats share a coding: the texture chooses the transfer curve, as for every other picture
-    /// format.
+    /// Returns the pixel coding for a `VkFormat` number (Vulkan 1.3, section 34.1.1); `None` for an
+    /// unsupported format. UNORM and SRGB formats have the same coding, because the texture, not
+    /// the file, chooses the transfer curve.
     fn from_vk_format(format: u32) -> Option<Self> {
         let plain = |channels, reversed| {
             Some(Self::Uncompressed {
@@ -71,7 +76,7 @@ struct Ktx2Container<'b> {
     width: u32,
     height: u32,
     coding: PixelCoding,
-    /// Stored bytes of the largest mip level.
+    /// Stored bytes of the largest mip level, still compressed.
     level: &'b [u8],
     compressed: bool,
 }
@@ -202,7 +207,8 @@ impl<'b> Ktx2Container<'b> {
         })
     }
 
-    /// Decodes uncompressed pixels; pictures without alpha are opaque.
+    /// Decodes uncompressed pixels to RGBA codes. `reversed` states that the channels are stored as
+    /// blue, green, red; pictures without alpha become opaque.
     fn decode_uncompressed(&self, channels: usize, reversed: bool) -> ImportResult<Vec<[u8; 4]>> {
         let mut unpacked = Vec::new();
         let level = match self.compressed {
@@ -229,7 +235,8 @@ impl<'b> Ktx2Container<'b> {
     }
 }
 
-/// Colour model of the first data format descriptor.
+/// Returns the colour model in the first data format descriptor of a file; `None` beyond the end of
+/// the file.
 fn colour_model(bytes: &[u8]) -> Option<u8> {
     bytes
         .get(
@@ -240,7 +247,7 @@ fn colour_model(bytes: &[u8]) -> Option<u8> {
         .copied()
 }
 
-/// Returns a range of the file's bytes.
+/// Returns `length` bytes of the file from byte `start` on.
 fn byte_range(bytes: &[u8], start: u64, length: u64) -> ImportResult<&[u8]> {
     let end = start
         .checked_add(length)

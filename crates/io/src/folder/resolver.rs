@@ -7,12 +7,12 @@ use std::sync::Arc;
 
 type ReadFunction = dyn Fn(&str) -> io::Result<Vec<u8>> + Send + Sync;
 
-/// Provides the files that a scene names, by their paths relative to the scene with `/` as
-/// separator.
+/// Provides the files that a scene names. Each file is identified by its path relative to the
+/// scene, with `/` as separator.
 ///
-/// Paths never lead outside the scene's own folder: such paths are refused before the call. Content
-/// larger than [`Limits::file_bytes`](crate::Limits) is refused after the call. Clones of a
-/// resolver are equal to each other, and to no other resolver.
+/// Paths outside the scene's own folder are refused before the call. Content larger than
+/// [`Limits::file_bytes`](crate::Limits) is refused after the call. Clones of a resolver compare as
+/// equal; two resolvers that were created separately do not.
 #[derive(Clone)]
 pub struct Resolver(Arc<ReadFunction>);
 
@@ -22,7 +22,7 @@ impl Resolver {
         Self(Arc::new(read))
     }
 
-    /// Reads a file.
+    /// Reads a file by its path relative to the scene.
     ///
     /// # Errors
     /// Errors of the function; [`io::ErrorKind::NotFound`] for a missing file.

@@ -90,7 +90,8 @@ pub(super) struct AccessorReader<'a> {
     pub buffers: &'a Buffers<'a>,
     /// Largest size of an accessor in bytes.
     pub memory_bytes: u64,
-    /// Bytes that further accessors without data may have. Such an accessor consists of zeros.
+    /// Number of bytes that further accessors without data may still have. The elements of such an
+    /// accessor are zeros.
     pub zero_bytes_left: Cell<u64>,
 }
 
@@ -98,7 +99,7 @@ pub(super) struct AccessorReader<'a> {
 /// could fill the memory.
 pub(super) const MAX_ZERO_BYTES: u64 = 256 << 20;
 
-/// An opened accessor.
+/// An opened accessor, whose ranges and indices are checked.
 #[derive(Debug)]
 pub(super) struct Accessor<'a> {
     count: usize,
@@ -159,8 +160,8 @@ impl<'a> AccessorReader<'a> {
         })
     }
 
-    /// Returns the empty slice, which stands for zeros, and subtracts `count` elements of `size`
-    /// bytes from the remaining bytes for zeros.
+    /// Reserves `count` zero elements of `size` bytes each for an accessor without data, and
+    /// returns an empty slice, which stands for the zeros.
     fn reserve_zeros(&self, count: usize, size: usize) -> ImportResult<&'a [u8]> {
         let left = self
             .zero_bytes_left
@@ -172,7 +173,8 @@ impl<'a> AccessorReader<'a> {
         Ok(&[])
     }
 
-    /// Returns the bytes of `count` elements in a view from an offset, and the stride.
+    /// Returns the bytes of `count` elements of a buffer view, from byte `offset` on, and the
+    /// distance in bytes between the starts of two elements (the stride).
     fn slice_view(
         &self,
         view: u32,
@@ -205,7 +207,7 @@ impl<'a> AccessorReader<'a> {
         Ok((bytes.get(start..end).ok_or_else(beyond)?, stride))
     }
 
-    /// Reads the replaced elements of a sparse accessor, sorted by index.
+    /// Reads the elements that a sparse accessor replaces, each with its index, sorted by index.
     fn read_sparse(
         &self,
         sparse: &SparseEntry,
@@ -271,13 +273,14 @@ impl Accessor<'_> {
         self.component.is_unsigned()
     }
 
-    /// Marks integer components as normalised, whatever the file's flag is.
+    /// Treats integer components as normalised, even if the file does not mark the accessor as
+    /// normalised.
     pub fn normalise_integers(&mut self) {
         self.normalised = true;
     }
 
-    /// Returns an element as floats; missing components are zero. Normalised integers become
-    /// fractions of the largest value of their type (glTF 2.0, section 3.11).
+    /// Returns an element as floats; components beyond the element's own are zero. Normalised
+    /// integers become fractions of the largest value of their type (glTF 2.0, section 3.11).
     pub fn read_vector<const N: usize>(&self, element: usize) -> [f32; N] {
         let bytes = self.element_bytes(element);
         let size = self.component.size();
@@ -312,8 +315,8 @@ impl Accessor<'_> {
     }
 
     fn read_component(&self, bytes: &[u8]) -> f32 {
-        // Fractions are computed in f64: for smaller integers the rounded quotient equals that of
-        // f32, but u32 does not fit f32.
+        // The quotient is computed in f64 and then rounded. For 8-bit and 16-bit integers, a
+        // division in f32 would give the same result; but f32 cannot represent every u32.
         let (value, largest) = match self.component {
             ComponentType::F32 => return f32::from_le_bytes(first_bytes(bytes)),
             ComponentType::I8 => (

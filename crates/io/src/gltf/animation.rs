@@ -15,7 +15,7 @@ use super::keyframes::{KeyframeReader, find_sampler};
 use crate::import::{Fault, ImportResult, Warnings, sanitise_text};
 use crate::warning::WarningCode;
 
-/// Animated properties of a node.
+/// Animated transform and morph weights of a node; `None` for a property that is not animated.
 #[derive(Clone, Debug, Default)]
 pub(super) struct AnimatedTransform {
     pub translation: Option<[f64; 3]>,

@@ -26,13 +26,14 @@ enum PropertyType {
     /// A boolean.
     Switch,
     Number,
-    /// A vector of this many numbers.
+    /// A vector with this number of components.
     Vector(usize),
-    /// A list of any length.
+    /// A list of numbers of any length.
     List,
 }
 
-/// Pointers of supported properties, with `*` for an index.
+/// JSON pointers of the supported properties, with `*` in place of an index, and the type of each
+/// property.
 const PROPERTIES: [(&str, PropertyType); 17] = [
     (
         "nodes/*/extensions/KHR_node_visibility/visible",
@@ -129,8 +130,8 @@ const TRANSFORM_PROPERTIES: [(&str, PropertyType); 3] = [
     ("scale", PropertyType::Vector(2)),
 ];
 
-/// Type of the property that a pointer refers to; `None` if unsupported. The pointer is given
-/// without its first slash.
+/// Returns the type of the property that a JSON pointer refers to; `None` for an unsupported
+/// property. The pointer is given without its first slash.
 fn property_type(pointer: &str) -> Option<PropertyType> {
     let part = |part: &str| {
         if part.bytes().all(|byte| byte.is_ascii_digit()) {
@@ -161,8 +162,8 @@ fn property_type(pointer: &str) -> Option<PropertyType> {
         .or_else(transform)
 }
 
-/// Node index and property (`translation`, `rotation`, `scale` or `interpolate_weights`) of a channel whose
-/// pointer leads to such a property; `None` for any other channel.
+/// Returns the node index and the property (`translation`, `rotation`, `scale` or `weights`) that
+/// an animation channel's pointer refers to; `None` for a channel with another target.
 pub(super) fn parse_node_pointer(channel: &AnimationChannel) -> Option<(u32, &str)> {
     let mut parts = channel_pointer(channel)?
         .strip_prefix("/nodes/")?
@@ -217,8 +218,8 @@ pub(super) fn apply_pointers(
     document::parse(file.to_string().as_bytes(), limits, warnings).map(Some)
 }
 
-/// Returns the pointers of all animated properties, without their first slash, and the values at a
-/// time in seconds.
+/// Evaluates all properties that are animated by pointers at a time in seconds. Returns the pointer
+/// of each property, without its first slash, and the property's value.
 fn evaluate_pointers(
     time: f64,
     reader: &AccessorReader<'_>,
@@ -278,7 +279,7 @@ fn evaluate_pointers(
     Ok(found)
 }
 
-/// Converts interpolated numbers to a JSON value of a property's type.
+/// Converts the interpolated numbers of a property to a JSON value of the property's type.
 fn to_json(kind: PropertyType, numbers: &[f64]) -> ImportResult<Value> {
     let number = |&number: &f64| {
         let number = Number::from_f64(number)
@@ -321,7 +322,8 @@ fn find_slot<'v, 'p>(
     at.as_object_mut().map(|holder| (holder, key))
 }
 
-/// Returns the pointer of a channel; `None` for an ordinary target.
+/// Returns the JSON pointer of an animation channel; `None` for a channel that animates a node
+/// without a pointer.
 fn channel_pointer(channel: &AnimationChannel) -> Option<&str> {
     let extension = channel.target.extensions.pointer.as_ref();
     extension

@@ -12,13 +12,13 @@ use crate::uri;
 
 /// All buffers of a file, each truncated to its length in the JSON.
 pub(super) struct Buffers<'a> {
-    /// Contents; `None` for a buffer without data, which is a placeholder for an extension. A use
-    /// of such a buffer is an error.
+    /// Contents of each buffer; `None` for a buffer without data, which only an extension may use.
+    /// Reading such a buffer is an error.
     data: Vec<Option<Cow<'a, [u8]>>>,
-    /// Decoded contents of compressed buffer views, by index of the view.
+    /// Decompressed contents of compressed buffer views, by index of the view.
     views: HashMap<usize, Vec<u8>>,
-    /// Decoded elements of the accessors of compressed primitives, without gaps, by index of the
-    /// accessor.
+    /// Decompressed elements of accessors whose primitives are compressed, tightly packed, by index
+    /// of the accessor.
     accessors: HashMap<usize, Vec<u8>>,
 }
 
@@ -49,7 +49,8 @@ impl<'a> Buffers<'a> {
         })
     }
 
-    /// Returns the bytes of a buffer view, and the stride in bytes, if given.
+    /// Returns the bytes of a buffer view, and the distance in bytes between its elements (the
+    /// stride), if the file states the distance.
     ///
     /// # Errors
     /// A fault of kind input for an unknown view or buffer, or a view beyond its buffer.
@@ -101,12 +102,13 @@ impl<'a> Buffers<'a> {
         self.views.insert(index, bytes);
     }
 
-    /// Sets the decoded elements of an accessor, without gaps between elements.
+    /// Sets the decompressed elements of an accessor, tightly packed.
     pub fn set_decoded_accessor(&mut self, index: usize, bytes: Vec<u8>) {
         self.accessors.insert(index, bytes);
     }
 
-    /// Returns the decoded elements of an accessor, or `None` for an accessor of uncompressed data.
+    /// Returns the decompressed elements of an accessor; `None` if the accessor's data is not
+    /// compressed.
     pub fn decoded_accessor(&self, index: usize) -> Option<&[u8]> {
         self.accessors.get(&index).map(Vec::as_slice)
     }

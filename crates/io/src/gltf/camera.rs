@@ -10,8 +10,8 @@ use crate::warning::WarningCode;
 
 /// Converts a camera, or returns `None` with a warning for invalid numbers.
 ///
-/// A picture with another aspect ratio than the camera shows the whole view of the camera, and more
-/// on two sides.
+/// If the picture and the camera differ in aspect ratio, the picture shows the whole view of the
+/// camera, and more on two opposite sides.
 pub(super) fn convert_camera(
     camera: &Source,
     index: usize,
@@ -76,8 +76,8 @@ pub(super) fn convert_camera(
     })
 }
 
-/// Returns the camera pose from the node's normalised axes, or `None` for a singular transform. A
-/// reflected node keeps its reflected view.
+/// Returns the camera pose from the axes of the node, each normalised; `None` for a singular
+/// transform. If the node's transform is a reflection, the view is mirrored too.
 fn camera_pose(instance: &NodeInstance) -> Option<Pose> {
     let m = instance.world.matrix3;
     let back = m.z_axis.try_normalize()?;

@@ -173,8 +173,8 @@ struct AccessorLayout {
     arity: usize,
 }
 
-/// Returns the layout of an accessor. Refuses an accessor whose count differs from `decoded`, the
-/// number of decoded elements.
+/// Returns component type and arity of an accessor. An accessor is refused if its element count
+/// differs from `decoded`, the number of elements in the decompressed data.
 fn accessor_layout(
     document: &Document,
     index: u32,
@@ -199,7 +199,7 @@ fn accessor_layout(
     }
 }
 
-/// Converts numbers to an accessor's component type.
+/// Encodes decoded numbers as little-endian bytes of an accessor's component type.
 fn encode_components(values: &[f32], component: ComponentType) -> Vec<u8> {
     let list = values.iter();
     match component {

@@ -51,7 +51,7 @@ impl MeshDeformation {
     }
 }
 
-/// A skin with the transforms of its joints.
+/// A skin at the chosen time: the transforms of its joints.
 #[derive(Clone, Debug)]
 pub(super) struct SkinTransforms {
     /// Index in the file.
@@ -63,7 +63,8 @@ pub(super) struct SkinTransforms {
     joints: Vec<DAffine3>,
 }
 
-/// Positions and directions of a mesh during its deformation.
+/// Positions and directions of a primitive's vertices, which morph targets and joints change in
+/// place.
 #[derive(Default)]
 pub(super) struct DeformingMesh {
     pub positions: Vec<DVec3>,
@@ -201,7 +202,8 @@ impl GltfImport<'_> {
         }
     }
 
-    /// Adds `count` vertex displacements to the total, and refuses a file beyond the limit.
+    /// Adds `count` to the number of vertex displacements so far. A file beyond the limit is
+    /// refused.
     fn count_vertex_moves(&mut self, count: usize) -> ImportResult<()> {
         self.vertex_moves += count as u64;
         if self.vertex_moves > MOST_MOVES {
@@ -212,7 +214,8 @@ impl GltfImport<'_> {
         Ok(())
     }
 
-    /// Adds a morph target's offsets times its weight to positions and normals.
+    /// Adds the offsets of a morph target, multiplied by the target's weight, to positions and
+    /// normals.
     fn apply_morph_target(
         &mut self,
         target: &BTreeMap<String, u32>,

@@ -71,8 +71,8 @@ pub(super) struct AssetVersion {
     min_version: Option<String>,
 }
 
-/// Part of a glTF file's JSON that states the version and the required extensions. This part is
-/// parsed alone if the whole file does not fit its types.
+/// The version and the required extensions from a glTF file's JSON. If the whole file cannot be
+/// parsed, these two are parsed alone, because they give a better message.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct DocumentHeader {
@@ -80,8 +80,8 @@ struct DocumentHeader {
     extensions_required: Vec<String>,
 }
 
-/// Assumed memory of a parsed JSON value in bytes. A node of two characters, `{}`, takes about 400
-/// bytes; most values take few.
+/// Assumed memory of a parsed JSON value in bytes. An empty node, `{}`, takes about 400 bytes; most
+/// other values take far less.
 const BYTES_A_VALUE: u64 = 256;
 
 /// Upper bound for the number of values in a JSON text: 1 plus the number of commas and opening

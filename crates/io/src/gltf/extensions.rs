@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::import::{Fault, ImportResult, Warnings, sanitise_text};
 use crate::warning::WarningCode;
 
-/// Supported extensions, and extensions without effect on a picture of the default state.
+/// Supported extensions. Extensions that cannot change a picture, such as metadata, are included.
 const SUPPORTED: [&str; 27] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -68,8 +68,8 @@ pub(super) fn check_required(required: &[String]) -> ImportResult<()> {
     )))
 }
 
-/// Warns about unsupported extensions. Extensions of materials are reported elsewhere, for each
-/// material that they change.
+/// Warns about unsupported extensions among `named`. Unsupported extensions of materials are not
+/// included: they are reported for each material that they change.
 pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings: &mut Warnings) {
     let of_materials =
         |name: &str| name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_");
@@ -85,7 +85,7 @@ pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings
 /// programs write such extensions for all materials.
 const DISABLED_BY_ZERO: [(&str, &str); 1] = [("KHR_materials_subsurface", "scatterDistance")];
 
-/// Names of a material's unsupported extensions that would change its appearance.
+/// Returns the names of the unsupported extensions of a material that would change its appearance.
 pub(super) fn unsupported_extensions(
     extensions: &BTreeMap<String, Value>,
 ) -> impl Iterator<Item = &String> {

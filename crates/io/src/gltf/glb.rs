@@ -6,7 +6,7 @@
 use crate::import::{Fault, ImportResult, Warnings};
 use crate::warning::WarningCode;
 
-/// The chunks of a GLB file.
+/// The two chunks of a GLB file that glTF defines.
 #[derive(Debug)]
 pub(super) struct GlbContainer<'a> {
     /// Text of the JSON chunk, padding included.

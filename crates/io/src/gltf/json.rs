@@ -1,34 +1,36 @@
-//! Rewriting of JSON that is valid glTF but does not fit typed data: integers written with a point
-//! or an exponent (glTF 2.0, section 2.7), repeated names in an object, of which the last applies,
-//! and numbers beyond f64, which some programs write for infinity.
+//! Rewriting of JSON that is valid glTF but does not fit typed data. Three things are rewritten:
+//! integers with a decimal point or an exponent (glTF 2.0, section 2.7); names that are repeated in
+//! an object, of which the last applies; and numbers beyond f64, which some programs write for
+//! infinity.
 //!
-//! Only a text that failed to parse is rewritten, so that other files cost no time. Rewritten parts
-//! keep their length wherever the new text is not longer, so that lines and columns in messages
-//! match the file.
+//! A text is rewritten only after it failed to parse, so that other files cost no time. A rewritten
+//! number or name keeps its length wherever the new text is not longer, so that lines and columns
+//! in messages match the file.
 
 use std::collections::HashMap;
 
 use crate::import::sanitise_text;
 
-/// Largest magnitude up to which all integers are exact in f64: 2⁵³.
+/// Largest magnitude up to which f64 represents every integer: 2⁵³.
 const MOST_WHOLE: f64 = 9_007_199_254_740_992.0;
 
 /// Largest nesting depth of accepted JSON.
 const MOST_DEPTH: usize = 128;
 
-/// A rewritten JSON text, whose numbers and names fit typed data.
+/// A rewritten JSON text, which typed data can be parsed from.
 #[derive(Debug, Default)]
 pub(super) struct RewrittenJson {
     pub text: Vec<u8>,
-    /// Number of values replaced by a later value of the same name.
+    /// Number of members that were dropped, because a later member of the same object has the same
+    /// name.
     repeated_names: usize,
-    /// First repeated name, and the line of the repetition.
+    /// First repeated name, and the line in which it is repeated.
     first_repeated: Option<(String, usize)>,
     is_changed: bool,
 }
 
 impl RewrittenJson {
-    /// Warning about repeated names; `None` without any.
+    /// Returns the warning about repeated names; `None` if no name is repeated.
     pub fn duplicate_name_warning(&self) -> Option<String> {
         let (name, line) = self.first_repeated.as_ref()?;
         let many = if self.repeated_names > 1 {
@@ -43,11 +45,12 @@ impl RewrittenJson {
     }
 }
 
-/// State of an object or array that is not closed yet.
+/// An object or array whose closing bracket is not read yet.
 #[derive(Default)]
 struct OpenBracket {
     is_object: bool,
-    /// Ranges of an object's members in the new text, from the name to the comma inclusive.
+    /// Byte ranges of an object's members in the rewritten text, by name. A range extends from the
+    /// name to the comma inclusive.
     members: HashMap<String, [usize; 2]>,
     /// Name of the current member; `None` before the name is read.
     name: Option<String>,
@@ -75,7 +78,7 @@ pub(super) fn rewrite_json(text: &[u8]) -> Option<RewrittenJson> {
         let token = &text[position..position + length];
         match byte {
             b'"' => {
-                // A string in an object is a name if the current member has no name yet.
+                // A string in an object is a member's name if the current member has no name yet.
                 if let Some(holder) = open
                     .last_mut()
                     .filter(|holder| holder.is_object && holder.name.is_none())
@@ -106,7 +109,7 @@ pub(super) fn rewrite_json(text: &[u8]) -> Option<RewrittenJson> {
 }
 
 impl RewrittenJson {
-    /// Records the name of a member, and blanks an earlier member of the same name.
+    /// Records the name of a member, and overwrites an earlier member of the same name with spaces.
     fn record_name(&mut self, holder: &mut OpenBracket, token: &[u8], line: usize) {
         let name = decode_string(token);
         let start = self.text.len();
@@ -123,7 +126,7 @@ impl RewrittenJson {
         holder.name = Some(name);
     }
 
-    /// Ends a member of an object at its comma.
+    /// Ends the current member of an object, at the comma after the member.
     fn end_member(&mut self, holder: Option<&mut OpenBracket>) {
         let Some(holder) = holder else { return };
         let member = holder
@@ -164,8 +167,8 @@ fn is_number_byte(byte: u8) -> bool {
     byte.is_ascii_digit() || matches!(byte, b'-' | b'+' | b'.' | b'e' | b'E')
 }
 
-/// Length in bytes of the quoted string at the start of a text; an unterminated string extends to
-/// the end.
+/// Returns the length in bytes of the quoted string at the start of a text. A string without a
+/// closing quote extends to the end of the text.
 fn string_length(text: &[u8]) -> usize {
     let mut position = 1;
     while let Some(skip) = text
@@ -181,9 +184,8 @@ fn string_length(text: &[u8]) -> usize {
     text.len()
 }
 
-/// Returns the path, such as `meshes[2].name`, of the value where a parser stopped in valid JSON:
-/// of the last parsed value or of the next. `line` and `column` count from 1, and columns are
-/// bytes.
+/// Returns the path, such as `meshes[2].name`, of the JSON value at which a parser stopped: the
+/// value parsed last, or the next value. `line` and `column` count from 1; columns are in bytes.
 ///
 /// The path is computed only after a failure, so that parsing need not track paths.
 pub(super) fn path_at(text: &[u8], line: usize, column: usize) -> String {
@@ -193,8 +195,8 @@ pub(super) fn path_at(text: &[u8], line: usize, column: usize) -> String {
         .map(<[u8]>::len)
         .sum();
     let text = &text[..text.len().min(lines + column)];
-    // Current entry of each open bracket: the name in an object, once parsed, and the index in an
-    // array.
+    // Current entry of each open bracket. For an object: the name of the current member, empty
+    // before the name is read. For an array: the index of the current element.
     let (mut entries, mut position) = (Vec::<(Option<String>, usize)>::new(), 0);
     let mut is_name = false;
     while let Some(&byte) = text.get(position) {

@@ -12,8 +12,8 @@ use super::buffers::missing_index_fault;
 use super::entries::{AnimationEntry, AnimationSampler, Interpolation};
 use crate::import::{Fault, ImportResult};
 
-/// Opens the accessors of animation samplers, each accessor once, because a sparse accessor takes
-/// time and memory.
+/// Reads keyframes and interpolates between them. Each accessor is opened once and kept, because a
+/// sparse accessor takes time and memory.
 pub(super) struct KeyframeReader<'a> {
     reader: &'a AccessorReader<'a>,
     open: HashMap<u32, Rc<Accessor<'a>>>,
@@ -32,7 +32,7 @@ pub(super) fn find_sampler(
         .ok_or_else(|| missing_index_fault("samplers", index, list.len()))
 }
 
-/// Whether each key has an in-tangent and an out-tangent.
+/// Whether the values of a sampler include an in-tangent and an out-tangent for each keyframe.
 fn is_cubic_spline(sampler: &AnimationSampler) -> bool {
     sampler.interpolation == Interpolation::CubicSpline
 }
@@ -62,7 +62,8 @@ impl<'a> KeyframeReader<'a> {
         }))
     }
 
-    /// Time of a sampler's last keyframe in seconds; `None` without a finite time.
+    /// Returns the time of a sampler's last keyframe in seconds; `None` if the time is not finite
+    /// or does not exist.
     pub fn last_key_time(&mut self, sampler: &AnimationSampler) -> Option<f64> {
         let times = self.open_accessor(sampler.input).ok()?;
         times
@@ -72,8 +73,8 @@ impl<'a> KeyframeReader<'a> {
             .filter(|seconds| seconds.is_finite())
     }
 
-    /// Locates a time among a sampler's keyframes. Returns the accessor of the values, and the
-    /// position of the time. `arity` is the expected number of components per value.
+    /// Locates a time in seconds among a sampler's keyframes. Returns the accessor of the values,
+    /// and the position of the time. `arity` is the expected number of components per value.
     fn locate_time(
         &mut self,
         sampler: &AnimationSampler,
@@ -105,7 +106,8 @@ impl<'a> KeyframeReader<'a> {
             )));
         }
         let seconds = |key: usize| f64::from(times.read_vector::<1>(key)[0]);
-        // Times ascend by the specification; the search also ends for times that do not ascend.
+        // The specification requires ascending times. For other times the binary search still ends,
+        // at an arbitrary keyframe.
         let (mut after, mut end) = (0, count);
         while after < end {
             let middle = after + (end - after) / 2;

@@ -35,8 +35,8 @@ impl GltfImport<'_> {
         Ok(())
     }
 
-    /// Adds the absorption of the interior (KHR_materials_volume). Without a volume, a transmissive
-    /// surface is thin-walled and does not refract.
+    /// Sets the absorption of the interior (KHR_materials_volume). Without this extension, a
+    /// transmissive surface is a thin wall, which does not refract.
     fn add_volume(&mut self, extensions: &MaterialExtensions, label: &str, out: &mut Physical) {
         let body = extensions
             .volume
@@ -170,7 +170,7 @@ impl GltfImport<'_> {
         if strength == 0.0 {
             return Ok(());
         }
-        // Whole turns have no effect.
+        // Full turns have no effect on the direction.
         let rotation = (data.anisotropy_rotation % core::f64::consts::TAU).to_degrees();
         out.anisotropy = Some(Anisotropy {
             strength: strength.into(),

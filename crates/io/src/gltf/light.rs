@@ -73,8 +73,8 @@ pub(super) fn convert_light(
     })
 }
 
-/// Range of a light in metres; `None` for an unbounded range. A range of at most zero or beyond the
-/// largest coordinate counts as unbounded.
+/// Returns the range of a light in metres; `None` for an unbounded range. A range of zero or less,
+/// or beyond the largest supported coordinate, counts as unbounded.
 fn light_range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f64> {
     let range = light
         .range
@@ -93,8 +93,9 @@ fn light_range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f
     Some(warnings.clamp(range, [SMALLEST, FARTHEST], label, "range"))
 }
 
-/// Inner and outer angle of a spotlight from the axis, in degrees; `None` for an empty cone. An
-/// inner angle that is not below the outer angle gives a hard edge.
+/// Returns the inner and the outer angle of a spotlight, in degrees from the axis; `None` for an
+/// empty cone. If the inner angle is not smaller than the outer angle, the edge of the light is
+/// hard.
 fn spot_angles(spot: Option<&SpotCone>, label: &str, warnings: &mut Warnings) -> Option<[f64; 2]> {
     let spot = spot.map_or_else(SpotCone::default, SpotCone::clone);
     let [inner, outer] =

@@ -13,10 +13,11 @@ use super::texture::TextureRole;
 use crate::import::{ImportResult, format_number, sanitise_text};
 use crate::warning::WarningCode;
 
-/// Largest normal scale.
+/// Largest scale of a normal map, which is the factor on its x and y.
 const MOST_NORMAL_SCALE: f64 = 1e6;
 
-/// A converted material, with the properties that its meshes depend on.
+/// Name and index of a converted material, and the properties that a mesh of this material depends
+/// on.
 #[derive(Clone, Debug)]
 pub(super) struct UsedMaterial {
     /// Name in the scene.
@@ -27,7 +28,7 @@ pub(super) struct UsedMaterial {
     pub two_sided: bool,
     /// Whether surfaces of the material need tangents, for a normal map or for anisotropy.
     pub needs_tangents: bool,
-    /// Sets of texture coordinates that the material's textures use.
+    /// Indices of the texture coordinate sets that the material's textures use.
     pub uv_sets: Vec<u32>,
 }
 
@@ -161,7 +162,8 @@ impl GltfImport<'_> {
             )?;
         }
         self.add_layers(extensions, label, &mut out)?;
-        // An unlit material shows the base colour of the core model.
+        // An unlit material shows the base colour of the metallic-roughness model, so that its
+        // specular-glossiness data is ignored.
         if let Some(glossy) = extensions
             .specular_glossiness
             .as_ref()
@@ -176,8 +178,8 @@ impl GltfImport<'_> {
         Ok(out)
     }
 
-    /// Records the unsupported parts of a material, reported as effects where an object uses the
-    /// material.
+    /// Records the unsupported extensions of a material in the scene. The effects report lists them
+    /// if an object uses the material.
     fn record_unsupported(&mut self, source: &Source, material: &str) {
         let extensions = &source.extensions;
         let unread = |label: String| UnsupportedProperty {
@@ -190,7 +192,7 @@ impl GltfImport<'_> {
         );
     }
 
-    /// Warns about the unsupported parts of a material.
+    /// Warns about an occlusion texture, which is ignored.
     fn warn_unsupported(&mut self, source: &Source, label: &str) {
         if source.occlusion_texture.is_some() {
             self.warnings.add(
@@ -236,13 +238,13 @@ impl GltfImport<'_> {
             .clamp(value, Physical::IOR, label, "an index of refraction of")
     }
 
-    /// Clamps a factor to 0..1, because a larger factor would add energy.
+    /// Clamps a factor to 0..1, with a warning, because a larger factor would add energy.
     pub(super) fn clamp_unit(&mut self, value: f64, label: &str, subject: &str) -> f64 {
         self.warnings.clamp(value, [0.0, 1.0], label, subject)
     }
 
-    /// Clamps the scale of a normal map to ±1e6. Larger scales would give the same normals, to
-    /// which the original normal no longer contributes.
+    /// Clamps the scale of a normal map to ±1e6, with a warning. At larger scales the normals would
+    /// not change any more: the original normal no longer contributes.
     pub(super) fn clamp_normal_scale(
         &mut self,
         normal: Option<&TextureInfo>,

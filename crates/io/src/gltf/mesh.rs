@@ -83,7 +83,8 @@ impl<'a> GltfImport<'a> {
                     .for_each(|c| *c = -*c);
             }
         }
-        // Deformed meshes, and meshes without tangents, get tangents during preparation.
+        // Tangents are read only for an undeformed mesh with normals. Any other mesh that needs
+        // tangents gets them during preparation of the scene.
         if material.needs_tangents && pose.is_identity() && !data.normals.is_empty() {
             data.tangents = self.read_tangents(primitive, &positions, &vertices)?;
         }
@@ -301,12 +302,12 @@ enum TriangleTopology {
     Fan,
 }
 
-/// Attribute name of a set of texture coordinates.
+/// Returns the attribute name of a texture coordinate set, such as `TEXCOORD_0`.
 fn uv_attribute_name(set: u32) -> String {
     format!("TEXCOORD_{set}")
 }
 
-/// Numbers of vertices and of indices that a primitive declares.
+/// Returns the number of vertices and the number of indices that a primitive declares.
 pub(super) fn declared_counts(document: &Document, primitive: &PrimitiveEntry) -> [u64; 2] {
     let count = |index: u32| {
         document
@@ -321,7 +322,8 @@ pub(super) fn declared_counts(document: &Document, primitive: &PrimitiveEntry) -
     .map(|index| index.map_or(0, count))
 }
 
-/// Clamps a vertex colour to 0..1; a NaN channel becomes 1. `opaque` sets alpha to 1.
+/// Clamps the channels of a vertex colour to 0..1; a NaN channel becomes 1. `opaque` sets alpha to
+/// 1.
 fn clamp_colour(value: [f32; 4], opaque: bool) -> [f32; 4] {
     let [r, g, b, a] = value.map(|c| if c.is_nan() { 1.0 } else { c.clamp(0.0, 1.0) });
     [r, g, b, if opaque { 1.0 } else { a }]

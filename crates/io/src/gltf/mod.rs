@@ -59,7 +59,8 @@ use crate::import_progress::ImportProgress;
 use crate::warning::WarningCode;
 use crate::{Error, Limits, Warning, uri};
 
-/// An imported model file: its scene, its warnings, and its contents to choose from.
+/// An imported model file: its scene, its warnings, and the list of its scenes, variants and
+/// animations.
 pub(crate) struct ImportedModel {
     pub scene: Scene,
     pub warnings: Vec<Warning>,
@@ -219,7 +220,7 @@ fn scene_title(document: &Document, scene: Option<usize>, file: &Path) -> String
     }
 }
 
-/// Unique names of the imported images, textures, materials and meshes.
+/// Names used so far, for each kind of imported item, so that every new name is unique.
 #[derive(Default)]
 struct ImportedNames {
     images: UniqueNames,
@@ -228,7 +229,7 @@ struct ImportedNames {
     meshes: UniqueNames,
 }
 
-/// Name and index of a mesh that was added to the scene.
+/// A mesh that was added to the scene: its name and its index.
 #[derive(Clone, Debug)]
 struct UsedMesh {
     name: String,
@@ -249,26 +250,27 @@ struct GltfImport<'a> {
     variant: Option<u32>,
     scene: Scene,
     names: ImportedNames,
-    /// Materials by index in the file; `None` is the default material.
+    /// Converted materials, by index in the file; the key `None` is the default material.
     materials: HashMap<Option<usize>, UsedMaterial>,
-    /// Texture names in the scene, by index in the file and colour space; `None` for an unreadable
-    /// image.
+    /// Names of textures in the scene, by texture index in the file and by whether the texture
+    /// holds colours; the name is `None` if the image is unreadable.
     textures: HashMap<(usize, bool), Option<String>>,
-    /// Image names in the scene, by index in the file; `None` for an unreadable image.
+    /// Names of images in the scene, by index in the file; `None` for an unreadable image.
     images: HashMap<usize, Option<String>>,
     /// Images with a valid header that are not decoded yet.
     image_queue: ImageDecodeQueue<'a>,
     /// Roughness images to compute from decoded glossiness images.
     roughness_baker: RoughnessBaker,
     work: ImportProgress<'a>,
-    /// Meshes by mesh, primitive and deformation; `None` for a primitive without triangles.
+    /// Converted meshes, by the indices of mesh and primitive and by the deformation; `None` for a
+    /// primitive without triangles.
     meshes: HashMap<(usize, usize, DeformationKey), Option<UsedMesh>>,
     /// Animated properties at the chosen time, by node index.
     animated_nodes: HashMap<usize, AnimatedTransform>,
     /// World transforms of nodes, by index.
     world_transforms: Vec<Option<DAffine3>>,
     skins: SkinsByIndex,
-    /// Number of primitives of points and lines.
+    /// Number of primitives that consist of points or lines, which are skipped.
     point_and_line_count: usize,
     /// Number of vertex displacements by morph targets and joints so far.
     vertex_moves: u64,
@@ -364,7 +366,8 @@ impl GltfImport<'_> {
             .fold(0, u64::saturating_add)
     }
 
-    /// Whether a transform is within the range of coordinates, with a warning otherwise.
+    /// Whether all numbers of a transform are within the supported range of coordinates; if not, a
+    /// warning is added.
     fn check_coordinate_range(&mut self, world: &DAffine3, place: impl Fn() -> String) -> bool {
         let within = world.to_cols_array().iter().all(|x| x.abs() <= FARTHEST);
         if !within {

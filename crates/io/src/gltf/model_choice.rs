@@ -11,7 +11,8 @@ use super::extensions;
 use super::keyframes::KeyframeReader;
 use crate::import::{Fault, ImportResult, sanitise_text};
 
-/// Choices for a glTF file. `None`: the default scene, the default materials, the rest pose.
+/// The user's choices for a glTF file. `None` stands for the default scene, the default materials
+/// and the rest pose.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ModelChoice<'a> {
     /// Name or index of a scene.
@@ -24,7 +25,7 @@ pub(crate) struct ModelChoice<'a> {
     pub time: Option<f64>,
 }
 
-/// Contents of a model file that a user can choose from.
+/// Names of the scenes, variants, animations and extensions in a model file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModelContents {
     /// Names of the scenes by index; an unnamed scene has an empty name.
@@ -76,7 +77,7 @@ impl ModelContents {
     }
 }
 
-/// Returns the index of the name `wish` or, if no name matches, the number `wish` as an index.
+/// Returns the index of `wish` among `names`. If no name matches, `wish` is parsed as an index.
 fn find_by_name_or_index(names: &[&str], wish: &str) -> Option<usize> {
     let by_name = names
         .iter()
@@ -88,8 +89,8 @@ fn find_by_name_or_index(names: &[&str], wish: &str) -> Option<usize> {
     })
 }
 
-/// Lists the contents of a file. Faults in an animation are reported only when the animation is
-/// played.
+/// Lists the scenes, variants, animations and extensions of a file. Faults in an animation are not
+/// reported here, but when the animation is played.
 pub(super) fn list_contents(document: &Document, reader: &AccessorReader<'_>) -> ModelContents {
     let mut keys = KeyframeReader::new(reader);
     let name = |name: &Option<String>| sanitise_text(name.as_deref().unwrap_or_default());

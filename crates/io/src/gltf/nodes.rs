@@ -11,7 +11,7 @@ use super::entries::NodeEntry;
 use crate::import::{Fault, ImportResult, Warnings};
 use crate::warning::WarningCode;
 
-/// A node of the chosen scene.
+/// A node of the chosen scene, with its world transform and visibility.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NodeInstance {
     /// Index in the file.
@@ -32,8 +32,8 @@ pub(super) struct NodeTransforms {
     pub world_transforms: Vec<Option<DAffine3>>,
 }
 
-/// Largest number of repeated visits of nodes with several parents: a file of a few lines could
-/// otherwise need an unbounded number.
+/// Largest number of repeated visits of nodes with several parents. A file of a few lines could
+/// otherwise require an unbounded number of visits.
 const MOST_REPEATED: u64 = 1 << 20;
 
 /// Visits all nodes of a scene with their animated properties, and computes their world transforms.
@@ -86,20 +86,24 @@ struct NodeWalk<'a> {
     document: &'a Document,
     animated_nodes: &'a HashMap<usize, AnimatedTransform>,
     world_transforms: Vec<Option<DAffine3>>,
-    /// Whether each node is the current node or an ancestor of the current node.
+    /// By node index: whether the node is the current node or an ancestor of the current node.
     is_ancestor: Vec<bool>,
-    /// For nodes listed more than once, the number of visits of the node and its descendants.
+    /// For each node with several parents, the number of nodes visited in its subtree, itself
+    /// included; `None` for all other nodes.
     shared_visits: Vec<Option<u64>>,
-    /// Earlier visits of these nodes, by node, transform and visibility. A visit with equal values
-    /// shows nothing new.
+    /// Earlier visits of nodes with several parents: node index, bits of the world transform,
+    /// visibility. A second visit with the same three values is skipped, because it would add the
+    /// same instances.
     visited: HashSet<(usize, [u64; 12], bool)>,
 }
 
 /// Step of the traversal.
 enum VisitStep {
-    /// Enter a node, with the transform and visibility of its parent.
+    /// Enter a node. The values are the index of the node, the world transform of its parent, and
+    /// whether its parent is visible.
     Enter(usize, DAffine3, bool),
-    /// Leave a node after its children, with the number of visits before the node.
+    /// Leave a node after all its children. The values are the index of the node, and the number of
+    /// visits made before the node was entered.
     Leave(usize, u64),
 }
 
@@ -154,8 +158,8 @@ impl NodeWalk<'_> {
                     format!("nodes[{index}]: has more than one parent and is shown under each"),
                 );
             }
-            // Skipped visits count too, because repeated doubling of visits is a mistake in the
-            // file.
+            // Skipped visits count towards the limit too: a file whose visits double again and
+            // again is faulty.
             let new = again.unwrap_or(1);
             repeated = repeated.saturating_add(if self.world_transforms[index].is_some() {
                 new
@@ -191,7 +195,7 @@ impl NodeWalk<'_> {
     }
 }
 
-/// Whether each node is listed more than once, as root or child.
+/// Returns for each node whether it is listed more than once, as a root or as a child.
 fn find_shared_nodes(document: &Document, roots: &[usize]) -> Vec<bool> {
     let (mut listed, mut shared) = (
         vec![false; document.nodes.len()],

@@ -16,7 +16,8 @@ use crate::import::{Fault, ImportResult};
 use crate::mesh_tools;
 use crate::warning::WarningCode;
 
-/// Instance transforms of EXT_mesh_gpu_instancing, in the space of the node.
+/// Opened accessors of the instance transforms of a node's mesh (EXT_mesh_gpu_instancing). The
+/// transforms are relative to the node.
 struct InstanceTransforms<'a> {
     count: usize,
     translation: Option<Accessor<'a>>,
@@ -83,8 +84,8 @@ impl<'a> GltfImport<'a> {
         })
     }
 
-    /// Returns the distinct world transforms of instances within the range of coordinates. Repeated
-    /// transforms and transforms out of range are dropped, with a warning.
+    /// Returns the world transforms of a mesh's instances, each transform once. Repeated
+    /// transforms, and transforms beyond the range of coordinates, are dropped with a warning.
     fn distinct_transforms(
         &mut self,
         places: &InstanceTransforms<'_>,
@@ -248,9 +249,9 @@ impl<'a> GltfImport<'a> {
         Ok(())
     }
 
-    /// Copies a mesh to world space, for a node with a singular transform, because rays cannot be
-    /// transformed to the space of that node. Returns the name of the copy, or `None` if no
-    /// triangle is within the range of coordinates.
+    /// Copies a mesh to world space, for a node whose transform is singular. The copy is needed
+    /// because rays cannot be transformed to the space of that node. Returns the name of the copy,
+    /// or `None` if no triangle is within the range of coordinates.
     fn flatten_mesh(&mut self, mesh: &UsedMesh, world: &DAffine3) -> ImportResult<Option<String>> {
         let source = self
             .scene

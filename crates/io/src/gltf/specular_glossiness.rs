@@ -14,8 +14,8 @@ use super::entries::SpecularGlossiness;
 use super::texture::TextureRole;
 use crate::import::{DecodeBudget, ImportResult};
 
-/// Reflectance at normal incidence for the index of refraction 1.5, which the specular colour
-/// multiplies.
+/// Reflectance at normal incidence of a dielectric with the index of refraction 1.5. The specular
+/// colour of the file is divided by this value, because the renderer multiplies by it.
 const DIELECTRIC: f64 = 0.04;
 
 impl GltfImport<'_> {
@@ -94,13 +94,13 @@ impl GltfImport<'_> {
     }
 }
 
-/// Inputs and output of a computed roughness image.
+/// A roughness image to be computed from the glossiness in a texture's alpha channel and a factor.
 #[derive(Clone, Debug)]
 struct RoughnessBake {
-    /// Name of the texture with glossiness in alpha.
+    /// Name of the texture whose alpha channel is glossiness.
     glossy: String,
     glossiness: f64,
-    /// Indices of the image and texture in the scene's lists.
+    /// Index of the new image in the scene's list of images.
     image: usize,
     texture: usize,
 }
@@ -109,7 +109,8 @@ struct RoughnessBake {
 #[derive(Debug, Default)]
 pub(super) struct RoughnessBaker {
     bakes: Vec<RoughnessBake>,
-    /// Names of the roughness textures, by glossiness texture and by the bits of the factor.
+    /// Names of the roughness textures, by name of the glossiness texture and by the bits of the
+    /// factor.
     texture_names: BTreeMap<(String, u64), String>,
 }
 
@@ -144,7 +145,7 @@ impl RoughnessBaker {
             let Some(like) = textures.get(&glossy).map(|&i| scene.textures[i].clone()) else {
                 continue;
             };
-            // For an undecodable image, only the factor applies.
+            // If the glossiness image could not be decoded, the factor alone applies.
             let white = || ImageData {
                 width: 1,
                 height: 1,
@@ -167,8 +168,8 @@ impl RoughnessBaker {
     }
 }
 
-/// Converts glossiness, the alpha channel times `factor`, to roughness in the green channel of
-/// 8-bit codes, with metalness zero.
+/// Converts glossiness, which is the alpha channel times `factor`, to an image of 8-bit codes:
+/// roughness, 1 minus glossiness, in the green channel, and metalness zero in the blue channel.
 fn roughness_from_glossiness(glossy: &ImageData, factor: f64) -> ImageData {
     let code = |glossiness: f64| {
         [

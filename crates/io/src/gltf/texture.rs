@@ -19,12 +19,12 @@ use crate::{image_file, uri};
 /// Largest number of texture coordinate sets; the specification requires two.
 pub(super) const MOST_UV_SETS: u32 = raywright_core::scene::MOST_UV_SETS as u32;
 
-/// Meaning of a texture's values.
+/// Whether the values of a texture are colours or data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TextureRole {
     /// Colours, encoded in sRGB.
     Colour,
-    /// Linear data.
+    /// Data that is not a colour, such as roughness or normals; stored linearly.
     Data,
 }
 
@@ -227,9 +227,10 @@ impl<'a> GltfImport<'a> {
     }
 }
 
-/// Magnification filter; bilinear if the sampler has none. The minification filter is ignored: mip
-/// maps give the mean over a pixel to a single sample, and here many samples per pixel take that
-/// mean. For few samples, the ladder of texture filters offers mip maps.
+/// Returns the filter of a texture from the sampler's magnification filter; bilinear if the sampler
+/// states none. The minification filter is ignored. It selects mip maps, which average a texture
+/// over a pixel for renderers with a single sample per pixel; here, many samples per pixel compute
+/// this average. A setting of the renderer offers mip maps for renders with few samples.
 fn convert_filter(sampler: &TextureSampler) -> TextureFilter {
     const NEAREST: u32 = 9728;
     if sampler.mag_filter == Some(NEAREST) {
@@ -247,8 +248,8 @@ fn convert_wrap(mode: Option<u32>) -> WrapMode {
     }
 }
 
-/// Rows of the matrix offset · rotation · scale of KHR_texture_transform. The rotation is
-/// counter-clockwise in the image, whose v axis points down.
+/// Returns the first two rows of the matrix offset · rotation · scale of KHR_texture_transform. A
+/// positive rotation is counter-clockwise in the image, whose v axis points down.
 fn uv_transform_rows(transform: &TextureTransform) -> [[f64; 3]; 2] {
     let [ox, oy] = transform.offset.map(f64::from);
     let [sx, sy] = transform.scale.map(f64::from);

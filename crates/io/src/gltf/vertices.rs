@@ -2,7 +2,7 @@
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 
-/// Least number of elements for each thread.
+/// Least number of elements that a thread processes; smaller lists are not divided further.
 const ELEMENTS_PER_THREAD: usize = 1 << 14;
 
 /// Vertices of the file that a primitive uses.
@@ -21,7 +21,8 @@ impl VertexSelection {
         }
     }
 
-    /// Returns the values of a function of each selected vertex's index in the file, in order.
+    /// Calls `value_of` with the file index of each selected vertex. Returns the results in
+    /// ascending order of the indices.
     pub fn gather<T: Send>(&self, value_of: impl Fn(usize) -> T + Sync) -> Vec<T> {
         match self {
             Self::All(count) => map_in_parallel(*count, value_of),
@@ -38,9 +39,10 @@ impl VertexSelection {
     }
 }
 
-/// Selects the vertices that triangles use, and renumbers the triangles. A primitive that uses a
-/// small part of shared vertices then copies only that part. If the triangles have at least `count`
-/// corners, all vertices are selected.
+/// Selects the vertices that a primitive's triangles use, and renumbers the corners of the
+/// triangles accordingly. A primitive that uses a small part of a shared vertex list then copies
+/// only that part. If the triangles have at least `count` corners, all `count` vertices are
+/// selected.
 pub(super) fn select_used_vertices(
     corners: Vec<[u32; 3]>,
     count: usize,
@@ -51,7 +53,7 @@ pub(super) fn select_used_vertices(
     let mut used = corners.as_flattened().to_vec();
     used.sort_unstable();
     used.dedup();
-    // Every index is in the list.
+    // Every index of a corner occurs in `used`.
     let place = |i: &u32| used.partition_point(|u| u < i) as u32;
     let indices = corners
         .iter()
@@ -60,8 +62,8 @@ pub(super) fn select_used_vertices(
     (VertexSelection::Some(used), indices)
 }
 
-/// Returns the values of a function for all numbers below `count`, in order. Many elements are
-/// computed in parallel on the current thread pool.
+/// Calls `value_of` with each number from 0 to `count` − 1, and returns the results in order. For
+/// many elements, the calls run in parallel on the current thread pool.
 pub(super) fn map_in_parallel<T: Send>(
     count: usize,
     value_of: impl Fn(usize) -> T + Sync,

@@ -81,11 +81,12 @@ impl ColourChannels {
     }
 }
 
-/// The chosen picture of a file.
+/// The picture that was chosen among the parts and layers of a file.
 struct ChosenPicture<'m> {
     header: &'m Header,
     channels: ColourChannels,
-    /// Remark about the choice, if the file has several pictures or the picture is in a layer.
+    /// Remark about the choice, if the file has several pictures or if the chosen picture is in a
+    /// layer.
     remark: Option<String>,
 }
 
@@ -155,8 +156,8 @@ fn read_headers(bytes: &[u8], limits: &Limits) -> ImportResult<MetaData> {
     Ok(meta)
 }
 
-/// Returns width and height of the pixels allocated by the decoder: the display window, or the data
-/// window if larger.
+/// Returns width and height of the larger of two areas: the display window, and the data window.
+/// The decoder allocates this number of pixels.
 ///
 /// # Errors
 /// As [`decode`], for all faults that headers show.
@@ -212,8 +213,8 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage
     })
 }
 
-/// Crops or pads the pixels of a data window to a display window; added pixels are black and
-/// transparent.
+/// Crops or pads the pixels of the data window to the size of the display window; added pixels are
+/// black and transparent.
 fn crop_to_window(
     pixels: &[[f32; 4]],
     data: IntegerBounds,
@@ -248,7 +249,8 @@ fn crop_to_window(
     }
 }
 
-/// Reads red, green, blue and alpha of the first part with these channels.
+/// Reads the colour and alpha channels of the first part that has these channels. Returns the
+/// pixels as red, green, blue and alpha.
 fn read_channels(bytes: &[u8], channels: &ColourChannels) -> ImportResult<Vec<[f32; 4]>> {
     type PixelBuffer = (usize, Vec<[f32; 4]>);
     fn allocate_pixels(size: Vec2<usize>) -> PixelBuffer {
@@ -259,7 +261,7 @@ fn read_channels(bytes: &[u8], channels: &ColourChannels) -> ImportResult<Vec<[f
             *slot = pixel;
         }
     }
-    // Without alpha, a name that no channel has.
+    // For a picture without alpha, `alpha` is the empty name, which no channel has.
     let alpha = channels
         .alpha
         .clone()

@@ -21,15 +21,17 @@ pub(super) fn is_radiance(bytes: &[u8]) -> bool {
     matches!(strip_byte_order_mark(bytes), [b'#', b'?', letter, ..] if letter.is_ascii_alphabetic())
 }
 
-/// A parsed Radiance header, and the data after the header.
+/// A parsed Radiance header, and the encoded pixels after the header.
 struct RadianceHeader<'b> {
-    /// Number of scan lines, and pixels in each.
+    /// Number of scan lines.
     lines: u32,
+    /// Number of pixels in each scan line.
     length: u32,
-    /// Whether scan lines are columns of the picture.
+    /// Whether each scan line is a column of the picture, not a row.
     is_upright: bool,
-    /// Whether columns start from the right, and rows from the bottom.
+    /// Whether the columns are stored from the right to the left.
     from_right: bool,
+    /// Whether the rows are stored from the bottom to the top.
     from_bottom: bool,
     data: &'b [u8],
 }

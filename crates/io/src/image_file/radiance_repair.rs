@@ -1,12 +1,12 @@
 //! Repair of float pixels that are invalid as radiance, with counts of the replaced values.
 
-/// Replacement of infinity: the largest half-precision number, at which most pictures with
-/// infinities overflowed.
+/// Value that replaces infinity: the largest number of half precision. Most infinities in pictures
+/// result from an overflow of half precision.
 const INFINITE: f32 = 65504.0;
-/// Largest accepted value, so that sums over a picture fit single precision.
+/// Largest accepted value. With this limit, the sum over all pixels fits single precision.
 const GREATEST: f32 = 1e30;
 
-/// Counts of invalid radiance values in a picture.
+/// Numbers of channel values that are invalid as radiance: infinite, NaN, negative or too large.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct InvalidRadianceCounts {
     infinite: u64,
@@ -16,7 +16,8 @@ pub(super) struct InvalidRadianceCounts {
 }
 
 impl InvalidRadianceCounts {
-    /// Returns the valid radiance nearest to a value, and counts a replaced value; NaN becomes 0.
+    /// Returns `value` if it is valid as radiance, otherwise the nearest valid value (0 for NaN).
+    /// Replaced values are counted.
     pub fn repair(&mut self, value: f32) -> f32 {
         if (0.0..=GREATEST).contains(&value) {
             return value;
@@ -31,13 +32,14 @@ impl InvalidRadianceCounts {
         instead
     }
 
-    /// Number of infinite and NaN values. Negative and excessive values are not counted: most
-    /// negative values are rounding errors, and clamping excessive values changes nothing visible.
+    /// Returns the number of replaced infinite and NaN values. Negative and excessive values are
+    /// not counted: most negative values are rounding errors, and clamping excessive values changes
+    /// nothing visible.
     pub fn repaired_count(&self) -> u64 {
         self.infinite + self.undefined
     }
 
-    /// Summary of the replaced values for a warning; `None` without any.
+    /// Returns a summary of the replaced values for a warning; `None` if no value was replaced.
     pub fn summary(&self) -> Option<String> {
         let kinds = [
             (self.infinite, format!("infinite ({INFINITE} was taken)")),

@@ -3,7 +3,8 @@
 use crate::Limits;
 use crate::import::{Fault, ImportResult};
 
-/// Checks the dimensions in a header before any allocation.
+/// Refuses a picture whose width and height, as stated in its header, exceed the limits. Called
+/// before any allocation.
 pub(crate) fn check_size(width: u64, height: u64, limits: &Limits) -> ImportResult<()> {
     if width == 0 || height == 0 {
         return Err(Fault::invalid_input("is a picture without pixels"));

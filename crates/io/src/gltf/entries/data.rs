@@ -26,8 +26,8 @@ pub(in crate::gltf) struct BufferViewEntry {
     pub extensions: ViewExtensions,
 }
 
-/// Supported extensions of a buffer view: meshoptimizer's codecs under two names.
-/// KHR_meshopt_compression allows a later version of the codecs.
+/// Supported extensions of a buffer view: meshoptimizer's compression under its two names.
+/// KHR_meshopt_compression also allows a later version of the codecs.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct ViewExtensions {
@@ -37,7 +37,7 @@ pub(in crate::gltf) struct ViewExtensions {
     pub khr_meshopt: Option<MeshoptEntry>,
 }
 
-/// Description of a compressed buffer view.
+/// Description of a buffer view that meshoptimizer compressed.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::gltf) struct MeshoptEntry {
@@ -68,7 +68,7 @@ pub(in crate::gltf) struct AccessorEntry {
     pub sparse: Option<SparseEntry>,
 }
 
-/// Replaced elements of a sparse accessor.
+/// Elements that a sparse accessor replaces: their indices and new values.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct SparseEntry {
     pub count: u64,
@@ -121,7 +121,7 @@ pub(in crate::gltf) struct PrimitiveEntry {
     pub targets: Vec<BTreeMap<String, u32>>,
 }
 
-/// Supported extensions of a primitive.
+/// Supported extensions of a primitive: Draco compression and material variants.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct PrimitiveExtensions {
@@ -136,18 +136,18 @@ pub(in crate::gltf) struct PrimitiveExtensions {
 #[serde(rename_all = "camelCase")]
 pub(in crate::gltf) struct DracoEntry {
     pub buffer_view: u32,
-    /// Attribute identifiers in the compressed data, by name.
+    /// Identifiers of the attributes in the Draco data, by attribute name.
     pub attributes: BTreeMap<String, u32>,
 }
 
-/// Materials of a primitive in the material variants (KHR_materials_variants).
+/// Materials that a primitive has in the variants of the file (KHR_materials_variants).
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct VariantMappings {
     pub mappings: Vec<VariantMapping>,
 }
 
-/// A material, and the variants in which a primitive has this material.
+/// Index of a material, and the variants in which the primitive has this material.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct VariantMapping {
     pub material: u32,

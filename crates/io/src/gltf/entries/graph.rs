@@ -139,8 +139,8 @@ pub(in crate::gltf) struct AnimationPointer {
     pub pointer: String,
 }
 
-/// Keyframes and their interpolation, with the accessor indices of times (`input`) and values
-/// (`output`).
+/// Sampler of an animation: accessor indices of the keyframe times (`input`) and values (`output`),
+/// and the interpolation between keyframes.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct AnimationSampler {
@@ -149,16 +149,16 @@ pub(in crate::gltf) struct AnimationSampler {
     pub interpolation: Interpolation,
 }
 
-/// Interpolation between two keys.
+/// Interpolation between two keyframes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
 pub(in crate::gltf) enum Interpolation {
     /// Linear, along the shorter arc for rotations.
     #[default]
     Linear,
-    /// The value of the earlier key.
+    /// The value of the earlier keyframe, until the later keyframe.
     Step,
-    /// A cubic spline with an in-tangent and an out-tangent at each key.
+    /// A cubic spline with an in-tangent and an out-tangent at each keyframe.
     CubicSpline,
 }
 
@@ -192,7 +192,8 @@ pub(in crate::gltf) struct NodeEntry {
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(in crate::gltf) struct SkinEntry {
-    /// Accessor of the matrices from mesh space to each joint's space; `None`: identities.
+    /// Accessor of the inverse bind matrices, which map mesh space to each joint's space; `None`:
+    /// identity matrices.
     pub inverse_bind_matrices: Option<u32>,
     pub joints: Vec<u32>,
 }
@@ -210,14 +211,15 @@ impl Default for NodeVisibility {
     }
 }
 
-/// Reference of a node to a light of KHR_lights_punctual.
+/// Reference from a node to a light of KHR_lights_punctual, by index.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct LightRef {
     pub light: Option<u32>,
 }
 
-/// Instances of a node's mesh, by accessors of translations, rotations and scales.
+/// Instances of a node's mesh (EXT_mesh_gpu_instancing): accessor indices of translations,
+/// rotations and scales.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct MeshInstancing {

@@ -185,7 +185,7 @@ defaulted!(
 );
 
 /// A texture sampler, with the OpenGL codes of the specification; `None` leaves the choice to the
-/// reader.
+/// importer.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(in crate::gltf) struct TextureSampler {

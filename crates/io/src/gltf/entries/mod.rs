@@ -18,16 +18,16 @@ pub(super) use material::{
     TextureSampler, TextureTransform,
 };
 
-/// Declares a struct for the extensions of a glTF entry: typed fields for supported extensions, a
-/// map for unsupported extensions. The deserializer is written out, because `serde(flatten)` would
-/// lose the path of a fault inside an extension.
+/// Declares a struct for the extensions of a glTF entry, with a typed field for each supported
+/// extension and a map of the unsupported extensions. The deserializer is written by hand, because
+/// `serde(flatten)` would lose the path of a fault inside an extension.
 macro_rules! extended {
     ($(#[$doc:meta])* $name:ident: $other:ty { $($field:ident: $type:ty = $key:literal,)* }) => {
         $(#[$doc])*
         #[derive(Debug, Default)]
         pub(in crate::gltf) struct $name {
             $(pub $field: $type,)*
-            /// Unsupported extensions.
+            /// Data of unsupported extensions, by name.
             pub others: std::collections::BTreeMap<String, $other>,
         }
 
