@@ -23,8 +23,8 @@ impl Aabb {
         max: DVec3::NEG_INFINITY,
     };
 
-    /// Creates the smallest box around points. All six bounds are NaN if any coordinate is NaN, so
-    /// that no corner of a primitive is lost silently.
+    /// Creates the smallest box around points. If any coordinate is NaN, all six bounds are NaN: a
+    /// box that ignored the NaN could be too small without notice.
     pub fn from_points(points: impl IntoIterator<Item = DVec3>) -> Self {
         let (mut min, mut max, mut is_number) = (Self::EMPTY.min, Self::EMPTY.max, true);
         // One comparison per bound: `min` and `max` of floats would also check for NaN.
@@ -110,11 +110,12 @@ impl Aabb {
         })
     }
 
-    /// Converts to the f32 box for box tests. It is rounded outward, then grown by four units in
-    /// the last place of the coordinates and one unit of the extent. In measurements this padding
-    /// was enough for a watertight triangle test. It also gives flat boxes a thickness, without
-    /// which builders that sort by Morton codes degenerate on closed rooms. `None` for an empty
-    /// box, and if a bound is not a finite f32: no tree can hold such a primitive.
+    /// Converts to the f32 box for box tests. It is grown on each side by 2⁻²³ of the greatest
+    /// extent and by four times 2⁻²³ of the bound itself, which exceeds the rounding to f32. In
+    /// measurements this padding was enough for a watertight triangle test. The padding also gives
+    /// flat boxes a thickness. Without thickness, builders that sort boxes by Morton codes
+    /// degenerate on closed rooms. Returns `None` for an empty box, and if a bound is not a finite
+    /// f32: no tree can hold such a primitive.
     pub fn to_padded(&self) -> Option<PaddedBox> {
         if self.is_empty() {
             return None;
@@ -140,7 +141,7 @@ pub(crate) struct BoundingSphere {
 }
 
 impl BoundingSphere {
-    /// Creates the bounding sphere of the boxes with the given centre.
+    /// Creates a sphere around `centre` that contains all boxes, with the margin of three percent.
     pub fn new(centre: DVec3, boxes: &[PaddedBox]) -> Self {
         let farthest = |bounds: &PaddedBox| {
             (bounds.max.as_dvec3() - centre)

@@ -20,8 +20,8 @@ impl BinaryTree {
     /// Creates the tree from nodes in any order, with the root first and siblings adjacent. Leaves
     /// must have boxes. The boxes of inner nodes are computed.
     pub fn from_unsorted(nodes: &[BinaryNode], order: Vec<u32>) -> Self {
-        /// Number of parts for threads, for trees of at least `MANY` nodes. Smaller trees have no
-        /// parts.
+        /// Number of parts into which a tree of at least `MANY` nodes is divided for threads. A
+        /// smaller tree has no parts.
         const PARTS: usize = 64;
         const MANY: usize = 1 << 14;
         let maximum = if nodes.len() < MANY {
@@ -68,8 +68,9 @@ impl BinaryTree {
     }
 }
 
-/// Copies nodes level by level from the root until `maximum` copied nodes have no copied children.
-/// Returns the copies, and the index of the first node without copied children.
+/// Copies the top of a tree level by level, from the root until `maximum` copied nodes have no
+/// copied children yet. Returns the copies, and the index of the first node without copied
+/// children.
 fn copy_levels(nodes: &[BinaryNode], maximum: usize) -> (Vec<BinaryNode>, usize) {
     let (mut sorted, mut next) = (Vec::with_capacity(nodes.len()), 0);
     sorted.extend(nodes.first());
@@ -85,7 +86,8 @@ fn copy_levels(nodes: &[BinaryNode], maximum: usize) -> (Vec<BinaryNode>, usize)
 }
 
 /// Node of the binary tree. In an inner node `count` is 0, and the children are the nodes `first`
-/// and `first + 1`. A leaf contains `count` entries of the order, from `first` on.
+/// and `first + 1`. A leaf contains `count` entries of [`BinaryTree::order`], from index `first`
+/// on.
 #[derive(Clone, Copy)]
 pub(crate) struct BinaryNode {
     pub bounds: PaddedBox,

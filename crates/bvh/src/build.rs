@@ -67,7 +67,8 @@ pub(crate) struct BoxTree {
     pub order: Option<Vec<u32>>,
     /// Cost of the build; `None` for a scan.
     pub work: Option<BuildWork>,
-    /// Number of spheres at the first positions, which every query tests in rows outside nodes.
+    /// Number of spheres at the first positions. Every query tests them, in rows of eight, before
+    /// it visits nodes.
     pub spheres: usize,
 }
 
@@ -94,8 +95,8 @@ pub(crate) enum LeafKind {
 }
 
 impl LeafKind {
-    /// Greatest number of primitives in a subtree that always becomes one leaf. Smaller leaves
-    /// would cost more memory than they save time.
+    /// Returns the greatest number of primitives for which a subtree always becomes a single leaf.
+    /// Dividing it into smaller leaves would cost memory and save hardly any time.
     pub fn max_shared_leaf(self) -> usize {
         match self {
             Self::None => 1,

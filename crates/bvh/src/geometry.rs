@@ -25,15 +25,19 @@ pub struct Geometry<R: Real> {
     /// then bounded primitives in the accelerator's order; then instances of empty geometries,
     /// which no query tests.
     pub(crate) primitives: PrimitiveSet<R>,
+    /// Number of unbounded primitives, at the first slots.
     pub(crate) unbounded: usize,
-    /// Number of planes in the first slots, which the accelerator holds in rows.
+    /// Number of planes among the unbounded primitives, at the first slots. The accelerator tests
+    /// planes in rows of eight.
     pub(crate) planes: usize,
     /// Accelerator over the bounded primitives. For a linear scan it has no nodes.
     pub(crate) bvh: Bvh8,
+    /// Cost of the build; `None` for a linear scan.
     work: Option<BuildWork>,
     /// Whether the set has triangles or quads, whose tests project corners onto the plane
     /// perpendicular to the ray.
     pub(crate) has_faces: bool,
+    /// Union of the boxes of the bounded primitives, before padding.
     bounds: Aabb,
     /// Bounding sphere of the bounded primitives.
     pub(crate) sphere: BoundingSphere,

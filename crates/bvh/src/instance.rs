@@ -9,7 +9,8 @@ use crate::shapes::{Transform, transform_bounds};
 /// Motion index of an instance at rest, beyond the end of any list of motions.
 const NO_MOTION: u32 = u32::MAX;
 
-/// An instance of a geometry, one of the parts of a primitive set, under an affine map.
+/// An instance: a geometry that is placed in the world by an affine map. The geometry is one of the
+/// parts of a primitive set.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Instance {
@@ -89,13 +90,14 @@ impl Instance {
 /// World-to-object map in f32 with an error bound, for box tests.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ApproximateInverse {
+    /// Columns of the world-to-object matrix.
     columns: [[f32; 3]; 3],
     /// Translation, which is subtracted from a point first.
     translation: [f32; 3],
     /// Rounding error of the stored translation, subtracted from the point next.
     translation_error: [f32; 3],
-    /// Error bound of a mapped component, relative to the sum of the absolute values of the
-    /// components. A point is taken relative to the translation.
+    /// Error bound of each component of a mapped vector, as a fraction of the sum of the absolute
+    /// components before the map. A point is mapped as its offset from the translation.
     error: f32,
 }
 
@@ -107,8 +109,8 @@ impl ApproximateInverse {
         translation_error: [0.0; 3],
         error: f32::NAN,
     };
-    /// Range of the greatest entry of the inverse, for which products with coordinates keep full
-    /// precision. The upper end also bounds the translation.
+    /// Accepted range of the greatest entry of the inverse. In this range, products of entries and
+    /// coordinates keep full precision. The upper end also bounds the translation.
     const SIZES: [f64; 2] = [1e-12, 1e12];
 
     /// Creates the map. Its relative errors, with u = 2⁻²⁴, are: u for a rounded entry, 2 u for the

@@ -69,8 +69,8 @@ impl<R: Real> Geometry<R> {
         self.texture_coordinates_in_slot(&self.prepare_ray(*ray), to_shape_hit(hit), hit.slots)
     }
 
-    /// Returns the world-space corners of the hit triangle at the ray's time, in the order of the
-    /// hit's weights; `None` for any other shape.
+    /// Returns the world-space corners of the hit triangle at the ray's time; `None` for any other
+    /// shape. The hit's `u` and `v` are the barycentric weights of the second and third corner.
     pub fn triangle_corners(&self, ray: &Ray<R>, hit: &Hit<R>) -> Option<[DVec3; 3]> {
         self.triangle_corners_in_slot(ray.time.to_f64(), hit.slots)
     }
@@ -95,9 +95,10 @@ impl<R: Real> Geometry<R> {
         R::Vec3::from_f64(transform.normal_to_world(normal.to_f64()))
     }
 
-    /// Computes the surface point of a hit by a ray in this geometry's own space. `transform_chain`
-    /// holds the maps from that space to the world. `inner` is the slot in the instanced geometry,
-    /// if `slot` is an instance.
+    /// Computes the surface point of a hit by a ray in this geometry's own space. `slot` is the
+    /// index of the hit primitive's slot. If the primitive is an instance, `inner` is the index of
+    /// a slot in the instanced geometry. `transform_chain` holds the maps from this geometry's
+    /// space to the world.
     #[inline(never)]
     fn locate_in_slot(
         &self,
@@ -145,8 +146,8 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    /// Returns the corners of the triangle in a slot, or in the slot `inner` of an instance, in the
-    /// space of this geometry.
+    /// Returns the corners of the triangle in a slot, in the space of this geometry. If the slot is
+    /// an instance, the triangle is in the slot `inner` of the instanced geometry.
     fn triangle_corners_in_slot(&self, time: f64, [slot, inner]: [u32; 2]) -> Option<[DVec3; 3]> {
         let (group, slot) = (&self.primitives, &self.primitives.slots[slot as usize]);
         let index = slot.index as usize;
@@ -290,8 +291,9 @@ impl<R: Real> TriangleHitLanes<R> {
     }
 }
 
-/// Surfaces of eight triangles, rounded to the stored scalar. `is_inside` tells whether a surface
-/// is valid: it is not near an edge of its triangle, where the caller evaluates it alone.
+/// Surfaces of eight triangles, rounded to the stored scalar. A surface is valid only if
+/// `is_inside` is set: the point is not near an edge of its triangle. The caller evaluates the
+/// other points one by one.
 struct LocatedTriangles<R> {
     point: [[R; LANES]; 3],
     normal: [[R; LANES]; 3],
@@ -336,7 +338,7 @@ impl<R: Real> SimdTask for LocateTrianglesTask<'_, R> {
     }
 }
 
-/// Returns the part of a hit that a shape interprets.
+/// Returns the distance and the two shape-specific numbers of a hit.
 #[inline(always)]
 fn to_shape_hit<R: Real>(hit: &Hit<R>) -> ShapeHit<R> {
     ShapeHit {

@@ -41,8 +41,8 @@ impl<R: Real> PrimitiveSet<R> {
     /// Bytes that a primitive of any kind takes besides its own data.
     pub(crate) const SLOT_BYTES: usize = size_of::<PrimitiveSlot>();
 
-    /// Returns the instance's map at the given time, and the geometry that it places. The map of a
-    /// moving instance is stored in `room`.
+    /// Returns the instance's map at the given time, and the geometry that it places. `room` is
+    /// storage for the map of a moving instance, to which the returned reference then points.
     #[inline(always)]
     pub(crate) fn resolve_instance<'a>(
         &'a self,
@@ -149,8 +149,8 @@ impl<R: Real> PrimitiveSet<R> {
         self.add_mesh([vertices], visibility)
     }
 
-    /// Reserves capacity for `count` more triangles. Callers with an iterator without a size hint
-    /// use it.
+    /// Reserves capacity for `count` more triangles. Useful before adding triangles from an
+    /// iterator that can't tell its length.
     pub fn reserve_triangles(&mut self, count: usize) {
         fn reserve<T>(list: &mut Vec<T>, count: usize) {
             if list.is_empty() && list.capacity() < count {

@@ -16,8 +16,9 @@ pub trait SimdTask {
     fn run(self) -> Self::Output;
 }
 
-/// Runs a task with the widest registers of the processor. The bits are those of [`SimdTask::run`]
-/// called directly, since nothing is fused and each number is computed independently.
+/// Runs a task with the widest registers of the processor. The results equal those of
+/// [`SimdTask::run`] called directly, to the bit: no product is fused with a sum, and each number
+/// is computed independently.
 #[inline]
 pub fn run_widest<L: SimdTask>(work: L) -> L::Output {
     #[cfg(target_arch = "x86_64")]

@@ -24,8 +24,8 @@ use self::visitor::{AnyHitQuery, ClosestHitQuery, QueryKind, QueryVisitor};
 /// Value of [`SlotHit`]'s inner slot for a hit outside any instance.
 const NO_INNER_SLOT: u32 = u32::MAX;
 
-/// A hit, identified by the slot of its primitive. For an instance, `inner` is the slot in the
-/// instanced geometry.
+/// A hit, identified by the slot (the index of the record) of its primitive in the set. For an
+/// instance, `inner` is the slot in the instanced geometry.
 #[derive(Clone, Copy)]
 struct SlotHit<R> {
     t: R,
@@ -165,7 +165,7 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    /// Runs a query by a ray that is prepared first. Returns whether a hit ended it.
+    /// Runs a query by a ray, after preparing the ray. Returns whether a hit ended the query.
     #[inline(never)]
     fn visit_prepared_ray<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -176,7 +176,8 @@ impl<R: Real> Geometry<R> {
         self.run_query(&self.prepare_ray(*ray), query, stats).0
     }
 
-    /// Returns the slots of unbounded primitives without rows, which every query tests one by one.
+    /// Returns the slots of the unbounded primitives that every query tests one by one: all but the
+    /// planes, which are tested in rows.
     #[inline(always)]
     fn unbounded_slots(&self) -> impl Iterator<Item = (u32, &PrimitiveSlot)> {
         (self.planes as u32..).zip(&self.primitives.slots[self.planes..self.unbounded])

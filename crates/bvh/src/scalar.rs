@@ -44,7 +44,7 @@ pub trait Real:
 {
     /// The three-component vector of this scalar.
     type Vec3: Vector<Self>;
-    /// Vector of four of this scalar.
+    /// Vector of four numbers of this scalar.
     type Four: FourLanes<Self>;
     /// Zero.
     const ZERO: Self;
@@ -52,7 +52,8 @@ pub trait Real:
     const ONE: Self;
     /// Positive infinity.
     const INFINITY: Self;
-    /// Unit roundoff u: half the distance from one to the next number (2⁻²⁴ for f32, 2⁻⁵³ for f64).
+    /// Unit roundoff u: half the distance from 1.0 to the next greater number (2⁻²⁴ for f32, 2⁻⁵³
+    /// for f64).
     const ROUNDOFF: Self;
     /// Whether the scalar is f32. If so, the f64 arithmetic of intersections has more than twice
     /// the scalar's digits.

@@ -20,7 +20,8 @@ use crate::binary::BinaryNode;
 
 /// Greatest number of boxes clustered at once. A call of `obvhs` then takes a tenth of a second.
 const MAX_PIECE: usize = 1 << 18;
-/// Number of nodes of each piece's tree that the joining tree has as leaves.
+/// Number of top nodes that each piece's tree contributes to the tree that joins the pieces, as its
+/// leaves.
 const TOP_NODES: usize = 64;
 
 /// Parameters of `obvhs` for a build quality.
@@ -60,7 +61,8 @@ pub(super) struct ClusteredTree {
 }
 
 impl ClusteredTree {
-    /// Converts the nodes, without their boxes, which `obvhs` has scaled.
+    /// Converts the nodes to nodes of the binary tree, without boxes, since the boxes given to
+    /// `obvhs` were scaled.
     pub fn to_binary_nodes(&self) -> Vec<BinaryNode> {
         let node = |node: &Bvh2Node| BinaryNode {
             bounds: PaddedBox::EMPTY,
@@ -85,7 +87,8 @@ pub(super) struct Clustering<'a> {
 }
 
 impl<'a> Clustering<'a> {
-    /// Creates a clustering in which every subtree of at most `leaf` boxes becomes a leaf.
+    /// Creates a clustering of `boxes` in which every subtree of at most `leaf` boxes becomes a
+    /// leaf.
     pub fn new(
         boxes: &'a [PaddedBox],
         quality: BuildQuality,
@@ -132,7 +135,8 @@ impl<'a> Clustering<'a> {
         Aabb::new((min * self.scale).into(), (max * self.scale).into())
     }
 
-    /// Builds the tree of one piece of the curve, by all four steps.
+    /// Builds the tree over the boxes of one piece of the curve, by all four steps named at the top
+    /// of this file; `None` if cancelled.
     fn cluster_piece(&self, order: &mut [u32]) -> Option<ClusteredTree> {
         let leaf = |(position, &index): (usize, &u32)| {
             Bvh2Node::new(self.scaled_aabb(index), 1, position as u32)
@@ -244,8 +248,9 @@ impl<'a> Clustering<'a> {
     }
 }
 
-/// Lower bound of the number of clustering passes that nodes waited for their siblings, summed over
-/// all nodes. Children come after their parents.
+/// Returns a lower bound of the work of clustering. A node is joined with its sibling in the pass
+/// after both exist, so the earlier node waits some passes. The bound is the sum of these passes
+/// over all nodes. Children must come after their parents.
 fn count_waiting_passes(tree: &Bvh2) -> u64 {
     let (mut passes, mut waits) = (vec![0_u32; tree.nodes.len()], 0);
     for (position, node) in tree
@@ -262,9 +267,9 @@ fn count_waiting_passes(tree: &Bvh2) -> u64 {
     waits
 }
 
-/// Selects the nodes below which the tree of a piece stays unchanged when pieces are joined. From
-/// the root on, the largest selected node is replaced by its children until enough nodes are
-/// selected.
+/// Selects the top nodes of a piece's tree, below which it stays unchanged when pieces are joined.
+/// The selection starts with the root. The largest selected node is replaced by its children until
+/// [`TOP_NODES`] nodes are selected.
 fn select_top_nodes(tree: &Bvh2) -> Vec<usize> {
     let mut tops = vec![0];
     let area = |&top: &usize| {

@@ -32,20 +32,22 @@ pub(super) fn order_along_curve(boxes: &[PaddedBox]) -> (Vec<u32>, u64) {
     (places.par_iter().map(|place| place.index).collect(), looks)
 }
 
-/// Returns the lengths along the axes that the curve divides into cells, for boxes of the given
-/// extent.
+/// Returns, for each axis, the length that the curve divides into cells. `extent` is the extent of
+/// the box around all centres. A flat axis gets the longest extent.
 pub(super) fn cell_extent(extent: DVec3) -> DVec3 {
     let longest = DVec3::splat(extent.max_element());
     DVec3::select(extent.cmplt(longest * FLAT_RATIO), longest, extent)
 }
 
-/// Returns twice the centre of a box, in f64, where the sum can't overflow.
+/// Returns twice the centre of a box. The sum of its corners is computed in f64, where it can't
+/// overflow.
 fn doubled_centre(bounds: &PaddedBox) -> DVec3 {
     bounds.min.as_dvec3() + bounds.max.as_dvec3()
 }
 
-/// Sorts boxes along the curve through the box of all centres, and recursively the boxes in the
-/// same cell. Boxes with the same centre are sorted by size. Returns the number of boxes visited.
+/// Sorts boxes by the Morton codes of their centres, within the box around all centres. Boxes in
+/// the same cell of the curve are sorted again, within the box around their own centres. Boxes with
+/// the same centre are sorted by size. Returns the number of boxes visited.
 fn sort_along_curve(places: &mut [CurvePosition], boxes: &[PaddedBox]) -> u64 {
     let bounds = |place: &CurvePosition| &boxes[place.index as usize];
     let centre = |place: &CurvePosition| doubled_centre(bounds(place));

@@ -73,8 +73,8 @@ impl MedianSplit<'_> {
         order.len() == 1 || order.len() <= WIDTH && kind() != LeafKind::None && is_alike()
     }
 
-    /// Moves the boxes with the `middle` least centres to the front. If all centres are equal, the
-    /// order stays.
+    /// Moves the boxes with the `middle` least centres, along the axis on which the centres extend
+    /// most, to the front. If all centres are equal, the order stays.
     fn partition_by_centre(&self, order: &mut [u32], middle: usize) {
         // The centre is the sum of half of each bound, since the sum of the bounds may overflow
         // f32.

@@ -12,16 +12,17 @@ const MIN_BOXES: usize = 16;
 /// patches of a surface the ratio is an eighth or less.
 const MIN_AREA_RATIO: f64 = 0.25;
 
-/// Replaces each pile among the leaves by one leaf. All coincident boxes become parts of piles,
-/// except fewer than 32 at either end of their sequence.
+/// Replaces each pile among the leaves by one leaf. In a sequence of coincident boxes, fewer than
+/// 32 at either end may stay outside piles.
 pub(super) fn merge_piles(leaves: &[Bvh2Node]) -> Vec<Bvh2Node> {
     let mut kept = Vec::with_capacity(leaves.len());
     append_merged(leaves, &mut kept);
     kept
 }
 
-/// Appends the leaves to `kept`, or one leaf if they form a pile. Returns the box around the leaves
-/// and the sum of their surface areas.
+/// Appends the leaves to `kept`, or a single leaf if they form a pile. Piles among parts of the
+/// leaves are replaced first. Returns the box around the leaves and the sum of half their surface
+/// areas.
 fn append_merged(leaves: &[Bvh2Node], kept: &mut Vec<Bvh2Node>) -> (Aabb, f64) {
     let start = kept.len();
     let join = |(a, sum): (Aabb, f64), (b, more): (Aabb, f64)| (a.union(&b), sum + more);

@@ -15,8 +15,8 @@ const TRIAL_NODES: usize = 64;
 /// axis-aligned sticks, 200 to 2500 and more among crossing sticks.
 const MAX_MEAN_STEPS: u64 = 150;
 
-/// Share of the reinserted nodes in each round. The last rounds reinsert only the largest boxes,
-/// and repair the unevenness that the first rounds left.
+/// Fraction of the requested nodes that each round reinserts, those with the largest boxes first.
+/// The last rounds repeat the largest boxes, some of which earlier rounds left at costly positions.
 const ROUND_SHARES: [f32; 6] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125];
 
 /// Reinserts the fraction `share` of the nodes, the largest first, and fewer in each later round.

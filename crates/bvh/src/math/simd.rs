@@ -23,8 +23,8 @@ pub(crate) const WIDTH: usize = 8;
 /// processor has the instructions.
 ///
 /// Minimum and maximum return the second operand unless the first is less or greater, so a NaN in
-/// the first operand is ignored. A comparison returns a mask with one bit per lane, which is never
-/// set for NaN.
+/// the first operand is ignored. A comparison returns a mask with one bit per lane. The bit is
+/// never set if an operand is NaN.
 pub(crate) trait Simd: Copy {
     type Floats: Copy;
     type Doubles: Copy;

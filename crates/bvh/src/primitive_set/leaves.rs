@@ -12,8 +12,9 @@ use crate::shapes::{AnyShape, Triangle};
 use crate::slot::{PrimitiveKind, PrimitiveSlot};
 
 impl<R: Real> PrimitiveSet<R> {
-    /// Returns the leaf kind of a primitive. Cuboids have no leaves in lanes: the node test already
-    /// intersects eight of their boxes, and nearly every cuboid whose box is hit is hit too.
+    /// Returns the leaf kind of a primitive. Cuboids share no leaves: the node test already
+    /// intersects eight of their boxes at once, and a ray that hits a cuboid's box nearly always
+    /// hits the cuboid.
     pub(crate) fn leaf_kind(&self, slot: &PrimitiveSlot) -> LeafKind {
         match slot.kind {
             // Leaves in lanes exist only for primitives stored in f32.
