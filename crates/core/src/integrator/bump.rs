@@ -29,7 +29,8 @@ impl<R: Real> Interaction<R> {
         }
     }
 
-    /// Evaluates a normal map at an interaction; the tangent frame is included.
+    /// Returns the value of a normal map at an interaction, with the tangent frame to which the
+    /// value refers.
     #[inline(always)]
     pub(super) fn eval_normal_map(
         &self,

@@ -2,8 +2,8 @@
 //! coordinates. Used only for textures with mip maps.
 //!
 //! A ray cone widens with the length of its path alone. Rough and curved surfaces would widen it
-//! further, but this spread is left to the samples: too coarse a level mixes neighbouring parts of
-//! an atlas, and too fine a level only costs noise.
+//! further, but this spread is left to the samples: too coarse a mip level mixes neighbouring parts
+//! of an atlas, and too fine a level only costs noise.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -13,10 +13,11 @@ use crate::interaction::Interaction;
 use crate::prepare::PreparedScene;
 
 impl<R: Real> Interaction<R> {
-    /// Computes the footprints for the sets of texture coordinates that the material reads
+    /// Computes the footprint for each set of texture coordinates that the material reads
     /// (Akenine-Möller et al., "Texture Level of Detail Strategies for Real-Time Ray Tracing",
-    /// 2019): by the areas of a mesh's triangles, or by a shape's derivative of u. The spot on a
-    /// slanted surface counts as a square with the edge of its longer side.
+    /// 2019). The scale from lengths in the world to texture coordinates follows from the areas of
+    /// the triangle in both for a mesh, and from dp/du for other shapes. The spot on a slanted
+    /// surface counts as a square with the edge of its longer side.
     #[inline(never)]
     pub(super) fn compute_footprints(
         &mut self,

@@ -19,8 +19,9 @@ pub(crate) struct FirstHit {
 }
 
 impl FirstHit {
-    /// Computes the data of a first hit. Not inlined, and with its own surface point: a picture
-    /// without these layers has only a check in its loop and keeps its surface points in registers.
+    /// Computes the data of a first hit. Not inlined, so that a picture without these layers pays
+    /// for a check alone. Computes a surface point of its own, so that the caller's surface point
+    /// stays in registers.
     #[inline(never)]
     pub(super) fn new<R: Real>(
         scene: &PreparedScene<R>,

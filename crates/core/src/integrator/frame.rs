@@ -1,6 +1,6 @@
 //! Shading frame of an interaction, for anisotropy and normal maps: its tangent follows the texture
-//! coordinates. Frames are computed on demand and not stored, so that pictures without a use for
-//! them do not pay.
+//! coordinates. Frames are computed on demand, so that pictures without anisotropy and normal maps
+//! do not pay for them.
 
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
@@ -12,10 +12,10 @@ use crate::prepare::{MeshUse, PreparedScene};
 use crate::scene::MeshData;
 
 impl<R: Real> Interaction<R> {
-    /// Returns the frame about the shading normal, with the tangent along the first texture
-    /// coordinate or, if the mesh has tangents, along those. The bitangent points up in the image:
-    /// the frame is left-handed if the image appears mirrored, as from behind or under a mirroring
-    /// transform.
+    /// Returns the shading frame. Its normal is the shading normal. Its tangent is the mesh's
+    /// tangent, or the direction of growing u for objects without tangents. The bitangent points to
+    /// the top of the texture image, so the frame is left-handed where the image appears mirrored:
+    /// from behind, or under a mirroring transform.
     pub fn shading_frame(
         &self,
         scene: &PreparedScene<R>,
@@ -26,8 +26,8 @@ impl<R: Real> Interaction<R> {
         ShadingFrame::from_tangent(self.normal, along, mirrored)
     }
 
-    /// Returns the unit tangent in the world before projection onto the shading plane, and whether
-    /// the frame is left-handed.
+    /// Returns the unit tangent in world space, not yet perpendicular to the shading normal, and
+    /// whether the frame is left-handed.
     #[inline(always)]
     pub fn tangent_direction(
         &self,
@@ -54,7 +54,8 @@ impl<R: Real> Interaction<R> {
 }
 
 impl<R: Real> MeshUse<R> {
-    /// Returns the columns of the map from normals of the mesh to normals in the world, at a hit.
+    /// Returns the columns of the 3 × 3 matrix that maps the mesh's normals to world space, at a
+    /// hit.
     pub(super) fn normal_transform_at(
         &self,
         scene: &PreparedScene<R>,
@@ -76,8 +77,8 @@ impl<R: Real> MeshUse<R> {
 }
 
 impl<R: Real> PreparedScene<R> {
-    /// Returns the tangent at a hit in the mesh's own space, of any length, and whether an image
-    /// appears mirrored there from outside.
+    /// Returns the tangent at a hit in the mesh's own space, not normalised, and whether a texture
+    /// image appears mirrored at the hit when seen from outside.
     fn mesh_tangent(&self, mesh: &MeshUse<R>, hit: &Hit<R>) -> (DVec3, bool) {
         let data = &self.meshes[mesh.mesh as usize];
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
@@ -101,9 +102,9 @@ impl<R: Real> PreparedScene<R> {
     }
 }
 
-/// Returns the direction in which the first texture coordinate grows on a triangle of a mesh, and
-/// whether an image appears mirrored there. A mesh without texture coordinates uses the barycentric
-/// coordinate of the second corner, as [`Interaction`] does.
+/// Returns the direction of growing u on a triangle of a mesh, not normalised, and whether a
+/// texture image appears mirrored on the triangle. In a mesh without texture coordinates, u is the
+/// barycentric coordinate of the second corner, as in [`Interaction`].
 fn tangent_along_u(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
     let [a, b, c] = corners.map(|i| data.positions.position(i));
     let set = data.uvs.first().filter(|set| !set.is_empty());
@@ -119,8 +120,8 @@ fn tangent_along_u(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
     (((b - a) * v2 - (c - a) * v1) * area.signum(), area > 0.0)
 }
 
-/// Maps a tangent and its mirroring from a mesh's own space to the world. The first argument holds
-/// the columns of the map of normals.
+/// Transforms a tangent and its mirroring flag from a mesh's own space to world space. The first
+/// argument holds the columns of the matrix that maps the mesh's normals to world space.
 fn tangent_to_world([x, y, z]: [DVec3; 3], own: DVec3, mirrored: bool) -> (DVec3, bool) {
     // The linear part of the mesh's map is the inverse transpose of the map of normals, so its
     // columns are the cofactors of that map, up to the determinant.

@@ -28,7 +28,7 @@ use crate::observer::Observer;
 use crate::prepare::PreparedScene;
 use crate::sampler::SampleAddress;
 
-/// Number of camera rays in a packet.
+/// Greatest number of camera rays that are intersected together.
 pub(crate) const PACKET: usize = 16;
 
 /// Result of tracing a camera ray.
@@ -37,8 +37,8 @@ pub(crate) struct PathResult<R: Real> {
     pub radiance: R::Vec3,
     /// Coverage (alpha) of the ray.
     pub coverage: R,
-    /// Share of the studio's light that is blocked where the ray reaches the ground, 0 to 1; for
-    /// uncovered rays.
+    /// Share of the studio's light that the scene blocks at the ray's point on the ground, 0 to 1;
+    /// for rays that no surface covers.
     pub shadow: R,
 }
 
@@ -53,9 +53,9 @@ pub(crate) struct CameraRays<'a, R: Real> {
 #[derive(Debug, Default)]
 pub(crate) struct PathResults<R: Real> {
     pub paths: Vec<PathResult<R>>,
-    /// First hit of each ray (`None` for the sky), and directly visible radiance of each ray,
-    /// without reflected light. Both lists are empty if no layer needs them.
+    /// First hit of each ray, `None` for the sky; empty if no layer needs first hits.
     pub first_hits: Vec<Option<FirstHit>>,
+    /// Directly visible radiance of each ray, without reflected light; empty if no layer needs it.
     pub direct: Vec<R::Vec3>,
 }
 
@@ -76,7 +76,7 @@ impl<R: Real> PathResults<R> {
 
 /// An integrator: computes the radiance along camera rays. Each worker thread has its own.
 pub(crate) trait LightTransport<'a, R: Real> {
-    /// Most camera rays in a batch.
+    /// Greatest number of camera rays in a batch.
     const MAX_BATCH: usize;
 
     /// Creates an integrator for paths of at most `max_depth` segments. `keeps_first`: whether
@@ -94,7 +94,7 @@ pub(crate) trait LightTransport<'a, R: Real> {
     /// Traces a camera ray to its first hit, without a further path; `None` for the sky.
     fn trace_first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit>;
 
-    /// Returns the counters of rays since the last call.
+    /// Returns the counters of rays traced since the last call, and resets them.
     fn take_counters(&mut self) -> Counters;
 
     /// Whether the observer cancelled a path midway, so that the results are invalid.

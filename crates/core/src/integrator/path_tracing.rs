@@ -48,10 +48,11 @@ pub(crate) struct PathTracer<'a, R: Real> {
     scene: &'a PreparedScene<R>,
     counters: Counters,
     usage: LightUsage,
-    /// Whether first hits of camera rays are kept; the first hit of the current path, and the
-    /// path's directly visible radiance, without reflected light.
+    /// Whether first hits of camera rays are kept, because layers need them.
     keeps_first: bool,
+    /// First hit of the current path.
     first_hit: Option<FirstHit>,
+    /// Directly visible radiance of the current path, without reflected light.
     direct: R::Vec3,
     max_depth: u32,
     min_distances: MinHitDistances<R>,
@@ -108,9 +109,9 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
     }
 }
 
-/// Density by solid angle above which a lobe counts as a mirror: the lobe is then seven times
-/// narrower than the sun's disc of 1/14,700 sr, and hardly any direction sampled towards a light
-/// falls into it.
+/// Density by solid angle, per steradian, from which on a lobe counts as a mirror: the lobe is then
+/// seven times narrower than the sun's disc of 1/14,700 sr, and hardly any direction sampled
+/// towards a light falls into it.
 const MIRROR_DENSITY: f64 = 1e5;
 
 /// State of a path: all data on which its next segment depends.
@@ -128,16 +129,17 @@ struct PathState<R: Real> {
     samples: VertexSamples,
     /// Segments traced so far.
     segments_traced: u32,
-    /// Number of segments that end at index-matched boundaries, and number of surfaces passed
-    /// unchanged.
+    /// Number of segments that end at index-matched boundaries.
     matched_segments: u32,
+    /// Number of surfaces passed unchanged.
     passages: u32,
     /// Whether the path has hit a surface.
     has_hit: bool,
-    /// Share of the studio's light that is blocked where the camera ray reaches the ground, 0 to 1.
+    /// Share of the studio's light that the scene blocks at the camera ray's point on the ground, 0
+    /// to 1.
     shadow: R,
-    /// Least density of a scattered direction before the last vertex, by solid angle: small after a
-    /// diffuse reflection.
+    /// Least density by solid angle among the path's scattered directions, the latest direction
+    /// excepted; small if the path was reflected diffusely.
     min_pdf: f64,
     /// Media around the path.
     media: MediumStack,
@@ -160,9 +162,9 @@ struct VertexSamples {
 /// have chosen the ray's direction.
 #[derive(Clone, Copy, Debug)]
 struct PreviousVertex<R: Real> {
-    /// Position of the vertex, and its unit normal on the receiving side; zero if both sides
-    /// receive light.
+    /// Position of the vertex.
     from: R::Vec3,
+    /// Unit normal on the receiving side; zero if both sides receive light.
     normal: R::Vec3,
     /// Density by solid angle of the scattered direction. Infinite for camera rays and delta lobes,
     /// whose directions light sampling cannot choose.

@@ -19,8 +19,8 @@ pub(crate) struct ShadowResult<R> {
 }
 
 impl<R: Real> PreparedScene<R> {
-    /// Returns the shadow ray from a surface to a light sample, and its range; `None` if both
-    /// points coincide.
+    /// Returns the shadow ray from a surface to a light sample, with the range of distances in
+    /// which occluders count; `None` if both points coincide.
     #[inline(always)]
     pub(super) fn shadow_ray(
         &self,

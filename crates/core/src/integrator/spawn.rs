@@ -36,9 +36,9 @@ impl<R: Real> PreparedScene<R> {
         }
     }
 
-    /// Returns the ray that leaves a surface in a unit direction. `side` is the factor of the
-    /// normal in a constant offset: 1 for the side from which the incoming ray arrived, −1 for the
-    /// other side.
+    /// Returns the ray that leaves a surface in a unit direction. `side` is the side to which a
+    /// constant offset along the normal shifts the origin: 1 for the side from which the incoming
+    /// ray arrived, −1 for the other side.
     #[inline(always)]
     pub(crate) fn spawn_ray(
         &self,

@@ -49,8 +49,9 @@ impl<R: Real> PathSegment<R> {
         }
     }
 
-    /// Continues with the next segment of the path, at the same time. Updated in place and vector
-    /// by vector, because a copied segment would wait for its own numbers to be stored.
+    /// Replaces the segment by the next segment of the path, at the same time; `rest` is the
+    /// rounding error of its direction. Updated in place, vector by vector: reading a copy would
+    /// wait until its numbers are stored.
     #[inline(always)]
     pub fn advance(&mut self, ray: &Ray<R>, rest: R::Vec3) {
         if self.length_before >= R::ZERO {

@@ -38,12 +38,14 @@ pub(crate) struct WhittedTracer<'a, R: Real> {
     /// Checked for cancellation while paths branch, because the branches of a single pixel may take
     /// unlimited time.
     observer: &'a dyn Observer,
+    /// Number of side branches so far.
     divisions: u32,
     stopped: bool,
-    /// Whether first hits of camera rays are kept; the first hit of the latest camera ray, and its
-    /// directly visible radiance, without reflected light.
+    /// Whether first hits of camera rays are kept, because layers need them.
     keeps_first: bool,
+    /// First hit of the latest camera ray.
     first_hit: Option<FirstHit>,
+    /// Directly visible radiance of the latest camera ray, without reflected light.
     direct: R::Vec3,
     max_depth: u32,
     min_distances: MinHitDistances<R>,

@@ -15,10 +15,11 @@ use crate::prepare::{PreparedMaterial, PreparedScene};
 /// Greatest width of a line, as a share of the distance from its edge to the opposite corner.
 const WIDEST: f64 = 1.0 / 12.0;
 
-/// Radiance of lines on bright and on dark surfaces, and the luminance of the base colour that
-/// separates bright from dark.
+/// Radiance of lines on bright surfaces.
 const DARK: f64 = 0.01;
+/// Radiance of lines on dark surfaces.
 const BRIGHT: f64 = 0.6;
+/// Luminance of the base colour that separates dark surfaces from bright surfaces.
 const BETWEEN: f64 = 0.12;
 
 impl<R: Real> PreparedScene<R> {

@@ -20,8 +20,9 @@ use crate::number::{Lanes, Mask, Number, Vector3};
 /// BSDF values of surfaces for the direction of a sampled light.
 #[derive(Clone, Copy)]
 pub(super) struct BsdfResponse<N: Number> {
-    /// BSDF value, and its diffuse part, for lights that make no highlights.
+    /// BSDF value.
     pub value: N::Vec3,
+    /// Diffuse part of the value, for lights that make no highlights; zero for other lights.
     pub diffuse: N::Vec3,
     /// Density by solid angle with which the BSDF samples the light's direction.
     pub density: N,
@@ -55,16 +56,19 @@ pub(super) struct BsdfLanes<R: Real> {
     pub diffuse: Vec3Column<R>,
     /// Densities with which the BSDFs sample the lights' directions.
     pub light_density: LaneColumn<R>,
-    /// Validity of the sampled direction, the direction, its weight, and its density; the density
-    /// is infinite for mirrors and clear glass.
+    /// Whether the BSDF sample is valid.
     pub is_valid: LaneColumn<bool>,
+    /// Sampled unit direction.
     pub direction: Vec3Column<R>,
+    /// Weight of the BSDF sample, by which the path's throughput is multiplied.
     pub weight: Vec3Column<R>,
+    /// Density of the sampled direction by solid angle; infinite for mirrors and clear glass.
     pub density: LaneColumn<R>,
 }
 
-/// SIMD task: evaluates and samples the BSDFs of common surfaces. `MATTE`: surfaces without
-/// specular reflection, which have a single lobe with the same numbers as the full model.
+/// SIMD task: evaluates and samples the BSDFs of common surfaces (rough, opaque, without layers).
+/// `MATTE` selects surfaces without specular reflection: their single diffuse lobe gives the same
+/// numbers as the full model.
 pub(super) struct BsdfTask<'a, R: Real, const MATTE: bool> {
     pub vertices: &'a VertexLanes<R>,
     pub lights: &'a LightSampleLanes<R>,
@@ -275,7 +279,7 @@ impl<N: Number> SimdTask for PerturbNormalsTask<'_, N> {
     }
 }
 
-/// Returns a SIMD mask from a predicate of the lane.
+/// Returns the SIMD mask of the lanes for which a predicate holds.
 #[inline(always)]
 fn mask_from_lanes<N: Number>(yes: impl Fn(usize) -> bool) -> N::Mask {
     let mut mask = N::Mask::default();
@@ -285,8 +289,8 @@ fn mask_from_lanes<N: Number>(yes: impl Fn(usize) -> bool) -> N::Mask {
     mask
 }
 
-/// Computes the perturbed normals of at most [`LANES`] vertices; `these` returns the normal map's
-/// value in a lane.
+/// Returns the perturbed normals of at most [`LANES`] vertices; `these` returns the value of the
+/// normal map at the vertex in a lane.
 #[inline(always)]
 pub(super) fn perturb_lane_normals<'a, R: Real>(
     these: impl Fn(usize) -> &'a NormalMap<R>,

@@ -9,10 +9,11 @@ use crate::scene::SpecularModel;
 use crate::texture::ShadingContext;
 
 /// Returns the BSDF of a classic surface. The albedo of its Lambertian lobe is
-/// `local`·`colour`·`diffuse`. `specular` becomes microfacets as sharp as its exponent,
-/// `reflection` a mirror with the same weight at every angle, and `transmission` a smooth
-/// dielectric, given as `glass` with its relative index. If the lobes reflect more than one in
-/// total, the excess is taken from the diffuse lobe.
+/// `local`·`colour`·`diffuse`. Its highlight, `specular`, becomes a microfacet lobe with the
+/// roughness of the highlight's exponent. Its reflection becomes a mirror with the same weight at
+/// every angle, and its transmission a smooth dielectric, given as `glass` with its relative index
+/// of refraction. If all lobes together reflect more than the incident light, the excess is taken
+/// from the diffuse lobe.
 #[inline(always)]
 pub(super) fn build_classic_bsdf<R: Real>(
     (m, glass): (&ClassicInputs<R>, Option<&Glass<R>>),

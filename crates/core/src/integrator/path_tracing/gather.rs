@@ -1,6 +1,6 @@
-//! Evaluation of materials at hits: each vertex enters a queue of its kind, after the work that
-//! depends on its own point alone. Common surfaces (rough, opaque, without layers) are by far the
-//! majority in real models.
+//! Evaluation of materials at hits, and sorting of vertices into queues by kind of surface. All
+//! work that depends on a vertex alone is done before its batch is shaded. Common surfaces (rough,
+//! opaque, without layers) are by far the majority in real models.
 
 use core::f64::consts::PI;
 
@@ -27,7 +27,7 @@ pub(super) struct VertexQueues<R: Real> {
     pub glossy: VertexList<R>,
     pub general: VertexList<R>,
     pub surfaces: GeneralSurfaces<R>,
-    /// Values of normal maps, each with the index of its vertex in the glossy queue.
+    /// Values of normal maps, each with the index of its vertex in the queue `glossy`.
     normal_maps: Vec<(usize, NormalMap<R>)>,
 }
 
@@ -58,8 +58,8 @@ impl<R: Real> VertexQueues<R> {
 type CommonSurface<'a, R> = (MetallicRoughness<R>, R, Option<&'a NormalMapInput<R>>);
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Adds the vertex at a hit to the queue of its kind. Returns whether the path has another ray,
-    /// now or after shading.
+    /// Adds the vertex at a hit to the queue of its kind. Returns whether the path goes on: at once
+    /// behind the surface, or after shading.
     #[inline(always)]
     pub(super) fn queue_vertex(
         &mut self,

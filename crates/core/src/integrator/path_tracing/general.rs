@@ -30,6 +30,7 @@ pub(super) struct GeneralSurfaces<R: Real> {
     /// The lobes of each surface, and the glass from which exact mirror and refracted directions
     /// are computed.
     surfaces: Vec<(SurfaceLobes<R>, Option<Glass<R>>)>,
+    /// Layered BSDFs, of which the first `layered_used` are in use.
     layered: Vec<LayeredBsdf<R>>,
     layered_used: usize,
 }
@@ -158,7 +159,7 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Evaluates and samples the BSDFs of a batch of general vertices, and sets the properties of
-    /// their scattered rays. `before` is the number of earlier vertices in the queue.
+    /// their scattered rays. `before` is the number of vertices in earlier batches of the queue.
     pub(super) fn shade_general(
         &self,
         slice: &WavefrontSlice<'_, R>,

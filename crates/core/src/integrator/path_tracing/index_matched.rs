@@ -1,5 +1,5 @@
 //! Index-matched boundaries: surfaces with the same index of refraction on both sides, which light
-//! passes straight, changed by a tint alone. They take no segment of a path.
+//! passes straight, changed by a tint alone. They do not count as segments of a path.
 
 use raywright_bvh::{Real, Vector};
 

@@ -119,8 +119,8 @@ impl<R: Real> LayerFieldEvaluator<InputFieldTypes<R>, R> for LayerInputReader<'_
         *input
     }
 
-    /// The shading normal without the base's normal map, perturbed by the layer's own normal map if
-    /// it has one.
+    /// Returns the normal of a layer: the shading normal without the base's normal map, perturbed
+    /// by the layer's own normal map if the layer has one.
     fn eval_normal(&self, input: &Option<NormalMapInput<R>>) -> R::Vec3 {
         let (interaction, normal) = (self.interaction, self.normal);
         let own = if self.bumpy || input.is_some() {

@@ -106,8 +106,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Returns the weighting of a sample of a light with this density; `None` if the light is found
-    /// by BSDF sampling alone.
+    /// Returns the weighting of a light sample with the given sampling density; `None` if the light
+    /// is found by BSDF sampling alone.
     #[inline(always)]
     fn mis_strategy(&self, light: LightId, density: LightDensity) -> Option<MisStrategy> {
         Some(match (density, light) {

@@ -21,8 +21,8 @@ pub(super) struct MediumStack {
 }
 
 impl MediumStack {
-    /// Returns the stack beyond a boundary of a material: with the material on top if the boundary
-    /// is hit from `outside`, or without the last entry of the material.
+    /// Returns the stack beyond a boundary of a material. If the boundary is hit from `outside`,
+    /// the material is put on top; otherwise the topmost entry of the material is removed.
     pub fn cross_boundary(mut self, material: u32, outside: bool) -> Self {
         let count = self.count as usize;
         if outside {

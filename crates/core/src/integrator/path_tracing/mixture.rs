@@ -23,9 +23,9 @@ const LEAST_CHANCE: f64 = 0.001;
 /// A mixture surface at a hit.
 pub(super) struct MixtureSurface<R: Real> {
     albedo: R::Vec3,
-    /// Probabilities of mirror reflection and of refraction; the remaining probability is that of
-    /// diffuse reflection.
+    /// Probability of mirror reflection.
     mirror_probability: f64,
+    /// Probability of refraction; the remaining probability is that of diffuse reflection.
     refraction_probability: f64,
     interface: SmoothInterface,
 }
@@ -70,7 +70,7 @@ impl<R: Real> MixtureSurface<R> {
         }
     }
 
-    /// Probability of diffuse reflection.
+    /// Returns the probability of diffuse reflection.
     fn diffuse_probability(&self) -> f64 {
         1.0 - self.mirror_probability - self.refraction_probability
     }

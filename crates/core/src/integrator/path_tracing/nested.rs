@@ -51,7 +51,7 @@ impl<R: Real> PathTracer<'_, R> {
         ]
     }
 
-    /// Returns the media beyond a boundary that a body of greater priority on both sides hides;
+    /// Returns the media beyond a hidden boundary, which lies inside a body of greater priority;
     /// `None` for a boundary that is not hidden.
     #[inline(never)]
     pub(super) fn media_behind_hidden_boundary(
@@ -101,9 +101,9 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Returns the index of refraction inside a surface over the index outside, where both sides
-    /// may be media. For glass: by the effective media of both sides; for other surfaces: over the
-    /// index of the medium around.
+    /// Returns the relative index of refraction of a surface: the index inside over the index
+    /// outside. For glass, these are the indices of the effective media on both sides. For other
+    /// surfaces, the index outside is that of the surrounding medium.
     #[inline(never)]
     pub(super) fn relative_ior(
         &self,
@@ -129,8 +129,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Adapts the reflectance and the glass of a physical surface without layers to the medium
-    /// around it.
+    /// Sets the dielectric reflectance and the glass's index of refraction of a physical surface
+    /// without layers, relative to the medium around the surface.
     #[inline(never)]
     pub(super) fn adapt_to_medium(
         &self,

@@ -15,9 +15,9 @@ use crate::prepare::PreparedSpawnRule;
 pub(super) struct ScatteredRay<R: Real> {
     /// Rounding error of the stored direction.
     pub direction_error: R::Vec3,
-    /// Whether a delta lobe scattered the ray, and whether the ray is transmitted through the
-    /// surface.
+    /// Whether a delta lobe scattered the ray.
     pub is_delta: bool,
+    /// Whether the ray is transmitted through the surface.
     pub is_transmitted: bool,
     /// Whether the ray is transmitted without a change of direction, as shadow rays are.
     pub is_straight: bool,

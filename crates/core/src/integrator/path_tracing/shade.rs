@@ -22,8 +22,8 @@ pub(super) struct ShadedLanes<R: Real> {
 }
 
 impl<R: Real> ShadedLanes<R> {
-    /// Shades vertices from their BSDF values and samples. `reach`: greatest shadow distance of
-    /// infinitely distant delta lights.
+    /// Shades vertices from their BSDF values and samples. `reach` is the greatest length of a
+    /// shadow ray to an infinitely distant delta light.
     #[inline]
     pub fn of(
         vertices: &VertexLanes<R>,
@@ -53,9 +53,11 @@ impl<R: Real> ShadedLanes<R> {
 /// Reflected light of vertices, before the visibility of their lights is known.
 #[derive(Clone, Copy)]
 pub(super) struct DirectLightLanes<R: Real> {
-    /// Whether the surface reflects or transmits the light if unoccluded, and whether it transmits.
+    /// Whether the surface scatters light of an unoccluded light towards the path.
     pub is_lit: LaneColumn<bool>,
+    /// Whether the surface transmits that light, instead of reflecting it.
     pub is_through: LaneColumn<bool>,
+    /// Scattered light, if the light is unoccluded.
     pub reflected: Vec3Column<R>,
 }
 

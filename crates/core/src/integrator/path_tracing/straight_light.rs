@@ -16,9 +16,9 @@ use crate::scene::AlphaMode;
 
 impl<R: Real> PathTracer<'_, R> {
     /// Returns the transmittance of each channel along the shadow ray to a light sample, absorption
-    /// included; `media` contain the ray's origin. Each thin wall takes a segment, as for paths.
-    /// For an emitter of varying emission, returns the transmitted emission at the ray's hit,
-    /// evaluated as for paths.
+    /// included. For an emitter of varying emission, returns the transmittance times the emission
+    /// at the hit of the shadow ray. `media` are the media around the ray's origin. Each thin wall
+    /// counts as a segment, as it does for paths.
     #[inline(never)]
     pub(super) fn straight_transmittance(
         &mut self,
@@ -117,8 +117,8 @@ impl<R: Real> PathTracer<'_, R> {
         Vector::ZERO
     }
 
-    /// Returns the transmittance of a surface without a change of direction, and whether passing
-    /// the surface takes a segment.
+    /// Returns the transmittance of a surface for a ray that keeps its direction, and whether
+    /// passing the surface counts as a segment.
     fn surface_transmittance(
         &self,
         path: &PathState<R>,

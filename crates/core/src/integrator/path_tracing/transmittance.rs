@@ -89,8 +89,9 @@ impl<R: Real> PathTracer<'_, R> {
             && matches!(scene.rules.spawn, PreparedSpawnRule::ErrorBound)
     }
 
-    /// Returns the visible part of `scattered`: the light that the surface would reflect, or
-    /// transmit if `through`, without occlusion.
+    /// Returns `scattered` times the transmittance of the shadow ray to the light sample.
+    /// `scattered` is the light that the surface reflects without occlusion, or transmits if
+    /// `through`.
     #[inline(always)]
     fn apply_visibility(
         &mut self,
@@ -171,7 +172,8 @@ impl<R: Real> PathTracer<'_, R> {
         )
     }
 
-    /// Transmittance along a shadow ray. `target` is set if the light may be its own occluder.
+    /// Returns the transmittance along a shadow ray, 0 to 1. `target` is given if the light may be
+    /// its own occluder.
     #[inline(always)]
     fn shadow_transmittance(
         &mut self,
@@ -200,9 +202,10 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Returns the transmittance of an occluder without a change of direction: its share that is
-    /// absent by alpha. Objects that cast no shadow transmit delta lights fully; area lights are
-    /// found by paths too, which hit every object.
+    /// Returns the transmittance of an occluder for a ray that keeps its direction, 0 to 1: the
+    /// share that is absent by alpha. `sizeless`: whether the light is a delta light. An object
+    /// without shadow transmits a delta light fully, but not an area light, because paths that find
+    /// area lights hit every object.
     fn occluder_transmittance(&self, ray: &Ray<R>, hit: &Hit<R>, sizeless: bool) -> R {
         let record = &self.scene.objects[hit.outermost_id() as usize];
         if sizeless && !record.casts_shadow {

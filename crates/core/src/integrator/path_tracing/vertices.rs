@@ -73,11 +73,13 @@ pub(super) struct VertexLanes<R: Real> {
     /// Unit direction of the incoming ray.
     pub direction: Vec3Column<R>,
     pub sides: LaneColumn<LitSides>,
-    /// Base colour of common surfaces. In `terms`: metallic, roughness, and the dielectric's
-    /// reflectance at normal and at grazing incidence; unused for matte surfaces.
+    /// Base colour of common surfaces.
     pub base: Vec3Column<R>,
+    /// Further terms of common surfaces: metallic, roughness, and the dielectric's reflectance at
+    /// normal and at grazing incidence; unused for matte surfaces.
     pub model_terms: [LaneColumn<R>; 4],
-    /// Factor on delta lights, whose unit differs between classic and physical materials.
+    /// Factor on the light of delta lights, for which classic and physical materials use different
+    /// units.
     pub gain: LaneColumn<R>,
     pub throughput: Vec3Column<R>,
     /// Uniform numbers in [0, 1) for the lobe, the direction (two numbers), and Russian roulette.

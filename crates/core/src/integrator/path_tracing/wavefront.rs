@@ -27,7 +27,7 @@ pub(super) struct Wavefront<R: Real> {
     hits: Vec<Option<Hit<R>>>,
     /// Sky samples of the escaped paths.
     sky_samples: Vec<SkySample<R>>,
-    /// Interactions of the paths with a hit, followed by spare entries.
+    /// Interactions of the paths with a hit, followed by unused entries.
     interactions: Vec<Interaction<R>>,
     sequences: Vec<(SampleSequence, u32)>,
     draws: Vec<[f32; 4]>,
@@ -430,7 +430,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Returns the results of the paths: clamps radiance and adds the veil, as the scene requires.
+    /// Returns the results of the paths. Clamps their radiance and adds the scene's veil, a
+    /// constant radiance, if the scene has these settings.
     fn collect_results(
         &self,
         wave: &Wavefront<R>,

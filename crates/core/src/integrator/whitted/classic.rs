@@ -195,8 +195,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         local
     }
 
-    /// Returns the sum of the highlights on the reflection. Shadow rays are traced only if the
-    /// material requires them, which the mirror of the documented preset does not.
+    /// Returns the summed highlights of the delta lights on a surface. Shadow rays are traced only
+    /// if the material requires them, which the mirror of the documented preset does not.
     fn sum_highlights(
         &mut self,
         specular: &SpecularInputs<R>,

@@ -14,10 +14,11 @@ use crate::sampler::{PathBranch, SampleAddress};
 use crate::scene::TransmissionChoice;
 
 impl<R: Real> WhittedTracer<'_, R> {
-    /// Splits a path at a partly transparent surface. At a fully transparent point the path
-    /// continues behind the surface (`Some(None)`). At a partly transparent point the path behind
-    /// becomes a side branch, which is returned, and the path itself waits for it. `None` at an
-    /// opaque point, and after the wait: the surface is then shaded.
+    /// Splits a path at a partly transparent surface. Returns `None` if the surface is to be
+    /// shaded: at an opaque point, and after the light from behind was collected. Returns
+    /// `Some(None)` at a fully transparent point, where the path itself continues behind the
+    /// surface. Otherwise returns a side branch that continues behind the surface; the path waits
+    /// until the branch has ended.
     pub(super) fn split_at_alpha(
         &mut self,
         m: &PhysicalInputs<R>,
