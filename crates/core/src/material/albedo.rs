@@ -3,10 +3,10 @@
 //!
 //! The tables depend on no scene, so they are constants in the file `albedo.table`. A test computes
 //! the file anew and compares it byte by byte. Isotropic microfacets have a table by roughness and
-//! cosine. Anisotropic microfacets need two angles and two roughnesses, and a table as fine would
-//! be a hundred times as long. The anisotropic table is coarser: it holds the difference to
-//! isotropic microfacets whose roughness is the roughness along the view's azimuth. This difference
-//! is small and smooth.
+//! cosine. Anisotropic microfacets need two angles and two roughnesses, and a table with steps of
+//! the same size would be a hundred times as long. The anisotropic table is coarser: it holds the
+//! difference to isotropic microfacets whose roughness is the roughness along the view's azimuth.
+//! This difference is small and smooth.
 
 use core::array::from_fn;
 
@@ -30,13 +30,18 @@ pub(super) const ALBEDO_STEPS: usize = 32;
 /// Steps of the anisotropic table: cosine, azimuth, lesser roughness and strength of the
 /// anisotropy.
 pub(super) const ANISOTROPIC_STEPS: [usize; 4] = [16, 12, 12, 8];
+/// Steps of each coordinate in the table of anisotropic means: the lesser roughness, and the
+/// strength of the anisotropy.
 pub(super) const ANISOTROPIC_MEAN_STEPS: usize = 24;
-/// Integer that stores a difference of 1 in the anisotropic table.
+/// Integer that stands for a difference of 1 in the anisotropic table.
 pub(super) const UNIT: f64 = 32_767.0;
 
+/// Number of entries of the isotropic table.
 const ENTRIES: usize = ALBEDO_STEPS * ALBEDO_STEPS;
+/// Number of entries of the anisotropic table.
 const DIFFERENCES: usize =
     ANISOTROPIC_STEPS[0] * ANISOTROPIC_STEPS[1] * ANISOTROPIC_STEPS[2] * ANISOTROPIC_STEPS[3];
+/// Number of entries of the table of anisotropic means.
 const MEANS: usize = ANISOTROPIC_MEAN_STEPS * ANISOTROPIC_MEAN_STEPS;
 
 /// The tables of isotropic and anisotropic albedos.
@@ -114,13 +119,14 @@ pub(super) fn table_position(x: f64, steps: usize) -> (usize, f64) {
     (below, x - below as f64)
 }
 
+/// Interpolates linearly between two pairs of numbers: `a` at `share` 0, `b` at `share` 1.
 #[inline(always)]
 fn lerp_pair(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
     [a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share]
 }
 
-/// Interpolates the isotropic entry at the cosine of the view and the perceptual roughness. Below
-/// [`LEAST_ROUGHNESS`] the entry is exact: a mirror loses no energy.
+/// Interpolates the isotropic entry at the cosine of the view and the perceptual roughness. Up to
+/// [`LEAST_ROUGHNESS`] the entry is not interpolated but exact: a mirror loses no energy.
 #[inline(always)]
 pub(super) fn look_up_albedo(table: &AlbedoTable, cosine: f64, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
@@ -137,7 +143,8 @@ pub(super) fn look_up_albedo(table: &AlbedoTable, cosine: f64, roughness: f64) -
     lerp_pair(row(j), row(j + 1), v)
 }
 
-/// Interpolates the cosine-weighted mean of the isotropic entries over the hemisphere.
+/// Interpolates the cosine-weighted mean of the isotropic entries over the hemisphere, at a
+/// perceptual roughness.
 #[inline(always)]
 fn look_up_mean_albedo(table: &AlbedoTable, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
@@ -151,9 +158,9 @@ fn look_up_mean_albedo(table: &AlbedoTable, roughness: f64) -> [f64; 2] {
     )
 }
 
-/// Returns the coordinates in [0, 1] of the table of anisotropic means, for the greater and the
-/// lesser α: the square root of the lesser roughness, counted from [`LEAST_ROUGHNESS`], and the
-/// strength of the anisotropy.
+/// Returns the two coordinates in [0, 1] of the table of anisotropic means, for the greater and the
+/// lesser α. The first is the square root of the lesser roughness, scaled so that
+/// [`LEAST_ROUGHNESS`] is at 0. The second is the strength of the anisotropy.
 fn anisotropic_mean_coordinates([wide, fine]: [f64; 2]) -> [f64; 2] {
     let minimum = LEAST_ROUGHNESS.sqrt();
     let strength = ((wide - fine) / (1.0 - fine).max(1e-9)).max(0.0).sqrt();
@@ -161,7 +168,7 @@ fn anisotropic_mean_coordinates([wide, fine]: [f64; 2]) -> [f64; 2] {
 }
 
 /// Returns the four coordinates in [0, 1] of the anisotropic table, for a unit direction in the
-/// frame of the microfacets; and the perceptual roughness along the direction's azimuth. The
+/// frame of the microfacets, and the perceptual roughness along the direction's azimuth. The
 /// coordinate of the azimuth is linear in the square root of this roughness.
 fn anisotropic_table_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4], f64) {
     let (x2, y2) = (v.x * v.x, v.y * v.y);
@@ -210,7 +217,8 @@ pub(super) fn look_up_anisotropic_albedo(
     sum.map(|x| x.clamp(0.0, 1.0))
 }
 
-/// Interpolates the cosine-weighted mean of the anisotropic entries over the hemisphere.
+/// Interpolates the cosine-weighted mean of the anisotropic entries over the hemisphere, for the α
+/// along both axes.
 fn look_up_anisotropic_mean_albedo(table: &AlbedoTable, alpha: [f64; 2]) -> [f64; 2] {
     let [(i, u), (j, v)] =
         anisotropic_mean_coordinates(alpha).map(|x| table_position(x, ANISOTROPIC_MEAN_STEPS));
@@ -225,12 +233,13 @@ fn look_up_anisotropic_mean_albedo(table: &AlbedoTable, alpha: [f64; 2]) -> [f64
     lerp_pair(row(i), row(i + 1), u)
 }
 
-/// Spread of Schlick's weight over the microfacets of a surface, as a fraction of its mean.
+/// Assumed spread of Schlick's weight among the microfacets that reflect towards the viewer, as a
+/// fraction of its mean.
 const SCHLICK_SPREAD: f64 = 0.35;
 
-/// Directional albedo of microfacets in two parts, as in [`AlbedoEntry`]: the energy that white
-/// microfacets lose in a single reflection (`lost`), and the albedo for Schlick's weight as
-/// reflectance (`grazing`).
+/// Directional albedo of microfacets in the two parts of an [`AlbedoEntry`]: the energy that white
+/// microfacets lose in a single reflection, which multiple scattering has to return, and the albedo
+/// for Schlick's weight as reflectance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Albedo<N: Number> {
     pub multiple_scattering_loss: N,
@@ -238,6 +247,7 @@ pub(super) struct Albedo<N: Number> {
 }
 
 impl<N: Number> Albedo<N> {
+    /// Creates the albedo from the two numbers of a table entry for each SIMD lane.
     #[inline(always)]
     fn from_lanes(entry: impl Fn(usize) -> [f64; 2]) -> Self {
         let both = <N::Vec3 as Vector3<N>>::from_lanes(|lane| {
@@ -250,7 +260,7 @@ impl<N: Number> Albedo<N> {
         }
     }
 
-    /// Returns the albedo of isotropic microfacets, by the cosine of the view and the perceptual
+    /// Returns the albedo of isotropic microfacets, for the cosine of the view and the perceptual
     /// roughness.
     #[inline(always)]
     pub fn at_cosine(cosine: N, roughness: N) -> Self {
@@ -263,8 +273,9 @@ impl<N: Number> Albedo<N> {
         Self::from_lanes(|lane| look_up_mean_albedo(&TABLE, roughness.lane(lane)))
     }
 
-    /// Returns the albedo for a direction, isotropic or anisotropic by lane. Lanes of the mask in
-    /// `others` take the anisotropic microfacets beside the mask; all other lanes are isotropic.
+    /// Returns the albedo for a direction. `others` holds the mask of the SIMD lanes with
+    /// anisotropic microfacets, and their distribution. All other lanes have isotropic microfacets
+    /// of the given roughness.
     pub fn at_cosine_anisotropic(
         direction: N::Vec3,
         cosine: N,
@@ -286,7 +297,7 @@ impl<N: Number> Albedo<N> {
         Self::select_lanes(*mask, other, own)
     }
 
-    /// Returns the cosine-weighted mean over the hemisphere, isotropic or anisotropic by lane as in
+    /// Returns the cosine-weighted mean of the albedo over the hemisphere. `others` is as in
     /// [`Self::at_cosine_anisotropic`].
     pub fn mean_anisotropic(roughness: N, others: &Option<(N::Mask, Ggx<N>)>) -> Self {
         let own = Self::mean(roughness);
@@ -299,6 +310,7 @@ impl<N: Number> Albedo<N> {
         Self::select_lanes(*mask, other, own)
     }
 
+    /// Returns `yes` in SIMD lanes where the mask is set, `no` in the others.
     fn select_lanes(mask: N::Mask, yes: Self, no: Self) -> Self {
         Self {
             multiple_scattering_loss: N::select(
@@ -311,13 +323,13 @@ impl<N: Number> Albedo<N> {
     }
 
     /// Returns the directional albedo of microfacets whose reflectance is a function of the cosine
-    /// of incidence. The function is evaluated at the cosine of the mean Schlick weight, which is
-    /// exact for mirrors and for Schlick's formula. Fresnel's equations rise less than in
-    /// proportion to Schlick's weight, so the mean of two shifted cosines replaces this value where
-    /// it is greater.
+    /// of incidence. The function is evaluated at the cosine that has the mean Schlick weight of
+    /// the microfacets. This is exact for mirrors and for Schlick's formula. Fresnel's equations
+    /// rise less than in proportion to Schlick's weight. So the mean of the reflectances at a lower
+    /// and a higher weight replaces this value where it is greater.
     pub fn albedo_for_reflectance(&self, reflectance: impl Fn(N) -> N) -> N {
         let scattered = N::ONE - self.multiple_scattering_loss;
-        // Reflectance at the mean Schlick weight plus `factor` times the spread.
+        // Reflectance at the mean Schlick weight plus `factor` times its spread.
         let value_of = |factor: f64| {
             let cosine = N::from_lanes(|lane| {
                 let weight =

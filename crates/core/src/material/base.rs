@@ -32,24 +32,26 @@ pub struct DiffuseBase<N: Number> {
 /// film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NonSchlickReflectance<N: Number> {
-    /// Lanes with this reflectance; all others follow Schlick's formula.
+    /// Mask of the SIMD lanes with this reflectance; all other lanes follow Schlick's formula.
     pub(super) mask: N::Mask,
     pub(super) reflectance: MicrofacetReflectance<N>,
-    /// Lanes of isotropic microfacets that reflect by Fresnel's equations alone. Their albedo is
-    /// tabulated by the index of refraction.
+    /// Mask of the lanes of isotropic microfacets that reflect by Fresnel's equations alone. Their
+    /// albedo is tabulated by the index of refraction.
     pub(super) tabulated_lanes: N::Mask,
 }
 
-/// The microfacet layer over a base, for one viewing direction.
+/// Microfacets over a diffuse base, for one viewing direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MicrofacetLayer<N: Number> {
+    /// Energy that the microfacets do not reflect, for the base and for multiple scattering.
     pub(super) energy_complement: EnergyComplement<N>,
-    /// Mask of the lanes with anisotropic microfacets, and these microfacets.
+    /// Mask of the SIMD lanes with anisotropic microfacets, and these microfacets.
     pub(super) anisotropic: Option<(N::Mask, Ggx<N>)>,
     /// Reflectance of the lanes that do not follow Schlick's formula.
     pub(super) non_schlick: Option<NonSchlickReflectance<N>>,
-    /// Reflectances at normal and at grazing incidence, for glTF's sample formula alone: the base
-    /// is then weighted by 1 − F at the half vector.
+    /// Reflectances at normal and at grazing incidence under
+    /// [`FresnelRule::Model`](super::FresnelRule::Model), which weights the base by 1 − F at the
+    /// half vector; `None` under every other rule.
     pub(super) gltf_reflectances: Option<[N; 2]>,
 }
 
@@ -65,7 +67,7 @@ impl<N: Number> MicrofacetLayer<N> {
                 }
                 Some((_, ggx)) => {
                     let frame = ggx.frame();
-                    // By symmetry a quarter of the azimuths represents all.
+                    // By symmetry a quarter of the azimuths represents the whole circle.
                     let turns = [1.0, 3.0, 5.0, 7.0]
                         .map(|eighth| N::from_f64(eighth / 32.0).sin_cos_turns());
                     cosine_weighted_mean(|cosine| {
@@ -127,8 +129,9 @@ impl<N: Number> MicrofacetLayer<N> {
         [base, lost]
     }
 
-    /// Returns the share of energy that passes microfacets with Fresnel's equations to the base, by
-    /// the table; at a cosine, or as the mean over the hemisphere for `None`.
+    /// Returns the share of energy that passes microfacets with Fresnel's equations to the base,
+    /// from the table of rough boundaries. Without a cosine, the share is the mean over the
+    /// hemisphere.
     fn remaining_energy_by_fresnel(
         &self,
         curve: &NonSchlickReflectance<N>,
@@ -156,8 +159,8 @@ impl<N: Number> MicrofacetLayer<N> {
             .remaining_energy_for_albedo(scattered, albedo.multiple_scattering_loss)[0]
     }
 
-    /// Returns two factors for a pair of directions. Times 1/π, they are the BRDF of a white base,
-    /// and the BRDF of the multiple scattering among white microfacets.
+    /// Returns π times two BRDFs for a pair of directions: of a white base below the microfacets,
+    /// and of the multiple scattering among white microfacets.
     fn diffuse_factors(&self, directions: &Directions<N>) -> [N; 2] {
         let into = directions.cos_wi.max(-directions.cos_wi);
         let ([base, lost], seen) = (

@@ -3,8 +3,9 @@
 //! scattering, reflected and refracted together, loses.
 //!
 //! The tables depend on no scene, so they are constants in the file `boundary.table`. A test
-//! computes the file anew and compares it byte by byte. Each row of cosines ends with its
-//! cosine-weighted mean over the hemisphere.
+//! computes the file anew and compares it byte by byte. In each table, the entries of one index and
+//! one roughness stand side by side, by cosine. Their cosine-weighted mean over the hemisphere
+//! follows them.
 
 use super::albedo::table_position;
 use super::fresnel::fresnel_dielectric_in_air;
@@ -14,12 +15,13 @@ use super::ggx::LEAST_ROUGHNESS;
 pub(super) const REFLECTION_STEPS: [usize; 3] = [33, 24, 32];
 /// Steps of index, roughness and cosine in the tables of loss.
 pub(super) const LOSS_STEPS: [usize; 3] = [33, 20, 20];
-/// Integer that stores a share of 1.
+/// Integer that stands for a share of 1 in the tables.
 pub(super) const UNIT: f64 = 65_535.0;
 /// Greatest index of refraction of the tables.
 pub(super) const MOST_INDEX: f64 = 1e3;
 
-/// Returns the number of entries of a table, with a mean at the end of each row of cosines.
+/// Returns the number of entries of a table: for each index and roughness, an entry for each cosine
+/// and one for the mean over the hemisphere.
 const fn table_len([indices, roughnesses, cosines]: [usize; 3]) -> usize {
     indices * roughnesses * (cosines + 1)
 }
@@ -81,13 +83,14 @@ struct TableCell {
     strides: [usize; 2],
     /// Fractions in [0, 1] across the cell, for the index and for the roughness.
     fractions: [f64; 2],
-    /// Fraction in [0, 1] across the cell for the cosine; `None` for the mean over the hemisphere.
+    /// Fraction in [0, 1] across the cell for the cosine; `None` for the entries that hold the mean
+    /// over the hemisphere.
     cosine_fraction: Option<f64>,
 }
 
 impl TableCell {
-    /// Returns the cell in a table with the given steps; without a cosine, the cell lies in the
-    /// column of means.
+    /// Returns the cell in a table with the given steps. Without a cosine, the cell lies among the
+    /// entries that hold the mean over the hemisphere.
     #[inline(always)]
     fn new(
         [indices, roughnesses, cosines]: [usize; 3],
@@ -151,7 +154,8 @@ pub(super) fn single_scattering_loss(eta: f64, roughness: f64, cosine: Option<f6
 /// Returns the cosine-weighted mean reflectance of a smooth boundary over the hemisphere on its
 /// side of lower index (Duntley 1942). `index` is at least 1.
 pub(super) fn smooth_mean_reflectance(index: f64) -> f64 {
-    // Closer to index 1, only the cancellation error of large numbers would remain.
+    // Closer to index 1 the formula's large numbers cancel, and only their rounding errors would
+    // remain.
     if index < 1.0 + 1e-4 {
         return 0.0;
     }

@@ -50,7 +50,7 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         (self.normal, self.count) = (normal, 0);
     }
 
-    /// Adds a lobe. A BSDF that already holds `MOST` lobes ignores it.
+    /// Adds a lobe; does nothing if the BSDF already holds `MOST` lobes.
     #[inline(always)]
     pub fn add_lobe(&mut self, lobe: L) {
         if let Some(slot) = self.lobes.get_mut(self.count) {
@@ -254,10 +254,9 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
     }
 
-    /// Returns, for each lobe, the mask of the lanes that sample the lobe. A lane of the mask
-    /// `able` samples the last lobe of positive importance whose preceding importances sum to at
-    /// most `target`. The search starts at the last lobe, so that rounding leaves no gap at the
-    /// end.
+    /// Returns, for each lobe, the mask of the SIMD lanes that sample it. A lane of the mask `able`
+    /// samples the last lobe of positive importance whose preceding importances sum to at most
+    /// `target`. The search starts at the last lobe, so that rounding leaves no gap at the end.
     #[inline(always)]
     fn choose_lobes(&self, importances: &[N; MOST], target: N, able: N::Mask) -> [N::Mask; MOST] {
         let (mut chosen, mut left) = ([N::Mask::default(); MOST], able);

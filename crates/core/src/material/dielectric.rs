@@ -15,8 +15,8 @@ use crate::number::{Mask, Number, Vector3};
 /// A dielectric boundary, viewed from one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dielectric<N: Number> {
-    /// Index on the ray's side over the index on the far side. It is in `f64`, because refraction
-    /// near the critical angle loses digits by cancellation.
+    /// Index of refraction on the ray's side over the index on the far side. The ratio is in `f64`,
+    /// because refraction near the critical angle loses digits by cancellation.
     pub eta: N::Exact,
     /// [`Self::eta`] in the precision of the lanes, which suffices for microfacets.
     pub facet_eta: N,
@@ -31,8 +31,8 @@ pub struct Dielectric<N: Number> {
 }
 
 /// Returns the unpolarised Fresnel reflectance of a microfacet, and the cosine of the refracted
-/// angle. `cosine` is that of incidence, `eta` the index on the incident side over the index on the
-/// far side. Total reflection returns 1 and a cosine of zero.
+/// angle. `cosine` is the cosine of incidence, `eta` the index on the incident side over the index
+/// on the far side. Total reflection returns 1 and a cosine of zero.
 #[inline(always)]
 pub(super) fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
     let c = cosine.max(N::ZERO).min(N::ONE);

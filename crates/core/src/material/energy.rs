@@ -9,7 +9,7 @@
 //! Two lobes use this formula: the base below a layer, with the layer's albedo E, and the multiple
 //! scattering among microfacets, with the albedo E of white microfacets.
 //!
-//! Three other factors for the base were refused. By glTF's 1 − F(h·l), white plastic reflects 1.89
+//! Three other factors on the base are not used. By glTF's 1 − F(h·l), white plastic reflects 1.89
 //! times the incident light at 89.5°. The factor 1 − E(o) alone (Cycles, OpenPBR) conserves energy
 //! but is not reciprocal. The factor min(1 − E(o), 1 − E(i)), used for coats, never gains energy
 //! but loses 5 % at normal incidence.
@@ -68,8 +68,9 @@ pub(super) fn cosine_weighted_mean<N: Number>(value_of: impl Fn(N) -> N) -> N {
     })
 }
 
-/// Shares of energy 1 − E for one viewing direction: the energy that passes a microfacet layer to
-/// the base below, and the energy that white microfacets leave to multiple scattering.
+/// Energy 1 − E that microfacets of directional albedo E do not reflect, for one viewing direction:
+/// the share that passes a microfacet layer to the base below, and the share that white microfacets
+/// leave to multiple scattering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnergyComplement<N: Number> {
     /// Three properties of the layer: its reflectances at normal and at grazing incidence, and its
@@ -77,19 +78,22 @@ pub struct EnergyComplement<N: Number> {
     layer: [N; 3],
     /// Perceptual roughness.
     pub(super) roughness: N,
-    /// Remaining energy 1 − E(o) for the view over the mean 1 − Ē: for the layer, and for white
+    /// Energy 1 − E(o) for the view divided by its mean 1 − Ē: first of the layer, then of white
     /// microfacets.
     pub(super) view_factors: [N; 2],
-    /// Remaining energy 1 − E(o) for the view: for the layer, where it is the albedo of a white
-    /// base, and for white microfacets. These numbers are the sampling weights of the lobes.
+    /// Energy 1 − E(o) for the view: first of the layer, where it is the albedo of a white base,
+    /// then of white microfacets. These numbers are the sampling weights of the base and of the
+    /// multiple scattering.
     pub(super) view_energy: [N; 2],
 }
 
-/// Lower limit of a mean that divides.
+/// Lower limit of a mean energy by which another energy is divided.
 const LEAST_MEAN: f64 = 1e-6;
 
 impl<N: Number> EnergyComplement<N> {
-    /// Creates the shares of a layer, without a viewing direction.
+    /// Creates the energies of a layer before its viewing direction is known. `layer` holds its
+    /// reflectances at normal and at grazing incidence, and its factor on the multiple scattering
+    /// of white microfacets.
     #[inline(always)]
     pub(super) fn new(layer: [N; 3], roughness: N) -> Self {
         Self {
@@ -100,8 +104,8 @@ impl<N: Number> EnergyComplement<N> {
         }
     }
 
-    /// Sets the viewing direction, by the remaining energy for it and the mean of the remaining
-    /// energy.
+    /// Sets the energies 1 − E(o) for a viewing direction, `left`, and their means 1 − Ē. Both hold
+    /// a number for the layer and a number for white microfacets.
     #[inline(always)]
     pub(super) fn with_view_energy(self, left: [N; 2], mean: [N; 2]) -> Self {
         let over = |k: usize| left[k] / mean[k].max(N::from_f64(LEAST_MEAN));
@@ -112,7 +116,8 @@ impl<N: Number> EnergyComplement<N> {
         }
     }
 
-    /// Sets the viewing direction by its cosine to the normal; `mean` is the mean albedo.
+    /// Sets the viewing direction by its cosine to the normal. `mean` is the mean albedo over the
+    /// hemisphere.
     #[inline(always)]
     pub(super) fn with_view_cosine(self, cosine: N, mean: Albedo<N>) -> Self {
         self.with_view_energy(
@@ -160,8 +165,8 @@ impl<N: Number> EnergyComplement<N> {
             .any_lane()
     }
 
-    /// Returns two factors for light at a cosine to the normal. Times 1/π, they are the BRDF of a
-    /// white base, and the BRDF of the multiple scattering of white microfacets.
+    /// Returns π times two BRDFs for light at a cosine to the normal: of a white base below the
+    /// layer, and of the multiple scattering of white microfacets.
     #[inline(always)]
     pub(super) fn diffuse_factors(&self, cosine: N) -> [N; 2] {
         let left = self.remaining_energy(Albedo::at_cosine(cosine, self.roughness));

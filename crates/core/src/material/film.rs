@@ -118,8 +118,8 @@ mod tests {
         (1.0 + root) / (1.0 - root)
     }
 
-    /// Airy's sum of all reflections in a film at one wavelength, in complex numbers, averaged over
-    /// both polarisations.
+    /// Airy's sum of all reflections in a film at one wavelength, computed in complex numbers and
+    /// averaged over both polarisations.
     fn airy(cosine: f64, ior: f64, thickness: f64, f0: f64, nanometres: f64) -> f64 {
         let within = |index: f64| (1.0 - (1.0 - cosine * cosine) / (index * index)).sqrt();
         let (inside, below) = (within(ior), within(base(f0)));

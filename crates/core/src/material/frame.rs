@@ -34,13 +34,14 @@ impl<N: Number> ShadingFrame<N> {
     /// such as the direction in which a texture's u grows. The bitangent then points up in the
     /// texture. `mirrored` flips the bitangent in lanes where the texture appears mirrored from the
     /// normal's side. The tangent is that of [`Self::from_normal`] if the direction is zero, along
-    /// the normal, or too long or too short to be squared.
+    /// the normal, or so long or short that its square overflows or underflows.
     #[inline(always)]
     pub fn from_tangent(normal: N::Vec3, direction: N::Vec3, mirrored: N::Mask) -> Self {
         let across = |v: N::Vec3| v - normal * normal.dot(v);
         let first = across(direction);
         let squared = first.dot(first);
-        // Below this threshold, rounding dominates the remainder of the direction.
+        // Below this threshold, rounding dominates the part of the direction that is perpendicular
+        // to the normal.
         let given = squared.greater_than(direction.dot(direction) * N::from_f64(1e-10));
         // After a single projection, a direction nearly along the normal is not yet perpendicular.
         // Two projections suffice (Kahan).

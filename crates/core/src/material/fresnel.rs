@@ -2,7 +2,7 @@
 
 use crate::number::{Number, Vector3};
 
-/// Returns Schlick's weight (1 − cos)⁵: 0 at normal incidence, 1 at grazing incidence ("An
+/// Returns Schlick's weight (1 − cos)⁵: 0 at normal incidence, 1 at grazing incidence (Schlick, "An
 /// Inexpensive BRDF Model for Physically-based Rendering", 1994).
 #[inline(always)]
 pub fn schlick_weight<N: Number>(cosine: N) -> N {

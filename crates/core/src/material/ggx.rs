@@ -13,8 +13,8 @@ use crate::number::{Number, Vector3};
 /// spike.
 pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
 
-/// Returns the microfacet α of a perceptual roughness: the square, at least that of
-/// [`LEAST_ROUGHNESS`].
+/// Returns the microfacet α of a perceptual roughness: the square of the roughness, which counts as
+/// [`LEAST_ROUGHNESS`] if it is less.
 #[inline(always)]
 pub(super) fn alpha_from_roughness<N: Number>(roughness: N) -> N {
     roughness.max(N::from_f64(LEAST_ROUGHNESS)).powi(2)
@@ -61,7 +61,7 @@ impl<N: Number> Ggx<N> {
         }
     }
 
-    /// Returns the perceptual roughness of isotropic microfacets with the geometric mean of both α.
+    /// Returns the perceptual roughness, the fourth root of the product of both α.
     pub fn roughness(&self) -> N {
         (self.alpha[0] * self.alpha[1]).sqrt().sqrt()
     }

@@ -13,7 +13,8 @@ use super::lobe_kind::{Directions, ScatteringLobe, renormalize};
 use super::multiple_scattering::{MultipleScattering, hemispherical_mean_reflectance};
 use crate::number::{Mask, Number, Vector3};
 
-/// Fresnel reflectance of a boundary with a tint, a thin film, or another formula.
+/// Reflectance of a glass boundary by Fresnel's equations or Schlick's formula, with an optional
+/// tint and thin film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TintedFresnel<N: Number> {
     /// Factor on the reflectance by channel. Light that is not reflected is transmitted.
@@ -91,19 +92,19 @@ impl<N: Number> TintedFresnel<N> {
     }
 }
 
-/// The boundary of a solid body, with a tinted or filmed reflection.
+/// The boundary of a solid body, whose reflection is tinted or has a thin film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TintedDielectric<N: Number> {
     pub(super) tinted_fresnel: TintedFresnel<N>,
     /// The boundary without tint and film.
     pub(super) boundary: Dielectric<N>,
-    /// Lanes whose ray comes from outside.
+    /// Mask of the SIMD lanes whose ray comes from outside the body.
     pub(super) outside: N::Mask,
 }
 
 impl<N: Number> TintedDielectric<N> {
-    /// Returns two reflectances of a lane's microfacet at a cosine of incidence: with tint and film
-    /// by channel, and the plain Fresnel reflectance.
+    /// Returns two reflectances of a lane's microfacet at a cosine of incidence: by channel with
+    /// tint and film, and the Fresnel reflectance without them.
     fn tinted_and_fresnel_reflectance(&self, lane: usize, cosine: f64) -> (DVec3, f64) {
         let (exact, beyond) = facet_fresnel(cosine, N::exact_lane(self.boundary.eta, lane));
         let own = cosine.clamp(0.0, 1.0);
@@ -115,8 +116,9 @@ impl<N: Number> TintedDielectric<N> {
         (self.tinted_fresnel.reflectance(lane, cosines).into(), exact)
     }
 
-    /// Scales a value of the untinted boundary by `of(tinted, plain)`, a function of the tinted and
-    /// the plain Fresnel reflectance at a cosine of incidence. The density stays.
+    /// Scales a BSDF value of the untinted boundary by `of(tinted, plain)`, a function of the
+    /// tinted and the plain Fresnel reflectance at a cosine of incidence. Returns the scaled value
+    /// with the unchanged density.
     fn apply_tint(
         &self,
         (own, density): (N::Vec3, N),
@@ -265,7 +267,7 @@ impl<N: Number> ThinDielectric<N> {
     }
 
     /// Returns the lobe of multiple scattering among the wall's microfacets. `seen` holds the
-    /// viewing direction and the normal.
+    /// viewing direction and the surface normal.
     pub(super) fn multiple_scattering(
         &self,
         roughness: N,

@@ -206,8 +206,8 @@ impl<N: Number> CoatedLobe<N> {
         }
     }
 
-    /// Scales a lobe's value by the factor of its coating; the density stays. A value of zero stays
-    /// zero also for opposite directions, which have no half vector.
+    /// Scales a lobe's value by the transmittance of its coating; returns it with the unchanged
+    /// density. A value of zero stays zero also for opposite directions, which have no half vector.
     fn apply_coating(
         &self,
         directions: &Directions<N>,

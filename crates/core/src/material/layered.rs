@@ -149,16 +149,16 @@ impl<N: Number> LayeredSurface<N> {
         }
     }
 
-    /// Returns the BSDF for light transport, viewed along `wo`. `outside` is the mask of the lanes
-    /// whose ray comes from outside.
+    /// Returns the BSDF for light transport, viewed along `wo`. `outside` is the mask of the SIMD
+    /// lanes whose ray comes from outside.
     pub fn transport_bsdf(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask) -> LayeredBsdf<N> {
         let mut bsdf = LayeredBsdf::new(normal);
         self.add_lobes_to(&mut bsdf, wo, outside);
         bsdf
     }
 
-    /// Returns the mask of the lanes with anisotropic microfacets, and these microfacets; `None` if
-    /// all lanes are isotropic.
+    /// Returns the mask of the SIMD lanes with anisotropic microfacets, and these microfacets;
+    /// `None` if all lanes are isotropic.
     fn anisotropic_ggx(&self) -> Option<(N::Mask, Ggx<N>)> {
         let Anisotropy { strength, frame } = self.anisotropy?;
         let mask = strength.greater_than(N::ZERO);

@@ -21,7 +21,7 @@ pub struct Directions<N: Number> {
 }
 
 impl<N: Number> Directions<N> {
-    /// Creates the pair about a unit normal.
+    /// Creates the pair of directions with their cosines to a unit normal.
     #[inline(always)]
     pub(super) fn new(normal: N::Vec3, wo: N::Vec3, wi: N::Vec3) -> Self {
         let half = (wi + wo).normalize();
@@ -36,7 +36,8 @@ impl<N: Number> Directions<N> {
         }
     }
 
-    /// Returns the pair with `wi` above the surface: a `wi` below is mirrored at the surface.
+    /// Returns the pair with `wi` above the surface: a `wi` below the surface is mirrored at its
+    /// plane.
     pub(super) fn with_wi_above(&self) -> Self {
         let up = self.wi - self.normal * (N::from_f64(2.0) * self.cos_wi);
         Self::new(
@@ -46,7 +47,7 @@ impl<N: Number> Directions<N> {
         )
     }
 
-    /// Returns the pair with its cosines to another normal.
+    /// Returns the same directions with their cosines to another normal.
     pub(super) fn with_normal(&self, normal: N::Vec3) -> Self {
         Self {
             normal,
@@ -59,7 +60,7 @@ impl<N: Number> Directions<N> {
 
 /// A type of lobe that a [`Bsdf`](super::Bsdf) can hold.
 pub trait BsdfLobe<N: Number>: ScatteringLobe<N> + Copy + core::fmt::Debug {
-    /// A black lobe, which fills unused slots.
+    /// A black lobe, which fills the unused entries of a BSDF's array of lobes.
     const NOTHING: Self;
     /// Whether a lobe's normal may differ from the surface's normal.
     const COATED: bool = false;

@@ -31,7 +31,7 @@ pub struct Glass<N: Number> {
 
 impl<N: Number> Glass<N> {
     /// Returns the index on the ray's side over the index on the far side. `outside` is the mask of
-    /// the lanes whose ray comes from outside.
+    /// the SIMD lanes whose ray comes from outside.
     #[inline(always)]
     pub fn eta(&self, outside: N::Mask) -> N::Exact {
         let ior = |lane| N::exact_lane(self.ior, lane);
@@ -68,8 +68,8 @@ impl<N: Number> Glass<N> {
         MultipleScattering::for_boundary(eta, roughness, seen, tint, self.transmitted)
     }
 
-    /// Returns the lobe of the boundary, which covers a share of the surface; smooth without a
-    /// roughness.
+    /// Returns the lobe of the boundary, which covers a share of the surface. Without a roughness
+    /// the boundary is smooth.
     #[inline(always)]
     pub fn dielectric_lobe(
         &self,
@@ -114,8 +114,8 @@ pub struct MetallicRoughness<N: Number> {
     pub glass: Option<Glass<N>>,
 }
 
-/// Least difference of an index of refraction from 1 at which a boundary counts as rough. Closer to
-/// 1, it counts as smooth.
+/// Least difference of an index of refraction from 1 at which a boundary with a roughness counts as
+/// rough. Closer to 1, it counts as smooth.
 const LEAST_BEND: f64 = 5e-3;
 
 impl<N: Number> MetallicRoughness<N> {
@@ -156,10 +156,10 @@ impl<N: Number> MetallicRoughness<N> {
         )
     }
 
-    /// Returns the diffuse lobe for the cosine of the view, and the mask of the lanes in which it
-    /// is non-zero. `over` is 1 in lanes where dielectric microfacets cover the base, else 0.
-    /// `compensated` adds the multiple scattering among the microfacets; `dielectric` is the
-    /// dielectric share of these.
+    /// Returns the diffuse lobe for the cosine of the view, and the mask of the SIMD lanes in which
+    /// it is non-zero. `over` is 1 in lanes where dielectric microfacets cover the base, else 0.
+    /// `dielectric` is the dielectric share of the microfacets. If `compensated`, the lobe includes
+    /// the multiple scattering among the microfacets.
     ///
     /// The base is part of the dielectric and loses the albedo of the dielectric's microfacets
     /// alone. Metal lies beside the base and takes no light from it, as in glTF's mixture of a
@@ -240,7 +240,7 @@ impl<N: Number> MetallicRoughness<N> {
     /// [`Self::local_bsdf`] in three points. Nearly smooth surfaces are mirrors. Rough surfaces
     /// include multiple scattering among microfacets if `compensated`. A glass boundary has its own
     /// lobes, and the other lobes then cover paint and metal alone. `outside` is the mask of the
-    /// lanes whose ray comes from outside.
+    /// SIMD lanes whose ray comes from outside.
     #[inline(always)]
     pub fn transport_bsdf(
         &self,
@@ -335,7 +335,7 @@ impl<N: Number> MetallicRoughness<N> {
             | self.grazing.greater_than(N::ZERO))
     }
 
-    /// Whether the surface is rough and opaque, by lane, as [`Self::rough`] requires.
+    /// Whether the surface is rough and opaque, by lane, as [`Self::rough_bsdf`] requires.
     #[inline(always)]
     pub fn is_rough(&self) -> N::Mask {
         let rough = self.roughness.greater_than(N::from_f64(LEAST_ROUGHNESS));

@@ -69,20 +69,21 @@ pub use sheen::Sheen;
 pub(crate) use spectrum::{HeroWavelength, ior_at_wavelength};
 pub use stage::{LayerFieldEvaluator, LayerFieldTypes};
 
-/// The lazily computed tables that a scene's materials need. Their content depends on no scene.
+/// Selection of the lazily computed tables that a scene's materials need. The content of the tables
+/// depends on no scene.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct MaterialTables {
-    /// Directional albedos of sheen.
+    /// Whether the directional albedos of sheen are needed.
     pub sheen: bool,
-    /// Interference of thin films.
+    /// Whether the interference of thin films is needed.
     pub films: bool,
-    /// Wavelengths of dispersion.
+    /// Whether the wavelengths of dispersion are needed.
     pub wavelengths: bool,
 }
 
 impl MaterialTables {
-    /// Computes the tables that are missing. Preparation calls it, so that rendering times do not
-    /// include the tables.
+    /// Computes the selected tables that do not exist yet. Preparation calls this function, so that
+    /// rendering times do not include the tables.
     pub(crate) fn compute_tables(&self) {
         if self.sheen {
             LazyLock::force(&sheen::ALBEDO);

@@ -17,7 +17,7 @@ use super::ggx::Ggx;
 use super::lobe_kind::{Directions, ScatteringLobe, sample_cosine_either_side};
 use crate::number::{Number, Vector3};
 
-/// Lower limit of a mean that divides.
+/// Lower limit of a mean by which another number is divided.
 const LEAST_MEAN: f64 = 1e-6;
 
 /// Kind of the boundary whose microfacets scatter.
@@ -26,7 +26,7 @@ enum RoughBoundaryKind<N: Number> {
     /// A dielectric boundary: `eta` is the index on the view's side over the index on the far side,
     /// `tint` the least and the greatest ratio of the reflectance to the Fresnel reflectance.
     Boundary { eta: N, tint: [N::Vec3; 2] },
-    /// A thin wall, equal on both sides, with the mask of the lanes whose microfacets are
+    /// A thin wall, equal on both sides, with the mask of the SIMD lanes whose microfacets are
     /// anisotropic.
     Wall {
         anisotropic: Option<(N::Mask, Ggx<N>)>,
@@ -38,9 +38,9 @@ enum RoughBoundaryKind<N: Number> {
 pub struct MultipleScattering<N: Number> {
     boundary_kind: RoughBoundaryKind<N>,
     roughness: N,
-    /// Factor on the lost share L(i) of the light, for reflection.
+    /// BRDF over L(i), the share of light from `wi` that single scattering loses.
     reflection_factor: N::Vec3,
-    /// Factor on the lost share L(i) of the light, for transmission.
+    /// BTDF over L(i), the share of light from `wi` that single scattering loses.
     transmission_factor: N::Vec3,
     /// Reflected and transmitted share of the light along the view, in the strongest channel.
     view_shares: [N; 2],
@@ -90,8 +90,8 @@ impl<N: Number> MultipleScattering<N> {
     }
 
     /// Creates the lobe of a thin wall that covers a share of the surface. `wo` holds the viewing
-    /// direction and the normal, the last argument the wall's mean reflectance and its factor on
-    /// the transmission.
+    /// direction and the surface normal. The last argument holds the wall's mean reflectance and
+    /// its factor on the transmission.
     pub(super) fn for_wall(
         roughness: N,
         anisotropic: Option<(N::Mask, Ggx<N>)>,
@@ -143,13 +143,13 @@ impl<N: Number> MultipleScattering<N> {
             glam::DVec3::new(whole, clear, 0.0)
         });
         let clear = N::Vec3::splat(both.y());
-        // Of the values for the least and the greatest tint, the lesser gains no energy.
+        // Of the losses at the least and the greatest tint, the lesser loss gains no energy.
         let [least, most] = tint.map(|tint| clear + tint * (both.x() - both.y()));
         least.min(most).max(N::Vec3::ZERO).min(N::Vec3::ONE)
     }
 
     /// Returns the share of light from a direction that single scattering loses. The direction lies
-    /// on the view's side, or on the far side where `beyond`.
+    /// on the view's side, or on the far side if `beyond`.
     fn lost_energy(&self, direction: N::Vec3, cosine: N, beyond: bool) -> N::Vec3 {
         match &self.boundary_kind {
             RoughBoundaryKind::Boundary { eta, tint } => self.boundary_loss(
@@ -171,7 +171,7 @@ impl<N: Number> MultipleScattering<N> {
     }
 }
 
-/// Returns the inverse of each component, which is first raised to at least [`LEAST_MEAN`].
+/// Returns one over each component, which is first raised to at least [`LEAST_MEAN`].
 pub(super) fn clamped_inverse<N: Number>(of: N::Vec3) -> N::Vec3 {
     let one = |mean: N| N::ONE / mean.max(N::from_f64(LEAST_MEAN));
     N::Vec3::new(one(of.x()), one(of.y()), one(of.z()))

@@ -13,7 +13,8 @@ pub struct NormalMap<N: Number> {
     pub along: N::Vec3,
     /// Whether the image appears mirrored: see [`ShadingFrame::from_tangent`].
     pub mirrored: N::Mask,
-    /// Normal of the image, in components along tangent, bitangent and normal; of any length.
+    /// Normal decoded from the image, in components along tangent, bitangent and normal; of any
+    /// length.
     pub code: N::Vec3,
     /// The geometric normal, unit, outwards.
     pub geometric: N::Vec3,
@@ -24,7 +25,7 @@ pub struct NormalMap<N: Number> {
 }
 
 impl<N: Number> NormalMap<N> {
-    /// Returns the perturbed normal, unit, on the viewer's side. Where the texel is no direction,
+    /// Returns the perturbed normal, unit, on the viewer's side. If the texel holds no direction,
     /// it returns the unperturbed normal.
     #[inline(always)]
     pub fn perturbed_normal(&self) -> N::Vec3 {

@@ -8,7 +8,7 @@ use crate::number::{Mask, Number, Vector3};
 /// Reflectance of a microfacet as a function of the cosine of incidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MicrofacetReflectance<N: Number> {
-    /// Shares of the surface that are dielectric and metal.
+    /// Shares of the surface that are dielectric, and that are metal.
     pub shares: [N; 2],
     /// Reflectance of the dielectric part at normal and at grazing incidence.
     pub dielectric: [N::Vec3; 2],

@@ -10,7 +10,7 @@ use super::lobe_kind::{Directions, ScatteringLobe, sample_disk};
 use super::stage::layer;
 use crate::number::{Number, Vector3};
 
-/// Least perceptual roughness. For a smoother sheen, the exponent 1/α would exceed the precision.
+/// Least perceptual roughness of sheen. Below it, the exponent 1/α would exceed the precision.
 const LEAST: f64 = 0.07;
 
 layer! {
@@ -125,7 +125,7 @@ fn sheen_lambda(cosine: f64, alpha: f64) -> f64 {
 
 /// Steps of cosine and of roughness in the tables of albedos.
 const STEPS: usize = 24;
-/// Points of the sum for an entry of a table: heights, and azimuths.
+/// Numbers of heights and azimuths at which a lobe is summed for an entry of a table.
 const POINTS: [usize; 2] = [48, 24];
 
 /// A BRDF by roughness and the three cosines of [`eval_sheen`].

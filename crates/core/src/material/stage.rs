@@ -73,7 +73,7 @@ macro_rules! layer {
         }
 
         impl<S: $crate::material::LayerFieldTypes> $Name<S> {
-            /// Evaluates the fields at a point.
+            /// Evaluates the layer's fields at a point.
             pub fn at<N: $crate::number::Number>(&self, here: &impl $crate::material::LayerFieldEvaluator<S, N>) -> $Name<N> {
                 $Name { $($field: here.$read(&self.$field),)* }
             }

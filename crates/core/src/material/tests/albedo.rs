@@ -13,13 +13,13 @@ use super::super::lobe_kind::sample_disk;
 use super::numbers;
 use glam::DVec3;
 
-/// Points of the disk in the sum of an entry: outwards, and around one half, since the other half
-/// is symmetric for isotropic microfacets.
+/// Points of the unit disk that are summed for a table entry: in radius, and around half of the
+/// disk. For isotropic microfacets the disk's halves are symmetric.
 const OUTWARDS: usize = 40;
 const AROUND: usize = 8;
 /// Points around the whole disk for anisotropic microfacets.
 const ALL_AROUND: usize = 24;
-/// Cosines and azimuths in the sum of a mean over the hemisphere.
+/// Numbers of cosines and azimuths in the sum of a mean over the hemisphere.
 const HEMISPHERE: [usize; 2] = [96, 32];
 
 /// The mean over the hemisphere of the interpolation between a row's entries: 8·∫E·s⁷ ds by the
@@ -99,7 +99,7 @@ fn direction_at(cosine: f64, [x, y]: [f64; 2]) -> DVec3 {
     DVec3::new(sine * x, sine * y, cosine)
 }
 
-/// The pair of α by the table's coordinates of lesser roughness and strength.
+/// Both α for the table's coordinates: the lesser roughness, and the strength of the anisotropy.
 fn alpha(finer: f64, strength: f64) -> [f64; 2] {
     let minimum = LEAST_ROUGHNESS.sqrt();
     let fine = (minimum + finer * (1.0 - minimum)).powi(4);

@@ -14,7 +14,8 @@ use super::super::*;
 use super::{NORMAL, WHITE, chi_squared, direction_at, furnace, numbers};
 use glam::DVec3;
 
-/// Points of the disk in the sum of an entry: outwards, and around one half.
+/// Points of the unit disk that are summed for a table entry: in radius, and around half of the
+/// disk.
 const POINTS: [usize; 2] = [48, 12];
 
 /// Shares of light at a cosine: reflected by Fresnel's equations, lost with them, and lost where

@@ -209,8 +209,8 @@ fn surfaces() -> impl Iterator<Item = (String, LayeredSurface<f64>)> {
     })
 }
 
-/// Albedo of a surface in its strongest channel with its standard deviation, from a few samples;
-/// from more where a few exceed the bound.
+/// Albedo of a surface in its strongest channel, with its standard deviation, from a few samples.
+/// If this albedo exceeds the bound, it is computed from more samples.
 fn sent(model: &LayeredSurface<f64>, height: f64, outside: bool) -> (f64, f64) {
     let wo = direction_at(NORMAL, height, if height > 0.3 { 0.4 } else { 2.0 });
     let bsdf = model.transport_bsdf(NORMAL, wo, outside);

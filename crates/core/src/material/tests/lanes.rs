@@ -206,8 +206,8 @@ impl<N: Number> Outcome<N> {
     }
 }
 
-/// Results of every function, lane after lane. The first mask is whether the set's lobes reflect
-/// light.
+/// Bits of the results of every function, lane after lane. The first result is the mask of the
+/// lanes in which the set's lobes reflect light.
 fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     let at = |lane: usize| Case::of((first + lane) % CASES);
     let number = |of: fn(&Case) -> f64| N::from_lanes(|lane| of(&at(lane)));

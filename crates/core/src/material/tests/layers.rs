@@ -912,7 +912,7 @@ fn single_precision_agrees() {
     assert!(some > 5_000, "{some}");
 }
 
-/// Layers in which a lane differs from the same case alone.
+/// Layers whose results in a lane differ from the results of the same case alone.
 fn dependent() -> Vec<&'static str> {
     const CASES: usize = 960;
     const N: usize = 4;
