@@ -26,13 +26,16 @@ pub struct StageSeconds {
 /// Stopwatch of the successive stages of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct StageClock {
+    /// Start of the first stage.
     start: Instant,
+    /// End of the last finished stage, which is the start of the current stage.
     last: Instant,
+    /// CPU seconds of all threads at the end of the last finished stage.
     last_cpu: f64,
 }
 
 impl StageClock {
-    /// Starts the stopwatch at the begin of the first stage.
+    /// Starts the stopwatch at the start of the first stage.
     pub fn start() -> Self {
         let now = Instant::now();
         Self {

@@ -8,9 +8,9 @@ use clap::{CommandFactory, ValueEnum};
 use crate::args::Arguments;
 use crate::console::ColorChoice;
 
-/// Inserts `render` if the command is missing: before files, and before flags that belong to some
-/// commands only. Flags of every command, such as `-q`, are moved behind the command, so that the
-/// last of them is in force.
+/// Inserts `render` if the command is missing: before files, and before flags that only some
+/// commands have. Flags that every command has, such as `-q`, are moved behind the command, so that
+/// of repeated flags the last applies.
 pub fn insert_command(mut words: Vec<OsString>) -> Vec<OsString> {
     let Some(index) = find_command_index(&words) else {
         return words;

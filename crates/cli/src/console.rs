@@ -46,7 +46,8 @@ pub fn set_colour(choice: ColorChoice) {
     COLOURED.store(coloured, Ordering::Relaxed);
 }
 
-/// First words of messages, and the ANSI codes of their colours: red, yellow, cyan, green.
+/// Labels at the start of messages, each with the ANSI code of its colour: red, yellow, cyan or
+/// green.
 const LABELS: [(&str, u8); 5] = [
     ("error:", 31),
     ("warning:", 33),
@@ -104,7 +105,7 @@ pub fn print(text: impl AsRef<str>) -> Result<(), Failure> {
 }
 
 /// Writes the bytes of a picture file to standard output, unchanged. A reader that closes the pipe
-/// early is a failure, because the picture is lost.
+/// before the last byte is a failure, because the picture is lost.
 pub fn print_picture(bytes: &[u8]) -> Result<(), Failure> {
     write_stdout(bytes).map_err(|error| Failure::from_stdout_error(&error))
 }
@@ -117,8 +118,8 @@ fn write_stdout(bytes: &[u8]) -> io::Result<()> {
 /// Formats a value as indented JSON with a final line break. Control characters in texts become
 /// JSON escapes, so that a reader gets the texts unchanged and [`print`] finds nothing to mask.
 pub fn format_json(value: &impl Serialize) -> String {
-    // Serialization fails only for maps with keys that are no text, and no structure in this
-    // program has any.
+    // Serialization fails only for maps whose keys are no text, and no structure in this program
+    // has such a map.
     let text = serde_json::to_string_pretty(value).unwrap_or_default() + "\n";
     mask_json(&text).into_owned()
 }

@@ -38,8 +38,8 @@ const PROGRAM_BYTES: u64 = 16 << 20;
 const RAISE_LIMIT_ADVICE: &str = "raise the limit with --max-memory, or ";
 const SMALLER_SCENE_ADVICE: &str = "show fewer objects, coarser meshes and smaller images";
 
-/// Least time for loading and preparation, whatever the budget. A busy machine needs a part of this
-/// second to start the program.
+/// Least time for loading and preparation, however small the budget. On a busy machine the start of
+/// the program takes a part of this second.
 const LEAST_TIME: Duration = Duration::from_secs(1);
 
 /// Guard of a run's early stage; the stage ends when the guard is dropped.
@@ -133,8 +133,8 @@ fn exit_out_of_memory(refusal: AllocationRefusal) -> ! {
     if ONCE.swap(true, Ordering::SeqCst) {
         park_forever();
     }
-    // After this store, another thread that swaps the flag finds the early stage over and does not
-    // end the program too.
+    // After this store, another thread that reads the flag finds the early stage over, and does not
+    // end the program a second time.
     IS_EARLY_STAGE.store(false, Ordering::SeqCst);
     clear_progress_line();
     let mut out = io::stderr().lock();
@@ -178,7 +178,7 @@ fn park_forever() -> ! {
 }
 
 fn set_message_subject(subject: Option<[String; 2]>) {
-    // The drop of the old value frees memory, so that it comes after the release of the lock.
+    // The old value is dropped after the release of the lock, because the drop frees memory.
     let _previous = MESSAGE_SUBJECT
         .lock()
         .map(|mut current| core::mem::replace(&mut *current, subject));

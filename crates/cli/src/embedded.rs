@@ -10,7 +10,7 @@
 //! let model = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 //! let input = Input::Bytes { name: "sheet.obj".into(), bytes: model.to_vec(), resolver: None };
 //! let request = EmbeddedCommand::new("render", ["--size=16x16", "--spp=4"].map(Into::into).to_vec())?;
-//! let picture = request.picture(load(&input, &request.options(), &())?, &())?;
+//! let picture = request.render_picture(load(&input, &request.load_options(), &())?, &())?;
 //! assert_eq!(picture.samples, "4 samples");
 //! # Ok::<(), raywright_cli::failure::Failure>(())
 //! ```
@@ -36,7 +36,9 @@ use crate::{origin, usage_failure};
 
 /// A command of the program with its flags, without the names of its inputs.
 pub struct EmbeddedCommand {
+    /// The parsed command.
     command: Command,
+    /// Flags as the caller gave them.
     words: Vec<OsString>,
 }
 
@@ -45,7 +47,7 @@ impl EmbeddedCommand {
     ///
     /// A usage failure. Its message contains no usage line.
     pub fn new(command: &str, words: Vec<OsString>) -> Result<Self, Failure> {
-        // Names in place of the inputs that the command requires.
+        // Placeholder names of the inputs, which the command requires.
         let names: &[&str] = if command == "compare" {
             &["a", "b"]
         } else {
@@ -128,8 +130,9 @@ impl EmbeddedCommand {
         }
     }
 
-    /// Returns the JSON of `compare --json` for two pictures with these names. A measure beyond a
-    /// threshold is no failure.
+    /// Returns the JSON of `compare --json` for two pictures in memory, which the report calls by
+    /// `names`. A measure of difference beyond its threshold is reported in the JSON and is no
+    /// failure.
     pub fn comparison_json(
         &self,
         names: [PathBuf; 2],

@@ -21,7 +21,7 @@ static STOP_FLAG: AtomicBool = AtomicBool::new(false);
 /// Makes a write beyond the limit on file sizes (`ulimit -f`) fail, as on a full disk. By default
 /// the system would end the program at such a write and leave the unfinished file behind.
 pub fn ignore_file_size_signal() {
-    // If the handler cannot be registered, the system's default holds.
+    // If the handler cannot be registered, the system's default stays: the signal ends the program.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
 }

@@ -1,5 +1,6 @@
-//! Messages of a run in addition to its result: all of them at once with `-v`, otherwise at the end
-//! of the run a line for each file with a problem, and none with `-q`.
+//! Messages of a run in addition to its result. With `-v` each message is printed at once,
+//! otherwise at the end of the run in a line for each file with a problem, and with `-q` not at
+//! all.
 
 use std::collections::HashSet;
 
@@ -28,7 +29,7 @@ impl From<Severity> for MessagePriority {
     }
 }
 
-/// A message kept for the end of the run.
+/// A message that is printed at the end of the run.
 #[derive(Debug)]
 struct QueuedMessage {
     priority: MessagePriority,
@@ -37,7 +38,8 @@ struct QueuedMessage {
     text: String,
 }
 
-/// Messages of a run, kept for its end except in verbose runs.
+/// Messages of a run. They are kept for the end of the run, except in verbose runs, which print
+/// them at once.
 #[derive(Debug)]
 pub struct Notes {
     verbosity: Verbosity,
@@ -47,7 +49,7 @@ pub struct Notes {
     /// Number of scene files so far.
     file: usize,
     messages: Vec<QueuedMessage>,
-    /// Texts of all kept messages, to keep equal messages once.
+    /// Texts of all kept messages, by which a repeated message is recognised and dropped.
     texts: HashSet<String>,
 }
 
@@ -117,7 +119,7 @@ impl Notes {
         }
     }
 
-    /// Returns the texts of the kept messages, for an embedding program.
+    /// Returns the texts of the kept messages, for a program that uses this crate as a library.
     pub fn into_texts(self) -> Vec<String> {
         self.messages
             .into_iter()
@@ -134,7 +136,8 @@ impl Notes {
     }
 
     /// Formats a line for each file with a warning, worst file first: its worst message, and the
-    /// number of its other messages. Without any warning, a single line covers all files.
+    /// number of its other messages. Without any warning, a single line sums up the messages of all
+    /// files.
     fn format_lines(&self) -> Vec<String> {
         let is_fine = !self
             .messages
@@ -163,7 +166,8 @@ impl Notes {
     }
 }
 
-/// Formats the first of the most important messages, and the number of all others.
+/// Formats the first of the most important messages of a file, and the number of its other
+/// messages. Returns the importance and the text; `None` without messages.
 fn summarise_file(messages: &[QueuedMessage]) -> Option<(MessagePriority, String)> {
     let most = messages.iter().map(|message| message.priority).max()?;
     let first = messages.iter().find(|message| message.priority == most)?;

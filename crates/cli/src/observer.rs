@@ -13,7 +13,8 @@ pub struct RunObserver<'a> {
     pub progress: Option<&'a Progress>,
     /// Limits at which the render pauses or ends.
     pub deadlines: Deadlines,
-    /// Start of the run, from which the progress towards the deadline is measured.
+    /// Start of the run. With a deadline, the displayed progress is the elapsed share of the time
+    /// from this start to the deadline.
     pub start: Instant,
     /// Flag that Ctrl-C sets.
     pub stop: &'a AtomicBool,

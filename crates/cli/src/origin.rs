@@ -38,9 +38,9 @@ pub fn picture_metadata(
     }
 }
 
-/// Formats the error of a picture for the metadata of its file: both measures with their intervals,
-/// the number of samples, whether the picture is denoised, and the doubt. Empty without an
-/// estimate.
+/// Formats the error of a picture for the metadata of its file: relMSE and RMSE with their
+/// intervals, the number of samples, whether the picture is denoised, and the reason to doubt the
+/// estimate. Empty without an estimate.
 pub fn format_error_metadata(
     noisy: Option<&Uncertainty>,
     rendered: &RenderOutput,
@@ -77,8 +77,8 @@ pub fn format_error_metadata(
     )
 }
 
-/// Returns a text that identifies a scene with all changes that flags make to it. Film files
-/// compare this text: it is equal for all parts of a picture.
+/// Returns a text that identifies a scene with all changes that flags make to it. The film files of
+/// a picture's parts have the same text; files with different texts are not merged.
 pub fn scene_identity(
     loaded: &LoadedScene,
     options: &LoadOptions,
@@ -111,8 +111,9 @@ pub fn scene_identity(
     )
 }
 
-/// Formats the choices shared by all parts of a picture. The rungs for the number of samples and
-/// for denoising are omitted, because they are properties of the film.
+/// Formats the chosen rungs (quality levels of settings) and switched-off effects on which all
+/// parts of a picture must agree. The rungs for the number of samples and for denoising are left
+/// out, because parts may differ in them.
 fn format_picture_choices(choices: &RungChoices) -> String {
     let of_film = [Ladder::Samples, Ladder::Reconstruction];
     let mut own = choices.clone();
@@ -121,8 +122,9 @@ fn format_picture_choices(choices: &RungChoices) -> String {
     own.format_choices(RUNG_PREFIX, WITHOUT_PREFIX).concat()
 }
 
-/// Prefixes of rungs and of switched-off effects in a picture's settings text.
+/// Prefix of each chosen rung (quality level of a setting) in a picture's settings text.
 const RUNG_PREFIX: &str = " rung:";
+/// Prefix of each switched-off effect in a picture's settings text.
 const WITHOUT_PREFIX: &str = " without=";
 
 /// Replaces the number of samples taken in a picture's settings text, or adds it.
@@ -131,7 +133,7 @@ pub fn replace_sample_count(settings: &str, samples: &str) -> String {
     format!("{plain} taken={}", quote_for_shell(samples))
 }
 
-/// Command line of this run: the process's own, unless an embedding program sets another.
+/// Words of this run's command line: those of the process, unless an embedding program sets others.
 static ARGUMENTS: OnceLock<Vec<OsString>> = OnceLock::new();
 
 /// Sets the command line of this run, whose first word is a program name.
@@ -170,7 +172,8 @@ pub fn quote_for_shell(word: &str) -> String {
     }
 }
 
-/// Formats the settings that determine a picture's bits, as `name=value` separated by spaces.
+/// Formats the settings that determine a picture's pixel values, as `name=value` separated by
+/// spaces.
 fn format_settings(settings: &Settings, display: Display) -> String {
     let [width, height] = settings.size;
     let samples = match settings.sampling {

@@ -120,7 +120,8 @@ mod tests {
             thin(0)
         );
         for (scene, line) in [(listed, "scene.toml:7:"), (generated, "scene.toml:7:")] {
-            // Most objects lie near zero, so that the coordinates have zero as their origin.
+            // Most objects lie near zero, so that the library chooses zero as the origin of its
+            // coordinates.
             let balls = "[[objects]]\nmaterial = \"m\"\nshape.sphere = { centre = [0, 0, 0], radius = 1 }\n".repeat(3);
             let (loaded, settings) = loaded(&format!("{material}{scene}{balls}"));
             let with = |precision| {

@@ -12,9 +12,10 @@ use crate::args::ProgressStyle;
 use crate::clock::format_whole_seconds;
 use crate::console::{self, Verbosity};
 
-/// Time before the first plain line, and longest pause between plain lines. Each pause is twice as
-/// long as the one before, so that a render of an hour does not fill a log.
+/// Time before the first plain line of a progress display.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
+/// Longest pause between plain lines. Each pause is twice as long as the pause before, so that a
+/// render of an hour does not fill a log.
 const LONGEST_PAUSE: Duration = Duration::from_secs(32);
 
 /// Progress display of a load, a render or a denoising. Any thread may report progress.
@@ -23,15 +24,17 @@ pub struct Progress {
     label: &'static str,
     start: Instant,
     display: ProgressDisplay,
+    /// Number of reports so far.
     reports: AtomicU64,
-    /// Number of finished pieces of the work, such as pictures; `of` is the number of all pieces.
+    /// Number of finished pieces of the work, such as pictures of a run.
     finished_pieces: AtomicU64,
+    /// Number of all pieces of the work.
     piece_count: u64,
     /// Largest share of the work reported so far, in units of 2⁻³².
     share: AtomicU64,
 }
 
-/// Number of units in the whole work, 2³².
+/// Number of units of `Progress::share` in the whole work, 2³².
 const SHARE_UNITS: f64 = (1_u64 << 32) as f64;
 
 #[derive(Debug)]
@@ -102,7 +105,7 @@ impl Progress {
         }
     }
 
-    /// Returns the number of finished pieces and of all pieces.
+    /// Returns the number of finished pieces of the work and the number of all pieces.
     pub fn pieces(&self) -> [u64; 2] {
         [
             self.finished_pieces.load(Ordering::Relaxed),
@@ -111,7 +114,7 @@ impl Progress {
     }
 
     /// Returns the seconds since the start, and the estimated seconds until the end at the same
-    /// speed; `None` before an estimate is possible.
+    /// speed; the estimate is `None` in the first moments of the work.
     pub fn elapsed_and_left(&self) -> (f64, Option<f64>) {
         let share = self.share.load(Ordering::Relaxed) as f64 / SHARE_UNITS;
         let elapsed = self.start.elapsed().as_secs_f64();
@@ -226,18 +229,22 @@ fn create_bar(label: &str) -> ProgressBar {
     bar
 }
 
-/// Least number of reports, or least finished share, before the time left is estimated: the first
-/// tiles of a picture may be its slowest, so that a single report allows no estimate.
+/// Least number of reports before the time left is estimated. The first tiles of a picture may be
+/// its slowest, so that a single report allows no estimate.
 const ENOUGH_REPORTS: u64 = 16;
+/// Least finished share of the work before the time left is estimated.
 const ENOUGH_SHARE: f64 = 0.05;
 
 /// Progress of the work at a report, from which the display is formatted.
 #[derive(Clone, Copy, Debug)]
 struct WorkProgress {
+    /// Time since the start of the work.
     elapsed: Duration,
     /// Number of reports so far; each is the end of a tile.
     reports: u64,
+    /// Number of finished steps of the work.
     done: u64,
+    /// Number of all steps of the work.
     total: u64,
 }
 
@@ -269,10 +276,12 @@ impl WorkProgress {
     }
 }
 
-/// Schedule of the plain lines: the time of the next line, and the pause before it.
+/// Schedule of the plain lines of a progress display.
 #[derive(Debug)]
 struct LineSchedule {
+    /// Time of the next line, since the start of the work.
     next: Duration,
+    /// Pause before the next line.
     pause: Duration,
 }
 

@@ -6,8 +6,9 @@ use crate::table::format_significant;
 const WIDTH: usize = 44;
 const HEIGHT: usize = 10;
 
-/// Draws points (x, y) in a plot with these names of the axes. Values at or below zero lie on the
-/// edge. The text is empty unless two points differ in x and two in y.
+/// Draws points (x, y) in a plot, with the axes named `horizontal` and `vertical`. Values at or
+/// below zero lie on the edge. Returns the lines of the plot; empty unless the points differ in x
+/// and in y.
 pub fn draw_scatter_plot(points: &[(f64, f64)], vertical: &str, horizontal: &str) -> String {
     let ends = |of: fn(&(f64, f64)) -> f64| {
         let known = points.iter().map(of).filter(|v| *v > 0.0 && v.is_finite());

@@ -68,8 +68,9 @@ pub fn default_scene_name() -> Result<OsString, Failure> {
     Ok(select_default_preset(&presets::names().collect::<Vec<_>>())?.into())
 }
 
-/// Returns the name of the default preset. A build may lack it, because presets are files that can
-/// be deleted; the error then lists the presets of the build.
+/// Returns the name of the default preset if it is among `carried`, the presets of this build. A
+/// build may lack it, because presets are files that can be deleted; the error then lists the other
+/// presets.
 fn select_default_preset(carried: &[&str]) -> Result<String, Error> {
     if carried.contains(&DEFAULT_PRESET) {
         return Ok(format!("preset:{DEFAULT_PRESET}"));
@@ -157,15 +158,15 @@ pub fn empty_scene_failure(loaded: &LoadedScene) -> Option<Failure> {
     Some(empty_failure(&loaded.source.name, reason))
 }
 
-/// Describes a picture that shows the background alone, which is rarely intended; `None` for any
-/// other picture.
+/// Describes why a rendered picture shows the background alone, which is rarely intended; `None`
+/// for any other picture.
 pub fn describe_empty_picture(
     loaded: &LoadedScene,
     rendered: &RenderOutput,
     settings: &Settings,
 ) -> Option<String> {
     let bounds = measure_extent(&loaded.scene, settings.precision).bounds;
-    // A ray that was cut short has crossed many surfaces, and counts as a hit.
+    // A ray that ended after the largest number of crossed surfaces has hit something, too.
     if rendered.counters.hits > 0 || rendered.counters.cut_short > 0 || bounds.is_empty() {
         return None;
     }

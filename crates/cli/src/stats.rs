@@ -24,11 +24,12 @@ pub struct RenderStats<'a> {
     scene_hash: String,
     seconds: StageSeconds,
     rays: RayCounts,
+    /// Number of samples of all pixels together.
     samples: u64,
     /// Number of samples left out of the picture because they were not finite.
     dropped: u64,
-    /// Number of rays that ended at the largest number of surfaces crossed without a change of
-    /// direction.
+    /// Number of rays that ended because they crossed the largest allowed number of surfaces
+    /// without a change of direction.
     cut_short: u64,
     effects: &'a [EffectFinding],
     memory: MemoryUse,
@@ -43,7 +44,7 @@ pub struct RenderStats<'a> {
     denoised: Option<DenoisedError>,
 }
 
-/// Estimated error and change of light of a denoised picture.
+/// Estimated error of a denoised picture, and the change of its light by denoising.
 #[derive(Debug, Serialize)]
 struct DenoisedError {
     #[serde(flatten)]
@@ -56,10 +57,15 @@ struct DenoisedError {
 /// Number of rays of each kind.
 #[derive(Debug, Serialize)]
 struct RayCounts {
+    /// Number of rays that start at the camera.
     camera: u64,
+    /// Number of mirror reflections.
     reflection: u64,
+    /// Number of rays that continue through a refracting surface.
     refraction: u64,
+    /// Number of rays scattered in a random direction by a rough surface.
     scatter: u64,
+    /// Number of rays that test whether a light is visible.
     shadow: u64,
 }
 
@@ -88,7 +94,9 @@ impl From<&Counters> for RayCounts {
 struct MemoryUse {
     /// Peak resident memory of the process; null where the system does not report it.
     peak_bytes: Option<u64>,
+    /// Memory of shapes and their acceleration structures.
     geometry_bytes: u64,
+    /// Memory of textures.
     texture_bytes: u64,
 }
 

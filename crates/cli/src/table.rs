@@ -10,8 +10,8 @@ pub fn format_columns<const N: usize>(rows: &[[String; N]]) -> String {
     format_aligned_columns([ColumnAlignment::Left; N], rows)
 }
 
-/// Formats rows as columns with these alignments, within the terminal's width. Every row has a cell
-/// for each column.
+/// Formats rows as columns with the given alignments, within the terminal's width. Every row has a
+/// cell for each column.
 pub fn format_aligned_columns<const N: usize>(
     columns: [ColumnAlignment; N],
     rows: &[[String; N]],
@@ -36,7 +36,7 @@ pub fn format_four_digits(value: f64) -> String {
     format_significant(value, 4)
 }
 
-/// Formats a number with this many significant digits, without trailing zeros.
+/// Formats a number with `digits` significant digits, without trailing zeros.
 pub fn format_significant(value: f64, digits: i32) -> String {
     let magnitude = value.abs();
     if value == 0.0 {

@@ -44,14 +44,15 @@ impl OutputTarget {
     }
 }
 
-/// All output files of a run, to find two outputs that are the same file, and outputs that are
-/// inputs.
+/// All output files of a run. They are compared with one another and with the inputs, to refuse a
+/// file that would be written twice or overwrite an input.
 #[derive(Debug, Default)]
 pub struct OutputFiles {
     all: Vec<OutputFile>,
-    /// Indices of the outputs by path and by file identity. The maps keep thousands of outputs
-    /// fast, each of which is compared with all others.
+    /// Index of each output in `all`, by its path. The map keeps the comparison of all outputs fast
+    /// in runs with thousands of outputs.
     by_path: HashMap<PathBuf, usize>,
+    /// Index of each output in `all`, by the identity of an existing file.
     by_fingerprint: HashMap<u64, usize>,
     /// Requested quality of JPEG files, 1 to 100.
     quality: Option<u8>,
@@ -63,6 +64,7 @@ struct OutputFile {
     path: PathBuf,
     /// Flag with which the user can name another file, for the hint of an error.
     flag: &'static str,
+    /// Absolute path with which outputs and inputs are compared.
     place: OutputPath,
     /// Identity of the file that existed at the start of the run, if any.
     fingerprint: Option<u64>,
@@ -77,9 +79,11 @@ impl OutputFiles {
         }
     }
 
-    /// Adds an output file, which the user can rename with `flag`.
+    /// Adds an output file. `flag` is the flag with which the user can name another file.
     ///
-    /// A failure if the file cannot be created, or is an output already.
+    /// # Errors
+    ///
+    /// The file cannot be created, or is an output already.
     pub fn add(&mut self, path: &Path, flag: &'static str) -> Result<(), Failure> {
         let place = OutputPath::resolve(path)?;
         let fingerprint = place.file_fingerprint();
@@ -152,8 +156,8 @@ impl OutputFiles {
         self.all.iter().any(|output| output.path.exists())
     }
 
-    /// Whether a file name chosen by the program overwrites neither an output nor an input of the
-    /// run. A path where no file can be created passes; the later write reports the error.
+    /// Whether a file name chosen by the program differs from all outputs and inputs of the run. A
+    /// path where no file can be created passes; the later write reports the error.
     pub fn is_free(&self, path: &Path, inputs: &InputFiles) -> bool {
         match OutputPath::resolve(path) {
             Ok(place) => {
@@ -254,7 +258,7 @@ mod tests {
         assert!(check(&[one, link]).is_err());
     }
 
-    /// Protects: the check for a writable folder leaves no file behind.
+    /// Protects: the check whether a folder is writable leaves no file behind.
     #[test]
     fn checking_leaves_no_trace() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -17,8 +17,8 @@ pub struct Threads(Option<ThreadPool>);
 
 impl Threads {
     /// Creates a pool of `count` threads. Without a count, the pool is rayon's global pool with a
-    /// thread for each processor, including the calling thread: work handed to another thread and
-    /// back takes a twentieth of a millisecond, and preparing a small model consists of many small
+    /// thread for each processor. The calling thread belongs to that pool, because handing work to
+    /// another thread and back takes 0.05 ms, and preparing a small model consists of many small
     /// tasks.
     pub fn new(count: Option<u32>) -> Result<Self, Failure> {
         let global_pool = ThreadPoolBuilder::new().use_current_thread();
@@ -49,7 +49,7 @@ impl Threads {
         ))
     }
 
-    /// Runs a closure on the threads of the pool.
+    /// Runs a closure on the threads of the pool, and returns its result.
     pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match &self.0 {
             Some(pool) => pool.install(work),

@@ -32,7 +32,8 @@ pub struct AccuracyArgs {
     #[command(flatten)]
     pub changes: SceneArgs,
 
-    /// Settings that all other settings are compared with.
+    /// Chosen rungs and switched-off effects of the setting that all other settings are compared
+    /// with.
     #[command(flatten)]
     pub choices: ChoiceArgs,
 
@@ -48,7 +49,7 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::parse_size)]
     pub size: Option<[u32; 2]>,
 
-    /// Renders of each candidate setting, each with other random numbers, where all tiles of the
+    /// Number of renders of each setting, each with other random numbers, where all tiles of the
     /// picture are measured; fewer where time runs out
     #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=1000))]
     pub rounds: u32,

@@ -46,12 +46,12 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000), conflicts_with = "scene")]
     pub max_n: u32,
 
-    /// Build of the tree: a rung of the ladder `build`, fast, medium or high
+    /// Quality of the tree's build: fast, medium or high, the rungs of the ladder `build`
     #[arg(long, value_name = "RUNG", default_value = "fast", value_parser = parse_build_quality)]
     pub build: BuildQuality,
 
-    /// Number of measurements of each case, in turns; more measurements give a surer median and
-    /// spread
+    /// Number of measurements of each case, in turns with all other cases; more measurements make
+    /// median and spread more certain
     #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub repeats: u32,
 
@@ -107,7 +107,7 @@ pub enum GeneratedShapes {
 }
 
 impl GeneratedShapes {
-    /// Returns the kinds of generated primitives to measure: one kind, or both.
+    /// Returns the kinds of generated primitives to measure: spheres, triangles, or both.
     pub fn generated_kinds(self) -> Vec<GeneratedPrimitive> {
         match self {
             Self::Spheres => vec![GeneratedPrimitive::Spheres],

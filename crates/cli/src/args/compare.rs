@@ -64,8 +64,8 @@ pub struct CompareArgs {
     #[arg(long, value_name = "FILE")]
     pub diff: Option<PathBuf>,
 
-    /// Brighten .exr pictures by stops before the perceptual comparison [default: as their files
-    /// say, or 0]
+    /// Brighten .exr pictures by this many stops before the perceptual comparison [default: as
+    /// their files say, or 0]
     #[arg(long, value_name = "STOPS", value_parser = values::parse_number, allow_hyphen_values = true, help_heading = "Display of .exr")]
     pub exposure: Option<f64>,
 
@@ -85,7 +85,7 @@ pub struct CompareArgs {
 }
 
 impl CompareArgs {
-    /// Whether any threshold on a measure is given; `--noise` is none.
+    /// Whether a flag sets a threshold for a measure of difference; `--noise` sets none.
     pub fn has_threshold(&self) -> bool {
         [
             self.max_rmse,

@@ -28,7 +28,7 @@ pub struct DenoiseArgs {
     #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append, required = true)]
     pub outputs: Vec<PathBuf>,
 
-    /// Display of the picture as PNG.
+    /// Conversion of the picture to display values, for every format but EXR.
     #[command(flatten)]
     pub display: DisplayArgs,
 

@@ -36,7 +36,7 @@ pub struct MergeArgs {
     #[arg(long)]
     pub unfinished: bool,
 
-    /// Display of the picture as PNG.
+    /// Conversion of the picture to display values, for every format but EXR.
     #[command(flatten)]
     pub display: DisplayArgs,
 

@@ -134,11 +134,11 @@ pub enum Command {
     Info(InfoArgs),
     /// Check a scene or model file and report every problem
     Check(CheckArgs),
-    /// Measure error and time of each rung on a scene, and list the settings worth their time
+    /// Measure error and time of each rung (quality level), and list those worth their time
     Accuracy(AccuracyArgs),
-    /// Measure the time per ray of scan and tree, and the growth of both with the scene
+    /// Measure the time per ray of scan and tree, and its growth with the size of the scene
     Bench(BenchArgs),
-    /// Measure hard numerical cases on this machine, and the distance of each from its bound
+    /// Measure errors of hard numerical cases on this machine, and compare with the bounds
     Stability(StabilityArgs),
     /// Find causes of a wrong or noisy picture of a scene: place, reason and remedy
     Stress(Box<StressArgs>),

@@ -48,7 +48,8 @@ impl serde::de::Error for RefusedVariant {
     }
 }
 
-/// Error for a name in clap's list of values that the enum refuses. The field holds the name.
+/// Error for a name that clap lists as a value but the enum does not have. The field holds the
+/// name.
 #[derive(Debug)]
 struct UnknownName(String);
 

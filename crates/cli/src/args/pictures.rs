@@ -1,4 +1,5 @@
-//! Values of flags that select the pictures of a run: samples, views, times and shares.
+//! Values of flags that select the pictures of a run: samples per pixel, exposure, views, times of
+//! an animation, and shares of a picture that separate runs render.
 
 use raywright_core::Settings;
 use raywright_core::framing::ViewAngles;
@@ -11,7 +12,7 @@ pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
 pub enum ExposureChoice {
     /// A number of stops: 1 doubles the radiance.
     Stops(f64),
-    /// Whole stops, chosen from the rendered picture.
+    /// Automatic: a whole number of stops, chosen from the rendered picture.
     Auto,
 }
 
@@ -22,7 +23,8 @@ pub enum BackgroundChoice {
     Environment,
     /// None: the pixels keep their coverage as alpha.
     Transparent,
-    /// A colour with these sRGB-encoded values in 0..1: its 8-bit codes over 255.
+    /// A colour, given by sRGB-encoded red, green and blue, each from 0 to 1: its 8-bit code
+    /// divided by 255.
     Colour([f64; 3]),
 }
 
@@ -30,23 +32,23 @@ pub enum BackgroundChoice {
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedViews(pub Vec<(String, ViewAngles)>);
 
-/// Times of `--frames` in seconds: from `from` up to `to` at a rate per second. An infinite `to`
-/// stands for the end of the animation.
+/// Times of the pictures of `--frames`, in seconds: from `from` up to, but not at, `to`. An
+/// infinite `to` stands for the end of the animation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameTimes {
     /// First time, in seconds.
     pub from: f64,
-    /// End of the times in seconds, exclusive.
+    /// End of the times in seconds; no picture has this time itself.
     pub to: f64,
     /// Pictures per second.
     pub rate: f64,
 }
 
 impl FrameTimes {
-    /// Largest number of times in a run.
+    /// Largest number of times, and therefore of pictures, that `--frames` may request.
     pub const MOST_TIMES: f64 = 1e5;
 
-    /// Returns all times in seconds, in ascending order; at least one.
+    /// Returns the times of all pictures in seconds, in ascending order; at least one time.
     pub fn times(self) -> impl Iterator<Item = f64> {
         let count = ((self.to - self.from) * self.rate - 1e-9).ceil().max(1.0) as u32;
         (0..count).map(move |i| self.from + f64::from(i) / self.rate)
@@ -67,7 +69,7 @@ impl TevAddress {
     pub const PORT: u16 = 14158;
 }
 
-/// A share of a picture, from `--part K/N`.
+/// A share of a picture, from `--part K/N`: the samples that one of several runs renders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PictureShare {
     /// Number of the share, counted from one.

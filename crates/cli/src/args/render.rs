@@ -87,11 +87,11 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub light: LightArgs,
 
-    /// Chosen rungs and switched-off effects.
+    /// Chosen rungs (quality levels of settings) and switched-off effects.
     #[command(flatten)]
     pub choices: ChoiceArgs,
 
-    /// Display of the picture as PNG.
+    /// Conversion of the picture to display values, for every format but EXR.
     #[command(flatten)]
     pub display: DisplayArgs,
 
@@ -99,7 +99,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub machine: MachineArgs,
 
-    /// Time limit, checkpoints and shares.
+    /// Time limit, checkpoints, and shares of a picture.
     #[command(flatten)]
     pub film: FilmArgs,
 
@@ -201,8 +201,8 @@ pub struct LightArgs {
     pub integrator: Option<Integrator>,
 
     /// Samples a pixel: time grows with the number, noise falls with its square root. In a scene
-    /// with a fixed sample pattern, the pattern's own count keeps the pattern, and 1 is the pixel
-    /// centre [default: the scene's; models 64]
+    /// with a fixed sample pattern, the pattern is kept if N is its own number of samples; 1
+    /// samples the pixel centre [default: the scene's; models 64]
     #[arg(long, value_name = "N", value_parser = values::parse_samples, allow_hyphen_values = true)]
     pub spp: Option<u32>,
 
@@ -244,7 +244,7 @@ pub struct LightArgs {
     pub precision: Option<Precision>,
 }
 
-/// A rung of the ladder `precision`.
+/// Precision of rays and surfaces: a rung (quality level) of the ladder `precision`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Precision {
     /// Single precision in memory, double precision where hits are decided
@@ -303,7 +303,7 @@ pub struct MachineArgs {
     pub accel: Option<Accelerator>,
 }
 
-/// Renders with a time limit, checkpoints, or shares.
+/// Time limit of a render, checkpoints, and shares of a picture.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Long renders")]
 pub struct FilmArgs {
@@ -322,9 +322,9 @@ pub struct FilmArgs {
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
 
-    /// Take the sample counts of this film file, tile by tile, with the same scene and flags except
-    /// --budget. The picture has the same bits as the render that --budget ended and --checkpoint
-    /// kept in the file
+    /// Render as many samples in each tile as this film file has, with the same scene and flags
+    /// except --budget. The picture has the same bits as the render that --budget ended and
+    /// --checkpoint kept in the file
     #[arg(long, value_name = "FILE", conflicts_with_all = ["budget", "resume", "part"])]
     pub replay: Option<PathBuf>,
 

@@ -1,5 +1,5 @@
-//! Arguments that change a scene or choose rungs, and arguments of `explain`, `info` and `check`,
-//! which render no picture.
+//! Arguments that change a scene or choose rungs (quality levels of settings), and arguments of
+//! `explain`, `info` and `check`, which render no picture.
 
 use std::ffi::OsString;
 use std::time::Duration;
@@ -91,11 +91,11 @@ pub struct SceneArgs {
     pub allow_outside: bool,
 }
 
-/// Chosen rungs and switched-off effects.
+/// Chosen rungs (quality levels of settings) and switched-off effects.
 #[derive(Clone, Debug, Default, Args)]
 pub struct ChoiceArgs {
-    /// Use another rung of a ladder, such as ray-offset=constant; may be repeated. `raywright
-    /// explain SCENE` lists the ladders that affect a scene
+    /// Use another rung (quality level) of a ladder, such as ray-offset=constant; may be repeated.
+    /// `raywright explain SCENE` lists the ladders that affect a scene
     #[arg(long = "rung", value_name = "LADDER=RUNG", value_parser = RungChoice::parse, value_delimiter = ',')]
     pub rungs: Vec<RungChoice>,
 
@@ -122,7 +122,7 @@ pub struct ExplainArgs {
     #[command(flatten)]
     pub changes: SceneArgs,
 
-    /// Chosen rungs and switched-off effects.
+    /// Chosen rungs (quality levels of settings) and switched-off effects.
     #[command(flatten)]
     pub choices: ChoiceArgs,
 

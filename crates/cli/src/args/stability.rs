@@ -22,7 +22,7 @@ pub struct StabilityArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub cases: Vec<String>,
 
-    /// Share of the rays to trace
+    /// Share of each case's rays to trace
     #[arg(long, value_name = "SHARE", value_enum, default_value_t)]
     pub rays: RayShareChoice,
 
@@ -36,10 +36,10 @@ pub struct StabilityArgs {
     pub output: Option<PathBuf>,
 }
 
-/// Share of the rays to trace.
+/// Share of each case's rays to trace.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum RayShareChoice {
-    /// A quarter; all rays of small cases
+    /// A quarter of the rays; all rays of small cases
     #[default]
     Quarter,
     /// All rays, which takes minutes

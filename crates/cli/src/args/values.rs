@@ -63,7 +63,7 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// Parses the fit of a picture whose shape differs from the camera's.
+/// Parses the fit of a picture whose aspect ratio differs from the camera's: `contain` or `cover`.
 pub fn parse_fit(text: &str) -> Result<AspectFit, String> {
     match text {
         "contain" => Ok(AspectFit::Contain),
@@ -91,7 +91,7 @@ pub fn parse_warning_code(text: &str) -> Result<WarningCode, String> {
     })
 }
 
-/// Parses a share of a picture, `K/N` with 1 ≤ K ≤ N.
+/// Parses a share of a picture, `K/N` with 1 ≤ K ≤ N: share number K of N shares.
 pub fn parse_share(text: &str) -> Result<PictureShare, String> {
     let parts = text
         .split_once('/')
@@ -167,8 +167,8 @@ pub fn parse_field_of_view(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Parses the address of tev: `parse_tev_address`, `parse_tev_address:HOST` or `parse_tev_address:HOST:PORT`. The default host is this
-/// machine.
+/// Parses the address of tev, an image viewer: `tev`, `tev:HOST` or `tev:HOST:PORT`. The default
+/// host is this machine.
 pub fn parse_tev_address(text: &str) -> Result<TevAddress, String> {
     const EXPECTED: &str = "expected tev, tev:HOST or tev:HOST:PORT";
     let rest = match text.strip_prefix("tev") {
@@ -197,7 +197,7 @@ pub fn parse_tev_address(text: &str) -> Result<TevAddress, String> {
     }
 }
 
-/// Parses exactly `N` values separated by commas; `None` for any other text.
+/// Parses exactly `N` values separated by commas; returns `None` for any other text.
 fn parse_list<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
     let parts: Vec<T> = text
         .split(',')
@@ -278,10 +278,10 @@ pub fn parse_bytes(text: &str) -> Result<u64, String> {
     }
 }
 
-/// Parses a background: `env`, `transparent` or a colour. A colour given by its 8-bit codes keeps
-/// exactly those codes.
+/// Parses a background: `env`, `transparent` or a colour. A colour written as 8-bit codes is shown
+/// with exactly those codes.
 pub fn parse_background(text: &str) -> Result<BackgroundChoice, String> {
-    // Linear 1 becomes exactly 1; the rounding of the curve would give a value slightly below.
+    // A linear 1 becomes exactly 1; the sRGB curve would round it to a value slightly below 1.
     let encoded = |linear: [f64; 3]| {
         linear.map(|value| {
             if value == 1.0 {
@@ -550,7 +550,8 @@ mod tests {
         }
     }
 
-    /// Protects: shares count from one, and the error of a malformed share explains the count.
+    /// Protects: shares are numbered from one, and the error for a malformed share explains the
+    /// numbering.
     #[test]
     fn shares_are_counted_from_one() {
         assert_eq!(parse_share("1/1"), Ok(PictureShare { number: 1, of: 1 }));
@@ -625,7 +626,8 @@ mod tests {
         assert_eq!(parse_field_of_view("45"), Ok(45.0));
     }
 
-    /// Protects: the address of tev is its default port, another host and port, or an IPv6 address.
+    /// Protects: an address of tev may leave out the port, or host and port, and may have an IPv6
+    /// host.
     #[test]
     fn viewers_have_places() {
         let at = |text: &str| parse_tev_address(text).map(|place| (place.host, place.port));
@@ -664,7 +666,7 @@ mod tests {
         );
     }
 
-    /// Protects: nearly correct values are refused, not guessed.
+    /// Protects: nearly correct values are refused, not corrected by a guess.
     #[test]
     fn malformed_values_are_refused() {
         for text in [
@@ -700,8 +702,8 @@ mod tests {
         }
     }
 
-    /// Protects: the error names the wrong value among several, and the error in the times of a
-    /// film.
+    /// Protects: the error names the wrong value in a list, and says what is wrong with the times
+    /// of a film.
     #[test]
     fn what_is_wrong_is_named() {
         assert!(

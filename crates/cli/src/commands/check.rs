@@ -85,8 +85,8 @@ fn refuse_collapsed_shapes(loaded: LoadedScene) -> Result<LoadedScene, Failure> 
     }
 }
 
-/// Converts the outcome of a load to the result for a file, and to the failure that a check of this
-/// file alone has.
+/// Converts the result of loading a file to its entry in the report, and to the failure with which
+/// a check of this file alone ends.
 fn judge_file(
     file: String,
     loaded: Result<LoadedScene, Failure>,

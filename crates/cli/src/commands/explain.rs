@@ -1,5 +1,5 @@
 //! `explain`: the effects that a render of a scene would simulate, the effects that the scene
-//! lacks, and those left out; also the current rung of each ladder.
+//! lacks, and those left out; also the current rung (quality level) of each ladder.
 
 use raywright_core::accuracy::{EffectCosts, measure_effects};
 use raywright_core::effects::{EffectFinding, EffectReport, EffectStatus, detect};
@@ -69,7 +69,7 @@ pub fn run_embedded(
     Ok(format_json(&loaded, &found, costs.as_ref()))
 }
 
-/// Settings, effects and current rungs of a scene.
+/// Settings, effects and current rungs (quality levels) of a scene.
 struct EffectSummary {
     settings: Settings,
     report: EffectReport,
@@ -248,8 +248,8 @@ pub fn format_effects(source: &SourceInfo, report: &EffectReport, in_full: bool)
 /// Label of absent effects, which take neither time nor memory.
 const ABSENT_LABEL: &str = "absent, and nothing is spent on it";
 
-/// Formats the ladders that affect the scene: the current rung with its description, and the names
-/// of the other rungs.
+/// Formats the ladders that affect the scene: the current rung (quality level) with its
+/// description, and the names of the other rungs.
 fn format_rungs(ladders: &[CurrentRung]) -> String {
     let row = |current_rung: &CurrentRung| {
         let own = current_rung

@@ -85,8 +85,8 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     Ok(film_result?)
 }
 
-/// Reads the film files of all parts in turn and joins them. Memory holds the union so far, a
-/// single part, and the merged result.
+/// Reads the film files of all parts in turn and joins them. At any time memory holds the parts
+/// joined so far, the next part, and the result of joining the two.
 fn merge_files(paths: &[PathBuf], limits: &Limits) -> Result<StoredFilm, Failure> {
     let mut all: Option<StoredFilm> = None;
     for path in paths {
@@ -124,7 +124,7 @@ fn merge_failure(path: &Path, first: &Path, error: PartError) -> Failure {
 }
 
 /// Creates the failure for missing samples. The message states how many tiles and pixels lack
-/// samples; which share they belong to is unknown.
+/// samples; which part of the picture lacks them is unknown.
 fn incomplete_failure(film: &Film, missing: u64) -> Failure {
     let whole = film.full_part();
     let tiles = film.unfinished_tiles(&whole);

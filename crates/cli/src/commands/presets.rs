@@ -1,4 +1,4 @@
-//! `presets`: list and text of the built-in scenes.
+//! `presets`: a list of the built-in scenes, or the text of one of them.
 
 use raywright_io::presets;
 

@@ -62,8 +62,8 @@ impl ThumbnailInputs {
         }
     }
 
-    /// Whether the version, the size and the files' contents are still the same, so that the
-    /// picture needs no new render.
+    /// Whether the program's version, the picture's size and the contents of the input files are
+    /// unchanged, so that the existing picture is kept.
     fn is_current(&self, size: u32) -> bool {
         let mut inputs = InputFiles::default();
         self.files.iter().for_each(|file| inputs.record_read(file));

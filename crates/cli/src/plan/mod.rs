@@ -1,6 +1,6 @@
-//! Resolves the arguments of `render` to the work of a run. The code that does this work uses no
-//! arguments. Errors that depend on the scene - an unknown camera, a crop outside the picture - are
-//! found here too, before anything is computed.
+//! Resolves the arguments of `render` to a task, the work of a run. Code that renders reads the
+//! task and no arguments. Errors that depend on the scene, such as an unknown camera or a crop
+//! outside the picture, are found here too, before anything is rendered.
 
 mod rungs;
 mod shots;
@@ -67,7 +67,8 @@ pub struct RenderTask {
     pub is_single: bool,
     /// Pictures per second of an animation.
     pub frame_rate: f64,
-    /// Output files of `-o`, with or without a place for the picture's number.
+    /// Output files of `-o`. A name may hold a placeholder for the picture's number, such as
+    /// `%04d`.
     pub outputs: Vec<PathBuf>,
     /// Output file of the contact sheet, which shows all pictures.
     pub sheet: Option<PathBuf>,
@@ -85,26 +86,31 @@ pub struct RenderTask {
     pub threads: Option<u32>,
     /// Time limit for the whole run, counted from the program's start.
     pub budget: Option<Duration>,
-    /// Film files: the checkpoint to write, the film to resume, the film to replay; then the share
-    /// of the picture to render.
+    /// Film file of `--checkpoint`, which keeps the samples so far.
     pub checkpoint: Option<PathBuf>,
+    /// Film file of `--resume`, whose render is continued.
     pub resume: Option<PathBuf>,
+    /// Film file of `--replay`, whose sample count in each tile is rendered again.
     pub replay: Option<PathBuf>,
+    /// Share of the picture to render, from `--part`; `None`: the whole picture.
     pub part: Option<PictureShare>,
     /// Output file of `--stats`, with times and counts.
     pub stats: Option<PathBuf>,
     /// Whether the hashes of pictures are printed.
     pub hash: bool,
-    /// Live previews during the render: a file, and the address of the viewer tev.
+    /// PNG file of `--preview`, updated during the render.
     pub preview: Option<PathBuf>,
+    /// Address of the image viewer tev, from `--display`.
     pub display: Option<TevAddress>,
-    /// Style of the progress display, and amount of messages.
+    /// Style of the progress display.
     pub progress: ProgressStyle,
+    /// Amount of messages.
     pub verbosity: Verbosity,
     overrides: DisplayOverrides,
 }
 
-/// Flags that change settings and display of the scene, each present only if the user gave it.
+/// Flags that change settings and display of the scene. A flag that the user did not give changes
+/// nothing.
 #[derive(Debug)]
 struct DisplayOverrides {
     view: ViewArgs,
@@ -252,10 +258,10 @@ impl RenderTask {
         })
     }
 
-    /// Resolves the settings of a picture of a scene from a view, and applies the chosen rungs to
-    /// the scene. `framed` returns the camera that frames the whole scene from a view, given a
-    /// vertical field of view in degrees and an aspect ratio. `framed` is called only if the
-    /// picture needs such a camera and a flag changes it.
+    /// Resolves the settings of a picture of a scene from a view, and applies the chosen rungs
+    /// (quality levels of settings) to the scene. `framed` returns the camera that frames the whole
+    /// scene, for a view, a vertical field of view in degrees and an aspect ratio. It is called
+    /// only if the picture needs that camera and a flag changes the camera.
     pub fn resolve_plan(
         &self,
         scene: &mut Scene,
@@ -377,8 +383,8 @@ fn animation_length(scenes: &[OsString], options: &LoadOptions, rate: f64) -> Re
     }
 }
 
-/// Returns the samples per pixel of a quick preview, at most [`QUICK_SAMPLES`]. A fixed pattern,
-/// which has few, is kept.
+/// Returns the samples per pixel of a quick preview, at most [`QUICK_SAMPLES`]. A fixed pattern has
+/// few samples and is kept.
 pub fn quick_sampling(own: Sampling) -> Sampling {
     match own {
         Sampling::General(samples) => Sampling::General(samples.min(QUICK_SAMPLES)),
@@ -544,8 +550,8 @@ mod tests {
         );
     }
 
-    /// Protects: clap's structures end in this module. Below it only the modules of commands that
-    /// make no pictures read arguments, each its own.
+    /// Protects: only this module reads clap's structures of `render`. Code that this module calls
+    /// reads none, and other commands read only their own arguments.
     #[test]
     fn what_was_typed_is_not_known_below() {
         let (root, mut folders, mut looked_at) = (

@@ -1,5 +1,5 @@
-//! Choice of rungs and effects by flags, applied to scene and settings, and refusal of flags that
-//! contradict it.
+//! Rungs (quality levels of settings) and effects chosen by flags. They are applied to the scene
+//! and its settings, and flags that contradict them are refused.
 
 use raywright_core::effects::{Effect, EffectSet};
 use raywright_core::ladder::{Ladder, RungChoice};
@@ -10,10 +10,10 @@ use super::DisplayOverrides;
 use crate::args::ChoiceArgs;
 use crate::failure::Failure;
 
-/// Chosen rungs and switched-off effects.
+/// Chosen rungs (quality levels of settings) and switched-off effects.
 #[derive(Clone, Debug, Default)]
 pub struct RungChoices {
-    /// Chosen rungs. [`RungChoices::apply`] refuses two rungs of a ladder.
+    /// Chosen rungs. [`RungChoices::apply`] refuses two rungs of the same ladder.
     pub rungs: Vec<RungChoice>,
     /// Switched-off effects.
     pub without: Vec<Effect>,
@@ -54,8 +54,8 @@ impl RungChoices {
         self.rungs.iter().any(|choice| choice.ladder() == ladder)
     }
 
-    /// Formats each choice after the prefix of its kind: rungs as `LADDER=RUNG_PREFIX`, effects with
-    /// hyphens in place of blanks.
+    /// Formats each choice: rungs as `LADDER=RUNG` after the prefix `rung`, and effects, with
+    /// hyphens in place of blanks, after the prefix `without`.
     pub fn format_choices(&self, rung: &str, without: &str) -> Vec<String> {
         let rungs = self.rungs.iter().map(|choice| format!("{rung}{choice}"));
         let without = self
@@ -183,7 +183,7 @@ mod tests {
         }
     }
 
-    /// Protects: each flag contradicts the rungs of its own ladder only.
+    /// Protects: a flag such as `--spp` contradicts only the rungs of the ladder that it sets.
     #[test]
     fn each_flag_has_its_ladders() {
         let refused = |flag: &[&str]| {
@@ -216,7 +216,7 @@ mod tests {
         assert_eq!(refused(&[]), [0; 7]);
     }
 
-    /// Protects: choices are printed as typed.
+    /// Protects: chosen rungs and switched-off effects are printed as the user typed them.
     #[test]
     fn choices_have_their_own_words() {
         let choices = RungChoices {

@@ -1,4 +1,5 @@
-//! Shots: the pictures of each scene in a run, by view, by angle of a turntable, or by time.
+//! Shots: the pictures that a run makes of each scene, by view, by angle of a turntable, or by time
+//! of the animation.
 
 use raywright_core::framing::{Silhouette, ViewAngles};
 
@@ -21,7 +22,7 @@ pub struct Shot {
 
 impl Shot {
     /// Returns the view of the picture; `None`: the scene's own camera. `silhouette` returns the
-    /// scene's silhouette, from which a turntable without a view takes the front.
+    /// scene's silhouette, by which a turntable without a view finds the front of the scene.
     pub fn resolve_view<'a>(
         &self,
         silhouette: impl FnOnce() -> &'a Silhouette,
@@ -79,8 +80,8 @@ pub(super) fn list_shots(args: &ViewArgs) -> Vec<Shot> {
     }
 }
 
-/// Returns the pictures per second of an animation: the rate of `--frames`, 25 for a turntable, and
-/// 1 for other series, whose pictures are to be looked at one by one.
+/// Returns the pictures per second of an animation file: the rate of `--frames`, 25 for a
+/// turntable, and 1 for other series, whose pictures are looked at one by one.
 pub(super) fn frame_rate(args: &ViewArgs) -> f64 {
     match (args.frames, args.turntable) {
         (Some(frames), _) => frames.rate,

@@ -40,7 +40,8 @@ pub fn resolve_camera(
     match args.fov {
         Some(fov) => {
             set_fov(&mut camera.projection, fov)?;
-            // The requested field of view applies to the picture's own aspect ratio.
+            // The requested field of view applies to the aspect ratio of the picture, not of the
+            // camera.
             camera.aspect = camera.aspect.filter(|_| camera.fit == AspectFit::Stretch);
         }
         None => keep_vertical_fov(&mut camera, scene.render.size, args.size),
@@ -214,8 +215,7 @@ fn zoom_projection(projection: &mut Projection, factor: f64) {
 }
 
 /// Keeps the vertical field of view of a camera if `--size` changes the aspect ratio. A horizontal
-/// field of view in the file belongs to the aspect ratio in the file, so that it becomes a focal
-/// length.
+/// field of view is therefore converted to a focal length, at the aspect ratio of the file.
 fn keep_vertical_fov(camera: &mut Camera, file: [u32; 2], requested: Option<[u32; 2]>) {
     let [width, height] = file.map(f64::from);
     let other_shape = requested.is_some_and(|[w, h]| {
@@ -443,8 +443,8 @@ mod tests {
         );
     }
 
-    /// Protects: an animated camera placed by a flag stands still, and keeps its shutter for other
-    /// motion.
+    /// Protects: an animated camera that a flag places stands still, and keeps its exposure time
+    /// for the motion of objects.
     #[test]
     fn a_camera_that_is_put_somewhere_stands_there() {
         let mut scene = scene();
@@ -475,8 +475,9 @@ mod tests {
         assert_eq!((put.pose_end, put.shutter), (None, Some([0.0, 1.0])));
     }
 
-    /// Protects: a zoom magnifies by its factor for every kind of camera, also beside a given
-    /// angle; a view replaces the scene's cameras and is framed for the current angle.
+    /// Protects: a zoom magnifies by its factor for every kind of camera, also with a field of view
+    /// from `--fov`. A view replaces the scene's cameras, and frames the scene with the requested
+    /// field of view.
     #[test]
     fn zooms_and_views_go_with_an_angle() {
         let half = |args: ViewArgs| {
@@ -559,8 +560,8 @@ mod tests {
         );
     }
 
-    /// Protects: a picture of another shape shows more at the sides and the same height; the file's
-    /// own shape is left unchanged.
+    /// Protects: with another aspect ratio a picture shows more at the sides and the same height;
+    /// with the aspect ratio of the file it is unchanged.
     #[test]
     fn the_vertical_angle_survives_another_shape() {
         let projection = |size| {
@@ -652,7 +653,8 @@ mod tests {
         assert_eq!((taken.aspect, taken.fit), (framed.aspect, framed.fit));
     }
 
-    /// Protects: a camera with its own aspect ratio shows the same in every picture.
+    /// Protects: a camera with its own aspect ratio shows the same part of the scene in a picture
+    /// of any size.
     #[test]
     fn a_fixed_shape_is_kept() {
         let mut scene = scene();

@@ -1,5 +1,6 @@
 //! Report of `accuracy` as comma-separated values, for spreadsheets and scripts: a line for each
-//! rung, effect and combination. Columns that do not apply to a kind of line are empty.
+//! rung (quality level of a setting), each effect and each combination of rungs. Columns that do
+//! not apply to a kind of line are empty.
 
 use raywright_core::accuracy::{
     AccuracyReport, ConfidenceInterval, EffectCost, FrontierSetting, MeasuredSetting,
@@ -57,7 +58,7 @@ impl CsvLine {
             .with_column("in_use", in_use)
     }
 
-    /// Sets the column of this name.
+    /// Sets the text of the column named `column`.
     fn with_column(mut self, column: &str, value: impl ToString) -> Self {
         let position = COLUMNS
             .iter()
@@ -128,8 +129,8 @@ impl CsvLine {
         output.seconds.iter().fold(line, Self::with_seconds)
     }
 
-    /// Creates the line of an effect: the time without the effect, and the ratio of the time with
-    /// the effect to it.
+    /// Creates the line of an effect: the render time without the effect, and the ratio of the time
+    /// with the effect to the time without.
     fn from_effect_cost(effect_cost: &EffectCost) -> Self {
         let line = Self::new("effect", effect_cost.effect, true)
             .with_seconds(&effect_cost.seconds_without);

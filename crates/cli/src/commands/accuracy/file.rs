@@ -21,8 +21,8 @@ use crate::machine::processor_name;
 use crate::origin::command_line;
 use crate::table::format_significant;
 
-/// Version of the layout of [`AccuracyDocument`]. In version 3, all figures apply to the picture at
-/// its own size, and are estimated from tiles, with intervals.
+/// Version of the layout of [`AccuracyDocument`]. Since version 3, all errors and times apply to
+/// the picture at its full size; they are estimated from tiles, with confidence intervals.
 const FORMAT: u32 = 3;
 
 /// Content of an output file of `accuracy`, selected by the file's extension.
@@ -69,6 +69,7 @@ pub struct AccuracyDocument<'a> {
     version: &'static str,
     /// Name of the scene's file or preset.
     pub scene: &'a str,
+    /// Hash of the scene's content.
     scene_hash: String,
     /// Command line of the measurement.
     pub command: String,
@@ -81,19 +82,21 @@ pub struct AccuracyDocument<'a> {
     /// Conditions of the measurement, in sentences for the reader of the report.
     #[serde(skip)]
     pub circumstances: Vec<String>,
-    /// Command that renders with each setting on the Pareto frontier.
+    /// Commands, each of which renders with a setting on the Pareto frontier.
     pub commands: Vec<String>,
     /// Recommended settings in sentences, for the first lines of the report.
     #[serde(skip)]
     pub recommendation: String,
-    /// Command that renders the scene as it is, without the rungs of the command line.
+    /// Command that renders the scene with the flags of the measurement except `--rung`.
     #[serde(skip)]
     pub own_command: String,
     /// Flags that each setting on the Pareto frontier adds to `own_command`.
     #[serde(skip)]
     pub flags: Vec<String>,
+    /// Effects of the scene: simulated, absent and left out.
     #[serde(skip)]
     effects: EffectReport,
+    /// Conversion of radiance to display values, for the pictures of the page.
     #[serde(skip)]
     display: Display,
     /// The measured errors and times.
@@ -195,8 +198,8 @@ impl<'a> AccuracyDocument<'a> {
     }
 }
 
-/// Describes the conditions of the measurement in sentences: the size, the machine, the reference,
-/// and the measurements that had no time.
+/// Describes the conditions of the measurement in sentences: the size, the machine and the
+/// reference, and whether the time was too short for some measurements.
 fn describe_conditions(
     processor: Option<&str>,
     threads: usize,

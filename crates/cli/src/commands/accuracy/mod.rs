@@ -1,5 +1,5 @@
-//! `accuracy`: time and error of each rung of each ladder on a scene, and the combinations of rungs
-//! that are worth their time.
+//! `accuracy`: time and error of each rung (quality level) of each ladder (all levels of a setting)
+//! on a scene, and the combinations of rungs that are worth their time.
 
 mod csv;
 mod file;

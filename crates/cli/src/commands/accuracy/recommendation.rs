@@ -11,13 +11,13 @@ use crate::table::format_significant;
 /// Command line of `render` for a scene, in two parts: the part common to all settings, and the
 /// flags of a setting.
 pub struct RenderCommand {
-    /// Command with all flags of the measurement except its rungs.
+    /// Command with all flags of the measurement except `--rung`.
     pub base: String,
-    /// Rungs among the flags of the measurement, as `LADDER=RUNG_PREFIX`.
+    /// Rungs (quality levels of settings) among the flags of the measurement, as `LADDER=RUNG`.
     measurement_rungs: Vec<String>,
 }
 
-/// Returns the text `LADDER=RUNG_PREFIX` of a `--rung` flag; `None` for any other flag.
+/// Returns the text `LADDER=RUNG` of a `--rung` flag; `None` for any other flag.
 fn rung_of_flag(flag: &str) -> Option<&str> {
     flag.strip_prefix("--rung ")
 }
@@ -27,8 +27,8 @@ fn ladder_of_rung(rung: &str) -> Option<&str> {
 }
 
 impl RenderCommand {
-    /// Splits the flags of a measurement into rungs and all others, and adds the others to the
-    /// command for `scene`.
+    /// Splits the flags of a measurement into `--rung` flags and all others, and adds the others to
+    /// the `render` command for `scene`.
     pub fn new(scene: &str, requested: &[String]) -> Self {
         let others = requested
             .iter()
@@ -48,9 +48,9 @@ impl RenderCommand {
         }
     }
 
-    /// Formats the rungs of the measurement and of a setting as flags of `render`. A rung of the
-    /// setting replaces the measurement's rung of the same ladder. Each rung has a flag of its own,
-    /// so that the line can be broken between flags.
+    /// Formats the rungs of the measurement and of a setting as flags of `render`. A rung (quality
+    /// level) of the setting replaces the measurement's rung of the same ladder. Each rung has a
+    /// flag of its own, so that the line can be broken between flags.
     pub fn format_flags(&self, setting: &[String]) -> String {
         let chosen: Vec<&str> = setting
             .iter()

@@ -1,5 +1,5 @@
-//! File of the reference that `accuracy` compares with: a film file whose settings text lists the
-//! rungs of the reference's render.
+//! File of the reference picture that `accuracy` compares with: a film file, which holds samples,
+//! whose settings text lists the rungs (quality levels) of the reference's render.
 
 use std::path::Path;
 

@@ -27,7 +27,7 @@ const COLUMNS: [ColumnAlignment; 8] = [
 ];
 
 /// Formats the whole report: the recommendation, the Pareto frontier, the conditions, and the
-/// tables of rungs, prices, files and effects.
+/// tables of errors, of rungs that change time or memory only, of output formats, and of effects.
 pub fn format_report(document: &AccuracyDocument<'_>) -> String {
     let report = document.report;
     let mut text = format!(
@@ -56,7 +56,7 @@ pub fn format_report(document: &AccuracyDocument<'_>) -> String {
     text
 }
 
-/// Formats names as a paragraph after a label; empty without names.
+/// Formats names as a paragraph after the label `words`; empty without names.
 fn format_name_list<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) -> String {
     let names: Vec<T> = names.collect();
     let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
@@ -70,9 +70,9 @@ fn format_name_list<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) 
     }
 }
 
-/// Formats the table of errors: each ladder with its rungs, without rungs that are slower and worse
-/// than the current rung and without rungs that had no time. The names of both follow below the
-/// table.
+/// Formats the table of errors: each ladder with its rungs (quality levels). It leaves out rungs
+/// that are slower and worse than the current rung, and rungs that were not measured because the
+/// time was too short. Their names follow below the table.
 fn format_rung_table(report: &AccuracyReport) -> String {
     let heads = [
         "", "time", "x in use", "error", "bias", "light", "FLIP", "alone",
@@ -124,8 +124,9 @@ fn format_rung_table(report: &AccuracyReport) -> String {
     text + &format_combinations(&report.combinations)
 }
 
-/// Formats the names of a ladder's rungs that had no time to be measured; only the ladder's name if
-/// no rung had time, `None` if all had. Each rung comes with whether it lacks a measurement.
+/// Formats the names of a ladder's rungs that were not measured because the time was too short;
+/// only the ladder's name if no rung was measured, `None` if all were. `rungs` has the name of each
+/// rung, and whether it was not measured.
 fn list_unmeasured_rungs<'a>(
     ladder: &str,
     rungs: impl Iterator<Item = (&'a str, bool)>,
@@ -142,8 +143,8 @@ fn list_unmeasured_rungs<'a>(
     }
 }
 
-/// Formats a table of settings that change several rungs of the scene's own setting. Their flags
-/// may be long, so that they fill the last column.
+/// Formats a table of settings, each of which changes several rungs (quality levels) of the scene's
+/// own setting. Their flags are in the last column, because they may be long.
 fn format_combinations(all: &[FrontierSetting]) -> String {
     if all.is_empty() {
         return String::new();
@@ -183,8 +184,8 @@ fn format_combinations(all: &[FrontierSetting]) -> String {
     )
 }
 
-/// Builds the rows of a ladder: its title and its measured rungs. Empty if only the current rung
-/// was measured.
+/// Builds the rows of a ladder in the table of errors: its title and its measured rungs. Empty if
+/// only the current rung was measured.
 fn ladder_rows(ladder: &LadderReport) -> Vec<[String; 8]> {
     let rung_reports: Vec<&RungReport> = ladder
         .rungs
@@ -254,7 +255,8 @@ fn format_spread(spread: &SampleQuantiles) -> String {
     format!("±{:.0} %", 100.0 * spread.relative_half_spread())
 }
 
-/// Formats the table of ladders that change time or memory but no picture.
+/// Formats the table of ladders whose rungs (quality levels) change the time or the memory of a
+/// render, but not the picture.
 fn format_price_table(report: &AccuracyReport) -> String {
     let mut rows = vec![
         [

@@ -1,5 +1,5 @@
-//! Plot of `bench`: time per ray against the number N of primitives, for scan and tree, and the N
-//! of their crossover.
+//! Plot of `bench`: time per ray against the number N of primitives, for linear scan and tree, and
+//! the N from which the tree is faster.
 
 use raywright_core::bench::{
     BenchSeries, Crossover, GeneratedPrimitive, PowerLaw, QueryCost, ScanTreeTiming,

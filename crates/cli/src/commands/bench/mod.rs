@@ -35,7 +35,8 @@ pub fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<(), Failure> {
         require_svg(path)?;
         OutputFiles::default().add(path, "-o")?;
     }
-    // One thread: builds are timed too, independent of the machine's other processors.
+    // Everything runs on one thread, so that build times do not depend on the machine's number of
+    // processors.
     let report = Threads::new(Some(THREADS))?.run(|| match &args.scene {
         Some(_) => measure_scene(args, verbosity),
         None => measure_generated_scenes(args, verbosity),
@@ -66,8 +67,8 @@ fn require_svg(path: &Path) -> Result<(), Failure> {
     .into())
 }
 
-/// Chooses the length of a timing sample with which `rows` rows, each of two scans and the tree,
-/// fit the requested time.
+/// Returns the options with a length of timing samples such that `rows` table rows, each with
+/// samples of two scans and the tree, together take the requested time.
 fn bench_options(args: &BenchArgs, rows: usize) -> BenchOptions {
     let samples = f64::from(args.repeats) * 3.0 * rows as f64;
     BenchOptions {
@@ -183,8 +184,8 @@ mod tests {
         assert_eq!(bench_options("1000", 2).sample_seconds, 0.05);
     }
 
-    /// Protects: a disagreement of scan and tree is a failure of the program, with its own exit
-    /// code; every other failure belongs to the file.
+    /// Protects: a disagreement of scan and tree has the exit code of failed work, and any other
+    /// failure the exit code of a bad input file.
     #[test]
     fn a_disagreement_is_not_the_files_fault() {
         let disagreement = raywright_core::bench::HitMismatch {

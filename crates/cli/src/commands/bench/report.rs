@@ -13,7 +13,7 @@ use crate::machine::processor_name;
 /// Number of threads in every measurement.
 pub const THREADS: u32 = 1;
 
-/// Figures of a measurement, with everything needed to judge them.
+/// Results of a measurement, with everything needed to judge them.
 #[derive(Debug, Serialize)]
 pub struct BenchReport {
     /// Version of this structure.
@@ -24,11 +24,13 @@ pub struct BenchReport {
     pub processor: Option<String>,
     /// Number of processors in the machine. The measurement uses a single processor.
     processors: usize,
+    /// Number of threads of the measurement.
     threads: u32,
     /// Name of the clock that measured the times.
     pub clock: &'static str,
+    /// Precision of the rays, by its name on the command line.
     precision: &'static str,
-    /// Build quality of the tree, by its rung.
+    /// Build quality of the tree: `fast`, `medium` or `high`, the rungs of the ladder `build`.
     builder: &'static str,
     /// Number of interleaved repeats of each measurement.
     pub repeats: usize,
@@ -58,7 +60,8 @@ pub enum BenchFigures {
 }
 
 impl BenchReport {
-    /// Combines figures with the options of the measurement and the machine.
+    /// Combines measured times, visits and memory with the options of the measurement and the
+    /// machine.
     pub fn new(options: BenchOptions, measured: BenchFigures) -> Self {
         Self {
             format: 1,

@@ -250,7 +250,8 @@ fn traversal_cells(row: &ScanTreeTiming) -> [String; 3] {
     ]
 }
 
-/// Formats the cells for the build time with its spread, and for the memory.
+/// Formats two cells: the build time in milliseconds with its spread, and the memory in bytes as
+/// `memory` formats it.
 fn build_cost_cells(cost: Option<QueryCost>, memory: impl Fn(usize) -> String) -> [String; 2] {
     cost.map_or_else(
         || ["not run".to_owned(), "-".to_owned()],
@@ -355,7 +356,7 @@ impl AnnotatedTable {
 mod tests {
     use super::*;
 
-    /// Protects: numbers of any size have three significant digits, and none that was not measured.
+    /// Protects: numbers of any size are rounded to three significant digits.
     #[test]
     fn numbers_are_rounded_to_three_digits() {
         let cases = [

@@ -11,7 +11,9 @@ use crate::origin;
 /// The display settings for linear pictures, and their source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChosenDisplay {
+    /// The display settings: tone map, transfer curve and exposure.
     pub display: Display,
+    /// Source of the settings that no flag gives.
     pub source: DisplaySource,
 }
 
@@ -40,9 +42,9 @@ pub struct DisplayReport {
 
 impl ChosenDisplay {
     /// Chooses the display for two pictures; `None` if both hold display values already. If one
-    /// picture holds display values, the display recorded in its file takes precedence.
-    /// `with_flags` replaces settings by the flags' settings; `all_given` states that the flags
-    /// give all settings.
+    /// picture holds display values, the display recorded in its file takes precedence over the
+    /// display in the other file. `with_flags` applies the flags to a display; `all_given` states
+    /// whether flags give all its settings.
     pub fn choose(
         (with_flags, all_given): (impl FnOnce(Display) -> Display, bool),
         picture: &ComparisonPicture,

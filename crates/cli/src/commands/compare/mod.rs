@@ -80,8 +80,11 @@ pub fn run_embedded(
 
 /// Measures of the difference of two pictures, and their judgement.
 struct ComparisonResult {
+    /// Measures of the difference.
     comparison: Comparison,
+    /// Display settings of linear pictures; `None` if neither picture is linear.
     chosen_display: Option<ChosenDisplay>,
+    /// Result of the test for noise, where `--noise` requests it.
     verdict: Option<NoiseTestResult>,
     /// Descriptions of the measures that exceed their thresholds.
     exceeded: Vec<String>,
@@ -188,7 +191,8 @@ fn check_diff_target(path: &Path, args: &CompareArgs) -> Result<(), Failure> {
     outputs.check_against_inputs(&inputs)
 }
 
-/// Refuses crops with different data windows, whose pixels do not correspond.
+/// Refuses two crops with different data windows, their rectangles in the whole picture, because
+/// their pixels do not correspond.
 fn refuse_different_windows(
     picture: &Picture,
     reference: &Picture,

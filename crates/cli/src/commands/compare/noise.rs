@@ -19,8 +19,8 @@ pub struct ComparisonPicture {
     pub stored_picture: StoredPicture,
     /// Display settings recorded in the picture's file, if any.
     pub display: Option<Display>,
-    /// Standard error of each pixel and channel, with the degrees of freedom of each; `None` for a
-    /// noiseless picture.
+    /// Standard error of each pixel and channel, and the degrees of freedom that all of them have;
+    /// `None` for a noiseless picture.
     pub errors: Option<(Vec<[f32; 3]>, f64)>,
 }
 
@@ -92,9 +92,10 @@ fn standard_error_layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
     )
 }
 
-/// Derives the degrees of freedom of a picture's standard errors from its metadata: 3 for four
-/// replicates, which exist from 64 samples on and in denoised pictures; 1 for two replicates, and
-/// for pictures of other programs, whose number of replicates is unknown.
+/// Derives the degrees of freedom of a picture's standard errors from its metadata. They are one
+/// less than the number of replicates, which are independent renders with a share of the samples: 3
+/// from 64 samples on and in denoised pictures, which have four replicates; otherwise 1, also for
+/// pictures of other programs, whose number of replicates is unknown.
 fn degrees_of_freedom(metadata: &PictureMetadata) -> f64 {
     let many = metadata
         .setting("samples")

@@ -31,7 +31,7 @@ pub struct FileInfo {
     extensions: Vec<Value>,
     /// Least and greatest corner of the box around all bounded shapes; null without bounded shapes.
     bounds: Option<[[f64; 3]; 2]>,
-    /// Upper bound of a render's memory in bytes, by part.
+    /// Upper bound of a render's memory in bytes, for each part such as `geometry`.
     memory: Map<String, Value>,
     hash: String,
 }

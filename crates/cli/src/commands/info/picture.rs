@@ -119,7 +119,7 @@ impl PictureInfo {
     }
 }
 
-/// Formats a data window, offset and full size: ` at 16, 8 from_picture 320x180`.
+/// Formats a data window, offset and full size in pixels: ` at 16, 8 of 320x180`.
 fn format_window(window: &Value) -> String {
     let number = |list: &str, i: usize| &window[list][i];
     format!(

@@ -25,27 +25,29 @@ use crate::plan::RenderTask;
 use crate::progress::Progress;
 use crate::targets::{OutputFiles, OutputTarget};
 
-/// Least interval between checkpoints. The interval is longer if a checkpoint takes more than a
-/// twentieth of the time.
+/// Shortest interval between checkpoints. The interval is longer where writing the checkpoint takes
+/// more than a twentieth of the time.
 const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(60);
 
 /// Interval between the lines of `--progress json`.
 const PROGRESS_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Least interval between error estimates, as a multiple of the duration of the last estimate. On
-/// large pictures an estimate would otherwise take more time than a progress line is worth.
+/// Shortest interval between error estimates, as a multiple of the duration of the last estimate.
+/// It keeps estimates of large pictures from taking a large part of the render time.
 const ESTIMATE_INTERVAL_FACTOR: u32 = 50;
 
 /// Latest estimate of a picture's error during its render, for progress lines.
 #[derive(Default)]
 struct ErrorTracker {
+    /// The latest estimate; `None` before the first.
     error: Option<Uncertainty>,
     /// Time and duration of the latest estimate; `None` before the first.
     last_estimate: Option<(Instant, Duration)>,
 }
 
 impl ErrorTracker {
-    /// Returns the latest error estimate, after a new estimate if that is due or `is_last`.
+    /// Makes a new error estimate if an estimate is due or `is_last`, and returns the latest
+    /// estimate.
     fn update(&mut self, film: &Film, is_last: bool) -> Option<Uncertainty> {
         if is_last
             || self
@@ -73,8 +75,9 @@ const PROGRESS_FORMAT: u32 = 1;
 #[derive(Serialize)]
 struct ProgressLine {
     format: u32,
-    /// Number of the picture, counted from one, and number of pictures in the run.
+    /// Number of the picture in the run, counted from one.
     picture: u64,
+    /// Number of pictures in the run.
     pictures: u64,
     /// Least and greatest number of samples of a pixel so far.
     samples: [u32; 2],
@@ -82,9 +85,9 @@ struct ProgressLine {
     of: Option<u32>,
     /// Latest error estimate, in the form of `--stats`; null without an estimate.
     error: Option<Uncertainty>,
-    /// Seconds since the start of the first picture, and estimated seconds until the last picture
-    /// is finished; null where unknown.
+    /// Seconds since the start of the first picture.
     seconds: f64,
+    /// Estimated seconds until the last picture is finished; null where unknown.
     seconds_left: Option<f64>,
 }
 
@@ -136,9 +139,12 @@ pub fn check_film_flags(
     outputs.check_against_inputs(&inputs)
 }
 
-/// Render of a picture, or of a share of it, with its film, its checkpoints and its previews.
+/// Render of a picture, or of a share of a picture, with its film (the samples so far), its
+/// checkpoints and its previews.
 pub struct FilmSession<'a> {
+    /// Film with the samples so far, and the metadata of its file.
     kept_film: StoredFilm,
+    /// Tiles and replicates of the picture that this run renders.
     part: FilmPart,
     task: &'a RenderTask,
     /// Whether all requested samples were rendered, or all that the budget allowed.
@@ -491,8 +497,7 @@ mod tests {
 
     use super::*;
 
-    /// Protects: error estimates for progress lines take at most a fiftieth of the render time,
-    /// whatever the size of the picture.
+    /// Protects: error estimates for progress lines take at most a fiftieth of the render time.
     #[test]
     fn estimates_have_a_bounded_share() {
         let [millisecond, second] = [Duration::from_millis(1), Duration::from_secs(1)];

@@ -14,10 +14,12 @@ use super::tev::TevClient;
 use crate::failure::{Exit, Failure};
 use crate::plan::RenderTask;
 
-/// Live previews of a picture: a file, a viewer, both or neither.
+/// Live previews of a picture: a PNG file, an image in the viewer tev, both or neither.
 #[derive(Default)]
 pub struct LivePreviews {
+    /// PNG file of `--preview`.
     preview: Option<PathBuf>,
+    /// Connection to the image viewer tev.
     tev: Option<TevClient>,
     /// Whether the exposure is chosen automatically from the picture.
     has_auto_exposure: bool,

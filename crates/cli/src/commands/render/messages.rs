@@ -337,8 +337,8 @@ pub(super) fn note_unreached_lights(
 }
 
 /// Formats the estimated error of a picture for the final message: `error 0.05 (0.04 to 0.06)`.
-/// Doubts about the estimate become notes, and verbose runs print all figures. `requested` is the
-/// target error.
+/// Reasons to doubt the estimate become notes, and verbose runs print all measures. `requested` is
+/// the target error.
 pub fn report_error(
     noisy: Option<&Uncertainty>,
     film: &Film,
@@ -415,8 +415,8 @@ pub fn describe_shortfall(
     })
 }
 
-/// Describes why samples were added after the target error seemed to be reached; `None` if none
-/// were.
+/// Describes why more samples were taken after the error estimate first fell below the target
+/// error; `None` if none were.
 fn describe_doubted_progress(film: &Film, requested: f64) -> Option<String> {
     let first = film.rejected_stop()?;
     let [minimum, maximum] = first.samples;
@@ -443,8 +443,8 @@ fn describe_doubted_progress(film: &Film, requested: f64) -> Option<String> {
 const NOTICEABLE_ERROR: f64 = 0.05;
 
 /// Recommends `--denoise` for a picture with visible noise, unless the samples are a fixed pattern,
-/// are too few or depend on a target error. The shares in the text are those of
-/// docs/accuracy-reference.md with 64 samples.
+/// are too few or depend on a target error. The numbers in the text, the remaining shares of the
+/// error, are those of docs/accuracy-reference.md for 64 samples.
 pub(super) fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &mut Notes) {
     let can = !settings.sampling.is_fixed()
         && settings.sampling.samples_per_pixel() >= FEWEST_SAMPLES
@@ -487,7 +487,7 @@ fn unknown_error_reason(doubt: Doubt) -> &'static str {
     }
 }
 
-/// Formats the error of a denoised picture, and prints all figures in verbose runs; `None` if the
+/// Formats the error of a denoised picture, and prints all measures in verbose runs; `None` if the
 /// picture is not denoised.
 fn report_denoised_error(rendered: &RenderOutput, notes: &mut Notes) -> Option<String> {
     let denoised = match rendered.denoised.as_ref()? {
@@ -582,8 +582,8 @@ pub(super) fn format_details(
 mod tests {
     use super::*;
 
-    /// Protects: a squared error estimated below zero is shown as its upper bound, not as an error
-    /// of zero.
+    /// Protects: a mean square error whose estimate is below zero is shown as its upper bound, not
+    /// as zero.
     #[test]
     fn an_error_of_nothing_is_a_bound() {
         let value_of = |value: f64, low: f64, high: f64| {

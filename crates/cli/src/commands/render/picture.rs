@@ -23,7 +23,8 @@ use crate::{origin, scene_input};
 /// A rendered picture in memory, with the metadata that its file would have.
 #[derive(Debug)]
 pub struct FinishedPicture {
-    /// The rendered picture, composited over the linear value of the background colour, if any.
+    /// The rendered picture; if a background colour is set, composited over the linear value of
+    /// that colour.
     pub rendered: RenderOutput,
     /// The picture with its coverage before compositing, if it has a background colour.
     with_coverage: Option<RenderOutput>,
@@ -146,7 +147,8 @@ impl FinishedPicture {
         )?)
     }
 
-    /// Returns the reason why the interval of the error may not hold; `None` without doubt.
+    /// Returns why the confidence interval of the error may be wrong, or `None` if there is no
+    /// reason to doubt it.
     pub fn doubt(&self) -> Option<String> {
         self.error?.doubt.as_ref().map(origin::variant_name)
     }

@@ -10,8 +10,9 @@ use raywright_core::picture::Picture;
 
 use crate::args::TevAddress;
 
-/// Kinds of packets: creation of an image, and update of some of its channels.
+/// Kind of a packet that creates an image.
 const CREATE_IMAGE: u8 = 4;
+/// Kind of a packet that updates some channels of an image.
 const UPDATE_IMAGE: u8 = 6;
 
 /// Largest number of pixel values in a packet; an image with more values is sent in bands of rows.
@@ -130,7 +131,8 @@ fn encode_update_packet(
     packet.finish()
 }
 
-/// A packet under construction: four bytes for its length, then its content.
+/// A packet under construction: four bytes for its length, which is set at the end, then its
+/// content.
 struct TevPacket(Vec<u8>);
 
 impl TevPacket {

@@ -119,8 +119,8 @@ pub fn printable_path(path: &Path) -> String {
     console::mask_to_one_line(&path.display().to_string())
 }
 
-/// Selects the content of a file by its format: all layers for EXR, over the linear background if
-/// any; the displayed colours for all other formats.
+/// Returns the content of a file in this format: for EXR the picture with all layers, over the
+/// linear background colour if any; for all other formats the displayed colours.
 pub fn select_content(
     rendered: &RenderOutput,
     format: PictureFormat,

@@ -20,15 +20,21 @@ use crate::machine::processor_name;
 use crate::progress::StepProgress;
 use crate::targets::OutputFiles;
 
-/// Result of a hard case in a setting: a precision with a kernel.
+/// Result of a numerically hard case in one setting: a precision, and a kernel (the instruction set
+/// of the traversal code).
 #[derive(Clone, Debug, Serialize)]
 struct CaseRow {
+    /// Number of the case, such as `T01`.
     case: &'static str,
+    /// Description of what is hard.
     hard: &'static str,
+    /// Description of the error bound.
     bound: &'static str,
     /// Precision, and kernel or part of the case.
     setting: String,
+    /// Number of results that were compared with exact results.
     judged: u64,
+    /// Number of results that exceed the bound.
     wrong: u64,
     /// Ratio of the error bound to the worst error; `None` for cases whose results are only right
     /// or wrong.
@@ -41,7 +47,7 @@ struct CaseRow {
     first_wrong: Option<String>,
 }
 
-/// Cost of the library's formula against the textbook's formula, in nanoseconds of CPU time per ray
+/// Cost of the library's formula and of the textbook's formula, in nanoseconds of CPU time per ray
 /// or sample.
 #[derive(Clone, Copy, Debug, Serialize)]
 struct RowCost {
@@ -49,8 +55,9 @@ struct RowCost {
     what: &'static str,
     /// Time of the textbook's formula.
     textbook: f64,
-    /// Additional time of the library's formula, and its spread: half the interquartile range.
+    /// Additional time of the library's formula over the textbook's.
     more: f64,
+    /// Half the interquartile range of the additional time.
     spread: f64,
 }
 
@@ -60,11 +67,13 @@ struct StabilityReport {
     version: &'static str,
     /// Name of the processor; `None` where the system does not report it.
     processor: Option<String>,
+    /// Results of each case in each setting.
     rows: Vec<CaseRow>,
     /// Numbers of the cases whose bounds only the test suite verifies.
     tested_only: Vec<&'static str>,
-    /// Number of a case, and the reason why a part of it is not measured.
+    /// Parts of cases that are not measured: number of the case, and reason.
     left_out: Vec<[&'static str; 2]>,
+    /// Duration of the measurement in seconds.
     seconds: f64,
 }
 

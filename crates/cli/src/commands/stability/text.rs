@@ -82,7 +82,7 @@ pub(super) fn rows_by_case(report: &StabilityReport) -> impl Iterator<Item = &[C
     report.rows.chunk_by(|a, b| a.case == b.case)
 }
 
-/// Selects the rows measured in a precision.
+/// Selects the rows of a case that were measured in a precision.
 pub(super) fn rows_of_precision<'a>(
     rows: &'a [CaseRow],
     precision: &'a str,
@@ -105,8 +105,8 @@ fn format_outcome(rows: &[CaseRow], precision: &str) -> String {
     )
 }
 
-/// Formats the cost of a case: the textbook's time, and the additional time in both precisions, in
-/// nanoseconds.
+/// Formats the cost of a case in nanoseconds: the textbook's time in single precision, and the
+/// additional time of the library's formula in both precisions.
 fn format_costs(rows: &[CaseRow]) -> String {
     let price = |precision| rows_of_precision(rows, precision).find_map(|row| row.price);
     let (Some(robust), Some(reference)) = (price("robust"), price("reference")) else {

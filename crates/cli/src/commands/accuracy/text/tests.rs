@@ -9,7 +9,7 @@ use raywright_core::bench::SampleQuantiles;
 use super::super::csv::format_csv;
 use super::*;
 
-/// Times around a median whose half interquartile range is a tenth of the median.
+/// Returns quantiles whose half interquartile range is a tenth of the median.
 fn spread(median: f64) -> SampleQuantiles {
     SampleQuantiles {
         median,
@@ -161,7 +161,7 @@ pub fn report() -> AccuracyReport {
     }
 }
 
-/// Words of the line with this start.
+/// Returns the line of `text` that begins with `start`, with single spaces between its words.
 #[track_caller]
 fn words(text: &str, start: &str) -> String {
     let line = text
@@ -187,8 +187,9 @@ fn intervals_are_shown_by_root_and_end() {
 }
 
 /// Protects: each figure of a rung is in its column: time, ratio, roots of relMSE and bias, light,
-/// FLIP, and the rung's error alone. Each has its uncertainty: none within the last digit, a share,
-/// or distant ends. Settings of several rungs follow below.
+/// FLIP, and the rung's own error (`alone`). An uncertainty below the last digit is not shown; a
+/// larger uncertainty is shown in percent or by both ends of the interval. Settings of several
+/// rungs follow below the table.
 #[test]
 fn figures_of_rungs() {
     let mut report = report();

@@ -24,7 +24,8 @@ pub struct CombinedFiles {
 }
 
 impl CombinedFiles {
-    /// Checks the requested files and starts them empty, for `count` pictures.
+    /// Checks the requested files, and starts a sheet for `count` pictures and animations without
+    /// pictures.
     pub fn start(
         task: &RenderTask,
         count: usize,

@@ -1,7 +1,7 @@
 //! The pictures of a `render` run: a single picture, or several from scenes, views, a turntable, or
-//! times. A scene is loaded once for each time, and prepared once where only the camera moves. Each
-//! picture has the bits of a run of its own, except for the studio's backdrop, which is the same
-//! for all pictures.
+//! times of an animation. A scene is loaded once for each time, and prepared once where only the
+//! camera moves. Each picture has the same bits as in a run for this picture alone; only the
+//! studio's backdrop is the same for all pictures.
 
 mod combined;
 mod moment;
@@ -62,18 +62,20 @@ struct PictureSeries<'a> {
     progress: Progress,
     outputs: OutputFiles,
     inputs: Vec<Input>,
-    /// Scenes loaded before their turn, by index, at the time of their first picture.
+    /// Scenes loaded before their turn, each at the time of its first picture; the key is the
+    /// scene's index in the run.
     preloaded: HashMap<usize, Result<LoadedScene, Failure>>,
     /// Input files that the outputs were last checked against.
     checked_inputs: InputFiles,
-    /// Outputs of each picture, ordered by scene and then by shot.
+    /// Outputs of each picture. Pictures are ordered by scene, and within a scene by shot.
     targets: Vec<Vec<OutputTarget>>,
     combined_files: CombinedFiles,
     /// Names of the written files of each finished picture.
     written_files: Vec<Vec<String>>,
+    /// Number of finished pictures.
     finished: usize,
-    /// Texts for the final message: of the last picture alone, and of the size and samples that all
-    /// pictures share.
+    /// Two texts for the final message: the description of the last picture, and its size and
+    /// samples, which stand for all pictures of a run.
     description: [String; 2],
     /// Largest root relMSE of all pictures of path tracing so far.
     error: Option<f64>,
@@ -100,6 +102,7 @@ struct RenderedFrame<'a> {
     rendered: RenderOutput,
     /// Estimated error of the picture before denoising.
     noisy: Option<Uncertainty>,
+    /// Wall-clock seconds of the stages of the run so far.
     seconds: StageSeconds,
 }
 
@@ -342,7 +345,8 @@ impl<'a> PictureSeries<'a> {
         }
     }
 
-    /// Loads a scene at the time of its picture `i`, and checks the outputs against its files.
+    /// Loads a scene at the time of its picture `i`, and checks that no output overwrites a file of
+    /// the scene.
     fn load_moment(
         &mut self,
         scene: usize,
@@ -579,7 +583,8 @@ impl<'a> PictureSeries<'a> {
         }
     }
 
-    /// Returns the automatic exposure in stops, chosen from the scene's first picture.
+    /// Returns the automatic exposure in stops. It is chosen from the scene's first picture, and
+    /// used for all its pictures.
     fn scene_exposure(&mut self, rendered: &RenderOutput, display: Display) -> f64 {
         *self.exposure.get_or_insert_with(|| {
             display
@@ -617,8 +622,8 @@ impl<'a> PictureSeries<'a> {
     }
 }
 
-/// Formats the written files for the final message: for each output, the first picture's file to
-/// the last picture's file.
+/// Formats the written files for the final message: for each output, the range from the first
+/// picture's file to the last picture's file.
 fn format_file_ranges(names: &[Vec<String>]) -> Vec<String> {
     let (Some(first), Some(last)) = (names.first(), names.last()) else {
         return Vec::new();

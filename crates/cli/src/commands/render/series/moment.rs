@@ -15,7 +15,8 @@ use crate::threads::Threads;
 
 /// A scene at a fixed time of its animation.
 pub struct SceneMoment {
-    /// The loaded scene, changed by the rungs of the last picture.
+    /// The loaded scene, changed by the rungs (quality levels) that were chosen for the last
+    /// picture.
     pub loaded: LoadedScene,
     /// Silhouette of the scene, computed only if a camera frames the whole scene.
     silhouette: OnceCell<Silhouette>,

@@ -10,9 +10,9 @@ use crate::failure::Failure;
 use crate::plan::Shot;
 use crate::targets::{self, OutputFiles, OutputTarget};
 
-/// Resolves the outputs of each picture from names with a place for the picture's number. Names of
-/// sheets and animations, which hold all pictures, are skipped. Without a count, the run has a
-/// single picture and the names are used unchanged.
+/// Resolves the outputs of each picture from names with a placeholder for the picture's number,
+/// such as `%04d`. Names of sheets and animations, which hold all pictures, are skipped. Without a
+/// count, the run has a single picture and the names are used unchanged.
 pub fn resolve_named_files(
     outputs: &[PathBuf],
     count: Option<usize>,
@@ -56,8 +56,8 @@ pub fn resolve_named_files(
 }
 
 /// Resolves the output of each picture if the user named none: files are named after scenes and
-/// views, with a number after the second scene of the same name. `read` lists the input files known
-/// so far.
+/// views. The second and each later scene of the same name gets a number. `read` lists the input
+/// files known so far.
 pub fn resolve_default_files(
     format: PictureFormat,
     inputs: &[Input],
@@ -123,7 +123,8 @@ fn insert_number(name: &str, number: usize) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// Protects: numbers replace only the place in a name, with its number of digits.
+    /// Protects: a number replaces only the placeholder in a name, padded to the placeholder's
+    /// digits.
     #[test]
     fn names_are_numbered() {
         assert_eq!(
