@@ -1,9 +1,9 @@
 //! Discrete sampling by weight: a cumulative distribution that ends at exactly 1 and never selects
 //! an entry of zero weight.
 
-/// Appends the cumulative distribution of the weights, from the first share up to 1, and returns
-/// the sum of the weights. Weights that are not above zero count as zero. If all are zero, only the
-/// last entry is 1, so that searches end there.
+/// Appends the cumulative distribution of the weights, which ends at exactly 1, and returns the sum
+/// of the weights. Weights that are not above zero count as zero. If all are zero, only the last
+/// entry is 1, so that searches end there.
 pub(super) fn push_cdf(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
     let total: f64 = weights.iter().filter(|&&w| w > 0.0).sum();
     let last = weights

@@ -11,7 +11,7 @@ use super::{LightId, Lights};
 /// Query for the choice of a light: a surface point, and the uniform numbers for the choice.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSamplerQuery<R: Real> {
-    /// The point.
+    /// The surface point.
     pub from: R::Vec3,
     /// Unit normal on the receiving side; zero if both sides receive light.
     pub normal: R::Vec3,
@@ -23,14 +23,16 @@ pub struct LightSamplerQuery<R: Real> {
 /// Sampler of lights by their estimated contribution at a surface point.
 #[derive(Clone, Debug, Default)]
 pub struct LightSampler {
-    /// Infinitely distant lights, and their cumulative distribution.
+    /// Infinitely distant lights.
     far: Vec<LightId>,
+    /// Cumulative distribution of the distant lights by power.
     far_shares: Vec<f64>,
     /// Probability of choosing a distant light: one, zero, or one half if the scene has nearby
     /// lights too.
     far_share: f64,
     tree: LightTree,
-    /// Slot in the tree of each emitter; [`LightTree::NONE`] for an emitter without power.
+    /// Position of each emitter in the tree, as a slot (a child of a node); [`LightTree::NONE`] for
+    /// an emitter without power.
     leaves: Vec<u32>,
 }
 
@@ -105,8 +107,8 @@ impl LightSampler {
         drawn
     }
 
-    /// Samples a light for each of several points as [`Self::draw`] does, in less time; `None` for
-    /// a missing point.
+    /// Samples a light for each of several points as [`Self::sample`] does, in less time; `None`
+    /// for a missing point.
     #[inline]
     pub fn sample_many<R: Real, const N: usize>(
         &self,

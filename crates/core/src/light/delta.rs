@@ -14,10 +14,10 @@ pub struct DeltaLight<R: Real> {
     kind: DeltaLightKind<R>,
     /// Irradiance of a directional light, intensity of a point or spot light.
     colour: R::Vec3,
-    /// Whether the light casts shadows by the scene's description; a material's own shadow rule
-    /// then applies.
+    /// Whether the light casts shadows by the scene's description, even if no object does. A
+    /// material's own shadow rule then applies.
     pub has_shadow_rule: bool,
-    /// Whether the light needs shadow rays.
+    /// Whether shadow rays are traced to the light.
     pub shadows: bool,
     /// Whether the light makes highlights.
     pub specular: bool,
@@ -49,7 +49,7 @@ const NARROWEST_EDGE: f64 = 1e-12;
 #[derive(Clone, Copy, Debug)]
 struct DistanceFalloff<R> {
     inverse_square: bool,
-    /// Inverse square of the range; `None` without a range, where no power of the distance may
+    /// Inverse square of the range; `None` without a range, because powers of large distances would
     /// overflow `f32`.
     inverse_range_2: Option<R>,
 }

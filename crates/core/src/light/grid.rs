@@ -42,14 +42,15 @@ pub struct SphereGrid {
     guides: Vec<u8>,
     /// Start of a block's cells in `cells`, or [`WHOLE`].
     cell_starts: Vec<u32>,
-    /// For each non-uniform block the cumulative distribution of its rows, and of the cells of each
-    /// row.
+    /// For each non-uniform block: the cumulative distribution of its rows of cells, then of the
+    /// cells in each row.
     cells: Vec<f32>,
-    /// 1 − cos θ of the rows' edges, computed as 2·sin²(θ/2): near the poles a cosine would lose
-    /// its digits.
+    /// 1 − cos θ at the edges between rows of cells, computed as 2·sin²(θ/2): near the poles a
+    /// cosine would lose its digits.
     edges: Vec<f64>,
-    /// Solid angle of a cell by row, and of a column of a block by row of blocks.
+    /// Solid angle in steradians of a cell, by row of cells.
     angles: Vec<f64>,
+    /// Solid angle in steradians of a column of cells in a block, by row of blocks.
     block_angles: Vec<f64>,
     flux: f64,
 }
@@ -103,8 +104,8 @@ impl SphereGrid {
         (grid.flux > 0.0 && grid.flux.is_finite()).then_some(grid)
     }
 
-    /// Appends a row of blocks from the radiance of its rows of cells, and returns the flux of the
-    /// row.
+    /// Appends a row of blocks from the radiance of its cells, and returns the flux of the row of
+    /// blocks; `first` is its first row of cells.
     fn push_blocks(&mut self, weights: &[f64], first: usize) -> f64 {
         let (width, angles) = (self.width, &self.angles[first..]);
         let mut fluxes = Vec::with_capacity(BLOCKS[0]);
@@ -156,8 +157,8 @@ impl SphereGrid {
         DVec3::new(x, y, z)
     }
 
-    /// Samples many directions in order, as [`Self::direction`] does, and calls `visit` with each.
-    /// Faster than one by one, by prefetched tables and vectorised trigonometry.
+    /// Samples many directions in order, as [`Self::sample_direction`] does, and calls `visit` with
+    /// each. Faster than one by one, by prefetched tables and vectorised trigonometry.
     pub fn sample_directions(
         &self,
         mut numbers: impl Iterator<Item = [f64; 2]>,
@@ -272,12 +273,14 @@ impl SphereGrid {
     }
 }
 
-/// A sampled block by column and row, the start of its cells, and two uniform numbers in [0, 1)
-/// within the block.
+/// A sampled point in a block of cells.
 #[derive(Clone, Copy, Default)]
 struct BlockPoint {
+    /// Column and row of the block.
     at: [usize; 2],
+    /// Start of the block's cells in the grid's `cells`, or [`WHOLE`] for a uniform block.
     part: u32,
+    /// Position within the block along azimuth and polar angle: uniform numbers in [0, 1).
     numbers: [f64; 2],
 }
 
@@ -289,7 +292,8 @@ struct PolarDirection {
     angle: f64,
 }
 
-/// Directions in columns, before the sines and cosines of their azimuths are computed.
+/// Directions, one in each of `N` lanes, before the sines and cosines of their azimuths are
+/// computed.
 struct PolarDirectionLanes<const N: usize> {
     height: [f64; N],
     from_pole: [f64; N],

@@ -91,10 +91,10 @@ fn vector_at<const N: usize>(row: &[f64; N], index: usize) -> DVec3 {
     DVec3::new(row[3 * index], row[3 * index + 1], row[3 * index + 2])
 }
 
-/// Computes the unit directions from a point to four corners (12 components), and for each of both
-/// triangles the numerator and the denominator of tan(Ω/2) for its solid angle Ω: the volume that
-/// its three directions span, and 1 plus their pairwise cosines ("The Solid Angle of a Plane
-/// Triangle", Van Oosterom, Strackee 1983).
+/// Returns the unit directions from a point to four corners (12 components), and then for each of
+/// the two triangles the numerator and the denominator of tan(Ω/2), where Ω is the triangle's solid
+/// angle: the volume that its three directions span, and 1 plus their pairwise cosines ("The Solid
+/// Angle of a Plane Triangle", Van Oosterom, Strackee 1983).
 #[inline(always)]
 fn corner_directions_and_volumes(corner_directions: [f64; 15]) -> [f64; 16] {
     let from = vector_at(&corner_directions, 0);
@@ -118,7 +118,8 @@ fn corner_directions_and_volumes(corner_directions: [f64; 15]) -> [f64; 16] {
     sides
 }
 
-/// Returns the solid angles of both triangles in steradians; zero for a missing triangle.
+/// Returns the solid angles in steradians of the two triangles of a polygon; zero for a missing
+/// triangle.
 #[inline(always)]
 fn triangle_solid_angles(sides: &[f64; 16]) -> [f64; 2] {
     // False for NaN too, from a corner.

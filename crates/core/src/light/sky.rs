@@ -51,7 +51,7 @@ pub(super) enum SkyKind<R: Real> {
     Map(EquirectMap<R>),
 }
 
-/// Prepares the sky of a scene; black without a sky. `resolve_view` is the storage origin, relative to
+/// Prepares the sky of a scene; black without a sky. `seen_from` is the storage origin, relative to
 /// which rays start.
 pub(crate) fn prepare_sky_radiance<R: Real>(
     (sky, seen_from): (Option<&SkyData>, DVec3),

@@ -55,8 +55,8 @@ impl SkyLobe {
     }
 }
 
-/// Samples a direction of each lobe as [`SkyLobe::sample_direction`] does, and appends them in order;
-/// faster, because power lobes are sampled several together.
+/// Samples a direction of each lobe as [`SkyLobe::sample_direction`] does, and appends them in
+/// order; faster, because several power lobes are sampled at a time.
 pub(super) fn sample_directions<'a>(
     drawn: impl Iterator<Item = (&'a SkyLobe, [f64; 2])>,
     out: &mut Vec<DVec3>,

@@ -25,7 +25,8 @@ const SMALL: f64 = 10.0;
 pub struct SkySampler {
     form: SkySamplerKind,
     flux: f64,
-    /// See [`Self::small_part_density`].
+    /// Sampling density from which on a direction belongs to a small bright part of the sky; see
+    /// [`Self::small_part_density`].
     small_part_density: Option<f64>,
 }
 
@@ -48,7 +49,7 @@ fn sum_channels<R: Real>(colour: R::Vec3) -> f64 {
 }
 
 impl SkySampler {
-    /// Builds the sampler of a sky; `Black` for a black sky.
+    /// Builds the sampler of a sky; `None` for a black sky.
     pub fn new<R: Real>(sky: &SkyRadiance<R>) -> Option<Self> {
         let linear = |bottom, top| (SkyLobe::Linear { bottom, top }, TAU * (bottom + top));
         let sampler = match &sky.kind {
@@ -152,7 +153,7 @@ impl SkySampler {
     }
 
     /// Returns the sampling density from which on a direction belongs to a small bright part of the
-    /// sky; `Black` without such a part.
+    /// sky; `None` without a bright part.
     #[inline(always)]
     pub fn small_part_density(&self) -> Option<f64> {
         self.small_part_density
@@ -164,7 +165,7 @@ impl SkySampler {
         self.flux
     }
 
-    /// Samples the sky for two uniform numbers in [0, 1) and the receiving point `from`; `Black` if
+    /// Samples the sky for two uniform numbers in [0, 1) and the receiving point `from`; `None` if
     /// the sampled direction is black.
     pub fn sample<R: Real>(
         &self,
@@ -191,7 +192,8 @@ impl SkySampler {
         R::Vec3::from_f64(self.sample_direction_f64(position.map(f64::from)))
     }
 
-    /// Samples many directions in order, as [`Self::drawn`] does; faster than one by one.
+    /// Samples many directions in order, as [`Self::sample_direction`] does; faster than one by
+    /// one.
     pub fn sample_directions<R: Real>(
         &self,
         positions: impl Iterator<Item = [f32; 2]>,
@@ -291,9 +293,9 @@ fn integrate_flux<R: Real>(sky: &SkyRadiance<R>) -> f64 {
 }
 
 /// Builds the sampling grid of an image, with its texels as cells; `drawn` maps a cell's mean
-/// radiance to its sampling weight. Radiance is interpolated between texel centres, so the mean of
-/// a cell contains an eighth of each neighbour in both axes, and a black texel beside a bright
-/// texel has a density above zero.
+/// radiance to its sampling weight. Radiance is interpolated between texel centres, so an eighth of
+/// each neighbouring texel, in both axes, is part of a cell's mean. A black texel beside a bright
+/// texel therefore has a density above zero.
 fn build_image_grid<R: Real>(
     map: &EquirectMap<R>,
     drawn: impl Fn(f64) -> f64,

@@ -34,8 +34,8 @@ pub(super) struct ReceivingPoint {
     pub normal: DVec3,
 }
 
-/// Content of a slot of the tree: a node or a light. Slots are the root slot and the [`WIDTH`]
-/// slots of each node.
+/// Content of a slot of the tree, a place for a node or a light. The tree has a root slot, and each
+/// node has [`WIDTH`] slots for its children.
 #[derive(Clone, Copy, Debug)]
 enum LightTreeChild {
     Inner(u32),
@@ -52,12 +52,12 @@ pub(super) struct LightTree {
 impl LightTree {
     /// Slot of a light outside the tree.
     pub const NONE: u32 = u32::MAX;
-    /// The root slot. The slot of a child is `WIDTH` times the index of its node plus the child's
-    /// number.
+    /// The root slot. The slot of a child is `WIDTH` times the index of its node plus the index of
+    /// the child in the node.
     const TOP: u32 = u32::MAX - 1;
 
-    /// Builds the tree over lights of positive power, and calls `place` with the slot of each
-    /// light.
+    /// Builds the tree over lights of positive power, and calls `place` with each light and its
+    /// slot.
     pub fn new(mut leaves: Vec<LightLeaf>, mut place: impl FnMut(LightId, u32)) -> Self {
         let mut tree = Self::default();
         // Groups of lights whose nodes are not built yet, with their slots.

@@ -42,8 +42,8 @@ impl EmissionCellTable {
         let _ = allocate_fallibly(|| self.sums.try_reserve_exact(sums));
     }
 
-    /// Adds the cells of a triangle from the emission in the middle of each cell, row by row.
-    /// Returns `None` if the emission is nearly uniform.
+    /// Adds the cells of a triangle; `found` is the emission in the middle of each cell, row by
+    /// row, with `across` cells in a row. Returns `None` if the emission is nearly uniform.
     pub fn push_triangle(&mut self, across: usize, found: &[f64]) -> Option<TriangleCells> {
         let [darkest, brightest] = [
             found.iter().fold(f64::INFINITY, |a, &b| a.min(b)),

@@ -145,6 +145,7 @@ impl<R: Real> EmissionEstimate<R> {
 pub struct EmitterList<R: Real> {
     pub(super) emitters: Vec<Emitter<R>>,
     pub(super) transformed_shapes: Vec<TransformedShape<R>>,
+    /// Index of the first emitter of each object.
     pub(super) first_emitters: Vec<u32>,
     pub(super) cells: EmissionCellTable,
 }

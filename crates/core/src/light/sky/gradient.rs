@@ -9,13 +9,14 @@ use crate::number::{Lanes, Number, Vector3};
 /// A sky with a gradient from nadir to zenith, and suns.
 #[derive(Clone, Debug)]
 pub struct GradientSky<R: Real> {
-    /// Radiance from the nadir and from the zenith.
+    /// Radiance from the nadir.
     pub bottom: R::Vec3,
+    /// Radiance from the zenith.
     pub top: R::Vec3,
     pub suns: Vec<SunLobe<R>>,
 }
 
-/// A cosine-power lobe around a direction.
+/// A sun: a lobe of radiance, proportional to a power of the cosine to its direction.
 #[derive(Clone, Debug)]
 pub struct SunLobe<R: Real> {
     pub direction: R::Vec3,

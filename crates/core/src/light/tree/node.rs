@@ -20,12 +20,12 @@ const MARGIN: f32 = 4e-6;
 /// Enlargement of the cosine to a group's axis. With it, the sine computed from the cosine never
 /// belongs to a greater angle; without it, the angle is up to 10⁻³ too great at cosines of ±1.
 const SLACK: f32 = 2e-6;
-/// Bound on the rounding of a position, in units of the node.
+/// Bound on the rounding of a position, as a share of the node's radius.
 const MOVED: f64 = 5e-7;
 /// Least share of power, so that no product of shares, cosines and distances underflows `f32`.
 const FAINTEST: f64 = 1e-20;
-/// Distance, in units of the node, from which on the point and the node are scaled down together,
-/// because squared distances would overflow `f32`.
+/// Distance from the node, in radii of the node, from which on the point and the node are scaled
+/// down together, because squared distances would overflow `f32`.
 const FAR: f64 = 1e3;
 
 /// A node of the light tree: eight children, each a light or a node. Missing children have no
@@ -33,22 +33,25 @@ const FAR: f64 = 1e3;
 #[derive(Clone, Debug)]
 pub(super) struct LightNode {
     centre: DVec3,
-    /// Inverse of the node's unit of length, the radius of the ball around its box.
+    /// Inverse of the node's unit of length, which is the radius of the ball around the node's box.
     inverse: f64,
     /// Slot of the node in its parent; [`LightTree::TOP`] for the root.
     pub parent: u32,
     pub children: [LightTreeChild; WIDTH],
-    /// Centres of the children's boxes.
+    /// Centres of the children's boxes, relative to the node's centre, in the node's unit of
+    /// length.
     x: [f32; WIDTH],
     y: [f32; WIDTH],
     z: [f32; WIDTH],
-    /// Radii of the balls around the children's boxes.
+    /// Radii of the balls around the children's boxes, in the node's unit of length.
     radius: [f32; WIDTH],
+    /// Axes of the children's cones of normals, unit.
     axis_x: [f32; WIDTH],
     axis_y: [f32; WIDTH],
     axis_z: [f32; WIDTH],
-    /// Sine and cosine of the greatest angle between a child's axis and its normals.
+    /// Sine of the greatest angle between a child's axis and its normals.
     sin_normals: [f32; WIDTH],
+    /// Cosine of the same angle.
     cos_normals: [f32; WIDTH],
     /// Cosine of a child's greatest angle of emission, less [`MARGIN`].
     emission: [f32; WIDTH],
@@ -56,7 +59,8 @@ pub(super) struct LightNode {
     power: [f32; WIDTH],
 }
 
-/// Returns the greater number, and `b` for NaN, in a single instruction; `f32::max` takes several.
+/// Returns the greater number, or `b` if either is NaN, in a single instruction; `f32::max` takes
+/// several.
 #[inline(always)]
 fn fast_max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
