@@ -59,7 +59,7 @@ const MAX_DEPTH: u32 = 64;
 const STACK_SIZE: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
 
 /// Reference to a child of a node: an inner node, a block of triangles, a row of spheres, or the
-/// position of another primitive.
+/// position of any other primitive in the tree's order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 struct ChildRef(u32);
@@ -94,8 +94,8 @@ impl ChildRef {
         self.0 & (Self::ROW ^ Self::OTHER) != 0
     }
 
-    /// Returns the reference after its tree was appended to another: its index grows by the number
-    /// of nodes, blocks, positions or rows before it.
+    /// Returns the reference after the arrays of its tree were appended to those of another tree:
+    /// its index grows by the number of nodes, blocks, positions or rows in front.
     fn offset_by(self, [nodes, blocks, places, rows]: [u32; 4]) -> Self {
         let by = match self {
             Self::NONE => 0,
@@ -113,7 +113,7 @@ impl ChildRef {
         self.0 as usize
     }
 
-    /// Index of a leaf's block or row, or position of its primitive.
+    /// Returns the index of a leaf's block or row, or the position of its single primitive.
     #[inline(always)]
     fn leaf_index(self) -> usize {
         (self.0 & !Self::ROW) as usize
@@ -159,14 +159,16 @@ impl Bvh8Node {
 pub(crate) struct Bvh8 {
     /// Nodes, the root first; empty if every query tests every primitive.
     nodes: Vec<Bvh8Node>,
+    /// Blocks of up to eight triangles.
     blocks: Vec<Triangle8>,
-    /// Properties of each block besides its corners.
+    /// Header of each block: slots, lanes in use, and visibilities of its triangles.
     leaf_headers: Vec<LeafHeader>,
-    /// Rows of spheres and planes: first `always_row_count` rows that every query tests, then the rows of
-    /// leaves.
+    /// Rows of up to eight spheres or planes: first `always_row_count` rows that every query tests,
+    /// then the rows of leaves.
     rows: Vec<PrimitiveRow>,
     always_row_count: usize,
-    /// In a structure without nodes, the positions of the primitives outside rows and blocks.
+    /// In a structure without nodes, the positions of the primitives that are in no row and no
+    /// block.
     single_positions: Range<usize>,
     kernel: AvailableKernel,
 }
@@ -202,8 +204,8 @@ impl Bvh8 {
         }
     }
 
-    /// Fills the rows of leaves. `row` builds a row from a range of slots. The tree's slots begin
-    /// at `first`.
+    /// Fills the rows of leaves. `row` builds a row from the slots in a range. The tree's first
+    /// slot is `first`.
     pub fn fill_leaf_rows(&mut self, first: usize, row: impl Fn(Range<usize>) -> PrimitiveRow) {
         for own in &mut self.rows[self.always_row_count..] {
             let start = first + own.leaf_header.first as usize;

@@ -23,15 +23,16 @@ use costs::{
 /// one block and the merged block costs rays less.
 const SPARSE_BLOCK: usize = 5;
 
-/// Planned content of a lane: an inner node, one other primitive, or a leaf of one kind. Numbers
-/// are indices of binary nodes or of boxes.
+/// Planned content of a lane (one of a node's eight child positions): an inner node, a single
+/// primitive, or a leaf of up to eight primitives of one kind. An inner node is given by its index
+/// in the binary tree, primitives by their box indices.
 enum LaneRef {
     Inner(u32),
     Single(u32),
     Leaf(LeafKind, ArrayVec<u32, WIDTH>),
 }
 
-/// A lane of a node that is being built.
+/// A lane (child position) of a node that is being built.
 struct PlannedLane {
     bounds: PaddedBox,
     content: LaneRef,
@@ -45,8 +46,8 @@ struct TreeCollapse<'a> {
     costs: Vec<SubtreeCosts>,
 }
 
-/// A finished part of the tree, numbered from zero, and the subtrees below it that other threads
-/// collapse.
+/// A finished part of the tree, whose nodes and leaves are numbered from zero. Its jobs are the
+/// subtrees below it that other threads collapse.
 #[derive(Default)]
 struct CollapsedSubtree {
     nodes: Vec<Bvh8Node>,
@@ -57,8 +58,8 @@ struct CollapsedSubtree {
     jobs: Vec<SubtreeJob>,
 }
 
-/// A subtree that is collapsed separately: the node and lane that will refer to it, its root in the
-/// binary tree, and its level.
+/// A subtree that is collapsed separately: the node and the lane (child position) that will refer
+/// to it, its root in the binary tree, and its level.
 struct SubtreeJob {
     node: usize,
     lane: usize,
@@ -67,7 +68,7 @@ struct SubtreeJob {
 }
 
 impl TreeCollapse<'_> {
-    /// Returns how many of `lanes` lanes the left child gets at the least cost.
+    /// Returns how many of `lanes` lanes (child positions) the left child gets for the least cost.
     fn left_lane_count(&self, left: u32, lanes: usize) -> usize {
         let (l, r) = (&self.costs[left as usize], &self.costs[left as usize + 1]);
         let cost = |to_left: &usize| l.cost[to_left - 1] + r.cost[lanes - to_left - 1];
@@ -76,7 +77,8 @@ impl TreeCollapse<'_> {
             .unwrap_or(1)
     }
 
-    /// Appends the lanes of a subtree, at most `lanes` of them, as planned by its costs.
+    /// Appends at most `lanes` lanes (child positions) that together hold a subtree, by the choices
+    /// of its costs.
     fn append_subtree(&self, node: u32, mut lanes: usize, out: &mut NodeLanes) {
         let (pick, bounds) = (
             &self.costs[node as usize].choices,
@@ -136,8 +138,8 @@ impl TreeCollapse<'_> {
         }
     }
 
-    /// Collapses the tree below an inner node, except the subtrees whose roots are nodes from
-    /// `tops` on: these become jobs. `None` if the tree is too deep.
+    /// Collapses the tree below an inner node, at level `depth`. Subtrees whose root has at least
+    /// the index `tops` become jobs. `None` if the tree is too deep.
     fn collapse_subtree(&self, root: u32, depth: u32, tops: usize) -> Option<CollapsedSubtree> {
         let mut piece = CollapsedSubtree {
             nodes: vec![Bvh8Node::EMPTY],
@@ -295,7 +297,7 @@ impl Bvh8 {
     }
 }
 
-/// Merges sparse blocks of a node where the merged block costs rays less than two separate blocks.
+/// Merges sparse blocks of a node where rays test the merged block at less cost than two blocks.
 fn merge_sparse_blocks(lanes: &mut NodeLanes) {
     while let Some((into, from)) = find_mergeable_pair(lanes) {
         let PlannedLane {

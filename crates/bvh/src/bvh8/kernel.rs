@@ -76,8 +76,8 @@ impl Default for AvailableKernel {
     }
 }
 
-/// Evaluates an expression with the query's mode as a type. `$mapped` and `$counts` are literals,
-/// and the kind of query is read from it.
+/// Evaluates an expression with the mode of the query as a type. `$mapped` and `$counts` are
+/// literals; whether any hit ends the query is read from `$query`.
 macro_rules! dispatch_mode {
     ($query:expr, $mapped:literal, $counts:literal, $mode:ident => $call:expr) => {
         if $query.ends_at_any_hit {
@@ -107,11 +107,12 @@ macro_rules! dispatch_kernel {
     };
 }
 
-/// Traversals, compiled once for both scalars of the caller.
+/// Traversals. They are compiled once, since they depend on no scalar type of the caller.
 impl Bvh8 {
     /// Passes the hits of a ray, exact in f32, to `visitor`. Returns whether a hit ended the
-    /// traversal. The numbers of the ray are separate arguments, in registers. In memory, a load of
-    /// two numbers would wait for both stores of a caller that just wrote the ray.
+    /// traversal. The six components of the ray are separate arguments, which are passed in
+    /// registers. In memory, a load of two components would wait for both stores of a caller that
+    /// just wrote the ray.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "in registers")]
     pub(crate) fn visit_hits(
@@ -200,8 +201,8 @@ impl Bvh8 {
         dispatch_kernel!(self.kernel, query, true, s, M => s.intersect_blocks::<M>(self, &traversal_ray.leaf_ray, query, visitor))
     }
 
-    /// Passes hits as [`Self::visit_hits`], for a world-space ray that reaches an instance of this tree;
-    /// `None` if the ray must be mapped in f64.
+    /// Passes hits as [`Self::visit_hits`], for a world-space ray that reaches an instance of this
+    /// tree; `None` if f32 is too imprecise to map the ray.
     #[inline(never)]
     pub(crate) fn visit_instance(
         &self,
@@ -290,8 +291,8 @@ macro_rules! define_traversals {
     };
 }
 
-/// Defines the entry points for leaf tests, and the exact test of a lane. The leaf tests are
-/// separate functions, which take no registers of the traversal.
+/// Defines the entry points for leaf tests, and the exact test of the triangle in one lane. The
+/// leaf tests are separate functions, which take no registers of the traversal.
 macro_rules! define_leaf_tests {
     ($token:ident, $compiled:meta, $intersect_lane:expr) => {
         #[inline(always)]

@@ -54,9 +54,10 @@ pub(crate) struct PacketState {
     near: f32,
     /// Greatest accepted distance of each ray: the distance of its hit, if it has a hit.
     pub far: [f32; MAX_RAYS],
-    /// Both shape-specific numbers of each hit.
+    /// Shape-specific numbers `u` and `v` of each hit, see [`crate::Hit`].
     uv: [[f32; MAX_RAYS]; 2],
-    /// Slot of each hit's primitive, and the slot in the instanced geometry.
+    /// Slots of each hit, as in [`crate::Hit`]: the slot of the primitive, and for an instance also
+    /// the slot in the instanced geometry.
     slots: [[u32; MAX_RAYS]; 2],
     /// Whether the rays are camera rays, which pass through the inside of culled surfaces.
     culls: bool,
@@ -135,7 +136,7 @@ impl PacketState {
         }
     }
 
-    /// Mask of the lanes of a group that hold rays.
+    /// Returns the mask of the lanes of a group that hold rays: one bit per lane.
     #[inline(always)]
     fn ray_mask(&self, group: usize) -> u32 {
         let count = self.count.saturating_sub(group * WIDTH).min(WIDTH);
@@ -165,9 +166,10 @@ impl PacketState {
 
 /// Receiver of the primitives that a packet traversal does not test itself.
 pub(crate) trait PacketVisitor {
-    /// Whether the slot `slot` comes before `than` in the order of ties.
+    /// Whether a hit of `slot` wins against an equally distant hit of the slot `than`.
     fn comes_before(&self, slot: u32, than: u32) -> bool;
-    /// Tests all rays of the packet against a primitive that has no packet test.
+    /// Tests all rays of the packet against a primitive that has no packet test. `index` is its
+    /// position in the tree's order.
     fn test_other_primitive(&mut self, index: usize, packet_state: &mut PacketState);
 }
 
@@ -188,7 +190,7 @@ pub(crate) enum PacketResult {
 /// `../../../../benches/runs/2026-11-23-pencils.md`.
 const MAX_LEAVES: u32 = 32;
 
-/// Traverses the tree with a packet. Returns whether all hits were found.
+/// Traverses the tree with a packet. Returns whether all hits were found, or why they were not.
 #[inline(always)]
 pub(super) fn traverse_packet<S: TraversalSimd>(
     s: S,
@@ -224,7 +226,7 @@ pub(super) fn traverse_packet<S: TraversalSimd>(
     PacketResult::Complete
 }
 
-/// Intersects rows of spheres or planes with the packet, eight rays at a time.
+/// Intersects a packet with rows of spheres or planes: each primitive with eight rays at a time.
 #[inline(always)]
 fn intersect_rows<S: Simd>(
     s: S,

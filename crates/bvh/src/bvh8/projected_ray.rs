@@ -4,10 +4,12 @@ use glam::DVec3;
 
 use crate::shapes::PreparedRay;
 
-/// Ray values for the exact triangle test. Its projection onto the plane perpendicular to the ray
-/// is that of [`PreparedRay`], of whose six numbers two are zero and four are components of the
-/// direction. Let the axes be rotated so that the direction's largest component comes first, as (p,
-/// q, r). The two projected coordinates of a corner are then q·a + p·b and r·c + p·d.
+/// Values of a ray for the exact triangle test, which projects corners onto the plane perpendicular
+/// to the ray as [`PreparedRay`] does. The two projection axes of [`PreparedRay`] have six
+/// components, of which two are zero and four are components of the direction, up to the sign. Let
+/// the coordinate axes be rotated so that the direction's largest component comes first, and let
+/// (p, q, r) be a corner relative to the origin. Its two projected coordinates are then q·a + p·b
+/// and r·c + p·d.
 #[derive(Clone, Copy)]
 pub(crate) struct ProjectedRay {
     pub origin: [f64; 3],
@@ -19,12 +21,12 @@ pub(crate) struct ProjectedRay {
     pub inverse_length_squared: f64,
 }
 
-/// Outcome of the exact test in registers for a triangle that it can't decide: rounding could
-/// change the sign of an edge function, or the triangle is edge-on. The single-triangle test then
-/// decides.
+/// Result of the exact test in SIMD registers if that test can't decide: rounding could change the
+/// sign of an edge function, or the triangle is edge-on. The single-triangle test must then decide.
 pub(super) struct UncertainSign;
 
-/// Returns the entries of an array for an axis and for the two axes after it, cyclically.
+/// Returns three entries of an array: for the axis `major` and for the two axes after it,
+/// cyclically.
 #[inline(always)]
 pub(super) fn rotate_axes<T: Copy>([x, y, z]: [T; 3], major: usize) -> (T, T, T) {
     let (around, major) = ([x, y, z, x, y], major.min(2));

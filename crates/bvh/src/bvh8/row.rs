@@ -18,9 +18,10 @@ use crate::shapes::{FAR_RATIO, PreparedRay, Shape, ShapeHit, Sphere};
 pub(crate) struct PrimitiveRow {
     kind: RowKind,
     pub leaf_header: LeafHeader,
-    /// Centres of spheres, or points of planes, as `places[axis][lane]`.
+    /// Centres of spheres, or points of planes, as `positions[axis][lane]`.
     positions: [[f32; WIDTH]; 3],
-    /// Radii of spheres, repeated for each axis, or normals of planes, as `rest[axis][lane]`.
+    /// Radii of spheres, repeated for each axis, or normals of planes, as
+    /// `radii_or_normals[axis][lane]`.
     radii_or_normals: [[f32; WIDTH]; 3],
 }
 
@@ -32,8 +33,8 @@ pub(crate) enum RowKind {
 }
 
 /// Hits of a ray with the primitives of a row, or of eight rays with one primitive: the mask of
-/// lanes hit within the range on an accepted side, the mask of lanes whose hit leaves a solid, and
-/// the distances.
+/// lanes hit within the range on an accepted side, the mask of lanes where the ray leaves a solid,
+/// and the distances.
 #[derive(Clone, Copy)]
 pub(crate) struct RowHits<T> {
     pub hits: u32,
@@ -83,7 +84,7 @@ impl PrimitiveRow {
         }
     }
 
-    /// Intersects a ray with all primitives of the row.
+    /// Intersects a ray with all primitives of the row, one primitive in each lane.
     #[inline(always)]
     pub(super) fn intersect<S: Simd>(
         &self,
@@ -135,8 +136,8 @@ impl PrimitiveRow {
         }
     }
 
-    /// Intersects eight rays with the primitive in one lane, at distances from `near`, excluded, to
-    /// `far`, included. Masks of the result have one bit per ray.
+    /// Intersects eight rays with the primitive in one lane. Accepts distances from `near`,
+    /// excluded, to `far`, included. Masks of the result have one bit per ray.
     #[inline(always)]
     pub(super) fn intersect_lane<S: Simd>(
         &self,
@@ -221,9 +222,9 @@ fn sub3_f64<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> [S::Double
     ]
 }
 
-/// Intersects a ray with a sphere in each lane. `outside_only_lanes` and `inside_alone` are the lanes
-/// whose sphere can be hit from that side only. `test_single` repeats the test of one lane with the
-/// single-sphere test.
+/// Intersects the ray in each lane with the sphere in that lane. `outside_alone` and `inside_alone`
+/// are the masks of lanes whose sphere can be hit from that side only. `test_single` repeats the
+/// test of one lane by the single-sphere test.
 #[inline(always)]
 fn intersect_spheres<S: Simd>(
     s: S,
@@ -299,7 +300,8 @@ fn retest_far_spheres(
     row_hits
 }
 
-/// Intersects a ray with a plane in each lane; parameters as for [`intersect_spheres`].
+/// Intersects the ray in each lane with the plane in that lane; parameters as for
+/// [`intersect_spheres`].
 #[inline(always)]
 fn intersect_planes<S: Simd>(
     s: S,

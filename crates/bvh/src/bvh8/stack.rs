@@ -74,8 +74,8 @@ impl TraversalStack {
         eight
     }
 
-    /// Writes the children of a mask from `base` on, sorted by insertion so that the nearest comes
-    /// last. Returns the new top.
+    /// Writes the children whose bits are set in `mask` to the stack from index `base` on, sorted
+    /// by insertion so that the nearest comes last. Returns the new top.
     #[inline(always)]
     pub fn push_sorted(
         &mut self,

@@ -8,8 +8,9 @@ use crate::aabb::{Aabb, BoundingSphere};
 use crate::instance::ApproximateInverse;
 use crate::shapes::PreparedRay;
 
-/// Upper bound of a direction's length for which the filter decides; the lower bound is 2/`MAX_LENGTH`.
-/// Beyond either bound f32 might overflow or underflow, so every triangle gets the exact test.
+/// Upper bound of a direction's length for which the triangle filter decides; the lower bound is
+/// 2/`MAX_LENGTH`. Beyond either bound f32 might overflow or underflow, so every triangle gets the
+/// exact test.
 const MAX_LENGTH: f32 = (1 << 20) as f32;
 /// Unit roundoffs of f32 and f64: 2⁻²⁴ and 2⁻⁵³.
 const U: f32 = 5.960_464_5e-8;
@@ -22,7 +23,8 @@ const MIN_LENGTH_SQUARED: f32 = 1e-24;
 /// Factor that covers the rounding errors in the computation of a bound.
 const ROUNDING_FACTOR: f32 = 1.000_01;
 
-/// A ray for the traversal of a tree, all in f32: the parts for boxes and for leaves.
+/// A ray for the traversal of a tree, all in f32: its values for box tests and its values for leaf
+/// tests.
 #[derive(Clone, Copy)]
 pub(crate) struct TraversalRay {
     pub box_ray: BoxRay,
@@ -43,13 +45,14 @@ pub(crate) enum ApproximateRay {
 /// registers.
 #[derive(Clone, Copy)]
 pub(crate) struct BoxRay {
+    /// Inverse of each component of the direction.
     pub inverse: [f32; 3],
     /// Inverse direction for the exit planes, slightly greater in absolute value.
     pub exit_inverse: [f32; 3],
     /// Amount, per axis, by which entry distances are lowered; zero unless the ray was mapped.
     pub entry_margin: [f32; 3],
-    /// Amount, per axis, by which exit distances are raised: `early`, plus a margin for negative
-    /// distances, which a greater inverse would lower.
+    /// Amount, per axis, by which exit distances are raised: `entry_margin`, plus a margin for
+    /// negative distances, which a greater inverse would lower.
     pub exit_margin: [f32; 3],
     /// Side on which the ray enters a box in each axis, 0 for the minima: the sign bit of the
     /// direction. That bit is known before the inverse and equals its sign, also for −0. If the
@@ -65,8 +68,8 @@ pub(crate) struct LeafRay {
     pub near: f32,
     pub origin: [f32; 3],
     pub direction: [f32; 3],
-    /// Terms of the error bounds of [`super::filter`]: the ray's part of R, and the factors of the
-    /// bounds of weights, determinants and distances.
+    /// Terms of the error bounds of [`super::filter`]: the ray's contribution to R, and the factors
+    /// of the bounds of weights, determinants and distances.
     pub reach: f32,
     pub weight: f32,
     pub determinant: f32,
@@ -126,7 +129,7 @@ impl TraversalRay {
     /// length. The ray is moved along itself to the bounds of the tree and scaled, so that f32
     /// represents it as precisely as the boxes.
     ///
-    /// The rounded ray differs from the exact ray by `wrong` at its origin, and by u in each
+    /// The rounded ray differs from the exact ray by `origin_error` at its origin, and by u in each
     /// component of its direction. So box tests lower entry distances and raise exit distances by
     /// that error. In the bounds of [`super::filter`], the distance R of the corners is increased
     /// until the bounds also cover the errors of the mapped ray: 1.8 u E |d| of a weight per unit,
@@ -168,10 +171,10 @@ impl TraversalRay {
         )
     }
 
-    /// Computes the ray of [`TraversalRay::from_f64_ray`] from a world-space ray, in f32 alone, and the
-    /// distance at which it starts. The error `wrong` is larger here, since it includes the
-    /// rounding of the map. The error of the direction is larger too. It acts over the distance to
-    /// the part and through the part, and is multiplied by E² in a determinant.
+    /// Computes the ray of [`TraversalRay::from_f64_ray`] from a world-space ray, in f32 alone, and
+    /// the distance at which it starts. The error of the origin is larger here, since it includes
+    /// the rounding of the map. The error of the direction is larger too. It acts over the distance
+    /// to the instanced geometry and through it, and is multiplied by E² in a determinant.
     #[inline(always)]
     pub fn map_in_f32(
         inverse: &ApproximateInverse,
@@ -231,8 +234,8 @@ impl TraversalRay {
         )
     }
 
-    /// Widens the error bounds of the ray for an origin that is off by up to `wrong` in each axis.
-    /// `total_error` is the sum over the axes.
+    /// Widens the error bounds of the ray for an origin that is off by up to `origin_error` in each
+    /// axis. `total_error` is the sum over the axes.
     #[inline(always)]
     fn widen_bounds(self, origin_error: [f32; 3], total_error: f32) -> Self {
         let Self { box_ray, leaf_ray } = self;
@@ -253,7 +256,8 @@ impl TraversalRay {
         }
     }
 
-    /// Raises a far end by the rounding error of box distances, for box tests.
+    /// Raises the far end of a range by the rounding error of box distances, so that box tests miss
+    /// no hit before that end.
     #[inline(always)]
     pub fn widen_far(far: f32) -> f32 {
         far + far.abs() * (8.0 * U)
@@ -301,8 +305,8 @@ impl RayReparametrisation {
         ((t - self.start) * self.scale) as f32
     }
 
-    /// Converts a far end to a distance of the traversal beyond every distance that rounds to at
-    /// most `t`.
+    /// Converts the far end of a range to a distance of the traversal. The result is beyond the
+    /// converted distance of every hit whose distance rounds to at most `t`.
     pub fn rebase_far(&self, t: f32) -> f32 {
         let t = f64::from(t);
         self.rebase_distance(t + (t.abs() + self.start.abs()) * (2.0 * f64::from(U)))

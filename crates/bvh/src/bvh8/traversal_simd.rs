@@ -13,7 +13,7 @@ use crate::shapes::{PreparedRay, TriangleHit};
 /// Traversal operations of an instruction set. A value of an implementing type proves that the
 /// processor has the instructions.
 pub(super) trait TraversalSimd: Simd {
-    /// Returns the stack entries of the two children in a mask with two bits.
+    /// Returns the stack entries of the two children whose bits are set in `mask`.
     #[inline(always)]
     fn two_stack_entries(
         self,
@@ -31,8 +31,8 @@ pub(super) trait TraversalSimd: Simd {
             StackEntry::new(children[b], entries[b]),
         ]
     }
-    /// Writes stack entries for the children of a mask from `top` on, in any order. Returns the new
-    /// top.
+    /// Writes stack entries for the children whose bits are set in `mask`, from index `top` on, in
+    /// any order. Returns the new top.
     #[inline(always)]
     fn push_children(
         self,
@@ -49,8 +49,8 @@ pub(super) trait TraversalSimd: Simd {
         }
         top
     }
-    /// Writes stack entries for the children of a mask from `base` on, the nearest child last.
-    /// Returns the new top.
+    /// Writes stack entries for the children whose bits are set in `mask`, from index `base` on,
+    /// the nearest child last. Returns the new top.
     #[inline(always)]
     fn push_children_sorted(
         self,
@@ -62,17 +62,17 @@ pub(super) trait TraversalSimd: Simd {
     ) -> usize {
         stack.push_sorted(base, children, &self.to_array(entries), mask)
     }
-    /// Intersects the triangle in a lane by the exact test of this instruction set. Returns an
-    /// error if the single-triangle test must decide, or if the instruction set has no exact test
-    /// of its own.
+    /// Intersects the triangle in a lane by the exact test of this instruction set. Returns
+    /// [`UncertainSign`] if the single-triangle test must decide, or if the instruction set has no
+    /// exact test of its own.
     fn intersect_lane(
         self,
         block: &Triangle8,
         lane: usize,
         projected_ray: &ProjectedRay,
     ) -> Result<Option<TriangleHit>, UncertainSign>;
-    /// Runs [`super::leaf::triangles`], compiled for this instruction set. It is a separate
-    /// function, so that it takes no registers of the traversal.
+    /// Runs [`super::leaf::intersect_triangles`], compiled for this instruction set. It is a
+    /// separate function, so that it takes no registers of the traversal.
     fn intersect_triangles<M: TraversalMode>(
         self,
         bvh: &Bvh8,
@@ -141,9 +141,9 @@ mod tests {
         ]
     }
 
-    /// Creates a triangle with an edge that passes the ray's origin within a few rounding units of
-    /// products of 42 digits, and that origin. The corners of the edge are integers, and the origin
-    /// has twenty binary places.
+    /// Creates a triangle and the origin of a ray that passes close to one of the triangle's edges.
+    /// The edge function is a few rounding units of its products, which have 42 digits. The corners
+    /// of the edge are integers, and the origin has twenty binary places.
     ///
     /// With D along the edge, u × D = 1 and k a small integer, let the edge have ends k u + m D,
     /// and let the origin be (k + 2⁻²⁰ r) u + n D. The edge functions are then 2⁻²⁰ r times an

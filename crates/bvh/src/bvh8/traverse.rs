@@ -24,8 +24,8 @@ use crate::math::simd::Simd;
 use crate::processor::prefetch_line;
 use crate::shapes::PreparedRay;
 
-/// Greatest accepted distance: the value itself for triangles, `last` raised for box tests, and
-/// `box_lanes` as `last` in all lanes.
+/// Greatest accepted distance: `value` for triangles, `box_value` for box tests, which is raised by
+/// the rounding of box distances, and `box_lanes` with `box_value` in all lanes.
 #[derive(Clone, Copy)]
 struct FarEnd<S: Simd> {
     value: f32,
@@ -45,8 +45,8 @@ impl<S: Simd> FarEnd<S> {
     }
 }
 
-/// The ray in all lanes, for box tests. The origin is negated, since an addition can take its other
-/// operand from memory.
+/// Values of the ray for box tests, in all lanes. The origin is negated, since an addition can take
+/// its second operand from memory.
 struct SlabTest<S: Simd, M> {
     minus_origin: [S::Floats; 3],
     inverse: [S::Floats; 3],
@@ -73,7 +73,8 @@ impl<S: Simd, M: TraversalMode> SlabTest<S, M> {
         }
     }
 
-    /// Distances, along an axis, from the ray's origin to eight planes of a node from `index` on.
+    /// Returns the differences, along an axis, between the ray's origin and eight planes of a node
+    /// from `index` on.
     #[inline(always)]
     fn plane_offset(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
         s.add(
@@ -105,7 +106,8 @@ impl<S: Simd, M: TraversalMode> SlabTest<S, M> {
     }
 }
 
-/// Prefetches a child that is visited after its nearer sibling: a whole node, or most of a block.
+/// Prefetches a child that is visited after its nearer sibling: a node entirely, a block for the
+/// most part.
 #[inline(always)]
 fn prefetch_child(bvh: &Bvh8, child: ChildRef) {
     let lines =

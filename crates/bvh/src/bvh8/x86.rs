@@ -132,9 +132,9 @@ fn min_max_with_partner<const LESSER: u8>(four: __m256i, partners: __m256i) -> _
     _mm256_mask_min_epu64(_mm256_max_epu64(four, partners), LESSER, four, partners)
 }
 
-/// Packs the children of a mask and their entry distances into stack entries: the first, second,
-/// fifth and sixth in one register, the others in a second register. Both registers have 256 bits,
-/// since some processors lower their clock for wider vectors.
+/// Packs the children whose bits are set in `mask`, and their entry distances, into stack entries:
+/// the first, second, fifth and sixth in one register, the others in a second register. Both
+/// registers have 256 bits, since some processors lower their clock for wider vectors.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
 fn pack_children(children: &[ChildRef; WIDTH], entries: __m256, mask: u32) -> [__m256i; 2] {

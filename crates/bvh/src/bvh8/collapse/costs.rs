@@ -11,29 +11,31 @@ use crate::build::{LeafKind, LeafKindLookup};
 use crate::bvh8::WIDTH;
 use crate::memory::filled_huge_page_vec;
 
-/// Cost of testing a block, in units of visiting a node. Measured: `../../../../benches/README.md`.
+/// Cost of testing a block of triangles, in units of visiting a node. Measured:
+/// `../../../../benches/README.md`.
 const BLOCK: f32 = 1.1;
-/// Cost of testing a row of random spheres, in the same unit, measured. A row of fewer spheres
-/// costs at most the sum of its single tests.
+/// Cost of testing a row of eight spheres, in units of visiting a node, measured for random
+/// spheres. A row of fewer spheres costs at most the sum of its single tests.
 const ROW: f32 = 1.2;
-/// Costs of testing one other primitive, and one sphere, in the same unit.
+/// Costs of testing a single primitive of another kind, and a single sphere, in the same unit.
 const OTHER: f32 = 0.7;
 const SPHERE: f32 = 0.5;
 
-/// Choices for a subtree and a number of lanes: one leaf, one inner node, or the choice for one
-/// lane less.
+/// Choices for a subtree that may fill a number of lanes (child positions): one leaf, one inner
+/// node, or the choice for one lane less.
 pub(super) const AS_LEAF: u8 = 0;
 pub(super) const AS_INNER: u8 = 1;
 pub(super) const FEWER: u8 = u8::MAX;
 
-/// Least expected costs of a subtree in one to eight lanes, and the choices that give them.
+/// Least expected costs of a subtree that fills up to one, two, ... eight lanes (child positions)
+/// of a node, and the choices with these costs.
 #[derive(Clone, Copy)]
 pub(super) struct SubtreeCosts {
     pub cost: [f32; WIDTH],
-    /// Choice for each number of lanes: one of the constants above, or one plus the number of lanes
-    /// that the left child gets.
+    /// Choice for each number of lanes: `AS_LEAF`, `AS_INNER`, `FEWER`, or one plus the number of
+    /// lanes that the left child gets.
     pub choices: [u8; WIDTH],
-    /// Number of leaves, at most `WIDTH`, which limits the lanes that the subtree can fill.
+    /// Number of leaves, at most `WIDTH`. The subtree can't fill more lanes than it has leaves.
     pub leaves: u8,
     /// Number of primitives, if all have one leaf kind; `u8::MAX` if kinds are mixed or the
     /// primitive is tested alone. A value above `WIDTH` means that they do not fit into one leaf.
@@ -51,8 +53,8 @@ impl SubtreeCosts {
     };
 }
 
-/// Range of the left subtree's number of lanes, so that neither of two subtrees gets more lanes
-/// than it has leaves.
+/// Returns the range of lanes that the left of two subtrees may get, so that neither subtree gets
+/// more lanes than it has leaves.
 pub(super) fn left_lane_range(
     left: &SubtreeCosts,
     right: &SubtreeCosts,
@@ -61,7 +63,7 @@ pub(super) fn left_lane_range(
     lanes.saturating_sub(right.leaves.into()).max(1)..=(lanes - 1).min(left.leaves.into())
 }
 
-/// Computes the costs of one node from the costs of its children, which `below` returns.
+/// Computes the costs of one node. `below` returns the costs of its children.
 fn compute_node_costs(
     binary: &BinaryTree,
     node: &BinaryNode,
@@ -88,7 +90,7 @@ fn compute_node_costs(
     )
 }
 
-/// Returns the costs of a leaf with the given surface area.
+/// Returns the costs of a leaf whose box has the surface area `area`.
 fn leaf_costs(area: f32, leaf_kind: LeafKind, alike: u8) -> SubtreeCosts {
     let mut pick = [FEWER; WIDTH];
     pick[0] = AS_LEAF;

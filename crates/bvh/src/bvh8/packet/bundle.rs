@@ -82,8 +82,8 @@ impl<S: Simd> RayBundle<S> {
         (s.at_most(entry, exit), entry)
     }
 
-    /// Returns bounds of the dot product of a vector with any of the directions, for the vector in
-    /// each lane.
+    /// Returns bounds of the dot product of `v` with the direction of any ray: the least and the
+    /// greatest possible value, in each lane for that lane's vector.
     #[inline(always)]
     pub fn dot_product_bounds(&self, s: S, v: [S::Floats; 3]) -> [S::Floats; 2] {
         let [[xa, xb], [ya, yb], [za, zb]] = self.direction_bounds;

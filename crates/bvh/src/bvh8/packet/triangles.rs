@@ -36,8 +36,9 @@ fn prepare_rays(packet_state: &PacketState) -> [Rays8; GROUPS] {
     rays
 }
 
-/// Result of the exact test of a triangle for eight rays. The masks are the rays that hit, the rays
-/// from outside, and the rays for which the single-triangle test must decide.
+/// Result of the exact test of a triangle for eight rays. Masks with one bit per ray: the rays that
+/// hit, the rays that arrive from outside, and the rays for which the single-triangle test must
+/// decide. The other values have one lane per ray.
 struct TriangleHits8<S: Simd> {
     hits: u32,
     outside: u32,
@@ -118,14 +119,15 @@ fn intersect_eight_rays<S: Simd>(
     }
 }
 
-/// Terms of eight triangles that depend only on the common origin of the rays, in lanes.
+/// Terms of the filter for eight triangles, in lanes. They depend only on the common origin of the
+/// rays.
 struct OriginTerms8 {
     u: [[f32; WIDTH]; 3],
     v: [[f32; WIDTH]; 3],
     normal: [[f32; WIDTH]; 3],
     distance: [f32; WIDTH],
-    /// Error bounds of weights, of determinants, and of the comparisons with the near and with the
-    /// far end.
+    /// Error bounds in each lane: of weights, of determinants, and of the comparisons with the near
+    /// and with the far end of the range.
     errors: [[f32; WIDTH]; 4],
     /// Mask of the triangles that some ray may hit.
     lanes: u32,
@@ -184,8 +186,8 @@ impl OriginTerms8 {
         }
     }
 
-    /// Returns the mask of the rays of a group that may hit the triangle in a lane within the
-    /// range, by the exact test.
+    /// Filters eight rays by the triangle in a lane: returns the mask of the rays that may hit it
+    /// within the range by the exact test.
     #[inline(always)]
     fn filter_rays<S: Simd>(
         &self,
@@ -217,7 +219,8 @@ impl OriginTerms8 {
     }
 }
 
-/// Intersects the packet with the triangles of a block: the filter first, then the exact test.
+/// Intersects the packet with the triangles of a block: first the filter, then the exact test of
+/// the remaining triangles.
 #[inline(always)]
 pub(super) fn intersect_block<S: Simd>(
     s: S,
@@ -256,7 +259,8 @@ pub(super) fn intersect_block<S: Simd>(
     }
 }
 
-/// Intersects some rays of a group with a triangle by the exact test, and records their hits.
+/// Intersects the rays of a mask, in one group, with a triangle by the exact test, and records
+/// their hits.
 #[inline(always)]
 fn intersect_exactly<S: Simd>(
     s: S,

@@ -9,9 +9,10 @@ use crate::shapes::{EDGE_ON_RATIO, TriangleHit};
 
 /// Mask of the three lanes that hold corners.
 const CORNERS: i32 = 7;
-/// Factor on the edge-on bound, since its sums are computed in another order here.
+/// Factor on the bound for edge-on triangles, since its sums have another order here than in the
+/// single-triangle test.
 const SLACK: f64 = 1.0 + 1e-9;
-/// Permutations of lanes: each lane gets the corner after the next, or the next corner.
+/// Permutations of lanes: each lane gets the corner two places after its own, or the next corner.
 const AFTER_NEXT: i32 = 0b11_01_00_10;
 const NEXT: i32 = 0b11_00_10_01;
 
