@@ -24,7 +24,7 @@ pub struct RenderStats<'a> {
     scene_hash: String,
     seconds: StageSeconds,
     rays: RayCounts,
-    /// Number of samples of all pixels together.
+    /// Number of samples in the picture, of all pixels together.
     samples: u64,
     /// Number of samples left out of the picture because they were not finite.
     dropped: u64,

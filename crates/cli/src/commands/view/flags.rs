@@ -56,6 +56,7 @@ const MOST_FLAG_BYTES: usize = 1000;
 /// The `render` command of the current view: a scene, and flags that the page cannot change.
 #[derive(Clone, Debug)]
 pub struct ViewCommand {
+    /// Name of the scene on the command line.
     scene: OsString,
     /// Flags of the program's command line that the page cannot change.
     fixed_flags: Vec<Flag>,
@@ -173,9 +174,9 @@ mod tests {
         ViewCommand::from_program("a b.glb".into(), words)
     }
 
-    /// Protects: the page and its command start with the typed flags, lists and switches included;
-    /// the viewer's own flags are not among them; flags that name files or raise limits stay as
-    /// typed.
+    /// Protects: the page and its command start with the flags that the user typed, lists and
+    /// switches included. The viewer's own flags are not among them, and flags that name files or
+    /// raise limits cannot be changed.
     #[test]
     fn a_command_is_what_was_typed() {
         let (line, flags) = command(
