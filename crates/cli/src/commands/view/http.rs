@@ -7,10 +7,11 @@ use std::time::{Duration, Instant};
 
 use httparse::{EMPTY_HEADER, Status};
 
-/// Limits of a request: bytes of its first line and headers together, number of headers, and bytes
-/// of its body.
+/// Largest size of a request's first line and headers together, in bytes.
 const MOST_HEAD: usize = 8 << 10;
+/// Largest number of headers of a request.
 const MOST_HEADERS: usize = 48;
+/// Largest size of a request's body, in bytes.
 const MOST_BODY: usize = 16 << 10;
 /// Time limit for the arrival of a whole request, and for each write of a response.
 const MOST_TIME: Duration = Duration::from_secs(5);
@@ -21,6 +22,7 @@ pub struct HttpRequest {
     pub method: String,
     /// Path of the address, without the query after `?`.
     pub path: String,
+    /// Query of the address, after `?`; empty without a query.
     pub query: String,
     pub host: String,
     pub origin: Option<String>,
@@ -195,8 +197,8 @@ fn parse_head(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpR
             "host" => (request.host, hosts) = (text()?, hosts + 1),
             "origin" => request.origin = Some(text()?),
             "sec-fetch-site" => request.fetch_site = Some(text()?),
-            // The length of a body must be unambiguous: a proxy and this server must agree on the
-            // end of a request.
+            // The length of a body must be unambiguous. Otherwise a proxy and this server could see
+            // different ends of the same request.
             "transfer-encoding" => return Err(wrong("a body of unknown length is not read")),
             "content-length" => {
                 let value = text()?

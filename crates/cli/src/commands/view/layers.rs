@@ -1,5 +1,5 @@
 //! Conversion of pictures and layers to 8-bit colours for the viewer: directions as red, green and
-//! blue, objects by hue, errors as heat.
+//! blue, objects by hue, errors on a heat scale from black to white.
 
 use raywright_core::display::{Display, OutputFormat};
 use raywright_core::film::Film;
@@ -101,8 +101,8 @@ pub fn encode_layer(picture: &Picture, layer: Aov) -> Vec<u8> {
 }
 
 /// Converts the standard errors of a film's pixels to heat colours, as 8-bit codes of red, green,
-/// blue and coverage. White is a standard error of a fifth of the pixel's value; grey is an unknown
-/// error.
+/// blue and coverage. White stands for a fifth of the pixel's luminance plus 0.1, grey for an
+/// unknown error.
 pub fn encode_errors(film: &Film, picture: &Picture) -> Vec<u8> {
     let Some((errors, _)) = film.standard_errors() else {
         return encode_pixels(picture.rgb.iter().map(|_| [0.3; 3]));
@@ -119,7 +119,8 @@ pub fn encode_errors(film: &Film, picture: &Picture) -> Vec<u8> {
     )
 }
 
-/// Returns the colour of a share, 0 to 1, on a scale from black over red and yellow to white.
+/// Maps a value from 0 to 1 to a heat scale, and returns the display colour: from black over red
+/// and yellow to white.
 fn heat_colour(share: f32) -> [f32; 3] {
     let share = share.clamp(0.0, 1.0);
     [
@@ -139,8 +140,8 @@ fn quantise(value: f32) -> u8 {
     (255.0 * value.clamp(0.0, 1.0) + 0.5) as u8
 }
 
-/// Returns the least and the greatest of the finite numbers; infinities in reverse order without
-/// finite numbers.
+/// Returns the least and the greatest of the finite numbers; infinity and minus infinity if no
+/// number is finite.
 fn finite_range(numbers: impl Iterator<Item = f32>) -> [f32; 2] {
     let finite = numbers.filter(|number| number.is_finite());
     finite.fold(

@@ -18,13 +18,14 @@ const PREVIEW_SECONDS: f64 = 0.03;
 const FIRST_SPEED_GUESS: f64 = 300_000.0;
 /// Largest edge of a preview's pixel, in pixels of the picture.
 const LARGEST_EDGE: u32 = 16;
-/// Least and greatest duration of a slice of the render.
+/// Shortest and longest duration of a slice of the render.
 const PIECE_DURATIONS: [Duration; 2] = [Duration::from_millis(120), Duration::from_millis(1500)];
-/// The first stage of the render takes all samples divided by this number.
+/// Ratio of all samples of the render to the samples of its first stage.
 const FIRST_STAGE: u64 = 128;
-/// Least intervals between error estimates, and between denoised pictures, as multiples of the
-/// duration of the last estimate or denoising.
+/// Shortest interval between error estimates, as a multiple of the duration of the last estimate.
 const ERROR_SHARE: u32 = 10;
+/// Shortest interval between denoised pictures, as a multiple of the duration of the last
+/// denoising.
 const DENOISE_SHARE: u32 = 4;
 /// Largest number of error estimates in the history.
 const MOST_HISTORY: usize = 300;
@@ -32,18 +33,20 @@ const MOST_HISTORY: usize = 300;
 /// Observer of a render that stops for Ctrl-C, at deadlines, and for a newer request or a job of
 /// the page.
 pub struct RequestObserver<'a> {
+    /// Observer for Ctrl-C and deadlines.
     pub watch: RunObserver<'a>,
     shared: &'a SharedView,
     /// Number of the current request; `None`: neither newer requests nor jobs stop the work.
     request: Option<u64>,
     /// Sample count of the finished render, summed over all pixels.
     total: AtomicU64,
+    /// Whether the render has paused at its limit of time or samples.
     has_paused: AtomicBool,
 }
 
 impl<'a> RequestObserver<'a> {
-    /// Creates an observer that stops when `stop` is set, and for a job or a request newer than
-    /// `wish`.
+    /// Creates an observer that stops when `stop` is set, for a job of the page, and for a request
+    /// with a number above `wish`.
     pub fn new(shared: &'a SharedView, stop: &'a AtomicBool, wish: Option<u64>) -> Self {
         Self {
             watch: RunObserver::with_stop_flag(stop),
@@ -105,19 +108,25 @@ impl PreviewSpeed {
 
 /// The viewer's current render, with its film and its statistics.
 pub struct LiveRender {
+    /// Film with the samples so far.
     pub film: Film,
     /// Pixel edge of the next preview, in pixels of the picture; `None`: no further preview.
     next_edge: Option<u32>,
+    /// Total time of all slices so far.
     render_time: Duration,
+    /// Duration of the next slice.
     piece_duration: Duration,
     /// Sample count, summed over all pixels, at which the next stage ends. A stage about doubles
     /// the samples, unless the time of a slice ends it first.
     next_stage: u64,
+    /// Render time at the latest error estimate, and duration of that estimate.
     last_estimate: Option<(Duration, Duration)>,
+    /// Render time at the latest denoising, and duration of that denoising.
     last_denoising: Option<(Duration, Duration)>,
     pub progress: RenderProgress,
     /// The displayed picture after the previews.
     pub rendered: Option<RenderOutput>,
+    /// Whether the render is finished.
     pub is_done: bool,
 }
 
@@ -133,8 +142,8 @@ impl LiveRender {
         };
         let pixels = film.size().into_iter().map(u64::from).product::<u64>();
         Self {
-            // With a target error the final number of samples is unknown, so that time alone
-            // divides the render.
+            // With a target error the final number of samples is unknown; only the time of a slice
+            // then ends it.
             next_stage: film.requested_samples().map_or(u64::MAX, |samples| {
                 (pixels * u64::from(samples)).div_ceil(FIRST_STAGE)
             }),
@@ -186,7 +195,8 @@ impl LiveRender {
         !self.is_done
     }
 
-    /// Renders the picture for the time of a slice. Returns whether a new picture is ready to show.
+    /// Renders the picture for the time of a slice, or up to the end of a stage. Returns whether a
+    /// new picture is ready to show.
     pub fn render_piece(&mut self, ready: &ReadyScene, mut watch: RequestObserver<'_>) -> bool {
         let began = Instant::now();
         watch.watch.deadlines = Deadlines {
@@ -201,7 +211,7 @@ impl LiveRender {
         let was_paused = watch.has_paused.load(Ordering::Relaxed);
         let lacks = self.film.unfinished_tiles(&whole) > 0;
         let is_cancelled = watch.is_cancelled();
-        // In adaptive sampling, the samples of a round decide whether another round follows.
+        // With a target error, the errors of the samples so far decide whether more samples follow.
         let continues = was_paused && ready.settings().max_error.is_some();
         self.is_done = !(lacks || is_cancelled || continues);
         self.next_stage = self
@@ -220,7 +230,7 @@ impl LiveRender {
         is_new
     }
 
-    /// Updates samples, times and speed in the statistics of the render.
+    /// Updates the numbers of samples, the times and the speed in the progress of the render.
     fn update_statistics(&mut self, watch: &RequestObserver<'_>) {
         let samples = self.film.sample_range(&self.film.full_part());
         let [done, total] = [
@@ -275,7 +285,8 @@ impl LiveRender {
     }
 }
 
-/// Adds an error estimate to the history. A full history drops every second entry.
+/// Adds an error estimate to the history, or replaces the last entry if it has as many samples. A
+/// full history drops every second entry.
 fn record_estimate(
     history: &mut Vec<[f64; 5]>,
     spent: Duration,

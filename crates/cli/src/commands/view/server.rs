@@ -19,7 +19,7 @@ use super::shared::{SaveRequest, SharedView, ViewJob, ViewRequest};
 
 /// Largest number of simultaneous connections.
 const MOST_CONNECTIONS: usize = 32;
-/// Longest wait for a new status, before the page gets the same status again.
+/// Longest wait for a new status. After this time the page gets the unchanged status.
 const STATUS_TIMEOUT: Duration = Duration::from_secs(5);
 /// Longest wait for a saved file. A denoising in progress may delay the file.
 const SAVE_TIMEOUT: Duration = Duration::from_secs(120);
@@ -33,6 +33,7 @@ pub struct ViewServer {
     listener: TcpListener,
     /// Accepted `Host` values: the loopback address and its name, each with the port.
     hosts: [String; 2],
+    /// Random token in the page's address, without which requests are refused.
     token: String,
     shared: Arc<SharedView>,
 }
@@ -69,8 +70,8 @@ impl ViewServer {
         let (server, busy) = (Arc::new(self), Arc::new(AtomicUsize::new(0)));
         for stream in server.listener.incoming() {
             let Ok(mut stream) = stream else {
-                // The process may have no free file descriptor; a pause gives other threads time to
-                // close some.
+                // The process may have no free file descriptor; a pause gives other connections
+                // time to close.
                 thread::sleep(Duration::from_millis(50));
                 continue;
             };

@@ -47,7 +47,9 @@ pub enum ViewJob {
 /// A picture for the page, as 8-bit codes.
 #[derive(Default)]
 pub struct ViewFrame {
+    /// Number of the picture, which rises with each new picture.
     pub number: u64,
+    /// Width and height of this picture in its own pixels.
     pub size: [u32; 2],
     /// Edge of each pixel, in pixels of the final picture; above 1 in coarse previews.
     pub edge: u32,
@@ -60,22 +62,28 @@ pub struct ViewFrame {
 #[derive(Default)]
 pub struct SharedView {
     state: Mutex<SharedState>,
+    /// Signal for a change of the state.
     changed: Condvar,
 }
 
 /// State of the viewer behind the lock of [`SharedView`].
 #[derive(Default)]
 struct SharedState {
+    /// The page's current request.
     view_request: ViewRequest,
     /// Number of requests of the page so far; the current request has this number.
     request_count: u64,
+    /// Jobs of the page that wait for the computing thread.
     jobs: VecDeque<ViewJob>,
+    /// The displayed picture.
     frame: Arc<ViewFrame>,
-    /// Status of the viewer as JSON, and number of the status.
+    /// Status of the viewer as JSON.
     status: Arc<String>,
+    /// Number of the status, which rises with each change.
     status_number: u64,
-    /// Number of pages that wait for a new status, and time of the last HTTP request of any page.
+    /// Number of HTTP requests that wait for a new status.
     waiting_pages: usize,
+    /// Time of the last HTTP request of any page; `None` before the first.
     last_page_request: Option<Instant>,
 }
 
@@ -97,13 +105,14 @@ impl SharedView {
         state.request_count
     }
 
-    /// Returns the page's current request with its number; `None` if that is `number`.
+    /// Returns the page's current request and its number; `None` if that number equals `number`, so
+    /// that the caller has the request already.
     pub fn request_after(&self, number: u64) -> Option<(u64, ViewRequest)> {
         let state = self.lock_state();
         (state.request_count != number).then(|| (state.request_count, state.view_request.clone()))
     }
 
-    /// Whether a newer request than number `wish`, or a job, is waiting.
+    /// Whether a job, or a request with a number above `wish`, is waiting.
     pub fn has_newer_work(&self, wish: u64) -> bool {
         let state = self.lock_state();
         state.request_count != wish || !state.jobs.is_empty()
@@ -126,7 +135,7 @@ impl SharedView {
         self.lock_state().jobs.pop_front()
     }
 
-    /// Blocks until a newer request than number `wish` or a job arrives, at most for `time`.
+    /// Blocks until a job or a request with a number above `wish` arrives, at most for `time`.
     pub fn wait_for_work(&self, wish: u64, time: Duration) {
         let is_idle =
             |state: &mut SharedState| state.request_count == wish && state.jobs.is_empty();
@@ -154,8 +163,8 @@ impl SharedView {
         self.lock_state().frame.clone()
     }
 
-    /// Returns the status as soon as its number differs from `reported`, or the unchanged status
-    /// after `time`.
+    /// Returns the status as soon as its number differs from `reported`, the number that the page
+    /// has; after `time`, the unchanged status.
     pub fn status_after(&self, reported: u64, time: Duration) -> Arc<String> {
         let mut state = self.lock_state();
         state.waiting_pages += 1;
@@ -187,7 +196,8 @@ impl SharedView {
 mod tests {
     use super::*;
 
-    /// Protects: a program without a page waits for one, and ends after a while without requests.
+    /// Protects: the program waits without limit for its first page, and ends a while after the
+    /// last request of a page.
     #[test]
     fn a_viewer_ends_after_its_pages() {
         let shared = SharedView::default();

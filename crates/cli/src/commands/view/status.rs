@@ -43,10 +43,11 @@ pub struct ViewStatus {
 /// Progress of the viewer's current render.
 #[derive(Clone, Default, Serialize)]
 pub struct RenderProgress {
-    /// Least and greatest number of samples of a pixel so far, and the requested number; null with
-    /// a target error.
+    /// Least and greatest number of samples of a pixel so far.
     pub samples: [u32; 2],
+    /// Requested number of samples per pixel; null with a target error.
     pub of: Option<u32>,
+    /// Latest error estimate; null before the first.
     pub error: Option<Uncertainty>,
     /// Whether the picture has no random error, so that no error is estimated.
     pub exact: bool,
@@ -54,7 +55,9 @@ pub struct RenderProgress {
     /// ends of its interval.
     pub history: Vec<[f64; 5]>,
     pub rays_per_second: f64,
+    /// Seconds of rendering so far.
     pub seconds: f64,
+    /// Estimated seconds of rendering until the picture is finished; null where unknown.
     pub seconds_left: Option<f64>,
     /// Milliseconds from the page's request to its first preview.
     pub first_ms: f64,
@@ -73,10 +76,12 @@ pub struct SceneStatus {
     pub variants: Vec<String>,
     pub animations: Vec<String>,
     pub parameters: BTreeMap<String, f64>,
+    /// Time of the animation that the picture shows, in seconds.
     pub at: f64,
     /// Length of the animation in seconds; null for a static scene.
     pub seconds: Option<f64>,
     pub camera: CameraStatus,
+    /// Exposure of the displayed picture in stops.
     pub exposure: f64,
     pub tonemap: String,
     pub denoise: bool,
@@ -101,10 +106,12 @@ pub struct EffectSwitch {
     /// Name of the effect for `--without`.
     pub word: String,
     pub status: &'static str,
+    /// Reason for the status of the effect.
     pub because: String,
+    /// Whether `--without` can switch the effect off.
     pub can_switch: bool,
-    /// Additional time of a render with the effect over a render without it, as a share of the
-    /// latter; null before a measurement.
+    /// Additional time of a render with the effect, divided by the time of a render without the
+    /// effect; null before a measurement.
     pub cost: Option<f64>,
 }
 

@@ -25,9 +25,9 @@ use crate::scene_input;
 /// Work that a request of the page required.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SceneChange {
-    /// None for the scene: only the display of the same picture changed.
+    /// No work on the scene: only the display of the same picture changed.
     Display,
-    /// A move of the camera in the prepared scene.
+    /// Only a move of the camera in the prepared scene.
     Camera,
     /// A new preparation, because a setting changed.
     Preparation,
@@ -38,8 +38,10 @@ pub enum SceneChange {
 /// The viewer's scene, loaded and prepared, with its current settings.
 pub struct ViewedScene {
     pub loaded: LoadedScene,
+    /// The scene, prepared for the current settings.
     pub ready: ReadyScene,
     pub plan: PicturePlan,
+    /// Work of the page's latest request.
     pub task: RenderTask,
     silhouette: OnceCell<Silhouette>,
     /// Centre and radius of a sphere around the bounded shapes.
@@ -82,7 +84,8 @@ impl ViewedScene {
         })
     }
 
-    /// Applies a request with the least work. A failure leaves the scene unchanged.
+    /// Applies a request of the page with the least work, and returns which work this was. A
+    /// failure leaves the scene unchanged.
     pub fn apply_task(
         &mut self,
         name: &OsStr,

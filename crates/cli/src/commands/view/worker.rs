@@ -42,14 +42,22 @@ pub struct ViewWorker {
     pub watches_files: bool,
     /// Time without an open page after which the program ends; `None`: never.
     pub linger: Option<Duration>,
+    /// Number of the request that is served, and the request.
     view_request: (u64, ViewRequest),
+    /// The scene; `None` before the first load.
     viewed_scene: Option<ViewedScene>,
+    /// The current render, if any.
     render: Option<LiveRender>,
     speed: PreviewSpeed,
+    /// Modification times and lengths of the scene's files at the last check.
     files: FileStamps,
     last_file_check: Instant,
+    /// Message of the last failure, which the page shows; `None` after a success.
     failure: Option<String>,
+    /// Description of the work done for the request, and its duration.
     message: String,
+    /// Additional time of each measured effect, by the effect's name, as a share of the time
+    /// without the effect.
     costs: BTreeMap<String, f64>,
 }
 
@@ -121,8 +129,8 @@ impl ViewWorker {
         }
     }
 
-    /// Applies a request and shows a first preview. With `anew`, the scene's files are loaded
-    /// again.
+    /// Applies a request of the page and shows a first preview. If `anew` is true, the scene's
+    /// files are loaded again, although no load option changed.
     fn apply_request(
         &mut self,
         (number, view_request): (u64, ViewRequest),
@@ -206,7 +214,7 @@ impl ViewWorker {
         let (ready, wish, threads) = (&subject.ready, self.view_request.0, &self.threads);
         let (shared, stop) = (&self.shared, self.stop);
         let watch = || RequestObserver::new(shared, stop, Some(wish));
-        // Finer previews come first; the render's own samples follow.
+        // Finer previews come before the first samples of the render.
         if let Some((sketch, edge)) =
             threads.run(|| render.render_next_preview(ready, &layers, &watch()))
         {
@@ -268,7 +276,7 @@ impl ViewWorker {
     fn encode_frame(&self, rendered: &RenderOutput, edge: u32) -> ViewFrame {
         let (picture, noisy) = (rendered.final_picture(), &rendered.picture);
         let film = self.render.as_ref().map(|render| &render.film);
-        // A preview has no error estimate.
+        // A preview has no samples in the film, and so no standard errors.
         let film = film.filter(|film| {
             self.view_request.1.layer == "stderr"
                 && edge == 1
