@@ -1,9 +1,10 @@
 //! Angles and rotations for [`crate::scalar::Real`]. The f32 functions use arithmetic alone, so
 //! that loops over them vectorise.
 
-/// Computes the angle of the point (x, y) in radians. The point is reflected about axes and
-/// diagonals into a sixteenth of a turn, where the polynomial of the Cephes library gives the angle
-/// (Moshier, "Methods and Programs for Mathematical Functions", 1989).
+/// Computes the angle of the point (x, y) around the origin, in radians from the +x axis. The point
+/// is reflected about axes and diagonals into a sixteenth of a turn, where the polynomial of the
+/// Cephes library gives the angle (Moshier, "Methods and Programs for Mathematical Functions",
+/// 1989).
 #[inline(always)]
 pub(crate) fn angle(y: f32, x: f32) -> f32 {
     use core::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};

@@ -11,16 +11,16 @@ use super::{SurfacePoint, TransformChain};
 use crate::scalar::Real;
 use glam::DVec3;
 
-/// Region of a plane that two edges span.
+/// Kind of a flat face that two edges span.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum FaceKind {
     Triangle,
     Parallelogram,
 }
 
-/// Returns the surface point with its ray origins moved away from the border of the face. The edges
-/// `ab` and `ac` span the face in object space; `at` holds the coordinates of the point along both
-/// edges.
+/// Returns the surface point after moving its ray origins away from the border of the face. The
+/// edges `ab` and `ac` span the face in object space. `at` is the point's position as fractions of
+/// the two edges.
 #[inline(never)]
 pub(super) fn move_ray_origins_off_border<R: Real>(
     surface_point: SurfacePoint,
@@ -76,7 +76,7 @@ pub(super) fn move_ray_origins_off_border<R: Real>(
     }
 }
 
-/// Returns the nearest barycentric weights that are all at least `least`. `u` and `v` are the
+/// Moves barycentric weights to the nearest weights that are at least `least`. `u` and `v` are the
 /// weights of the second and third corner, and `by_u` and `by_v` are their gradients in world
 /// space, where distances are measured.
 fn move_into_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) -> [f64; 2] {
@@ -113,9 +113,9 @@ fn move_into_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3
     [shares[0], shares[1]]
 }
 
-/// Returns the nearest coordinates in [0, 1]² with at least the distance `least_u` from the sides u
-/// = 0 and u = 1, and `least_v` from the sides v = 0 and v = 1. `by_u` and `by_v` are the gradients
-/// of u and v in world space, where distances are measured.
+/// Moves coordinates in [0, 1]² to the nearest coordinates that are at least `least_u` from the
+/// sides u = 0 and u = 1, and at least `least_v` from the sides v = 0 and v = 1. `by_u` and `by_v`
+/// are the gradients of u and v in world space, where distances are measured.
 fn move_into_parallelogram(
     [u, v]: [f64; 2],
     [by_u, by_v]: [DVec3; 2],

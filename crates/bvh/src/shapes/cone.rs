@@ -40,9 +40,9 @@ impl<R: Real> Cone<R> {
         }
     }
 
-    /// Intersects a ray with the nappe of nonnegative radius. The distances inside it are a single
-    /// range, although the double cone may have two. `close` selects the reference point as in
-    /// [`choose_reference_point`].
+    /// Intersects a ray with the nappe of nonnegative radius, one half of the infinite double cone.
+    /// The inside of the nappe is a single range of distances, although the double cone may have
+    /// two ranges. `close` selects the reference point as in [`choose_reference_point`].
     #[inline(always)]
     fn intersect_wall(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (axis, d) = (self.axis.to_f64(), prepared_ray.direction);
@@ -94,8 +94,8 @@ impl<R: Real> Cone<R> {
         })
     }
 
-    /// Returns the range of the ray inside the solid. `close` selects the reference point as in
-    /// [`choose_reference_point`].
+    /// Returns the range of distances at which the ray is inside the solid. `close` selects the
+    /// reference point as in [`choose_reference_point`].
     #[inline(always)]
     fn intersect_solid(&self, prepared_ray: &PreparedRay, close: bool) -> Option<RaySpan> {
         let solid = self.to_surface_of_revolution();
@@ -113,8 +113,8 @@ impl<R: Real> Cone<R> {
         SurfaceOfRevolution::new(self.base, self.axis, [self.radius, self.top_radius])
     }
 
-    /// Evaluates the surface of the wall at the fraction `along` of the axis, in the direction
-    /// `out` across the axis; the apex if `out` is zero.
+    /// Evaluates the surface point of the wall at the fraction `along` of the axis, in the
+    /// direction `out` perpendicular to the axis; the apex if `out` is zero.
     fn eval_wall_point(&self, along: f64, out: DVec3) -> SurfacePoint {
         let axis = self.axis.to_f64();
         let (height, distance) = (axis.length(), out.length());

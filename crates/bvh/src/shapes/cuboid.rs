@@ -73,8 +73,8 @@ impl<R: Real> Cuboid<R> {
         Some(span)
     }
 
-    /// Evaluates the surface of a face at a point close to it. The point is moved onto the face,
-    /// and off the face's border by the rounding of storage.
+    /// Evaluates the surface of a face at a point close to the face. The point is moved onto the
+    /// face, and away from the face's border by the rounding of stored coordinates.
     #[inline(always)]
     fn eval_face_point(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
         let at = |i: usize| {
@@ -95,10 +95,10 @@ impl<R: Real> Cuboid<R> {
         )
     }
 
-    /// Computes the base point of inward rays from a point of a face, so that a rounded origin
-    /// stays inside all faces under the given maps. Outward rays need no move: every point above a
-    /// face is outside. Without maps, faces are perpendicular, and the point is already far enough
-    /// from the other faces.
+    /// Returns the point from which inward rays are offset along the normal, for a hit on a face.
+    /// It is moved off the hit point, so that a rounded ray origin stays inside all faces under the
+    /// given maps. Outward rays need no move: every point above a face is outside. Without maps,
+    /// faces are perpendicular, and the hit point is already far enough from the other faces.
     #[inline(never)]
     fn inward_ray_base(
         &self,
@@ -236,8 +236,9 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         2.0 * (s.x * s.y + s.y * s.z + s.z * s.x)
     }
 
-    /// Samples a face by area, then a point on it. `u` selects a pair of opposite faces; its
-    /// remainder within the pair selects the face, and then the first coordinate on the face.
+    /// Samples a face by area, then a point on it. `u` first selects a pair of opposite faces. The
+    /// remainder of `u` within the pair selects one of the two faces. The remainder within that
+    /// face is the first coordinate on it.
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let s = self.max.to_f64() - self.min.to_f64();
         let pairs = [s.y * s.z, s.z * s.x, s.x * s.y];

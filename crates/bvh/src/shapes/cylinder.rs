@@ -59,8 +59,8 @@ impl<R: Real> Cylinder<R> {
         SurfaceOfRevolution::new(self.base, self.axis, [self.radius; 2])
     }
 
-    /// Evaluates the surface of the wall at the fraction `along` of the axis, in the direction
-    /// `out` from the axis, of any positive length.
+    /// Evaluates the surface point of the wall at the fraction `along` of the axis, in the
+    /// direction `out` away from the axis, of any positive length.
     fn eval_wall_point(&self, along: f64, out: DVec3) -> SurfacePoint {
         let normal = out.normalize();
         let point = self.base.to_f64() + self.axis.to_f64() * along + normal * self.radius.to_f64();

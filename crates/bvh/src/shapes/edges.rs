@@ -20,7 +20,7 @@ use crate::scalar::Real;
 pub(crate) struct ProjectedCorner {
     /// Position relative to the ray's origin, not projected.
     offset: DVec3,
-    /// Coordinates on the plane perpendicular to the ray.
+    /// Coordinates on the plane perpendicular to the ray, along its projection axes.
     x: f64,
     y: f64,
 }
@@ -85,8 +85,9 @@ impl ProjectedCorner {
         }
     }
 
-    /// Computes the edge function of the edge from `self` to `to`, with exact sign. It is positive
-    /// if the ray has the edge on its right.
+    /// Computes the edge function of the edge from `self` to `to`, with exact sign: twice the
+    /// signed area of the triangle of the projected ray and both corners. It is positive if the ray
+    /// has the edge on its right.
     #[inline(always)]
     fn edge_function(&self, to: &Self) -> f64 {
         difference_of_products(to.x, self.y, to.y, self.x)

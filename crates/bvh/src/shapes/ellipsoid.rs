@@ -65,8 +65,8 @@ impl<R: Real> Ellipsoid<R> {
         })
     }
 
-    /// Evaluates the surface at a point close to it. `scale` is a length added to the sizes that
-    /// bound the rounding error.
+    /// Evaluates the surface at a point close to it. `scale` is the length, besides the centre's
+    /// coordinates and the semi-axes, to which the point's rounding error is proportional.
     fn eval_surface_point(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let (centre, s) = (self.centre.to_f64(), self.semi_axes.to_f64());
         let offset = point - centre;
@@ -75,8 +75,9 @@ impl<R: Real> Ellipsoid<R> {
         SurfacePoint::new(point, gradient.normalize(), rounding_bound(scale))
     }
 
-    /// Computes the offset from a surface point to the base point of inward rays, as for the unit
-    /// sphere whose image is this ellipsoid (see [`super::spawn_offset::offset_for_curvature`]).
+    /// Returns the offset from a hit point to the point from which inward rays start. It is
+    /// computed for the unit sphere whose image is this ellipsoid (see
+    /// [`super::spawn_offset::offset_for_curvature`]).
     #[inline(never)]
     fn inward_ray_offset(
         &self,

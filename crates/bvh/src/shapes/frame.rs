@@ -4,8 +4,9 @@ use glam::DVec3;
 
 use crate::scalar::{Real, Vector};
 
-/// Returns a unit vector perpendicular to the unit vector `axis`: x if the axis allows. So angles
-/// around +y run from x to z, and tangent and bitangent of a floor are the world's x and z.
+/// Returns a unit vector perpendicular to the unit vector `axis`: x, projected onto that plane, or
+/// y if `axis` is close to x. So angles around +y run from x to z, and tangent and bitangent of a
+/// floor are the world's x and z.
 pub(crate) fn tangent(axis: DVec3) -> DVec3 {
     let start = if axis.x.abs() < 0.9 {
         DVec3::X

@@ -70,8 +70,8 @@ impl<R: Real> Hyperboloid<R> {
         .map(|r| r.shift(ahead))
     }
 
-    /// Evaluates the surface at a point close to it. `scale` is a length added to the sizes that
-    /// bound the rounding error.
+    /// Evaluates the surface at a point close to it. `scale` is a further length to which the
+    /// point's rounding error is proportional, besides the sizes of the shape and its coordinates.
     fn eval_surface_point(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let centre = self.centre.to_f64();
         let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
@@ -87,8 +87,8 @@ impl<R: Real> Hyperboloid<R> {
         self.waist.to_f64() * length_2d(y / self.slope.to_f64(), 1.0)
     }
 
-    /// Inverse of the sampling density per area, at the height `y`: circumference times slant times
-    /// the whole height.
+    /// Inverse of the sampling density per area at the height `y` above the centre: circumference
+    /// times slant times the whole height.
     fn inverse_area_density(&self, y: f64) -> f64 {
         let (a, c, radius) = (self.waist.to_f64(), self.slope.to_f64(), self.radius_at(y));
         let lean = a * a * y / (c * c * radius);

@@ -58,8 +58,8 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::Real;
 
-/// Rounding error bound of an intersection test on lengths up to `scale`: 16 roundings. The longest
-/// chain of operations of any shape has about ten.
+/// Rounding error bound of an intersection test that computes with lengths up to `scale`: 16
+/// roundings of `scale`. The longest chain of operations of any shape has about ten.
 #[inline(always)]
 pub(crate) fn rounding_bound(scale: f64) -> f64 {
     scale * (f64::ROUNDOFF * 16.0)
@@ -164,7 +164,7 @@ pub trait Shape<R: Real> {
     }
 }
 
-/// Selects the first of two ordered roots that is in the range and on an accepted side. A ray
+/// Returns the first of two ordered roots that is in the range and on an accepted side. A ray
 /// enters a closed shape at `near` and leaves it at `far`.
 #[inline(always)]
 pub(crate) fn first_accepted_root<R: Real>(

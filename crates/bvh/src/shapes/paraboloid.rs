@@ -53,8 +53,8 @@ impl<R: Real> Paraboloid<R> {
         quadratic.roots().map(|r| r.shift(ahead))
     }
 
-    /// Evaluates the surface at a point close to it. `scale` is a length added to the sizes that
-    /// bound the rounding error.
+    /// Evaluates the surface at a point close to it. `scale` is a further length to which the
+    /// point's rounding error is proportional, besides the sizes of the shape and its coordinates.
     fn eval_surface_point(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let apex = self.apex.to_f64();
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
@@ -65,7 +65,7 @@ impl<R: Real> Paraboloid<R> {
         SurfacePoint::new(point, gradient.normalize(), rounding_bound(scale))
     }
 
-    /// Inverse of the sampling density per area, at a distance from the axis: the area of the rim's
+    /// Inverse of the sampling density per area, at `distance` from the axis: the area of the rim's
     /// disk times the slant of the surface.
     fn inverse_area_density(&self, distance: f64) -> f64 {
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());

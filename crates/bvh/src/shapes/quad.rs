@@ -66,7 +66,7 @@ impl<R: Real> Quad<R> {
             .fold(R::ZERO, |m, c| m.max(c.abs().max_element()))
     }
 
-    /// Error bound of the intersection test, as a length.
+    /// Upper bound of the distance by which the intersection test misplaces a hit point.
     #[inline(always)]
     fn intersection_error(&self) -> f64 {
         let [first, second] = self.diagonals();
@@ -78,6 +78,7 @@ impl<R: Real> Quad<R> {
         )
     }
 
+    /// Upper bound of the error of a hit point, in each axis.
     #[inline(always)]
     fn point_error(&self) -> f64 {
         // The second term covers the rounding of the corners, which moves them off their common
@@ -86,8 +87,8 @@ impl<R: Real> Quad<R> {
             + (self.max_coordinate() * R::ROUNDOFF * R::from_f64(4.0)).to_f64()
     }
 
-    /// Distance between the diagonals: rounding has moved the corners off a common plane by that
-    /// distance.
+    /// Distance between the lines of the two diagonals: how far rounding has moved the corners off
+    /// a common plane.
     fn planarity_error(&self) -> f64 {
         let [a, b, ..] = self.corners.map(Vector::to_f64);
         self.normal().dot(b - a).abs()

@@ -154,7 +154,7 @@ pub(crate) fn call_cold<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// Returns the point of the ray at a hit, at the unrounded distance if `crossings` are given,
+/// Returns the point of the ray at a hit: at the unrounded distance if `crossings` are given,
 /// otherwise at the stored distance.
 #[inline(always)]
 pub(crate) fn point_at_hit<R: Real>(
@@ -168,8 +168,8 @@ pub(crate) fn point_at_hit<R: Real>(
     }
 }
 
-/// The range of distances that a ray spends inside a convex solid. Each end has the number of the
-/// surface part that bounds it.
+/// The range of distances at which a ray is inside a convex solid. Each end has the number of the
+/// part of the surface (such as wall or cap) that bounds the range.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RaySpan {
     pub near: f64,

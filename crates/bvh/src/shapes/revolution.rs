@@ -72,8 +72,8 @@ impl SurfaceOfRevolution {
         .map(|w| w.shift(ahead))
     }
 
-    /// Returns the range of the ray between the planes of both ends, in distances from its origin;
-    /// `None` if a ray parallel to these planes is outside them.
+    /// Returns the range of distances at which the ray is between the planes of both ends; `None`
+    /// if a ray parallel to these planes is outside them.
     #[inline(always)]
     pub fn clip_to_ends(&self, prepared_ray: &PreparedRay) -> Option<RaySpan> {
         let (height, slope) = (
@@ -93,8 +93,8 @@ impl SurfaceOfRevolution {
         ))
     }
 
-    /// Returns the range of the ray inside the solid: within the given crossings of the wall, and
-    /// between the ends.
+    /// Returns the range of distances at which the ray is inside the solid: within the given
+    /// crossings of the wall, and between the ends.
     #[inline(always)]
     pub fn clip_wall_crossings(
         &self,
@@ -150,9 +150,10 @@ impl SurfaceOfRevolution {
         }
     }
 
-    /// Samples a point from two numbers in [0, 1). The areas are those of the wall, the base and
-    /// the other end, and `area` is their sum. `eval_wall_point` returns the wall's point for a fraction of
-    /// the wall's area and a direction from the axis.
+    /// Samples a point of the surface from two numbers in [0, 1). The three areas are those of the
+    /// wall, the base and the other end, and `area` is their sum. `on_wall` returns the surface
+    /// point of the wall for a fraction of the wall's area and a direction perpendicular to the
+    /// axis.
     pub fn sample_surface(
         &self,
         [wall, base, top]: [f64; 3],
@@ -173,9 +174,10 @@ impl SurfaceOfRevolution {
         }
     }
 
-    /// Moves the base point of inward rays at a surface point to the inside of the solid, so that
-    /// no map of the chain brings a rounded origin outside. `place` is the point's fraction along
-    /// the axis and its offset across the axis.
+    /// Moves the base point of inward rays (the point from which their origins are offset) at a
+    /// surface point to the inside of the solid. Then no map of the chain brings a rounded origin
+    /// outside. `position` is the point's fraction along the axis and its offset perpendicular to
+    /// the axis.
     pub fn move_inward_ray_base<R: Real>(
         &self,
         surface_point: SurfacePoint,

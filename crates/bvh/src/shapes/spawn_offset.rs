@@ -14,7 +14,9 @@ use glam::DVec3;
 /// The nested maps from object space to the world, the innermost first.
 #[derive(Clone, Copy, Debug)]
 pub struct TransformChain<'a> {
+    /// Innermost map, from object space.
     pub(crate) map: &'a Transform,
+    /// Further maps, from the space after `map` to the world.
     pub(crate) outer: Option<&'a TransformChain<'a>>,
 }
 
@@ -38,10 +40,11 @@ impl<'a> TransformChain<'a> {
     }
 }
 
-/// Upper bound of the drift around one hit point, along each axis of the world, and the maps to the
-/// world.
+/// The maps from object space to the world, and an upper bound of the drift around one hit point:
+/// of the distance between the hit point and the origin of a ray that starts there.
 #[derive(Clone, Copy)]
 pub(super) struct SpawnOffset<'a> {
+    /// Upper bound of the drift along each axis of the world.
     world_offset: f64,
     transform_chain: Option<TransformChain<'a>>,
 }
@@ -81,15 +84,15 @@ impl<'a> SpawnOffset<'a> {
         })
     }
 
-    /// Greatest drift along a gradient: the greatest change of `gradient · p` over all possible
-    /// origins p.
+    /// Returns the greatest drift along a gradient: the greatest change of `gradient · p` from the
+    /// hit point to any possible ray origin p.
     #[inline]
     pub fn offset_along(&self, gradient: DVec3) -> f64 {
         let g = self.gradient_to_world(gradient).abs();
         (g.x + g.y + g.z) * self.world_offset
     }
 
-    /// Greatest drift in any direction, as a length in object space.
+    /// Returns the greatest drift in any direction, as a length in object space.
     #[inline]
     pub fn max_offset(&self) -> f64 {
         self.world_offset
@@ -121,7 +124,8 @@ pub(super) fn offset_for_curvature<R: Real>(
     }
 }
 
-/// Moves the base points of rays into the balls of [`offset_for_curvature`], by reach²/radius on each side.
+/// Moves the base points of rays into the balls of [`offset_for_curvature`]: along the normal by
+/// reach²/radius on each side.
 #[inline(never)]
 fn offset_into_tangent_balls<R: Real>(
     surface_point: &SurfacePoint,

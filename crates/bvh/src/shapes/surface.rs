@@ -155,8 +155,8 @@ impl<R: Real> Surface<R> {
     }
 }
 
-/// Greatest excess of a shadow ray's length over the distance of its points, relative to that
-/// distance.
+/// Greatest excess of a shadow ray's length over the distance between its two end points, as a
+/// fraction of that distance.
 const EXCESS_LENGTH: f64 = 1.0 / 4096.0;
 
 /// Returns the ray from `start` to `end`, and its length. The length is computed in f64, so that it

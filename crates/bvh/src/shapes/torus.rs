@@ -111,8 +111,8 @@ impl<R: Real> Torus<R> {
         )
     }
 
-    /// Inverse of the sampling density per area, at a point whose normal has the component `away`
-    /// away from the axis.
+    /// Inverse of the sampling density per area, at a point whose unit normal has the component
+    /// `away` in the direction away from the axis.
     fn inverse_area_density(&self, away: f64) -> f64 {
         let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
         core::f64::consts::TAU * core::f64::consts::TAU * minor * (major + minor * away)

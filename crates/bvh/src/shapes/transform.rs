@@ -10,6 +10,7 @@ use crate::scalar::{Real, Vector};
 /// An invertible affine map, with the inverse of its linear part.
 #[derive(Clone, Copy, Debug)]
 pub struct Transform {
+    /// Object-to-world map.
     pub(crate) to_world: DAffine3,
     /// World-to-object matrix, which is applied to a point after subtracting the translation.
     pub(crate) inverse: DMat3,

@@ -72,17 +72,17 @@ impl<R: Real> Triangle<R> {
         SurfacePoint::new(a + ab * u + ac * v, normal * inverse, error)
     }
 
-    /// Evaluates the surface at the weights of the second and third corner, after moving the point
-    /// off the edges of the triangle by its rounding.
+    /// Evaluates the surface at the weights of the second and third corner. The point is first
+    /// moved off the edges of the triangle by its rounding error.
     #[inline(always)]
     pub(crate) fn eval_inset_surface_point(&self, weights: [f64; 2]) -> SurfacePoint {
         let corners = self.vertices.map(Vector::to_f64);
         Self::eval_surface_point(corners, move_weights_off_border::<R>(corners, weights))
     }
 
-    /// Evaluates the surface as [`Self::surface_point`] does, but without a branch, for loops over
-    /// several triangles in lanes. The flag tells whether the point is far enough from the edges.
-    /// If it is not, the surface is invalid.
+    /// Evaluates the surface as [`Self::eval_inset_surface_point`], but without a branch, for loops
+    /// over several triangles in lanes. The flag is set if the point is far enough from the edges;
+    /// otherwise the surface is invalid.
     #[inline(always)]
     pub(crate) fn eval_interior_surface_point(
         corners: [DVec3; 3],
