@@ -16,7 +16,8 @@
 //! The first two of a point's four numbers are the best stratified. The most important decision
 //! uses them: a direction, not the choice of its lobe.
 //!
-//! Other samplers are rungs of a ladder: the same addresses with other numbers.
+//! The other samplers give other numbers for the same addresses. They are lower quality levels
+//! (rungs) of the sampler setting.
 
 mod grid;
 mod sobol;
@@ -33,7 +34,7 @@ pub enum SamplePurpose {
     Lens = 1,
     /// Choice of an emitter for a hit in Whitted's integrator.
     Emitter = 2,
-    /// Point on that emitter.
+    /// Point on the emitter chosen with [`SamplePurpose::Emitter`].
     EmitterPoint = 3,
     /// Time within the exposure.
     Time = 4,

@@ -10,24 +10,27 @@ use crate::settings::Crop;
 /// not need are empty.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ReplicateBuffer {
-    /// Sums of the full blocks of samples; sums of all samples if a pixel has a single block.
+    /// Summed radiance of each pixel: over the full blocks of samples, or over all samples of a
+    /// pixel with a single block.
     pub sums: Vec<[f64; 3]>,
-    /// Sums of the last block, if it is partial and not the only block; else empty.
+    /// Summed radiance of each pixel's last block, if the block is partial and not the only one;
+    /// else empty.
     pub partial_blocks: Vec<[f64; 3]>,
-    /// Number of finite samples.
+    /// Number of finite samples of each pixel.
     pub samples: Vec<u16>,
-    /// Summed coverage of the samples, in units of 1/[`WHOLE`](super::sums::WHOLE), for the alpha.
+    /// Summed coverage of each pixel's samples, in units of
+    /// 1/[`COVERAGE_UNITS`](super::sums::COVERAGE_UNITS), for the alpha.
     pub covered: Vec<u32>,
-    /// Summed coverage by a ground's shadow, in the same units.
+    /// Summed coverage of each pixel by a ground's shadow, in the same units.
     pub shadowed: Vec<u32>,
-    /// Number of camera rays that hit a surface, for layers that are means over hits; dropped
-    /// samples are included.
+    /// Number of each pixel's camera rays that hit a surface, for layers that are means over hits;
+    /// dropped samples are included.
     pub first_hits: Vec<u16>,
-    /// Sums of the layers of first hits.
+    /// Sums of the layers of first hits, by layer and pixel.
     pub layers: Vec<Vec<[f64; 3]>>,
 }
 
-/// Position of a rectangle in the rows of a wider buffer.
+/// Position of a rectangle of pixels in a buffer with wider rows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rect {
     start: usize,

@@ -72,7 +72,7 @@ impl Default for SingleReplicateBound {
 }
 
 impl SingleReplicateBound {
-    /// Returns the bound for a pixel with these means of its four replicates.
+    /// Returns the bound for a pixel from the mean radiances of its four replicates.
     pub fn from_means(four: [[f64; 3]; 4]) -> Self {
         let mean: [f64; 3] =
             core::array::from_fn(|i| four.iter().map(|mean| mean[i]).sum::<f64>().max(0.0) / 4.0);
@@ -104,9 +104,11 @@ impl SingleReplicateBound {
 pub(super) struct LeaveOneOutStats {
     /// Number of held-out replicates.
     held_out: f64,
-    /// Sums of the weights, of their squares, and of the weighted confirmed light.
+    /// Sum of the weights of held-out replicates.
     weights: f64,
+    /// Sum of the squared weights.
     squared_weights: f64,
+    /// Weighted sum of the confirmed light.
     confirmed_light: f64,
 }
 

@@ -13,7 +13,7 @@ pub enum PartError {
     Foreign {
         /// Index of the film, from zero.
         part: usize,
-        /// Name of the difference.
+        /// Name of the setting that differs, or "scene".
         label: String,
     },
     /// The film cannot be continued to the requested number of samples.
@@ -36,7 +36,7 @@ pub enum PartError {
         part: usize,
         /// Tile, numbered row by row.
         tile: u32,
-        /// Replicate.
+        /// Replicate, from zero.
         replicate: u32,
     },
 }

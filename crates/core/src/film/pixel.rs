@@ -1,5 +1,6 @@
-//! Contribution of a pixel's replicates to the picture's error estimate: the variance in four
-//! weightings, and squared products of differences.
+//! Contribution of a pixel to the picture's error estimate: the variance of the pixel's mean,
+//! relative to four estimates of its true colour, and squared products of differences between its
+//! replicates.
 
 use glam::DVec3;
 
@@ -12,27 +13,31 @@ const PAIRINGS: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2]];
 /// Contribution of a pixel to the picture's error estimate.
 #[derive(Clone, Copy, Default)]
 pub(super) struct PixelVariance {
-    /// Variance of the pixel's mean, relative to an estimate of its squared true colour from the
-    /// pair of replicates that is not in the difference, or from all four replicates.
+    /// Variance of the pixel's mean, relative to its squared true colour. Each squared difference
+    /// of a pair of replicates is weighted by the other pair.
     pub variance: f64,
+    /// The same variance, weighted by the products of all four replicates.
     pub by_four: f64,
-    /// The same variance, relative to the square of the mean of all four replicates, or of the mean
-    /// of the pair in the difference.
+    /// The same variance, relative to the square of the mean of all four replicates.
     pub by_mean: f64,
+    /// The same variance, with each difference of a pair relative to the square of that pair's
+    /// mean.
     pub by_pair_mean: f64,
     /// Squared products of two independent differences between replicates.
     pub product: f64,
     /// Uncertainty of the weight where a single replicate found light: the part that is independent
-    /// between pixels, and the part common to all pixels.
+    /// between pixels.
     pub event_uncertainty: f64,
+    /// The part of this uncertainty that is common to all pixels.
     pub prior_uncertainty: f64,
 }
 
 impl PixelVariance {
-    /// Adds the absolute variance from the means of four replicates, in radiance. The difference of
-    /// two replicates has twice the variance of one, so an eighth of the squared difference
-    /// estimates the variance of the mean of four. All weightings are equal to one. `shares`:
-    /// weights of one pairing in the variance and in the products.
+    /// Adds the absolute variance of the pixel's mean, in squared radiance, from the means of four
+    /// replicates. The difference of two replicates has twice the variance of one, so an eighth of
+    /// the squared difference estimates the variance of the mean of four. An absolute variance
+    /// needs no weights, so all four variants are equal. `shares` are the factors on each of the
+    /// three pairings, in the variance and in the products.
     pub fn add_absolute_variance(&mut self, at: [DVec3; 4], shares: [f64; 2]) {
         for [a, b, c, d] in PAIRINGS.map(|pairing| pairing.map(|r| at[r])) {
             let (one, two) = (a - b, c - d);
@@ -46,11 +51,13 @@ impl PixelVariance {
         }
     }
 
-    /// Adds the variance from the means of four replicates, relative to the squared true colour. A
-    /// difference between two replicates is weighted by the other two replicates, by the two
-    /// themselves, by the mean of all four, and by the products of all four. The first and the last
-    /// weight are bounded by `once` where a single replicate found light. `shares`: weights of one
-    /// pairing in the variance and in the products.
+    /// Adds the variance of the pixel's mean, relative to the squared true colour, from the means
+    /// of four replicates.
+    ///
+    /// A difference between two replicates is weighted in four variants: by the other two
+    /// replicates, by the two themselves, by the mean of all four, and by the products of all four.
+    /// Where a single replicate found light, `once` bounds the first and the last weight. `shares`
+    /// are the factors on each of the three pairings, in the variance and in the products.
     pub fn add_relative_variance(
         &mut self,
         at: [DVec3; 4],

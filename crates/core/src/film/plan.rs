@@ -14,9 +14,9 @@ use crate::settings::{Aov, Background, Crop, Settings, default_replicates};
 /// points.
 const MAX_REPLICATE_SAMPLES: u32 = u16::MAX as u32;
 
-/// Samples of a replicate at the end of each pass: the listed numbers, then multiples of [`PASS_SAMPLES`].
-/// The first passes are short, so that every pixel soon has samples; the later passes are whole
-/// blocks of sums. Pictures do not depend on the passes.
+/// Numbers of samples of a replicate at the end of the first passes; later passes end at multiples
+/// of [`PASS_SAMPLES`]. The first passes are short, so that every pixel soon has samples; the later
+/// passes are whole blocks of sums. Pictures do not depend on the passes.
 const FIRST_PASSES: [u32; 3] = [4, 16, 32];
 const PASS_SAMPLES: u32 = 64;
 
@@ -38,8 +38,9 @@ pub(crate) struct FilmLayers {
     pub mean: Vec<(Aov, [&'static str; 3])>,
     /// Values at the first hit of the pixel-centre ray.
     pub centre: Vec<(Aov, &'static str)>,
-    /// Values computed from the pixel's sums.
+    /// Whether the film has the layer of sample counts, computed from the pixel's sums.
     pub samples: bool,
+    /// Whether the film has the layer of standard errors, computed from the pixel's sums.
     pub standard_error: bool,
 }
 
@@ -86,7 +87,7 @@ pub(crate) struct FilmPlan {
     /// Rendered part of the picture.
     pub crop: Crop,
     tile_size: u32,
-    /// Samples of a pixel in all replicates.
+    /// Samples per pixel, over all replicates.
     samples: u32,
     /// Requested number of replicates; `None`: chosen by the number of samples.
     asked: Option<u32>,
@@ -102,7 +103,8 @@ pub(crate) struct FilmPlan {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub backdrop: Option<f64>,
     pub layers: FilmLayers,
-    /// Whether samples follow a fixed pattern, which cannot be divided.
+    /// Whether the samples of a pixel form a fixed pattern, so that they cannot be split into
+    /// replicates or passes.
     is_fixed: bool,
     /// Whether sampling is adaptive, so that tiles and halves of replicates end with different
     /// numbers of samples.

@@ -8,7 +8,8 @@ use super::sums::has_partial_block;
 use super::{Film, FilmPlan, Rect, ReplicateBuffer};
 use crate::counters::Counters;
 
-/// Header of a stored film: its identity, plan and progress. The film's numbers follow in the file.
+/// Header of a stored film: its identity, plan and progress. The sums and layers follow the header
+/// in the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FilmHeader {

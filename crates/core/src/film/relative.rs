@@ -15,8 +15,9 @@ pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
 /// Number of neighbouring pixels on each side that are averaged.
 pub(super) const REACH: usize = 2;
 
-/// Returns the weights that make squared errors relative, per pixel and channel, from the means `a`
-/// and `b` of two replicates in rows of `width` pixels.
+/// Returns the factors that turn squared errors into relative squared errors, by pixel and channel.
+/// The squared true colours are estimated from the means `a` and `b` of two replicates, in rows of
+/// `width` pixels.
 pub(super) fn relative_error_weights(
     a: &[[f64; 3]],
     b: &[[f64; 3]],
@@ -49,24 +50,25 @@ pub(super) fn relative_error_weights(
         .collect()
 }
 
-/// Returns the weights per channel from the means a and b of two replicates that are not part of
-/// the error: near 1/(T² + 0.01) on average for a true colour T. The mean of 1/(ab + 0.01) is too
-/// large because ab is noisy; the excess is the variance of ab, estimated by (a² − b²)²/4, over the
-/// square of ab + 0.01. Neighbouring pixels are not used: they would bias the weights where colours
-/// change.
+/// Returns the factors that turn squared errors into relative squared errors, by channel, from the
+/// means a and b of two replicates that are not part of the error. They are near 1/(T² + 0.01) on
+/// average for a true colour T. The mean of 1/(ab + 0.01) is too large because ab is noisy; the
+/// excess is the variance of ab, estimated by (a² − b²)²/4, over the square of ab + 0.01.
+/// Neighbouring pixels are not used: they would bias the factors where colours change.
 pub(super) fn weights_from_independent_pair(a: DVec3, b: DVec3) -> DVec3 {
     let (relative_to, noise) = ((a * b).max(DVec3::ZERO) + FLOOR, (a * a - b * b) / 2.0);
     relative_to / (relative_to * relative_to + noise * noise)
 }
 
-/// Returns the weights per channel from the means of the two replicates in the error: 1/(m² + 0.01)
-/// for their mean m.
+/// Returns the factors that turn squared errors into relative squared errors, by channel, from the
+/// means of the two replicates in the error: 1/(m² + 0.01) for their mean m.
 pub(super) fn weights_from_same_pair(a: DVec3, b: DVec3) -> DVec3 {
     1.0 / ((a + b) * (a + b) / 4.0 + FLOOR)
 }
 
-/// Returns the weights per channel from the means of four replicates: the mean of their pairwise
-/// products estimates the square of the true colour.
+/// Returns the factors that turn squared errors into relative squared errors, by channel, from the
+/// means of four replicates: the mean of their pairwise products estimates the square of the true
+/// colour.
 pub(super) fn weights_from_four([a, b, c, d]: [DVec3; 4]) -> DVec3 {
     1.0 / (((a * b + c * d + (a + b) * (c + d)) / 6.0).max(DVec3::ZERO) + FLOOR)
 }

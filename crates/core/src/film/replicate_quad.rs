@@ -7,7 +7,7 @@ use crate::settings::Aov;
 /// Largest radiance of a usable picture; its square is finite in f32.
 pub(crate) const BRIGHTEST: f64 = 1e15;
 
-/// Part that a film lacks for denoising.
+/// Reason why a film cannot be denoised: its missing part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ReplicateQuadError {
     /// A layer is missing.
@@ -21,9 +21,13 @@ pub(crate) enum ReplicateQuadError {
 pub(crate) struct ReplicateQuad<'a> {
     film: &'a Film,
     buffers: Vec<&'a ReplicateBuffer>,
+    /// Index of the layer of emission among the layers of means.
     emission: usize,
+    /// Index of the layer of base colours among the layers of means.
     albedo: usize,
+    /// Index of the layer of normals among the layers of means.
     normal: usize,
+    /// Index of the layer of depths among the layers of pixel-centre rays.
     depth: usize,
 }
 
@@ -115,7 +119,8 @@ impl ReplicateQuad<'_> {
         })
     }
 
-    /// Returns a pixel's mean radiance without scattered light, in each of the four replicates.
+    /// Returns a pixel's mean directly visible radiance, without reflected light, in each of the
+    /// four replicates.
     pub fn emission(&self, pixel: usize) -> [[f64; 3]; REPLICATE_COUNT] {
         self.replicate_means(|_, buffer| {
             (

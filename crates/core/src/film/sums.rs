@@ -1,6 +1,7 @@
-//! Sums of one pixel's samples in one replicate, in blocks of 16 samples in ascending order, which
-//! are added in f64. Blocks are counted from the replicate's first sample, and a partial block is
-//! kept separate. Adding samples later therefore gives the same bits as taking all samples at once.
+//! Sums of one pixel's samples in one replicate. Samples are summed in blocks of 16, in ascending
+//! order, and the sums of blocks are added in f64. Blocks start at fixed samples of the replicate,
+//! and a partial block is kept separate. Adding samples later therefore gives the same bits as
+//! taking all samples at once.
 
 use core::marker::PhantomData;
 
@@ -15,7 +16,8 @@ pub(crate) fn has_partial_block(drawn: u32) -> bool {
     drawn > BLOCK as u32 && !drawn.is_multiple_of(BLOCK as u32)
 }
 
-/// Number of units in full coverage: as many as allow the sum over the most samples in 32 bits.
+/// Number of units in full coverage: the largest for which the sum over the greatest number of
+/// samples fits in 32 bits.
 pub(crate) const COVERAGE_UNITS: u32 = 1 << 16;
 
 /// Converts a coverage from 0 to 1 to units of 1/[`COVERAGE_UNITS`].
@@ -32,13 +34,13 @@ pub(crate) struct PixelSums {
     pub sum: [f64; 3],
     /// Sum of the partial block.
     pub partial_block: [f64; 3],
-    /// Square root of the sum of squared deviations of the samples added last, about their mean. A
-    /// square root has the range of the samples themselves.
+    /// Square root of the summed squared deviations of the latest samples from their mean. A square
+    /// root has the range of the samples themselves.
     pub spread: [f32; 3],
     /// Number of finite samples.
     pub samples: u16,
-    /// Summed coverage in units of 1/[`COVERAGE_UNITS`], for the alpha: whole numbers, so that the order of
-    /// addition does not matter.
+    /// Summed coverage in units of 1/[`COVERAGE_UNITS`], for the alpha. Whole numbers, so that the
+    /// order of addition does not matter.
     pub covered: u32,
     /// Summed coverage by a ground's shadow, in the units of `covered`.
     pub shadowed: u32,
@@ -66,7 +68,7 @@ pub(crate) struct SampleAccumulator<R: Real, B: BlockAccumulator<R>> {
 
 /// Accumulator of a block's samples.
 pub(crate) trait BlockAccumulator<R: Real>: Default {
-    /// Continues a block with the sum `open`.
+    /// Continues a block whose samples so far have the sum `open`.
     fn resume_block(&mut self, open: [f64; 3]);
     /// Adds a finite sample.
     fn add_sample(&mut self, radiance: R::Vec3);
@@ -90,8 +92,8 @@ impl<R: Real, B: BlockAccumulator<R>> SampleAccumulator<R, B> {
         self.block.resume_block(sums.partial_block);
     }
 
-    /// Adds a sample with its coverage and shadow, in units of 1/[`COVERAGE_UNITS`]. Drops a sample that is
-    /// not finite and returns false.
+    /// Adds a sample with its coverage and its shadow, both in units of 1/[`COVERAGE_UNITS`]. Drops
+    /// a sample that is not finite, and returns false.
     #[inline(always)]
     pub fn add_sample(&mut self, radiance: R::Vec3, [covered, shadowed]: [u32; 2]) -> bool {
         let finite = radiance.is_finite();
@@ -124,8 +126,8 @@ impl<R: Real, B: BlockAccumulator<R>> SampleAccumulator<R, B> {
     }
 }
 
-/// Accumulates sums alone, each block in the precision of the samples: for pictures without random
-/// sampling, whose error is not estimated.
+/// Accumulates sums alone, without squared deviations: for pictures without random sampling, for
+/// which no error is estimated. The samples of a block are summed in their own precision.
 #[derive(Default)]
 pub(crate) struct SumAccumulator<R: Real>(R::Vec3);
 
@@ -162,13 +164,15 @@ impl<R: Real> BlockAccumulator<R> for SumAccumulator<R> {
 /// therefore at most n times the result, and f64 keeps more digits than the f32 result holds.
 #[derive(Default)]
 pub(crate) struct MomentAccumulator {
-    /// First sample of the pixel, and number of finite samples.
+    /// First sample of the pixel.
     first: DVec3,
+    /// Number of finite samples.
     count: u32,
-    /// Sum of the block.
+    /// Sum of the current block.
     block: DVec3,
-    /// Sums of the deviations from the first sample, and of their squares.
+    /// Sum of the deviations from the first sample.
     deviation: DVec3,
+    /// Sum of the squared deviations from the first sample.
     square: DVec3,
 }
 

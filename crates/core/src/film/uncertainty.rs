@@ -55,16 +55,18 @@ use super::relative::{REACH, relative_error_weights};
 use super::{Film, ReplicateBuffer};
 use crate::metrics::student_factor_95;
 
-/// Largest ratio between the squared error relative to the other pair of replicates and the squared
-/// error relative to its own pair. Above this ratio light is so rare that no denominator is
-/// accurate, unless other pixels confirm the light.
+/// Greatest ratio of two estimates of the squared relative error: with each difference of a pair of
+/// replicates relative to the other pair, and relative to the pair itself. Above this ratio light
+/// is so rare that no denominator is accurate, unless other pixels confirm the light.
 const MAX_WEIGHTING_RATIO: f64 = 4.0;
 
-/// Fewest pixels that must carry the error. An error carried by fewer pixels is doubtful in two
-/// cases: if [`NOISY_PIXELS_PER_CARRIER`] times as many pixels are noisy, or if other pixels hardly confirm the light,
-/// as given by the ratio [`MAX_UNCONFIRMED_RATIO`] in place of [`MAX_WEIGHTING_RATIO`].
+/// Fewest pixels that must carry the error. An error carried by fewer pixels is doubtful if
+/// [`NOISY_PIXELS_PER_CARRIER`] times as many pixels are noisy, or if other pixels hardly confirm
+/// the light.
 const FEWEST: f64 = 40.0;
+/// Ratio of noisy pixels to pixels that carry the error, above which few carriers are doubtful.
 const NOISY_PIXELS_PER_CARRIER: f64 = 4.0;
+/// Ratio that takes the place of [`MAX_WEIGHTING_RATIO`] for an error carried by few pixels.
 const MAX_UNCONFIRMED_RATIO: f64 = 2.0;
 
 /// Factor by which an estimate carried by few pixels must be below the requested error. In 1,600
@@ -75,8 +77,8 @@ const FEW_PIXELS_MARGIN: f64 = 10.0;
 /// Fewest hits of lamps by chance alone from which the light of such lamps is determined.
 const FEWEST_FOUND: u64 = 40;
 
-/// Least number of paths that may hit lamps by chance alone, as one in this number of samples. With
-/// fewer such paths, the light of such lamps is negligible.
+/// If fewer than one path in this number of samples may hit lamps by chance alone, the light of
+/// these lamps is negligible.
 const ONE_IN: u64 = 500;
 
 /// Least number of replicates for an interval.
@@ -144,28 +146,33 @@ pub enum Doubt {
     WideInterval,
 }
 
-/// Sums of the picture's error estimate, over one pixel or over some pixels.
+/// Sums of the contributions of pixels to the picture's error estimate.
 #[derive(Clone, Copy, Default)]
 struct VarianceSum {
-    /// Variance of the pixels' means, relative to the pair of replicates that is not in the
-    /// difference, or to all four replicates.
+    /// Variance of the pixels' means, with each difference of a pair of replicates relative to the
+    /// other pair.
     variance: f64,
+    /// The same variance, relative to the products of all four replicates.
     by_four: f64,
-    /// The same variance, relative to the mean of all replicates, or to the mean of the pair in the
-    /// difference.
+    /// The same variance, relative to the squared mean of all replicates.
     by_mean: f64,
+    /// The same variance, with each difference of a pair relative to the square of that pair's
+    /// mean.
     by_pair_mean: f64,
     /// Squared products of two independent differences between replicates.
     product: f64,
     /// Uncertainty of the denominator where a single replicate found light: sum of squares of the
-    /// part that is independent between pixels, and sum of the part common to all pixels.
+    /// part that is independent between pixels.
     event_uncertainty: f64,
+    /// Sum of the part of this uncertainty that is common to all pixels.
     prior_uncertainty: f64,
-    /// Sums over pixels of the squared variance, of the square root of the variance, of the squared
-    /// difference between the first two weightings, and of the squared products.
+    /// Sum over pixels of the squared variance.
     square: f64,
+    /// Sum over pixels of the square root of the variance.
     root: f64,
+    /// Sum over pixels of the squared difference between `variance` and `by_four`.
     squared_difference: f64,
+    /// Sum over pixels of the squared products.
     product_square: f64,
 }
 
@@ -237,7 +244,8 @@ impl VarianceSum {
         self.variance > MAX_WEIGHTING_RATIO * self.by_pair_mean
     }
 
-    /// Returns the geometric mean of the variances in the two weightings by products of replicates.
+    /// Returns the geometric mean of the variance relative to the other pair of replicates, and of
+    /// the variance relative to the products of all four.
     fn geometric_mean(&self) -> f64 {
         (self.variance * self.by_four).sqrt()
     }
@@ -301,10 +309,11 @@ impl VarianceSum {
     }
 }
 
-/// Contributions of the pixels in a few rows to the error estimate, absolute in radiance and
-/// relative.
+/// Contributions of the pixels in a few rows to the error estimate.
 struct RowBand {
+    /// Errors in radiance.
     absolute: Vec<PixelVariance>,
+    /// Errors relative to the true colour.
     relative: Vec<PixelVariance>,
 }
 
@@ -316,9 +325,8 @@ impl Film {
             .map(|(uncertainty, _)| uncertainty)
     }
 
-    /// Estimates the error, and returns whether light is rare: the two weightings are far apart,
-    /// even if other pixels confirm the light. A filter that spreads such light would hide its
-    /// error.
+    /// Estimates the error, and returns whether light is rare, even if other pixels confirm the
+    /// light. A filter that spreads such light would hide its error.
     pub(crate) fn estimate_uncertainty_and_rarity(&self) -> Option<(Uncertainty, bool)> {
         if !self.plan.random {
             return None;
@@ -488,8 +496,8 @@ impl Film {
     }
 }
 
-/// Returns the weights of one pairing of four replicates, in the variance of the mean and in the
-/// mean of products; `None` for fewer than four replicates.
+/// Returns the factor on each of the three pairings of four replicates, in the variance of the mean
+/// and in the mean of products; `None` for fewer than four replicates.
 fn pairing_weights(replicates: u32) -> Option<[f64; 2]> {
     let fours = replicates / 4;
     (fours > 0)
@@ -506,8 +514,8 @@ fn sum_pixels(pixels: &[PixelVariance]) -> VarianceSum {
 }
 
 impl RowBand {
-    /// Adds the variance of a pixel from the means of four replicates; equal means contribute
-    /// nothing.
+    /// Adds the variance of a pixel's mean from the means of four replicates; equal means
+    /// contribute nothing. `shares` are the results of [`pairing_weights`].
     fn add_pixel(&mut self, pixel: usize, four: [[f64; 3]; 4], shares: [f64; 2]) {
         if four[1..].iter().any(|other| *other != four[0]) {
             let at = four.map(DVec3::from);
@@ -516,9 +524,9 @@ impl RowBand {
         }
     }
 
-    /// Estimates the variances of pixels from two or three replicates, by the differences of the
-    /// first two, weighted by these replicates themselves. The differences of the next pixel serve
-    /// as independent differences in products.
+    /// Estimates the variances of the pixels' means from two or three replicates: by the
+    /// differences of the first two, relative to the means of these two. In products, the
+    /// difference of the neighbouring pixel serves as the second, independent difference.
     fn estimate_from_two_replicates(&mut self, means: &[Vec<[f64; 3]>], width: usize) {
         let (a, b) = (&means[0], &means[1]);
         let weights = relative_error_weights(a, b, width);

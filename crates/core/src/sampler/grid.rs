@@ -5,16 +5,17 @@ use crate::hash::splitmix64;
 /// Bits of a number in [0, 1), as many as Sobol points have.
 const BITS: u32 = 23;
 
-/// Returns four independent numbers in [0, 1): the point `index` of a scramble's sequence.
+/// Returns four independent numbers in [0, 1): the point `index` of the sequence with the given
+/// scramble.
 #[inline]
 pub(super) fn independent_point(index: u32, scramble: u32) -> [f32; 4] {
     hash_bits(index, scramble).map(bits_to_unit)
 }
 
-/// Returns four numbers in [0, 1) as two stratified pairs (Cook, "Stochastic Sampling in Computer
-/// Graphics", 1986). In each run of sixteen points that starts at a multiple of sixteen, each pair
-/// has a point in every cell of a 4 × 4 grid, jittered within the cell. The order of the cells is
-/// random for each pair.
+/// Returns the point `index` of the sequence with the given scramble: four numbers in [0, 1), as
+/// two stratified pairs (Cook, "Stochastic Sampling in Computer Graphics", 1986). In each run of
+/// sixteen points that starts at a multiple of sixteen, each pair has a point in every cell of a 4
+/// × 4 grid, jittered within the cell. The order of the cells is random for each pair.
 #[inline]
 pub(super) fn stratified_point(index: u32, scramble: u32) -> [f32; 4] {
     let grid = splitmix64(u64::from(scramble) << 32 | u64::from(index / 16) | 1 << 31);

@@ -13,9 +13,9 @@ use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 /// Number of bits of a point's index that are looked up at once.
 const BITS: u32 = 4;
 
-/// Sums modulo two of the direction vectors in four dimensions, for each value of each group of
-/// four of the sixteen index bits, the lowest bits first. Numbers are bit-reversed, with the lowest
-/// bit on the left, as the scrambling requires.
+/// Sums modulo two (exclusive or) of direction vectors: for each of the four groups of four index
+/// bits, the lowest bits first, for each value of the group, and for each of four dimensions. Sums
+/// are bit-reversed, with the lowest bit on the left, as the scrambling requires.
 static SUMS: LazyLock<[[[u32; 4]; 16]; 4]> = LazyLock::new(|| {
     let sum = |k: usize, value: usize, dimension: u32| {
         sobol_rev(
@@ -45,7 +45,7 @@ pub(super) fn eval_point(sobol_point: SobolIndex) -> [f32; 4] {
 /// Number of points computed side by side.
 const LANES: usize = 16;
 
-/// Appends the four numbers of many points, in order, as [`point`] does.
+/// Appends the four numbers of many points, in order, as [`eval_point`] does.
 pub(super) fn eval_points(which: impl Iterator<Item = SobolIndex>, out: &mut Vec<[f32; 4]>) {
     let mut which = which.fuse();
     loop {
