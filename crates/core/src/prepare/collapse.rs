@@ -14,22 +14,24 @@ use crate::scene::{Generator, Object, Scene, Shape};
 use crate::shape::shape_origin;
 use crate::validate::{MAX_PROBLEMS, Problem, format_list, spans_no_area};
 
-/// The extent that a collapsing shape loses.
+/// An extent of a shape, such as the height of a box, that becomes zero when the shape's
+/// coordinates are rounded for storage.
 struct LostExtent {
     /// Path of the shape's field, for the message.
     key: &'static str,
     /// Description of the lost extent, for the message.
     label: &'static str,
-    /// Whether the shape's distance from the origin is the cause.
+    /// Whether the cause is the shape's distance from the origin, and not its own sizes.
     caused_by_distance: bool,
 }
 
-/// Whether a shape collapses if its coordinates, moved by an offset, are rounded.
+/// Whether a shape collapses if its coordinates, moved by an offset, are rounded by `round`.
 pub(super) fn shape_collapses(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> bool {
     find_lost_extent(shape, offset, round).is_some()
 }
 
-/// Returns the extent that a shape loses if its coordinates, moved by an offset, are rounded.
+/// Returns the extent that a shape loses if its coordinates, moved by an offset, are rounded by
+/// `round`.
 fn find_lost_extent(
     shape: &Shape,
     offset: DVec3,

@@ -28,15 +28,18 @@ pub(super) struct EmitterFilter {
     pub evaluated_at_hits: bool,
 }
 
-/// Greatest number of points at which varying emission is evaluated while preparing a scene.
+/// Greatest number of points of all triangles together at which varying emission is evaluated while
+/// preparing a scene.
 const MAX_EMISSION_POINTS: u64 = 1 << 20;
-/// Least and greatest number of points along each side of a triangle.
+/// Least and greatest number of points along each side of a triangle at which varying emission is
+/// evaluated.
 const TRIANGLE_GRID_RANGE: [u64; 2] = [2, 32];
-/// Number of points along each side of a shape that is no mesh.
+/// Number of points along each side of a shape that is no mesh, at which varying emission is
+/// evaluated.
 const SHAPE_GRID_SIZE: usize = 8;
 
-/// Returns the number of points along each side of a triangle of varying emission, for the number
-/// of such triangles in the scene.
+/// Returns the number of points along each side of a triangle at which varying emission is
+/// evaluated. `triangles` is the number of triangles of varying emission in the scene.
 pub(super) fn emission_grid_size(triangles: u64) -> u64 {
     let [minimum, maximum] = TRIANGLE_GRID_RANGE;
     (MAX_EMISSION_POINTS / triangles.max(1))
@@ -211,8 +214,8 @@ impl<R: Real> VaryingEmission<'_, R> {
     }
 }
 
-/// Evaluates `at` at the centres of a grid of `across` × `across` cells over the unit square, row
-/// by row, and replaces the content of `found`.
+/// Evaluates `at`, a function of a point of the unit square, at the centres of `across` × `across`
+/// equal cells, row by row. The values replace the content of `found`.
 fn eval_on_grid<R: Real>(
     across: usize,
     found: &mut Vec<R::Vec3>,
@@ -224,8 +227,8 @@ fn eval_on_grid<R: Real>(
 }
 
 /// Adds a shape under a transform as an area light, and returns its area. `area` is the known area
-/// of an equal shape, if any. As in the geometry, a pure translation moves the shape's own
-/// coordinates.
+/// of an equal shape, if any. A pure translation moves the shape's own coordinates, as in the
+/// geometry.
 fn add_shape<R: Real>(
     list: &mut EmitterList<R>,
     shape: &Shape,
@@ -349,7 +352,8 @@ fn merge_into_quad<R: Real>(
     (a + c == b + d).then_some(Quad { corners })
 }
 
-/// Evaluates the radiance of a mesh's triangle at the point that two numbers in [0, 1) sample.
+/// Evaluates the radiance of a mesh's triangle at the point to which the random numbers `u` and `v`
+/// in [0, 1) are mapped.
 fn eval_on_triangle<R: Real>(
     varied: &VaryingEmission<'_, R>,
     triangle: &Triangle<R>,

@@ -25,7 +25,8 @@ pub enum PrepareError {
     /// Shapes collapse when their coordinates are stored in the chosen precision.
     #[error("{}", problems.iter().map(|p| format!("{}: {}", p.path, p.message)).collect::<Vec<_>>().join("; "))]
     Collapsed {
-        /// Problems found by [`collapsed`](crate::dispatch::collapsed): at least one.
+        /// Problems found by [`find_collapsed_objects`](crate::find_collapsed_objects): at least
+        /// one.
         problems: Vec<Problem>,
     },
     /// A name is not defined. Validation reports the same problem with its location in the file.

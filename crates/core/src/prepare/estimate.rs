@@ -28,8 +28,9 @@ use crate::shape::convert_moved_shape;
 use crate::texture::{TextureBinding, mipmap};
 
 /// Estimates the memory of a render from above, by counts alone: at most twice the actual use (more
-/// in a wide tree, see `crate::estimate_memory`). Two numbers are bounded, because only a build determines
-/// them: the nodes of a tree, and the area lights whose area can be sampled.
+/// in a wide tree, see [`crate::estimate_scene_memory`]). Only a build determines the number of
+/// nodes of a tree, and the number of area lights whose area can be sampled. For these two numbers
+/// the estimate uses upper bounds.
 pub(crate) fn estimate_memory<R: Real>(render_setup: &RenderSetup<'_>) -> MemoryUse {
     let (settings, simulated) = (&render_setup.settings, render_setup.effects.simulated());
     let scene = &*simulated_scene(&render_setup.scene, settings.camera.as_ref(), simulated);

@@ -1,15 +1,14 @@
-//! Detection of gaps beside transmissive surfaces that are narrower than the error bound of a hit.
-//! A ray that leaves a surface there starts beyond the next surface, so the gap is missing in the
-//! picture.
+//! Detection of gaps beside transmissive surfaces. A gap that is narrower than the error bound of a
+//! hit is missing in the picture: a ray that leaves the surface starts beyond the next surface.
 
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
 use super::{PreparedScene, PreparedSpawnRule};
 
-/// Rays that search for gaps, along the width and the height of the picture.
+/// Numbers of rays along the width and the height of the picture that search for gaps.
 const GRID_RAYS: [u32; 2] = [32, 18];
 
-/// Greatest number of surfaces along a ray that are tested.
+/// Greatest number of surfaces along a ray that are tested for a gap.
 const MAX_HITS: usize = 16;
 
 /// A gap between two objects that is narrower than the offset of spawned rays.
@@ -18,9 +17,10 @@ pub struct UnresolvedGap {
     /// Index of the transmissive object in the scene's list of objects; generated objects follow
     /// the listed objects.
     pub object: usize,
-    /// Index of the object beyond which spawned rays start.
+    /// Index of the object on the far side of the gap. Rays spawned at `object` start beyond this
+    /// object's surface.
     pub other: usize,
-    /// Least width in metres of a gap at this hit that rays resolve.
+    /// Least width in metres that a gap must have at this hit for rays to resolve it.
     pub resolved_width: f64,
 }
 

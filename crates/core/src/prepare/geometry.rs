@@ -107,8 +107,8 @@ fn object_visibility(object: &Object, geometry_needs: &GeometryNeeds) -> Visibil
     }
 }
 
-/// Number of objects between two checks for cancellation, or of groups of 64 triangles:
-/// milliseconds of work.
+/// Number of objects, or of groups of 64 triangles, between two checks for cancellation. They take
+/// milliseconds.
 pub(super) const CANCEL_CHECK_INTERVAL: usize = 1 << 10;
 
 /// Returns the index of each object's material.
@@ -244,6 +244,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         }
     }
 
+    /// Adds the primitives of an object and its record for shading.
     fn add_object(
         &mut self,
         index: usize,
@@ -286,6 +287,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         Ok(())
     }
 
+    /// Adds a mesh, as triangles of the top level or as an instance of a shared geometry.
     fn add_mesh(
         &mut self,
         index: usize,
@@ -390,9 +392,9 @@ fn mesh_collapses<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
     nothing(round_to_scalar::<R>) && !nothing(|x| x)
 }
 
-/// Adds the triangles of a mesh as a single object. With a map, the triangles are transformed;
-/// without, their coordinates are relative to the mesh's own origin. The flag beside the map
-/// reverses the triangles of a mirrored mesh, so that its outside stays outside.
+/// Adds the triangles of a mesh as a single object. `map` holds the mesh's transform, and whether
+/// it mirrors; triangles of a mirrored mesh are reversed, so that its outside stays outside.
+/// Without a map, the triangles are relative to the mesh's own origin.
 ///
 /// # Errors
 /// Triangles that the geometry rejects, and [`PrepareError::Cancelled`].
@@ -407,7 +409,7 @@ pub(super) fn add_triangles<R: Real>(
     let stays = map.is_some_and(|(map, _)| map == DAffine3::IDENTITY);
     let position = |i: u32| -> R::Vec3 {
         Vector::from_f64(match map {
-            // Equal to the identity map, which changes only −0 into 0.
+            // Adding zero is the identity map, which changes only −0 into 0.
             Some(_) if stays => data.positions.position(i as usize) + DVec3::ZERO,
             Some((map, _)) => map.transform_point3(data.positions.position(i as usize)),
             None => DVec3::from(data.positions.offsets()[i as usize].map(f64::from)),

@@ -34,9 +34,10 @@ pub(super) struct InputCompiler<'a, R: Real> {
     /// Path of the current material in the scene, for errors.
     pub path: String,
     pub texture_tables: InputTables<R>,
-    /// Index of each image in [`InputTables::images`], by the image's address.
+    /// Index of each image in [`InputTables::images`], by the address of the image in memory.
     image_indices: HashMap<*const ImageData, u32>,
-    /// Index of mipmaps, by the image's index and whether its codes are sRGB.
+    /// Index of an image's mipmap levels in [`InputTables::pyramids`], by the image's index and
+    /// whether its codes are sRGB.
     mipmap_indices: HashMap<(u32, bool), u32>,
     /// Whether texture uses ignore mipmaps.
     pub ignore_mipmaps: bool,
@@ -216,7 +217,7 @@ impl<'a, R: Real> InputCompiler<'a, R> {
             .is_some_and(|texture| texture.filter == TextureFilter::Mipmaps)
     }
 
-    /// Returns the index of an image's mipmaps, which are built if missing.
+    /// Returns the index of an image's mipmap levels, which are built if missing.
     fn mipmap_index(&mut self, image: u32, srgb: bool) -> u32 {
         let InputTables {
             images, pyramids, ..

@@ -6,11 +6,12 @@ use raywright_bvh::{Interval, Ray, Real, Surface, Vector};
 use super::{PreparedScene, PreparedSpawnRule};
 use crate::light::{LightId, ShadowRayTarget};
 
-/// Rays whose first hits sample lights, along the width and the height of the picture.
+/// Numbers of camera rays along the width and the height of the picture. The first hit of each ray
+/// samples lights.
 const GRID_RAYS: [u32; 2] = [32, 18];
 
-/// Greatest number of lights that a hit samples. In a scene with more lights, successive hits
-/// sample different lights.
+/// Greatest number of lights that a hit samples. In a scene with more lights, each hit continues in
+/// the list of lights after the previous hit's last light.
 const LIGHTS_PER_HIT: usize = 8;
 
 /// Greatest number of surfaces tested in front of a lamp.
@@ -84,8 +85,8 @@ impl<R: Real> PreparedScene<R> {
     }
 
     /// Returns the leak through which a sampled point of a light reaches the surface point `from`,
-    /// if any. `place` are two random numbers, and `faces` tells whether light from a direction is
-    /// visible.
+    /// if any. `place` holds two random numbers in [0, 1) that select the light's point. `faces`
+    /// tells whether light from a direction falls on the visible side of the surface.
     fn find_leak(
         &self,
         from: &Surface<R>,

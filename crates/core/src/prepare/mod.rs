@@ -53,7 +53,8 @@ impl<R: Real> PreparedScene<R> {
     /// Prepares a scene for rendering with the simulated effects. Tables of other effects stay
     /// empty. Only materials that an object uses are prepared.
     ///
-    /// # Errors Undefined names, invalid expressions and files that are not loaded, all of which
+    /// # Errors
+    /// Undefined names, invalid expressions and files that are not loaded, all of which
     /// validation reports with a location; shapes that the geometry rejects; cancellation.
     pub fn new(
         scene: &Scene,
@@ -307,7 +308,8 @@ fn scene_studio(scene: &Scene) -> Option<Studio> {
     }
 }
 
-/// Returns the priority of each material's body where bodies overlap.
+/// Returns the priority of each material's bodies. Where bodies overlap, light is in the body of
+/// the greatest priority.
 fn medium_priorities(scene: &Scene) -> Vec<u32> {
     let value_of = |material: &scene::Material| {
         if let scene::MaterialModel::Physical(m) = &material.model {

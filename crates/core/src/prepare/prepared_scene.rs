@@ -42,7 +42,7 @@ pub(crate) struct PreparedClassicRules<R: Real> {
     pub first_occluder_decides: bool,
     /// Farthest occluder of a directional light in metres; infinite without a limit.
     pub shadow_max_distance: R,
-    /// Whether a hit at the depth limit shows its local term alone.
+    /// Whether a hit at the depth limit shows only its local term, and otherwise nothing.
     pub local_only_at_limit: bool,
 }
 
@@ -99,8 +99,8 @@ pub struct PreparedScene<R: Real> {
     pub(crate) rules: PreparedClassicRules<R>,
     /// Whether any material absorbs light inside its body.
     pub(crate) absorbs: bool,
-    /// Priority of each material's body where bodies overlap; empty if priorities are not
-    /// simulated.
+    /// Priority of each material's bodies: where bodies overlap, light is in the body of the
+    /// greatest priority. Empty if priorities are not simulated.
     pub(crate) priorities: Vec<u32>,
     /// Whether paths track the bodies that contain them.
     pub(crate) tracks_media: bool,
@@ -117,7 +117,7 @@ pub struct PreparedScene<R: Real> {
     pub(crate) roulette: RouletteStart,
     /// Limit of a sample's brightest channel; `None` without clamping.
     pub(crate) clamp: Option<R>,
-    /// Whether rough surfaces include multiple scattering among microfacets.
+    /// Whether rough surfaces include the multiple scattering among their microfacets.
     pub(crate) compensates: bool,
     /// Radiance added to every sample.
     pub(crate) veil: R::Vec3,

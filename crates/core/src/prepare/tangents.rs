@@ -119,7 +119,7 @@ fn generate_mesh_tangents(data: &MeshData, (set, map): TangentKey) -> CornerTang
     mesh.out
 }
 
-/// Floating-point functions with the same results on every platform, for the library.
+/// Floating-point functions for the MikkTSpace library, with the same results on every platform.
 struct PortableMath;
 
 impl Ops for PortableMath {

@@ -1,5 +1,5 @@
 //! Prepared inputs of materials: constants, and values that are evaluated at a hit. An input holds
-//! indices into flat tables, so it consists of one or two numbers.
+//! indices into flat tables, so it is only a few numbers large.
 
 use core::cell::Cell;
 use core::ops::Range;
@@ -21,7 +21,8 @@ pub(crate) struct InputTables<R: Real> {
     /// The programs in `f64`, for a scene whose coordinates are relative to a storage origin;
     /// `None` for a scene near zero.
     pub f64_programs: Option<Box<F64Programs>>,
-    /// Uses of textures, ordered by material.
+    /// Texture uses, ordered by material. A texture use is a texture as one input of a material
+    /// reads it.
     pub textures: Vec<TextureBinding<R>>,
     /// Range in [`Self::textures`] of each material's texture uses.
     pub material_textures: Vec<Range<u32>>,
@@ -43,12 +44,12 @@ pub(crate) struct F64Programs {
     pub programs: ProgramTable<f64>,
 }
 
-/// A use of a texture by a material's input.
+/// A texture use: a texture as one input of a material reads it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TextureBinding<R: Real> {
     /// Index in the table of images.
     pub image: u32,
-    /// Filter, wrap modes, transform and factor.
+    /// Colour space, filter, wrap modes, transform of the coordinates, and factor.
     pub sampler: TextureSampler<R>,
     /// Index of the image's mipmaps; `None` if the image is read at full size.
     pub pyramid: Option<u32>,
@@ -168,7 +169,7 @@ impl<R: Real> InputTables<R> {
         }
     }
 
-    /// [`Self::prefetch`] for a material's texture uses.
+    /// Prefetches as [`Self::prefetch_texels`] does, for the texture uses of the hit material.
     #[inline(never)]
     fn prefetch_textures(&self, textures: &[TextureBinding<R>], interaction: &mut Interaction<R>) {
         let mut requested = None;
@@ -197,8 +198,8 @@ pub(crate) struct ShadingContext<'a, R: Real> {
     texture_tables: &'a InputTables<R>,
     pub interaction: &'a Interaction<R>,
     pub light_inputs: LightInputs<R>,
-    /// The last evaluated texture use and its texel, because several inputs may read channels of
-    /// the same texel.
+    /// Index and texel of the texture use that was evaluated last, because several inputs may read
+    /// channels of the same texel.
     last_texel: Cell<Option<(u32, [R; 4])>>,
     /// The last computed footprint, with the index of its first texture use: see
     /// [`TextureBinding::footprint_source`].
@@ -234,7 +235,7 @@ impl<R: Real> ShadingContext<'_, R> {
     }
 
     /// Whether the hit point lies in an odd cell of a checkerboard in world x and z. `frequency` is
-    /// the inverse edge of a cell.
+    /// one over the edge of a cell, per metre.
     #[inline(always)]
     fn is_odd_checker_cell(&self, frequency: R) -> bool {
         let p = self.interaction.surface.point;
@@ -247,7 +248,7 @@ impl<R: Real> ShadingContext<'_, R> {
         }
     }
 
-    /// Returns the texel of a texture use, from the cache if it is the last one.
+    /// Returns the texel of a texture use, from the context's cache if this use was evaluated last.
     fn sample_texture(&self, texture: u32) -> [R; 4] {
         match self.last_texel.get() {
             Some((last, texel)) if last == texture => texel,
@@ -265,7 +266,8 @@ impl<R: Real> ShadingContext<'_, R> {
 pub(crate) enum PreparedInput<R: Real> {
     /// A constant; a number is repeated in every component.
     Constant(R::Vec3),
-    /// A checkerboard of two colours in world x and z. `frequency` is the inverse edge of a cell.
+    /// A checkerboard of two colours in world x and z. `frequency` is one over the edge of a cell,
+    /// per metre.
     Checker {
         even: R::Vec3,
         odd: R::Vec3,

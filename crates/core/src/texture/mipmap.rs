@@ -51,14 +51,15 @@ pub(crate) fn mipmap_bytes(width: u32, height: u32) -> u64 {
     texels * size_of::<[f32; 4]>() as u64
 }
 
-/// Returns the size of the next mipmap level, or `None` for a single texel.
+/// Returns the width and height in texels of the next mipmap level, or `None` for a single texel.
 fn next_level_size([width, height]: [u32; 2]) -> Option<[u32; 2]> {
     (width > 1 || height > 1).then(|| [(width / 2).max(1), (height / 2).max(1)])
 }
 
 /// Divides `from` texels along an axis among the `to` texels of the next level. For each texel of
 /// the next level, returns the index of the first covered texel, and the weights of all covered
-/// texels. Where `from` is odd, texels are divided, so that all have equal total weight.
+/// texels. Where `from` is odd, some texels are split between two texels of the next level, so that
+/// every texel has the same total weight.
 fn texel_weights(from: u32, to: u32) -> Vec<(usize, Vec<f64>)> {
     let (from, to) = (u64::from(from), u64::from(to));
     let covered = |i: u64| {
@@ -76,7 +77,8 @@ fn texel_weights(from: u32, to: u32) -> Vec<(usize, Vec<f64>)> {
 }
 
 /// Returns the weighted mean of the texels that a texel of the next level covers, as linear values.
-/// `columns` and `rows` are weights from [`texel_weights`].
+/// `columns` and `rows` are weights from [`texel_weights`], `left` and `top` the first covered
+/// texel.
 fn average_texels(
     image: &ImageData,
     (codes, srgb): (&TexelDecoder<f64>, bool),

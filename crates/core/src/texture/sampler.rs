@@ -65,8 +65,8 @@ impl<R: Real> TextureSampler<R> {
         }
     }
 
-    /// Returns the filtered texel of a full-size image at a footprint from [`Self::place`], as
-    /// [`Self::texel`] does.
+    /// Returns the filtered texel of a full-size image, as [`Self::sample`] does, at a footprint
+    /// from [`Self::texel_footprint`].
     #[inline(always)]
     pub fn sample_at_footprint(
         &self,
@@ -92,7 +92,7 @@ impl<R: Real> TextureSampler<R> {
             && self.transform == other.transform
     }
 
-    /// Multiplies a texel's colour by the factor.
+    /// Multiplies a texel's colour by the factor of the texture use; alpha stays.
     #[inline(always)]
     fn apply_factor(&self, [r, g, b, a]: [R; 4]) -> [R; 4] {
         [
@@ -239,9 +239,9 @@ impl<R> TexelFootprint<R> {
 /// Linear values of the 8-bit codes 0 to 255.
 #[derive(Clone, Debug)]
 pub(crate) struct TexelDecoder<R> {
-    /// Values of linear codes: code / 255.
+    /// Values of linear codes: the code over 255.
     linear: [R; 256],
-    /// Values of sRGB codes.
+    /// Values of sRGB codes, decoded by the sRGB curve.
     srgb: [R; 256],
 }
 
@@ -290,12 +290,12 @@ pub(super) fn decode_texel<R: Real>(
     }
 }
 
-/// Interpolates between two texels; `weight` is that of the second.
+/// Interpolates between two texels. `weight` is the weight of the second texel, from 0 to 1.
 #[inline(always)]
 fn blend<R: Real>([ar, ag, ab, aa]: [R; 4], [br, bg, bb, ba]: [R; 4], weight: R) -> [R; 4] {
     let one = |a: R, b: R| a * (R::ONE - weight) + b * weight;
-    // Alpha stays within the range of the two texels in spite of rounding, because an alpha mask
-    // compares it with a cutoff.
+    // Rounding must not move alpha beyond the range of the two texels, because an alpha mask
+    // compares alpha with a cutoff.
     let alpha = Real::clamp(one(aa, ba), Real::min(aa, ba), Real::max(aa, ba));
     [one(ar, br), one(ag, bg), one(ab, bb), alpha]
 }

@@ -4,7 +4,7 @@ use super::super::geometry::tests::glowing;
 use super::*;
 use crate::scene::{GeneratorKind, TransformStep, Triple};
 
-/// [`super::collapsed`] relative to the origin zero.
+/// [`find_collapsed_objects_near`] with the origin zero.
 fn collapsed<R: Real>(scene: &Scene) -> Vec<Problem> {
     find_collapsed_objects_near::<R>(scene, DVec3::ZERO)
 }

@@ -13,20 +13,26 @@ use crate::scene::{
 use crate::texture::PreparedInput;
 
 /// Inputs of a classic material, a local lighting model of several terms (see
-/// [`crate::scene::Classic`]).
+/// [`ClassicMaterial`](crate::scene::ClassicMaterial)).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClassicInputs<R: Real> {
     pub colour: PreparedInput<R>,
+    /// Factor on the local term: ambient and diffuse light, highlights and rim.
     pub local: PreparedInput<R>,
     pub ambient: R::Vec3,
+    /// Factor on the Lambert term.
     pub diffuse: PreparedInput<R>,
     pub specular: Option<SpecularInputs<R>>,
+    /// Strength and exponent of the additional light at grazing angles.
     pub rim: Option<(PreparedInput<R>, u32)>,
     pub reflection: Option<ReflectionInputs<R>>,
     pub transmission: Option<TransmissionInputs<R>>,
     pub emission: Option<PreparedInput<R>>,
+    /// Probabilities of reflection, transmission and diffusion for a path tracer.
     pub mixture: Option<Mixture>,
+    /// Share of a light that passes through this surface as an occluder, from 0 to 1.
     pub shadow_transmittance: R,
+    /// Share of a light that reaches this surface, in place of the shadow rule's factor.
     pub shadow: Option<PreparedInput<R>>,
     /// Whether a shadow ray is needed. It is not if the expression `shadow` reads no property of an
     /// occluder.
@@ -43,8 +49,12 @@ pub(crate) struct SpecularInputs<R: Real> {
     pub model: SpecularModel,
     pub exponent: u32,
     pub strength: PreparedInput<R>,
+    /// Whether the light's colour tints the highlight.
     pub lit: bool,
+    /// Whether shadows dim the highlight.
     pub shadowed: bool,
+    /// Whether the weight of the mirror reflection multiplies the highlight, in place of the factor
+    /// `local`.
     pub on_reflection: bool,
 }
 
@@ -52,8 +62,10 @@ pub(crate) struct SpecularInputs<R: Real> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReflectionInputs<R: Real> {
     pub weight: PreparedInput<R>,
+    /// Whether the base colour tints the reflection.
     pub tinted: bool,
-    /// Amount of a disturbance of the mirrored direction, and its rows of frequencies.
+    /// Disturbance of the mirrored direction: its length, and three rows of frequencies in radians
+    /// per metre.
     pub fuzz: Option<(R, [R::Vec3; 3])>,
 }
 

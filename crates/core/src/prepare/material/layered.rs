@@ -46,7 +46,7 @@ pub(crate) struct FilmThickness<R: Real> {
 /// Directions of the rougher axis on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AnisotropyFrame<R: Real> {
-    /// Cosine and sine of the angle from the tangent to the rougher axis.
+    /// Cosine and sine of the angle from the tangent to the rougher axis, in the tangent plane.
     pub rotation: [R; 2],
     pub image: Option<PreparedInput<R>>,
 }
