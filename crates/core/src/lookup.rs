@@ -1,4 +1,5 @@
-//! Lookup of a scene's items by name. It is built once, so that no list is scanned for each object.
+//! Lookup of a scene's items by name. The lookup is built once, so that no list is searched for
+//! each object.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

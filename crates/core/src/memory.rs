@@ -5,8 +5,9 @@ pub use raywright_bvh::{AllocationRefusal, limit_heap, set_heap_refusal_handler}
 
 /// Memory of a render in bytes, by purpose.
 ///
-/// Not counted: expressions (about half a KiB compiled, and their text in the scene), the tiles in
-/// progress (one per thread), and the temporary memory of a tree's build.
+/// Not counted: expressions (about half a KiB compiled, and their text in the scene), the film's
+/// tiles in progress (one per thread), and the temporary memory of an acceleration structure's
+/// build.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MemoryUse {
     /// Primitives and accelerators; geometry shared by instances counts once.

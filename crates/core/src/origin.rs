@@ -24,16 +24,16 @@ const RESOLVED: f64 = 1e-3;
 pub(crate) struct StorageOrigin {
     /// The origin; zero for a scene near zero.
     pub origin: DVec3,
-    /// Index of the first object that is not resolved, generated objects last: relative to the
-    /// origin, the scalar does not distinguish points a thousandth of the object's size apart.
-    /// `None` if all objects are resolved.
+    /// Index of the first unresolved object, generated objects last: relative to the origin, the
+    /// scalar does not distinguish points of this object a thousandth of its size apart. `None` if
+    /// all objects are resolved.
     pub unresolved: Option<u32>,
 }
 
 impl StorageOrigin {
     /// Chooses the origin of a scene. If the whole scene is far from zero, the origin is near all
-    /// objects. If only some objects are far and unresolved, the origin is near these, provided
-    /// that more is resolved then.
+    /// objects. If only some objects are far and unresolved, the origin is near these objects,
+    /// provided that it resolves more triangles and shapes.
     pub fn from_scene<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> Self {
         let from_zero = ResolutionSurvey::survey::<R>(DVec3::ZERO, scene, lookup);
         let near_all = storage_origin_near(&from_zero.bounds, SCENE_DISTANCE_LIMIT);
@@ -111,7 +111,7 @@ impl ResolutionSurvey {
                 .abs()
                 .max((bounds.max - origin).abs())
                 .max_element();
-            // The left side is the spacing of the scalar at the farthest coordinate.
+            // The left side is the spacing of stored numbers at the farthest coordinate.
             if 2.0 * R::ROUNDOFF.to_f64() * farthest > RESOLVED * size && size > 0.0 {
                 origin_survey.unresolved_bounds = origin_survey.unresolved_bounds.union(bounds);
                 origin_survey.unresolved = origin_survey.unresolved.saturating_add(parts);

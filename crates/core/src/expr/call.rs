@@ -13,7 +13,7 @@ use crate::suggest::closest_word;
 
 impl GraphBuilder<'_> {
     /// Adds the operations of a function call. `span` is the span of the whole call, `name_span`
-    /// that of the name.
+    /// the span of the function's name.
     pub fn call_function(
         &mut self,
         name: &str,

@@ -8,7 +8,7 @@ use super::operation::Operation;
 pub(super) enum Function {
     /// A function of one argument, applied to each component of a vector.
     Unary(Operation),
-    /// One argument times this constant, for each component of a vector.
+    /// Product of an argument and this constant, for each component of a vector.
     MultiplyBy(f64),
     /// A function of two arguments, applied to each component of vectors.
     Binary(Operation),
@@ -46,10 +46,10 @@ pub(super) enum Function {
     PlaneNoise(NoiseKind),
 }
 
-/// Combination of octaves by a noise function.
+/// Combination of octaves by a noise function. An octave is gradient noise at one scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum NoiseKind {
-    /// A single octave, without the argument.
+    /// A single octave. The function takes no number of octaves.
     One,
     /// Sum of octaves.
     Sum,
@@ -58,7 +58,8 @@ pub(super) enum NoiseKind {
 }
 
 impl NoiseKind {
-    /// Returns the operation at a point in space, for a number of octaves.
+    /// Returns the operation that evaluates the noise at a point in space, with a number of
+    /// octaves.
     pub const fn operation_3d(self, count: u32) -> Operation {
         match self {
             Self::One => Operation::Noise,
@@ -67,7 +68,8 @@ impl NoiseKind {
         }
     }
 
-    /// Returns the operation at a point in the plane, for a number of octaves.
+    /// Returns the operation that evaluates the noise at a point in the plane, with a number of
+    /// octaves.
     pub const fn operation_2d(self, count: u32) -> Operation {
         match self {
             Self::One => Operation::PlaneNoise,

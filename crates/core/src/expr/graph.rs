@@ -79,7 +79,7 @@ impl ExprNode {
 #[derive(Debug, Default)]
 pub(super) struct ExprGraph {
     nodes: Vec<ExprNode>,
-    /// Identifier of each existing node.
+    /// Index of each node of the graph, to find an equal node.
     node_ids: HashMap<ExprNode, NodeId>,
 }
 
@@ -147,7 +147,7 @@ impl ExprGraph {
             return self.intern_node(constant);
         }
         match operation {
-            // Of a constant condition, only the taken branch remains.
+            // If the condition is constant, only the taken branch remains.
             Operation::Select | Operation::SelectVectors if b == c => return b,
             Operation::Select | Operation::SelectVectors => {
                 if let Some(condition) = self.as_number(a) {

@@ -60,7 +60,8 @@ pub const MAX_DEPTH: usize = 64;
 /// Evaluates an expression in `f64`. `names` are the constants that it may read: the time `t` and
 /// the parameters.
 ///
-/// # Errors An invalid expression, and a value that is a vector or not finite.
+/// # Errors
+/// An invalid expression, and a value that is a vector or not finite.
 pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, ExprError> {
     let (builder, term) = parser::parse(source, build::GraphBuilder::new(names, ExprScope::Load))?;
     let id = builder.expect_number(&term, "the value")?;
@@ -80,7 +81,8 @@ pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, Expr
 /// Compiles an expression. It may read `names` as constants (the time `t` and the parameters) and
 /// the variables of `scope`.
 ///
-/// # Errors Invalid text, names that are undefined in the scope, values of the wrong type, and a
+/// # Errors
+/// Invalid text, names that are undefined in the scope, values of the wrong type, and a
 /// program that is too large.
 pub fn compile(
     source: &str,
@@ -91,7 +93,7 @@ pub fn compile(
     Program::new(&builder.graph, term.id, term.span)
 }
 
-/// Compiles an expression whose value must be a number, such as a weight; otherwise as [`compile`].
+/// Compiles an expression as [`compile`] does; the value must be a number, such as a weight.
 ///
 /// # Errors
 /// Those of [`compile`], and a vector value.

@@ -29,8 +29,8 @@ pub(super) enum Operation {
     /// magnitude.
     Modulo,
     Power,
-    /// a to this whole power; zero for magnitudes below the limit b, see
-    /// [`vanishing`](super::semantics::vanishing_limit).
+    /// a to this whole power; zero where the magnitude of a is below b, the
+    /// [`vanishing_limit`](super::semantics::vanishing_limit).
     WholePower(u32),
     Min,
     Max,

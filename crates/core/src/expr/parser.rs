@@ -2,11 +2,12 @@
 //! nested source becomes nested calls.
 //!
 //! ```text
-//! parse_expression = or [ "?" parse_expression ":" parse_expression ]
+//! expression = or [ "?" expression ":" expression ]
 //! or, and, comparison, sum, product: left-associative, binding tighter in this order; comparisons do not chain
-//! parse_prefix     = { "-" | "+" | "!" } parse_power
-//! parse_power      = parse_postfix [ "^" parse_prefix ]                               right-associative: -x^2 is -(x^2)
-//! parse_postfix       = ( add_number | name | name "(" … ")" | "(" … ")" | "[" x "," y "," z "]" ) { "." take_component }
+//! prefix     = { "-" | "+" | "!" } power
+//! power      = postfix [ "^" prefix ]                               right-associative: -x^2 is -(x^2)
+//! postfix    = primary { "." component }
+//! primary    = number | name | name "(" … ")" | "(" … ")" | "[" x "," y "," z "]"
 //! ```
 
 use std::ops::Range;
@@ -267,7 +268,7 @@ impl Parser<'_, '_> {
         Ok(term)
     }
 
-    /// Parses a number, a name, a call, or something in parentheses or brackets.
+    /// Parses a number, a name, a call, an expression in parentheses, or a vector in brackets.
     fn parse_primary(&mut self) -> Result<SourceTerm> {
         let token = self.next_token();
         let span = token.span.clone();

@@ -11,9 +11,9 @@ use super::scope::Variable;
 /// Greatest number of operations of a program.
 pub const MAX_OPERATIONS: usize = 1024;
 
-/// Sizes of the register file in rows of four. A program uses the smallest sufficient size, because
-/// the file is initialised at each hit. Each row holds the result of at least one operation, so a
-/// program has no more rows than operations.
+/// Possible sizes of the register file, in rows of four registers. A program uses the smallest
+/// sufficient size, because the file is initialised at each hit. Each row holds the result of at
+/// least one operation, so a program has no more rows than operations.
 pub(super) const SIZES: [usize; 4] = [8, 16, 64, MAX_OPERATIONS];
 
 /// Position of a program in the tables of [`ProgramTable`](super::ProgramTable), and its properties.
@@ -23,13 +23,14 @@ pub(super) struct ProgramHeader {
     pub steps: [u32; 2],
     /// Index of the first row of registers, and number of rows.
     pub registers: [u32; 2],
-    /// Bit mask of the rows of variables that the program reads, see [`Variable::register_position`].
+    /// Bit mask of the rows of variables that the program reads; [`Variable::register_position`]
+    /// defines the rows.
     pub variable_rows: u8,
     /// Whether the value is a vector.
     pub is_vector: bool,
     /// Register of the program's value.
     pub result: u16,
-    /// Bit mask of the variables that the program reads, see [`Variable::bit_mask`].
+    /// Bit mask of the variables that the program reads, a [`Variable::bit_mask`] each.
     pub variables: u32,
 }
 

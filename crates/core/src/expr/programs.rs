@@ -15,7 +15,7 @@ use super::scope::{Variable, VariableValues};
 ///
 /// let mut programs = ProgramTable::<f32>::default();
 /// let stripes = programs.add(&compile("fract(4*u) < 0.5 ? 1 : 0.2", &BTreeMap::new(), ExprScope::Surface)?);
-/// assert_eq!(programs.scalar(stripes, &VariableValues { u: 0.2, ..VariableValues::default() }), 0.2);
+/// assert_eq!(programs.eval_scalar(stripes, &VariableValues { u: 0.2, ..VariableValues::default() }), 0.2);
 /// # Ok::<(), raywright_core::expr::ExprError>(())
 /// ```
 #[derive(Clone, Debug, Default)]
@@ -56,7 +56,8 @@ impl<R: Real> ProgramTable<R> {
         self.headers.len() as u32 - 1
     }
 
-    /// Runs a program and returns its value as a row. A number is repeated in all four places.
+    /// Runs a program and returns its value as a row of four registers. A number is repeated in all
+    /// four.
     #[inline(always)]
     fn run_program(&self, program: u32, inputs: &VariableValues<R>) -> RegisterRow<R> {
         let head = &self.headers[program as usize];
@@ -68,7 +69,7 @@ impl<R: Real> ProgramTable<R> {
         }
     }
 
-    /// [`Self::run`] with a register file of `ROWS` rows.
+    /// Does the work of [`Self::run_program`] with a register file of `ROWS` rows.
     #[inline(never)]
     fn run_with_rows<const ROWS: usize>(
         &self,

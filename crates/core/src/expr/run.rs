@@ -15,8 +15,8 @@ use crate::noise;
 /// in, the processor would stall for longer than the arithmetic of an instruction takes.
 pub(super) type RegisterRow<R> = [R; 4];
 
-/// An instruction. The register of a number is its index among the places of all rows. The register
-/// of a vector is the index of its x, at the start of a row.
+/// An instruction. A register is numbered by its place in the whole register file, four to a row.
+/// The register of a vector is that of its x, the first of a row.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Instruction {
     pub operation: Operation,

@@ -144,7 +144,7 @@ impl ExprScope {
         }
     }
 
-    /// Returns the end of the message "`d` does not exist …".
+    /// Returns the end of the message "`d` does not exist …": the place in the scene.
     pub(super) const fn description(self) -> &'static str {
         match self {
             Self::Load => "in a number of the scene, which is evaluated once while loading",
@@ -184,7 +184,7 @@ pub struct VariableValues<R: Real> {
 }
 
 impl<R: Real> VariableValues<R> {
-    /// Converts to f64.
+    /// Converts all values to `f64`.
     pub fn to_f64(&self) -> VariableValues<f64> {
         let Self {
             p,

@@ -14,12 +14,13 @@ use raywright_bvh::Real;
 use super::mask::LaneMask;
 use super::{Number, Vector3};
 
-/// `N` lanes of `f32`.
+/// An `f32` in each of `N` lanes. A lane is one of several paths that are shaded side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
 pub struct Lanes<const N: usize>(pub [f32; N]);
 
-/// `N` lanes of vectors of three `f32`.
+/// A vector of three `f32` in each of `N` lanes. A lane is one of several paths that are shaded
+/// side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vec3Lanes<const N: usize> {
     /// First components of all lanes.
@@ -45,8 +46,8 @@ impl<const N: usize> Lanes<N> {
         out
     }
 
-    /// Returns the maximum by lane as the vector functions define it: `other` if either number is
-    /// NaN.
+    /// Returns the larger number of each lane, as the vector functions of one lane define it:
+    /// `other` if either number is NaN.
     #[inline(always)]
     fn max_or_second(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })

@@ -4,8 +4,8 @@ use core::ops::{BitAnd, BitOr, Not};
 
 use super::Mask;
 
-/// `N` lanes of booleans. A lane has all bits set or none, so that a selection is a bitwise
-/// operation.
+/// A boolean in each of `N` lanes. A lane has all bits set or none, so that a selection is a
+/// bitwise operation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
 pub struct LaneMask<const N: usize>([u32; N]);

@@ -1,5 +1,6 @@
-//! Number types for shading: a single number, or several lanes side by side. Generic code serves a
-//! single path and also several paths that hit surfaces of the same kind.
+//! Number types for shading: a single number, or numbers side by side in several lanes, one for
+//! each path. Generic code serves a single path and also several paths that hit surfaces of the
+//! same kind.
 //!
 //! `f32` and `f64` have one lane; [`Lanes`] has several lanes of `f32`. Every operation in a lane
 //! has the same order as for a single number and gives the same bits, so tests compare lanes with
@@ -39,7 +40,7 @@ pub(crate) use logarithms::{expm1, log1p};
 pub use mask::LaneMask;
 use raywright_bvh::{Real, Vector};
 
-/// A number in each of [`Self::LANES`] lanes.
+/// A number in each of [`Self::LANES`] lanes, one for each path that is shaded.
 pub trait Number:
     Copy
     + Debug
@@ -123,11 +124,11 @@ pub trait Vector3<N: Number>:
     fn from_lanes(value: impl FnMut(usize) -> DVec3) -> Self;
     /// Returns the value of a lane, exactly.
     fn lane(self, index: usize) -> DVec3;
-    /// First component.
+    /// Returns the first component.
     fn x(self) -> N;
-    /// Second component.
+    /// Returns the second component.
     fn y(self) -> N;
-    /// Third component.
+    /// Returns the third component.
     fn z(self) -> N;
     /// Returns the scalar product.
     fn dot(self, other: Self) -> N;
@@ -162,7 +163,7 @@ pub trait Mask:
     fn any_lane(self) -> bool;
     /// Returns the value of a lane.
     fn lane(self, index: usize) -> bool;
-    /// Sets one lane.
+    /// Sets the boolean of one lane.
     fn set_lane(&mut self, index: usize);
 }
 

@@ -75,7 +75,7 @@ pub trait FieldValue {
         None
     }
     /// Replaces an image by its factor if `_images`, and a checkerboard by the mean of its two
-    /// colours if `_checkers`.
+    /// colours if `_checkers`. Other values stay.
     fn make_constant(&mut self, _images: bool, _checkers: bool) {}
     /// Returns the fields of the layer that this value is; empty for any other value.
     fn layer_fields(&self) -> Vec<MaterialField<'_>> {

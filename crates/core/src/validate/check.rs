@@ -95,8 +95,8 @@ impl<'a> SceneCheck<'a> {
         self.push_problem(message.into(), None, None);
     }
 
-    /// Reports a problem as the name of a value followed by `said`. An empty key stands for the
-    /// value at the current path.
+    /// Reports a problem of the value under a key: the message is the value's name followed by
+    /// `said`. An empty key stands for the value at the current path.
     fn report_value(&mut self, key: &str, said: impl Display) {
         if key.is_empty() {
             self.report(format!("{} {said}", self.current_key()));
@@ -134,7 +134,7 @@ impl<'a> SceneCheck<'a> {
         format!("`{}`", self.path.rsplit('.').next().unwrap_or_default())
     }
 
-    /// Checks that the names in an array are unique and, if `needed`, not empty.
+    /// Checks that the names of an array's elements are unique and, if `needed`, not empty.
     pub fn check_names<T>(
         &mut self,
         key: &str,

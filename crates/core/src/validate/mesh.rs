@@ -85,8 +85,8 @@ pub fn find_missing_uv_sets(scene: &Scene) -> Vec<Problem> {
     problems
 }
 
-/// Checks the arrays of a mesh. Returns at most a problem for each array: its path within the mesh,
-/// and the message.
+/// Checks the arrays of a mesh. Returns at most one problem for each array: the path of the array
+/// within the mesh, and the message.
 pub fn check_mesh_data(data: &MeshData) -> Vec<(String, String)> {
     let vertices = data.positions.len();
     let mut problems = Vec::new();

@@ -12,8 +12,8 @@ use crate::scene::{Camera, Material, Object, Pose};
 /// Sine of the least permitted angle between a camera's view and its up direction.
 pub(super) const MIN_VIEW_SINE: f64 = 1e-6;
 
-/// Greatest number of pieces of a camera's motion that are examined. Usual motions need far fewer;
-/// the limit bounds the time for a motion that is nearly degenerate everywhere.
+/// Greatest number of pieces into which a camera's motion is divided for the check. Usual motions
+/// need far fewer. The limit bounds the time for a motion that is nearly degenerate everywhere.
 const MOST_PIECES: usize = 4096;
 
 /// Checks the motion of an object whose transforms at time 0 and time 1 are valid.

@@ -158,9 +158,9 @@ impl<'de, T: InputValue> Deserialize<'de> for Input<T> {
     }
 }
 
-/// Reads an input whose expression the loader evaluates once, if it depends on no variable of the
-/// hit. The roughness or emission of a surface is then known before rendering. By the name
-/// `EarlyInput`, the loader knows which inputs to evaluate.
+/// Reads an input whose expression the loader evaluates once, if the expression depends on no
+/// variable of the hit. Values such as a roughness or an emission are then known before rendering.
+/// By the name `EarlyInput`, the loader knows which inputs to evaluate.
 pub(in crate::scene) fn deserialize_early<'de, T: InputValue, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Input<T>, D::Error> {

@@ -159,7 +159,7 @@ impl Physical {
         self.specular != 1.0.into() || self.specular_texture.is_some() || self.has_specular_colour()
     }
 
-    /// Returns the factor `specular`, from 0 to 1, if a single number describes the change of the
+    /// Returns the factor `specular`, from 0 to 1, if this number alone describes the change of the
     /// dielectric part's reflectance. `None` if the factor varies, if the reflectance has a colour,
     /// or if the material transmits light.
     pub fn constant_specular_factor(&self) -> Option<f64> {

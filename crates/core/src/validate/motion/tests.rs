@@ -1,5 +1,5 @@
-//! Motions that are degenerate at some time, each with its place and hint, and motions that only
-//! come near.
+//! Motions that are degenerate at some time, each with the place and the hint of its message, and
+//! valid motions that come close.
 
 use serde_json::{Value, json};
 
