@@ -30,14 +30,14 @@ fn build_boxes<R: Real>(boxes: &[BoxCorners], kind: AcceleratorKind) -> Geometry
     Geometry::new(group, kind)
 }
 
-/// Returns the nearest hit in front of a ray's origin.
+/// Returns the closest hit of a ray with solid boxes, at any positive distance.
 fn closest_box<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> Option<Hit<R>> {
     geometry.closest(ray, Interval::positive(), &mut ())
 }
 
-/// Computes the interval of distances of a ray in a box, in units of the direction's length, in
-/// f64; `None` for a miss. For a zero component of the direction, the origin must be between both
-/// faces.
+/// Computes the distances at which a ray enters and leaves a box, in f64 and in units of the
+/// direction's length; `None` for a miss. A ray parallel to two faces hits only if its origin is
+/// between them.
 fn intersect_slabs(ray: &Ray<impl Real>, [min, max]: BoxCorners) -> Option<[f64; 2]> {
     let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
     let mut range = [f64::NEG_INFINITY, f64::INFINITY];
@@ -55,7 +55,7 @@ fn intersect_slabs(ray: &Ray<impl Real>, [min, max]: BoxCorners) -> Option<[f64;
     (range[0] < range[1]).then_some(range)
 }
 
-/// Creates `count` random boxes with edges from 0.1 to 1.1 in a cube of size 20.
+/// Creates `count` random boxes, with edges from 0.1 to 1.1 and centres in a cube with edges of 20.
 fn scatter_boxes(seed: u64, count: u64) -> Vec<BoxCorners> {
     let one = |index| {
         let rng = &mut CaseRng::new(seed, index);
@@ -65,8 +65,9 @@ fn scatter_boxes(seed: u64, count: u64) -> Vec<BoxCorners> {
     (0..count).map(one).collect()
 }
 
-/// Judges a ray: right if the tree's hit equals the hit of the scan, and if the ray, which enters
-/// the box `aimed_at`, hits something before it leaves that box.
+/// Judges a ray that enters the box `aimed_at`. It is right if it hits something before it leaves
+/// that box, and if the tree's hit equals the hit of the linear scan. A ray that misses the box is
+/// skipped.
 fn judge_target_hit<R: Real>(
     tree: &Geometry<R>,
     scan: &Geometry<R>,
@@ -83,8 +84,8 @@ fn judge_target_hit<R: Real>(
     })
 }
 
-/// T01: rays along an axis, close to a face parallel to them (at 1 − δ), towards a box that begins
-/// at distance L.
+/// Measures case T01: rays along an axis, close to a face parallel to them (at 1 − δ), towards a
+/// box that begins at distance L.
 pub fn measure_rays_along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let lengths: Vec<f64> = (0..=8).map(|k| 10_f64.powi(k)).collect();
     let boxes = |&length: &f64| -> Vec<BoxCorners> {
@@ -141,7 +142,8 @@ pub fn measure_rays_along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     measured
 }
 
-/// T02: rays with zero direction components of either sign, in the planes of box faces.
+/// Measures case T02: rays with zero direction components of either sign, in the planes of box
+/// faces.
 pub fn measure_signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let whole = |index| {
         let rng = &mut CaseRng::new(211, index);
@@ -183,7 +185,7 @@ pub fn measure_signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// T04: rays along an axis whose other direction components are close to zero.
+/// Measures case T04: rays along an axis whose other direction components are close to zero.
 pub fn measure_tiny_components<R: Real>(rays: RayCount) -> Vec<Measurement> {
     measure_rays_at_boxes::<R>("T04", 204, rays, |rng, target| {
         let (axis, size) = (
@@ -196,7 +198,7 @@ pub fn measure_tiny_components<R: Real>(rays: RayCount) -> Vec<Measurement> {
     })
 }
 
-/// T05: rays with directions of any length, from 1e-20 to 1e20.
+/// Measures case T05: rays with directions of any length, from 1e-20 to 1e20.
 pub fn measure_direction_lengths<R: Real>(rays: RayCount) -> Vec<Measurement> {
     measure_rays_at_boxes::<R>("T05", 205, rays, |rng, target| {
         let d = rng.sample_direction();
@@ -207,7 +209,8 @@ pub fn measure_direction_lengths<R: Real>(rays: RayCount) -> Vec<Measurement> {
     })
 }
 
-/// Measures rays that `drawn` creates towards random points well within random boxes.
+/// Measures rays towards random points well within random boxes; `drawn` creates the ray to a
+/// point.
 fn measure_rays_at_boxes<R: Real>(
     case: &str,
     seed: u64,
@@ -228,7 +231,8 @@ fn measure_rays_at_boxes<R: Real>(
     )
 }
 
-/// T08: boxes of size 1e-6 beside boxes of size 1e6, by rays from three diameters away.
+/// Measures case T08: boxes of size 1e-6 beside boxes of size 1e6, by rays from three diameters
+/// away.
 pub fn measure_mixed_scales<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let one = |index: u64| {
         let rng = &mut CaseRng::new(212, index);
@@ -257,8 +261,8 @@ pub fn measure_mixed_scales<R: Real>(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// T16: rays that start on a face, or an ulp to either side of it, and go inwards, outwards or
-/// along the face.
+/// Measures case T16: rays that start on a face of a box, or an ulp to either side of it, and go
+/// inwards, outwards or along the face.
 pub fn measure_rays_from_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let boxes = scatter_boxes(216, 300);
     let scan = build_boxes::<R>(&boxes, AcceleratorKind::Linear);

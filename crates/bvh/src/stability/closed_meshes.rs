@@ -15,22 +15,23 @@ use crate::{Aabb, AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, 
 /// Number of cells along each side of a lattice.
 const CELLS: usize = 20;
 
-/// Whether a ray has a hit, both by a closest-hit and by an any-hit query.
+/// Whether a ray hits the geometry, both by a closest-hit and by an any-hit query.
 fn is_hit<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> bool {
     let range = Interval::positive();
     geometry.closest(ray, range, &mut ()).is_some()
         && geometry.occluded(ray, range, &mut |_| true, &mut ())
 }
 
-/// Creates a point from its coordinate along an axis and its two coordinates perpendicular to it.
+/// Creates a point whose coordinate along an axis is `along`, and whose other two coordinates are
+/// `a` and `b`.
 fn point_across_axis(axis: usize, [a, b]: [f64; 2], along: f64) -> DVec3 {
     let mut p = DVec3::ZERO;
     (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (along, a, b);
     p
 }
 
-/// Builds a flat lattice perpendicular to an axis, with two triangles per cell, optionally with
-/// flipped winding.
+/// Builds a flat lattice of square cells perpendicular to an axis, with two triangles per cell,
+/// optionally with flipped winding.
 fn build_flat_lattice<R: Real>(axis: usize, is_flipped: bool) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for cell in 0..CELLS * CELLS {
@@ -64,8 +65,8 @@ fn build_solid_lattice<R: Real>(axis: usize) -> Geometry<R> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// T03: rays along an axis through every lattice point and halfway between lattice points, with
-/// zero direction components of either sign.
+/// Measures case T03: rays along an axis through every lattice point and halfway between lattice
+/// points, with zero direction components of either sign.
 pub fn measure_lattices<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let trees = (0..3)
         .flat_map(|axis| {
@@ -165,7 +166,7 @@ fn measure_leaks<R: Real>(
     })
 }
 
-/// T06: rays from inside closed meshes of every size from 1e-12 to 1e12.
+/// Measures case T06: rays from inside closed meshes of every size from 1e-12 to 1e12.
 pub fn measure_mesh_sizes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let globes: Vec<_> = (-12..=12)
         .map(|k| SphereMesh::new(3, 10_f64.powi(k), DVec3::ZERO))
@@ -183,7 +184,8 @@ fn build_distant_meshes() -> [SphereMesh; 3] {
     ]
 }
 
-/// T07: rays from inside closed meshes, and onto a ground of square cells, far from the origin.
+/// Measures case T07: rays from inside closed meshes, and onto a ground of square cells, far from
+/// the origin.
 pub fn measure_distant_meshes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let measured = measure_leaks::<R>("T07", 227, 1_000_000, rays, &build_distant_meshes());
     const SIDE: usize = 12;
@@ -242,9 +244,9 @@ pub fn measure_distant_meshes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     measured.into_iter().zip(ground).map(both).collect()
 }
 
-/// T10: the padding of boxes. Rays from inside the meshes of T07, and a mesh at the origin, must
-/// hit. The surface area that padding adds to the boxes of the mesh at the origin, which is the
-/// increase of the rays that enter them, must be below 30 percent.
+/// Measures case T10: the padding of boxes. Rays from inside the meshes of T07 and from inside a
+/// mesh at the origin must hit. Padding increases the surface area of boxes, and so the number of
+/// rays that enter them. For the mesh at the origin the increase must be below 30 percent.
 pub fn measure_box_inflation<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let [a, b, c] = build_distant_meshes();
     let near = SphereMesh::new(4, 1.0, DVec3::ZERO);

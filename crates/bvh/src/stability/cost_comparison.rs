@@ -1,6 +1,6 @@
-//! The cost of accuracy: the same work by textbook formulas and by the library, for programs that
-//! time both in turns. The rays are ordinary, from five sizes away, and about half of them hit.
-//! Hard cases are rare, but every ray pays for their treatment.
+//! The cost of accuracy: the same work by textbook formulas and by the library. Programs time both
+//! in turns. The rays are ordinary: they start five radii from a shape of about unit size, and
+//! about half of them hit. Hard cases are rare, but every ray pays for their treatment.
 
 use core::fmt;
 use core::hint::black_box;
@@ -36,11 +36,11 @@ impl fmt::Debug for CostComparison {
     }
 }
 
-/// Number of different rays in a comparison.
+/// Number of different rays that a comparison traces.
 const RAYS: u32 = 4096;
 
-/// Creates the comparison for a case, given by its number as in `P01`; `None` if the textbook has
-/// no formula for the case, or if the case concerns no shape.
+/// Creates the comparison for a case, given by its number such as `P01`. Returns `None` if the case
+/// has no textbook formula, or if it concerns no shape.
 pub fn build_cost_comparison(number: &str) -> Option<CostComparison> {
     let (zero, axis) = (DVec3::ZERO, DVec3::new(0.3, 1.0, -0.2));
     Some(match number {
@@ -100,7 +100,8 @@ fn sample_triangle<R: Real>() -> AnyShape<R> {
     Triangle::new(corners.map(to_scalar::<R>)).into()
 }
 
-/// Creates rays from around a shape of about unit size, towards points near it.
+/// Creates the rays of the comparison: from points at distance 5 from the origin, towards points
+/// near a shape of about unit size at the origin.
 fn random_rays<R: Real>() -> Vec<Ray<R>> {
     let ray = |i: u32| {
         let rng = &mut CaseRng::new(1, i.into());
@@ -113,7 +114,7 @@ fn random_rays<R: Real>() -> Vec<Ray<R>> {
     (0..RAYS).map(ray).collect()
 }
 
-/// Creates the rays of the comparison, prepared as in a query of the library.
+/// Creates the rays of the comparison, prepared as the library's queries prepare them.
 fn prepared_rays<R: Real>() -> Vec<PreparedRay> {
     random_rays::<R>()
         .into_iter()
@@ -121,8 +122,8 @@ fn prepared_rays<R: Real>() -> Vec<PreparedRay> {
         .collect()
 }
 
-/// Creates the comparison of intersection tests of one shape. Each run tests all rays `turns`
-/// times.
+/// Creates the comparison of intersection tests of one shape, in f32 (`single`) and f64 (`double`).
+/// Each run tests all rays `turns` times.
 fn compare_intersections(
     label: &'static str,
     turns: u32,

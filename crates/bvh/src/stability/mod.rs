@@ -1,6 +1,8 @@
-//! Hard cases of ray intersection, judged by oracles of higher accuracy. Tests check the library by
-//! them, and programs tabulate the results. A case that textbook formulas fail takes the
-//! intersection function as a parameter, so that textbook and library can be compared.
+//! Hard cases of ray intersection: rays for which careless formulas lose digits or hits. Each case
+//! has a number, such as P01 or T03, and an oracle of higher accuracy that judges the library's
+//! results. Tests run the cases, and `raywright stability` prints a table of their results.
+//! Functions of cases that textbook formulas fail take the intersection function as a parameter, so
+//! that textbook and library can be compared.
 
 pub mod boxes;
 pub mod closed_meshes;
@@ -24,25 +26,27 @@ use self::verdicts::{CaseOutcome, RayCount};
 /// in front of the origin and from either side.
 pub type IntersectFunction<R> = fn(&AnyShape<R>, &Ray<R>) -> Option<R>;
 
-/// Returns the distance of the closest hit by the library.
+/// Computes the distance of the closest hit by the library, in front of the origin and from either
+/// side.
 pub fn library_intersect<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>) -> Option<R> {
     verdicts::nearest_hit(shape, ray).map(|hit| hit.t)
 }
 
-/// Outcome of a case in one setting: a precision, and possibly a kernel.
+/// Outcome of a case in one setting: a precision, and possibly a kernel (instruction set).
 #[derive(Clone, Debug)]
 pub struct Measurement {
     /// Name of the setting: the precision, and the kernel if several can traverse the tree, as in
     /// `robust, avx2`; for a part of a case, also the name of the part.
     pub setting: String,
-    /// Outcome of the library's intersections.
+    /// Outcome of the case for the library's intersections.
     pub outcome: CaseOutcome,
-    /// Outcome of the textbook formulas on the same rays, if the case has such formulas.
+    /// Outcome of the case for textbook formulas on the same rays; `None` if the case has no
+    /// textbook formulas.
     pub textbook: Option<CaseOutcome>,
 }
 
 impl Measurement {
-    /// Adds the name of a part of the case to the setting.
+    /// Appends the name of a part of the case to the setting.
     #[must_use]
     pub fn with_part_name(self, part: &str) -> Self {
         Self {
@@ -52,13 +56,14 @@ impl Measurement {
     }
 }
 
-/// Returns the name of the precision that stores the scalar: `robust` for f32, `reference` for f64.
+/// Returns the name of the precision that stores the scalar `R`: `robust` for f32, `reference` for
+/// f64.
 fn precision_name<R: Real>() -> &'static str {
     if R::IS_SINGLE { "robust" } else { "reference" }
 }
 
-/// Creates the measurement of a case in one precision, for shapes that are intersected without a
-/// tree.
+/// Creates the measurement of a case in the precision of `R`, for shapes that are intersected
+/// without a tree.
 pub fn measurement_without_kernels<R: Real>(outcome: CaseOutcome) -> Measurement {
     Measurement {
         setting: precision_name::<R>().to_owned(),
@@ -68,7 +73,7 @@ pub fn measurement_without_kernels<R: Real>(outcome: CaseOutcome) -> Measurement
 }
 
 /// Measures a case with each kernel that can traverse its trees. Trees of f64 have only one kernel.
-/// `judged` returns the outcome for the trees, with the kernel selected.
+/// `judged` returns the outcome of the case for the trees with a selected kernel.
 pub fn measure_by_each_kernel<R: Real>(
     mut trees: Vec<Geometry<R>>,
     judged: impl Fn(&[Geometry<R>]) -> CaseOutcome,

@@ -10,7 +10,7 @@ use super::{Measurement, measurement_without_kernels};
 use crate::shapes::Plane;
 use crate::{PreparedRay, Real, Shape, Vector};
 
-/// P07: the hit distance of a plane, by rays with slopes from 1e-2 down to 1e-7.
+/// Measures case P07: the hit distance of a plane, by rays with slopes from 1e-2 down to 1e-7.
 pub fn measure_grazing_planes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let slopes = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
     let outcome = judge_rays("P07", 7, 400_000, rays, |rng| {
@@ -56,8 +56,8 @@ pub fn measure_grazing_planes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![measurement_without_kernels::<R>(outcome)]
 }
 
-/// P08: the cell of a checkerboard that a ray hits, at distances from a thousand to ten million
-/// metres.
+/// Measures case P08: the cell of a checkerboard that a ray hits, at distances from a thousand to
+/// ten million metres.
 pub fn measure_distant_checkerboard<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let plane = Plane::new(to_scalar::<R>(DVec3::ZERO), to_scalar::<R>(DVec3::Y));
     let at = |far: f64| {

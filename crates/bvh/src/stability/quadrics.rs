@@ -12,8 +12,9 @@ use super::verdicts::{
 };
 
 /// Judges the near root of a quadric whose leading coefficient nearly vanishes, by its relative
-/// error. `case` is `cone` or `hyperboloid`; `deviation` is the change of the generator's
-/// components.
+/// error, which may be at most `bound`. `case` is `cone` or `hyperboloid`. The rays are parallel to
+/// a generator of the cone or an asymptote of the hyperboloid, except that two components of the
+/// direction are changed by `deviation`.
 pub fn judge_near_root<R: Real>(
     case: &str,
     deviation: f64,
@@ -126,8 +127,8 @@ pub fn judge_near_root<R: Real>(
     )
 }
 
-/// Computes distance and point of an ellipsoid's hit in f64, in the space where the ellipsoid is
-/// the unit sphere. `s` holds the semi-axes.
+/// Computes the distance and the point of the hit of an ellipsoid around the origin, in f64, in the
+/// space where the ellipsoid is the unit sphere. `s` holds the semi-axes, `o` and `d` the ray.
 pub fn intersect_ellipsoid_in_f64(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, DVec3)> {
     let (f, e) = (o / s, d / s);
     let middle = -f.dot(e) / e.length_squared();
@@ -136,9 +137,9 @@ pub fn intersect_ellipsoid_in_f64(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, 
     (half >= 0.0).then(|| (middle - half.sqrt(), o + d * (middle - half.sqrt())))
 }
 
-/// Judges rays from ten sizes away at an ellipsoid with the semi-axes 1, 1 and `k`, within the
-/// fraction `share` of its outline. `f` judges a ray from the semi-axes, the shape, the origin and
-/// the direction.
+/// Judges rays at an ellipsoid with the semi-axes 1, 1 and `k`, from a distance of ten times the
+/// greatest semi-axis. The rays are aimed at random points within the ellipsoid's outline, scaled
+/// by `share`. `f` judges a ray from the semi-axes, the shape, the origin and the direction.
 pub fn judge_extreme_ellipsoid<R: Real>(
     k: f64,
     share: f64,
@@ -167,8 +168,8 @@ pub fn judge_extreme_ellipsoid<R: Real>(
     )
 }
 
-/// Judges hit distances of the ellipsoids of [`judge_extreme_ellipsoid`]. Wrong are misses, and errors above the
-/// fraction `bound` of the least semi-axis.
+/// Judges hit distances for the rays of [`judge_extreme_ellipsoid`]. Wrong are misses, and errors
+/// above the fraction `bound` of the least semi-axis.
 pub fn judge_extreme_distance<R: Real>(
     k: f64,
     bound: f64,

@@ -11,7 +11,8 @@ use super::verdicts::{CaseOutcome, RayCount};
 use super::{Measurement, library_intersect, measurement_without_kernels, textbook};
 use crate::Real;
 
-/// Returns the measurements of both precisions, each beside the outcome of the textbook.
+/// Returns the measurements of a case in f32 and f64, each paired with the outcome of the textbook
+/// formulas.
 fn pair_with_textbook(
     textbook: CaseOutcome,
     robust: CaseOutcome,
@@ -28,7 +29,7 @@ fn pair_with_textbook(
     .to_vec()
 }
 
-/// Adds up the outcomes of the parts of a case.
+/// Adds up the outcomes of the parts of a case, which `value_of` returns.
 fn sum_outcomes<T>(
     each: impl IntoIterator<Item = T>,
     value_of: impl Fn(T) -> CaseOutcome,
@@ -42,7 +43,7 @@ fn sum_outcomes<T>(
 /// Distances of the spheres from the rays' origins, in radii.
 const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
-/// P01: hits of spheres from 2 to 10⁶ radii away.
+/// Measures case P01: hits of spheres from 2 to 10⁶ radii away.
 pub fn measure_far_spheres(rays: RayCount) -> Vec<Measurement> {
     pair_with_textbook(
         sum_outcomes(RATIOS, |ratio| {
@@ -57,7 +58,8 @@ pub fn measure_far_spheres(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// P02: the surface points of spheres from 2 to 10⁶ radii away, around the origin and far from it.
+/// Measures case P02: the surface points of spheres from 2 to 10⁶ radii away, around the origin and
+/// far from it.
 pub fn measure_surface_points(rays: RayCount) -> Vec<Measurement> {
     let parts = || {
         [0.0, 1e3, 1e5]
@@ -77,7 +79,8 @@ pub fn measure_surface_points(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// P13: rays along, or nearly along, a generator of a cone or an asymptote of a hyperboloid.
+/// Measures case P13: rays along, or nearly along, a generator of a cone or an asymptote of a
+/// hyperboloid.
 pub fn measure_vanishing_coefficients(rays: RayCount) -> Vec<Measurement> {
     let parts = || {
         ["cone", "hyperboloid"]
@@ -97,7 +100,7 @@ pub fn measure_vanishing_coefficients(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// P15: hits of flat and of needle-like ellipsoids.
+/// Measures case P15: hits of flat and of needle-like ellipsoids.
 pub fn measure_extreme_ellipsoids(rays: RayCount) -> Vec<Measurement> {
     const AXES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
     pair_with_textbook(
@@ -113,7 +116,7 @@ pub fn measure_extreme_ellipsoids(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// P17: tori with three tube radii, from 3 to 1000 major radii away.
+/// Measures case P17: tori with three tube radii, from 3 to 1000 major radii away.
 pub fn measure_far_tori(rays: RayCount) -> Vec<Measurement> {
     const COUNT: u32 = 10_000;
     let parts = || {
@@ -145,7 +148,7 @@ fn build_closed_meshes() -> [(&'static str, ClosedMesh); 2] {
     [("icosphere", icosphere(5)), ("cube", cube_mesh(16))]
 }
 
-/// P22: the closed meshes of P21, with every face or every second face flipped.
+/// Measures case P22: the closed meshes of P21, with every face or every second face flipped.
 pub fn measure_flipped_faces(rays: RayCount) -> Vec<Measurement> {
     fn of<R: Real>(count: u32, rays: RayCount) -> Measurement {
         let turned = [1, 2].into_iter().flat_map(|every| {
@@ -161,8 +164,8 @@ pub fn measure_flipped_faces(rays: RayCount) -> Vec<Measurement> {
     vec![of::<f32>(1_000_000, rays), of::<f64>(100_000, rays)]
 }
 
-/// P21: rays at common edges and corners of closed meshes. The textbook gets fewer rays, since it
-/// tests every face.
+/// Measures case P21: rays at common edges and corners of closed meshes. The textbook formula gets
+/// fewer rays, since it has no tree and tests every face.
 pub fn measure_shared_edges(rays: RayCount) -> Vec<Measurement> {
     let meshes = build_closed_meshes();
     let parts = || {

@@ -10,7 +10,7 @@ use super::verdicts::{
     round_to_f32, to_scalar, ulp,
 };
 
-/// Surface function under test: returns the surface where a ray hits a sphere.
+/// Surface function under test: returns the surface where a ray hits a sphere; `None` for a miss.
 pub type SurfaceFunction<R> = fn(&Sphere<R>, &Ray<R>) -> Option<Surface<R>>;
 
 /// Computes the surface where a ray hits a sphere by the library.
@@ -19,7 +19,7 @@ pub fn eval_library_surface<R: Real>(sphere: &Sphere<R>, ray: &Ray<R>) -> Option
 }
 
 /// Position of a ray's line relative to a sphere, computed in f64 from the perpendicular of the
-/// centre.
+/// sphere's centre to the line.
 #[derive(Clone, Copy, Debug)]
 pub struct ClosestApproach {
     /// Distance of the line from the centre.
@@ -41,7 +41,7 @@ pub fn closest_approach(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> Close
     }
 }
 
-/// Creates a sphere whose numbers are rounded to the stored scalar.
+/// Creates a sphere whose centre and radius are rounded to the stored scalar.
 pub fn build_sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
     Sphere {
         centre: to_scalar::<R>(centre),
@@ -49,10 +49,11 @@ pub fn build_sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
     }
 }
 
-/// Judges rays from `ratio` radii away over a disc of 1.05 radii around the sphere's centre. Wrong
-/// are points off the surface by more than `bound` of u·(D + C), with u the roundoff of the stored
-/// scalar, D the distance of the ray's origin and C the greatest coordinate. Wrong are also hits
-/// and misses that contradict the oracle beyond its margin.
+/// Judges the hit points that `intersect` gives on a sphere, by rays from `ratio` radii away over a
+/// disc of 1.05 radii around the centre. Wrong are points off the surface by more than `bound` of
+/// u·(D + C). Here u is the roundoff of the stored scalar, D the distance of the ray's origin, and
+/// C the greatest coordinate. Wrong are also hits and misses that contradict the oracle beyond its
+/// margin.
 pub fn judge_far_sphere<R: Real>(
     ratio: f64,
     bound: f64,
@@ -106,8 +107,9 @@ pub fn judge_far_sphere<R: Real>(
     )
 }
 
-/// Judges surface points of a sphere at distance `offset` from the origin, by rays from `ratio`
-/// radii away.
+/// Judges the surface points of a unit sphere whose centre is at distance `offset` from the origin,
+/// by rays from `ratio` radii away. Right is a point off the sphere by at most four ulps of the
+/// coordinates, and within its own stated error bound.
 pub fn judge_surface_point<R: Real>(
     offset: f64,
     ratio: f64,

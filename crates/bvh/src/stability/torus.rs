@@ -19,15 +19,15 @@ pub fn build_torus<R: Real>(tube: f64) -> Torus<R> {
     }
 }
 
-/// Signed distance of a point from the tube, negative inside.
+/// Computes the signed distance of a point from the torus with tube radius `tube`, negative inside.
 fn distance_to_tube(p: DVec3, tube: f64) -> f64 {
     let out = (p.x * p.x + p.z * p.z).sqrt() - 1.0;
     (out * out + p.y * p.y).sqrt() - tube
 }
 
-/// Finds the first crossing of the tube by sphere tracing, starting at the bounding sphere. No step
-/// can jump over the tube. Returns the distance of the crossing, and the least distance from the
-/// tube along the ray.
+/// Finds the first crossing of a ray with the torus by sphere tracing, starting at the bounding
+/// sphere. No step can jump over the tube. Returns the distance of the crossing, and the least
+/// distance from the torus along the ray.
 fn trace_distance_field(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
     let d = d / d.length();
     let middle = -o.dot(d);
@@ -51,8 +51,9 @@ fn trace_distance_field(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
     (Some(middle + s), minimum)
 }
 
-/// Judges rays from the distance `far` over the bounding sphere of the torus. Wrong are misses,
-/// false hits, and points off the tube by more than `bound` of its radius.
+/// Judges rays at a torus from the distance `far`, spread over its bounding sphere. Wrong are
+/// misses, false hits, and hit points off the torus by more than the fraction `bound` of the tube
+/// radius.
 pub fn judge_far_torus<R: Real>(
     tube: f64,
     far: f64,

@@ -42,8 +42,8 @@ fn random_shape<R: Real>(rng: &mut CaseRng) -> AnyShape<R> {
     }
 }
 
-/// Builds a geometry of `count` random shapes, with every fifth shape added twice, so that hits
-/// tie.
+/// Builds a geometry of `count` random shapes. Every fifth shape is added twice, so that some hits
+/// have equal distances.
 fn random_geometry<R: Real>(
     seed: u64,
     scene: u64,
@@ -62,13 +62,15 @@ fn random_geometry<R: Real>(
     Geometry::new(group, kind)
 }
 
-/// Creates a ray from a random point of a cube towards another.
+/// Creates a ray from a random point of a cube with half edge `size` towards a random point of the
+/// inner cube with 0.8 times that edge.
 fn random_ray<R: Real>(rng: &mut CaseRng, size: f64) -> Ray<R> {
     let origin = rng.sample_cube() * size;
     ray_towards::<R>(origin, rng.sample_cube() * (0.8 * size))
 }
 
-/// Judges whether tree and scan agree on the closest hit of a ray in a range, and on occlusion.
+/// Judges whether tree and linear scan agree on the closest hit of a ray in a range of distances,
+/// and on occlusion.
 fn judge_agreement<R: Real>(
     tree: &Geometry<R>,
     scan: &Geometry<R>,
@@ -91,8 +93,8 @@ fn judge_agreement<R: Real>(
     })
 }
 
-/// T12: nested boxes: a thousand in even steps, 120 of sizes that are powers of two, and 5000 that
-/// grow by one percent each.
+/// Measures case T12: nested boxes. One scene has a thousand boxes in even steps, another 120 boxes
+/// whose sizes are powers of two, and another 5000 boxes that grow by one percent each.
 pub fn measure_nested_boxes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let halves: [Vec<f64>; 3] = [
         (1..=1000).map(f64::from).collect(),
@@ -144,8 +146,8 @@ pub fn measure_nested_boxes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     })
 }
 
-/// T14: a plane below a thousand spheres. The tree must find the hits of the scan, and visit as
-/// many nodes as without the plane, to within a tenth.
+/// Measures case T14: a plane below a thousand spheres. The tree must find the hits of the linear
+/// scan, and visit as many nodes as without the plane, to within a tenth.
 pub fn measure_plane_beside_tree<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let geometry = |kind, has_plane| {
         let mut group = PrimitiveSet::<R>::default();
@@ -200,7 +202,7 @@ pub fn measure_plane_beside_tree<R: Real>(rays: RayCount) -> Vec<Measurement> {
     })
 }
 
-/// T15: scenes of zero, one and two shapes, by trees of every build quality.
+/// Measures case T15: scenes of zero, one and two shapes, by trees of every build quality.
 pub fn measure_tiny_scenes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let scenes = 0..60_u64;
     let scan = |scene: u64| random_geometry::<R>(245, scene, scene % 3, AcceleratorKind::Linear);
@@ -222,7 +224,7 @@ pub fn measure_tiny_scenes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     })
 }
 
-/// T17: ranges of distances that end or begin at a hit, or an ulp beside it.
+/// Measures case T17: ranges of distances that end or begin at a hit, or an ulp beside it.
 pub fn measure_interval_ends<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let scan = random_geometry::<R>(247, 0, 60, AcceleratorKind::Linear);
     measure_by_each_kernel(
@@ -271,8 +273,8 @@ pub fn measure_interval_ends<R: Real>(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// T19: no shape returns a distance that is NaN or outside the range, even if the range begins at a
-/// hit.
+/// Measures case T19: no shape returns a distance that is NaN or outside the range, even if the
+/// range begins at a hit.
 pub fn measure_distances_in_interval<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("T19", 249, 400_000, rays, |rng| {
         let shape = random_shape::<R>(rng);
@@ -312,7 +314,7 @@ pub fn measure_distances_in_interval<R: Real>(rays: RayCount) -> Vec<Measurement
     vec![measurement_without_kernels::<R>(outcome)]
 }
 
-/// T20: 200 scenes of shapes of every kind, by trees and by linear scans.
+/// Measures case T20: 200 scenes of shapes of every kind, by trees and by linear scans.
 pub fn measure_tree_against_scan<R: Real>(rays: RayCount) -> Vec<Measurement> {
     const SCENES: u64 = 200;
     let each = |kind| {

@@ -117,7 +117,7 @@ impl ClosedMesh {
             .collect()
     }
 
-    /// Flips the orientation of every `every`-th triangle.
+    /// Flips the orientation of each face whose index is a multiple of `every`.
     #[must_use]
     pub fn flip_every_nth_face(mut self, every: usize) -> Self {
         for face in self.faces.iter_mut().step_by(every) {
@@ -126,7 +126,7 @@ impl ClosedMesh {
         self
     }
 
-    /// Builds a tree over the triangles of the mesh.
+    /// Builds a tree over the triangles of the mesh, for a library query.
     pub fn build_tree<R: Real>(&self) -> Geometry<R> {
         let mut group = PrimitiveSet::<R>::default();
         for triangle in self.triangles() {
@@ -151,7 +151,8 @@ pub enum RayTarget {
     Anywhere,
 }
 
-/// Judges rays from inside a closed mesh, each of which must hit; `hits` tests a ray.
+/// Judges rays from inside a closed mesh, each of which must hit the mesh; `hits` returns whether a
+/// ray does.
 pub fn judge_leaks<R: Real>(
     name: &str,
     mesh: &ClosedMesh,
@@ -209,8 +210,8 @@ pub fn judge_tree_leaks<R: Real>(
     })
 }
 
-/// P20: rays nearly in the plane of a thin distant triangle. Any hit must lie in the triangle's
-/// box.
+/// Measures case P20: rays nearly in the plane of a thin distant triangle. Any hit must lie in the
+/// triangle's box.
 pub fn measure_nearly_parallel_rays<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("P20", 52, 600_000, rays, |rng| {
         let x = rng.sample_direction();

@@ -149,7 +149,8 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// Creates the verdict about an error: right if it is within the bound; wrong for NaN.
+    /// Creates the verdict about an error: right if the error is at most the bound; wrong
+    /// otherwise, and for NaN. `label` returns the message of a wrong verdict.
     pub fn from_error(error: f64, bound: f64, label: impl FnOnce() -> String) -> Self {
         if error <= bound {
             Self::Right(error / bound)
@@ -157,7 +158,8 @@ impl Verdict {
             Self::Wrong(format!("{}: {error:e} > {bound:e}", label()))
         }
     }
-    /// Creates the verdict about a condition: right if it holds.
+    /// Creates the verdict about a condition: right if it holds. `label` returns the message of a
+    /// wrong verdict.
     pub fn from_condition(condition: bool, label: impl FnOnce() -> String) -> Self {
         if condition {
             Self::Right(0.0)
@@ -165,7 +167,8 @@ impl Verdict {
             Self::Wrong(label())
         }
     }
-    /// Combines two verdicts: the first that is not right, otherwise right with the greater error.
+    /// Combines two verdicts. If both are right, the result has the greater error. Otherwise it is
+    /// the first verdict that is not right.
     pub fn and_then(self, other: impl FnOnce() -> Self) -> Self {
         match self {
             Self::Right(a) => match other() {
@@ -188,7 +191,7 @@ pub enum RayCount {
 }
 
 impl RayCount {
-    /// Number of rays to trace, out of `count`.
+    /// Returns the number of rays to trace for a case of `count` rays.
     pub fn limit(self, count: u32) -> u32 {
         match self {
             Self::Quarter => (count / 4).max(10_000).min(count),
@@ -204,7 +207,7 @@ pub struct CaseOutcome {
     pub case: String,
     /// Number of rays that the case has.
     pub rays: u64,
-    /// Number of rays that were traced.
+    /// Number of rays that were traced, which may be less than `rays`.
     pub shot: u64,
     /// Number of rays with a verdict of right or wrong.
     pub judged: u64,
@@ -225,7 +228,7 @@ impl CaseOutcome {
     pub fn wrong_fraction(&self) -> f64 {
         self.wrong as f64 / (self.judged as f64).max(1.0)
     }
-    /// Adds two outcomes, under the name of the first.
+    /// Adds the counts of two outcomes. The sum has the name of the first.
     #[must_use]
     pub fn merge(self, other: Self) -> Self {
         let first = match (self.first_wrong, other.first_wrong) {
@@ -246,8 +249,9 @@ impl CaseOutcome {
     }
 }
 
-/// Judges the rays of a case of `count` rays in parallel. `f` builds and judges one ray from its
-/// own random numbers.
+/// Judges the rays of a case in parallel and adds up the verdicts. The case has `count` rays, of
+/// which `rays` selects all or a part. `f` builds and judges one ray from the ray's own random
+/// numbers.
 pub fn judge_rays(
     case: &str,
     seed: u64,
