@@ -78,9 +78,9 @@ const DISTANT_ROUNDING: f64 = 1.0 / 65536.0;
 
 #[derive(Clone, Debug)]
 enum CameraKind<R: Real> {
-    /// `forward` has the length of the focal length.
+    /// A pinhole camera. The length of `forward` is the focal length.
     Pinhole,
-    /// `right` and `up` have the length of the view's height.
+    /// An orthographic camera. The length of `right` and of `up` is the height of the view.
     Orthographic,
     /// A pinhole camera with rays that start on a lens and meet at the focus distance.
     ThinLens { radius: R, focus: R },
@@ -274,8 +274,8 @@ impl<R: Real> PreparedCamera<R> {
         }
     }
 
-    /// Returns the camera of a preview with pixels `factor` times as wide and high, counted from
-    /// the top left corner of the picture.
+    /// Returns the camera of a preview, whose pixels are `factor` times as wide and high as the
+    /// pixels of the picture. The first large pixel lies in the top left corner of the picture.
     #[must_use]
     pub fn with_larger_pixels(&self, factor: u32) -> Self {
         let mut camera = self.clone();

@@ -36,7 +36,7 @@ enum PreparedInPrecision {
     Reference(Box<PreparedScene<f64>>),
 }
 
-/// Evaluates an expression with the prepared scene in whichever precision it has.
+/// Evaluates an expression for the prepared scene, in the precision of the preparation.
 macro_rules! each {
     ($ready:expr, $prepared:ident => $value:expr) => {
         match $ready {

@@ -1,7 +1,7 @@
 //! Framing: a camera that shows a whole scene, for a scene without a camera.
 //!
-//! The silhouette is framed, not a box around it. The outline of the silhouette is that of the
-//! convex hull, for which few points suffice. For each of some thousand directions from the middle,
+//! The silhouette is framed, not a box around it. A silhouette has the outline of the convex hull,
+//! for which few points suffice. For each of some thousand directions from the middle of the scene,
 //! the farthest point is kept. Directions are taken in a space in which the bounding box is a cube,
 //! so that needles and sheets are resolved as well as balls. Millions of vertices are visited once;
 //! every later view costs as much as a few thousand points.
@@ -306,13 +306,16 @@ impl Silhouette {
     }
 }
 
-/// Greatest ratio of thickness to the shorter side of a flat object, and of a sheet.
+/// Greatest ratio of thickness to the shorter side of a flat object.
 const FLAT: f64 = 0.15;
+/// Greatest ratio of thickness to the shorter side of a sheet, whose edges are hardly visible.
 const SHEET: f64 = 0.02;
 
-/// Least length of the summed normals, as a share of the area, for a room with an open side and for
-/// a relief.
+/// Least length of the summed normals, as a share of the area, from which on a scene with surfaces
+/// that face inwards is a room with an open side.
 const ROOM: f64 = 0.1;
+/// Least length of the summed normals, as a share of the area, from which on other scenes are a
+/// relief: most surfaces face in one direction.
 const RELIEF: f64 = 0.5;
 
 impl AreaWeightedNormals {

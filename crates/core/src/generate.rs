@@ -19,15 +19,15 @@ pub(crate) struct PlacedObject<'a> {
 }
 
 impl PlacedObject<'_> {
-    /// Returns the map from the object's own space to the world: the object's own transform,
+    /// Returns the transform from the object's own space to the world: the object's own transform,
     /// followed by the generator's offset.
     pub fn object_to_world(&self) -> DAffine3 {
         let own = affine_from_steps(&self.object.transform);
         self.apply_offset(own)
     }
 
-    /// Returns the maps from the object's own space to the world at the beginning and at the end of
-    /// its motion; `None` for an object at rest. The generator's offset applies to both maps.
+    /// Returns the transforms from the object's own space to the world at the beginning and at the
+    /// end of its motion; `None` for an object at rest. The generator's offset is part of both.
     pub fn object_to_world_at_ends(&self) -> Option<[DAffine3; 2]> {
         object_motion_ends(self.object).map(|ends| ends.map(|end| self.apply_offset(end)))
     }
@@ -68,7 +68,7 @@ pub(crate) fn objects_relative_to(
 }
 
 /// Iterates over the listed objects and one object of each generator, with the number of objects
-/// that each stands for. The objects of one generator differ in their offset alone.
+/// that each represents. The objects of one generator differ in their offset alone.
 pub(crate) fn objects_with_counts(scene: &Scene) -> impl Iterator<Item = (&Object, u64)> {
     let listed = scene.objects.iter().map(|object| (object, 1));
     listed.chain(

@@ -8,8 +8,8 @@ use crate::scene::MOST_UV_SETS;
 use crate::texture::TexelFootprint;
 
 /// Interaction of a ray with a surface at a hit. Derived values are computed on demand:
-/// [`Self::expression_inputs`] for an expression, [`Self::mirrored_direction`] for a reflection, [`Self::frame`] for
-/// anisotropy.
+/// [`Self::expression_inputs`] for an expression, [`Self::mirrored_direction`] for a reflection,
+/// [`Self::shading_frame`] for anisotropy.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interaction<R: Real> {
     /// Surface geometry: point, bound on the point's error, outward normal. Spawned rays start from

@@ -44,7 +44,7 @@ pub struct RenderOutput {
     pub counters: Counters,
     /// Number of pixels that lack samples because the observer stopped the render.
     pub unfinished: u64,
-    /// Whether no pixel lacks samples.
+    /// Whether every pixel has all its samples.
     pub finished: bool,
 }
 
@@ -189,7 +189,8 @@ fn lock_ignoring_poison<'a, T>(mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
         .unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Returns the coverage and the shadow of a sample, in the integer units of the film's sums.
+/// Returns the coverage and the shadow of a sample, as whole numbers from 0 to 65536, which the
+/// film sums.
 #[inline(always)]
 fn quantise_shares<R: Real>(path_result: &PathResult<R>) -> [u32; 2] {
     [
@@ -214,7 +215,7 @@ struct TileJob<'a, R: Real, T> {
 }
 
 impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
-    /// Renders the unit; `None` if the observer stopped the render before the unit's end.
+    /// Renders the unit of work; `None` if the observer stopped the render before the unit's end.
     fn run(&self, start: &ReplicateBuffer, tracer: &mut T) -> Option<TileUpdate> {
         match self.plan.random {
             true => self.accumulate_pixels::<MomentAccumulator>(start, tracer),

@@ -11,9 +11,10 @@ use raywright_bvh::{Real, Shape as _, Vector};
 use crate::origin_grid::{MESH_DISTANCE_LIMIT, storage_origin_near};
 use crate::scene::{Shape, Triple};
 
-/// Converts a shape with a transform. A pure translation is applied to the shape's own numbers.
-/// With any other transform the shape is stored in its own space, relative to an origin near it,
-/// together with the map from there to the world. `None` for a mesh.
+/// Converts a shape and its transform to a primitive. A pure translation is added to the shape's
+/// coordinates, and no transform is returned. Otherwise the primitive stays in the shape's own
+/// space, relative to an origin near the shape, and the transform from there to the world is
+/// returned. `None` for a mesh.
 pub(crate) fn convert_shape<R: Real>(
     shape: &Shape,
     map: DAffine3,
@@ -25,8 +26,8 @@ pub(crate) fn convert_shape<R: Real>(
     Some((stored, Some(map_relative_to(map, origin))))
 }
 
-/// Converts a shape in its own space, relative to an origin near it, and returns that origin;
-/// `None` for a mesh.
+/// Converts a shape to a primitive in the shape's own space, relative to an origin near the shape,
+/// and returns that origin too; `None` for a mesh.
 pub(crate) fn convert_in_own_space<R: Real>(shape: &Shape) -> Option<(AnyShape<R>, DVec3)> {
     let origin = shape_origin(shape);
     Some((convert_moved_shape(shape, -origin)?, origin))
@@ -42,7 +43,8 @@ pub(crate) fn shape_origin(shape: &Shape) -> DVec3 {
         })
 }
 
-/// Returns a map adapted to points that are stored relative to an origin.
+/// Returns the transform for points that are stored relative to an origin: the transform adds the
+/// origin to a point, and then applies `map`.
 pub(crate) fn map_relative_to(map: DAffine3, origin: DVec3) -> DAffine3 {
     if origin == DVec3::ZERO {
         map

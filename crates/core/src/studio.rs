@@ -12,19 +12,20 @@ use glam::DVec3;
 use crate::motion::{pose_at, shutter_opening};
 use crate::scene::{Camera, Colour, Pose, Sky, Studio, Sun};
 
-/// Radiance of the gradient from straight below and from straight above.
+/// Radiance of the gradient from straight below.
 const BELOW: f64 = 0.15;
+/// Radiance of the gradient from straight above.
 const ABOVE: f64 = 0.45;
 
 /// A soft light of the studio: a lobe of radiance around a direction.
 struct SoftLight {
-    /// Direction of the light in degrees: to the right of the camera, as seen from the model, and
-    /// above the horizon.
+    /// Direction of the light to the right of the camera, as seen from the model, in degrees.
     azimuth: f64,
+    /// Direction of the light above the horizon, in degrees.
     elevation: f64,
     /// Radiance in the middle of the lobe.
     radiance: f64,
-    /// Sharpness of the lobe.
+    /// Exponent of the cosine to the light's direction: the greater, the narrower the lobe.
     exponent: u32,
 }
 

@@ -12,21 +12,23 @@ use crate::lookup::SceneLookup;
 use crate::scene::{MeshData, Scene, Shape};
 use crate::shape::convert_moved_shape;
 
-/// Number of cells of directions along an edge of a cube: for a scene or a mesh, and for a mesh
-/// with many uses.
+/// Number of cells of directions along an edge of a cube, for a scene or a mesh with few uses.
 pub(super) const FINE_CELLS: usize = 64;
+/// Number of cells of directions along an edge of a cube, for a mesh with many uses.
 const COARSE_CELLS: usize = 12;
 
-/// Greatest number of uses of a mesh with the fine outline.
+/// Greatest number of objects that use a mesh, if the mesh has the fine outline.
 const MAX_FINE_USES: u64 = 4;
 
-/// Number of visited points of all objects, beyond which an object counts as the corners of its
-/// box. Points are visited, not stored.
+/// Greatest number of points that are visited in full detail. For objects beyond it, only the
+/// corners of their bounding boxes are visited. Points are visited, not stored.
 const MAX_POINTS: usize = 1 << 22;
 
-/// Outermost points of each mesh of a scene, and points of a ball of radius 1 for spheres.
+/// Outermost points of the objects of a scene, in the objects' own spaces.
 pub(super) struct OutlinePoints<'a> {
+    /// Outermost points of each mesh, by name.
     meshes: HashMap<&'a str, Vec<DVec3>>,
+    /// Points of a ball of radius 1, for spheres.
     ball: Vec<DVec3>,
     /// Number of triangles of all objects.
     pub triangles: usize,
@@ -158,10 +160,11 @@ fn bounding_box_corners(shape: &Shape) -> Vec<DVec3> {
         .map_or(Vec::new(), |bounds| bounds.corners().to_vec())
 }
 
-/// Returns the farthest point from the middle in each cell of a cube of directions with `edge`
-/// cells along an edge. Directions are taken in a space in which the bounding box is a cube; of
-/// equally far points the first is kept. If the points are at most as many as the cells, all are
-/// kept. `points` is called twice, so that the number of points takes no memory.
+/// Returns outermost points of a set: for each cell of directions from the middle, the point
+/// farthest from the middle. The directions are divided by the faces of a cube, with `edge` cells
+/// along an edge, and are taken in a space in which the bounding box is a cube. Of equally far
+/// points the first is kept. If there are at most as many points as cells, all are kept. `points`
+/// is called twice, so that no list of all points takes memory.
 pub(super) fn select_outermost_points(
     points: impl Fn(&mut dyn FnMut(DVec3)),
     edge: usize,

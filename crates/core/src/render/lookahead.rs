@@ -7,11 +7,13 @@ use raywright_bvh::{Ray, Real, Vector};
 use crate::integrator::{CameraRays, FirstHit, LightTransport, PathResult, PathResults};
 use crate::sampler::{SampleAddress, SampleSequence};
 
-/// Samples of a batch: their addresses, their camera rays, and buffers for generating them.
+/// Samples of a batch: their addresses and camera rays, and buffers for generating them.
 pub(super) struct SampleBatch<R: Real> {
     pub addresses: Vec<SampleAddress>,
     pub rays: Vec<Ray<R>>,
+    /// Buffer: the sequence of each sample's random numbers, with the index of its point.
     pub sequences: Vec<(SampleSequence, u32)>,
+    /// Buffer: four random numbers of each sample, for the position in its pixel.
     pub places: Vec<[f32; 4]>,
 }
 

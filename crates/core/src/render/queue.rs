@@ -9,7 +9,8 @@ use crate::film::{Film, FilmPart, ReplicateBuffer, TileUpdate};
 use crate::light::LightUsage;
 use crate::observer::Observer;
 
-/// Queue of the units of work in order, with the film that receives their results.
+/// Queue of units of work, those of the earliest pass first, with the film that receives their
+/// results.
 pub(super) struct WorkQueue<'f> {
     film: &'f mut Film,
     /// Heap of the next pass of each tile in each replicate, as (pass, replicate, tile); without
@@ -18,8 +19,9 @@ pub(super) struct WorkQueue<'f> {
     waiting: BinaryHeap<Reverse<(u32, u32, u32)>>,
     /// Number of tiles of the rendered part without any samples.
     tiles_without_samples: usize,
-    /// Samples of all pixels: finished, and total.
+    /// Finished samples of all pixels.
     samples_done: u64,
+    /// Samples of all pixels when the render is finished.
     samples_total: u64,
 }
 
