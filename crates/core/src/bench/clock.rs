@@ -1,7 +1,7 @@
-//! Clock of the measurements: CPU time on Unix, which depends less on the load by other programs,
-//! and wall-clock time elsewhere.
+//! Clock of the benchmarks: CPU time on Unix, which depends less on the load by other programs;
+//! wall-clock time elsewhere.
 
-/// Name, for reports, of the time that [`thread_seconds`] measures.
+/// Name of the time that [`thread_seconds`] measures, as reports show it.
 pub const CLOCK: &str = if cfg!(unix) {
     "thread CPU time"
 } else {
@@ -19,9 +19,9 @@ pub fn process_seconds() -> f64 {
     cpu_seconds(TimerScope::Process)
 }
 
-/// Function that runs `work` and returns its seconds. The work returns its amount, such as a number
-/// of rays: tests use a stopwatch that computes the time from the amount, independent of the
-/// machine's load.
+/// Function that runs `work` and returns the seconds that it takes. `work` returns its amount, such
+/// as a number of rays. The stopwatch of the tests computes the time from the amount, so that it
+/// does not depend on the machine's load.
 pub(crate) type Stopwatch = fn(work: &mut dyn FnMut() -> u64) -> f64;
 
 /// Runs the work and returns the CPU seconds of the calling thread.
@@ -34,6 +34,7 @@ pub(crate) fn time_on_process(work: &mut dyn FnMut() -> u64) -> f64 {
     time_work(TimerScope::Process, work)
 }
 
+/// Runs the work and returns the CPU seconds of the thread or of the process.
 fn time_work(scope: TimerScope, work: &mut dyn FnMut() -> u64) -> f64 {
     let start = cpu_seconds(scope);
     work();

@@ -1,5 +1,5 @@
-//! Benchmark of a user's scene: camera rays, and one bounce ray from each hit, by linear scan and
-//! by tree.
+//! Benchmark of a user's scene. Camera rays, and a bounce ray from each hit, are intersected by
+//! linear scan and by BVH.
 
 use glam::DVec3;
 use raywright_bvh::{Geometry, Interval, Ray, Real, Vector};
@@ -21,20 +21,21 @@ use crate::settings::Settings;
 /// Largest number of camera rays.
 const CAMERA_RAYS: u32 = 1 << 15;
 
-/// Times of linear scan and tree on a user's scene.
+/// Times of closest-hit queries by linear scan and by BVH on a user's scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneComparison {
-    /// Camera rays through a regular grid of pixel centres: coherent rays.
+    /// Times for camera rays through a regular grid of pixel centres, which are coherent.
     pub camera: ScanTreeTiming,
-    /// Rays from the hits of the camera rays, cosine-weighted about the normal: incoherent rays.
-    /// `None` without hits.
+    /// Times for rays from the hits of the camera rays, cosine-weighted about the normal, which are
+    /// incoherent. `None` without hits.
     pub bounce: Option<ScanTreeTiming>,
 }
 
-/// Times the closest hit by linear scan and by tree on a validated scene, with rays of the
-/// settings' camera and with bounce rays. `on_row` is called with each finished row.
+/// Times closest-hit queries by linear scan and by BVH on a validated scene, with rays of the
+/// settings' camera and with bounce rays. `on_row` is called with each finished result.
 ///
 /// # Errors
+///
 /// See [`BenchError`].
 pub fn compare_scene(
     scene: &Scene,
@@ -50,6 +51,7 @@ pub fn compare_scene(
     )
 }
 
+/// Performs [`compare_scene`] with a given clock.
 fn compare_with_method(
     scene: &Scene,
     settings: &Settings,
@@ -94,8 +96,8 @@ fn compare_with_method(
     Ok(SceneComparison { camera, bounce })
 }
 
-/// Returns camera rays through the pixel centres of every n-th column and row, relative to the
-/// geometry's origin. The step n limits the number of rays.
+/// Returns camera rays through the pixel centres of every n-th column and row. Their origins are
+/// relative to `origin`. The step n limits the number of rays.
 fn camera_rays(geometry: &Geometry<f32>, settings: &Settings, origin: DVec3) -> Vec<Ray<f32>> {
     let [width, height] = settings.size;
     let aspect = f64::from(width) / f64::from(height);

@@ -1,5 +1,5 @@
-//! Generated scenes whose primitives fill a constant share of space, and rays through them. They
-//! depend on the seed alone, on every machine.
+//! Generated scenes of any number of primitives, and rays through them. They depend only on a seed,
+//! and are the same on every machine.
 //!
 //! N primitives are scattered in the unit cube. Their size is proportional to N^(−1/3), so that the
 //! spheres fill the same share of the cube for every N.
@@ -41,25 +41,25 @@ impl GeneratedPrimitive {
     }
 }
 
-/// Returns the radius of each of N spheres that fill [`FILL`] of the unit cube.
+/// Returns the radius at which `count` spheres have the total volume [`FILL`].
 pub fn sphere_radius(count: u32) -> f64 {
     libm::cbrt(FILL * 3.0 / (4.0 * PI * f64::from(count.max(1))))
 }
 
-/// Random numbers computed from an address (seed, item and lane), independent of the order of
-/// calls.
+/// Random numbers computed by a hash of a seed and two indices: the item, such as a primitive, and
+/// the number's index within the item (`lane`). They do not depend on the order of calls.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HashedRandom {
     pub seed: u64,
 }
 
 impl HashedRandom {
-    /// Returns a number in [0, 1); `lane` distinguishes the numbers of an item.
+    /// Returns a number in [0, 1). `lane` is the index of the number within the item.
     pub fn unit_number(self, item: u64, lane: u64) -> f64 {
         (splitmix64(self.seed ^ splitmix64(item << 8 | lane)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Returns a point in the unit cube, from the lanes `lane` to `lane + 2`.
+    /// Returns a uniform point in the unit cube, from the numbers `lane` to `lane + 2` of the item.
     fn point_in_cube(self, item: u64, lane: u64) -> DVec3 {
         DVec3::new(
             self.unit_number(item, lane),
@@ -68,8 +68,8 @@ impl HashedRandom {
         )
     }
 
-    /// Returns a uniform point of the unit sphere, from the lanes `lane` and `lane + 1`
-    /// (Archimedes' projection).
+    /// Returns a uniform point on the unit sphere, from the numbers `lane` and `lane + 1` of the
+    /// item (Archimedes' projection).
     pub fn unit_direction(self, item: u64, lane: u64) -> DVec3 {
         let (z, angle) = (
             2.0 * self.unit_number(item, lane) - 1.0,
@@ -80,10 +80,11 @@ impl HashedRandom {
     }
 }
 
-/// Generates a scene of `count` primitives.
+/// Generates a scene of `count` primitives in the unit cube.
 ///
 /// # Errors
-/// More primitives than a tree can address.
+///
+/// Fails for more primitives than a BVH can address.
 pub fn generate_primitives<R: Real>(
     kind: GeneratedPrimitive,
     count: u32,
@@ -111,8 +112,8 @@ pub fn generate_primitives<R: Real>(
     Ok(group)
 }
 
-/// Generates rays in uniform directions that start outside the unit cube, each towards a uniform
-/// point in the cube.
+/// Generates rays that start on a sphere around the unit cube in uniform directions. Each ray aims
+/// at a uniform point in the cube.
 pub fn generate_rays<R: Real>(count: u32, seed: u64) -> Vec<Ray<R>> {
     let numbers = HashedRandom { seed };
     let ray = |i: u64| {

@@ -1,5 +1,5 @@
-//! Measurement of a row of the benchmark: linear scan and tree intersect the same rays. Their hits
-//! are first compared, then both are timed alternately.
+//! Benchmark of one scene with one set of rays. Linear scan and BVH intersect the same rays. Their
+//! hits are compared first, then both are timed alternately.
 
 use std::hint::black_box;
 
@@ -9,20 +9,21 @@ use serde::Serialize;
 use super::clock::{Stopwatch, time_on_thread};
 use super::statistics::SampleQuantiles;
 
-/// Extent of a benchmark: repetitions, length of a sample, and build quality of the tree.
+/// Extent of a benchmark: number of repetitions, duration of a timed sample, and build quality of
+/// the BVH.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BenchOptions {
-    /// Number of alternating timings of scan and tree, at least one.
+    /// Number of alternating timings of scan and BVH, at least one.
     pub repeats: usize,
-    /// Intended seconds of a timed sample. A much shorter sample measures the clock rather than the
-    /// work.
+    /// Intended duration of a timed sample in seconds. A much shorter sample is dominated by the
+    /// error of the clock.
     pub sample_seconds: f64,
-    /// Build quality of the tree.
+    /// Build quality of the BVH.
     pub build: BuildQuality,
 }
 
 impl BenchOptions {
-    /// Returns linear scan and tree, the compared accelerators.
+    /// Returns the two compared accelerators, linear scan and BVH.
     pub(super) fn accelerator_kinds(&self) -> [AcceleratorKind; 2] {
         [AcceleratorKind::Linear, AcceleratorKind::Tree(self.build)]
     }
@@ -47,17 +48,20 @@ impl BenchMethod {
 
 /// Least number of rays of a sample.
 const FEWEST_RAYS: usize = 16;
-/// Largest ratio of a scan sample's time to the intended time. A slower scan is not timed.
+/// Largest ratio of a scan's expected time per sample to the intended time. A slower scan is not
+/// timed.
 const PATIENCE: f64 = 8.0;
 
-/// Accelerator of a scene, with the time of its build and its bytes.
+/// Geometry with one accelerator, linear scan or BVH.
 pub(super) struct BenchedGeometry<'a> {
     pub geometry: &'a Geometry<f32>,
+    /// Seconds of a build.
     pub build: SampleQuantiles,
+    /// Memory of primitives and accelerator in bytes.
     pub bytes: usize,
 }
 
-/// Linear scan and tree of one scene.
+/// Geometry of one scene, once with linear scan and once with BVH.
 pub(super) struct ScanTreePair<'a> {
     pub scan: BenchedGeometry<'a>,
     pub tree: BenchedGeometry<'a>,
@@ -68,7 +72,8 @@ pub(super) struct ScanTreePair<'a> {
 pub struct QueryCost {
     /// Nanoseconds per closest-hit query.
     pub nanoseconds: SampleQuantiles,
-    /// Number of different rays of a sample: all rays, or evenly spread ones if a ray takes long.
+    /// Number of different rays that are timed: all rays, or evenly spread rays if a query takes
+    /// long.
     pub rays: usize,
     /// Mean number of visited nodes per ray.
     pub nodes_per_ray: f64,
@@ -80,7 +85,7 @@ pub struct QueryCost {
     pub bytes: usize,
 }
 
-/// Cost of linear scan and tree on one scene with the same rays.
+/// Cost of closest-hit queries by linear scan and by BVH on one scene with the same rays.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ScanTreeTiming {
     /// Number of primitives in the scene.
@@ -90,29 +95,29 @@ pub struct ScanTreeTiming {
     /// Cost of the linear scan, which tests every primitive; `None` if a sample would take too
     /// long.
     pub scan: Option<QueryCost>,
-    /// Cost of closest-hit queries by the tree.
+    /// Cost of closest-hit queries by the BVH.
     pub tree: QueryCost,
-    /// Ratio of the scan's time to the tree's, from pairs of consecutive samples; `None` without a
-    /// scan.
+    /// Ratio of the scan's time to that of the BVH, from pairs of consecutive samples; `None` if
+    /// the scan was not timed.
     pub ratio: Option<SampleQuantiles>,
 }
 
-/// Different hits of a ray by linear scan and tree, which make a comparison of their times
+/// Error: linear scan and BVH find different hits for a ray, so that a comparison of their times is
 /// meaningless.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("scan and tree disagree on ray {ray} among {primitives} primitives: {scan} against {tree}")]
 pub struct HitMismatch {
-    /// Index of the ray with different hits.
+    /// Index of the ray for which the hits differ.
     pub ray: usize,
     /// Number of primitives in the scene.
     pub primitives: usize,
-    /// Hit of the scan.
+    /// Debug text of the hit by the scan.
     pub scan: String,
-    /// Hit of the tree.
+    /// Debug text of the hit by the BVH.
     pub tree: String,
 }
 
-/// Compares the hits of scan and tree, then times both alternately. `rays` must not be empty.
+/// Compares the hits of linear scan and BVH, then times both alternately. `rays` must not be empty.
 pub(super) fn measure_row(
     contest: &ScanTreePair<'_>,
     rays: &[Ray<f32>],
@@ -142,7 +147,8 @@ pub(super) fn measure_row(
     })
 }
 
-/// Timing of the linear scan against the tree; without samples if a sample would take too long.
+/// Timing of the linear scan, and of its ratio to the BVH. It records nothing if a sample would
+/// take too long.
 struct ScanTimer<'a> {
     scan_geometry: &'a BenchedGeometry<'a>,
     sample: Option<RaySample<'a>>,
@@ -171,7 +177,8 @@ impl<'a> ScanTimer<'a> {
         }
     }
 
-    /// Compares the hits of scan and tree to the bit: distance, parameters, primitive and instance.
+    /// Compares the hits of scan and `tree` to the bit: distance, surface parameters, primitive and
+    /// instance.
     fn compare_hits(&self, tree: &Geometry<f32>) -> Result<(), HitMismatch> {
         let bits = |hit: &Option<Hit<f32>>| {
             hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.tie_order()))
@@ -198,12 +205,14 @@ impl<'a> ScanTimer<'a> {
         Ok(())
     }
 
+    /// Returns the scan's seconds per ray for one sample; `None` if the scan is not timed.
     fn time_sample(&self) -> Option<f64> {
         self.sample
             .as_ref()
             .map(|sample| sample.time_per_ray(self.scan_geometry.geometry))
     }
 
+    /// Records the seconds per ray of the scan (`own`), and their ratio to those of the BVH.
     fn record_times(&mut self, own: Option<f64>, tree: f64) {
         self.seconds.extend(own);
         self.ratios.extend(own.map(|own| own / tree));
@@ -226,7 +235,7 @@ fn closest_hit(geometry: &Geometry<f32>, ray: &Ray<f32>) -> Option<Hit<f32>> {
     geometry.closest(ray, Interval::positive(), &mut ())
 }
 
-/// Rays that are timed together: every `step`-th ray, all of these `passes` times.
+/// Rays that are timed together: every `step`-th ray of a list, repeated `passes` times.
 struct RaySample<'a> {
     rays: &'a [Ray<f32>],
     step: usize,
@@ -236,8 +245,8 @@ struct RaySample<'a> {
 }
 
 impl<'a> RaySample<'a> {
-    /// Returns a sample whose time is about the intended one. The trial runs also warm up caches
-    /// and branch predictors.
+    /// Returns a sample that takes about the intended time. The trial runs that find its size also
+    /// warm up caches and branch predictors.
     fn with_fitting_size(
         geometry: &Geometry<f32>,
         rays: &'a [Ray<f32>],
@@ -270,7 +279,7 @@ impl<'a> RaySample<'a> {
         self.rays.iter().step_by(self.step)
     }
 
-    /// Returns the number of rays of a pass.
+    /// Returns the number of rays that are traced once per pass.
     fn rays_per_pass(&self) -> usize {
         self.rays.len().div_ceil(self.step)
     }
@@ -294,6 +303,7 @@ impl<'a> RaySample<'a> {
         (self.stopwatch)(&mut trace) / rays as f64
     }
 
+    /// Returns the cost per query from the seconds per ray of several samples.
     fn query_cost(&self, contestant: &BenchedGeometry<'_>, seconds: &[f64]) -> QueryCost {
         let mut stats = TraversalStats::default();
         for ray in self.selected_rays() {
@@ -313,13 +323,14 @@ impl<'a> RaySample<'a> {
     }
 }
 
-/// Longest total time of repeated builds of an accelerator, in units of a sample's intended time.
+/// Limit of the total time of repeated builds of an accelerator, as a multiple of a sample's
+/// intended time.
 const BUILD_PATIENCE: f64 = 8.0;
-/// Largest number of builds in a timed batch.
+/// Largest number of builds that are timed together.
 const LARGEST_BATCH: usize = 256;
 
-/// Builds an accelerator several times and returns the last result with the seconds per build. The
-/// input is created before the clock starts. Short builds are timed in batches.
+/// Builds an accelerator several times. Returns the last accelerator, and the seconds per build.
+/// `input` creates the input of a build before the clock starts. Short builds are timed in batches.
 pub(super) fn time_builds<I, G>(
     method: &BenchMethod,
     input: impl Fn() -> I,

@@ -1,9 +1,11 @@
-//! Benchmark of closest-hit queries by linear scan and by tree. The module prints nothing.
+//! Benchmark of closest-hit queries by linear scan and by BVH (called tree). The module prints
+//! nothing.
 //!
 //! Every ray is traced on the calling thread, whose CPU time is measured (see [`clock`]), so that
 //! the load by other programs matters little. Accelerators are built on the current thread pool.
 //! Both accelerators trace the same rays, and their hits are compared to the bit before they are
-//! timed. Samples of both alternate, so that a change of the machine's speed affects both.
+//! timed. Timed samples of the two accelerators alternate, so that a change of the machine's speed
+//! affects both.
 
 pub mod clock;
 mod comparison;
@@ -25,10 +27,10 @@ pub use statistics::{Crossover, PowerLaw, SampleQuantiles};
 /// Reason why a benchmark has no result.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BenchError {
-    /// Linear scan and tree have different hits: a bug.
+    /// Linear scan and BVH find different hits, which is an error in the program.
     #[error(transparent)]
     Disagreement(#[from] HitMismatch),
-    /// More primitives than a tree can address.
+    /// The scene has more primitives than a BVH can address.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
     /// The scene cannot be prepared.
@@ -41,25 +43,26 @@ pub enum BenchError {
 
 /// Number of rays through a generated scene.
 const RAYS: u32 = 1 << 16;
-/// Seeds of the scenes and of the rays through them.
+/// Seed of the scenes, and seed of the rays through them.
 const SEEDS: [u64; 2] = [0x5eed_0001, 0x5eed_0002];
-/// Least number of primitives of the points to which a power law is fitted. For fewer, caches and
-/// constant costs dominate.
+/// Least number of primitives of the scenes to which a power law is fitted. In smaller scenes,
+/// caches and constant costs dominate.
 const FIT_FROM: f64 = 1e3;
 
-/// Costs of linear scan and tree on generated scenes of growing size, with their growth.
+/// Costs of linear scan and BVH on generated scenes of growing size, and the growth of these costs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BenchSeries {
     /// Kind of the primitives.
     pub kind: GeneratedPrimitive,
-    /// Rows by ascending number of primitives.
+    /// Results by ascending number of primitives.
     pub rows: Vec<ScanTreeTiming>,
-    /// Number of primitives from which on the tree is faster; `None` if the scan was never timed.
+    /// Number of primitives from which on the BVH is faster; `None` if the scan was never timed.
     pub crossover: Option<Crossover>,
-    /// Power law of the tree's time per ray from 1000 primitives on; `None` with fewer than three
-    /// such rows.
+    /// Power law of the BVH's time per ray from 1000 primitives on; `None` with fewer than three
+    /// sizes of at least 1000 primitives.
     pub tree_growth: Option<PowerLaw>,
-    /// Power law of the scan's time per ray, as for the tree.
+    /// Power law of the scan's time per ray from 1000 primitives on; `None` with fewer than three
+    /// timed sizes.
     pub scan_growth: Option<PowerLaw>,
 }
 
@@ -78,10 +81,11 @@ pub fn generated_sizes(largest: u32) -> Vec<u32> {
     sizes
 }
 
-/// Times the closest hit by linear scan and by tree on generated scenes. `sizes` are numbers of
-/// primitives, above zero and ascending. `on_row` is called with each finished row.
+/// Times closest-hit queries by linear scan and by BVH on generated scenes. `sizes` are numbers of
+/// primitives, above zero and ascending. `on_row` is called with the result of each size.
 ///
 /// # Errors
+///
 /// See [`BenchError`].
 pub fn measure_generated(
     kind: GeneratedPrimitive,
@@ -97,6 +101,7 @@ pub fn measure_generated(
     )
 }
 
+/// Performs [`measure_generated`] with a given clock.
 fn measure_with_method(
     kind: GeneratedPrimitive,
     sizes: &[u32],
@@ -122,6 +127,7 @@ fn measure_with_method(
 }
 
 impl BenchSeries {
+    /// Determines crossover and growth from the results of all sizes.
     fn from_rows(kind: GeneratedPrimitive, rows: Vec<ScanTreeTiming>) -> Self {
         let ratios = rows
             .iter()
@@ -143,6 +149,7 @@ impl BenchSeries {
     }
 }
 
+/// Joins a geometry with the time of its build and its memory.
 fn benched_geometry(geometry: &Geometry<f32>, build: SampleQuantiles) -> BenchedGeometry<'_> {
     BenchedGeometry {
         geometry,

@@ -19,8 +19,8 @@ pub struct SampleQuantiles {
 }
 
 impl SampleQuantiles {
-    /// Returns the quantiles of finite measurements, interpolated linearly; all NaN for an empty
-    /// slice.
+    /// Returns the quantiles of finite measurements, interpolated linearly between measurements;
+    /// all NaN for an empty slice.
     pub fn from_samples(measurements: &[f64]) -> Self {
         let mut sorted = measurements.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -41,7 +41,7 @@ impl SampleQuantiles {
         }
     }
 
-    /// Multiplies all quantiles by a factor, for another unit.
+    /// Returns all quantiles multiplied by a factor, as in a change of units.
     pub fn scale(self, factor: f64) -> Self {
         let Self {
             median,
@@ -61,7 +61,7 @@ impl SampleQuantiles {
         }
     }
 
-    /// Returns half the distance between the quartiles over the median.
+    /// Returns the relative spread: half the distance between the quartiles divided by the median.
     pub fn relative_half_spread(&self) -> f64 {
         0.5 * (self.upper_quartile - self.lower_quartile) / self.median
     }
@@ -70,14 +70,14 @@ impl SampleQuantiles {
 /// Power law y = factor · x^exponent, fitted to points by least squares in the logarithms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PowerLaw {
-    /// Growth exponent: 1 is linear growth. Logarithmic growth has a small exponent that falls
-    /// slowly with the size.
+    /// Exponent of the power law: 1 is linear growth. Logarithmic growth gives a small exponent,
+    /// which falls slowly with the size.
     pub exponent: f64,
     /// Standard error of the exponent, from the scatter of the points about the line.
     pub standard_error: f64,
-    /// Share of the variance of ln y explained by the line.
+    /// Share of the variance of ln y that the fitted line explains, 0 to 1.
     pub r_squared: f64,
-    /// y at x = 1.
+    /// Value of y at x = 1.
     pub factor: f64,
     /// Least x among the points.
     pub from: f64,
@@ -129,24 +129,27 @@ impl PowerLaw {
     }
 }
 
-/// Number of primitives from which on the first of two accelerators stays faster than the second.
+/// Size from which on the first of two accelerators stays faster than the second, as a number of
+/// primitives.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Crossover {
     /// The first accelerator is faster at every measured size.
     Always,
-    /// The first accelerator is faster from this size on, interpolated between two measured sizes.
+    /// The first accelerator is faster from this number of primitives on, which is interpolated
+    /// between two measured sizes.
     At(f64),
     /// The first accelerator is not faster at the greatest measured size.
     Never,
 }
 
 impl Crossover {
-    /// Determines the crossover from pairs of a size and the measured ratios of the second
-    /// accelerator's time to the first's, in ascending order of sizes. The first is faster at a
-    /// size if three quarters of the ratios are above one. The crossover is interpolated between
-    /// the last size at which it is not faster and the next. If the median ratio at the last size
-    /// is at least one, that size is the crossover. `None` without a measurement.
+    /// Determines the crossover from pairs of a size and a ratio: the second accelerator's time
+    /// divided by the first's. The pairs are in ascending order of sizes. The first accelerator
+    /// counts as faster at a size if three quarters of the measured ratios are above one. The
+    /// crossover is interpolated between the last size at which it is not faster and the next size.
+    /// If the median ratio at that last size is at least one, the last size itself is the
+    /// crossover. `None` without a measurement.
     pub fn from_ratios(ratios: &[(f64, SampleQuantiles)]) -> Option<Self> {
         let Some(last) = ratios
             .iter()

@@ -13,17 +13,17 @@ use super::plane::{
 use super::{PixelCandidates, REPLICATE_COUNT, ReplicateQuad, TILE};
 use crate::observer::Observer;
 
-/// Offset added to the albedo by which reflected light is divided: surfaces with a black base
-/// colour reflect too.
+/// Offset added to the albedo before reflected light is divided by it, because surfaces with a
+/// black base colour reflect light too.
 const LEAST_ALBEDO: f32 = 0.1;
 
-/// Limit for fireflies: light is clamped to this factor times the brightest value near it in the
-/// other replicates, plus a small offset.
+/// Limit of a pixel's brightness, beyond which it is dimmed as a firefly. The limit is this factor
+/// times the brightest nearby pixel in other replicates, plus a small offset.
 const FIREFLY_FACTOR: f32 = 1.2;
 const FIREFLY_OFFSET: f32 = 0.02;
 
-/// Tolerances of the two filter passes: 0.6 and 1.5 standard deviations beyond noise. The first
-/// pass only makes the guide of the second, and may leave more noise.
+/// Tolerances of the two filter passes: differences of 0.6 and of 1.5 standard deviations beyond
+/// the noise. The first pass may leave more noise, because its result only guides the second.
 const FIRST_PASS: FilterTolerance = FilterTolerance {
     inverse_tolerance: 1.0 / (0.6 * 0.6),
     own_share: 0.0,
@@ -33,34 +33,37 @@ const SECOND_PASS: FilterTolerance = FilterTolerance {
     own_share: 0.5,
 };
 
-/// Squared share of the second guide's colour that counts as the variance of its noise.
+/// Variance of the noise in the second pass's guide, as a factor on the squared colour: the noise
+/// counts as 4 % of the colour.
 const GUIDE_NOISE_SHARE: f32 = 0.04 * 0.04;
 
-/// Weight of a pixel in its own filtered value, 0 to 1, above which the leave-one-out colour keeps
-/// the pixel's value.
+/// Largest weight of a pixel in its own filtered value, 0 to 1, with which the pixel is removed
+/// from that value for the leave-one-out colour. With a larger weight the value stays.
 const MAX_OWN_WEIGHT: f32 = 0.9;
 
-/// Distances in pixels from which the result of a pixel is computed: in the second pass with its
-/// compared patches, in the variance of the second guide, and in the first pass with the variances
+/// Distances in pixels within which inputs affect a filtered pixel: the second pass with its
+/// compared patches; also the variance of the second guide; also the first pass with the variances
 /// of dimmed fireflies.
 const SECOND_REACH: usize = 9;
 const GUIDE_REACH: usize = SECOND_REACH + 2;
 const MARGIN: usize = GUIDE_REACH + 3 + 2 + 1;
 
-/// Planes of all four replicates in a window of the picture.
+/// Inputs of the filter in a window of the picture: light and surface features of all four
+/// replicates.
 struct WindowReplicates {
     /// Reflected light, directly visible emission, albedo and normal of each replicate.
     light: [ColourPlanes; REPLICATE_COUNT],
     emission: [ColourPlanes; REPLICATE_COUNT],
     albedo: [ColourPlanes; REPLICATE_COUNT],
     normal: [ColourPlanes; REPLICATE_COUNT],
-    /// Distance feature of the surfaces, with its tolerance (`features`).
+    /// Feature of the surface distance, and the inverse of its tolerated squared difference.
     distance: (PixelPlane, PixelPlane),
     /// Noise of each replicate: difference of its radiance from the mean of all four.
     noise: [ColourPlanes; REPLICATE_COUNT],
 }
 
 impl WindowReplicates {
+    /// Reads the planes of a window from the film's four replicates.
     fn load(four: &ReplicateQuad<'_>, window: Window, width: usize) -> Self {
         let all = || -> [ColourPlanes; REPLICATE_COUNT] {
             from_fn(|_| black_planes([window.width, window.height]))
@@ -106,8 +109,8 @@ impl WindowReplicates {
         planes.flat_map(|plane| &plane.values).all(|of| *of == 0.0)
     }
 
-    /// Sets the pixels of a window without reflected light and without noise to their emission,
-    /// without a candidate change.
+    /// Sets the pixels of a window without reflected light to their emission, with no candidate
+    /// change. The emission must be free of noise.
     fn copy_emission(&self, part: Window, out: &mut [PixelCandidates]) {
         let width = self.emission[0][0].width;
         for (index, out) in out.iter_mut().enumerate() {
@@ -120,8 +123,7 @@ impl WindowReplicates {
         }
     }
 
-    /// Whether directly visible emission is noisy: it differs between replicates in some pixel of
-    /// the window.
+    /// Whether directly visible emission is noisy: in some pixel of the window, replicates differ.
     fn has_noisy_emission(&self) -> bool {
         let [first, others @ ..] = &self.emission;
         others
@@ -130,7 +132,8 @@ impl WindowReplicates {
     }
 }
 
-/// Computes the candidates of a band of rows that starts at row `top`, tile by tile.
+/// Computes the candidates of a band of rows, tile by tile. `top` is the band's first row in the
+/// picture.
 pub(super) fn filter_band(
     four: &ReplicateQuad<'_>,
     size: [usize; 2],
@@ -173,8 +176,8 @@ pub(super) fn filter_band(
 }
 
 impl WindowReplicates {
-    /// Filters two replicates, `filtered`, with weights from the other two, `by`, and adds the
-    /// changes to the pixels of the tile `core`.
+    /// Filters two replicates, with indices `filtered`, by weights computed from the two replicates
+    /// `by`. Adds the changes to the candidates `out` of the tile `core`.
     fn cross_filter(
         &self,
         (filtered, by): ([usize; 2], [usize; 2]),
@@ -271,9 +274,9 @@ impl WindowReplicates {
     }
 }
 
-/// Returns a picture of light in which fireflies are dimmed: each colour is scaled down until its
-/// brightest channel is within [`FIREFLY_FACTOR`] times the maximum of `limit` over three by three pixels,
-/// plus [`FIREFLY_OFFSET`].
+/// Returns a picture of light in which fireflies are dimmed. The limit of a pixel is
+/// [`FIREFLY_FACTOR`] times the maximum of `limit` over three by three pixels, plus
+/// [`FIREFLY_OFFSET`]. A colour whose brightest channel exceeds the limit is scaled down to it.
 fn dim_fireflies(light: &ColourPlanes, limit: &PixelPlane) -> ColourPlanes {
     let share = PixelPlane::map_planes(
         [&brightest_channel(light), &limit.max_filter()],
@@ -282,8 +285,8 @@ fn dim_fireflies(light: &ColourPlanes, limit: &PixelPlane) -> ColourPlanes {
     from_fn(|i| PixelPlane::map_planes([&light[i], &share], |[of, share]| of * share))
 }
 
-/// Runs both filter passes: the first filters the guides by themselves, the second filters the
-/// targets by the result. `places` are the windows of the second guide and of the result.
+/// Runs both filter passes. The first pass filters the guides by themselves; the second filters the
+/// targets by the result of the first. `places` holds the windows that each pass computes.
 fn filter_twice(
     guides: [&ColourPlanes; 2],
     targets: [&ColourPlanes; 2],

@@ -32,19 +32,21 @@ use crate::picture::Picture;
 /// Edge in pixels of the blocks over which squared errors are summed.
 const BLOCK: usize = 8;
 
-/// Largest standard error of a meaningful estimate, as a share of the noisy picture's squared
-/// error. A share of the estimate itself would reject estimates that are low by chance, so that
-/// more than one in twenty of the accepted estimates would be too high.
+/// Largest meaningful standard error, as a share of the noisy picture's squared error. A share of
+/// the denoised picture's own estimate would reject estimates that are low by chance. Then more
+/// than one in twenty of the accepted estimates would be too high.
 const UNKNOWN: f64 = 0.5;
 
-/// Largest standard error, relative to the estimate, in the log-normal upper end of the interval.
+/// Largest standard error, relative to the estimate, at which the upper end of the interval is
+/// log-normal. Beyond it the end is extrapolated.
 const SKEWED: f64 = 0.5;
 
-/// Reach in pixels of the averages that give a pixel's error, and the true colour.
+/// Distances in pixels over which a pixel's error, and the uncertainty of its true colour, are
+/// averaged.
 const REACH: usize = 10;
 const NEAR: usize = 4;
 
-/// Sums of estimated squared errors over a picture and over its blocks.
+/// Sums of estimated squared errors over a picture and over its blocks of 8 × 8 pixels.
 struct BlockErrorSums {
     /// Sums over blocks, row by row.
     blocks: Vec<f64>,
@@ -72,12 +74,14 @@ impl BlockErrorSums {
         }
     }
 
+    /// Adds the squared error of the pixel in column `x` and row `y`.
     fn add_error(&mut self, x: usize, y: usize, error: f64) {
         self.blocks[y / BLOCK * self.columns + x / BLOCK] += error;
         self.sum += error;
         self.square += error * error;
     }
 
+    /// Returns the mean squared error over pixels.
     fn mean_error(&self) -> f64 {
         self.sum / self.pixels
     }
@@ -86,9 +90,9 @@ impl BlockErrorSums {
     /// without two adjacent blocks.
     ///
     /// n normally distributed blocks have 2n differences d between neighbours. Each difference
-    /// shares a block with six others, so Σd² has the mean 4nσ² and the variance 40nσ⁴:
-    /// (4n)²·2/(40n) = 4n/5 degrees of freedom. (Σd²)²/Σd⁴ is then 2n/3, and 6/5 of that are
-    /// returned. The result is less if few blocks dominate the differences.
+    /// shares a block with six others, so Σd² has the mean 4nσ² and the variance 40nσ⁴. That
+    /// corresponds to (4n)²·2/(40n) = 4n/5 degrees of freedom. (Σd²)²/Σd⁴ is then 2n/3; the
+    /// function returns 6/5 of it. The result is less if few blocks dominate the differences.
     fn standard_error(&self) -> Option<(f64, f64)> {
         let [columns, rows] = self.whole;
         let at = |x: usize, y: usize| self.blocks[y * self.columns + x] / (BLOCK * BLOCK) as f64;
@@ -111,8 +115,8 @@ impl BlockErrorSums {
         })
     }
 
-    /// Returns the standard error of the mean combined with a further standard error `off`, and
-    /// Student's factor; the standard error is zero if all errors are zero. The further error is
+    /// Returns the standard error of the mean, combined with a further standard error `off`, and
+    /// Student's factor. The standard error is zero if all errors are zero. The further error is
     /// not estimated from blocks, so a greater share of it raises the degrees of freedom
     /// (Satterthwaite, 1946).
     fn combined_standard_error(&self, off: f64) -> (f64, f64) {
@@ -132,9 +136,9 @@ impl BlockErrorSums {
         (unsure, student_factor_95((of_both as u32).max(1)))
     }
 
-    /// Returns the square root of the mean squared error with its interval. The lower end uses
-    /// Student's factor; the upper end is log-normal, extrapolated linearly for large standard
-    /// errors.
+    /// Returns the square root of the mean squared error with its interval. `off` is a further
+    /// standard error of the mean. The lower end uses Student's factor; the upper end is
+    /// log-normal, extrapolated linearly for large standard errors.
     fn rms_interval(&self, off: f64) -> ErrorEstimate {
         let (mean, (unsure, factor)) = (self.mean_error(), self.combined_standard_error(off));
         let share = if unsure < SKEWED * mean {
@@ -161,14 +165,14 @@ impl BlockErrorSums {
         }
     }
 
-    /// Whether the interval is meaningless, for a noisy picture with the mean squared error
-    /// `noise`.
+    /// Whether the interval is too wide to be meaningful. `noise` is the mean squared error of the
+    /// noisy picture.
     fn is_interval_meaningless(&self, off: f64, noise: f64) -> bool {
         self.square > 0.0 && self.combined_standard_error(off).0 > UNKNOWN * noise
     }
 }
 
-/// Writes the mixed pixels into the picture and returns it with its error estimate.
+/// Writes the denoised pixels into the picture and returns the picture with its error estimate.
 pub(super) fn estimate_error(
     film: &Film,
     four: &ReplicateQuad<'_>,
@@ -243,14 +247,15 @@ pub(super) fn estimate_error(
     }
 }
 
-/// Returns the weight of a squared error in the relative error: the mean of 1/(c² + 0.01) over the
-/// true colours c = `colour` ± `apart`.
+/// Returns the factor from a squared error to a relative squared error: the mean of 1/(c² + 0.01)
+/// over the two possible true colours c = `colour` ± `apart`.
 fn relative_error_weight(colour: f64, apart: f64) -> f64 {
     let over = |colour: f64| 1.0 / (colour.max(0.0).powi(2) + FLOOR);
     f64::midpoint(over(colour + apart), over(colour - apart))
 }
 
-/// Returns the mean of a quantity over the square of 2 `reach` + 1 pixels around each pixel.
+/// Returns, for each pixel, the mean of a quantity over the square of 2 `reach` + 1 pixels around
+/// it.
 fn local_mean(
     [width, height]: [usize; 2],
     pixels: &[PixelCandidates],
@@ -265,10 +270,11 @@ fn local_mean(
     .box_mean(reach)
 }
 
-/// Returns the root mean squared error of each pixel: the absolute or the relative squared error
-/// averaged over the neighbourhood, whichever gives less. Beside a lamp the absolute average is too
-/// large, because of the lamp's error. At a lamp the relative average is too large, because dark
-/// neighbours are scaled to the lamp's brightness.
+/// Returns the root mean squared error of each pixel and channel. Absolute and relative squared
+/// errors are averaged over the neighbourhood, and the average that gives less is used. Beside a
+/// lamp the absolute average is too large, because it includes the lamp's error. At a lamp the
+/// relative average is too large, because the errors of dark neighbours are scaled to the lamp's
+/// brightness.
 fn pixel_standard_errors(size: [usize; 2], pixels: &[PixelCandidates]) -> Vec<[f32; 3]> {
     let near = |of: &(dyn Fn(&PixelCandidates) -> f32 + Sync)| local_mean(size, pixels, REACH, of);
     let channels: Vec<[PixelPlane; 2]> = (0..3)
@@ -292,8 +298,8 @@ fn pixel_standard_errors(size: [usize; 2], pixels: &[PixelCandidates]) -> Vec<[f
     pixels.iter().enumerate().map(value_of).collect()
 }
 
-/// Returns the denominator of a pixel's relative squared error in a channel: the product of two
-/// estimates of the colour, plus 0.01.
+/// Returns the denominator of a pixel's relative squared error in a channel: the product of its
+/// denoised and its leave-one-out colour, plus 0.01.
 fn relative_denominator(pixel: &PixelCandidates, channel: usize) -> f32 {
     pixel.changes[1][channel].max(0.0) * pixel.base_colour[channel].max(0.0) + FLOOR as f32
 }

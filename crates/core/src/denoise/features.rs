@@ -1,5 +1,5 @@
-//! Features of surfaces that limit the filter's weights: albedo, normal and distance, from two of
-//! the four replicates, each with its tolerance.
+//! Features of surfaces that limit the filter's weights: albedo, normal and distance. They come
+//! from two of the four replicates, and each has a tolerance.
 
 use super::plane::{ColourPlanes, PixelPlane, mean_colour};
 
@@ -10,7 +10,8 @@ const SHARP_ALBEDO: f32 = 0.03 * 0.03;
 const NORMAL: f32 = 0.15 * 0.15;
 const DEPTH: f32 = 0.05 * 0.05;
 
-/// Tolerated multiple of the squared noise and slope of a feature.
+/// Factor on the squared noise and squared slope of a feature up to which differences are
+/// tolerated.
 const TOLERANCE_FACTOR: f32 = 2.0;
 
 /// Logarithm of the distance for a pixel without a hit.
@@ -47,7 +48,8 @@ pub(super) fn surface_features(
     features
 }
 
-/// Returns the distance feature and the inverse of its tolerated squared difference.
+/// Returns the distance feature, the logarithm of the distance, and the inverse of its tolerated
+/// squared difference.
 pub(super) fn distance_feature(depth: &PixelPlane) -> (PixelPlane, PixelPlane) {
     let log = PixelPlane::map_planes([depth], |[z]| {
         if z > 0.0 {

@@ -1,6 +1,6 @@
-//! One pass of non-local means: each pixel becomes a weighted mean of the pixels around it. The
-//! weight is large for pixels with similar surroundings in a guide picture and with similar
-//! features.
+//! One pass of non-local means: each pixel becomes a weighted mean of the pixels around it. A
+//! neighbour's weight is large if its surroundings look similar in a guide picture and its surface
+//! features are similar.
 //!
 //! Squared differences in the guide are divided by those that noise would cause (Rousselle, Knaus
 //! and Zwicker, "Adaptive Rendering with Non-Local Means Filtering", 2012) and averaged over three
@@ -16,15 +16,15 @@ use super::guide::{FilterTolerance, Guide};
 use super::plane::{ColourPlanes, PixelPlane, Window, black_planes};
 use super::row_kernels;
 
-/// Filtered pictures, and the weight of each pixel in its own filtered value, 0 to 1; all zero
-/// outside the filtered window.
+/// Two filtered pictures, and the weight of each pixel in its own filtered value, 0 to 1. All are
+/// zero outside the filtered window.
 pub(super) struct FilterOutput {
     pub means: [ColourPlanes; 2],
     pub own_weights: PixelPlane,
 }
 
-/// Offsets from a pixel to its neighbours, down and to the right in pixels. Every offset has its
-/// opposite in the list, so that the filter does not shift the picture.
+/// Offsets (rows down, columns to the right) from a pixel to the neighbours that are averaged.
+/// Every offset has its opposite in the list, so that the filter does not shift the picture.
 pub(super) type Offsets = Vec<[isize; 2]>;
 
 /// All offsets within a disc of two and a half pixels.
@@ -33,9 +33,9 @@ pub(super) static NEAR_OFFSETS: LazyLock<Offsets> = LazyLock::new(|| offsets(2, 
 /// and a half pixels.
 pub(super) static FAR_OFFSETS: LazyLock<Offsets> = LazyLock::new(|| offsets(8, 0.2, 2));
 
-/// Returns the offsets within `radius` plus half a pixel. Beyond `dense` pixels to each side only a
-/// share of them is returned, spread evenly (Roberts, "The Unreasonable Effectiveness of
-/// Quasirandom Sequences", 2018).
+/// Returns the offsets within `radius` plus half a pixel. All offsets of at most `dense` pixels to
+/// each side are included. Of the others only the given share, 0 to 1, is included, spread evenly
+/// (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
 fn offsets(radius: isize, share: f64, dense: isize) -> Offsets {
     let chosen = |y: isize, x: isize| {
         let (a, b) = if (y, x) > (-y, -x) { (y, x) } else { (-y, -x) };
@@ -60,8 +60,8 @@ pub(super) struct Workspace {
     recent_rows: Vec<RecentRows>,
 }
 
-/// The last three rows of squared differences for a horizontal offset, and their means over three
-/// neighbours along the row.
+/// Last three rows of squared differences for a horizontal offset, and the means of each difference
+/// and its two neighbours along the row.
 #[derive(Clone)]
 struct RecentRows {
     differences: [PixelRow; 3],
@@ -75,9 +75,10 @@ impl RecentRows {
     };
 }
 
-/// Filters the targets in the window `core` of their planes. Pixels beyond the planes are ignored,
-/// so planes that are smaller than the picture must exceed `core` by the reach of the offsets plus
-/// one pixel. Parts whose targets are black within reach are skipped and stay zero.
+/// Filters two targets in the window `core` of their planes. Pixels beyond the planes are ignored.
+/// If the planes are smaller than the picture, they must extend past `core` by the largest offset
+/// plus one pixel. Areas whose targets are black as far as the offsets reach are skipped and stay
+/// zero.
 pub(super) fn filter(
     guide: &Guide<'_>,
     targets: [&ColourPlanes; 2],
@@ -119,7 +120,7 @@ pub(super) fn filter(
 }
 
 impl FilterOutput {
-    /// Writes the weighted means of a window: the weighted sums over the sums of weights.
+    /// Writes the weighted means of a window: the weighted sums divided by the sums of weights.
     fn write_means(&mut self, place: Window, sums: &[WeightedSums]) {
         let width = self.own_weights.width;
         for (y, sums) in sums[..place.height].iter().enumerate() {
@@ -139,7 +140,7 @@ impl FilterOutput {
 /// Filter pass over one block of rows, as a task for SIMD dispatch.
 struct FilterPass<'a> {
     strictness: FilterTolerance,
-    /// Size of the planes.
+    /// Width and height of the planes in pixels.
     size: [usize; 2],
     block: Window,
     offsets: &'a Offsets,
@@ -162,7 +163,8 @@ impl SimdTask for FilterPass<'_> {
     }
 }
 
-/// Returns the range of indices below `end` whose neighbour at distance `step` is also below `end`.
+/// Returns the range of indices from zero to `end` whose neighbour at distance `step` is also in
+/// that range.
 fn valid_range(step: isize, end: usize) -> (usize, usize) {
     (
         (-step).max(0) as usize,
@@ -174,8 +176,8 @@ fn shift_index(position: usize, step: isize) -> usize {
     (position as isize + step) as usize
 }
 
-/// Columns of a block whose neighbours at a horizontal step are inside the planes, without and with
-/// a margin of one column.
+/// Columns of a block whose neighbours at a horizontal offset are inside the planes, without and
+/// with a margin of one column.
 struct BlockColumns {
     inner: Range<usize>,
     with_margin: Range<usize>,
@@ -194,7 +196,8 @@ impl BlockColumns {
 }
 
 impl FilterPass<'_> {
-    /// Adds to the sums of the block the neighbours at offsets with a common vertical step.
+    /// Adds the neighbours at these offsets, which have the same vertical step, to the weighted
+    /// sums of the block.
     #[inline(always)]
     fn add_offset_row(&mut self, offsets: &[[isize; 2]]) {
         let (block, [width, height], dy) = (self.block, self.size, offsets[0][0]);
@@ -219,8 +222,8 @@ impl FilterPass<'_> {
         }
     }
 
-    /// Computes the squared differences of two rows of the guide, and their means over three
-    /// neighbours along the row.
+    /// Computes the squared differences between the rows `y` and `other` of the guide, and the
+    /// means of each difference and its two neighbours along the row.
     #[inline(always)]
     fn compare_rows(
         &mut self,
@@ -249,7 +252,7 @@ impl FilterPass<'_> {
         row_kernels::average_three(means, differences, length);
     }
 
-    /// Computes the weights of a row of neighbours and adds the weighted neighbours to the sums.
+    /// Computes the weights of a row of neighbours and adds the weighted colours to the sums.
     #[inline(always)]
     fn add_weighted_row(
         &mut self,

@@ -6,10 +6,10 @@ use core::ops::Range;
 use super::guide::Guide;
 use super::plane::{ColourPlanes, PixelPlane, Window};
 
-/// Number of entries to whose multiple the length of a loop is rounded up.
+/// Multiple to which the length of a loop over pixels is rounded up, for vectorisation.
 pub(super) const LANES: usize = 16;
 
-/// Number of entries of a row: the width of a tile, its margins and padding.
+/// Number of pixels in a row of the filter: the width of a tile with its margins and padding.
 pub(super) const ROW: usize = 192;
 
 pub(super) type PixelRow = [f32; ROW];
@@ -17,7 +17,8 @@ pub(super) type PixelRow = [f32; ROW];
 /// Number of features of a surface: three of albedo, three of normal, one of distance.
 pub(super) const FEATURES: usize = 7;
 
-/// Row of a filter's guide, padded with zeros.
+/// Row of pixels of a filter's guide, padded with zeros. See the guide for the meaning of its
+/// planes.
 #[derive(Clone)]
 pub(super) struct GuideRow {
     pub colour: [PixelRow; 3],
@@ -58,7 +59,7 @@ impl GuideRow {
     }
 }
 
-/// Row of the two target pictures of a filter.
+/// Row of pixels of the two pictures that a filter averages, its targets.
 #[derive(Clone)]
 pub(super) struct TargetRow {
     pub colours: [[PixelRow; 3]; 2],
@@ -72,7 +73,8 @@ impl TargetRow {
         lit: None,
     };
 
-    /// Copies all rows of two target pictures and finds their lit columns.
+    /// Copies all rows of two target pictures, and finds the columns of each row that are not
+    /// black.
     pub fn copy_target_rows(rows: &mut Vec<Self>, colours: [&ColourPlanes; 2]) {
         let height = colours[0][0].height;
         rows.resize(height.max(rows.len()), Self::BLACK);
@@ -94,8 +96,8 @@ impl TargetRow {
     }
 }
 
-/// Returns the part of a block within `reach` columns and rows of a pixel that is not black; `None`
-/// if all are black.
+/// Returns the part of a block whose pixels are at most `reach` columns and rows from a pixel that
+/// is not black; `None` if all are black.
 pub(super) fn lit_window(rows: &[TargetRow], block: Window, reach: usize) -> Option<Window> {
     let around = block.y.saturating_sub(reach)..(block.y + block.height + reach).min(rows.len());
     let lit = rows[around].iter().filter_map(|row| row.lit);
@@ -116,8 +118,8 @@ fn copy_padded_row(to: &mut PixelRow, of: &PixelPlane, y: usize) {
     rest.fill(0.0);
 }
 
-/// Row of a filter's sums: weighted sums of both targets, sums of weights, and the weight of each
-/// pixel in its own sum.
+/// Row of a filter's sums: weighted colours of both targets, sums of weights, and the weight of
+/// each pixel in its own sum.
 #[derive(Clone)]
 pub(super) struct WeightedSums {
     pub colours: [[PixelRow; 3]; 2],

@@ -1,11 +1,11 @@
-//! Shares, 0 to 1, with which the candidate changes of a pixel are applied: those that minimise the
-//! squared error of its surroundings, as the replicates estimate it.
+//! Shares, 0 to 1, with which the candidate changes of a pixel are applied. They minimise the
+//! squared error of the pixel's surroundings, as estimated from the replicates.
 //!
 //! Shares α change the squared error by 2 Σ αb + Σ ααQ. Q holds the products of the candidates'
 //! changes, and b their negated mean product with the noise of the partner replicates. Both are
-//! relative, as the error is, and averaged over the neighbours *without the pixel itself*, so that
-//! a pixel's own noise does not choose the shares that lower its error estimate. (With the pixel,
-//! error estimates were too small by up to a half.)
+//! divided by the squared colour, as in a relative error, and averaged over the neighbours *without
+//! the pixel itself*. So a pixel's own noise does not choose the shares that lower its error
+//! estimate. (With the pixel, error estimates were too small by up to a half.)
 
 use core::array::from_fn;
 use core::ops::Range;
@@ -17,30 +17,31 @@ use raywright_bvh::{SimdTask, run_widest};
 use super::{CANDIDATES, PixelCandidates, REPLICATE_COUNT, ReplicateQuad};
 pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
 
-/// Reach in pixels of the surroundings from which the shares of a pixel are solved.
+/// Distance in pixels up to which neighbours contribute to the shares of a pixel.
 const REACH: usize = 20;
 
-/// Number of rows whose shares are solved as a unit.
+/// Number of rows of pixels whose shares one task computes.
 const BAND: usize = 64;
 
-/// Largest ratio of the leave-one-out colour to the filtered colour, and its inverse, in the
-/// denominator of relative errors.
+/// Largest ratio between the leave-one-out colour and the filtered colour, in either direction. The
+/// leave-one-out colour is clamped to it and then serves as the denominator of relative errors.
 const MAX_COLOUR_RATIO: f64 = 1.5;
 
-/// Largest number of rounds of coordinate descent over the shares.
+/// Largest number of rounds of coordinate descent, in which each share is minimised once.
 const DESCENT_ROUNDS: usize = 12;
 
-/// Pairs of candidates, whose products are the second moments.
+/// Index pairs of the three candidates. The averaged product of each pair's changes is one entry of
+/// the matrix Q of second moments.
 const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 
-/// Number of first and second moments of the candidates.
+/// Number of moments of a pixel: the terms b of the candidates, and the entries of the matrix Q.
 const MOMENTS: usize = CANDIDATES + PAIRS.len();
 
-/// Number of pixels whose shares are solved together.
+/// Number of pixels whose shares are computed together in SIMD lanes.
 const LANES: usize = 8;
 
-/// Returns two colours of a pixel: with all candidates applied in full, and the leave-one-out
-/// colour, clamped to agree with the first.
+/// Returns two colours of a pixel: the colour with all candidates applied in full, and the
+/// leave-one-out colour, clamped to a limited ratio to the first.
 pub(super) fn reference_colours(mean: [f64; 3], pixel: &PixelCandidates) -> [[f64; 3]; 2] {
     let whole = from_fn(|i| {
         mean[i]
@@ -58,10 +59,10 @@ pub(super) fn reference_colours(mean: [f64; 3], pixel: &PixelCandidates) -> [[f6
     [whole, base]
 }
 
-/// Returns the mean of a pixel's replicates, the variance of the mean, and an estimate of the
-/// mean's squared error from products of partner replicates. The expectation of the estimate is the
-/// variance. Its noise is correlated with the noise of the candidates' error terms, so that part of
-/// the noise cancels in their sum.
+/// Returns three statistics of a pixel's replicates: their mean, the variance of the mean, and an
+/// estimate of the mean's squared error from products of partner replicates. The expectation of the
+/// estimate is the variance. Its noise is correlated with the noise of the candidates' error terms,
+/// so that part of the noise cancels in their sum.
 pub(super) fn replicate_statistics(radiance: [[f64; 3]; REPLICATE_COUNT]) -> [[f64; 3]; 3] {
     let mean: [f64; 3] =
         from_fn(|i| radiance.iter().map(|value| value[i]).sum::<f64>() / REPLICATE_COUNT as f64);
@@ -78,7 +79,7 @@ pub(super) fn replicate_statistics(radiance: [[f64; 3]; REPLICATE_COUNT]) -> [[f
     ]
 }
 
-/// Solves the shares of the candidates in all pixels and applies them.
+/// Computes the shares of the candidates in all pixels and applies them.
 pub(super) fn mix_candidates(
     four: &ReplicateQuad<'_>,
     [width, height]: [usize; 2],
@@ -100,8 +101,8 @@ pub(super) fn mix_candidates(
         });
 }
 
-/// Applies the shares to the candidates of a pixel, which then holds its total change, its
-/// leave-one-out colour and its estimated squared error.
+/// Applies the shares to the candidates of a pixel. Afterwards the pixel holds its total change,
+/// its leave-one-out colour and its estimated squared error.
 fn reduce_pixel(
     pixel: &mut PixelCandidates,
     shares: [f32; CANDIDATES],
@@ -129,8 +130,8 @@ fn reduce_pixel(
     };
 }
 
-/// Moments of the candidates in some rows of pixels. A row holds each kind of moment for all its
-/// pixels, one kind after the other.
+/// Moments of the candidates in some rows of pixels. For each row of pixels, the first moment of
+/// all pixels comes first, then the second moment of all pixels, and so on.
 struct CandidateMoments {
     width: usize,
     first_row: usize,
@@ -159,6 +160,7 @@ impl CandidateMoments {
         }
     }
 
+    /// Returns the moments of the row `y` of the picture.
     fn moments_of_row(&self, y: usize) -> &[f64] {
         let length = MOMENTS * self.width;
         &self.moments[(y - self.first_row) * length..][..length]
@@ -181,7 +183,8 @@ fn solve_shares(
     })
 }
 
-/// Task for SIMD dispatch that solves the shares in some rows from the moments of the surroundings.
+/// Task for SIMD dispatch: computes the shares in some rows of pixels from the moments of their
+/// surroundings.
 struct ShareSolver {
     moments: CandidateMoments,
     height: usize,
@@ -261,8 +264,8 @@ fn negate_row(to: &mut [f64], values: &[f64]) {
     }
 }
 
-/// Returns the moments of a pixel's candidates, relative to its squared colour plus its variance:
-/// the error terms b, then the products Q of all pairs.
+/// Returns the moments of a pixel's candidates: the error terms b, then the products Q of all
+/// pairs. They are summed over channels and relative to the squared colour plus its variance.
 fn candidate_moments(
     radiance: [[f64; 3]; REPLICATE_COUNT],
     pixel: &PixelCandidates,
@@ -284,8 +287,8 @@ fn candidate_moments(
     })
 }
 
-/// Returns the shares α, 0 to 1, that minimise 2 Σ αb + Σ ααQ for several pixels, by coordinate
-/// descent that starts at one.
+/// Returns the shares α, 0 to 1, that minimise 2 Σ αb + Σ ααQ for several pixels. The coordinate
+/// descent starts with all shares at one.
 #[inline(always)]
 fn minimise_error(moments: &[[f64; LANES]; MOMENTS]) -> [[f32; LANES]; CANDIDATES] {
     // For each candidate, the other two, with the index of their common product among the moments.

@@ -1,4 +1,4 @@
-//! Windows of a picture, and planes: one number for each pixel of a window.
+//! Windows (rectangles of a picture), and planes (one number per pixel of a window).
 
 /// Rectangle of a picture, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +26,7 @@ impl Window {
         }
     }
 
-    /// Returns the window with its position relative to the window `outer`, which contains it.
+    /// Returns the window with coordinates relative to the window `outer`, which contains it.
     pub fn relative_to(self, outer: Self) -> Self {
         Self {
             x: self.x - outer.x,
@@ -40,7 +40,7 @@ impl Window {
     }
 }
 
-/// Plane: one number for each pixel of a window, row by row.
+/// Single-channel picture: one number per pixel of a window, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct PixelPlane {
     pub width: usize,
@@ -61,7 +61,8 @@ impl PixelPlane {
         &self.values[y * self.width..][..self.width]
     }
 
-    /// Returns the plane that `make` computes from the numbers of the given planes at each pixel.
+    /// Returns the plane whose number at each pixel is `make` of the numbers of the given planes at
+    /// that pixel.
     pub fn map_planes<const N: usize>(from: [&Self; N], make: impl Fn([f32; N]) -> f32) -> Self {
         let mut made = Self::zero(from[0].width, from[0].height);
         map_values(
@@ -72,8 +73,8 @@ impl PixelPlane {
         made
     }
 
-    /// Combines each number by `join` with the numbers up to `reach` pixels away, along rows and
-    /// then along columns.
+    /// Returns a plane in which each number is combined by `join` with the numbers up to `reach`
+    /// pixels away, first along rows and then along columns.
     fn combine_neighbours(&self, reach: usize, join: impl Fn(f32, f32) -> f32) -> Self {
         let (width, height) = (self.width, self.height);
         let into = |to: &mut [f32], from: &[f32]| {
@@ -101,8 +102,8 @@ impl PixelPlane {
         all
     }
 
-    /// Returns the mean over the square of 2 `reach` + 1 pixels around each pixel, as far as it is
-    /// in the plane.
+    /// Returns, for each pixel, the mean over the square of 2 `reach` + 1 pixels around it. Pixels
+    /// outside the plane are ignored.
     pub fn box_mean(&self, reach: usize) -> Self {
         let mut sums = self.combine_neighbours(reach, |a, b| a + b);
         let count = |position: usize, end: usize| {
@@ -118,13 +119,13 @@ impl PixelPlane {
         sums
     }
 
-    /// Returns the maximum over three by three pixels around each pixel.
+    /// Returns, for each pixel, the maximum over the three by three pixels around it.
     pub fn max_filter(&self) -> Self {
         self.combine_neighbours(1, |a, b| if b > a { b } else { a })
     }
 
-    /// Returns the squared slope at each pixel: the square of the smaller difference to the left
-    /// and right neighbour, plus the same for the neighbours above and below.
+    /// Returns the squared slope at each pixel. Along rows it is the square of the smaller
+    /// difference to the left and right neighbour; the same along columns is added.
     pub fn slope(&self) -> Self {
         let (width, height) = (self.width, self.height);
         let mut slope = Self::zero(width, height);
@@ -159,8 +160,8 @@ impl PixelPlane {
     }
 }
 
-/// Writes the number that `make` computes from the entries of the lists at the same index. The loop
-/// is a function, so that the compiler knows that the output does not alias the inputs.
+/// Writes `make` of the entries of the lists at each index. The loop is a function, so that the
+/// compiler knows that the output does not alias the inputs.
 #[inline]
 fn map_values<const N: usize>(to: &mut [f32], from: [&[f32]; N], make: impl Fn([f32; N]) -> f32) {
     let from = from.map(|values| &values[..to.len()]);
@@ -169,8 +170,8 @@ fn map_values<const N: usize>(to: &mut [f32], from: [&[f32]; N], make: impl Fn([
     }
 }
 
-/// Returns the square of the smaller difference of `here` to both neighbours; zero if it is not
-/// finite.
+/// Returns the square of the smaller of the differences between `here` and its two neighbours; zero
+/// if it is not finite.
 #[inline(always)]
 fn squared_smaller_difference(here: f32, others: [f32; 2]) -> f32 {
     let [one, other] = others.map(|other| (here - other).abs());
@@ -190,13 +191,13 @@ pub(super) fn black_planes([width, height]: [usize; 2]) -> ColourPlanes {
     [(); 3].map(|()| PixelPlane::zero(width, height))
 }
 
-/// Returns the brightest channel of each pixel.
+/// Returns, for each pixel, the value of its brightest channel.
 pub(super) fn brightest_channel(of: &ColourPlanes) -> PixelPlane {
     PixelPlane::map_planes(of.each_ref(), |[r, g, b]| r.max(g).max(b))
 }
 
-/// Returns the variance of the mean of two colour pictures, summed over channels: a quarter of the
-/// squared difference.
+/// Returns the variance of the mean of two colour pictures, summed over channels. It is a quarter
+/// of their squared difference.
 pub(super) fn variance_of_mean([one, other]: [&ColourPlanes; 2]) -> PixelPlane {
     let mut made = PixelPlane::zero(one[0].width, one[0].height);
     for (one, other) in one.iter().zip(other) {
@@ -206,7 +207,7 @@ pub(super) fn variance_of_mean([one, other]: [&ColourPlanes; 2]) -> PixelPlane {
     made
 }
 
-/// Adds the squared difference of the other two lists to each entry of `to`.
+/// Adds to each entry of `to` the squared difference of the entries of `one` and `other`.
 #[inline]
 fn add_squared_differences(to: &mut [f32], one: &[f32], other: &[f32]) {
     for ((to, one), other) in to.iter_mut().zip(one).zip(other) {
@@ -219,7 +220,7 @@ pub(super) fn mean_colour([one, other]: [&ColourPlanes; 2]) -> ColourPlanes {
     [0, 1, 2].map(|i: usize| PixelPlane::map_planes([&one[i], &other[i]], |[a, b]| (a + b) / 2.0))
 }
 
-/// Returns smoothed variances, because estimates from few samples are noisy: the mean over five by
+/// Returns smoothed variances, because variances of few samples are noisy: the mean over five by
 /// five pixels, or half of the pixel's own variance if that is larger.
 pub(super) fn smooth_variance(variance: &PixelPlane) -> PixelPlane {
     const REACH: usize = 2;

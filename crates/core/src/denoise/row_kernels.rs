@@ -4,8 +4,8 @@
 
 use super::filter_rows::{FEATURES, GuideRow, PixelRow};
 
-/// Writes the squared differences of the colours of two rows, relative to their noise, from column
-/// `x` of the own row and column `beside` of the other.
+/// Writes the squared differences between the colours of two rows, relative to their noise. The
+/// first row, `own`, is read from column `x`, the second, `there`, from column `beside`.
 #[inline(always)]
 pub(super) fn colour_distances(
     to: &mut [f32],
@@ -29,16 +29,16 @@ pub(super) fn colour_distances(
     }
 }
 
-/// Returns a squared difference of two colours, less the expected noise, over the sum of their
-/// variances `own` and `there`, times `inverse`.
+/// Returns the squared difference of two colours relative to noise: `square` less the expected
+/// noise, divided by the sum of the variances `own` and `there`, times `inverse`.
 #[inline(always)]
 pub(super) fn noise_relative_distance(square: f32, own: f32, there: f32, inverse: f32) -> f32 {
     let less = if own < there { own } else { there };
     (square - own - less) / (1e-7 + own + there) * inverse
 }
 
-/// Writes the mean of each number and its two neighbours along the first `length` entries of a row;
-/// an end counts as its own missing neighbour.
+/// Writes the mean of each number and its two neighbours for the first `length` entries of a row.
+/// At the ends, the number itself replaces the missing neighbour.
 #[inline(always)]
 pub(super) fn average_three(to: &mut PixelRow, of: &PixelRow, length: usize) {
     const THIRD: f32 = 1.0 / 3.0;
@@ -55,9 +55,9 @@ pub(super) fn average_three(to: &mut PixelRow, of: &PixelRow, length: usize) {
     }
 }
 
-/// Writes the weights of a row of neighbours. The distance is the largest of three numbers: the
-/// mean of three rows of differences, a share of the pixel's own difference, and the difference of
-/// a feature.
+/// Writes the weights of a row of neighbours. A weight falls with the largest of three distances:
+/// the mean of three rows of colour differences, a share of the pixel's own difference, and the
+/// largest difference of a feature.
 #[inline(always)]
 pub(super) fn neighbour_weights(
     to: &mut [f32],
@@ -94,8 +94,9 @@ pub(super) fn neighbour_weights(
     }
 }
 
-/// Returns the weight of a neighbour at a distance: (1 − x/4)⁴, which approximates exp(−x) with
-/// finite support. The weight is reduced if the neighbour's variance is more than twice `noise`.
+/// Returns the weight of a neighbour at the distance x = `apart`: (1 − x/4)⁴, which approximates
+/// exp(−x) and is zero from 4 on. The weight is reduced if the neighbour's variance, 1/`inverse`,
+/// is more than twice `noise`.
 #[inline(always)]
 pub(super) fn weight_of_distance(apart: f32, noise: f32, inverse: f32) -> f32 {
     let close = 1.0 - apart * 0.25;
@@ -104,7 +105,7 @@ pub(super) fn weight_of_distance(apart: f32, noise: f32, inverse: f32) -> f32 {
     close * close * (close * close) * if noisier < 1.0 { noisier } else { 1.0 }
 }
 
-/// Adds the three channels of a row of colours, multiplied by the weights.
+/// Adds the three channels of a row of colours, multiplied by the weights, to the sums.
 #[inline(always)]
 pub(super) fn add_weighted_colour([r, g, b]: [&mut [f32]; 3], weights: &[f32], of: [&[f32]; 3]) {
     for (to, values) in [r, g, b].into_iter().zip(of) {
@@ -121,7 +122,7 @@ fn add_product(to: &mut [f32], weights: &[f32], values: &[f32]) {
     }
 }
 
-/// Adds a row of numbers to another.
+/// Adds the numbers `values` to the entries of `to`.
 #[inline(always)]
 pub(super) fn add_row(to: &mut [f32], values: &[f32]) {
     let to = &mut to[..values.len()];

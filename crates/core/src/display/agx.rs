@@ -21,8 +21,8 @@ const REC2020_TO_REC709: [[f64; 3]; 3] = [
     [-0.0182, -0.1006, 1.1187],
 ];
 
-/// Matrix that contracts the gamut before the curve, so that strong colours move towards white. The
-/// outset, after the curve, partly reverts the contraction.
+/// Matrix that contracts the gamut before the curve, so that saturated colours move towards white.
+/// The second matrix partly reverts the contraction after the curve.
 const INSET: [[f64; 3]; 3] = [
     [
         0.856_627_153_315_983,
@@ -66,9 +66,9 @@ const LOG2_MAX: f64 = 4.026_069;
 /// AgX tone map with its two curves in tables, which save four powers per channel.
 #[derive(Clone, Debug)]
 pub(super) struct Agx {
-    /// Contrast curve, from positions on the logarithmic scale to display values.
+    /// Contrast curve, from values of the logarithmic encoding, 0 to 1, to display values.
     contrast: TabulatedCurve,
-    /// Curve from display values of a display with gamma 2.2 to display-linear values.
+    /// Curve from display values with gamma 2.2 to display-linear values.
     linearise: TabulatedCurve,
 }
 
@@ -117,7 +117,7 @@ impl TabulatedCurve {
     }
 }
 
-/// Returns the position of a linear value on the logarithmic scale, 0..1.
+/// Returns the logarithmic encoding of a linear value, clamped to 0..1.
 fn encode_log2(x: f64) -> f64 {
     let log2 = Real::ln(x.max(1e-10)) * core::f64::consts::LOG2_E;
     ((log2 - LOG2_MIN) / (LOG2_MAX - LOG2_MIN)).clamp(0.0, 1.0)

@@ -1,13 +1,12 @@
-//! Share of a picture that a display clips, and the exposure that lowers it.
+//! Share of a picture's pixels that a display clips, and the exposure that lowers this share.
 
 use super::Display;
 use crate::picture::Picture;
 
-/// Shares of a picture's pixels, 0 to 1, whose light the display loses.
+/// Shares of a picture's pixels, 0 to 1, in which the display loses detail.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clipping {
-    /// Share of pixels with a channel at code 255, or so near to it that doubled radiance looks the
-    /// same.
+    /// Share of pixels with a channel at code 255, or so near that doubled radiance looks the same.
     pub clipped: f64,
     /// Share of pixels shown as black although their radiance is not zero.
     pub black: f64,
@@ -17,9 +16,9 @@ pub struct Clipping {
 /// kept.
 pub const MOST_CLIPPED: f64 = 0.1;
 
-/// Largest number of examined pixels.
+/// Largest number of pixels that are examined.
 const LOOKED_AT: usize = 1 << 14;
-/// Least code that may count as clipped.
+/// Least 8-bit code of a channel that may count as clipped.
 const BRIGHT: u8 = 240;
 /// Largest change of the exposure, in stops.
 const STOPS: i32 = 12;
@@ -32,10 +31,10 @@ impl Display {
     }
 
     /// Returns an exposure in stops that suits the picture. If more than [`MOST_CLIPPED`] of the
-    /// pixels are clipped, it is lower by as few whole stops as bring the share down to that limit.
-    /// Else, if more than [`MOST_CLIPPED`] of the pixels are shown black although they have
-    /// radiance, it is higher in the same manner. `None` if both shares are within the limit, or if
-    /// twelve stops do not suffice.
+    /// pixels are clipped, it is lower by the least number of whole stops that brings the share to
+    /// that limit. Else, if more than [`MOST_CLIPPED`] of the pixels are shown black although they
+    /// have radiance, it is higher by the least number of whole stops. `None` if both shares are
+    /// within the limit, or if twelve stops do not suffice.
     pub fn suitable_exposure(self, picture: &Picture) -> Option<f64> {
         let colours = sample_colours(picture);
         let share = |stops: f64| {
@@ -57,7 +56,7 @@ impl Display {
     }
 
     /// Returns the display settings with the exposure that suits a picture (see
-    /// [`Display::suitable_exposure`]); unchanged if none is better.
+    /// [`Display::suitable_exposure`]); unchanged if no exposure is better.
     pub fn with_suitable_exposure(self, picture: &Picture) -> Self {
         Self {
             exposure_stops: self
@@ -84,8 +83,8 @@ impl Display {
     }
 }
 
-/// Whether a bright channel has almost the same code at twice the radiance (`doubled`). Tone maps
-/// approach code 255 without reaching it.
+/// Whether the code of a bright channel hardly changes when its radiance is doubled. `doubled`
+/// holds the codes at doubled radiance. Tone maps approach code 255 without reaching it.
 fn is_saturated(codes: [u8; 3], doubled: [u8; 3]) -> bool {
     const SAME: u8 = 3;
     codes
@@ -94,7 +93,8 @@ fn is_saturated(codes: [u8; 3], doubled: [u8; 3]) -> bool {
         .any(|(&code, doubled)| code >= BRIGHT && code.abs_diff(doubled) < SAME)
 }
 
-/// Returns the colours of pixels with coverage, from pixels evenly spread over the picture.
+/// Returns the colours of pixels spread evenly over the picture; pixels without coverage are left
+/// out.
 fn sample_colours(picture: &Picture) -> Vec<[f32; 3]> {
     let step = picture.rgb.len() / LOOKED_AT + 1;
     let colour = |i: usize| picture.surface_colour(i);

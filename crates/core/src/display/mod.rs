@@ -39,14 +39,14 @@ pub struct Display {
     #[serde(default)]
     pub output: OutputFormat,
     /// Display values of the background, 0 to 1. Pixels without coverage show exactly these values.
-    /// `None` keeps the coverage in the file.
+    /// `None` leaves the background transparent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub background: Option<[f64; 3]>,
 }
 
 impl Display {
-    /// Settings without exposure and tone map, with the sRGB curve, for pictures of display-linear
-    /// values.
+    /// Settings with the sRGB curve and without exposure and tone map, for pictures whose values
+    /// are display-linear already.
     pub const PLAIN: Self = Self {
         tone_map: ToneMap::None,
         curve: TransferCurve::Srgb,
@@ -55,8 +55,9 @@ impl Display {
         background: None,
     };
 
-    /// Returns the background for a picture of linear numbers: its display values decoded as sRGB.
-    /// Exposure and tone map are not inverted, because no radiance maps to some of the codes.
+    /// Returns the background for a picture in linear values: its display values decoded as sRGB.
+    /// Exposure and tone map are not inverted, because some display values have no radiance that
+    /// maps to them.
     pub fn linear_background(&self) -> Option<[f64; 3]> {
         self.background.map(|background| {
             background.map(|value| curve::decode_transfer(TransferCurve::Srgb, value))
@@ -73,7 +74,7 @@ impl Display {
         }
     }
 
-    /// Builds the tables that convert single pixels.
+    /// Builds the tables for the conversion of single pixels.
     pub fn prepare(self) -> DisplayMap {
         DisplayMap {
             tone: ToneOperator::new(self.tone_map),
@@ -84,15 +85,15 @@ impl Display {
         }
     }
 
-    /// Whether the displayed picture keeps its coverage: it has one, and these settings have no
-    /// background.
+    /// Whether the displayed picture has transparency: the picture has coverage, and these settings
+    /// have no background.
     pub fn has_alpha(&self, picture: &Picture) -> bool {
         picture.alpha.is_some() && self.background.is_none()
     }
 
     /// Returns the codes of a picture, row by row from the top: three codes per pixel, or four with
-    /// a coverage. [`OutputFormat::Sixteen`] gives two bytes per code, the high byte first.
-    /// [`OutputFormat::Float`] has no codes, and gives sixteen-bit codes too.
+    /// alpha. [`OutputFormat::Sixteen`] gives two bytes per code, the high byte first.
+    /// [`OutputFormat::Float`] has no codes; sixteen-bit codes are returned.
     ///
     /// The alpha is unassociated, as PNG requires: colours are divided by the coverage before the
     /// tone map.
@@ -134,8 +135,8 @@ impl Display {
         }
     }
 
-    /// Returns the picture of display values 0..1, not rounded to codes, without coverage and
-    /// layers.
+    /// Returns the picture of display values, 0..1 and not rounded to codes. The result has no
+    /// coverage and no layers.
     pub fn to_values(self, picture: &Picture) -> Picture {
         let map = self.prepare();
         let rgb = picture
@@ -153,8 +154,8 @@ impl Display {
     }
 }
 
-/// Returns the bytes of all pixels. `bytes` converts a pixel given by index and by column and row;
-/// rows are converted in parallel.
+/// Returns the bytes of all pixels, row by row. `bytes` converts a pixel, given by its index and by
+/// its column and row. Rows are converted in parallel.
 fn encode_rows<const N: usize>(
     picture: &Picture,
     bytes: impl Fn(usize, [u32; 2]) -> [u8; N] + Sync,
@@ -177,6 +178,7 @@ fn alpha_code(alpha: f64) -> u8 {
     curve::quantise_8_bit(alpha.clamp(0.0, 1.0))
 }
 
+/// Returns the dithered 8-bit codes of display values. `place` is the pixel's column and row.
 fn dither_pixel(values: [f64; 3], place: [u32; 2]) -> [u8; 3] {
     core::array::from_fn(|channel| output::dither_8_bit(values[channel], place, channel))
 }
@@ -211,8 +213,8 @@ impl DisplayMap {
         }
     }
 
-    /// Returns the display values and the alpha of a pixel: with its coverage, or composited over
-    /// the background with the alpha 1.
+    /// Returns the display values and the alpha of a pixel. Without a background, the alpha is the
+    /// pixel's coverage; with a background, the pixel is composited over it and has the alpha 1.
     ///
     /// Compositing mixes display values, not radiance, as web pages and most editors do. So a
     /// transparent picture on a page looks like a picture with the page's colour as background. The

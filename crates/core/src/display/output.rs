@@ -1,4 +1,5 @@
-//! Output formats of display values: codes of eight or sixteen bits, nearest or dithered.
+//! Output formats of a picture: codes of eight or sixteen bits, rounded or dithered, or linear
+//! floats.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,8 +10,8 @@ pub enum OutputFormat {
     /// Nearest of 256 codes for each display value.
     #[default]
     Eight,
-    /// One of the two nearest of 256 codes (dithering), so that the mean over neighbouring pixels
-    /// is right and ramps show no steps.
+    /// One of the two nearest of 256 codes, chosen by dithering. So the mean over neighbouring
+    /// pixels is right, and gradients show no steps.
     Dithered,
     /// Nearest of 65 536 codes for each display value.
     Sixteen,
@@ -39,9 +40,9 @@ pub(super) fn quantise_16_bit(value: f64) -> u16 {
     (65535.0 * value + 0.5) as u16
 }
 
-/// Returns the dithered 8-bit code of a display value v in 0..1: floor(255 v + d), where d depends
-/// on column, row and channel and is spread evenly over [0, 1). So a value that equals a code keeps
-/// its code, and the mean code of any other value is right.
+/// Returns the dithered 8-bit code of a display value v in 0..1: floor(255 v + d). The dither d
+/// depends on column, row and channel and is spread evenly over [0, 1). So a value that equals a
+/// code keeps its code, and the mean code of any other value is right.
 ///
 /// d is interleaved gradient noise (Jimenez, "Next Generation Post Processing in Call of Duty:
 /// Advanced Warfare", 2014). Its values at neighbouring pixels differ strongly, so the dither is

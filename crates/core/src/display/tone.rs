@@ -5,7 +5,7 @@ use super::agx::Agx;
 use super::matrix::multiply_matrix;
 use crate::scene::ToneMap;
 
-/// A tone map with its tables.
+/// Tone map with its precomputed tables.
 #[derive(Clone, Debug)]
 pub(super) enum ToneOperator {
     Clip,
@@ -68,7 +68,7 @@ fn aces_hill(rgb: [f64; 3]) -> [f64; 3] {
 }
 
 /// Khronos PBR neutral tone mapper: Khronos Group, "Khronos PBR Neutral Tone Mapper" specification,
-/// 2024. Colours below 0.8 lose only the 0.04 that the reflection of a dielectric adds. Brighter
+/// 2024. Colours below 0.8 are only darkened by 0.04, the reflectance of a dielectric. Brighter
 /// colours are compressed and desaturated.
 fn khronos_neutral(rgb: [f64; 3]) -> [f64; 3] {
     const START: f64 = 0.8 - 0.04;

@@ -1,4 +1,4 @@
-//! Findings for every effect, from the scene's facts and the settings.
+//! Findings (status and reason) for every effect, from the facts about a scene and the settings.
 
 use self::EffectTreatment::{
     Conditional, LeftOut, Simulated, SimulatedByRays, UnsupportedExtensions,
@@ -9,42 +9,45 @@ use super::{Effect, EffectFinding, EffectStatus};
 use crate::scene::Integrator;
 use crate::settings::Settings;
 
-/// Treatment by an integrator of an effect that the scene needs, with the reason.
+/// Treatment by an integrator of an effect that the scene needs, with the reason given to users.
 #[derive(Clone, Copy)]
 enum EffectTreatment {
     /// Simulated, with the reason.
     Simulated(&'static str),
-    /// Simulated by additional ray segments, so left out with a maximum depth of 1.
+    /// Simulated by additional ray segments, with the reason. A maximum depth of 1 leaves the
+    /// effect out.
     SimulatedByRays(&'static str),
-    /// Left out; with a reason and a hint.
+    /// Left out, with the reason and a hint how to simulate the effect.
     LeftOut(&'static str, &'static str),
-    /// Left out, because the scene format cannot represent these properties of an imported file.
-    /// The reason lists the properties; the hint is given.
+    /// Left out, because the scene format cannot represent some properties of an imported file. The
+    /// reason lists these properties; the field is the hint.
     UnsupportedExtensions(&'static str),
     /// Treatment that depends on facts of the scene and on settings.
     Conditional(fn(&EffectFacts, &Settings) -> EffectTreatment),
 }
 
-/// Treatment of an effect by an integrator, and the reason to report if the scene does not need the
-/// effect.
+/// Treatment of an effect by an integrator, and the reason given to users if the scene does not
+/// need the effect.
 struct IntegratorTreatment(EffectTreatment, &'static str);
 
-/// Row of the table of effects: cause in the scene, and treatment by each integrator.
+/// Rule for one effect: its cause in the scene, and its treatment by each integrator.
 struct EffectRule {
     effect: Effect,
-    /// Function that returns the path, in the scene file, of the part that needs the effect. The
-    /// flag is whether path tracing is used.
+    /// Function that returns the path, in the scene file, of the first object or setting that needs
+    /// the effect. The flag is whether path tracing is used.
     source: fn(&EffectFacts, bool) -> Option<&String>,
     /// Treatments by Whitted ray tracing and by path tracing.
     treatments: [IntegratorTreatment; 2],
 }
 
-/// Returns the same treatment for both integrators.
+/// Returns the same treatment for both integrators. `absent` is the reason given if the scene does
+/// not need the effect.
 const fn same_in_both(how: EffectTreatment, absent: &'static str) -> [IntegratorTreatment; 2] {
     different_in_each(how, how, absent)
 }
 
-/// Returns a treatment for each integrator, with a common reason for absence.
+/// Returns a treatment for each integrator. `absent` is the reason given if the scene does not need
+/// the effect.
 const fn different_in_each(
     whitted: EffectTreatment,
     paths: EffectTreatment,
@@ -53,7 +56,8 @@ const fn different_in_each(
     different_with_reasons((whitted, absent), (paths, absent))
 }
 
-/// Returns a treatment for each integrator, each with its own reason for absence.
+/// Returns a treatment for each integrator, each with its own reason for scenes that do not need
+/// the effect.
 const fn different_with_reasons(
     whitted: (EffectTreatment, &'static str),
     paths: (EffectTreatment, &'static str),
@@ -65,7 +69,7 @@ const fn different_with_reasons(
 }
 
 /// Returns the treatments of an effect that path tracing simulates and Whitted ray tracing leaves
-/// out.
+/// out. `present` and `absent` are the reasons given if the scene needs the effect or not.
 const fn path_tracing_only(
     present: &'static str,
     absent: &'static str,
@@ -89,8 +93,8 @@ macro_rules! rows {
 effects!(rows);
 
 /// Returns the integrator that suits a scene, for users who chose none. Whitted ray tracing is used
-/// if it simulates every effect that path tracing does, as for classic materials: its pictures have
-/// no noise, and samples only smooth edges. Physical materials light each other and need path
+/// if it simulates every effect that path tracing does, as for classic materials. Its pictures have
+/// no noise, and samples only smooth edges. Physical materials illuminate each other and need path
 /// tracing.
 pub(super) fn choose_integrator(effect_facts: &EffectFacts) -> Integrator {
     let needs_paths = |row: &EffectRule| {
@@ -117,6 +121,7 @@ pub(super) fn find_effects(
 }
 
 impl EffectRule {
+    /// Returns the finding for this rule's effect. `paths` is whether path tracing is used.
     fn evaluate(
         &self,
         effect_facts: &EffectFacts,

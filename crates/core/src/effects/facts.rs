@@ -1,5 +1,5 @@
-//! Facts about the visible part of a scene: for each feature, the path of its first use in the
-//! scene file.
+//! Facts about the visible part of a scene: for each feature, the path in the scene file at which
+//! it is first used.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -15,7 +15,8 @@ use crate::scene::{
 /// Path, in the scene file, of the first use of a feature; `None` if the scene does not use it.
 type FirstUsePath = Option<String>;
 
-/// Perceptual roughness up to which Whitted shading traces a reflection as a mirror's.
+/// Largest perceptual roughness with which Whitted ray tracing traces a reflection as in a perfect
+/// mirror.
 pub(crate) const MIRROR_ROUGHNESS: f64 = 0.05;
 
 #[derive(Clone, Debug, Default)]
@@ -31,16 +32,16 @@ pub(super) struct EffectFacts {
     pub reflection: FirstUsePath,
     pub fuzz: FirstUsePath,
     pub refraction: FirstUsePath,
-    /// Surfaces that reflect, transmit or diffuse each ray at random, in the given proportions.
+    /// Material that reflects, transmits or diffuses each ray at random, in given proportions.
     pub mixture: FirstUsePath,
     pub absorption: FirstUsePath,
-    /// Bodies with a priority, which decides between overlapping bodies.
+    /// Body with a priority, which decides between overlapping bodies.
     pub nested_body: FirstUsePath,
     pub rough_reflection: FirstUsePath,
     pub rough_refraction: FirstUsePath,
-    /// Layers over, under and in surfaces.
+    /// Layers of physical materials, such as a clear coat.
     pub layers: LayerSources,
-    /// Physical surfaces that light illuminates.
+    /// Surface with a physical material that light illuminates.
     pub lit_physical: FirstUsePath,
     pub diffuse_physical: FirstUsePath,
     pub alpha: FirstUsePath,
@@ -49,7 +50,7 @@ pub(super) struct EffectFacts {
     pub varied_emission: FirstUsePath,
     pub unlit_material: FirstUsePath,
     pub image: FirstUsePath,
-    /// Filter of a texture with mipmaps.
+    /// Texture that is filtered with mipmaps.
     pub mip_maps: FirstUsePath,
     pub program: FirstUsePath,
     pub checker: FirstUsePath,
@@ -70,18 +71,18 @@ pub(super) struct EffectFacts {
     pub unread_extensions: String,
     pub lens: FirstUsePath,
     pub motion: FirstUsePath,
-    /// Shutter that is open for some time.
+    /// Shutter that is open for longer than an instant.
     pub exposure: FirstUsePath,
-    /// Whether the shutter opens and closes at the same instant: the picture shows that instant,
-    /// and no motion is left out.
+    /// Whether the shutter opens and closes at the same instant. Then the picture shows that
+    /// instant, and no motion is left out.
     pub instant: bool,
 }
 
-/// Function that returns whether a physical material has a layer. The flags are whether a part of
-/// the material may be non-metallic, and whether a non-metallic part may transmit.
+/// Function that returns whether a physical material has a layer. The flags are whether part of the
+/// material may be non-metallic, and whether the non-metallic part may transmit light.
 type LayerPredicate = fn(&Physical, [bool; 2]) -> bool;
 
-/// Keys of the layers over, under and in surfaces, each with the function that detects it.
+/// Name of each layer over, under or in surfaces, with the function that detects the layer.
 const LAYERS: [(&str, LayerPredicate); 9] = [
     ("thin_walled", |m, [_, clear]| m.thin_walled && clear),
     ("specular", |m, [plain, _]| m.has_specular_tint() && plain),
@@ -103,20 +104,21 @@ const LAYERS: [(&str, LayerPredicate); 9] = [
 pub(super) struct LayerSources(BTreeMap<&'static str, String>);
 
 impl LayerSources {
-    /// Adds the layers of a material. `parts` are the flags of [`LayerPredicate`]; `at` returns the path
-    /// of a field.
+    /// Records the layers of a material. `parts` holds the flags of [`LayerPredicate`]. `at`
+    /// returns the path of a material's field in the scene file.
     fn add_material(&mut self, m: &Physical, parts: [bool; 2], at: &dyn Fn(&str) -> String) {
         for (key, _) in LAYERS.iter().filter(|(_, has)| has(m, parts)) {
             self.0.entry(key).or_insert_with(|| at(key));
         }
     }
 
-    /// Returns the path of a layer's first use, or `None`.
+    /// Returns the path in the scene file at which a layer is first used, or `None`.
     pub fn source(&self, key: &str) -> Option<&String> {
         self.0.get(key)
     }
 }
 
+/// Sets `slot` to `path` if the feature is present and `slot` is empty.
 fn record_first(slot: &mut FirstUsePath, present: bool, path: impl FnOnce() -> String) {
     if present && slot.is_none() {
         *slot = Some(path());

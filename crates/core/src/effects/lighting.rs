@@ -16,8 +16,8 @@ pub fn neutral_sky() -> Sky {
     }
 }
 
-/// Whether a scene has a sky, light, ambient term, emissive or unlit surface. A scene without any
-/// of these is black; [`neutral_sky`] is a substitute.
+/// Whether a scene has a sky, a light, an ambient term, or an emissive or unlit surface. A scene
+/// without any of these is black; [`neutral_sky`] is a substitute.
 pub fn emits_light(scene: &Scene) -> bool {
     let effect_facts = EffectFacts::gather(scene, None);
     [
@@ -31,12 +31,12 @@ pub fn emits_light(scene: &Scene) -> bool {
     .any(Option::is_some)
 }
 
-/// Irradiance of all lights below which they count as absent. A white surface with this irradiance
-/// is darker than a tenth of the display's range.
+/// Total irradiance of the lights below which they count as absent. A white surface with this
+/// irradiance is darker than a tenth of the display's range.
 const DIM: f64 = 0.02;
 
-/// Whether a scene's lights illuminate its model noticeably: their irradiance at the model, by
-/// power, range and distance, is at least 0.02.
+/// Whether a scene's lights illuminate its objects noticeably: their total irradiance at the model,
+/// from power, range and distance, is at least 0.02.
 pub fn lights_reach_surfaces(scene: &Scene) -> bool {
     let bounds = scene_extent::<f32>(scene, &SceneLookup::new(scene)).bounds;
     let (centre, radius) = match bounds.is_empty() {

@@ -1,11 +1,11 @@
 //! Effects: the features that a scene needs, and which of them a render simulates, with reasons.
 //!
-//! [`detect`] depends on the scene and the settings alone. An effect is **simulated**, **absent**
+//! [`detect`] depends only on the scene and the settings. An effect is **simulated**, **absent**
 //! (the scene does not need it, so nothing is built, traced or sampled for it) or **left out** (the
 //! scene needs it, but the render does not simulate it; a hint is always given). Only features of
-//! shown objects count: an unused material needs no effect.
+//! visible objects count: an unused material needs no effect.
 //!
-//! Preparation builds data for the simulated effects alone, and the render uses the smallest kernel
+//! Preparation builds data only for the simulated effects, and the render uses the smallest kernel
 //! that contains them.
 
 mod detect;
@@ -38,7 +38,7 @@ pub enum EffectStatus {
     LeftOut,
 }
 
-/// Finding: an effect with its status in a render and the reason.
+/// Status of an effect in a render, with the reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct EffectFinding {
     /// The effect.
@@ -48,14 +48,15 @@ pub struct EffectFinding {
     pub status: EffectStatus,
     /// Reason for the status.
     pub because: String,
-    /// Path, in the scene file, of the part that needs the effect, such as
+    /// Path in the scene file of the object or setting that needs the effect, such as
     /// `materials[1].model.classic.transmission`; `None` for an absent effect.
     pub source: Option<String>,
-    /// Flag or change by which the effect is simulated; given for every effect that is left out.
+    /// Command-line flag, or change of the scene, that makes the render simulate the effect. Every
+    /// effect that is left out has a hint.
     pub hint: Option<String>,
 }
 
-/// Findings for every known effect, in a fixed order.
+/// Status of every effect in a render, and the integrator that was chosen.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct EffectReport {
     /// Name of the integrator.

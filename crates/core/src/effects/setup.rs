@@ -1,4 +1,4 @@
-//! Decisions before preparation: the integrator, the simulated effects and the reasons.
+//! Decisions before preparation: the integrator, the simulated effects, and the reasons for both.
 
 use std::borrow::Cow;
 
@@ -9,12 +9,12 @@ use super::{EffectFinding, EffectReport, EffectSet, EffectStatus};
 use crate::scene::{Integrator, Scene};
 use crate::settings::Settings;
 
-/// Decisions before preparation, made once from a traversal of the scene. If effects are switched
-/// off, the reduced scene is traversed too.
+/// Decisions before preparation, made in one pass over the scene. If effects are switched off, the
+/// scene without them is examined too.
 pub(crate) struct RenderSetup<'a> {
     /// The scene, without the effects that are switched off.
     pub scene: Cow<'a, Scene>,
-    /// The settings with the chosen integrator, and with a camera without the effects that are
+    /// The settings with the chosen integrator. Their camera has none of the effects that are
     /// switched off.
     pub settings: Settings,
     /// Findings for all effects.
@@ -22,7 +22,8 @@ pub(crate) struct RenderSetup<'a> {
 }
 
 impl<'a> RenderSetup<'a> {
-    /// Chooses the integrator and finds the simulated effects for a scene with these settings.
+    /// Chooses the integrator for a scene with these settings, and determines the simulated
+    /// effects.
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
         let (effect_facts, requested) = (
             EffectFacts::gather(scene, settings.camera.as_ref()),
@@ -72,13 +73,13 @@ impl<'a> RenderSetup<'a> {
     }
 }
 
-/// Returns the findings for every effect of a scene under these settings.
+/// Returns the status of every effect of a scene under these settings, with reasons.
 pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
     RenderSetup::new(scene, settings).effects
 }
 
-/// Returns the integrator that renders a scene with these settings: the requested one, or the one
-/// that suits the scene.
+/// Returns the integrator that renders a scene with these settings: the requested integrator, or
+/// the one that suits the scene.
 pub(crate) fn chosen_integrator(scene: &Scene, settings: &Settings) -> Integrator {
     match settings.integrator {
         Integrator::Auto => {
@@ -88,7 +89,7 @@ pub(crate) fn chosen_integrator(scene: &Scene, settings: &Settings) -> Integrato
     }
 }
 
-/// Returns the reason for the choice of the integrator, as the report states it.
+/// Returns the reason, for the report, why this integrator was chosen.
 fn integrator_reason(
     requested: Integrator,
     paths: bool,
@@ -104,8 +105,9 @@ fn integrator_reason(
     }
 }
 
-/// Changes the finding of the whole scene to left out, if its effect is in `off`, or absent in the
-/// scene without the effects of `off`. `left` is the status in that scene.
+/// Changes the finding of an effect to left out if `off` contains the effect, or if the scene no
+/// longer needs the effect once all effects of `off` are removed. `left` is the effect's status in
+/// the scene without them.
 fn mark_switched_off(finding: &mut EffectFinding, left: EffectStatus, off: EffectSet) {
     let named = off.has(finding.effect);
     if finding.status == EffectStatus::Absent || !named && left != EffectStatus::Absent {

@@ -9,9 +9,9 @@ use crate::scene::{
     Physical, Projection, Scene, Sky, TextureFilter, physical_fields,
 };
 
-/// Returns the scene and the camera without the causes of these effects. `SkyLight`, `SoftShadows`,
-/// `Motion` and the mirror reflection of physical materials have no data of their own; preparation
-/// leaves them out if they are not simulated.
+/// Returns the scene and the camera without the causes of the effects in `off`. `SkyLight`,
+/// `SoftShadows`, `Motion` and the mirror reflection of physical materials have no data of their
+/// own; preparation leaves them out if they are not simulated.
 pub(crate) fn remove_effects(
     scene: &Scene,
     camera: &Option<Camera>,

@@ -1,9 +1,9 @@
 //! Table of effects: name, role, cause in the scene, and treatment by each integrator.
 
-/// Passes the table to another macro. A row is `KIND = NAME, ROLE, SOURCE, READINGS`. `SOURCE`
-/// selects the effect's cause among a scene's facts; its flag is whether path tracing is used.
-/// `MAX_PASSES` gives the treatment by Whitted ray tracing and by path tracing, and the reason for
-/// absence. Rows are in the order of reports.
+/// Passes the table to another macro. A row is `KIND = NAME, ROLE, SOURCE, TREATMENTS`. `SOURCE`
+/// returns the effect's cause from the facts about a scene; its flag is whether path tracing is
+/// used. `TREATMENTS` gives the treatment by Whitted ray tracing and by path tracing, and the
+/// reason given if the scene does not need the effect. Rows are in the order of reports.
 macro_rules! effects {
     ($then:ident) => {
         $then! {
