@@ -31,7 +31,7 @@ impl Default for Limits {
     }
 }
 
-/// Formats bytes for people: `64 MiB`, `1.5 GiB`, `300 bytes`.
+/// Formats a number of bytes for people: `64 MiB`, `1.5 GiB`, `300 bytes`.
 pub fn format_bytes(bytes: u64) -> String {
     const UNITS: [(&str, u32); 3] = [("GiB", 30), ("MiB", 20), ("KiB", 10)];
     match UNITS.iter().find(|(_, shift)| bytes >> shift > 0) {

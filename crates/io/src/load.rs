@@ -59,7 +59,8 @@ impl Input {
         })
     }
 
-    /// Name without folders and extensions, for naming pictures.
+    /// Returns the file name without folders and extensions, from which names of pictures are
+    /// formed.
     pub fn file_stem(&self) -> String {
         match self {
             Self::Path(path) => file_stem(path),
@@ -75,13 +76,13 @@ pub struct LoadOptions {
     /// Time and parameters that replace the file's values. For a model, the time of its animations;
     /// `None`: the rest pose.
     pub overrides: ParameterOverrides,
-    /// Choices among a model's contents.
+    /// Choice of scene, variant, animation and up axis of a model.
     pub model: ModelOptions,
-    /// Environment in place of the scene's own.
+    /// Environment options of the user, which replace or change the scene's own environment.
     pub environment: EnvironmentOptions,
     /// Whether every surface gets a neutral clay material.
     pub clay: bool,
-    /// Section plane, applied after the up axis.
+    /// Section plane, in coordinates after the model was rotated to its up axis.
     pub section: Option<SectionPlane>,
     /// Whether files outside the scene's folder may be read. If not, such files are refused.
     pub allow_outside: bool,
@@ -89,8 +90,8 @@ pub struct LoadOptions {
     pub limits: Limits,
 }
 
-/// Choices among a model's contents. Formats other than glTF have only the up axis, native scenes
-/// have no choices.
+/// Choices for a model file. Formats other than glTF support only the up axis; native scenes
+/// support none of the choices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModelOptions {
     /// Name of a scene or, if no name matches, its index; `None`: the file's default.
@@ -125,18 +126,19 @@ pub struct LoadedScene {
     /// Reason why the neutral sky or, for a model, the default studio was added; `None`: the scene
     /// has light, or an environment was given.
     pub added_sky: Option<LightShortage>,
-    /// Up axis that was assumed for a file that states none; `None`: the axis is y, as everywhere
-    /// here, or was given.
+    /// Up axis that was assumed because the file states none (STL); `None` if the user gave the
+    /// axis, or if the axis is y, the default of all other formats.
     pub assumed_up: Option<UpAxis>,
 }
 
-/// Loads, validates and completes a scene. A scene without light gets the neutral sky, and a model
-/// whose own lights are absent or too faint gets the default studio (see [`LoadedScene::added_sky`]).
-/// Without a camera, preparation frames the whole scene.
+/// Loads, validates and completes a scene. A scene without light gets the neutral sky; a model
+/// whose own lights are absent or too faint gets the default studio (see
+/// [`LoadedScene::added_sky`]). A scene without a camera stays without; its preparation for
+/// rendering then places a camera that shows the whole scene.
 ///
 /// # Errors
-/// [`Error`] has one of the kinds content, file, limit, or usage for an unknown preset or
-/// parameter.
+/// [`Error`] of kind input, file or limit; of kind usage for an unknown preset, parameter, scene,
+/// variant or animation.
 #[doc(alias("import", "ParseFiles"))]
 pub fn load(input: &Input, options: &LoadOptions) -> Result<LoadedScene, Error> {
     load_observed(input, options, &())
@@ -193,7 +195,7 @@ pub fn load_observed(
     }
 }
 
-/// Loads a scene or model from its bytes.
+/// Loads a scene or model from its bytes, in the format that is detected from path and content.
 fn load_content(
     path: &Path,
     stem: &str,
@@ -242,7 +244,7 @@ fn refuse_up_axis(name: &str, model: &ModelOptions) -> Result<(), Error> {
         .with_hint("a camera is turned by three numbers, such as --up 0,0,1"))
 }
 
-/// Loads a model as a complete scene.
+/// Loads a model and adds what a complete scene needs: up axis, environment, clay and section.
 fn load_model(
     path: &Path,
     stem: &str,
@@ -333,6 +335,7 @@ fn load_model(
     })
 }
 
+/// Parses a native scene, reads its files and applies the options.
 fn load_native_scene(
     name: &str,
     stem: &str,
@@ -373,7 +376,8 @@ fn load_native_scene(
     })
 }
 
-/// Applies the options for clay and section to a scene, and returns the warnings of the section.
+/// Applies the options for clay and section to a scene, in this order. Returns the warnings of the
+/// section.
 fn apply_clay_and_section(
     scene: &mut Scene,
     options: &LoadOptions,
@@ -391,7 +395,8 @@ fn apply_clay_and_section(
     section::cut_scene(scene, section, name)
 }
 
-/// Refuses scenes with more objects or triangles than the limits allow, before anything is built.
+/// Refuses a scene with more objects or triangles than the limits allow. Called before any
+/// acceleration structure is built.
 fn check_scene_limits(name: &str, scene: &Scene, limits: &Limits) -> Result<(), Error> {
     let objects = generate::count_objects(scene);
     if objects > limits.objects {
@@ -442,7 +447,8 @@ fn max_input_bytes(limits: &Limits) -> u64 {
     limits.file_bytes.max(limits.text_bytes)
 }
 
-/// Returns the bytes of a read, or the error for a failed or oversized read.
+/// Returns the bytes of an input that was read, or the error for input that is unreadable or larger
+/// than allowed.
 fn check_input_size(
     path: &Path,
     read: std::io::Result<Option<Vec<u8>>>,
@@ -460,7 +466,7 @@ fn check_input_size(
         })
 }
 
-/// File name without folders and extensions.
+/// Returns the file name of a path without folders and extensions.
 fn file_stem(path: &Path) -> String {
     let name = path
         .file_name()
@@ -483,7 +489,7 @@ fn file_stem(path: &Path) -> String {
     name[..name.len() - ending.map_or(0, |ending| ending.len())].to_owned()
 }
 
-/// Detects the format of an input.
+/// Returns the format of an input, or the error for an unsupported format.
 fn detect_format(path: &Path, bytes: &[u8]) -> Result<SceneFormat, Error> {
     SceneFormat::detect(path, bytes).ok_or_else(|| {
         if let Some((format, remedy)) = unsupported_format(path) {

@@ -13,8 +13,8 @@ pub fn mask_to_one_line(text: &str) -> String {
     mask_controls(&text.replace(['\n', '\t'], "\u{fffd}")).into_owned()
 }
 
-/// Replaces control characters in JSON by escapes, so that readers get the texts unchanged. Only
-/// strings are affected, because JSON outside strings is ASCII.
+/// Replaces control characters in JSON by `\u` escapes, so that a parser of the JSON gets the
+/// original texts. Only strings are affected, because JSON outside strings is ASCII.
 pub fn mask_json(json: &str) -> Cow<'_, str> {
     replace_controls(json, |c, out| {
         c.encode_utf16(&mut [0; 2])
@@ -23,6 +23,7 @@ pub fn mask_json(json: &str) -> Cow<'_, str> {
     })
 }
 
+/// Calls `put` for each control character; `put` appends the replacement to the new text.
 fn replace_controls(text: &str, put: impl Fn(char, &mut String)) -> Cow<'_, str> {
     if !text.chars().any(is_display_control) {
         return Cow::Borrowed(text);

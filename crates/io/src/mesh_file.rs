@@ -1,4 +1,4 @@
-//! A model file as a single mesh: `source.file` in a native scene.
+//! Reading of a model file as a single mesh, for `source.file` of a mesh in a native scene.
 
 use std::path::Path;
 
@@ -15,7 +15,8 @@ use crate::model_file;
 use crate::source::SceneFormat;
 use crate::warning::Warning;
 
-/// Reads a model file as a single mesh in world space, for the chosen scene and time.
+/// Reads a model file and merges its objects to a single mesh in world space, for the chosen scene
+/// and time.
 pub(crate) fn read_mesh(
     file: &Path,
     bytes: &[u8],
@@ -45,7 +46,8 @@ pub(crate) fn read_mesh(
     Ok((merge_meshes(&model.scene), model.warnings))
 }
 
-/// Merges the meshes of all objects in world space, with a copy for each object.
+/// Merges the meshes of all objects in world space. A mesh with several objects is copied for each
+/// object.
 fn merge_meshes(scene: &Scene) -> MeshData {
     let lookup = SceneLookup::new(scene);
     let shown = scene
@@ -59,7 +61,8 @@ fn merge_meshes(scene: &Scene) -> MeshData {
         });
     let parts: Vec<(&MeshData, DAffine3)> = shown.collect();
     let smooth = parts.iter().any(|(part, _)| !part.normals.is_empty());
-    // If only some parts have tangents, tangents are computed for all on demand.
+    // If only some meshes have tangents, they are dropped, and tangents are computed for the merged
+    // mesh on demand.
     let anisotropy = parts.iter().all(|(part, _)| !part.tangents.is_empty());
     let (mut mesh_data, mut positions) = (MeshData::default(), Vec::new());
     for (part, transform) in parts {
@@ -80,8 +83,8 @@ fn merge_meshes(scene: &Scene) -> MeshData {
     mesh_data
 }
 
-/// Returns a copy of a mesh with three separate vertices for each triangle, whose normals are the
-/// facet normals.
+/// Returns a copy of a mesh in which each triangle has three vertices of its own, whose normals are
+/// the normal of the triangle.
 fn make_faceted(part: &MeshData) -> MeshData {
     let corners = || part.indices.iter().flatten().map(|index| *index as usize);
     let positions = part.positions.subset(corners());
@@ -113,6 +116,7 @@ fn make_faceted(part: &MeshData) -> MeshData {
     }
 }
 
+/// Appends a mesh under a transform to a merged mesh.
 fn append_mesh(
     (mesh_data, positions): (&mut MeshData, &mut Vec<DVec3>),
     part: &MeshData,
@@ -122,7 +126,8 @@ fn append_mesh(
     let after = before + vertices;
     let double = |v: &[f32; 3]| Vec3::from_array(*v).as_dvec3();
     positions.extend(part.positions.iter().map(|p| transform.transform_point3(p)));
-    // A reflection reverses triangles; a swap of two corners restores their orientation.
+    // A reflection reverses the orientation of triangles; a swap of two corners restores the
+    // orientation.
     let mirrored = transform.matrix3.determinant() < 0.0;
     let shift = |index: u32| index.saturating_add(u32::try_from(before).unwrap_or(u32::MAX));
     mesh_data
@@ -147,7 +152,8 @@ fn append_mesh(
         [x, y, z, if mirrored { -t[3] } else { t[3] }]
     };
     mesh_data.tangents.extend(part.tangents.iter().map(along));
-    // If any part has colours or texture coordinates, the other parts get neutral values.
+    // If any of the merged meshes has colours or texture coordinates, the others get neutral
+    // values.
     if !part.colours.is_empty() || !mesh_data.colours.is_empty() {
         mesh_data.colours.resize(before, [1.0; 4]);
         mesh_data.colours.extend(&part.colours);

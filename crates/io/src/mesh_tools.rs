@@ -6,9 +6,10 @@ use raywright_core::display::curve;
 use raywright_core::scene::{MeshData, TransferCurve, TransformStep};
 use raywright_core::validate::{FARTHEST, SMALLEST};
 
-/// Whether a transform is invertible, so that rays can be traced in a mesh's own space.
+/// Whether a transform is invertible. Rays can be traced in a mesh's own space only under an
+/// invertible transform.
 ///
-/// The test depends on the angles between the axes, hardly on their scale.
+/// The test depends on the angles between the transform's axes, and hardly on its scale.
 pub(crate) fn is_invertible(transform: &DAffine3) -> bool {
     let upright = |m: DMat3| {
         let axes = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
@@ -18,7 +19,8 @@ pub(crate) fn is_invertible(transform: &DAffine3) -> bool {
     upright(transform.matrix3) && upright(transform.matrix3.transpose())
 }
 
-/// Converts a transform to the transform steps of a scene object; empty for the identity.
+/// Converts a transform to the list of steps that a scene object has: a single matrix, or an empty
+/// list for the identity.
 pub(crate) fn transform_steps(transform: &DAffine3) -> Vec<TransformStep> {
     if *transform == DAffine3::IDENTITY {
         return Vec::new();
@@ -32,8 +34,8 @@ pub(crate) fn transform_steps(transform: &DAffine3) -> Vec<TransformStep> {
     ])]
 }
 
-/// Applies a singular transform to a mesh. Normals and tangents are dropped, because they would
-/// need the inverse transform; facet normals replace the normals.
+/// Applies a singular transform to a mesh. Its normals and tangents are dropped, because a singular
+/// matrix has no inverse to transform them; triangles then get their facet normals.
 pub(crate) fn apply_singular_transform(mesh: &MeshData, transform: &DAffine3) -> MeshData {
     let moved: Vec<DVec3> = mesh
         .positions
@@ -48,8 +50,9 @@ pub(crate) fn apply_singular_transform(mesh: &MeshData, transform: &DAffine3) ->
     }
 }
 
-/// Drops triangles with a non-finite or excessively distant vertex, and moves each such vertex to
-/// the first valid vertex, so that bounds stay finite. Returns the number of dropped triangles.
+/// Drops triangles that have a vertex with non-finite or excessively large coordinates. Each such
+/// vertex is moved to the first valid vertex, so that the bounds of the mesh stay finite. Returns
+/// the number of dropped triangles.
 pub(crate) fn drop_non_finite_triangles(mesh: &mut MeshData) -> usize {
     let unusable: Vec<bool> = mesh
         .positions
@@ -81,8 +84,8 @@ pub(crate) fn drop_non_finite_triangles(mesh: &mut MeshData) -> usize {
     before - mesh.indices.len()
 }
 
-/// Converts the colour of a vertex or face, in a format without colour management, from sRGB values
-/// in 0..1 to linear RGBA. A NaN channel becomes 1.
+/// Converts an sRGB colour with channels in 0..1 to linear RGBA with alpha 1. Used for vertex and
+/// face colours of formats without colour management. A NaN channel becomes 1.
 pub(crate) fn decode_vertex_colour(rgb: [f32; 3]) -> [f32; 4] {
     let linear = |c: f32| {
         if c.is_nan() {
@@ -128,7 +131,7 @@ pub(crate) fn repair_normals(mesh: &mut MeshData) {
     }
 }
 
-/// Sums the area-weighted facet normals at each vertex.
+/// Returns for each vertex the sum of the normals of its triangles, each weighted by area.
 fn sum_facet_normals(mesh: &MeshData) -> Vec<DVec3> {
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
     for triangle in &mesh.indices {

@@ -10,8 +10,8 @@ use crate::limits::Limits;
 use crate::source::SceneFormat;
 use crate::{Error, obj, ply, stl};
 
-/// Imports a model from its bytes, with the files in its folder. Formats without scenes and time
-/// ignore the choices.
+/// Imports a model from its bytes, with the files in its folder. Formats without scenes and
+/// animations ignore the choices.
 ///
 /// # Errors
 /// An error of kind input, limit or usage, from the importers.

@@ -2,8 +2,8 @@
 
 use super::{PacketFault, WRONG_STRIDE};
 
-/// Applies `change` to each element of four numbers, which have one byte for a stride of 4 and two
-/// bytes for a stride of 8.
+/// Applies `change` to each element, which consists of four integers. The stride gives their size:
+/// one byte each for a stride of 4 bytes, two bytes each for a stride of 8 bytes.
 fn for_each_element(
     stride: usize,
     bytes: &mut [u8],
@@ -34,13 +34,14 @@ fn for_each_element(
     }
 }
 
-/// Scales a number and rounds it to the nearest integer; halves are rounded away from 0 for a
-/// positive scale.
+/// Multiplies a number by a scale and rounds the product to the nearest integer. For a positive
+/// scale, halves are rounded away from 0.
 fn scale_and_round(x: f32, scale: f32) -> i32 {
     (x * scale + 0.5_f32.copysign(x)) as i32
 }
 
-/// Decodes unit vectors from their octahedral map; the fourth number is unchanged.
+/// Decodes unit vectors from the octahedral map. The first two integers of an element are
+/// coordinates in the map, and the third is the code of the value 1; the fourth is unchanged.
 pub(crate) fn decode_octahedral(stride: usize, bytes: &mut [u8]) -> Result<(), PacketFault> {
     let maximum = if stride == 4 { 127.0 } else { 32767.0 };
     for_each_element(stride, bytes, |[x, y, one, fourth]| {
@@ -56,8 +57,9 @@ pub(crate) fn decode_octahedral(stride: usize, bytes: &mut [u8]) -> Result<(), P
     })
 }
 
-/// Decodes unit quaternions from three components. The two lowest bits of the fourth number are the
-/// index of the omitted largest component; the other bits are the code of the value 1.
+/// Decodes unit quaternions. The first three integers of an element are components; the fourth
+/// holds, in its two lowest bits, the index of the omitted largest component, and in the other bits
+/// the code of the value 1.
 pub(crate) fn decode_quaternions(stride: usize, bytes: &mut [u8]) -> Result<(), PacketFault> {
     if stride != 8 {
         return Err(WRONG_STRIDE);
@@ -78,7 +80,7 @@ pub(crate) fn decode_quaternions(stride: usize, bytes: &mut [u8]) -> Result<(), 
     })
 }
 
-/// Decodes floats from an 8-bit exponent and a 24-bit mantissa.
+/// Decodes floats from an 8-bit exponent and a 24-bit mantissa each.
 pub(crate) fn decode_exponential(stride: usize, bytes: &mut [u8]) -> Result<(), PacketFault> {
     if !stride.is_multiple_of(4) {
         return Err(WRONG_STRIDE);
@@ -91,8 +93,8 @@ pub(crate) fn decode_exponential(stride: usize, bytes: &mut [u8]) -> Result<(), 
     Ok(())
 }
 
-/// Decodes colours from luma and two chroma differences. The highest set bit of alpha gives the bit
-/// depth.
+/// Decodes colours from luma and two chroma differences. The bit depth of a colour follows from the
+/// highest set bit of its alpha.
 pub(crate) fn decode_colours(stride: usize, bytes: &mut [u8]) -> Result<(), PacketFault> {
     let most = if stride == 4 { 255 } else { 65535 };
     for_each_element(stride, bytes, |[y, orange, green, alpha]| {

@@ -1,5 +1,5 @@
-//! Decoding of index packets: triangles from recent edges and vertices, and sequences as
-//! differences to one of two recent indices.
+//! Decoding of index packets of two kinds. A packet of triangles refers to recent edges and
+//! vertices. A packet of an index sequence holds differences to one of two recent indices.
 
 use super::{
     PacketFault, TOO_LONG, TOO_SHORT, WRONG_STRIDE, decode_zigzag, parse_header, take_bytes,
@@ -12,7 +12,7 @@ struct RingBuffer<T> {
 }
 
 impl<T: Copy> RingBuffer<T> {
-    /// Creates a buffer filled with `nothing`, which is no vertex index.
+    /// Creates a buffer whose entries are all `nothing`, a value that stands for no entry.
     fn new(nothing: T) -> Self {
         Self {
             values: [nothing; 16],
@@ -25,7 +25,7 @@ impl<T: Copy> RingBuffer<T> {
         self.next = (self.next + 1) % 16;
     }
 
-    /// Returns the entry `steps` back; the latest is 1.
+    /// Returns the entry that was pushed `steps` calls ago; 1 is the latest.
     fn nth_latest(&self, steps: usize) -> T {
         self.values[self.next.wrapping_sub(steps) % 16]
     }
@@ -44,24 +44,25 @@ fn read_varint(rest: &mut &[u8]) -> Result<u32, PacketFault> {
     Ok(value)
 }
 
-/// State of decoding a packet of triangles.
+/// State of decoding a packet of triangles: the bytes not read yet, and the recent indices.
 struct IndexDecoder<'p> {
     rest: &'p [u8],
-    /// Lowest index not used so far.
+    /// Lowest vertex index that no triangle has used so far.
     new: u32,
-    /// Latest explicitly coded index.
+    /// The index that was last coded as a difference; the next difference is added to this index.
     last: u32,
     recent: RingBuffer<u32>,
 }
 
 impl IndexDecoder<'_> {
+    /// Returns the lowest unused vertex index, which counts as used from now on.
     fn next_new_index(&mut self) -> u32 {
         self.new = self.new.wrapping_add(1);
         self.new.wrapping_sub(1)
     }
 
-    /// Returns the vertex of a code: 0 is a new vertex, 1 to 14 a recent vertex, and 15 a
-    /// placeholder, which [`Self::read_explicit_corner`] replaces.
+    /// Returns the vertex index for a code: 0 is the lowest unused index, 1 to 14 a recent index,
+    /// and 15 a placeholder, which [`Self::read_explicit_corner`] replaces.
     fn decode_corner(&mut self, code: u8) -> u32 {
         if code == 0 {
             self.next_new_index()
@@ -70,7 +71,8 @@ impl IndexDecoder<'_> {
         }
     }
 
-    /// Replaces a corner by an explicitly coded vertex if `code` is 15.
+    /// If `code` is 15, replaces a corner by the next vertex index of the packet, which is coded as
+    /// a difference.
     fn read_explicit_corner(&mut self, corner: &mut u32, code: u8) -> Result<(), PacketFault> {
         if code == 15 {
             self.last = self
@@ -81,7 +83,8 @@ impl IndexDecoder<'_> {
         Ok(())
     }
 
-    /// Reads a triangle from three codes, of which the first is 0 or 15.
+    /// Reads a triangle without a recent edge from the codes of its three corners. The first code
+    /// is 0 or 15.
     fn decode_triangle(&mut self, codes: [u8; 3]) -> Result<[u32; 3], PacketFault> {
         let mut corners = codes.map(|code| self.decode_corner(code));
         for (corner, code) in corners.iter_mut().zip(codes) {
@@ -95,7 +98,7 @@ impl IndexDecoder<'_> {
         Ok(corners)
     }
 
-    /// Reads the third vertex of a triangle on a recent edge.
+    /// Reads the third corner of a triangle that has a recent edge.
     fn decode_third_corner(&mut self, code: u8, version: u8) -> Result<u32, PacketFault> {
         let mut corner = match code {
             0 => self.next_new_index(),

@@ -1,6 +1,6 @@
-//! Decoder of meshoptimizer's buffer views, by the texts of EXT_meshopt_compression and
-//! KHR_meshopt_compression: vertices, triangles, index sequences, and filters. Versions 0 and 1 of
-//! each codec are supported.
+//! Decoder of buffer views that meshoptimizer compressed, written from the specifications of
+//! EXT_meshopt_compression and KHR_meshopt_compression. It decodes vertices, triangles, index
+//! sequences and filters, in versions 0 and 1 of each codec.
 //!
 //! No length in a packet is trusted: only existing bytes are read, and a packet must end with its
 //! last element.
@@ -22,8 +22,8 @@ const TOO_SHORT: PacketFault = "it ends too early";
 const TOO_LONG: PacketFault = "something follows its end";
 const WRONG_STRIDE: PacketFault = "no elements of this packet have this many bytes";
 
-/// Checks the first byte of a packet, which holds the codec `kind` and the version. Returns the
-/// version and the bytes after the first.
+/// Checks the first byte of a packet, which holds the codec (`kind`) and the codec's version.
+/// Returns the version and the other bytes.
 fn parse_header(packet: &[u8], kind: u8) -> Result<(u8, &[u8]), PacketFault> {
     let (first, rest) = packet.split_first().ok_or(TOO_SHORT)?;
     match first ^ kind {
@@ -33,7 +33,7 @@ fn parse_header(packet: &[u8], kind: u8) -> Result<(u8, &[u8]), PacketFault> {
     }
 }
 
-/// Splits `length` bytes off the front of `rest`.
+/// Removes `length` bytes from the front of `rest`, and returns them.
 fn take_bytes<'p>(rest: &mut &'p [u8], length: usize) -> Result<&'p [u8], PacketFault> {
     rest.split_off(..length).ok_or(TOO_SHORT)
 }

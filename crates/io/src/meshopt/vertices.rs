@@ -1,20 +1,23 @@
-//! Decoding of vertex packets: blocks of at most 256 vertices, each byte of a vertex coded
-//! separately, as the difference to the vertex before.
+//! Decoding of vertex packets. A packet consists of blocks of at most 256 vertices. Each byte of a
+//! vertex is coded as the difference to the same byte of the previous vertex, separately from the
+//! other bytes.
 
 use super::{
     PacketFault, TOO_LONG, TOO_SHORT, WRONG_STRIDE, decode_zigzag, parse_header, take_bytes,
 };
 
-/// Number of vertices that share a code width.
+/// Number of vertices in a group. The differences of a group are coded with the same number of
+/// bits.
 const GROUP: usize = 16;
-/// Largest size of a block in bytes, and largest number of its vertices.
+/// Largest size of a block in bytes.
 const BLOCK_BYTES: usize = 8192;
+/// Largest number of vertices in a block.
 const BLOCK: usize = 256;
 
-/// One byte of each vertex in a block, at the same position within the vertex.
+/// For one byte position within a vertex: the byte of each vertex in a block.
 type BytePlane = [u8; BLOCK];
 
-/// Decodes a packet of `count` vertices of `stride` bytes.
+/// Decodes a packet of `count` vertices of `stride` bytes each to the bytes of the vertices.
 pub(crate) fn decode_vertices(
     count: usize,
     stride: usize,
@@ -25,8 +28,9 @@ pub(crate) fn decode_vertices(
     }
     let (version, rest) = parse_header(packet, 0xa0)?;
     let words = if version == 0 { 0 } else { stride / 4 };
-    // The first vertex is stored at the end, after padding for decoders that read ahead, and is
-    // followed by a rule for each word.
+    // The first vertex is stored at the end of the packet, after padding for decoders that read
+    // ahead. In version 1 it is followed by a byte for each 32-bit word of a vertex: the rule by
+    // which the word's differences are coded.
     let tail = (stride + words).max(if version == 0 { 32 } else { 24 });
     let (mut rest, tail) = rest
         .split_at_checked(rest.len().wrapping_sub(tail))
@@ -69,8 +73,9 @@ pub(crate) fn decode_vertices(
     }
 }
 
-/// Reads one byte of each vertex in a block. In version 1, `control` selects the coding; `None`
-/// stands for version 0.
+/// Reads the differences of one byte position for each vertex in a block. In version 1, `control`
+/// selects the coding of the differences, such as the possible numbers of bits; `None` stands for
+/// version 0.
 fn read_plane(
     rest: &mut &[u8],
     control: Option<u8>,
@@ -98,8 +103,8 @@ fn read_plane(
     Ok(())
 }
 
-/// Reads the codes of a group with `bits` bits each. The largest code means that the byte itself
-/// follows the group.
+/// Reads the differences of a group, coded with `bits` bits each. The largest code means that the
+/// difference follows the group as a whole byte.
 fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<(), PacketFault> {
     if matches!(bits, 0 | 8) {
         group[..2 * bits].copy_from_slice(take_bytes(rest, 2 * bits)?);
@@ -108,7 +113,7 @@ fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<
     let (packed, largest) = (take_bytes(rest, 2 * bits)?, (1 << bits) - 1);
     for (i, value) in group.iter_mut().enumerate() {
         let index = i * bits % 8;
-        // Codes of one bit start at the lowest bit, others at the highest.
+        // Codes of one bit start at the lowest bit of a byte, all other codes at the highest.
         let shift = if bits == 1 { index } else { 8 - bits - index };
         let code = packed[i * bits / 8] >> shift & largest;
         *value = if code == largest {
@@ -120,9 +125,9 @@ fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<
     Ok(())
 }
 
-/// Decodes the differences of a 32-bit word, and stores the word in every vertex of a block. `rule`
-/// selects differences of bytes, differences of 16-bit numbers, or an exclusive or with rotated
-/// bits of the whole word.
+/// Adds up the differences of a 32-bit word from vertex to vertex, and stores the word in every
+/// vertex of a block. `rule` selects the kind of difference: of bytes, of 16-bit numbers, or the
+/// exclusive or of whole words, with rotated bits.
 fn sum_differences(
     planes: &[BytePlane; 4],
     rule: u8,

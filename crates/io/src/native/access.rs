@@ -1,4 +1,4 @@
-//! Iteration over array elements and table entries, for serde.
+//! Iteration over array elements and table entries, in the form that serde requires.
 
 use serde::de::{DeserializeSeed, IntoDeserializer, MapAccess, SeqAccess};
 
@@ -76,7 +76,8 @@ impl<'a> TableEntries<'a> {
 }
 
 impl<'a> TableEntries<'a> {
-    /// Returns the next entry to read.
+    /// Returns the next entry that is to be read; entries with other keys or the value `null` are
+    /// skipped.
     fn next_entry(&mut self) -> Option<&'a TableEntry> {
         let keys = self.keys;
         let requested = |entry: &&TableEntry| {
@@ -87,7 +88,7 @@ impl<'a> TableEntries<'a> {
         self.value
     }
 
-    /// Takes the entry whose key was read last, with a reader of its value.
+    /// Returns the entry whose key was read last, and a reader of its value.
     fn take_current(&mut self) -> Result<(&'a TableEntry, ValueReader<'a>), ReadFailure> {
         let entry = self
             .value
@@ -102,7 +103,7 @@ fn add_key_to_path(failure: ReadFailure, entry: &TableEntry) -> ReadFailure {
     failure.with_step(PathStep::Key(entry.key.clone()))
 }
 
-/// The methods are short, because each is compiled for every type of value.
+/// The methods are short, because each is compiled once for every type of value.
 impl<'a> MapAccess<'a> for TableEntries<'a> {
     type Error = ReadFailure;
 

@@ -1,4 +1,5 @@
-//! Colours of a native scene that are given as text, in place of three numbers.
+//! Colours of a native scene that are written as a text, such as `"#e6b219"`, in place of three
+//! numbers.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +10,7 @@ use super::node::{TextValue, ValueNode};
 use crate::colour::parse_colour;
 use crate::warning::{Warning, WarningCode};
 
-/// Keys with colour values, besides all keys that end in `colour`.
+/// Keys whose values are colours, in addition to all keys that end in `colour`.
 const COLOUR_KEYS: [&str; 9] = [
     "ambient",
     "emission",
@@ -22,8 +23,8 @@ const COLOUR_KEYS: [&str; 9] = [
     "refracted_tint",
 ];
 
-/// Replaces colour texts by three numbers. A text that is the name of a parameter stays, because it
-/// is an expression.
+/// Replaces colour texts in the syntax tree by three numbers. A text that equals the name of a
+/// parameter stays, because it is an expression.
 pub(super) fn replace_colour_texts(node: &mut ValueNode, parameters: &BTreeMap<String, f64>) {
     match &mut node.value {
         TextValue::Array(items) => items
@@ -52,7 +53,7 @@ pub(super) fn replace_colour_texts(node: &mut ValueNode, parameters: &BTreeMap<S
     }
 }
 
-/// Warns about materials whose colours are probably codes from 0 to 255.
+/// Warns about materials whose colours were probably written as codes from 0 to 255.
 pub(super) fn warn_colour_codes(file: &str, scene: &Scene) -> Vec<Warning> {
     let warning = |material: &Material| {
         let (key, colour) = match &material.model {

@@ -1,9 +1,10 @@
 //! Serde deserializer of the syntax tree. The deserializer evaluates expressions and gives every
-//! failure its position, so that the scene's structs need no code for either.
+//! failure its position in the text. The structs of the scene therefore need no code for
+//! expressions or positions.
 //!
-//! A failure in a value does not hide later failures: unknown keys, wrong words and malformed
-//! numbers are recorded and replaced by a harmless value, so that one pass finds all of them. The
-//! result is discarded if any failure was recorded.
+//! A failure in a value does not hide later failures: unknown keys, unknown words and malformed
+//! numbers are recorded and replaced by a valid value, so that one pass over the tree finds all of
+//! them. If any failure was recorded, the result is discarded.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -18,13 +19,13 @@ use super::enums::VariantReader;
 use super::failure::{ReadFailure, did_you_mean};
 use super::node::{TableEntry, TextValue, ValueNode};
 
-/// State shared by the deserializers of one pass.
+/// State of one pass over the syntax tree, shared by the deserializers of all its values.
 pub(crate) struct ReadContext<'a> {
-    /// The whole text.
+    /// The whole text of the scene.
     pub text: &'a str,
     /// Variables of expressions: `t` and the parameters.
     pub variables: &'a BTreeMap<String, f64>,
-    /// Recorded failures.
+    /// Failures recorded so far.
     pub failures: RefCell<Vec<ReadFailure>>,
 }
 
@@ -74,7 +75,8 @@ impl<'a> ValueReader<'a> {
         }
     }
 
-    /// Creates the failure "`radius` must be a number, not an array" at this value.
+    /// Creates the failure at this value for a wrong type: "`radius` must be a number, not an
+    /// array".
     pub fn type_failure(&self, requested: &str) -> ReadFailure {
         let message = format!(
             "{self} must be {requested}, not {}",
@@ -100,7 +102,7 @@ impl<'a> ValueReader<'a> {
         failure
     }
 
-    /// Evaluates the value as a number. A failure is recorded, and 1 is returned.
+    /// Evaluates the value as a number. If this fails, the failure is recorded, and 1 is returned.
     fn evaluate_number(&self) -> f64 {
         match &self.node.value {
             TextValue::Integer(value) => *value as f64,
@@ -119,7 +121,7 @@ impl<'a> ValueReader<'a> {
         }
     }
 
-    /// Creates the failure of the expression in this value.
+    /// Creates the failure for an error in the value's expression, at the position of the error.
     fn expression_failure(&self, error: expr::ExprError) -> ReadFailure {
         let span = self.node.span_within(self.context.text, &error.span);
         let message = format!("in the expression of {self}: {}", error.message);
@@ -128,15 +130,16 @@ impl<'a> ValueReader<'a> {
         failure
     }
 
-    /// Evaluates the value as a whole number within a range. A failure is recorded, and 1 is
-    /// returned.
+    /// Evaluates the value as a whole number from `least` to `greatest`. If this fails, the failure
+    /// is recorded, and 1 is returned.
     fn evaluate_integer(&self, least: i128, greatest: i128) -> i128 {
         let value = match &self.node.value {
             TextValue::Integer(value) => i128::from(*value),
             TextValue::Unsigned(value) => i128::from(*value),
             _ => {
                 let value = self.evaluate_number();
-                // Casts of floats saturate, so that numbers out of range stay out of range.
+                // A cast of a float to an integer saturates. A number out of range therefore stays
+                // out of range, and is refused below.
                 if value.fract() != 0.0 || !value.is_finite() {
                     let message = format!("{self} must be a whole number, not {value}");
                     self.context.record_failure(
@@ -157,7 +160,8 @@ impl<'a> ValueReader<'a> {
         1
     }
 
-    /// Returns the value's text. A failure is recorded, and an empty text is returned.
+    /// Returns the value's text. If the value is no text, the failure is recorded, and an empty
+    /// text is returned.
     fn read_text(&self) -> &'a str {
         match &self.node.value {
             TextValue::Text(text) => text,
@@ -315,10 +319,10 @@ impl<'a> Deserializer<'a> for ValueReader<'a> {
         }
     }
 
-    /// Reads a colour or an input of a material. A colour may be a single number, and therefore an
-    /// expression. Inputs that depend on the hit point are read through [`Self::deserialize_any`]
-    /// and keep their text. An `EarlyInput` keeps its text only if the text does not evaluate to a
-    /// number.
+    /// Reads a colour, or an input of a material. A colour may also be a single number, and
+    /// therefore an expression. Inputs that are evaluated at each hit point are read through
+    /// [`Self::deserialize_any`] and keep the text of their expression. An `EarlyInput` keeps the
+    /// text only if it does not evaluate to a number.
     fn deserialize_newtype_struct<V: Visitor<'a>>(
         self,
         name: &'static str,

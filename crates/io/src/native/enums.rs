@@ -1,4 +1,4 @@
-//! Deserialization of enums: a value is a word, or a table whose only key is the word.
+//! Deserialization of enums. The value of an enum is a word, or a table whose only key is the word.
 
 use serde::Deserializer;
 use serde::de::value::StrDeserializer;
@@ -8,11 +8,11 @@ use super::de::ValueReader;
 use super::failure::{PathStep, ReadFailure, did_you_mean};
 use super::node::{TextValue, ValueNode};
 
-/// The variant that a value names.
+/// An enum's variant as written: the word, and the content of its table.
 pub(crate) struct VariantReader<'a> {
     reader: ValueReader<'a>,
     word: &'a str,
-    /// Content of the table under the word; `None`: the word alone.
+    /// Content of the table under the word; `None` if the word stands alone.
     content: Option<&'a ValueNode>,
 }
 
@@ -51,7 +51,7 @@ impl<'a> VariantReader<'a> {
         })
     }
 
-    /// Returns the content under the word, or a failure that shows the syntax.
+    /// Returns a reader of the content under the word, or a failure that shows the required syntax.
     fn read_content(&self, keys: &[&str]) -> Result<ValueReader<'a>, ReadFailure> {
         match self.content {
             Some(node) => Ok(ValueReader {

@@ -8,15 +8,15 @@ use serde::de::{self, Expected, Unexpected};
 
 use crate::diagnostic::Diagnostic;
 
-/// A step from a table or array to its content.
+/// A step of a path, from a table or array to the value of a key or index.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum PathStep {
     Key(String),
     Index(usize),
 }
 
-/// Reason why a value does not fit its type. The details are boxed, because every step of serde
-/// passes the failure by value.
+/// Failure to read a value as its type. The details are boxed, because every step of serde passes
+/// the failure by value.
 #[derive(Debug)]
 pub(crate) struct ReadFailure(Box<FailureDetails>);
 
@@ -27,9 +27,9 @@ pub(crate) struct FailureDetails {
     pub hint: Option<String>,
     /// Position in the text; `None` until an enclosing value sets the position.
     pub span: Option<Range<usize>>,
-    /// Key whose position is shown, in place of the position of its whole table.
+    /// Key whose position is shown; without a key, the position of the whole value is shown.
     pub key: Option<String>,
-    /// Steps from the value up to the root.
+    /// Steps of the path from the value up to the root.
     pub path: Vec<PathStep>,
 }
 
@@ -134,7 +134,7 @@ impl de::Error for ReadFailure {
     }
 }
 
-/// Advice for an unknown word: the closest known word, or all known words.
+/// Returns advice for an unknown word: the most similar known word, or a list of all known words.
 pub(crate) fn did_you_mean(wrong: &str, known: &[&str], label: &str) -> String {
     match closest_word(wrong, known.iter().copied()) {
         Some(word) => format!("did you mean `{word}`?"),

@@ -22,8 +22,8 @@ use crate::{mesh_file, presets};
 /// Prefix of a built-in image.
 const EMBEDDED: &str = "embedded:";
 
-/// Reads every file that a scene names. A missing texture is only a warning; any other missing file
-/// is an error at its position.
+/// Reads every file that a scene names. A missing texture gives a warning; any other missing file
+/// gives an error at the position of its name in the text.
 pub(crate) fn read_files(
     parsed: &mut ParsedScene<'_>,
     outer: &Folder,
@@ -83,8 +83,8 @@ pub(crate) fn read_files(
             let (mesh, more) =
                 mesh_file::read_mesh(Path::new(reference), &bytes, &folder, limits, &part)
                     .map_err(|error| match error.kind() {
-                        // An error of kind usage on the command line is an error of the content in
-                        // a scene.
+                        // On the command line, an unknown choice is an error of kind usage. Written
+                        // in a scene, it is an error in the scene's content.
                         ErrorKind::Usage => parsed.error_at(
                             ErrorKind::Input,
                             &format!("meshes[{i}].model.scene"),
@@ -114,8 +114,8 @@ pub(crate) fn read_files(
     Ok(warnings)
 }
 
-/// Reads the bytes of an image. For a missing texture, returns the reason instead; only the
-/// material's factor is then used.
+/// Reads the bytes of an image. If a texture's image is missing, returns the reason as
+/// `Ok(Err(reason))`; the material then uses only its factor.
 fn read_image(
     parsed: &ParsedScene<'_>,
     index: usize,
@@ -130,7 +130,8 @@ fn read_image(
         },
         None => match folder.read(path) {
             Ok(bytes) => Ok(Ok(bytes)),
-            // A sky without its picture would change the whole scene; a texture is a detail.
+            // A missing texture changes a detail of the picture, but a missing sky picture would
+            // change all of it.
             Err(ReadError::Unreadable(reason)) if !is_sky(parsed, name) => Ok(Err(reason)),
             Err(why) => Err(read_error(parsed, &at, &why)),
         },

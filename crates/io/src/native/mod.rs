@@ -33,8 +33,8 @@ use crate::limits::format_bytes;
 use crate::text::strip_byte_order_mark;
 use crate::warning::{Warning, WarningCode};
 
-/// Largest number of passes over a text. Each pass ends at a failure that may hide further
-/// failures.
+/// Largest number of passes over a syntax tree. Each pass ends at the first failure that cannot be
+/// replaced by a valid value and may hide further failures.
 const MAX_PASSES: usize = 20;
 
 /// Notation of a text.
@@ -46,8 +46,8 @@ pub enum SceneNotation {
     Json,
 }
 
-/// A parsed scene with its text and syntax tree, for the positions of problems that are found
-/// later.
+/// A parsed scene with its text and syntax tree. Problems that are found later get their position
+/// from the tree.
 pub(crate) struct ParsedScene<'a> {
     pub scene: Scene,
     /// File name for messages.
@@ -57,7 +57,7 @@ pub(crate) struct ParsedScene<'a> {
 }
 
 impl ParsedScene<'_> {
-    /// Creates an error at the position of a path: `meshes[2].source.file`.
+    /// Creates an error at the position of the value at a path such as `meshes[2].source.file`.
     pub fn error_at(&self, kind: ErrorKind, path: &str, message: impl Into<String>) -> Error {
         let span = positions::value_span(&self.root, path);
         let problem = Diagnostic {
@@ -72,7 +72,8 @@ impl ParsedScene<'_> {
         })
     }
 
-    /// Creates a warning with the line of a problem that does not prevent a picture.
+    /// Creates a warning for a problem that does not prevent a picture, with the line of the
+    /// problem.
     pub fn warning_at(&self, problem: &Problem) -> Warning {
         let before = positions::value_span(&self.root, &problem.path)
             .and_then(|span| self.text.get(..span.start))
@@ -86,8 +87,8 @@ impl ParsedScene<'_> {
     }
 }
 
-/// Parses and validates a scene; `file` is its name in messages. Images and meshes in other files
-/// are not read.
+/// Parses and validates a scene; `file` is the name of the file in messages. Images and meshes in
+/// other files are not read.
 pub(crate) fn parse<'a>(
     file: &'a str,
     text: &'a str,
@@ -121,8 +122,8 @@ pub(crate) fn parse<'a>(
     }
 }
 
-/// Refuses a text that does not have the supported `format`. This problem is reported alone,
-/// because in another version of the format any line may be wrong.
+/// Refuses a text whose `format` key does not have the supported value. This problem is reported
+/// alone, because in another version of the format any line may be wrong.
 fn check_format_version(root: &ValueNode) -> Result<(), Vec<Diagnostic>> {
     let Some(entry) = root.entry("format") else {
         let hint =
@@ -163,8 +164,9 @@ fn parse_tree(text: &str, notation: SceneNotation) -> Result<ValueNode, Vec<Diag
     }
 }
 
-/// Deserializes the tree as a scene. A failure that ends a pass removes its object, material or
-/// section from the tree, and the rest is read again, so that one failure does not hide the next.
+/// Deserializes the syntax tree as a scene. If a failure ends a pass, the object, material or
+/// section that contains the failure is removed from the tree, and the tree is read again. In this
+/// way one failure does not hide the next.
 fn deserialize_scene(
     root: &mut ValueNode,
     text: &str,
@@ -206,8 +208,8 @@ fn deserialize_scene(
     Err(problems)
 }
 
-/// Removes the top-level key, or the element of a top-level array, at the end of `path`. Returns
-/// whether a value was removed.
+/// Removes from the tree the top-level value, or the element of a top-level array, that contains
+/// the value at `path`. Returns whether something was removed.
 fn remove_at_path(root: &mut ValueNode, path: &[PathStep]) -> bool {
     let mut down = path.iter().rev();
     let (Some(PathStep::Key(key)), TextValue::Table(entries)) = (down.next(), &mut root.value)
@@ -226,7 +228,7 @@ fn remove_at_path(root: &mut ValueNode, path: &[PathStep]) -> bool {
     true
 }
 
-/// Syntax tree of a valid text, for the positions of its parts.
+/// Syntax tree of a valid text, from which the positions of values are found.
 #[derive(Clone, Debug)]
 pub(crate) struct SyntaxTree(ValueNode);
 
@@ -263,7 +265,7 @@ pub(crate) fn decode_utf8(file: &str, mut bytes: Vec<u8>, limit: u64) -> Result<
     })
 }
 
-/// Title of a scene in TOML; empty for a scene without a title.
+/// Returns the title of a scene in TOML; empty for a scene without a title.
 pub(crate) fn read_title(text: &str) -> String {
     let root = toml::parse(text).ok();
     match root

@@ -24,20 +24,20 @@ use crate::source::SceneFormat;
 use crate::up_axis::transform_light;
 use crate::warning::Warning;
 
-/// Key of a loaded model: its path, scene, variant, and the bits of the time.
+/// Key of a loaded model: path, scene, variant, and the bits of the time in seconds.
 type ModelKey = (String, Option<String>, Option<String>, Option<u64>);
 
 /// Objects and lights of a loaded model, which each placement copies. The model's images, textures,
 /// materials and meshes are already in the scene.
 struct LoadedModel {
-    /// Objects, with the file's own material names.
+    /// Objects, with material names as in the model's file.
     objects: Vec<Object>,
     lights: Vec<Light>,
-    /// Material names in the scene, by names in the file.
+    /// Names of the materials in the scene, by their names in the model's file.
     materials: BTreeMap<String, String>,
 }
 
-/// Names used in the scene, which the names of models must not repeat.
+/// Names that the scene uses already; names of models must differ from them.
 struct TakenNames {
     images: UniqueNames,
     textures: UniqueNames,
@@ -105,7 +105,8 @@ pub(super) fn add_models(
     Ok(warnings)
 }
 
-/// Prefix of all names of a model: the model's name, or the file name without extension.
+/// Returns the prefix of all names of a model: the model's own name or, without a name, the file
+/// name without extension.
 fn name_prefix(model: &ModelFile) -> String {
     let stem = || {
         Path::new(&model.file)
@@ -146,7 +147,7 @@ fn load_model_file(
         MeshSource::Inline(data) => data.byte_size(),
         MeshSource::File(_) => 0,
     });
-    // Memory used by earlier models is no longer available.
+    // Memory that earlier models take is subtracted from the limit.
     let taken = images.chain(meshes).sum::<usize>() as u64;
     let limits = Limits {
         memory_bytes: limits.memory_bytes.saturating_sub(taken),
@@ -185,7 +186,8 @@ fn load_model_file(
     loaded
         .map(|loaded| (loaded.scene, loaded.warnings))
         .map_err(|error| match error.kind() {
-            // An error of kind usage on the command line is an error of the content in a scene.
+            // On the command line, an unknown choice is an error of kind usage. Written in a scene,
+            // it is an error in the scene's content.
             ErrorKind::Usage if error.message().contains("has no variant") => {
                 parsed.error_at(ErrorKind::Input, &at("variant"), error.message())
             }
@@ -335,7 +337,7 @@ fn place_model(
     Ok(())
 }
 
-/// Creates the error for an unreadable file, at the position of `at` in the scene's text.
+/// Creates the error for an unreadable file, at the position of the path `at` in the scene's text.
 pub(super) fn read_error(parsed: &ParsedScene<'_>, at: &str, why: &ReadError) -> Error {
     let kind = match why {
         ReadError::Refused(_) => ErrorKind::Input,

@@ -36,12 +36,12 @@ pub(crate) struct TableEntry {
 }
 
 impl ValueNode {
-    /// Returns the value of a key, if this is a table with that key.
+    /// Returns the value of a key; `None` if this is no table or lacks the key.
     pub fn get(&self, key: &str) -> Option<&ValueNode> {
         self.entry(key).map(|entry| &entry.node)
     }
 
-    /// Returns a key and its value, if this is a table with that key.
+    /// Returns the entry of a key; `None` if this is no table or lacks the key.
     pub fn entry(&self, key: &str) -> Option<&TableEntry> {
         match &self.value {
             TextValue::Table(entries) => entries.iter().find(|entry| entry.key == key),
@@ -49,7 +49,7 @@ impl ValueNode {
         }
     }
 
-    /// Returns the value of a key for changes, if this is a table with that key.
+    /// Returns the value of a key for modification; `None` if this is no table or lacks the key.
     pub fn get_mut(&mut self, key: &str) -> Option<&mut ValueNode> {
         match &mut self.value {
             TextValue::Table(entries) => entries
@@ -60,7 +60,7 @@ impl ValueNode {
         }
     }
 
-    /// Description for messages: "a number", "an array".
+    /// Returns the type of the value in words for messages, such as "a number" or "an array".
     pub fn describe_type(&self) -> &'static str {
         match self.value {
             TextValue::Null => "null",
@@ -73,8 +73,8 @@ impl ValueNode {
         }
     }
 
-    /// Byte range in `source` of a part of this text value, or of the whole value if escapes or
-    /// line breaks make the text differ from its source.
+    /// Returns the byte range in `source` of a part of this text value. If escapes or line breaks
+    /// make the value differ from its spelling in the source, returns the range of the whole value.
     pub fn span_within(&self, source: &str, part: &Range<usize>) -> Range<usize> {
         let TextValue::Text(text) = &self.value else {
             return self.span.clone();

@@ -1,5 +1,5 @@
-//! Evaluation of the time `t` and of the parameters, before all other numbers and in the order of
-//! the text, because every other number may use them.
+//! Evaluation of the time `t` and of the parameters of a native scene. Both are evaluated before
+//! all other numbers, because every other number may use them, and in the order of the text.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -10,7 +10,7 @@ use super::node::{TableEntry, TextValue, ValueNode};
 use crate::diagnostic::Diagnostic;
 use crate::error::Error;
 
-/// Values from the command line that replace values of the file.
+/// Time and parameter values from the command line, which replace the values of the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParameterOverrides {
     /// Time in seconds; `None` keeps the time of the file.
@@ -101,7 +101,8 @@ fn check_overrides(root: &ValueNode, overrides: &ParameterOverrides) -> Result<(
     Ok(())
 }
 
-/// Evaluates a number or an expression. A problem is recorded, and 1 is returned.
+/// Evaluates a number or an expression. A problem is added to the list of problems, and 1 is
+/// returned.
 fn evaluate_number(
     node: &ValueNode,
     name: &str,

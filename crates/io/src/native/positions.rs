@@ -28,8 +28,8 @@ pub(crate) fn diagnostic_from_problem(
     }
 }
 
-/// Returns the deepest existing value on a path, and whether the whole path exists. If the text
-/// omits a value, a problem with its default is reported at the enclosing value.
+/// Returns the deepest existing value on a path, and whether the whole path exists in the text. If
+/// the text omits a value, a problem in its default is reported at the value that would contain it.
 pub(crate) fn find_value<'a>(root: &'a ValueNode, path: &str) -> (&'a ValueNode, bool) {
     let mut node = root;
     for step in path.split(['.', '[']).filter(|step| !step.is_empty()) {
@@ -48,7 +48,7 @@ pub(crate) fn find_value<'a>(root: &'a ValueNode, path: &str) -> (&'a ValueNode,
     (node, true)
 }
 
-/// Position of the deepest existing value on a path; `None` for the root.
+/// Returns the byte range of the deepest existing value on a path; `None` if that is the root.
 pub(crate) fn value_span(root: &ValueNode, path: &str) -> Option<Range<usize>> {
     let (node, _) = find_value(root, path);
     (!std::ptr::eq(node, root)).then(|| node.span.clone())

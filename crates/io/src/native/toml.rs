@@ -5,12 +5,11 @@ use toml::de::{DeTable, DeValue};
 use super::node::{TableEntry, TextValue, ValueNode};
 use crate::diagnostic::Diagnostic;
 
-/// Largest number of reported syntax errors. After the first errors, the parser mostly repeats
-/// itself.
+/// Largest number of reported syntax errors. Later errors are mostly consequences of the first.
 const MAX_KEPT: usize = 5;
 
-/// Parses a whole file. On failure, returns the first errors of the parser, in the order of the
-/// text.
+/// Parses a whole file to a syntax tree. On failure, returns the first errors of the parser in the
+/// order of the text.
 pub(crate) fn parse(text: &str) -> Result<ValueNode, Vec<Diagnostic>> {
     let (table, errors) = DeTable::parse_recoverable(text);
     if !errors.is_empty() {
@@ -40,7 +39,7 @@ fn convert_table(table: &DeTable<'_>, wrong: &mut Vec<Diagnostic>) -> TextValue 
             },
         })
         .collect();
-    // The parser sorts keys by name; parameters depend on each other in the order of the text.
+    // The parser sorts keys by name, but a parameter may use the parameters before it in the text.
     entries.sort_by_key(|entry| entry.key_span.start);
     TextValue::Table(entries)
 }

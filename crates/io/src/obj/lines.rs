@@ -8,7 +8,7 @@ use crate::text::{split_lines, strip_byte_order_mark};
 /// A statement of an OBJ or MTL file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Statement<'a> {
-    /// Number of its first line, from 1.
+    /// Number of the first line of the statement, from 1.
     pub line: usize,
     /// First word.
     pub keyword: &'a str,
@@ -16,9 +16,9 @@ pub(super) struct Statement<'a> {
     pub rest: &'a str,
 }
 
-/// Decodes the text of a file: lines that end in `\` are joined to the next, and carriage returns
-/// become line feeds. In other encodings than UTF-8 only names become unreadable, because numbers
-/// are ASCII.
+/// Decodes the bytes of a file as text. A line that ends in `\` is joined to the next line, and
+/// carriage returns become line feeds. In a file with another encoding than UTF-8 only names become
+/// unreadable, because numbers are ASCII.
 pub(super) fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
     let bytes = strip_byte_order_mark(bytes);
     let text = if bytes
@@ -44,7 +44,8 @@ pub(super) fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
             }
             None => {
                 out.push_str(line);
-                // Empty lines replace the joined ones, so that later line numbers stay.
+                // After joined lines, empty lines are added, so that the numbers of later lines
+                // stay correct.
                 out.extend(std::iter::repeat_n('\n', owed + 1));
                 owed = 0;
             }
@@ -66,7 +67,8 @@ pub(super) fn split_statements(text: &str) -> impl Iterator<Item = Statement<'_>
     })
 }
 
-/// Normalises a path from another system to the form of [`Folder::read`](crate::Folder::read).
+/// Converts a path in the file to the form that [`Folder::read`](crate::Folder::read) accepts:
+/// relative, with `/` as separator.
 pub(super) fn normalise_path(path: &str) -> String {
     path.trim().trim_matches('"').replace('\\', "/")
 }

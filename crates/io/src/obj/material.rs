@@ -12,10 +12,11 @@
 //! | no `Ks`, or `illum` 0, 1 | matte: `Kd` without any highlight (index 1, so that nothing mirrors) |
 //! | anything else | a dielectric of index 1.5 over `Kd`, with roughness by `Ns` |
 //!
-//! Mirrors are physical metals and not classic ones, so that every integrator can trace all
-//! materials of a file. `d` or `Tr` below opaque is coverage; `Ke` is radiance. `Pr`, `Pm`, their
-//! images and `norm` of the PBR extension take precedence over derived values; its `Ps`, `Pc`,
-//! `Pcr`, `aniso` and `anisor` add layers. `Ka` is ignored, because light is simulated.
+//! A mirror becomes a metal of the physical material model, not a mirror of the `classic` model, so
+//! that every integrator can trace all materials of a file. `d` or `Tr` below opaque is coverage;
+//! `Ke` is radiance. `Pr`, `Pm`, their images and `norm`, all of the PBR extension, take precedence
+//! over derived values; `Ps`, `Pc`, `Pcr`, `aniso` and `anisor` of this extension add layers. `Ka`
+//! is ignored, because light is simulated.
 
 use raywright_core::Scene;
 use raywright_core::scene::{
@@ -27,14 +28,14 @@ use super::texture::{TextureLoader, TextureStatement};
 use crate::import::{Warnings, sanitise_text};
 use crate::warning::WarningCode;
 
-/// Perceptual roughness of a Phong lobe with this exponent: its α is √(2/(n+2)) (Walter, Marschner,
-/// Li, Torrance, "Microfacet Models for Refraction through Rough Surfaces", 2007), and roughness is
-/// √α.
+/// Returns the perceptual roughness, from 0 to 1, of a Phong lobe with this exponent n. Its α is
+/// √(2/(n+2)) (Walter, Marschner, Li, Torrance, "Microfacet Models for Refraction through Rough
+/// Surfaces", 2007), and the perceptual roughness is √α.
 fn phong_roughness(exponent: f64) -> f64 {
     (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt()
 }
 
-/// Returns the texture statements of a material whose images are used.
+/// Returns the texture statements of a material that the importer uses.
 pub(super) fn image_statements(source: &tobj::Material) -> impl Iterator<Item = &str> {
     let known = [&source.diffuse_texture, &source.dissolve_texture]
         .into_iter()
@@ -46,12 +47,13 @@ pub(super) fn image_statements(source: &tobj::Material) -> impl Iterator<Item = 
     )
 }
 
-/// Returns the text after a keyword that `tobj` does not know.
+/// Returns the text after a keyword that the parser `tobj` stores as unknown.
 fn extra_parameter<'s>(source: &'s tobj::Material, key: &str) -> Option<&'s str> {
     source.unknown_param.get(key).map(String::as_str)
 }
 
-/// Converts a material for the scene, with the images that could be read.
+/// Converts a material of the file to a physical material, with the textures whose images could be
+/// read.
 pub(super) fn convert_material(
     source: &tobj::Material,
     textures: &mut TextureLoader,
@@ -119,8 +121,8 @@ fn round_to_f32(value: f64) -> f64 {
     f64::from(value as f32)
 }
 
-/// Returns base colour, lobes and index of refraction of a material, by the table in the
-/// description of the module.
+/// Returns the physical material for the colours, the highlight and the refraction of an MTL
+/// material, by the table in the description of the module.
 fn convert_surface(source: &tobj::Material) -> Physical {
     let rgb = |colour: Option<[f64; 3]>, missing: f64| {
         colour.map_or([missing; 3], |c| c.map(|c| clamp_unit(round_to_f32(c))))
@@ -202,8 +204,8 @@ fn convert_surface(source: &tobj::Material) -> Physical {
     }
 }
 
-/// Adds the layers of the PBR extension: `Ps` sheen, `Pc` and `Pcr` a clearcoat, `aniso` and
-/// `anisor` (in turns) anisotropy.
+/// Adds the layers of MTL's PBR extension to a material: `Ps` is sheen, `Pc` and `Pcr` are a
+/// clearcoat, `aniso` and `anisor` (in turns) are anisotropy.
 fn add_layers(source: &tobj::Material, out: &mut Physical) {
     let number = |key: &str| {
         source
@@ -229,7 +231,7 @@ fn add_layers(source: &tobj::Material, out: &mut Physical) {
     });
 }
 
-/// Returns the opacity of a material: `d` or, without a `d`, 1 − `Tr`.
+/// Returns the opacity of a material from 0 to 1: `d` or, without a `d`, 1 − `Tr`.
 fn read_opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
     if let Some(dissolve) = source.dissolve {
         return clamp_unit(round_to_f32(dissolve));
@@ -239,8 +241,8 @@ fn read_opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
         .get("Tr")
         .and_then(|text| parse_number(text))
     {
-        // Old exporters wrote `Tr 1` for an opaque material, and a file hardly describes an
-        // invisible material.
+        // Old exporters wrote `Tr 1` for an opaque material. Files that describe an invisible
+        // material hardly exist.
         Some(1.0) => {
             warnings.add(
                 WarningCode::Choice,
@@ -256,7 +258,7 @@ fn read_opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
     }
 }
 
-/// Returns an input that reads the red channel of an image, times a factor.
+/// Returns a material input that is the red channel of an image multiplied by a factor.
 fn texture_input(image: TextureRef, factor: f64) -> NumberInput {
     NumberInput::Texture(TextureInput {
         texture: TextureRef {
@@ -267,7 +269,7 @@ fn texture_input(image: TextureRef, factor: f64) -> NumberInput {
     })
 }
 
-/// Lists the keys of a material that would change its look but have no equivalent here.
+/// Lists the MTL keys of a material that are ignored although they would change its appearance.
 pub(super) fn unsupported_keys(source: &tobj::Material) -> Vec<String> {
     const READ: [&str; 14] = [
         "Tf", "Tr", "Pr", "Pm", "map_Pr", "map_Pm", "map_Ke", "norm", "Kt", "Ps", "Pc", "Pcr",
@@ -289,7 +291,7 @@ pub(super) fn unsupported_keys(source: &tobj::Material) -> Vec<String> {
             .filter(|(_, texture)| texture.is_some())
             .map(|(name, _)| *name),
     );
-    // A hash map lists the parameters in random order.
+    // The hash map of the parameters has a random order.
     ignored.sort_unstable();
     ignored.truncate(20);
     ignored

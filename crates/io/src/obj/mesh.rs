@@ -1,5 +1,5 @@
-//! Conversion of polygons with welded vertices to triangle meshes, one for each material and kind
-//! of shading.
+//! Conversion of polygons to triangle meshes, one for each material and kind of shading (flat or
+//! smooth). Vertices of the input are shared between polygons.
 
 use std::collections::HashMap;
 
@@ -11,20 +11,20 @@ use crate::import::{Fault, ImportResult};
 use crate::mesh_tools::decode_vertex_colour;
 use crate::polygon::{self, EarClipper};
 
-/// Faces of a single material, all flat or all smooth.
+/// Triangle mesh of the faces that have the same material and are all flat or all smooth.
 #[derive(Debug)]
 pub(super) struct MaterialMesh {
-    /// As in [`FaceRun::material`].
+    /// Index into the survey's list of materials; `None` for faces without a material.
     pub material: Option<usize>,
     pub data: MeshData,
 }
 
-/// Key of a smooth normal: the smoothing group, and the bits of the position. Vertices that differ
-/// only in texture coordinates share a normal.
+/// Key of a vertex normal in smooth shading: smoothing group, and bits of the position. Vertices
+/// that differ only in texture coordinates have the same key, and therefore the same normal.
 type PositionKey = (u32, [u32; 3]);
 
-/// Builds a mesh for each material and kind of shading, from the runs of faces and their parsed
-/// models.
+/// Builds a mesh for each material and kind of shading. `models` are the parsed polygons; the name
+/// of a model is the index of its run in `runs`.
 ///
 /// # Errors
 /// A fault of kind limit for too many vertices or oversized concave polygons.
@@ -72,7 +72,7 @@ pub(super) fn build_meshes(
     Ok(parts)
 }
 
-/// Returns the corners of each polygon as a slice of `mesh.indices`.
+/// Returns the corners of each polygon, as a slice of `mesh.indices`.
 fn split_polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = &[u32]> {
     // tobj omits the arities if all faces are triangles.
     let count = if mesh.face_arities.is_empty() {
@@ -117,7 +117,8 @@ fn position_key(group: u32, p: [f32; 3]) -> PositionKey {
     (group, p.map(|c| (c + 0.0).to_bits()))
 }
 
-/// Sums the area-weighted normals of the polygons for each smoothing group and position.
+/// Returns the sum of the polygons' normals, weighted by area, for each smoothing group and
+/// position.
 fn sum_smooth_normals(
     models: &[(FaceRun, tobj::Mesh)],
     origin: DVec3,
@@ -147,7 +148,7 @@ fn sum_smooth_normals(
     sums
 }
 
-/// Adds a run's vertices to a mesh.
+/// Appends the vertices of a run of faces to a mesh.
 fn append_vertices(
     out: &mut MeshData,
     run: &FaceRun,
@@ -184,13 +185,14 @@ fn append_vertices(
     Ok(())
 }
 
-/// Adds the triangles of the run whose vertices were added last.
+/// Appends the triangles of a run of faces to a mesh. The vertices of the run must have been
+/// appended immediately before.
 fn append_triangles(
     out: &mut MeshData,
     (mesh, origin): (&tobj::Mesh, DVec3),
     clipper: &mut EarClipper,
 ) -> ImportResult<()> {
-    // The number of vertices was checked before.
+    // The number of vertices was checked when they were appended, so that it fits u32.
     let offset = (out.positions.len() - mesh.positions.len() / 3) as u32;
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
     for face in split_polygons(mesh) {
@@ -208,8 +210,8 @@ fn append_triangles(
     Ok(())
 }
 
-/// Adds a run's texture coordinates to a mesh. If only some runs of the mesh have texture
-/// coordinates, the other runs get zeros.
+/// Appends the texture coordinates of a run of faces to a mesh. If only some runs of the mesh have
+/// texture coordinates, the vertices of the other runs get zeros.
 fn append_uvs(out: &mut MeshData, run: &FaceRun, mesh: &tobj::Mesh, before: usize, count: usize) {
     if run.has_uvs && out.uvs.is_empty() {
         out.uvs.push(vec![[0.0; 2]; before]);
@@ -222,7 +224,8 @@ fn append_uvs(out: &mut MeshData, run: &FaceRun, mesh: &tobj::Mesh, before: usiz
         .get(2 * i..)
         .and_then(|rest| rest.first_chunk())
     {
-        // The format counts v from the bottom row, a scene from the top.
+        // In the file, v counts upwards from the bottom row of the image; in a scene, v counts
+        // downwards from the top row.
         Some(&[u, v]) if run.has_uvs && u.is_finite() && v.is_finite() => {
             [u as f32, 1.0 - v as f32]
         }

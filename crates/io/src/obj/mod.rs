@@ -70,8 +70,8 @@ fn import(
     build_scene(file, parts, materials, budget, warnings)
 }
 
-/// Builds the scene of a file with a single mesh as for an OBJ file without a material, so that the
-/// same mesh gives the same picture in every format.
+/// Builds the scene of a file that consists of a single mesh. The material is that of an OBJ file
+/// without materials, so that the same mesh gives the same picture in every format.
 pub(crate) fn scene_from_mesh(
     file: &Path,
     data: MeshData,
@@ -89,8 +89,8 @@ pub(crate) fn scene_from_mesh(
     )
 }
 
-/// Builds the scene of several meshes, each with an optional index of an image, as [`scene_from_mesh`] does
-/// for a single mesh.
+/// Builds the scene of a file that consists of several meshes, each with an optional index into
+/// `images`. Otherwise as [`scene_from_mesh`].
 pub(crate) fn scene_from_meshes(
     file: &Path,
     parts: Vec<(Option<usize>, MeshData)>,
@@ -114,7 +114,7 @@ pub(crate) fn scene_from_meshes(
     )
 }
 
-/// Builds a scene with an object for each part.
+/// Builds a scene with an object for each mesh.
 fn build_scene(
     file: &Path,
     parts: Vec<MaterialMesh>,
@@ -177,7 +177,8 @@ fn build_scene(
     Ok((validate_scene(scene)?, warnings.into_list(file.display())))
 }
 
-/// Parses the rewritten text with tobj: for each run a list of welded vertices, and polygons.
+/// Parses the rewritten text with `tobj`. Returns a model for each run of faces: its vertices and
+/// polygons.
 fn parse_rewritten_text(survey: &ObjSurvey) -> ImportResult<Vec<tobj::Model>> {
     let options = tobj::LoadOptions {
         single_index: true,
@@ -190,14 +191,15 @@ fn parse_rewritten_text(survey: &ObjSurvey) -> ImportResult<Vec<tobj::Model>> {
     }
 }
 
-/// Materials of a file, converted on first use.
+/// Converts the materials of a file, each on first use.
 struct MaterialConverter<'a> {
-    /// Names of materials in the file, by number.
+    /// Names of the materials in the file, by index.
     names_in_file: Vec<String>,
     library: MaterialLibrary,
     textures: TextureLoader<'a>,
     unique_names: UniqueNames,
-    /// Name in the scene, by number and by the use of vertex colours.
+    /// Names of the converted materials in the scene, by index of the material and by whether
+    /// vertex colours are used.
     converted_names: HashMap<(Option<usize>, bool), String>,
 }
 
@@ -213,14 +215,14 @@ impl<'a> MaterialConverter<'a> {
         }
     }
 
-    /// Returns the name of a material in the file, or the default name.
+    /// Returns the name of the material with this index in the file, or the default name.
     fn name_in_file(&self, number: Option<usize>) -> &str {
         number
             .and_then(|i| self.names_in_file.get(i))
             .map_or(mtl::DEFAULT, String::as_str)
     }
 
-    /// Reads the images of the materials that the parts use.
+    /// Reads the images of all materials that the meshes use.
     fn read_images(
         &mut self,
         parts: &[MaterialMesh],
@@ -243,7 +245,8 @@ impl<'a> MaterialConverter<'a> {
         )
     }
 
-    /// Returns a material's name in the scene, for meshes with or without vertex colours.
+    /// Returns the name in the scene of the material with this index, for meshes with or without
+    /// vertex colours. The material is converted on first use.
     fn convert(
         &mut self,
         number: Option<usize>,

@@ -25,9 +25,10 @@ pub(super) struct MaterialLibrary {
 pub(super) const DEFAULT: &str = "default";
 
 impl MaterialLibrary {
-    /// Creates a material for each image: the default material with the image as its colour.
-    /// Returns the names of the materials and the library. A single image for all faces keeps the
-    /// default name, other names contain the index of the image.
+    /// Creates a library with a material for each image. Each material is the default material,
+    /// with the image as its colour. Returns the names of the materials, and the library. If a
+    /// single image covers all faces (`is_whole`), its material has the default name; other names
+    /// contain the index of the image.
     pub fn from_images(images: Vec<String>, is_whole: bool) -> (Vec<String>, Self) {
         let is_default = is_whole && images.len() == 1;
         let name = |i: usize| {
@@ -50,8 +51,8 @@ impl MaterialLibrary {
         (names, Self { materials })
     }
 
-    /// Returns a material by name, or the default material if no library has the name. `requested`
-    /// adds a warning about the missing material.
+    /// Returns the material with this name, or the default material if no library has the name.
+    /// `requested` states that the file uses the name, so that a missing material gives a warning.
     pub fn get(
         &self,
         name: &str,
@@ -177,15 +178,15 @@ fn repair_text(text: &str, warnings: &mut Warnings) -> String {
     out
 }
 
-/// Keys in the case of the manual, as expected by `tobj` and this importer; some programs use
-/// another case.
+/// Keys of MTL in the spelling of the manual, which `tobj` and this importer expect; some programs
+/// write them in another letter case.
 const KEYS: [&str; 33] = [
     "newmtl", "Ka", "Kd", "Ks", "Ke", "Kt", "Tf", "Tr", "d", "Ns", "Ni", "illum", "Pr", "Pm", "Ps",
     "Pc", "Pcr", "aniso", "anisor", "norm", "bump", "disp", "decal", "refl", "map_Ka", "map_Kd",
     "map_Ks", "map_Ke", "map_Ns", "map_d", "map_Bump", "map_Pr", "map_Pm",
 ];
 
-/// Returns a key in the case of the manual.
+/// Returns a key in the spelling of the manual; an unknown key is unchanged.
 fn canonical_key(keyword: &str) -> &str {
     KEYS.iter()
         .find(|key| key.eq_ignore_ascii_case(keyword))
@@ -203,7 +204,8 @@ fn complete_statement(statement: &Statement) -> Option<String> {
             .map(|(word, _)| word)
     };
     match keyword {
-        // With a decimal comma, the part before the comma would be parsed as grey.
+        // A number with a decimal comma, such as `0,8`, would be parsed up to the comma, as a grey
+        // value.
         "Ka" | "Kd" | "Ks" | "Ke" | "Tf" if rest.split_whitespace().any(has_decimal_comma) => None,
         "newmtl" => Some(format!(
             "newmtl {}",

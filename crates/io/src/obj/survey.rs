@@ -1,11 +1,12 @@
-//! First pass over an OBJ file: checks every number and index, and rewrites the text into a subset
-//! of the format that `tobj` reads correctly.
+//! First pass over an OBJ file. It checks every number and index, and rewrites the text into a
+//! subset of the format that the parser `tobj` reads correctly.
 //!
-//! `tobj` parses numbers and welds vertices. From the original text, `tobj` would reject numbers of
-//! other programs, lose smoothing groups and the names of unknown materials, shift vertex colours
-//! when only some vertices have colours, take index 0 for "none", and compute with indices before
-//! checking their range; its errors name no line. The rewritten text has all vertices first, then a
-//! group for each [`FaceRun`], named by its number, with valid absolute indices.
+//! `tobj` then parses numbers and merges equal vertices. From the original text, `tobj` would
+//! reject numbers of other programs, lose smoothing groups and the names of unknown materials,
+//! shift vertex colours when only some vertices have colours, take index 0 for "none", and compute
+//! with indices before checking their range; its errors name no line. The rewritten text has all
+//! vertices first. Then follows a group for each [`FaceRun`], named by the run's index, with valid
+//! absolute indices.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -22,11 +23,12 @@ pub(super) enum NormalSource {
     Flat,
     /// The file's own normals.
     FromFile,
-    /// Mean of the facet normals of a smoothing group at each point.
+    /// The mean, at each position, of the facet normals in the smoothing group with this number.
     Group(u32),
 }
 
-/// Common properties of the faces in a group of the rewritten text.
+/// Properties that all faces of a run have in common. The faces of a run form a group of the
+/// rewritten text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct FaceRun {
     /// Index into [`ObjSurvey::materials`]; `None` before the first `usemtl`.
@@ -42,7 +44,8 @@ pub(super) struct FaceRun {
 pub(super) struct ObjSurvey {
     /// The rewritten text.
     pub text: String,
-    /// Properties of the groups in the rewritten text, by number.
+    /// Properties of the runs of faces, by index; the index is the name of the run's group in the
+    /// rewritten text.
     pub runs: Vec<FaceRun>,
     /// Names of materials in order of first use.
     pub materials: Vec<String>,
@@ -50,7 +53,7 @@ pub(super) struct ObjSurvey {
     pub libraries: Vec<String>,
 }
 
-/// Numbers of positions, texture coordinates and normals.
+/// Number of positions, number of texture coordinates, number of normals.
 type VertexCounts = [usize; 3];
 
 struct SurveyPass<'s, 'a> {
@@ -63,20 +66,20 @@ struct SurveyPass<'s, 'a> {
     smoothing: u32,
     material_numbers: HashMap<&'a str, usize>,
     run_numbers: HashMap<FaceRun, usize>,
-    /// Faces of the rewritten text, by run.
+    /// Text of the faces of each run, in the rewritten form.
     faces: Vec<String>,
-    /// Faces that refer to missing texture coordinates, and to missing normals.
+    /// References to texture coordinates that do not exist, and to normals that do not exist.
     dangling: [Option<DanglingReferences>; 2],
 }
 
-/// References to missing data.
+/// References of faces to texture coordinates or normals that do not exist.
 struct DanglingReferences {
     /// Description of the first such reference: line, corner and cause.
     first: String,
     faces: usize,
 }
 
-/// Runs the first pass over a text.
+/// Runs the first pass over the text of an OBJ file.
 ///
 /// # Errors
 /// A fault of kind input that names line and cause; of kind limit beyond any limit.
@@ -86,8 +89,8 @@ pub(super) fn survey_obj(
     warnings: &mut Warnings,
 ) -> ImportResult<ObjSurvey> {
     let (totals, coloured, corners) = count_elements(text);
-    // Memory of a second copy of the text, of tobj's data per vertex and per corner, and of the
-    // resulting meshes.
+    // The budget covers a second copy of the text, the data of `tobj` for each vertex and corner,
+    // and the resulting meshes.
     budget.reserve_memory(text.len(), 2)?;
     budget.reserve_memory(totals.iter().sum::<usize>(), 48)?;
     budget.reserve_memory(corners, 128)?;
@@ -138,7 +141,8 @@ pub(super) fn survey_obj(
     Ok(survey)
 }
 
-/// Counts the vertices of each kind and the corners of all faces, and detects vertex colours.
+/// Returns the number of vertices of each kind, whether vertices have colours, and the total number
+/// of corners of all faces.
 fn count_elements(text: &str) -> (VertexCounts, bool, usize) {
     let (mut counts, mut coloured, mut corners) = ([0; 3], false, 0);
     for statement in split_statements(text) {
@@ -171,7 +175,8 @@ impl<'a> SurveyPass<'_, 'a> {
                 }
                 self.material = Some(number);
             }
-            // "off", "0", or the number of a group; any other text is a group too.
+            // The statement is `s off`, `s 0`, or `s` and the number of a smoothing group; any
+            // other text names a group too.
             "s" => {
                 self.smoothing = if matches!(statement.rest, "off" | "") {
                     0
@@ -192,8 +197,8 @@ impl<'a> SurveyPass<'_, 'a> {
         Ok(())
     }
 
-    /// Reads `v x y z`, with a homogeneous weight (4 numbers), or with a colour (6, or 7 with an
-    /// ignored alpha).
+    /// Reads a vertex position: `v x y z`, with a weight that divides the coordinates (4 numbers),
+    /// or with a colour (6 numbers, or 7 with an ignored alpha).
     fn read_position(&mut self, rest: &str) -> ImportResult<()> {
         let mut words = Vec::with_capacity(8);
         for word in rest.split_whitespace().take(8) {
@@ -219,14 +224,14 @@ impl<'a> SurveyPass<'_, 'a> {
             self.survey.text.push_str(word);
         }
         if self.has_colours && kept < 6 {
-            // NaN stands for white, whatever the scale of the other colours.
+            // NaN stands for white. No scale of the other colours changes NaN.
             self.survey.text.push_str(" nan nan nan");
         }
         self.survey.text.push('\n');
         Ok(())
     }
 
-    /// Reads a texture coordinate or normal; optional numbers default to zero.
+    /// Reads a texture coordinate or a normal; optional numbers default to zero.
     fn read_attribute(
         &mut self,
         kind: usize,
@@ -320,9 +325,10 @@ impl<'a> SurveyPass<'_, 'a> {
         Ok(())
     }
 
-    /// Reads the indices of a corner and checks that each exists. A missing texture coordinate or
-    /// normal is dropped, because some programs write indices of omitted lines and only detail is
-    /// lost. The first missing reference of a face is recorded in `dangling`.
+    /// Reads the indices of a corner and checks that each vertex exists. A reference to a missing
+    /// texture coordinate or normal is dropped, because some programs write indices of lines that
+    /// they omit, and only detail is lost. The first missing reference of a face is recorded in
+    /// `dangling`.
     fn read_corner(
         &self,
         word: &str,
@@ -366,15 +372,15 @@ impl<'a> SurveyPass<'_, 'a> {
         })
     }
 
-    /// Converts an index, which may count backwards from the latest vertex, to an absolute index
-    /// from 1; `None` if out of range.
+    /// Converts an index to an absolute index from 1; `None` if out of range. A negative index
+    /// counts backwards from the latest vertex.
     fn resolve_index(&self, part: &str, kind: usize) -> ImportResult<Option<usize>> {
         let index: i64 = part.parse().map_err(|_| {
             Fault::invalid_input(format!("`{}` is no whole number", sanitise_text(part)))
         })?;
         let absolute = match index {
             0 if kind == 0 => return Err(Fault::invalid_input("indices start at 1")),
-            // Some programs write 0 for a corner without the attribute.
+            // Some programs write 0 for a corner without a texture coordinate or normal.
             0 => None,
             i if i > 0 => usize::try_from(i).ok(),
             i => usize::try_from(i.unsigned_abs())

@@ -15,22 +15,23 @@ use crate::text::parse_number_prefix;
 use crate::warning::WarningCode;
 use crate::{Limits, image_file};
 
-/// A parsed texture statement.
+/// A parsed texture statement of MTL: the path of the image, and the options.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct TextureStatement {
     /// Path of the image.
     pub path: String,
-    /// Whether texture coordinates are clamped to the image.
+    /// Whether texture coordinates outside 0..1 are clamped to the border of the image.
     pub clamp: bool,
-    /// Factor on u and v.
+    /// Factor on the texture coordinates u and v.
     pub scale: [f64; 2],
-    /// Offset of u and v after the scale.
+    /// Offset that is added to u and v after the factor.
     pub offset: [f64; 2],
     /// Factor on a bump or normal map (`-bm`).
     pub bump: f64,
 }
 
-/// Options with their largest number of words; `0` marks options of one to three numbers.
+/// Options of texture statements, each with its number of argument words. `0` marks an option with
+/// one to three numbers.
 const OPTIONS: [(&str, usize); 15] = [
     ("-blendu", 1),
     ("-blendv", 1),
@@ -126,8 +127,8 @@ impl TextureStatement {
         Some(rest)
     }
 
-    /// Returns the transform of a scene's texture coordinates, with v from the top; `None` for the
-    /// identity.
+    /// Returns the first two rows of the matrix that transforms the texture coordinates, for v from
+    /// the top of the image; `None` for the identity.
     fn uv_transform(&self) -> Option<[[f64; 3]; 2]> {
         let ([su, sv], [ou, ov]) = (self.scale, self.offset);
         let finite = [su, sv, ou, ov].iter().all(|x| x.is_finite());
@@ -144,20 +145,21 @@ fn split_first_word(text: &str) -> (&str, &str) {
     (word, rest.trim_start())
 }
 
-/// Images and textures that the materials of a file use.
+/// Reads the images that the materials of a file use, and creates their textures.
 pub(super) struct TextureLoader<'f> {
     folder: &'f Folder,
     limits: &'f Limits,
-    /// Paths of images named by statements, and the subset that is in the scene under that name.
+    /// Paths of all images that the statements name.
     requested_paths: HashSet<String>,
     images: HashSet<String>,
-    /// Texture names by image, by whether the image holds colours, and by clamping.
+    /// Names of the textures, by path of the image, by whether the image holds colours, and by
+    /// whether coordinates are clamped.
     textures: HashMap<(String, bool, bool), String>,
     names: UniqueNames,
 }
 
 impl<'f> TextureLoader<'f> {
-    /// Creates a loader without textures.
+    /// Creates a loader that has not read any image.
     pub fn new(folder: &'f Folder, limits: &'f Limits) -> Self {
         let (requested, images) = Default::default();
         Self {
