@@ -5,13 +5,14 @@ use glam::{DVec2, DVec3};
 
 use crate::import::{DecodeBudget, Fault, ImportResult};
 
-/// Largest number of comparisons for the concave polygons of a file, about a second of work.
+/// Largest number of comparisons of vertices for all concave polygons of a file, about a second of
+/// work.
 const MOST_WORK: u64 = 300_000_000;
 
-/// Triangulates polygons, with bounded work.
+/// Triangulates the polygons of a file by ear clipping, with a limit on the total work.
 pub(crate) struct EarClipper {
     work_left: u64,
-    /// Corners of the largest polygon whose memory was reserved.
+    /// Number of corners of the largest polygon for which memory was reserved so far.
     reserved_corners: usize,
 }
 
@@ -20,7 +21,7 @@ pub(crate) struct EarClipper {
 const BYTES_A_CORNER: usize = 160;
 
 impl Default for EarClipper {
-    /// Creates a clipper with the full amount of work.
+    /// Creates a clipper that may do the full amount of work.
     fn default() -> Self {
         Self {
             work_left: MOST_WORK,
@@ -30,7 +31,8 @@ impl Default for EarClipper {
 }
 
 impl EarClipper {
-    /// Reserves the memory to triangulate a polygon; smaller polygons reuse the reservation.
+    /// Reserves the memory to triangulate a polygon of `corners` corners. A smaller polygon uses
+    /// the reservation of a larger polygon.
     ///
     /// # Errors
     /// A fault of kind limit when the budget is exceeded.
@@ -80,8 +82,8 @@ impl EarClipper {
                 .work_left
                 .checked_sub(n as u64)
                 .ok_or_else(|| Fault::over_limit("its concave polygons are too large"))?;
-            // A self-intersecting polygon may have no ear left; then any corner is cut off, and the
-            // loop still ends.
+            // A self-intersecting polygon may have no ear left. Then any corner is cut off, so that
+            // the loop ends.
             if failed > n || is_ear(points, &left, ear) {
                 out.push(ear);
                 left.remove(tip);
@@ -98,8 +100,8 @@ impl EarClipper {
     }
 }
 
-/// Twice the polygon's area, as a vector along its normal (Newell's method; Sutherland, Sproull,
-/// Schumacker 1974).
+/// Returns a vector along the polygon's normal, whose length is twice the polygon's area (Newell's
+/// method; Sutherland, Sproull, Schumacker 1974).
 pub(crate) fn newell_normal(points: &[DVec3]) -> DVec3 {
     let Some(&first) = points.first() else {
         return DVec3::ZERO;
@@ -110,7 +112,8 @@ pub(crate) fn newell_normal(points: &[DVec3]) -> DVec3 {
         .sum()
 }
 
-/// Projects along the axis closest to the normal, so that the polygon is counter-clockwise.
+/// Projects a point along the coordinate axis closest to the polygon's normal. The projected
+/// polygon is counter-clockwise.
 fn project_to_plane(p: DVec3, normal: DVec3) -> DVec2 {
     let size = normal.abs();
     let (a, b, along) = if size.x >= size.y && size.x >= size.z {
@@ -127,21 +130,21 @@ fn project_to_plane(p: DVec3, normal: DVec3) -> DVec2 {
     }
 }
 
-/// Whether a counter-clockwise polygon only turns left, and winds around once.
+/// Whether a counter-clockwise polygon is convex: it only turns left, and winds around once.
 fn is_convex(points: &[DVec2]) -> bool {
     let n = points.len();
     let edge = |i: usize| points[(i + 1) % n] - points[i % n];
     let turns_left = (0..n).all(|i| edge(i).perp_dot(edge(i + 1)) >= 0.0);
-    // A star also turns left everywhere; with a single winding, the edges change from pointing left
-    // to pointing right only once.
+    // A star also turns left at every corner, but winds more than once. With a single winding, the
+    // edges change only once from pointing left to pointing right.
     let rounds = (0..n)
         .filter(|&i| edge(i).x < 0.0 && edge(i + 1).x >= 0.0)
         .count();
     turns_left && rounds <= 1
 }
 
-/// Whether a corner is an ear: the polygon turns left at the corner, and no other corner lies in
-/// the triangle.
+/// Whether a corner can be cut off as an ear: the polygon turns left at the corner, and no other
+/// corner lies in the triangle of the corner and its two neighbours.
 fn is_ear(points: &[DVec2], left: &[usize], ear: [usize; 3]) -> bool {
     let [a, b, c] = ear.map(|i| points[i]);
     if orient2d(a, b, c) <= 0.0 {
@@ -149,7 +152,8 @@ fn is_ear(points: &[DVec2], left: &[usize], ear: [usize; 3]) -> bool {
     }
     left.iter().all(|&i| {
         let p = points[i];
-        // Keyhole polygons use a position twice; a copy of the ear's own corner is no obstacle.
+        // A polygon with a hole, joined to the outline by a cut, has some positions twice. A copy
+        // of the ear's own corner does not block the ear.
         p == a
             || p == b
             || p == c

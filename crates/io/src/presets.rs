@@ -56,7 +56,8 @@ pub fn get(name: &str) -> Result<Preset, Error> {
     Err(Error::invalid_usage(format!("there is no preset `{name}`")).with_hint(hint))
 }
 
-/// Returns a built-in asset of the presets: `embedded:NAME` in a scene.
+/// Returns the bytes of a file that is built into the program, which a preset names as
+/// `embedded:NAME`.
 pub(crate) fn asset(name: &str) -> Option<&'static [u8]> {
     ASSETS
         .iter()
@@ -64,7 +65,7 @@ pub(crate) fn asset(name: &str) -> Option<&'static [u8]> {
         .map(|(_, bytes)| *bytes)
 }
 
-/// Returns the names of all assets.
+/// Returns the names of all built-in files.
 pub(crate) fn asset_names() -> impl Iterator<Item = &'static str> {
     ASSETS.iter().map(|&(name, _)| name)
 }

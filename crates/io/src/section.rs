@@ -1,9 +1,10 @@
-//! Sections through models: the geometry on one side of a plane is removed. Closed meshes get a cap
-//! in the plane, and therefore look solid.
+//! Sections through models: a plane cuts all meshes, and the geometry on one side is removed. A
+//! closed mesh gets a cap, a surface in the plane that closes the opening, so that the body looks
+//! solid.
 //!
-//! Each mesh is cut in the world space of each object, after the up axis is applied. A vertex whose
-//! distance from the plane is within rounding error counts as in the plane, so that a plane through
-//! a face leaves no sliver of the mesh.
+//! Each mesh is cut in the world space of each of its objects, after the model was rotated to its
+//! up axis. A vertex whose distance from the plane is within rounding error counts as in the plane.
+//! Thus a plane through a face of a body leaves no thin remainder.
 
 mod cap;
 mod clip;
@@ -23,22 +24,23 @@ use crate::clay;
 use crate::warning::{Warning, WarningCode};
 use clip::{CutMesh, MeshCutResult, MeshCutter};
 
-/// A plane perpendicular to an axis, and its kept side.
+/// A plane perpendicular to a coordinate axis, and the side of the plane that is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionPlane {
-    /// 0 for x, 1 for y, 2 for z.
+    /// Axis perpendicular to the plane: 0 for x, 1 for y, 2 for z.
     axis: usize,
-    /// Whether the side of greater coordinates is kept.
+    /// Whether the side of greater coordinates is kept, not the side of lesser coordinates.
     keeps_above: bool,
     position: PlanePosition,
 }
 
-/// Position of a plane on its axis.
+/// Position of a section plane on its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum PlanePosition {
-    /// In units of the model.
+    /// Coordinate in units of the model.
     Coordinate(f64),
-    /// As a fraction of the bounding box of all meshes, from its least coordinate.
+    /// Fraction of the bounding box of all meshes, from 0 at its least coordinate to 1 at its
+    /// greatest.
     Fraction(f64),
 }
 
@@ -92,18 +94,18 @@ impl fmt::Display for SectionPlane {
 }
 
 impl SectionPlane {
-    /// 1 where the side of lesser coordinates is kept, -1 otherwise.
+    /// Returns 1 if the side of lesser coordinates is kept, -1 otherwise.
     fn side_sign(&self) -> f64 {
         if self.keeps_above { -1.0 } else { 1.0 }
     }
 }
 
-/// Tolerance for a vertex in the plane, relative to the largest coordinate: four units in the last
-/// place, in f32, of half that coordinate.
+/// Largest distance from the plane at which a vertex counts as in the plane, relative to the
+/// largest coordinate. It is four units in the last place (f32) of half that coordinate.
 const COORDINATE_TOLERANCE: f64 = 2.5e-7;
 
-/// Cuts all meshes of a scene by a plane, and adds caps to closed meshes. Returns the warnings,
-/// which call the scene `name`.
+/// Cuts all meshes of a scene by a plane, and adds caps to closed meshes. Returns the warnings, in
+/// which the scene is called `name`.
 pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -> Vec<Warning> {
     let meshes = meshes_to_cut(scene);
     let mut warnings: Vec<Warning> = uncut_warning(scene, &meshes, name).into_iter().collect();
@@ -141,7 +143,8 @@ pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -
             MeshCutResult::Partial(cut) => {
                 let CutMesh { mesh, cap, is_open } = *cut;
                 if is_open {
-                    // The inside is visible now.
+                    // Without a complete cap, the inside of the body is visible, so that both sides
+                    // are rendered.
                     object.side = SideRule::Both;
                     open += 1;
                 }
@@ -179,8 +182,8 @@ pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -
     warnings
 }
 
-/// Adds a cut mesh to the scene, under a name derived from the object's mesh, and returns the shape
-/// of the new mesh.
+/// Adds a cut mesh to the scene, under a name derived from the name of the object's mesh. Returns
+/// the shape that refers to the new mesh.
 fn replace_mesh(scene: &mut Scene, object: &Object, data: MeshData) -> Shape {
     let own = if let Shape::Mesh(own) = &object.shape {
         own
@@ -196,10 +199,10 @@ fn replace_mesh(scene: &mut Scene, object: &Object, data: MeshData) -> Shape {
     Shape::Mesh(name)
 }
 
-/// Materials of caps: the body's own material, or grey clay if that material uses images or vertex
-/// colours, for which a cap has no data.
+/// Chooses the materials of caps. A cap has the material of its body. If that material uses images
+/// or vertex colours, for which a cap has no data, the cap is grey clay instead.
 struct CapMaterials {
-    /// Whether each material uses images or vertex colours, by name.
+    /// For each material by name: whether it uses images or vertex colours.
     varies: HashMap<String, bool>,
 }
 
@@ -218,7 +221,8 @@ impl CapMaterials {
         }
     }
 
-    /// Returns the name of a cap's material. A new material is added to the scene.
+    /// Returns the name of the material for a cap of a body with the material `body`. If the cap
+    /// needs grey clay, the clay is added to the scene.
     fn add_cap_material(&mut self, scene: &mut Scene, body: &str) -> String {
         if self.varies.get(body) != Some(&true) {
             return body.to_owned();
@@ -234,7 +238,8 @@ impl CapMaterials {
     }
 }
 
-/// Mesh of each object that is cut; `None` for moving objects and other shapes.
+/// Returns the mesh of each object that the section cuts; `None` for a moving object, and for an
+/// object of another shape.
 fn meshes_to_cut(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
     let inline = |mesh: &Mesh| {
         if let MeshSource::Inline(data) = &mesh.source {
@@ -262,7 +267,8 @@ fn meshes_to_cut(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
     scene.objects.iter().map(value_of).collect()
 }
 
-/// Least and greatest world coordinate of all cut meshes on an axis; `None` without such a mesh.
+/// Returns the least and the greatest world coordinate, on an axis, of all meshes to be cut; `None`
+/// if no mesh is to be cut.
 fn coordinate_range(
     scene: &Scene,
     meshes: &[Option<Arc<MeshData>>],
@@ -288,7 +294,7 @@ fn coordinate_range(
         .reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
 }
 
-/// Returns the warning about objects that are not cut, if any.
+/// Returns the warning about objects that the section does not cut; `None` if all objects are cut.
 fn uncut_warning(scene: &Scene, meshes: &[Option<Arc<MeshData>>], name: &str) -> Option<Warning> {
     let count = meshes.iter().filter(|mesh| mesh.is_none()).count() + scene.generators.len();
     let message = format!(

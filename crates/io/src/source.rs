@@ -1,4 +1,4 @@
-//! Origin of a scene, and positions of its parts in the text.
+//! Origin of a scene: name, format and text, from which the positions of its parts are found.
 
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -28,8 +28,8 @@ pub enum SceneFormat {
     Ply,
 }
 
-/// Returns the name of the unsupported format with the path's extension, and advice how to convert
-/// the file.
+/// Returns the name of the format that the path's extension stands for, and advice on the
+/// conversion of the file. Only well-known unsupported formats are listed.
 pub(crate) fn unsupported_format(path: &Path) -> Option<(&'static str, &'static str)> {
     const BLENDER: &str = "Blender imports it and exports glTF: File, Export, glTF 2.0 (.glb)";
     const FOREIGN: [(&[&str], &str, &str); 12] = [
@@ -86,7 +86,7 @@ pub(crate) fn unsupported_format(path: &Path) -> Option<(&'static str, &'static 
 }
 
 impl SceneFormat {
-    /// Format of a model file with this name.
+    /// Returns the format of a model file by the extension of its name.
     pub(crate) fn from_model_path(file: &Path) -> Option<Self> {
         let ending = file.extension()?.to_string_lossy().to_ascii_lowercase();
         match ending.as_str() {
@@ -99,12 +99,14 @@ impl SceneFormat {
         }
     }
 
-    /// Whether files of the format may have scenes, variants and animations.
+    /// Whether files of the format can contain several scenes, variants and animations to choose
+    /// from.
     pub(crate) fn has_choices(self) -> bool {
         matches!(self, Self::Gltf | Self::Glb)
     }
 
-    /// Description of a file in this format for messages.
+    /// Returns a description of a file in this format, such as for the message that a file is
+    /// broken.
     pub(crate) fn file_description(self) -> &'static str {
         match self {
             Self::Native(_) => "a scene file",
@@ -115,7 +117,8 @@ impl SceneFormat {
         }
     }
 
-    /// Format of an input, from its extension or otherwise from its content.
+    /// Returns the format of an input, by its extension or otherwise by its content; `None` for an
+    /// unknown format.
     pub(crate) fn detect(file: &Path, bytes: &[u8]) -> Option<Self> {
         let ending = file
             .extension()
@@ -167,9 +170,11 @@ impl SceneFormat {
     }
 }
 
-/// Names of the scenes and models in a folder, in order; empty for an unreadable folder.
+/// Returns the names of the scene and model files in a folder, in order; empty for an unreadable
+/// folder.
 pub fn list_models(folder: &Path) -> Vec<String> {
-    /// Larger folders are not searched for similar names.
+    /// Largest number of files in a folder that are examined; the remaining files of a larger
+    /// folder are left out.
     const MOST: usize = 10_000;
     let folder = if folder == Path::new("") {
         Path::new(".")
@@ -202,11 +207,11 @@ pub fn is_scene_or_model(file: &Path) -> bool {
 pub struct SourceInfo {
     /// Name given by the user: a path, or `preset:NAME`.
     pub name: String,
-    /// Name without folders and extensions, for naming pictures.
+    /// File name without folders and extensions, from which names of pictures are formed.
     pub stem: String,
     /// Format of the scene.
     pub format: SceneFormat,
-    /// The text of a native scene.
+    /// Text of a native scene; `None` for a model.
     pub text: Option<Arc<str>>,
     /// Syntax tree of the text, built on first use.
     tree: OnceLock<Option<native::SyntaxTree>>,
@@ -228,8 +233,8 @@ impl SourceInfo {
         }
     }
 
-    /// Creates the error for a scene's problems, each at its position in the text. Without a text,
-    /// each problem has its path in the scene.
+    /// Creates the error for problems of the scene. Each problem has its position in the text or,
+    /// for a model, its path in the scene.
     pub fn error_at_problems(&self, problems: Vec<Problem>) -> Error {
         let message = |problem: &Problem| format!("{}: {}", problem.path, problem.message);
         if let (Some(text), SceneFormat::Native(_)) = (&self.text, self.format) {
@@ -254,7 +259,7 @@ impl SourceInfo {
         hint.into_iter().fold(error, Error::with_hint)
     }
 
-    /// Syntax tree of the text; `None` without a text.
+    /// Returns the syntax tree of the text; `None` for a scene without a text.
     fn tree(&self) -> Option<&native::SyntaxTree> {
         let (Some(text), SceneFormat::Native(notation)) = (&self.text, self.format) else {
             return None;
@@ -264,9 +269,10 @@ impl SourceInfo {
             .as_ref()
     }
 
-    /// Formats the position of a part of the scene: `x.scene.toml:12:5`, or `duck.glb:
-    /// materials[2]` without a text. The path starts at the root: `objects[3].material`. A part
-    /// that the text omits has the position of its parent.
+    /// Formats the position of a value in the scene: file, line and column, such as
+    /// `x.scene.toml:12:5`. For a model, which has no text, file and path are given, such as
+    /// `duck.glb: materials[2]`. The path starts at the root: `objects[3].material`. A value that
+    /// the text omits has the position of the enclosing value.
     pub fn locate(&self, path: &str) -> String {
         let (Some(text), SceneFormat::Native(_)) = (&self.text, self.format) else {
             return format!("{}: {path}", self.name);

@@ -42,8 +42,9 @@ pub(crate) fn split_lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// Parses the longest numeric prefix of a word, as C's `strtod` does: files contain `1.0f` and
-/// `3.1+e2`. A number with a decimal comma is refused, because `strtod` would lose its fraction.
+/// Parses the longest prefix of a word that is a number, as C's `strtod` does, because files
+/// contain `1.0f` and `3.1+e2`. Returns the prefix and its value. A number with a decimal comma is
+/// refused, because its fraction would be lost.
 pub(crate) fn parse_number_prefix(word: &str) -> Option<(&str, f64)> {
     if let Ok(value) = word.parse() {
         return Some((word, value));
@@ -51,7 +52,8 @@ pub(crate) fn parse_number_prefix(word: &str) -> Option<(&str, f64)> {
     if has_decimal_comma(word) {
         return None;
     }
-    // Bounded, so that a hostile word does not take time quadratic in its length.
+    // The length of the prefix is bounded, so that the time is not quadratic in the length of a
+    // malicious word.
     let ends: Vec<usize> = word
         .char_indices()
         .map(|(i, c)| i + c.len_utf8())
@@ -70,7 +72,7 @@ pub(crate) fn has_decimal_comma(word: &str) -> bool {
         .any(|pair| pair[0] == b',' && pair[1].is_ascii_digit())
 }
 
-/// Fault for a word in place of a number.
+/// Creates the fault for a word that stands in place of a number.
 pub(crate) fn not_a_number_fault(keyword: &str, word: &str) -> Fault {
     let remedy = if has_decimal_comma(word) {
         "; decimals have a point, so export it again with points in place of commas"

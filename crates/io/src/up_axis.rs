@@ -1,5 +1,5 @@
-//! Up axis of models: a model whose up axis is not y is rotated as a whole, before studio, ground,
-//! views and films are set up.
+//! Up axis of models. A model whose up axis is not y is rotated as a whole, before the studio, its
+//! ground, views and films are set up.
 
 use core::str::FromStr;
 
@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use raywright_core::affine_from_steps;
 use raywright_core::scene::{Camera, Light, LightKind, Pose, Scene, TransformStep, Triple};
 
-/// Up axis of a model's file.
+/// Axis that points upwards in a model file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UpAxis {
     /// The axis of glTF.
@@ -43,8 +43,8 @@ impl UpAxis {
             .map_or("y", |(name, _)| name)
     }
 
-    /// Rows of the rotation that maps the axis to y, by quarter turns about x or z. Coordinates are
-    /// only permuted and negated, so that nothing is rounded.
+    /// Returns the rows of the rotation that maps the axis to y. The rotation consists of quarter
+    /// turns about x or z, so that coordinates are only permuted and negated, without rounding.
     fn rotation_rows(self) -> [[f64; 4]; 3] {
         let [x, y, z] = match self {
             Self::Y => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -95,7 +95,8 @@ pub(crate) fn rotate_to_y_up(scene: &mut Scene, up: UpAxis) {
     }
 }
 
-/// Rotates a camera's pose. An orbit is unchanged, because cameras of models are given by axes.
+/// Rotates a camera's pose. A pose given as an orbit is unchanged; it does not occur in models,
+/// whose cameras are given by axes.
 fn rotate_camera(pose: &mut Pose, map: &DAffine3) {
     let turn = |v: &mut Triple| *v = map.transform_vector3(DVec3::from(*v)).to_array();
     match pose {
@@ -113,8 +114,8 @@ fn rotate_camera(pose: &mut Pose, map: &DAffine3) {
     };
 }
 
-/// Transforms a light. The intensity is unchanged, as in glTF, where node scales do not affect
-/// intensities.
+/// Transforms a light. Its intensity is unchanged, because in glTF the scale of a node does not
+/// affect intensities.
 pub(crate) fn transform_light(light: &Light, map: &DAffine3) -> Light {
     let mut light = light.clone();
     let point = |p: &mut Triple| *p = map.transform_point3(DVec3::from(*p)).to_array();

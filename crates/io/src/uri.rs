@@ -1,4 +1,4 @@
-//! References in glTF files: embedded data, or the name of a file beside the scene.
+//! References in glTF files. A reference is embedded data, or the name of a file beside the scene.
 
 use std::borrow::Cow;
 
@@ -10,8 +10,8 @@ use percent_encoding::percent_decode_str;
 use crate::folder::{Folder, ReadError};
 use crate::import::{Fault, ImportResult, sanitise_text};
 
-/// Base64 decoder that accepts any padding, because programs pad data differently and the content
-/// is always unambiguous.
+/// Base64 decoder that accepts data with and without padding. Programs pad data differently, and
+/// the content is unambiguous in either case.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &STANDARD,
     GeneralPurposeConfig::new()
@@ -25,7 +25,7 @@ pub(crate) fn is_data_uri(uri: &str) -> bool {
         .is_some_and(|head| head.eq_ignore_ascii_case("data:"))
 }
 
-/// Records the file that a reference names, without reading the file.
+/// Records the file that a reference names as an input, without reading the file.
 pub(crate) fn record_reference(folder: &Folder, uri: &str) {
     if !is_data_uri(uri) {
         folder.record_reference(&percent_decode_str(uri).decode_utf8_lossy());
@@ -33,7 +33,8 @@ pub(crate) fn record_reference(folder: &Folder, uri: &str) {
     }
 }
 
-/// Reads the data of a reference (RFC 3986 relative references and RFC 2397 data).
+/// Returns the data of a reference: an embedded `data:` reference (RFC 2397) or a relative
+/// reference to a file (RFC 3986).
 ///
 /// # Errors
 /// A fault of kind input: broken base64, a percent escape that is not UTF-8, or a file that
@@ -48,8 +49,8 @@ pub(crate) fn read_reference(folder: &Folder, uri: &str) -> ImportResult<Vec<u8>
             sanitise_text(uri)
         ))
     })?;
-    // Some writers do not escape, so that a file may be called `50%25.png`; others separate folders
-    // as Windows does.
+    // Some programs do not escape names, so that a file may be called `50%25.png`; other programs
+    // separate folders by backslashes, as Windows does.
     let others = [uri.to_owned(), decoded.replace('\\', "/")];
     match folder.read(&decoded) {
         Err(ReadError::Unreadable(reason)) => {
@@ -65,7 +66,7 @@ pub(crate) fn read_reference(folder: &Folder, uri: &str) -> ImportResult<Vec<u8>
     }
 }
 
-/// Decodes an embedded reference after its `decode_data_uri:`.
+/// Decodes the data of an embedded reference; `text` is the reference without its leading `data:`.
 fn decode_data_uri(text: &str) -> ImportResult<Vec<u8>> {
     let (head, body) = text
         .split_once(',')
@@ -77,7 +78,8 @@ fn decode_data_uri(text: &str) -> ImportResult<Vec<u8>> {
     {
         return Ok(bytes.into_owned());
     }
-    // Embedded buffers may have a gigabyte: they are copied only if they have line breaks.
+    // Embedded buffers may have a gigabyte, so that they are copied only if they contain line
+    // breaks.
     let base64 = match bytes.iter().any(u8::is_ascii_whitespace) {
         true => bytes
             .iter()

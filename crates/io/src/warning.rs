@@ -23,8 +23,8 @@ pub enum Severity {
 /// Declares the codes with their names and severities in a single table.
 macro_rules! codes {
     ($($(#[$doc:meta])* $code:ident $name:literal $severity:ident,)*) => {
-        /// Subject of a warning. Names are part of the command line's contract: `raywright check
-        /// --allow NAME`.
+        /// Kind of a warning. The names are used on the command line, in `raywright check --allow
+        /// NAME`, and therefore stay the same in later versions.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum WarningCode {
             $($(#[$doc])* $code,)*
@@ -39,7 +39,7 @@ macro_rules! codes {
                 match self { $(Self::$code => $name,)* }
             }
 
-            /// Severity of the code.
+            /// Severity of all warnings of this kind.
             pub const fn severity(self) -> Severity {
                 match self { $(Self::$code => Severity::$severity,)* }
             }
@@ -76,7 +76,7 @@ codes! {
     Texels "texels" LeftOut,
     /// An invalid camera or light.
     CameraOrLight "camera-or-light" LeftOut,
-    /// More warnings than are listed.
+    /// The file has more warnings than are listed.
     More "more" LeftOut,
     /// A number out of range, replaced by another.
     Range "range" Note,
@@ -91,7 +91,7 @@ codes! {
 }
 
 impl WarningCode {
-    /// Code of a remark about an image with this number of replaced texels.
+    /// Returns the code of a remark about an image, of which `repaired` texels were replaced.
     pub(crate) fn from_repaired_texels(repaired: impl Into<u64>) -> Self {
         if repaired.into() > 0 {
             Self::Texels
@@ -100,7 +100,7 @@ impl WarningCode {
         }
     }
 
-    /// Code with this name.
+    /// Returns the code with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|code| code.name() == name)
     }
@@ -130,7 +130,7 @@ impl Warning {
         }
     }
 
-    /// Severity of the warning.
+    /// Severity of the warning, which follows from its code.
     pub fn severity(&self) -> Severity {
         self.code.severity()
     }

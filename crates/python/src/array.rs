@@ -1,4 +1,4 @@
-//! Arrays of numbers shared with NumPy without a copy.
+//! Arrays of numbers that NumPy reads without a copy.
 
 use std::sync::Arc;
 
@@ -6,19 +6,19 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raywright_cli::embedded::FinishedPicture;
 
-/// Content of an array.
+/// Numbers of an array: data of a picture, or numbers that the array owns.
 pub enum ArrayData {
-    /// Displayed colours.
+    /// Colours of the finished picture, denoised if requested.
     Displayed(Arc<FinishedPicture>),
-    /// Sampled colours before denoising.
+    /// Colours before denoising.
     Sampled(Arc<FinishedPicture>),
     /// Standard errors of the denoised colours.
     Errors(Arc<FinishedPicture>),
-    /// Coverage.
+    /// Coverage of each pixel.
     Alpha(Arc<FinishedPicture>),
-    /// A layer, by index.
+    /// Data of a layer, by its index.
     Layer(Arc<FinishedPicture>, usize),
-    /// Numbers owned by the array.
+    /// Numbers that the array owns.
     Floats(Vec<f32>),
     Doubles(Vec<f64>),
     Integers(Vec<i64>),
@@ -52,7 +52,7 @@ impl Array {
         import_numpy(py)?.call_method1("array", (self,))
     }
 
-    /// Address of the first number, and the type string of NumPy.
+    /// Returns the address of the first number, and NumPy's name of the number type, such as `<f4`.
     fn data_pointer(&self) -> (usize, &'static str) {
         const FLOAT: &str = if cfg!(target_endian = "little") {
             "<f4"

@@ -26,12 +26,14 @@ const RAYS_PER_CHECK: usize = 1024;
 #[pyclass(frozen, module = "raywright")]
 pub struct Bvh(Arc<PrecisionTree>);
 
+/// A bounding volume hierarchy in single or double precision.
 enum PrecisionTree {
     Robust(Geometry<f32>),
     Reference(Geometry<f64>),
 }
 
 impl PrecisionTree {
+    /// Returns the closest hit of each ray.
     fn closest(&self, rays: &RayBatch, watch: &WorkMonitor) -> Result<RayHits, Failure> {
         match self {
             Self::Robust(geometry) => rays.closest(geometry, watch),
@@ -39,6 +41,7 @@ impl PrecisionTree {
         }
     }
 
+    /// Returns for each ray whether anything is hit.
     fn occluded(&self, rays: &RayBatch, watch: &WorkMonitor) -> Result<Vec<bool>, Failure> {
         match self {
             Self::Robust(geometry) => rays.occluded(geometry, watch),
@@ -47,7 +50,8 @@ impl PrecisionTree {
     }
 }
 
-/// Closest hits of rays: distances, triangles and barycentric coordinates.
+/// Closest hit of each ray: distance in lengths of the direction, index of the triangle, and two
+/// barycentric coordinates.
 #[derive(Default)]
 struct RayHits {
     t: Vec<f64>,
@@ -55,14 +59,15 @@ struct RayHits {
     uv: Vec<f64>,
 }
 
-/// Origins and directions, six numbers per ray, and the range of distances.
+/// Rays of a query: origin and direction as six numbers per ray, and the range of distances common
+/// to all rays.
 struct RayBatch {
     numbers: Vec<f64>,
     range: [f64; 2],
 }
 
 impl RayBatch {
-    /// Evaluates a query for each ray, in order.
+    /// Calls a query for each ray, and returns the results in the order of the rays.
     fn map_rays<T: Send, R: Real>(
         &self,
         watch: &WorkMonitor,
@@ -122,7 +127,7 @@ impl RayBatch {
     }
 }
 
-/// Builds the hierarchy of a mesh in this precision.
+/// Builds the hierarchy over a mesh, in the precision `R`.
 fn build_tree<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R>, Failure> {
     let corner = |vertex: i64| {
         let place = usize::try_from(vertex)
@@ -151,7 +156,7 @@ fn build_tree<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R
     Ok(Geometry::new(set, AcceleratorKind::default()))
 }
 
-/// Checks that an array has the shape (n, 3), and returns its row-major bytes.
+/// Checks that an array has the shape (n, 3). Returns its numbers as bytes, row by row.
 fn row_bytes<'py>(of: &Bound<'py, PyAny>, name: &str, kind: &str) -> PyResult<Bound<'py, PyBytes>> {
     let py = of.py();
     let shape: Vec<usize> = of.getattr("shape")?.extract()?;
@@ -178,7 +183,8 @@ fn parse_doubles(bytes: &[u8]) -> Vec<f64> {
         .collect()
 }
 
-/// Joins origins and directions; either may be a single vector for all rays.
+/// Combines origins and directions to rays of six numbers. If only a single origin or direction is
+/// given, all rays have it.
 fn join_rays(
     origins: &Bound<'_, PyAny>,
     directions: &Bound<'_, PyAny>,

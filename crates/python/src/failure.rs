@@ -1,11 +1,12 @@
-//! Exceptions for failures: a class for each of the program's exit codes, with its message.
+//! Python exceptions for failures. Each exit code of the program has a class of exceptions; the
+//! message is the program's.
 
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use raywright_cli::failure::{Exit, Failure};
 
-/// Converts a failure to its exception.
+/// Converts a failure to the exception for its exit code.
 pub fn to_exception(py: Python<'_>, Failure { exit, message }: Failure) -> PyErr {
     let name = match exit {
         Exit::Usage => "UsageError",
@@ -32,7 +33,7 @@ pub fn to_exception(py: Python<'_>, Failure { exit, message }: Failure) -> PyErr
     }
 }
 
-/// Creates the failure for an unsuitable array.
+/// Creates the failure for an array of unsuitable shape or type.
 pub fn invalid_array(message: impl std::fmt::Display) -> Failure {
     Failure::new(Exit::Input, message)
 }

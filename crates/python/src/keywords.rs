@@ -1,21 +1,22 @@
-//! Conversion of keywords to flags: `parse_max_error=.05` is `--max-error=0.05`.
+//! Conversion of Python keywords to flags of the command line: `max_error=.05` is
+//! `--max-error=0.05`.
 
 use std::ffi::OsString;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyTuple};
 
-/// Keywords with other names than their flags: some are named by their content, and some flags have
-/// names that Python reserves.
+/// Keywords whose names differ from their flags, each with the name of the flag. Some are named by
+/// what they contain, and some flags have names that Python reserves.
 const RENAMED: [(&str, &str); 3] = [
     ("layers", "aov"),
     ("rungs", "rung"),
     ("model_scene", "scene"),
 ];
 
-/// Converts keywords to flags, in order. None and False omit the flag, and True gives the flag
-/// alone. A dict gives a flag for each entry. A list gives its items, separated by commas, or for a
-/// size by an x.
+/// Converts keywords to flags, in order. None and False omit the flag; True gives the flag without
+/// a value. A dict gives the flag once for each entry, as `KEY=VALUE`. The items of a list are
+/// separated by commas, or by an x for a size.
 pub fn keywords_to_flags(keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<OsString>> {
     let mut words = Vec::new();
     for (name, value) in keywords.into_iter().flatten() {

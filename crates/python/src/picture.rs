@@ -1,4 +1,4 @@
-//! A rendered picture, and its error estimate.
+//! A rendered picture as a Python object, and its error estimate.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::failure::to_exception;
 /// `value` is the root of the mean squared relative error (root relMSE): 0.1 is grainy, 0.02 clean.
 /// In 95 of 100 pictures the true error lies between `low` and `high`. `rmse` is the same triple in
 /// radiance, not relative. `doubt` names a reason why the interval may not hold, or is None.
-/// `converged` says whether the requested `parse_max_error` is reached, or is None without one.
+/// `converged` says whether the requested `max_error` is reached, or is None without one.
 #[pyclass(frozen, get_all, module = "raywright")]
 #[derive(Clone)]
 pub struct ErrorEstimate {
@@ -153,7 +153,7 @@ impl Picture {
     }
 
     /// Further layers by name, float32 of shape (height, width, channels): the layers requested by
-    /// `layers`, and for a denoised picture also `denoise_output` and `denoise_output.stderr`. Depths are
+    /// `layers`, and for a denoised picture also `denoised` and `denoised.stderr`. Depths are
     /// distances along the ray in units of the scene; objects and materials are numbers; all are -1
     /// for the sky.
     #[getter]

@@ -1,4 +1,5 @@
-//! Scenes: loaded once, rendered and reported on any number of times.
+//! Scenes as Python objects: a scene is loaded once, and can be rendered or reported on any number
+//! of times.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -20,10 +21,10 @@ use crate::work;
 #[pyclass(frozen, module = "raywright")]
 pub struct Scene(Arc<SceneSource>);
 
-/// Input of a scene, and the scene as loaded last.
+/// Input of a scene, and the latest scene that was loaded from it.
 struct SceneSource {
     input: Input,
-    /// Flags common to all requests.
+    /// Flags that apply to every request, such as a render or a report.
     words: Vec<OsString>,
     latest_load: Mutex<Option<(LoadOptions, Arc<LoadedScene>)>>,
 }
@@ -143,7 +144,8 @@ pub fn compare<'py>(
     parse_json(py, &compared)
 }
 
-/// Returns a picture to compare: a rendered picture under the name `name`, or the path of a file.
+/// Returns one of the two pictures to compare: a rendered picture, which is called `name` in
+/// messages, or the picture in a file.
 fn comparison_side(
     of: &Bound<'_, PyAny>,
     name: &str,

@@ -1,4 +1,5 @@
-//! Work on separate threads without the interpreter's lock. Python waits for its end or for Ctrl-C.
+//! Work on separate threads, without the interpreter's lock. The Python thread waits until the work
+//! ends or the user presses Ctrl-C.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
@@ -13,19 +14,20 @@ use raywright_core::Observer;
 
 use crate::failure::to_exception;
 
-/// Interval of checks for Ctrl-C and for progress.
+/// Time between two checks for Ctrl-C and for progress.
 const CHECK_INTERVAL: Duration = Duration::from_millis(20);
-/// Time to wait for stopped work. Work that takes longer, such as parsing, ends later, and its
-/// result is dropped.
+/// Longest time to wait for work that was told to stop. Work that cannot stop soon, such as
+/// parsing, continues after that time, and its result is dropped.
 const GRACE: Duration = Duration::from_millis(100);
 /// Stack size of each thread in bytes, as usual for the main thread of a program.
 const STACK_BYTES: usize = 8 << 20;
 
-/// Progress of the work, and its stop flag.
+/// Progress of the work, and whether it shall stop.
 #[derive(Default)]
 pub struct WorkMonitor {
     stop: AtomicBool,
-    /// Largest finished share, as bits: non-negative floats are ordered like their bits.
+    /// Largest finished fraction so far, as the bits of a float. Non-negative floats are ordered as
+    /// their bits are.
     share: AtomicU64,
 }
 
@@ -46,8 +48,8 @@ impl Observer for WorkMonitor {
     }
 }
 
-/// Runs work on this number of threads, or on a thread for each processor, and calls `progress`
-/// with the finished share from 0 to 1.
+/// Runs work on `threads` threads, or on a thread for each processor. Calls `progress` with the
+/// finished fraction, from 0 to 1.
 ///
 /// # Errors
 /// Errors of the work, and exceptions of a signal handler or of `progress`.

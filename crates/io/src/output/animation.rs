@@ -19,7 +19,7 @@ use super::output_path::folder_of;
 use super::png::{create_encoder, encode_png};
 use crate::error::Error;
 
-/// File format of an animation.
+/// File format of an animation, by the extension of its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AnimationFormat {
     /// 256 colours per picture, and times in hundredths of a second.
@@ -29,7 +29,8 @@ pub enum AnimationFormat {
 }
 
 impl AnimationFormat {
-    /// Format by the extension of a file name; `None` for formats of a single picture.
+    /// Returns the format for the extension of a file name; `None` for a format that stores a
+    /// single picture.
     pub fn from_path(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
         [("gif", Self::Gif), ("apng", Self::Apng)]
@@ -39,14 +40,14 @@ impl AnimationFormat {
     }
 }
 
-/// An animation under construction.
+/// Writer of an animation. Pictures are added one by one, before their number is known.
 #[derive(Debug)]
 pub struct AnimationWriter {
     format: AnimationFormat,
-    /// Pictures per second.
+    /// Number of pictures shown per second.
     rate: f64,
     metadata: PictureMetadata,
-    /// Temporary file with the compressed pictures in sequence.
+    /// Temporary file with the added pictures in sequence, each compressed as PNG.
     spool: File,
     lengths: Vec<usize>,
     size: [u32; 2],
@@ -54,8 +55,8 @@ pub struct AnimationWriter {
     has_alpha: bool,
 }
 
-/// Shortest duration of a picture in a GIF, in hundredths of a second: most viewers show a picture
-/// with a shorter duration for a tenth of a second.
+/// Shortest duration of a picture in a GIF, in hundredths of a second. Most viewers show a picture
+/// of a shorter duration for a tenth of a second.
 const MIN_GIF_DELAY: f64 = 2.0;
 
 impl AnimationWriter {
@@ -107,7 +108,8 @@ impl AnimationWriter {
                 "some of its pictures are transparent and some are not",
             ));
         }
-        // A GIF makes partly covered pixels opaque, which would turn a shadow into a black spot.
+        // A GIF makes partly covered pixels opaque. A shadow without background would become a
+        // black spot.
         let is_alone = self.format == AnimationFormat::Gif && has_alpha && picture.shadow.is_some();
         let picture = if is_alone {
             Cow::Owned(picture.without_shadow())
@@ -123,8 +125,8 @@ impl AnimationWriter {
         Ok(())
     }
 
-    /// Moves the kept pictures to the system's temporary folder, when the folder of the output file
-    /// is full.
+    /// Moves the added pictures from the folder of the output file, which is full, to the system's
+    /// temporary folder.
     fn move_spool(&mut self) -> io::Result<()> {
         let mut spool = tempfile::tempfile()?;
         self.spool.seek(SeekFrom::Start(0))?;
@@ -134,12 +136,12 @@ impl AnimationWriter {
         Ok(())
     }
 
-    /// Number of pictures.
+    /// Number of pictures added so far.
     pub fn len(&self) -> usize {
         self.lengths.len()
     }
 
-    /// Whether the animation is empty.
+    /// Whether no picture was added yet.
     pub fn is_empty(&self) -> bool {
         self.lengths.is_empty()
     }
@@ -200,7 +202,7 @@ impl AnimationWriter {
             .set_repeat(Repeat::Infinite)
             .map_err(io::Error::other)?;
         let (rate, has_alpha) = (self.rate, self.has_alpha);
-        // The rounded durations add up to the exact total.
+        // Rounding the end of each picture, not its duration, makes the total exact.
         let end = |picture: usize| (100.0 * (picture + 1) as f64 / rate).round();
         let time =
             |picture: usize| end(picture) - if picture == 0 { 0.0 } else { end(picture - 1) };
@@ -226,8 +228,8 @@ impl AnimationWriter {
         })
     }
 
-    /// Decodes the kept pictures in order, and passes the codes and the index of each picture to
-    /// `take`.
+    /// Decodes the added pictures in order. Calls `take` with the 8-bit codes and the index of each
+    /// picture.
     fn for_each_picture(
         &mut self,
         mut take: impl FnMut(Vec<u8>, usize) -> io::Result<()>,

@@ -1,4 +1,5 @@
-//! Atomic file writes: a temporary file in the same folder is written, then renamed.
+//! Atomic writing of files: the content is written to a temporary file in the same folder, which is
+//! then renamed.
 
 use std::fs;
 use std::io::{self, Write};
@@ -17,9 +18,9 @@ pub(super) enum ReplaceRule {
     ProgramPictures,
 }
 
-/// Writes a file atomically: its name always refers to the complete old content or to the complete
-/// new content. A failure leaves no temporary file behind. A device or a pipe is written directly,
-/// and a write-protected file is left unchanged.
+/// Writes a file atomically: at any time, its name refers to the complete old content or to the
+/// complete new content. A failure leaves no temporary file. A device or a pipe is written
+/// directly. A write-protected file is not replaced.
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
@@ -40,7 +41,7 @@ pub(super) fn write_stream(
     replace: ReplaceRule,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    // A symbolic link stays; its target is replaced or created.
+    // If the path is a symbolic link, the link stays, and its target is replaced or created.
     let target = resolve_links(path)?;
     let metadata = fs::metadata(&target).ok();
     let is_protected = metadata
@@ -66,7 +67,7 @@ pub(super) fn write_stream(
     file.as_file().sync_all()?;
     let persisted = match replace {
         ReplaceRule::AnyFile => file.persist(&target),
-        // The file may have changed during the write; its current state decides.
+        // The existing file may have changed during the write. Therefore it is checked now.
         ReplaceRule::ProgramPictures if is_own_picture(&target) => file.persist(&target),
         ReplaceRule::ProgramPictures => file.persist_noclobber(&target),
     };
@@ -100,8 +101,8 @@ fn create_temporary_file(
 }
 
 /// Copies owner, group and mode of another file. Only root may change the owner. If owner or group
-/// cannot be copied, the set-ID and sticky bits are cleared; without the group, the file's current
-/// group gets no more rights than all other users.
+/// cannot be copied, the set-ID and sticky bits of the mode are cleared. If the group cannot be
+/// copied, the file's current group gets no more rights than all other users.
 #[cfg(unix)]
 fn copy_ownership(file: &fs::File, other: &fs::Metadata) -> io::Result<()> {
     use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};

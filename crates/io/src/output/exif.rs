@@ -1,24 +1,24 @@
-//! Exif metadata, for picture formats without text entries: the program in its own tag, all other
-//! entries as lines of the image description (JEITA, "Exchangeable image file format for digital
-//! still cameras: Exif Version 2.3", 2010).
+//! Exif metadata, for picture formats that have no text entries of their own. The program is
+//! written to its own tag, and all other entries to lines of the image description (JEITA,
+//! "Exchangeable image file format for digital still cameras: Exif Version 2.3", 2010).
 
 use std::collections::BTreeMap;
 
 use super::metadata::{PictureMetadata, SOFTWARE};
 
-/// Header of a little-endian block, with the offset of its directory.
+/// Header of a little-endian Exif block. Its last four bytes are the offset of the directory.
 const BLOCK_HEADER: &[u8; 8] = b"II*\0\x08\0\0\0";
 const DESCRIPTION: u16 = 0x010e;
 const PROGRAM: u16 = 0x0131;
-/// Type of a zero-terminated text.
+/// Code of the type "zero-terminated text".
 const ASCII: u16 = 2;
 /// Size of a directory entry in bytes.
 const ENTRY_BYTES: usize = 12;
-/// Largest size of a block in bytes: a JPEG segment holds no more.
+/// Largest size of an Exif block in bytes, because a JPEG segment holds no more.
 const MOST_BYTES: usize = 60_000;
 
-/// Encodes the metadata of a picture; empty without any. Entries beyond the size limit are left
-/// out.
+/// Encodes metadata as an Exif block; empty without metadata. Entries beyond the size limit are
+/// left out.
 pub(super) fn encode_block(metadata: &PictureMetadata) -> Vec<u8> {
     let (mut software, mut lines, mut bytes) = (String::new(), String::new(), 0);
     for (_, name, text) in metadata.entries() {
@@ -65,8 +65,8 @@ pub(super) fn encode_block(metadata: &PictureMetadata) -> Vec<u8> {
     block
 }
 
-/// Decodes the texts of a block, under the names that OpenEXR files use; empty for a broken or
-/// foreign block.
+/// Decodes the texts of an Exif block. Each text gets the name that OpenEXR files use for it. Empty
+/// for a broken block, and for a block of another program.
 pub(super) fn decode_texts(block: &[u8]) -> BTreeMap<String, String> {
     let mut texts = BTreeMap::new();
     let Some(count) = block
@@ -98,7 +98,7 @@ pub(super) fn decode_texts(block: &[u8]) -> BTreeMap<String, String> {
     texts
 }
 
-/// Tag and text of a directory entry, if the tag is known.
+/// Returns tag and text of a directory entry; `None` for an unknown tag.
 fn decode_entry(block: &[u8], entry: &[u8]) -> Option<(u16, String)> {
     let short = |position: usize| u16::from_le_bytes([entry[position], entry[position + 1]]);
     let long = |position: usize| {

@@ -111,11 +111,11 @@ fn build_channels(picture: &Picture) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
     channels
 }
 
-/// Sorts the header's attributes by name: the encoder keeps some attributes in a hash table, whose
-/// order differs from run to run. The length of the header is unchanged, so that every offset in
-/// the file stays valid.
+/// Sorts the attributes in an OpenEXR header by name. The encoder keeps some attributes in a hash
+/// table, whose order differs from run to run. Sorting keeps the length of the header, so that
+/// every offset in the file stays valid.
 fn sort_attributes(bytes: &mut [u8]) -> io::Result<()> {
-    /// Magic number and version.
+    /// Length in bytes of the magic number and the version, which precede the header.
     const START: usize = 8;
     let mut attributes: Vec<Vec<u8>> = Vec::new();
     let mut position = START;
@@ -134,8 +134,8 @@ fn sort_attributes(bytes: &mut [u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// Length of the attribute at the start of `header` (name, NUL, type, NUL, four bytes of size,
-/// value); 0 at the header's end.
+/// Returns the length in bytes of the attribute at the start of `header` (name, NUL, type, NUL,
+/// four bytes of size, value); 0 at the end of the header.
 fn attribute_length(header: &[u8]) -> Option<usize> {
     let name = header.iter().position(|&b| b == 0)?;
     if name == 0 {

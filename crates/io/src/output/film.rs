@@ -1,9 +1,10 @@
-//! Film files, from which a render is resumed, or which divide a render among machines. The format
-//! is specific to this program, because no common format keeps the sums of replicates separately.
+//! Film files, which store an unfinished render. A render can be resumed from a film, or divided
+//! among machines that write a film each. The format is specific to this program, because no common
+//! format keeps the sums of replicates (independent repetitions of the picture) separately.
 //!
 //! A file consists of sixteen magic bytes, the version of the format (u32), the length of the
-//! header (u64), the header as JSON, the film's numbers in the order of [`Film::transfer_data`], and the
-//! SHA-256 of everything before; all little-endian.
+//! header (u64), the header as JSON, the film's numbers in the order of [`Film::transfer_data`],
+//! and the SHA-256 of everything before; all little-endian.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
@@ -22,18 +23,18 @@ use crate::limits::{Limits, format_bytes};
 const MAGIC: [u8; 16] = *b"\x93raywright film\n";
 const VERSION: u32 = 4;
 
-/// Largest length of an accepted header in bytes. The list of tiles of a picture with 2³² pixels
+/// Largest accepted length of a header in bytes. The list of tiles for a picture with 2³² pixels
 /// takes a tenth of this length.
 const MOST_HEADER: u64 = 256 << 20;
 
-/// A film with the metadata of its picture.
+/// A film (the sums of an unfinished render) with the metadata of its picture.
 #[derive(Clone, Debug)]
 pub struct StoredFilm {
-    /// The unfinished picture.
+    /// Sums of the samples rendered so far.
     pub film: Film,
-    /// Origin of the picture.
+    /// Metadata about the origin of the picture.
     pub metadata: PictureMetadata,
-    /// Display settings for a PNG.
+    /// Display settings that apply when the picture is written as PNG.
     pub display: Display,
 }
 
@@ -45,7 +46,8 @@ struct FilmFileHeader {
     display: Display,
 }
 
-/// Writes a film file atomically. The film is borrowed mutably, but not changed.
+/// Writes a film file atomically. The film is borrowed mutably, because reading and writing share
+/// code, but it is not changed.
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
@@ -186,11 +188,13 @@ fn decode_film(from: &mut FilmReader<impl Read>, limits: &Limits) -> Result<Stor
     })
 }
 
+/// Writes the numbers of a film, and hashes the bytes written.
 struct FilmWriter<W: Write> {
     out: W,
     hash: Sha256,
 }
 
+/// Reads the numbers of a film, and hashes the bytes read.
 struct FilmReader<R: Read> {
     from: R,
     hash: Sha256,
@@ -217,7 +221,7 @@ impl<R: Read> FilmReader<R> {
     }
 }
 
-/// Implements the writing and reading of lists of numbers, for each type of number.
+/// Implements the transfer of lists of numbers for writer and reader, once for each type of number.
 macro_rules! numbers {
     ($($method:ident: $number:ty),*) => {
         impl<W: Write> FilmDataStream for FilmWriter<W> {

@@ -1,4 +1,4 @@
-//! Writing of a picture with marked points.
+//! Writing of a picture with rings and labels around given points.
 
 use std::io;
 use std::path::Path;
@@ -20,21 +20,23 @@ pub struct PictureMark {
     pub pixel: [f64; 2],
     /// Text beside the ring.
     pub label: String,
-    /// Codes of the ring's colour.
+    /// Colour of the ring, as 8-bit sRGB codes.
     pub colour: [u8; 3],
 }
 
-/// Radius of the ring, and half its width with the dark outline, in pixels of a large picture.
+/// Radius of the ring in a large picture, in pixels.
 const RADIUS: f64 = 11.0;
+/// Half the width of the ring, dark outline included, in pixels.
 const RING_HALF_WIDTH: f64 = 1.5;
-/// Largest radius as a share of a small picture's shorter edge.
+/// Largest radius of the ring in a small picture, as a fraction of the picture's shorter edge.
 const MAX_RADIUS_SHARE: f64 = 0.08;
-/// Height of letters in pixels, and codes of a note's colour.
+/// Height of a letter in pixels.
 const LETTER_HEIGHT: u32 = 16;
+/// Colour of the note, as 8-bit sRGB codes.
 const NOTE_COLOUR: [u8; 3] = [255; 3];
 
-/// Writes a picture atomically as PNG, converted for display, with marks drawn over the pixels and
-/// a note in the lower left corner, cut to the width of the picture.
+/// Writes a picture atomically as PNG, converted for display. Marks are drawn over the pixels. A
+/// note is written in the lower left corner and cut to the width of the picture.
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.

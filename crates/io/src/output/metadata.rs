@@ -4,18 +4,18 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// Origin of a picture. Empty entries are left out of files.
+/// Metadata about the origin of a picture. Empty entries are left out of files.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PictureMetadata {
     /// Program and version, such as `Raywright 0.1.0`.
     pub software: String,
-    /// Hash of all sources of the scene.
+    /// Hash of all files and texts that the scene was loaded from.
     pub scene_hash: String,
-    /// Settings that determine the picture's bits, as `name=value` separated by spaces.
+    /// Settings that determine the pixels, as `name=value` separated by spaces.
     pub settings: String,
-    /// Seed of the sampler.
+    /// Seed of the random numbers.
     pub seed: Option<u64>,
-    /// Command line.
+    /// Command line that rendered the picture.
     pub command: String,
     /// Estimated error of the picture, as `name=value` separated by spaces; empty without an
     /// estimate.
@@ -24,8 +24,8 @@ pub struct PictureMetadata {
 }
 
 impl PictureMetadata {
-    /// Collects the metadata from the texts of a picture's file, in any format; empty without such
-    /// texts.
+    /// Collects the metadata from the text entries of a picture file, in any format; empty without
+    /// text entries of this program.
     pub(super) fn from_texts(texts: &BTreeMap<String, String>) -> Self {
         let text = |(png, exr): (&str, &str)| {
             texts
@@ -45,12 +45,12 @@ impl PictureMetadata {
         }
     }
 
-    /// Value of a setting, such as `gamma`.
+    /// Returns the value of a setting, such as `gamma`.
     pub fn setting(&self, name: &str) -> Option<&str> {
         find_value(&self.settings, name)
     }
 
-    /// Value of a name in the error entry, such as `root_relmse`.
+    /// Returns the value of a name in the error entry, such as `root_relmse`.
     pub fn error_value(&self, name: &str) -> Option<&str> {
         find_value(&self.error, name)
     }
@@ -66,7 +66,7 @@ impl PictureMetadata {
             &self.command,
             &self.error,
         ];
-        // Neither format can hold a NUL inside a text.
+        // Neither format can store a NUL inside a text, so that NULs are replaced.
         let texts = texts.map(|text| text.replace('\0', "\u{fffd}"));
         ENTRY_NAMES
             .into_iter()
@@ -76,7 +76,7 @@ impl PictureMetadata {
     }
 }
 
-/// Start of the software entry in a picture of this program.
+/// Start of the `Software` entry in every picture of this program.
 pub(super) const PROGRAM: &str = "Raywright";
 
 /// Whether an entry of a PNG or OpenEXR file has a name used by this program.
@@ -86,10 +86,11 @@ pub(super) fn is_program_entry(name: &str) -> bool {
         .any(|&(png, exr)| name == png || name == exr)
 }
 
-/// Standard OpenEXR attribute for the program.
+/// Name of the standard OpenEXR attribute that holds the program.
 pub(super) const SOFTWARE: &str = "software";
 
-/// Returns the value of a name in an entry of `name=value` words. A value may be in single quotes.
+/// Returns the value of `name` in an entry that consists of `name=value` words. A value may be in
+/// single quotes.
 fn find_value<'a>(entry: &'a str, name: &str) -> Option<&'a str> {
     let starts = entry
         .match_indices(name)
@@ -104,8 +105,8 @@ fn find_value<'a>(entry: &'a str, name: &str) -> Option<&'a str> {
     }
 }
 
-/// Names of the entries in PNG and in OpenEXR. `Software` and `software` follow the conventions of
-/// the formats; the other names start with the program's name.
+/// Names of the entries, in PNG and in OpenEXR. `Software` and `software` follow the conventions of
+/// the formats; the other names start with the name of the program.
 const ENTRY_NAMES: [(&str, &str); 6] = [
     ("Software", SOFTWARE),
     ("Raywright scene hash", "raywright_scene_hash"),

@@ -51,7 +51,7 @@ pub enum PictureFormat {
     },
     /// Display values of 8 bits, lossless.
     WebP,
-    /// Linear scene-referred 32-bit floating point with all layers.
+    /// Linear floating-point values of 32 bits, with all layers.
     Exr,
 }
 
@@ -117,9 +117,9 @@ pub fn write_picture_as(
     )
 }
 
-/// Writes a picture under a name that the user did not choose. Only a picture of this program is
-/// replaced. If another file exists, or `is_free` returns false, the next free name (`NAME-2.EXT`)
-/// is used. Returns the used name.
+/// Writes a picture under a default name, not chosen by the user. Only a picture that this program
+/// wrote is replaced. If another file has the name, or `is_free` returns false for the name, the
+/// next numbered name (`NAME-2.EXT`) is tried. Returns the path that was written.
 ///
 /// # Errors
 /// As [`write_picture`].
@@ -143,7 +143,7 @@ pub fn write_unnamed_picture(
     )
 }
 
-/// Writes the bytes of any file, otherwise as [`write_unnamed_picture`].
+/// Writes the bytes of a file of any kind, otherwise as [`write_unnamed_picture`].
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
@@ -169,9 +169,10 @@ pub fn write_unnamed_file(
     ))
 }
 
-/// Number of attempted names before the write fails.
+/// Largest number of names that are tried before the write fails.
 const MOST_NAMES: u32 = 1000;
 
+/// Returns the path with `-NUMBER` before the extension; for number 1, the path itself.
 fn numbered_path(path: &Path, number: u32) -> PathBuf {
     if number == 1 {
         path.to_owned()
@@ -196,7 +197,7 @@ fn encode_picture(
     .map_err(|cause| Error::unwritable(path, &cause))
 }
 
-/// Writes the display picture as PNG; see [`encode_png`].
+/// Writes a picture as PNG, converted for display; see [`encode_png`].
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
@@ -221,7 +222,7 @@ pub fn write_exr(path: &Path, picture: &Picture, metadata: &PictureMetadata) -> 
     write_atomically(path, &bytes)
 }
 
-/// Name for the unfinished picture of an interrupted render: `NAME.partial.EXT`.
+/// Returns the name for the unfinished picture of an interrupted render: `NAME.partial.EXT`.
 pub fn partial_name(path: &Path) -> PathBuf {
     with_suffix(path, ".partial")
 }
@@ -229,8 +230,8 @@ pub fn partial_name(path: &Path) -> PathBuf {
 /// Longest file name in bytes on common file systems.
 const LONGEST_NAME: usize = 255;
 
-/// Inserts a suffix between the stem and the extension of a name. A stem that makes the name too
-/// long is truncated.
+/// Inserts a suffix between stem and extension of a file name. If the new name is too long for a
+/// file system, the stem is truncated.
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut end = OsString::from(suffix);
     if let Some(extension) = path.extension() {
@@ -249,9 +250,9 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// SHA-256 of a picture's width and height, the linear red, green and blue of each pixel row by
-/// row, and the coverage of each pixel if present: 32-bit numbers, little-endian, independent of
-/// the file format. 64 hexadecimal digits.
+/// Returns SHA-256 of the pixels as 64 hexadecimal digits, independent of the file format. Hashed
+/// are width and height, the linear red, green and blue of each pixel row by row, and the coverage
+/// of each pixel if present, all as little-endian 32-bit numbers.
 pub fn pixel_hash(picture: &Picture) -> String {
     let mut hash = Sha256::new();
     [picture.width, picture.height]
@@ -269,7 +270,7 @@ pub fn pixel_hash(picture: &Picture) -> String {
         .collect()
 }
 
-/// Refuses a picture whose buffers do not match its size.
+/// Refuses a picture whose buffers do not match its width and height.
 fn check_consistent(picture: &Picture) -> std::io::Result<()> {
     if picture.pixel_count() == 0 {
         return Err(std::io::Error::other("the picture has no pixels"));

@@ -1,5 +1,5 @@
-//! Resolution of output paths: all spellings and links of a path lead to the same resolved path. A
-//! check tests whether a file can be created.
+//! Resolution of output paths. All spellings and links of a path lead to the same resolved path.
+//! The resolution also tests whether a file can be created there.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -12,7 +12,7 @@ use same_file::Handle;
 
 use crate::error::Error;
 
-/// Largest number of links in a chain; a longer chain counts as a cycle, as on Linux.
+/// Largest number of links in a chain; a longer chain counts as a cycle, as in Linux.
 const MOST_LINKS: usize = 40;
 
 /// Prefix of the names of temporary files.
@@ -28,9 +28,9 @@ pub struct OutputPath {
 }
 
 impl OutputPath {
-    /// Resolves a path, and checks as far as possible that a file can be created. The folder must
-    /// exist, be writable and have room, which is tested with a temporary file. The file system
-    /// must accept the name, and no folder or irreplaceable file may have that name.
+    /// Resolves a path, and tests as far as possible whether a file can be created there. The
+    /// folder must exist, be writable and have room, which is tested with a temporary file. The
+    /// file system must accept the name, and no folder or irreplaceable file may have the name.
     ///
     /// # Errors
     /// An error of kind [`File`](crate::ErrorKind::File).
@@ -51,7 +51,7 @@ impl OutputPath {
         let metadata = match fs::metadata(&end) {
             Ok(metadata) => Some(metadata),
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => None,
-            // For example a name that is too long for any file.
+            // This happens, for example, for a name that is too long for any file.
             Err(cause) => return Err(fail(cause)),
         };
         if metadata
@@ -82,7 +82,7 @@ impl OutputPath {
         Ok(Self { path, ignores_case })
     }
 
-    /// File name after all links are resolved.
+    /// Returns the file name after all links are resolved.
     pub fn file_name(&self) -> Option<&OsStr> {
         self.path.file_name()
     }
@@ -95,7 +95,8 @@ impl OutputPath {
                 .is_some_and(|file| other.open_existing().is_some_and(|there| file == there))
     }
 
-    /// Path as a key for look-up: in lower case if the file system ignores letter case.
+    /// Returns the path as a key for comparison: in lower case if the file system ignores letter
+    /// case.
     pub fn lookup_key(&self) -> PathBuf {
         if self.ignores_case {
             self.path.to_string_lossy().to_lowercase().into()
@@ -104,19 +105,19 @@ impl OutputPath {
         }
     }
 
-    /// Whether an absolute path without links equals this path.
+    /// Whether an absolute path without links denotes the same file name as this path.
     pub(crate) fn is_path(&self, path: &Path) -> bool {
         self.path == path
             || (self.ignores_case
                 && self.lookup_key() == Path::new(&path.to_string_lossy().to_lowercase()))
     }
 
-    /// Fingerprint of the existing file's identity; `None` without a file.
+    /// Returns the fingerprint of the file that exists at the path; `None` without a file.
     pub fn file_fingerprint(&self) -> Option<u64> {
         file_fingerprint(&self.path)
     }
 
-    /// Whether any of these absolute paths without links equals this path.
+    /// Whether any of these absolute paths without links denotes the same file name as this path.
     pub(crate) fn is_one_of(&self, paths: &BTreeSet<PathBuf>) -> bool {
         if self.ignores_case {
             paths.iter().any(|path| self.is_path(path))
@@ -125,8 +126,8 @@ impl OutputPath {
         }
     }
 
-    /// Opens the existing regular file; `None` for a missing file, and for a pipe or a device,
-    /// because opening a pipe blocks.
+    /// Opens the regular file that exists at the path. Returns `None` for a missing file, and for a
+    /// pipe or a device, because opening a pipe blocks.
     pub(crate) fn open_existing(&self) -> Option<Handle> {
         if self.path.is_file() {
             Handle::from_path(&self.path).ok()
@@ -156,8 +157,8 @@ fn create_test_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     Ok(test_file)
 }
 
-/// Reduces an error to its kind, without the name of the temporary file, which means nothing to the
-/// user.
+/// Removes from an error the name of the temporary file, which means nothing to the user; only the
+/// kind of the error stays.
 fn strip_file_name(cause: &io::Error) -> io::Error {
     cause.kind().into()
 }
@@ -196,8 +197,8 @@ fn check_replaceable(
     Ok(())
 }
 
-/// Fingerprint of the identity of the regular file at a path, which needs no open handle; `None`
-/// without a file. Equal fingerprints almost certainly mean the same file.
+/// Returns a fingerprint of the identity of the regular file at a path; `None` without a file. No
+/// handle stays open. Equal fingerprints almost certainly mean the same file.
 pub(crate) fn file_fingerprint(path: &Path) -> Option<u64> {
     let handle = if path.is_file() {
         Handle::from_path(path).ok()?
@@ -209,7 +210,7 @@ pub(crate) fn file_fingerprint(path: &Path) -> Option<u64> {
     Some(hasher.finish())
 }
 
-/// Resolves all links of a path, whether its target exists or not.
+/// Resolves all links of a path, whether or not its target exists.
 pub(super) fn resolve_links(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_path_buf();
     for _ in 0..MOST_LINKS {
@@ -221,7 +222,7 @@ pub(super) fn resolve_links(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("its symbolic links run in a circle"))
 }
 
-/// Folder of a file path; `.` for a name without a folder.
+/// Returns the folder of a file path; `.` for a name without a folder.
 pub(super) fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(parent) if parent != Path::new("") => parent.to_path_buf(),

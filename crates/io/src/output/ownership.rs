@@ -1,5 +1,5 @@
-//! Recognition of this program's own pictures. An output whose name the user did not choose
-//! replaces nothing but such a picture.
+//! Recognition of pictures that this program wrote. A picture under a default name, not chosen by
+//! the user, may replace only such a picture.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,9 +12,9 @@ use super::metadata::{PROGRAM, is_program_entry};
 use super::read::{EXR, PNG, read_picture};
 use crate::limits::Limits;
 
-/// Whether a regular file is a complete picture written by this program: the file has this
-/// program's entries, no text of another program, and decodes to its end. A text of another program
-/// means that the picture was edited.
+/// Whether a regular file is a complete, unedited picture that this program wrote. The file must
+/// have the program's text entries, no text of another program, which would mean that the picture
+/// was edited, and it must decode to its end.
 pub fn is_own_picture(path: &Path) -> bool {
     // Reading a pipe would block.
     if !path.is_file() {
@@ -45,8 +45,8 @@ fn are_program_texts(texts: &BTreeMap<String, String>) -> bool {
     ours && texts.len() > 1 && texts.keys().all(|name| is_program_entry(name))
 }
 
-/// Reads the texts of a PNG if the whole file decodes, row by row, so that pictures of any size are
-/// accepted.
+/// Reads the text entries of a PNG, if the whole file can be decoded. Rows are decoded one by one,
+/// so that pictures of any size are accepted.
 fn read_png_texts(file: impl BufRead + Seek) -> Option<BTreeMap<String, String>> {
     let mut decoder = Decoder::new(file);
     decoder.set_transformations(Transformations::IDENTITY);

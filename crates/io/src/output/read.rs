@@ -22,7 +22,7 @@ use crate::error::Error;
 use crate::folder::read_file;
 use crate::limits::{Limits, format_bytes};
 
-/// A picture as stored in a file.
+/// A picture as stored in a file: pixels, encoding and texts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredPicture {
     /// Name of the format.
@@ -30,7 +30,7 @@ pub struct StoredPicture {
     /// Pixel values: unchanged floating-point numbers from an OpenEXR file, display values in 0..1
     /// from any other format.
     pub picture: Picture,
-    /// Meaning of the values.
+    /// Whether the pixel values are linear or encoded for display.
     pub encoding: Encoding,
     /// Whether the file has colour: channels `R`, `G`, `B`, or `Y` alone. Otherwise `rgb` is black
     /// and all channels of the file are layers.
@@ -40,23 +40,23 @@ pub struct StoredPicture {
 }
 
 impl StoredPicture {
-    /// Origin metadata, for a picture of this program.
+    /// Returns the metadata about the picture's origin; empty for a picture of another program.
     pub fn metadata(&self) -> PictureMetadata {
         PictureMetadata::from_texts(&self.texts)
     }
 }
 
-/// Upper bound of the picture bytes per file byte in all supported formats (DEFLATE reaches 1032),
-/// so that a small file cannot claim a large picture.
+/// Upper bound, for all supported formats, of the number of picture bytes that a file byte can
+/// encode (DEFLATE reaches 1032). With this bound, a small file cannot claim a large picture.
 const MAX_EXPANSION: u64 = 4096;
 
-/// Signatures of formats.
+/// First bytes of every PNG file.
 pub(super) const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 pub(super) const EXR: &[u8] = b"\x76\x2f\x31\x01";
 
-/// Reads a PNG, JPEG, WebP or OpenEXR file, detected by its signature. An animation gives its first
-/// picture. An OpenEXR file with several parts of equal size gives all parts, with `part.` before
-/// the names of their channels.
+/// Reads a PNG, JPEG, WebP or OpenEXR file; the format is detected by its first bytes. Of an
+/// animation, the first picture is read. Of an OpenEXR file with several parts of equal size, all
+/// parts are read, and the name of the part and a dot precede the names of its channels.
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) for an unreadable file,
@@ -102,7 +102,7 @@ pub fn decode_picture(path: &Path, bytes: &[u8], limits: &Limits) -> Result<Stor
     })
 }
 
-/// Reason why bytes cannot be decoded, without the name of the file.
+/// Reason why a picture cannot be decoded; the caller adds the name of the file.
 enum PictureFailure {
     Wrong(String),
     TooLarge(String),
@@ -390,8 +390,8 @@ fn assemble_picture(image: FlatImage) -> Result<StoredPicture, PictureFailure> {
     })
 }
 
-/// Data window of pixels relative to the display window; `None` if the pixels fill the display
-/// window.
+/// Returns the data window, the area that has pixels, relative to the display window; `None` if the
+/// pixels fill the display window.
 fn data_window(display: IntegerBounds, place: Vec2<i32>, size: Vec2<usize>) -> Option<DataWindow> {
     let origin = [
         place.0.saturating_sub(display.position.0),
@@ -409,8 +409,8 @@ fn to_f32(samples: FlatSamples) -> Vec<f32> {
     }
 }
 
-/// Moves `R`, `G`, `B` (or `Y` alone, as grey) and `A` from the layers to the picture; returns
-/// whether the file has colour.
+/// Moves the colour channels (`R`, `G`, `B`, or `Y` alone as grey) and the coverage `A` from the
+/// layers to the picture's own buffers. Returns whether the file has colour.
 fn extract_colour(picture: &mut Picture) -> bool {
     let mut take = |name: &str| {
         let index = picture.layers.iter().position(|layer| layer.name == name)?;

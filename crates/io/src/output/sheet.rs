@@ -14,8 +14,9 @@ use super::metadata::PictureMetadata;
 use super::png::create_encoder;
 use crate::error::Error;
 
-/// Largest and smallest width of a cell in pixels, for few and for many pictures.
+/// Largest width of a picture in pixels, which a sheet of few pictures uses.
 const MAX_PICTURE_WIDTH: u32 = 480;
+/// Least width of a cell in pixels, which a sheet of many pictures uses.
 const MIN_PICTURE_WIDTH: u32 = 160;
 /// Total width of a sheet in pixels.
 const SHEET_WIDTH: u32 = 2560;
@@ -23,11 +24,12 @@ const SHEET_WIDTH: u32 = 2560;
 const GAP: u32 = 12;
 /// Height of a text line with its margins in pixels.
 const LINE_HEIGHT: u32 = 24;
-/// Codes of the background and of the text.
+/// Colour of the background, as 8-bit sRGB codes.
 const BACKGROUND: [u8; 3] = [28; 3];
+/// Colour of the text, as 8-bit sRGB codes.
 const TEXT_COLOUR: [u8; 3] = [230; 3];
 
-/// A contact sheet.
+/// A contact sheet under construction.
 #[derive(Debug)]
 pub struct ContactSheet {
     columns: u32,
@@ -42,7 +44,7 @@ struct SheetCell {
 }
 
 impl ContactSheet {
-    /// Creates an empty sheet for this number of pictures.
+    /// Creates an empty sheet that has room for `pictures` pictures.
     pub fn new(pictures: usize) -> Self {
         let pictures = u32::try_from(pictures).unwrap_or(u32::MAX).max(1);
         // A square grid of cells gives the sheet the aspect ratio of its pictures.
@@ -119,7 +121,7 @@ impl ContactSheet {
         Ok(bytes)
     }
 
-    /// Draws the rows of cells from the top. Each row is as high as its highest picture, and its
+    /// Draws the rows of pictures from the top. A row is as high as its highest picture; its
     /// pictures are aligned at the bottom.
     fn draw_rows(&self) -> RgbImage {
         let columns = self.columns.min(self.cells.len().max(1) as u32);
@@ -200,12 +202,13 @@ fn draw_text_line(sheet: &mut RgbImage, [left, top]: [u32; 2], width: u32, text:
     draw_letters(sheet, [start, top], &line, TEXT_COLOUR);
 }
 
-/// Advance of a letter in pixels.
+/// Distance in pixels from the start of a letter to the start of the next letter.
 pub(super) fn letter_width() -> u32 {
     get_raster_width(FontWeight::Regular, FONT) as u32
 }
 
-/// Draws letters from a position of the top left corner, clipped to the image.
+/// Draws a line of letters whose top left corner is at the pixel `[start, top]`, clipped to the
+/// image.
 pub(super) fn draw_letters(
     sheet: &mut RgbImage,
     [start, top]: [u32; 2],

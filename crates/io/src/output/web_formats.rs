@@ -11,8 +11,8 @@ use raywright_core::picture::Picture;
 use super::exif;
 use super::metadata::PictureMetadata;
 
-/// Encodes the picture as JPEG, converted for display, with colour at full resolution and a
-/// `quality` of 1 to 100. JPEG has no coverage.
+/// Encodes the picture as JPEG, converted for display. Colour has full resolution; `quality` ranges
+/// from 1 to 100. JPEG cannot store coverage.
 ///
 /// # Errors
 /// A picture with coverage or with inconsistent buffers.
@@ -90,7 +90,7 @@ pub(super) enum WebPictureDecoder<'b> {
 }
 
 impl<'b> WebPictureDecoder<'b> {
-    /// Parses the header; `None` for any other signature.
+    /// Parses the header of a JPEG or WebP file; `None` for any other signature.
     pub fn open(bytes: &'b [u8]) -> Option<ImageResult<Self>> {
         let cursor = Cursor::new(bytes);
         if bytes.starts_with(b"\xff\xd8\xff") {
@@ -109,7 +109,7 @@ impl<'b> WebPictureDecoder<'b> {
         }
     }
 
-    /// Width and height.
+    /// Width and height in pixels.
     pub fn dimensions(&self) -> (u32, u32) {
         match self {
             Self::Jpeg(decoder) => decoder.dimensions(),
@@ -117,7 +117,8 @@ impl<'b> WebPictureDecoder<'b> {
         }
     }
 
-    /// Decodes the first picture. Returns the picture and the Exif block, which may be empty.
+    /// Decodes the first picture of the file. Returns the picture and the bytes of its Exif block,
+    /// which may be empty.
     pub fn decode(self) -> ImageResult<(DynamicImage, Vec<u8>)> {
         fn decode_with_exif(
             mut decoder: impl ImageDecoder,

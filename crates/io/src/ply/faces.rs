@@ -10,7 +10,7 @@ use crate::import::{DecodeBudget, Fault, ImportResult, Warnings};
 use crate::polygon::EarClipper;
 use crate::warning::WarningCode;
 
-/// Meaning of a face's property.
+/// Meaning of a property of faces, by the name of the property.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum FacePropertyRole {
     Corners,
@@ -36,7 +36,8 @@ impl FacePropertyRole {
     }
 }
 
-/// Image number of a face without an image; the default of faces without the property.
+/// Value of the property `texnumber` for a face without an image. Used also for all faces if the
+/// file has no such property.
 const NO_TEXTURE: i64 = -1;
 
 /// Polygons of a PLY file, stored in sequence.
@@ -55,7 +56,7 @@ pub(super) struct PlyFaces {
     image_numbers: Vec<i64>,
 }
 
-/// Properties of a single face; the lists are reused from face to face.
+/// Values read for a single face. The lists are emptied and reused for the next face.
 #[derive(Default)]
 struct FaceRecord {
     corners: Vec<i64>,
@@ -166,8 +167,9 @@ impl PlyFaces {
         Ok(())
     }
 
-    /// Extends colours, if faces have colours, and texture coordinates, if `mapped` is set, with
-    /// defaults for all polygons without a value.
+    /// Fills up the lists of colours and texture coordinates with defaults, for polygons that have
+    /// no value of their own. Colours are filled if any face has a colour, texture coordinates if
+    /// `mapped` is set.
     fn fill_defaults(&mut self, mapped: bool) {
         if self.has_colours {
             self.colours.pad_with_white(self.arities.len());
@@ -177,8 +179,8 @@ impl PlyFaces {
         }
     }
 
-    /// Adds the triangles of a strip, in which −1 starts a new strip. Every second triangle is
-    /// reversed, so that all have the same orientation.
+    /// Adds the triangles of a strip; the index −1 starts a new strip. Every second triangle of a
+    /// strip is reversed, so that all triangles have the same orientation.
     fn add_strip(&mut self, corners: &[i64], budget: &mut DecodeBudget) -> ImportResult<()> {
         budget.reserve_memory(corners.len(), 32)?;
         for run in corners.split(|&corner| corner == -1) {
@@ -294,7 +296,7 @@ impl PlyFaces {
         ))
     }
 
-    /// Returns a mesh whose vertices are the corners of all polygons.
+    /// Returns a mesh in which every corner of every polygon is a vertex of its own.
     fn into_unshared_mesh(
         self,
         vertices: &PlyVertices,

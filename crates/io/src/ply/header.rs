@@ -54,7 +54,8 @@ impl NumberType {
         }
     }
 
-    /// Code of the value 1 in number types that store fractions as codes: 255 or 65535.
+    /// Returns the code that stands for the value 1 in a number type that stores fractions: 255 or
+    /// 65535; `None` for other types.
     pub fn code_of_one(self) -> Option<f32> {
         match self {
             Self::U8 => Some(255.0),
@@ -72,7 +73,7 @@ impl NumberType {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct PlyProperty {
     pub name: String,
-    /// Number type of the length of a list; `None` for a single number.
+    /// Number type of a list's length; `None` if the property is a single number.
     pub count: Option<NumberType>,
     pub number: NumberType,
 }
@@ -90,10 +91,11 @@ pub(super) struct PlyElement {
 pub(super) struct PlyHeader {
     pub encoding: PlyEncoding,
     pub elements: Vec<PlyElement>,
-    /// Image files of the mesh, from MeshLab's comments.
+    /// Names of the mesh's image files, from comments that MeshLab writes.
     pub images: Vec<String>,
-    /// Length of the header in bytes and in lines.
+    /// Length of the header in bytes.
     pub bytes: usize,
+    /// Length of the header in lines.
     pub lines: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Split of a PLY mesh by the image of each face: one mesh for each image.
+//! Division of a PLY mesh by the image that each face uses: one mesh for each image.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -7,8 +7,9 @@ use raywright_core::scene::MeshData;
 use crate::import::{DecodeBudget, ImportResult, Warnings};
 use crate::warning::WarningCode;
 
-/// Splits a mesh by image number. Returns a mesh for each image, and a mesh of the triangles
-/// without an image. Warnings name images without a triangle and numbers without an image.
+/// Divides a mesh by the image numbers of its triangles. Returns a mesh for each image, and a mesh
+/// of the triangles without an image. Warnings name images that no triangle uses, and numbers for
+/// which the file names no image.
 ///
 /// # Errors
 /// A fault of kind limit beyond the limits.
@@ -58,7 +59,7 @@ pub(super) fn split_by_image(
         .collect())
 }
 
-/// Extracts triangles of a mesh, with the vertices that they use.
+/// Returns a mesh that consists of the given triangles of a mesh and the vertices that they use.
 fn extract_triangles(mesh: &MeshData, triangles: &[[u32; 3]]) -> MeshData {
     let (mut numbers, mut used) = (HashMap::new(), Vec::new());
     let mut number = |old: u32| {

@@ -1,10 +1,10 @@
-//! Sequence of numbers after a PLY header, in any encoding.
+//! Reading of the numbers that follow a PLY header, in each of the three encodings.
 
 use super::header::{NumberType, PlyElement, PlyEncoding, PlyHeader, PlyProperty};
 use crate::import::{Fault, ImportResult, sanitise_text};
 use crate::text::{not_a_number_fault, parse_number_prefix};
 
-/// Data of a PLY file that is not read yet.
+/// The part of a PLY file that is not read yet.
 pub(super) struct ValueStream<'b> {
     rest: &'b [u8],
     encoding: PlyEncoding,
@@ -22,7 +22,8 @@ impl<'b> ValueStream<'b> {
         }
     }
 
-    /// Number of bytes left, without the white space at the end of an ASCII file.
+    /// Returns the number of bytes that are not read yet, without the white space at the end of an
+    /// ASCII file.
     pub fn remaining_bytes(&self) -> usize {
         if self.encoding == PlyEncoding::Ascii {
             self.rest.trim_ascii().len()
@@ -31,8 +32,8 @@ impl<'b> ValueStream<'b> {
         }
     }
 
-    /// Description of the current position for messages: element and index, in ASCII files also the
-    /// line.
+    /// Describes the current position for messages: the element's name and the index of its item;
+    /// in an ASCII file also the line.
     pub fn describe_position(&self, element: &PlyElement, index: u64) -> String {
         match self.encoding {
             PlyEncoding::Ascii => format!(
@@ -44,8 +45,8 @@ impl<'b> ValueStream<'b> {
         }
     }
 
-    /// Refuses a count of elements larger than the remaining bytes allow, before anything is
-    /// allocated.
+    /// Refuses an element with more items than the remaining bytes can hold. Called before any
+    /// allocation.
     ///
     /// # Errors
     /// A fault of kind input.
@@ -73,7 +74,7 @@ impl<'b> ValueStream<'b> {
         Ok(())
     }
 
-    /// Reads the next number.
+    /// Reads the next number. `name` is the name of its property, for messages.
     ///
     /// # Errors
     /// A fault of kind input where no number follows.
@@ -141,7 +142,8 @@ impl<'b> ValueStream<'b> {
     /// # Errors
     /// A fault of kind input if the file ends inside the element.
     pub fn skip_element(&mut self, element: &PlyElement) -> ImportResult<()> {
-        // Items without properties take no bytes, so that their count is unbounded.
+        // Items without properties take no bytes. A file can claim any number of such items, so
+        // that they are not counted through.
         for index in 0..if element.properties.is_empty() {
             0
         } else {
@@ -155,10 +157,10 @@ impl<'b> ValueStream<'b> {
         Ok(())
     }
 
-    /// Skips the value of a property.
+    /// Skips the value of a property, which may be a list.
     ///
     /// # Errors
-    /// As [`Self::number`].
+    /// As [`Self::read_number`].
     pub fn skip_property(&mut self, property: &PlyProperty) -> ImportResult<()> {
         let PlyProperty {
             name,
@@ -178,7 +180,7 @@ impl<'b> ValueStream<'b> {
             .rest
             .iter()
             .take_while(|byte| byte.is_ascii_whitespace());
-        // Lines separated by carriage returns alone count as a single line.
+        // In a file whose lines end in carriage returns alone, all lines count as a single line.
         let (skipped, lines) = blank.fold((0, 0), |(all, lines), &byte| {
             (all + 1, lines + usize::from(byte == b'\n'))
         });
@@ -202,11 +204,12 @@ fn truncation_fault() -> Fault {
     Fault::invalid_input("the file ends here")
 }
 
-/// Parses a word of an ASCII file as a number of a type. Floats are parsed in double precision, so
-/// that they are rounded to single precision only once, as in other formats.
+/// Parses a word of an ASCII file as a number of the type `kind`. A float is parsed in double
+/// precision, so that it is rounded to single precision only once, as in other formats.
 fn parse_number(word: &str, kind: NumberType) -> Option<f64> {
     match kind {
-        // The written value: an ASCII number may have more digits than its declared type holds.
+        // The number is used as written, because it may have more digits than its declared type
+        // holds.
         NumberType::F32 | NumberType::F64 => parse_number_prefix(word).map(|(_, value)| value),
         // Some programs write whole numbers as `255.0`.
         _ => word

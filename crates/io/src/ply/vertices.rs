@@ -5,13 +5,15 @@ use super::values::ValueStream;
 use crate::import::{DecodeBudget, Fault, ImportResult};
 use crate::mesh_tools::decode_vertex_colour;
 
-/// Numbers read per vertex: position, normal, colour, texture coordinates.
+/// Number of values read for each vertex: three of position, three of normal, three of colour, and
+/// two texture coordinates.
 const SLOTS: usize = 11;
 const NORMAL: usize = 3;
 const COLOUR: usize = 6;
 const UV: usize = 9;
 
-/// Index of a property among the numbers of a vertex.
+/// Returns the index, among the 11 values of a vertex, at which a property is stored; `None` for an
+/// unknown property.
 fn property_slot(name: &str) -> Option<usize> {
     Some(match name {
         "x" => 0,
@@ -26,7 +28,7 @@ fn property_slot(name: &str) -> Option<usize> {
     })
 }
 
-/// Colour channel, from 0 to 2, that a property name stands for.
+/// Returns the colour channel (0 red, 1 green, 2 blue) that a property name stands for.
 pub(super) fn colour_channel(name: &str) -> Option<usize> {
     const NAMES: [[&str; 3]; 3] = [
         ["red", "r", "diffuse_red"],
@@ -36,12 +38,12 @@ pub(super) fn colour_channel(name: &str) -> Option<usize> {
     NAMES.iter().position(|names| names.contains(&name))
 }
 
-/// Colours as stored in the file. The scale of floats is known only after all colours are read,
-/// because floats may range to 255, as in OBJ files.
+/// Colours as stored in the file. Integer codes have a known scale. Floats may range to 1 or to
+/// 255, as in OBJ files, so that their scale is known only after all colours are read.
 #[derive(Default)]
 pub(super) struct VertexColours {
     stored_colours: Vec<[f32; 3]>,
-    /// Factor from stored values to 0..1, if the number type determines the factor.
+    /// Factor from stored values to 0..1; `None` for floats, whose scale is not known yet.
     scale: Option<f32>,
 }
 
@@ -54,7 +56,7 @@ impl VertexColours {
         }
     }
 
-    /// Extends the list to `count` with white, for items without a colour.
+    /// Extends the list with white to `count` colours, for vertices or faces without a colour.
     pub fn pad_with_white(&mut self, count: usize) {
         self.stored_colours.resize(count, [f32::NAN; 3]);
     }
@@ -63,7 +65,7 @@ impl VertexColours {
         self.stored_colours.push(colour);
     }
 
-    /// Returns all colours, linear.
+    /// Returns all colours as linear RGBA.
     pub fn into_linear(self) -> impl Iterator<Item = [f32; 4]> {
         let bytes = || {
             self.stored_colours
@@ -155,8 +157,8 @@ impl PlyVertices {
     }
 }
 
-/// Reads the properties of a vertex: the position in double precision, and all numbers in single
-/// precision.
+/// Reads the values of a vertex. Returns the position in double precision, and all 11 values in
+/// single precision.
 fn read_row(
     properties: &[PlyProperty],
     slots: &[Option<usize>],
@@ -173,8 +175,9 @@ fn read_row(
     Ok(([x, y, z], row.map(|value| value as f32)))
 }
 
-/// Converts texture coordinates: the format counts v from the bottom row, a scene from the top row.
-/// Non-finite coordinates become zero.
+/// Converts texture coordinates to those of a scene: in the file, v counts upwards from the bottom
+/// row of the image; in a scene, v counts downwards from the top row. Non-finite coordinates become
+/// zero.
 pub(super) fn flip_v([u, v]: [f32; 2]) -> [f32; 2] {
     if u.is_finite() && v.is_finite() {
         [u, 1.0 - v]

@@ -1,17 +1,20 @@
-//! Placement of labels beside the points of a plot, without overlap with points, labels or the
-//! legend.
+//! Placement of labels beside the points of a plot. Labels overlap neither points nor other labels
+//! nor the legend.
 
-/// Area of the plot in SVG units: left, top, right, bottom.
+/// Area of the plot: left, top, right, bottom, in pixels of the SVG.
 pub(super) const AREA: [f64; 4] = [84.0, 96.0, 816.0, 510.0];
 
-/// Average width of a character, and height of a line, in the small font.
+/// Average width of a character in the small font, in pixels of the SVG.
 const CHARACTER: f64 = 6.6;
+/// Height of a line in the small font, in pixels of the SVG.
 const HEIGHT: f64 = 13.0;
-/// Distance from a point's centre to its label, and half of a marker's edge.
+/// Distance from the centre of a point to its label, in pixels of the SVG.
 const GAP: f64 = 7.0;
+/// Half the edge of a point's square marker, in pixels of the SVG.
 const MARKER: f64 = 4.5;
 
-/// Boxes of a plot that points, labels or the legend occupy: left, top, right and bottom of each.
+/// Boxes in a plot that points, labels or the legend occupy: left, top, right and bottom of each,
+/// in pixels of the SVG.
 pub(super) struct LabelBoxes {
     boxes: Vec<[f64; 4]>,
 }
@@ -24,8 +27,8 @@ impl LabelBoxes {
         }
     }
 
-    /// Returns the start of a label's base line beside a point; `None` where all positions are
-    /// occupied.
+    /// Returns the start of the base line for a label beside a point, and marks the label's box as
+    /// occupied; `None` if all eight positions around the point are occupied.
     pub(super) fn place_label(&mut self, words: &str, x: f64, y: f64) -> Option<(f64, f64)> {
         let width = CHARACTER * words.chars().count() as f64;
         let (right, left, middle) = (x + GAP, x - GAP - width, x - width / 2.0);

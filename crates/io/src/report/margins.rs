@@ -1,5 +1,5 @@
-//! Plot of margins: a row for each case, with the ratio of the case's bound to its worst error on a
-//! logarithmic scale, and the bound at ratio 1.
+//! Plot of error margins, with a row for each case of a numerical test. A margin is the ratio of
+//! the case's error bound to its worst error, on a logarithmic scale; the bound is at ratio 1.
 
 use std::fmt::Write;
 
@@ -7,33 +7,34 @@ use super::page::format_number;
 use super::plot::{STYLE, ThemeColour, escape_xml};
 use super::scale::DecadeScale;
 
-/// A plot of margins, with a row for each case.
+/// A plot of error margins, with a row for each case of a numerical test.
 #[derive(Clone, Debug, Default)]
 pub struct MarginPlot {
     /// Title; empty for a plot inside a page with its own title.
     pub title: String,
-    /// Conditions of the measurement, in a line below the title.
+    /// Conditions of the measurement, written in a line below the title.
     pub circumstances: String,
     /// Heading of the right column.
     pub right_heading: String,
-    /// Meaning of the colours.
+    /// Meaning of each colour.
     pub legend: Vec<(ThemeColour, String)>,
-    /// Cases, from top to bottom.
+    /// Rows of the plot, from top to bottom.
     pub rows: Vec<MarginRow>,
 }
 
-/// A row of the plot: a case with its margins.
+/// A row of the plot: a case of the numerical test with its margins.
 #[derive(Clone, Debug, Default)]
 pub struct MarginRow {
     /// Number of the case.
     pub name: String,
     /// Description in a sentence.
     pub description: String,
-    /// Ratio of the bound to the worst error, in each setting with a bound.
+    /// Margins of the case: the ratio of error bound to worst error, in the colour of each measured
+    /// variant.
     pub margins: Vec<(ThemeColour, f64)>,
-    /// Text in place of or beside the margins.
+    /// Text beside the margins, or in place of them.
     pub message: String,
-    /// Whether the worst error exceeds the bound.
+    /// Whether the worst error exceeds the error bound.
     pub is_broken: bool,
     /// Text in the right column.
     pub right_text: String,
@@ -41,14 +42,15 @@ pub struct MarginRow {
 
 const WIDTH: f64 = 980.0;
 const ROW: f64 = 21.0;
-/// Columns: numbers, both ends of the scale, text, and the right edge of the last column. Numbers
-/// and scale come first, because a narrow window shows only the left columns.
+/// x coordinates in pixels of the SVG: number of the case, start and end of the scale, right text
+/// column, right edge of that column. Numbers and scale come first, because a narrow window shows
+/// only the left part.
 const COLUMNS: [f64; 5] = [20.0, 56.0, 440.0, 464.0, 960.0];
-/// Position of the first row, below the title and the labels of the scale.
+/// y coordinate of the upper edge of the first row, in pixels of the SVG.
 const TOP: f64 = 140.0;
-/// Height removed above a plot without a title.
+/// Height in pixels of the SVG that is cut off above a plot without a title.
 const BARE: f64 = 66.0;
-/// Height below the last row.
+/// Height below the last row, in pixels of the SVG.
 const FOOT: f64 = 44.0;
 
 impl MarginPlot {
@@ -204,13 +206,13 @@ impl MarginRow {
     }
 }
 
-/// Number of decades between labels.
+/// Returns the number of decades from a labelled decade to the next labelled decade.
 fn label_interval(scale: &DecadeScale) -> i32 {
     let [first, last] = scale.decades;
     (last - first + 5) / 6
 }
 
-/// Formats a power of ten.
+/// Formats the power of ten with this exponent, such as `0.01` or `1e-5`.
 fn format_power(exponent: i32) -> String {
     if (-2..5).contains(&exponent) {
         10_f64.powi(exponent).to_string()

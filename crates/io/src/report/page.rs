@@ -1,6 +1,7 @@
-//! HTML report of a measurement of ladders, in a single self-contained file: plot, tables, pictures
-//! side by side, errors as heat maps, and the scene's effects. Nothing is downloaded, and only the
-//! picture comparison needs a script.
+//! HTML report of an accuracy measurement, in a single self-contained file. A measurement renders
+//! the scene on the rungs (quality levels) of each ladder (a setting with ordered levels). The page
+//! has a plot, tables, pictures side by side, errors as heat maps, and the scene's effects. Nothing
+//! is downloaded, and only the picture comparison needs a script.
 
 use std::fmt::Write;
 
@@ -15,31 +16,33 @@ use raywright_core::picture::Picture;
 use super::plot::{Plot, PlotAxis, PlotLine, PlotPoint, ThemeColour, escape_xml};
 use crate::output::{PictureMetadata, encode_png};
 
-/// Contents of the HTML report on a measurement of accuracy.
+/// Contents of the HTML report of an accuracy measurement.
 #[derive(Clone, Copy, Debug)]
 pub struct AccuracyPage<'a> {
     /// Name of the scene.
     pub scene: &'a str,
-    /// Conditions of the measurement, sentence by sentence.
+    /// Conditions of the measurement, as a list of sentences.
     pub circumstances: &'a [String],
-    /// Command that generates the page.
+    /// Command that generated the page.
     pub command: &'a str,
     /// Measured times and errors.
     pub report: &'a AccuracyReport,
-    /// Summary in sentences.
+    /// Recommended settings, in sentences.
     pub recommendation: &'a str,
     /// Command that renders the scene with its own settings.
     pub own_command: &'a str,
-    /// Flags that each setting on the frontier adds to `own_command`.
+    /// Flags of each setting on the frontier, which are appended to `own_command`. No measured
+    /// setting is both faster and more accurate than a setting on the frontier.
     pub flags: &'a [String],
     /// Effects of the scene.
     pub effects: &'a EffectReport,
-    /// Display settings of the pictures in the report.
+    /// Display settings for the pictures in the report.
     pub display: Display,
 }
 
-/// Plots error against time for every rung, and the frontier, whose points are numbered as in
-/// `flags`.
+/// Plots error against time for every rung (quality level of a setting), and for the frontier of
+/// settings that no other setting beats in both. Points of the frontier are numbered from 1, in the
+/// order of `flags`.
 pub fn plot_accuracy(
     scene: &str,
     circumstances: &str,
@@ -83,7 +86,8 @@ pub fn plot_accuracy(
             points: others.filter_map(point).collect(),
         }
     });
-    // Points of the frontier and of the scene's own setting are not drawn twice.
+    // A rung that equals a point of the frontier, or the scene's own setting, is not drawn a second
+    // time.
     let drawn: Vec<PlotPoint> = report
         .frontier
         .iter()
@@ -158,8 +162,8 @@ pub fn plot_accuracy(
     }
 }
 
-/// Position of a setting in the plot, by time and error. An error indistinguishable from zero is
-/// drawn at the upper end of its interval.
+/// Returns the position of a measured setting in the plot: time in seconds, and error. An error
+/// that is indistinguishable from zero is drawn at the upper end of its confidence interval.
 fn plot_position(measured: &MeasuredSetting) -> PlotPoint {
     let root = |value: f64| value.max(1e-12).sqrt();
     let error = &measured.errors.relmse;
@@ -174,7 +178,7 @@ fn plot_position(measured: &MeasuredSetting) -> PlotPoint {
     }
 }
 
-/// Largest magnification of a pixel on the screen.
+/// Largest number of screen pixels along the edge of a picture's pixel.
 const MOST_SCALE: u32 = 16;
 
 fn format_seconds(exponent: i32) -> String {
@@ -203,7 +207,7 @@ pub(super) fn format_number(value: f64) -> String {
     }
 }
 
-/// Formats a standalone HTML page from a title, an HTML body and a script, which may be empty.
+/// Formats a complete HTML page from title, body and script; the script may be empty.
 pub fn html_document(title: &str, body: &str, script: &str) -> String {
     let (title, style) = (escape_xml(title), include_str!("page.css"));
     let script = if script.is_empty() {
@@ -227,14 +231,15 @@ impl AccuracyPage<'_> {
             .map(|line| format!("<p class=\"soft\">{}</p>\n", escape_xml(line)))
             .collect();
         let plot = plot_accuracy(self.scene, "", self.report, self.flags);
-        // The table below the plot explains the numbers of the plot.
+        // The point numbers in the plot are explained by the table below it, so that the plot needs
+        // no explanation of its own.
         let plot = Plot {
             title: String::new(),
             key: Vec::new(),
             ..plot
         }
         .to_svg();
-        // Every second part is between back quotes.
+        // Every second part of the split text was between back quotes, and becomes code.
         let parts = self.recommendation.split('`').map(escape_xml).enumerate();
         let recommendation: String = parts
             .map(|(i, part)| {
@@ -264,8 +269,8 @@ impl AccuracyPage<'_> {
         )
     }
 
-    /// Formats the pictures: two pictures under a slider, the error of the left picture, and
-    /// thumbnails of all pictures.
+    /// Formats the pictures: two pictures under a slider, the error of the left picture as a heat
+    /// map, and thumbnails of all pictures.
     fn pictures_html(&self) -> String {
         let Some(reference) = self.report.pictures.first() else {
             return String::new();
@@ -313,7 +318,8 @@ impl AccuracyPage<'_> {
         )
     }
 
-    /// Formats the position of the shown tile in the picture; empty if whole pictures are shown.
+    /// Formats the position of the shown tile within the whole picture; empty if whole pictures are
+    /// shown.
     fn tile_caption(&self, shown: &Picture) -> String {
         let ([x, y], Picture { width, height, .. }) = (self.report.tiles.shown, shown);
         if [*width, *height] == self.report.size {
@@ -324,8 +330,8 @@ impl AccuracyPage<'_> {
         )
     }
 
-    /// Error at the bright end of all heat maps: the value exceeded in one of a hundred pixels by
-    /// the error of the scene's own setting.
+    /// Returns the error for which the brightest colour of all heat maps stands: the 99th
+    /// percentile of the errors of the pixels, for the scene's own setting.
     fn heat_scale(&self, reference: &Picture) -> f32 {
         let own = self
             .report

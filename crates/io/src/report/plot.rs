@@ -1,5 +1,5 @@
-//! Double-logarithmic plots as SVG: lines with their spread, marks, a legend. Colours follow the
-//! reader's light or dark theme; a filled background keeps an embedded plot readable.
+//! Double-logarithmic plots as SVG: lines with vertical error bars, marks, and a legend. Colours
+//! follow the reader's light or dark theme; a filled background keeps an embedded plot readable.
 
 use std::fmt::Write;
 
@@ -13,9 +13,9 @@ use crate::masking::mask_controls;
 pub struct Plot {
     /// Title; empty for a plot inside a page with its own title.
     pub title: String,
-    /// Subject of the comparison, in a line below the title.
+    /// Subject of the comparison, written in a line below the title.
     pub subtitle: String,
-    /// Conditions of the measurement, in another line.
+    /// Conditions of the measurement, written in a further line below the title.
     pub circumstances: String,
     /// Horizontal axis.
     pub x: PlotAxis,
@@ -23,11 +23,12 @@ pub struct Plot {
     pub y: PlotAxis,
     /// The plotted lines.
     pub lines: Vec<PlotLine>,
-    /// Marks on the horizontal axis.
+    /// Dotted vertical lines at values of the horizontal axis.
     pub marks: Vec<PlotMark>,
-    /// Whether lines fall from left to right, which leaves room for the legend on the right.
+    /// Whether the lines fall from left to right. Then the legend is placed on the right, otherwise
+    /// on the left.
     pub is_falling: bool,
-    /// Lines of text below the plot, such as an explanation of short names.
+    /// Lines of text below the plot, such as explanations of short names in the plot.
     pub key: Vec<String>,
 }
 
@@ -36,7 +37,7 @@ pub struct Plot {
 pub struct PlotAxis {
     /// Quantity with its unit.
     pub label: String,
-    /// Label of a power of ten, by its exponent.
+    /// Function that formats the label of a power of ten from its exponent.
     pub tick: Option<fn(i32) -> String>,
 }
 
@@ -49,7 +50,7 @@ pub struct PlotLine {
     pub colour: ThemeColour,
     /// Whether the line is dashed with square markers, to distinguish lines of the same colour.
     pub is_dashed: bool,
-    /// Whether the points are not joined.
+    /// Whether the points are drawn without lines between them.
     pub is_unjoined: bool,
     /// Points with coordinates above zero.
     pub points: Vec<PlotPoint>,
@@ -62,13 +63,14 @@ pub struct PlotPoint {
     pub x: f64,
     /// Vertical coordinate.
     pub y: f64,
-    /// Lower and upper end of the vertical spread.
+    /// Lower and upper end of the point's vertical error bar.
     pub spread: [f64; 2],
-    /// Description, shown under a pointer; `None` if the line's name suffices.
+    /// Description, shown while a pointer is over the point; `None` if the name of the line
+    /// suffices.
     pub label: Option<String>,
-    /// Short name, written beside the point where room is left.
+    /// Short name, written beside the point if there is room.
     pub name: String,
-    /// Whether the value is an upper bound.
+    /// Whether the vertical coordinate is only an upper bound; drawn as an arrow downwards.
     pub is_bound: bool,
 }
 
@@ -81,7 +83,7 @@ pub struct PlotMark {
     pub label: String,
 }
 
-/// A colour of the theme.
+/// A colour that has a light and a dark variant, for the reader's theme.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ThemeColour {
     /// Orange.
@@ -96,18 +98,19 @@ pub enum ThemeColour {
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 578.0;
 
-/// Upper edge of a plot without a title.
+/// y coordinate of the upper edge of a plot without a title, in pixels of the SVG.
 const BARE_TOP: f64 = 80.0;
 
 pub(super) const STYLE: &str = include_str!("plot.css");
 
-/// Height of a line of the key, and distance from the axis labels to the first line.
+/// Height of a line of the explanation below the plot, in pixels of the SVG.
 const KEY_LINE: f64 = 19.0;
+/// Distance from the axis labels to the first line of the explanation, in pixels of the SVG.
 const KEY_START: f64 = 14.0;
 
 impl Plot {
-    /// Formats the plot as an SVG file. Lines without points are omitted; without any point, only
-    /// text is left.
+    /// Formats the plot as an SVG file. Lines without points are omitted; a plot without any point
+    /// shows only its texts.
     pub fn to_svg(&self) -> String {
         let points = || self.lines.iter().flat_map(|line| &line.points);
         let frame = PlotScales {
@@ -246,7 +249,7 @@ impl Plot {
             .any(|point| point.is_bound)
     }
 
-    /// Returns left, top, right and bottom of the legend.
+    /// Returns the box of the legend: left, top, right and bottom, in pixels of the SVG.
     fn legend_box(&self) -> [f64; 4] {
         let left = if self.is_falling {
             AREA[2] - 300.0
@@ -262,7 +265,7 @@ impl Plot {
         ]
     }
 
-    /// Writes the names of points, where room is left.
+    /// Writes the short names of points beside them, if there is room.
     fn draw_names(&self, svg: &mut String, frame: &PlotScales) {
         let places: Vec<(f64, f64)> = self
             .lines
@@ -289,7 +292,7 @@ impl Plot {
         }
     }
 
-    /// Writes the explanation of short names.
+    /// Writes the explanation of short names below the plot.
     fn draw_key(&self, svg: &mut String) {
         for (i, line) in self.key.iter().enumerate() {
             let y = HEIGHT + KEY_START + KEY_LINE * (i as f64 + 0.2);
@@ -301,7 +304,7 @@ impl Plot {
         }
     }
 
-    /// Draws the legend in an upper corner that the lines leave free.
+    /// Draws the legend, in the upper corner that the lines do not reach.
     fn draw_legend(&self, svg: &mut String) {
         let [left, ..] = self.legend_box();
         let row = |i: usize| AREA[1] + 20.0 + 23.0 * i as f64;
@@ -337,7 +340,7 @@ impl Plot {
 }
 
 impl ThemeColour {
-    /// Class in the style sheet.
+    /// Returns the name of the colour's class in the style sheet.
     pub(super) fn css_class(self) -> &'static str {
         match self {
             Self::First => "first",
@@ -430,12 +433,12 @@ impl PlotLine {
     }
 }
 
-/// Downward arrow from a point, for an upper bound.
+/// Returns the SVG path of a downward arrow from a point; the arrow marks an upper bound.
 fn arrow_path(x: f64, y: f64) -> String {
     format!("M{x:.1} {y:.1}v18m-4 -6l4 6l4 -6")
 }
 
-/// Escapes text for HTML and SVG, with control characters masked.
+/// Escapes text for HTML and SVG, and replaces control characters.
 pub fn escape_xml(text: &str) -> String {
     mask_controls(text)
         .replace('&', "&amp;")

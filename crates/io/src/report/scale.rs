@@ -1,16 +1,16 @@
-//! Logarithmic scales of a plot, which span whole decades.
+//! Logarithmic scales of a plot. A scale starts and ends at a power of ten.
 
-/// Horizontal and vertical scale.
+/// Scales of the horizontal and the vertical axis.
 pub(super) struct PlotScales {
     pub x: DecadeScale,
     pub y: DecadeScale,
 }
 
-/// Map from decades to picture coordinates.
+/// Maps values, by their decimal logarithm, to coordinates in the plot.
 pub(super) struct DecadeScale {
-    /// Exponents of the ends.
+    /// Decimal exponents at the start and at the end of the scale.
     pub decades: [i32; 2],
-    /// Picture coordinates of the ends.
+    /// Coordinates of the start and of the end of the scale, in pixels of the SVG.
     ends: [f64; 2],
 }
 

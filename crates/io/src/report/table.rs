@@ -20,14 +20,14 @@ pub enum ColumnAlignment {
 pub struct TableRow {
     /// Cells; text between back quotes is code.
     pub cells: Vec<String>,
-    /// Class of the row in a page; empty: none.
+    /// Class of the row in an HTML page; empty for no class.
     pub class: &'static str,
-    /// Tooltip of the first cell in a page.
+    /// Tooltip of the row's first cell in an HTML page.
     pub tooltip: String,
 }
 
 impl TableRow {
-    /// Creates a row with a class.
+    /// Creates a row with a class for HTML pages.
     pub fn with_class(class: &'static str, cells: impl IntoIterator<Item = String>) -> Self {
         Self {
             class,
@@ -48,9 +48,10 @@ impl FromIterator<String> for TableRow {
 /// A table.
 #[derive(Clone, Debug)]
 pub struct Table {
-    /// Alignment of each column.
+    /// Alignment of the cells in each column.
     pub columns: Vec<ColumnAlignment>,
-    /// Rows; the first has the headings, or is empty without headings.
+    /// Rows of the table. The first row consists of the headings; it is empty in a table without
+    /// headings.
     pub rows: Vec<TableRow>,
 }
 
@@ -68,7 +69,7 @@ impl Table {
         }
     }
 
-    /// Removes columns that are empty in every row except the headings; the first column stays.
+    /// Removes the columns whose cells are all empty, headings not counted. The first column stays.
     #[must_use]
     pub fn without_empty_columns(mut self) -> Self {
         let cell = |row: &TableRow, column: usize| {
@@ -86,12 +87,12 @@ impl Table {
         self
     }
 
-    /// Formats as plain text: columns padded to their widest cell, two spaces apart, within `room`
-    /// characters, without trailing spaces. Line breaks in a cell are replaced, because a cell with
-    /// several lines would look like several rows.
+    /// Formats the table as plain text, at most `room` characters wide. Columns are as wide as
+    /// their widest cell and two spaces apart; lines have no trailing spaces. Line breaks in a cell
+    /// are replaced, because a cell with several lines would look like several rows.
     ///
-    /// In a table that is too wide, text in the last column is wrapped, or the columns beyond the
-    /// width follow in a table of their own, which repeats the first column.
+    /// If the table is too wide, the text of its last column is wrapped. If that is not enough, the
+    /// columns that do not fit follow in a second table, which repeats the first column.
     pub fn to_text(&self, room: Option<usize>) -> String {
         let one_line = |row: &TableRow| -> Vec<String> {
             row.cells
@@ -241,13 +242,13 @@ fn html_attribute(name: &str, value: &str) -> String {
     format!(" {name}=\"{}\"", escape_xml(value))
 }
 
-/// Gap between columns.
+/// Space between two columns of plain text.
 const GAP: &str = "  ";
-/// Least number of characters in a wrapped line.
+/// Least width of wrapped text, in characters.
 const LEAST_TEXT: usize = 20;
 
-/// Formats the cells of a row in the `shown` columns as a line. The last cell may continue in
-/// further lines below its start.
+/// Formats a row as a line of plain text; `shown` are the indices of its columns. The text of the
+/// last cell may continue in further lines below its start.
 fn format_line(
     row: &[String],
     widths: &[usize],
@@ -263,7 +264,8 @@ fn format_line(
             && columns[column] == ColumnAlignment::Left
             && text.chars().count() + longest_word(cell) > room
         {
-            // Without room beside the other cells, the text goes below them.
+            // If the last cell has no room beside the other cells, its text goes into the lines
+            // below them.
             return format!("{}\n  {}\n", text.trim_end(), wrap_text(cell, 2, room));
         }
         text += &match columns[column] {
@@ -285,7 +287,8 @@ fn longest_word(text: &str) -> usize {
         .unwrap_or(0)
 }
 
-/// Wraps a text between words to `room` characters, further lines indented by `indent`.
+/// Wraps a text between words to lines of at most `room` characters. All lines but the first are
+/// indented by `indent` characters.
 pub fn wrap_text(text: &str, indent: usize, room: usize) -> String {
     let room = room.saturating_sub(indent).max(LEAST_TEXT);
     if text.chars().count() <= room {
@@ -310,9 +313,10 @@ pub fn wrap_text(text: &str, indent: usize, room: usize) -> String {
     lines.join(&format!("\n{}", " ".repeat(indent)))
 }
 
-/// Formats a value with its uncertainty: nothing if both ends of the interval are formatted as the
-/// value is, a percentage below 30 %, or otherwise the ends of the interval. A value
-/// indistinguishable from zero is given as `<` and the upper end. `number` formats each number.
+/// Formats a value with its uncertainty. If both ends of the interval have the same text as the
+/// value, only the value is written. Below 30 %, the uncertainty is a percentage; otherwise both
+/// ends are written. A value that is indistinguishable from zero is written as `<` and the upper
+/// end. `number` formats each number.
 pub fn format_uncertain(interval: &ConfidenceInterval, number: impl Fn(f64) -> String) -> String {
     let value = number(interval.value);
     if interval.includes_zero() && interval.high > 0.0 {
@@ -342,7 +346,7 @@ pub fn format_uncertain(interval: &ConfidenceInterval, number: impl Fn(f64) -> S
     }
 }
 
-/// Relative uncertainty above which the ends of the interval are written.
+/// Relative uncertainty from which on the ends of the interval are written, not a percentage.
 const MAX_SHARE: f64 = 0.3;
 
 #[cfg(test)]

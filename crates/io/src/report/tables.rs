@@ -1,4 +1,5 @@
-//! Tables of the page: settings on the frontier, rungs, ladders without error, effects.
+//! Tables of the HTML report: settings on the frontier, rungs (quality levels) of each ladder (a
+//! setting with ordered levels), ladders that cost only time and memory, and effects.
 
 use raywright_core::accuracy::{
     ConfidenceInterval, EffectCost, EffectCosts, LadderReport, MeasuredSetting, OutputFormatReport,
@@ -16,17 +17,18 @@ fn format_interval(interval: ConfidenceInterval) -> String {
     format_uncertain(&interval, format_number)
 }
 
-/// Class of rows for the current setting.
+/// Returns the HTML class of a row; rows of the scene's own setting have a class.
 fn row_class(in_use: bool) -> &'static str {
     if in_use { "own" } else { "" }
 }
 
-/// Heading row of a ladder.
+/// Returns the heading row of a ladder (a setting with ordered quality levels).
 fn ladder_heading(ladder: &str) -> TableRow {
     TableRow::with_class("ladder", [ladder.to_owned()])
 }
 
-/// Row of a rung, with its tooltip and its cells.
+/// Returns the row of a rung (a quality level of a setting) from its name, tooltip and further
+/// cells.
 fn rung_row(
     name: &str,
     about: &str,
@@ -43,14 +45,14 @@ fn rung_row(
 }
 
 impl AccuracyPage<'_> {
-    /// Table of the settings on the frontier, each with its command.
+    /// Formats the table of the settings on the frontier, each with its flags.
     pub(super) fn frontier_table(&self) -> String {
         if self.report.frontier.is_empty() {
             return String::new();
         }
         let named = (1..).zip(self.report.frontier.iter().zip(self.flags));
         let rows = named.map(|(i, (candidate, flags))| {
-            // The other cells are in the table of rungs.
+            // The table of rungs shows the other measured values.
             let [time, ratio, error, _, _, light, ..] =
                 self.setting_cells(&candidate.measured, None);
             let cells = [
@@ -156,8 +158,8 @@ impl AccuracyPage<'_> {
         )
     }
 
-    /// Rows of a ladder for all measured rungs, except rungs that are slower and worse than the
-    /// current rung.
+    /// Returns the rows of a ladder for all measured rungs (its quality levels). Rungs that are
+    /// slower and less accurate than the current rung are left out.
     fn ladder_rows(&self, ladder: &LadderReport) -> Vec<TableRow> {
         let rung_reports: Vec<&RungReport> = ladder
             .rungs
@@ -202,7 +204,7 @@ impl AccuracyPage<'_> {
         ]
     }
 
-    /// Formats the time of a render, with its relative spread.
+    /// Formats the median time of a render, with its relative spread in per cent.
     fn format_time(&self, spread: &SampleQuantiles) -> String {
         format!(
             "{} ±{:.0} %",
@@ -226,7 +228,8 @@ impl AccuracyPage<'_> {
         ]
     }
 
-    /// Table of the ladders that change no picture.
+    /// Formats the table of the ladders (settings with ordered levels) that change time and memory,
+    /// but not the picture.
     pub(super) fn cost_table(&self) -> String {
         let mut rows = Vec::new();
         for ladder in &self.report.prices {
@@ -249,7 +252,7 @@ impl AccuracyPage<'_> {
         )
     }
 
-    /// Table of the picture data that each file format keeps.
+    /// Formats the table of the picture data that is kept by each file format.
     pub(super) fn output_table(&self) -> String {
         let row = |output: &OutputFormatReport| {
             let coding = output
@@ -289,7 +292,8 @@ impl AccuracyPage<'_> {
         )
     }
 
-    /// Table of the scene's effects, and the cost of each effect that can be switched off.
+    /// Formats the table of the scene's effects, with the cost of each effect that can be switched
+    /// off.
     pub(super) fn effect_table(&self) -> String {
         let costs = self.report.costs.as_ref();
         let present = self
@@ -345,8 +349,9 @@ impl AccuracyPage<'_> {
     }
 }
 
-/// Formats the cost of an effect: time as median and range over the rounds, rays, and the changes
-/// of the picture.
+/// Formats the cost of an effect: the change in time as median, least and greatest value of several
+/// rounds, the change in the number of rays, and the two differences of the picture (RMSE and
+/// FLIP).
 fn effect_cells(effect_cost: &EffectCost) -> [String; 4] {
     let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
     let time = format!(
@@ -376,7 +381,7 @@ fn describe_effect_costs(costs: &EffectCosts) -> String {
     )
 }
 
-/// Headings for a measured setting.
+/// Headings of the values of a measured setting.
 const SETTING_HEADINGS: [&str; 8] = [
     "CPU time",
     "× in use",
@@ -388,8 +393,8 @@ const SETTING_HEADINGS: [&str; 8] = [
     "alone",
 ];
 
-/// Formats the relative change of the picture's light, in per cent; empty if indistinguishable from
-/// zero.
+/// Formats the relative change of the picture's total light, in per cent; empty if the change is
+/// indistinguishable from zero.
 pub fn format_light_change(interval: &ConfidenceInterval) -> String {
     let is_known = interval.low > 1.0 || interval.high < 1.0;
     let change = format!("{:+.1} %", 100.0 * (interval.value - 1.0));
@@ -400,7 +405,7 @@ pub fn format_light_change(interval: &ConfidenceInterval) -> String {
     }
 }
 
-/// Formats a time with three digits.
+/// Formats a time, given in seconds, with three significant digits and its unit.
 fn format_duration(seconds: f64) -> String {
     if seconds < 0.9995 {
         format!("{} ms", format_number(1e3 * seconds))

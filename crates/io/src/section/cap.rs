@@ -1,16 +1,17 @@
-//! Triangulation of the area inside a planar outline: a sweep line from vertex to vertex builds
-//! trapezoids between edges. Points with a nonzero winding number are inside, so that overlapping
-//! bodies are joined and an inner wall bounds a hole.
+//! Triangulation of the area inside a planar outline. A horizontal line sweeps upwards from vertex
+//! to vertex and builds trapezoids between edges. A point is inside if its winding number is not
+//! zero; therefore overlapping bodies are joined, and an inner wall bounds a hole.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Directed edges that form closed loops: for each edge, the vertices at its ends and their
-/// positions in the plane.
+/// Outline of a cap: directed edges that form closed loops. Each edge has the indices of its two
+/// vertices, and their two-dimensional positions in the plane.
 pub(super) struct SectionOutline {
     pub edges: Vec<([u32; 2], [[f64; 2]; 2])>,
 }
 
-/// A corner of the cap: the point at the fraction `share` between the two vertices of an edge.
+/// A corner of a cap: the point on an edge, at a fraction of the way from its first vertex to its
+/// second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CapCorner {
     pub vertices: [u32; 2],
@@ -18,12 +19,12 @@ pub(super) struct CapCorner {
     position: [f64; 2],
 }
 
-/// An edge of the outline, directed towards greater heights.
+/// An edge of the outline, directed towards greater height (the second coordinate in the plane).
 struct AscendingEdge {
     vertices: [u32; 2],
     from: [f64; 2],
     to: [f64; 2],
-    /// 1 if the outline ascends along the edge, -1 if the outline descends.
+    /// 1 if the direction of the edge in the outline is upwards, -1 if it is downwards.
     winding: i32,
 }
 
@@ -50,8 +51,8 @@ impl AscendingEdge {
     }
 }
 
-/// Trapezoids that fill an outline: the indices of the left and right edge, and the lower and upper
-/// height of each.
+/// Trapezoids that fill an outline. Each has the indices of its left and right edge, and its lower
+/// and upper height.
 pub(super) struct CapTrapezoids {
     edges: Vec<AscendingEdge>,
     trapezoids: Vec<([usize; 2], [f64; 2])>,
@@ -94,10 +95,10 @@ impl CapTrapezoids {
         cap
     }
 
-    /// Sweeps a line from height to height. A trapezoid continues as long as its edges are
-    /// neighbours. The time is proportional to the number of edges times the number of active
-    /// edges: of n edges, about the root of n are active for a typical body, and all n for the
-    /// teeth of a comb.
+    /// Sweeps a horizontal line upwards over the given heights. A trapezoid continues as long as
+    /// its two edges are neighbours. The time is proportional to the number of edges times the
+    /// number of edges that cross the line. Of n edges, about the square root of n cross the line
+    /// for a typical body, and all n for the teeth of a comb.
     fn sweep(&mut self, heights: &[f64]) {
         let (mut next, mut active) = (0, Vec::new());
         let mut open_trapezoids: BTreeMap<[usize; 2], f64> = BTreeMap::new();
@@ -136,7 +137,8 @@ impl CapTrapezoids {
         );
     }
 
-    /// Returns the pairs of active edges that bound the inside, from the left.
+    /// Returns the pairs of neighbouring edges between which the area is inside, from left to
+    /// right.
     fn inside_spans(&self, active: &[usize]) -> BTreeSet<[usize; 2]> {
         let (mut winding, mut left, mut spans) = (0, 0, BTreeSet::new());
         for &edge in active {
@@ -151,7 +153,7 @@ impl CapTrapezoids {
         spans
     }
 
-    /// Returns counter-clockwise triangles of nonzero area.
+    /// Divides the trapezoids into counter-clockwise triangles; triangles without area are omitted.
     pub fn triangles(&self) -> impl Iterator<Item = [CapCorner; 3]> + '_ {
         let two = |&([left, right], [low, high]): &([usize; 2], [f64; 2])| {
             let [left, right] = [left, right].map(|edge| &self.edges[edge]);

@@ -1,5 +1,5 @@
 //! Clipping of a mesh by a plane, triangle by triangle (Sutherland and Hodgman, "Reentrant Polygon
-//! Clipping", 1974), and the outline of its open section.
+//! Clipping", 1974). The edges that the cut leaves in the plane form the outline of the cap.
 
 use std::collections::HashMap;
 
@@ -9,43 +9,44 @@ use raywright_core::scene::{MeshData, VertexPositions};
 use super::SectionPlane;
 use super::cap::{CapCorner, CapTrapezoids, SectionOutline};
 
-/// Result of clipping a mesh.
+/// Result of clipping a mesh by a plane.
 pub(super) enum MeshCutResult {
-    /// The whole mesh, unchanged.
+    /// The whole mesh is kept.
     Unchanged,
+    /// No part of the mesh is kept.
     Removed,
-    /// A part of the mesh.
+    /// A part of the mesh is kept.
     Partial(Box<CutMesh>),
 }
 
-/// The kept part of a mesh, and its cap, which may be empty. `is_open` states whether a part of the
-/// section has no cap.
+/// The kept part of a mesh, and the cap that closes it; the cap may be empty. `is_open` states that
+/// a part of the opening has no cap, because the mesh is not closed.
 pub(super) struct CutMesh {
     pub mesh: MeshData,
     pub cap: MeshData,
     pub is_open: bool,
 }
 
-/// State of clipping a mesh.
+/// State of clipping a mesh. A vertex is an entry of the mesh's vertex lists; a point is a
+/// position, which several vertices can share.
 pub(super) struct MeshCutter<'a> {
     data: &'a MeshData,
-    /// Height of each vertex above the plane, in world space; heights of at most zero are kept.
+    /// Distance of each vertex from the plane in world space, positive on the removed side.
     heights: &'a [f64],
     map: DAffine3,
     section: &'a SectionPlane,
     out: MeshData,
     positions: Vec<DVec3>,
-    /// Point of each new vertex, shared by vertices that differ in other attributes only, and
-    /// whether the point lies in the plane.
+    /// For each new vertex: the index of its point, and whether the point lies in the plane.
     points: Vec<(u32, bool)>,
-    /// New vertices, by old vertices and by edges of old vertices that cross the plane.
+    /// Indices of new vertices that are kept old vertices, by index of the old vertex.
     kept_vertices: HashMap<u32, u32>,
     edge_vertices: HashMap<[u32; 2], u32>,
-    /// Points of old vertices, and points of crossings by the points at the ends of their edges.
+    /// Index of the point of each old vertex.
     vertex_points: Vec<u32>,
     edge_points: HashMap<[u32; 2], u32>,
-    /// Edges of new triangles that lie in the plane, as pairs of vertices, by the points at their
-    /// ends.
+    /// Edges of new triangles that lie in the plane. The key is the pair of points at the ends; the
+    /// value is the list of edges, each a pair of new vertices.
     plane_edges: HashMap<[u32; 2], Vec<[u32; 2]>>,
 }
 
@@ -89,7 +90,7 @@ impl<'a> MeshCutter<'a> {
         }
     }
 
-    /// Clips the mesh.
+    /// Clips the mesh, and builds the cap.
     pub fn cut(mut self) -> MeshCutResult {
         let maximum = self
             .heights
@@ -116,7 +117,7 @@ impl<'a> MeshCutter<'a> {
         }))
     }
 
-    /// Returns the triangles of the cap, with separate corners.
+    /// Triangulates the outline of the cap. Each triangle has three vertices of its own.
     fn build_cap(&self, outline: &SectionOutline) -> MeshData {
         let at = |corner: CapCorner| {
             let [a, b] = corner
@@ -129,8 +130,8 @@ impl<'a> MeshCutter<'a> {
             .flatten()
             .map(at)
             .collect();
-        // The orientation is reversed if the side of greater coordinates is kept, and by a
-        // reflection.
+        // The triangles are reversed in two cases, which cancel: if the side of greater coordinates
+        // is kept, and if the transform is a reflection.
         let is_reversed = self.section.keeps_above != (self.map.matrix3.determinant() < 0.0);
         let triangle = |k: u32| {
             if is_reversed {
@@ -148,7 +149,7 @@ impl<'a> MeshCutter<'a> {
         }
     }
 
-    /// Converts positions to storage relative to the mesh's origin.
+    /// Converts positions to single precision relative to the origin of the mesh.
     fn to_positions(&self, points: impl Iterator<Item = DVec3>) -> VertexPositions {
         let origin = self.data.positions.origin();
         let mut positions = VertexPositions::with_origin(origin);
@@ -156,10 +157,11 @@ impl<'a> MeshCutter<'a> {
         positions
     }
 
-    /// Adds the kept part of a triangle.
+    /// Adds the part of a triangle that lies on the kept side.
     fn clip_triangle(&mut self, triangle: [u32; 3]) {
         let heights = triangle.map(|vertex| self.heights[vertex as usize]);
-        // A face in the plane bounds the kept body only if the face points to the removed side.
+        // A triangle in the plane belongs to the surface of the kept body only if it faces the
+        // removed side.
         if heights == [0.0; 3] && !self.faces_removed_side(triangle) {
             return;
         }
@@ -191,14 +193,14 @@ impl<'a> MeshCutter<'a> {
         }
     }
 
-    /// Whether a triangle in the plane faces the removed side.
+    /// Whether a triangle that lies in the plane faces the removed side.
     fn faces_removed_side(&self, triangle: [u32; 3]) -> bool {
         let [a, b, c] = triangle.map(|vertex| self.data.positions.position(vertex as usize));
         let normal = self.map.matrix3.inverse().transpose() * (b - a).cross(c - a);
         self.section.side_sign() * normal[self.section.axis] > 0.0
     }
 
-    /// Returns the new index of an old vertex.
+    /// Returns the index of the new vertex for a kept old vertex, which is copied on first use.
     fn keep_vertex(&mut self, vertex: u32) -> u32 {
         if let Some(&known) = self.kept_vertices.get(&vertex) {
             return known;
@@ -213,10 +215,11 @@ impl<'a> MeshCutter<'a> {
         new
     }
 
-    /// Returns the new vertex where an edge crosses the plane. Both directions of an edge have the
-    /// same vertex, and all edges between the same two points cross at the same point.
+    /// Returns the index of the new vertex where an edge crosses the plane. Both directions of an
+    /// edge have the same new vertex. All edges between the same two points cross the plane at the
+    /// same point.
     fn cut_edge(&mut self, from: u32, to: u32) -> u32 {
-        // A fixed order gives the point the same bits for both directions.
+        // The ends are sorted, so that both directions of an edge give the point the same bits.
         let [a, b] = if self.vertex_points[from as usize] < self.vertex_points[to as usize] {
             [from, to]
         } else {
@@ -272,8 +275,8 @@ impl<'a> MeshCutter<'a> {
         self.points.len() as u32 - 1
     }
 
-    /// Returns the closed loops of the section as the outline of the cap, and whether the section
-    /// has other edges.
+    /// Returns the outline of the cap, which consists of the closed loops of edges in the plane,
+    /// and whether edges remain that form no closed loop.
     fn section_outline(&self) -> (SectionOutline, bool) {
         let mut edges: Vec<([u32; 2], [u32; 2])> = Vec::new();
         for (points, of) in &self.plane_edges {
@@ -287,7 +290,7 @@ impl<'a> MeshCutter<'a> {
                     .map(|&[from, to]| ([points[1], points[0]], [to, from])),
             );
         }
-        // The order of a hash table differs between runs.
+        // The order of entries in a hash table differs between runs.
         edges.sort_unstable();
         let closed = closed_component_test(edges.iter().map(|(points, _)| *points));
         let all = edges.len();
@@ -306,8 +309,8 @@ impl<'a> MeshCutter<'a> {
     }
 }
 
-/// Returns a test whether the connected component of a point is closed: each point of the component
-/// has as many incoming as outgoing edges.
+/// Returns a function that tests whether the connected component of a point is closed: each point
+/// of the component has as many incoming as outgoing edges.
 fn closed_component_test(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl Fn(u32) -> bool {
     let mut parents: HashMap<u32, u32> = HashMap::new();
     fn find_root(parents: &mut HashMap<u32, u32>, point: u32) -> u32 {
@@ -315,7 +318,8 @@ fn closed_component_test(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl 
         while let Some(&parent) = parents.get(&root).filter(|parent| **parent != root) {
             root = parent;
         }
-        // Path compression keeps chains short.
+        // Every visited point is linked to the root directly (path compression), which keeps later
+        // searches short.
         let mut index = point;
         while index != root {
             index = parents.insert(index, root).unwrap_or(root);

@@ -1,5 +1,5 @@
-//! ASCII STL: `solid`, facets, each with a loop of corners, `endsolid`; in any letter case, with
-//! any line ends, perhaps several solids in sequence.
+//! ASCII STL: `solid`, then facets, each with a loop of corners, then `endsolid`. Keywords may have
+//! any letter case and lines any line ends. A file may contain several solids in sequence.
 
 use glam::DVec3;
 use raywright_core::scene::MeshData;
@@ -9,16 +9,16 @@ use crate::polygon::EarClipper;
 use crate::text::{not_a_number_fault, parse_number_prefix, split_lines, strip_byte_order_mark};
 use crate::warning::WarningCode;
 
-/// Input that the reader expects next.
+/// What the reader expects next.
 #[derive(Default)]
 enum ExpectedToken {
     /// A keyword of the format.
     #[default]
     Word,
-    /// Remaining numbers of a normal, which are ignored. A keyword may follow at once, because some
-    /// writers omit the numbers.
+    /// The remaining numbers of a facet's normal, which are ignored. A keyword may follow before
+    /// they are complete, because some programs omit the numbers.
     Normal(usize),
-    /// Coordinates of a corner; the list holds the coordinates read so far.
+    /// The coordinates of a corner; the list holds the coordinates that were read already.
     Vertex(Vec<f64>),
 }
 
@@ -27,11 +27,11 @@ enum ExpectedToken {
 struct StlAsciiReader {
     expected_token: ExpectedToken,
     mesh: MeshData,
-    /// Corners of the current loop.
+    /// Corners of the loop that is being read.
     corners: Vec<[f64; 3]>,
-    /// Corners of all earlier loops.
+    /// Corners of all loops that are complete.
     positions: Vec<[f64; 3]>,
-    /// Whether a facet is open.
+    /// Whether a facet has started and not ended.
     in_facet: bool,
     clipper: EarClipper,
     triangles: Vec<[usize; 3]>,
@@ -46,8 +46,8 @@ pub(super) fn read_ascii(
     budget: &mut DecodeBudget,
     warnings: &mut Warnings,
 ) -> ImportResult<MeshData> {
-    // A corner takes at least 13 characters, and 36 bytes of memory, of which a growing list needs
-    // three times as many.
+    // A corner takes at least 13 characters of the file and 36 bytes of memory. A list that grows
+    // may need three times the memory of its elements.
     budget.reserve_memory(bytes.len(), 9)?;
     let mut reader = StlAsciiReader::default();
     let mut last = 0;
@@ -102,7 +102,7 @@ impl StlAsciiReader {
                 }
             }
             match word.to_ascii_lowercase().as_str() {
-                // The rest of the line is a name.
+                // The other words of the line are the name of the solid.
                 "solid" | "endsolid" => return Ok(()),
                 "facet" if self.in_facet => {
                     return Err(Fault::invalid_input(

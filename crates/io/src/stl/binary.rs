@@ -1,5 +1,6 @@
-//! Binary STL: 80 arbitrary bytes, the number of facets, and 50 bytes per facet: normal, corners,
-//! and two bytes that were meant as a length and are used as a colour.
+//! Binary STL: 80 arbitrary bytes, the number of facets, and 50 bytes for each facet. A facet
+//! consists of its normal, three corners, and an attribute word of two bytes, which was meant as a
+//! length and is used as a colour.
 
 use raywright_core::scene::MeshData;
 
@@ -12,18 +13,19 @@ const HEADER_BYTES: usize = 84;
 /// Bytes of a facet.
 const FACET_BYTES: usize = 50;
 
-/// Dialects of facet colours.
+/// Conventions by which programs store the colour of a facet in its attribute word.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum ColourDialect {
-    /// Materialise Magics: the header has a default colour. A facet whose attribute word has a clear
-    /// top bit has its own colour instead, with red in the low bits.
+    /// Convention of Materialise Magics. The header holds a default colour, which is the value
+    /// here. If the top bit of the attribute word is clear, the facet has a colour of its own, with
+    /// red in the low bits.
     Magics([f32; 3]),
-    /// VisCAM and SolidView: a facet whose attribute word has a set top bit has its own colour, with
-    /// blue in the low bits.
+    /// Convention of VisCAM and SolidView. If the top bit of the attribute word is set, the facet
+    /// has a colour of its own, with blue in the low bits.
     VisCam,
 }
 
-/// Whether the length of a file matches its number of facets.
+/// Whether the length of a file is the length that its number of facets requires.
 pub(super) fn has_matching_length(bytes: &[u8]) -> bool {
     facet_count(bytes).is_some_and(|count| {
         count
@@ -107,8 +109,8 @@ fn attribute_word(facet: &[u8; FACET_BYTES]) -> u16 {
     u16::from_le_bytes([facet[48], facet[49]])
 }
 
-/// Detects the colour dialect from the header's default colour or, without such a colour, from the
-/// facets. Returns `None` if the attribute words of the facets are no colours.
+/// Detects the convention of facet colours. Magics is recognised by the default colour in the
+/// header, VisCAM by the facets. Returns `None` if the attribute words are no colours.
 fn detect_dialect(header: &[u8], facets: &[[u8; FACET_BYTES]]) -> Option<ColourDialect> {
     const KEY: &[u8] = b"COLOR=";
     let colour = header
@@ -127,7 +129,7 @@ fn detect_dialect(header: &[u8], facets: &[[u8; FACET_BYTES]]) -> Option<ColourD
 }
 
 impl ColourDialect {
-    /// Decodes the attribute word of a facet to an sRGB colour with channels from 0 to 1.
+    /// Returns the sRGB colour of a facet, with channels from 0 to 1, from its attribute word.
     fn decode_colour(self, attribute: u16) -> [f32; 3] {
         let [low, middle, high] = [0, 5, 10].map(|shift| f32::from(attribute >> shift & 31) / 31.0);
         let marked = attribute & 0x8000 != 0;
