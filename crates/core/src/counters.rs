@@ -1,15 +1,15 @@
-//! Counters of a render's work, counted per thread and summed at the end.
+//! Counts of a render's rays and samples, counted per thread and added at the end.
 
 use core::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
 
-/// Largest number of surfaces that the rays of a sample may pass unchanged: surfaces with an alpha
-/// below 1, or boundaries between equal media. Such a passage does not start a new path segment.
-/// The limit only guarantees termination; rays that reach it are counted.
+/// Largest number of surfaces that the rays of a sample may pass without a change of direction:
+/// surfaces with an alpha below 1, or boundaries between equal media. A passage does not start a
+/// new path segment. The limit only guarantees termination; rays that reach it are counted.
 pub(crate) const MOST_PASSAGES: u32 = 1 << 13;
 
-/// Numbers of rays by kind, and of kept and dropped samples.
+/// Numbers of rays by kind, and numbers of kept and dropped samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
     /// Number of camera rays.
@@ -22,20 +22,20 @@ pub struct Counters {
     pub scatter: u64,
     /// Number of shadow rays.
     pub shadow: u64,
-    /// Number of paths that continued by a mirror, a nearly specular lobe, or glass after a diffuse
-    /// bounce. Lamps and suns that these paths hit cannot be sampled directly (caustics). Counted
-    /// if the scene has lamps or a sky with small bright parts.
+    /// Number of paths that may find caustics: after a diffuse bounce they continued by a mirror, a
+    /// nearly specular lobe or glass. Lamps and suns that they hit then cannot be sampled directly.
+    /// Counted only if the scene has lamps or a sky with small bright parts.
     #[serde(default)]
     pub unaided: u64,
-    /// Number of lamps, and of small bright parts of a sky, that the paths of `unaided` hit.
+    /// Number of times that the paths of `unaided` hit a lamp or a small bright part of the sky.
     #[serde(default)]
     pub found: u64,
-    /// Number of samples that entered the film.
+    /// Number of samples that were added to the film.
     pub samples: u64,
     /// Number of samples dropped because their value was not finite.
     pub dropped: u64,
-    /// Number of rays that ended because the rays of their sample had passed the largest number of
-    /// surfaces with an alpha below 1 or without a change of medium.
+    /// Number of rays that ended early, because the rays of their sample had passed the largest
+    /// number of surfaces with an alpha below 1 or between equal media.
     #[serde(default)]
     pub cut_short: u64,
     /// Number of samples whose camera ray hit a surface.
@@ -43,28 +43,28 @@ pub struct Counters {
     pub hits: u64,
 }
 
-/// Loss of samples or rays in a render, to be reported with the picture.
+/// Samples or rays that a render lost, to be reported with the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleLoss {
     /// Number of samples dropped because their value was not finite.
     NotFinite {
         /// Number of dropped samples.
         dropped: u64,
-        /// Number of all samples, dropped ones included.
+        /// Number of all samples, including dropped samples.
         of: u64,
     },
-    /// Number of rays that ended because the rays of their sample had passed the largest number of
-    /// surfaces with an alpha below 1 or without a change of medium.
+    /// Rays ended early, because the rays of their sample had passed the largest number of surfaces
+    /// with an alpha below 1 or between equal media.
     CutShort {
         /// Number of ended rays.
         rays: u64,
-        /// Largest number of surfaces that the rays of a sample may pass unchanged.
+        /// Largest number of such surfaces that the rays of a sample may pass.
         most: u32,
     },
 }
 
 impl Counters {
-    /// Returns the losses of samples and rays that occurred.
+    /// Iterates over the kinds of loss that occurred in the render.
     pub fn sample_losses(&self) -> impl Iterator<Item = SampleLoss> + use<> {
         let Self {
             samples,

@@ -51,7 +51,7 @@
 //! let ready = pool.install(|| prepare(&scene, &settings, &stop))?;
 //! assert!(pool.install(|| ready.render(&stop)).finished);
 //!
-//! stop.0.store_lanes(true, Ordering::Relaxed);
+//! stop.0.store(true, Ordering::Relaxed);
 //! assert!(!pool.install(|| ready.render(&stop)).finished);
 //! assert_eq!(pool.install(|| prepare(&scene, &settings, &stop)).err(), Some(PrepareError::Cancelled));
 //! # Ok::<(), Box<dyn std::error::Error>>(())

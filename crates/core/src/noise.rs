@@ -1,27 +1,27 @@
 //! Gradient noise in two and three dimensions, and its octave sums.
 //!
-//! The construction is classic (Ken Perlin, "An Image Synthesizer", 1985; the quintic weights from
-//! his "Improving Noise", 2002) with lattice gradients hashed by the permutation polynomial (34 x²
-//! + x) mod 289 and normalised to first order (Ian McEwan, David Sheets, Mark Richardson, Stefan
-//! Gustavson, "Efficient computational noise in GLSL", 2012). Values are within about ±1, zero at
-//! the points of the lattice, and repeat every 289 units.
+//! The construction is classic: Ken Perlin, "An Image Synthesizer", 1985, with the quintic weights
+//! of his "Improving Noise", 2002. The lattice gradients are hashed by the permutation polynomial
+//! (34 x² + x) mod 289 and normalised to first order (Ian McEwan, David Sheets, Mark Richardson,
+//! Stefan Gustavson, "Efficient computational noise in GLSL", 2012). Values are within about ±1,
+//! zero at the lattice points, and repeat every 289 units.
 
 use raywright_bvh::scalar::{Real, Vector};
 
-/// Largest number of octaves of a sum. The last octave repeats 2²³ times within a unit, the
-/// resolution of an f32.
+/// Largest number of octaves of a sum. The last octave has 2²³ cycles per unit, the resolution of
+/// an f32.
 pub const MAX_OCTAVES: u32 = 24;
 
 /// Period of the lattice, and number of hash values.
 const PERIOD: usize = 289;
 
-/// Permutation table: (34 x² + x) mod 289 for every sum x of two values below 289. The length is a
-/// power of two, so that a masked index needs no bounds check; the remaining entries are never
-/// read.
+/// Permutation table: (34 x² + x) mod 289 for every x that is the sum of two values below 289. The
+/// length is a power of two, so that a masked index needs no bounds check; the remaining entries
+/// are never read.
 static PERMUTATION: [u16; 1024] = permutation();
 
-/// Length-corrected gradient of each hash value, in f32 and f64. The length of the table is a power
-/// of two, as in [`PERMUTATION`].
+/// Length-corrected gradient of each hash value, once in f32 and once in f64. The length of the
+/// tables is a power of two, as in [`PERMUTATION`].
 static GRADIENTS_F32: [[f32; 3]; 512] = narrow_to_f32(gradients());
 static GRADIENTS_F64: [[f64; 3]; 512] = gradients();
 static PLANE_GRADIENTS_F32: [[f32; 2]; 512] = narrow_to_f32(plane_gradients());
@@ -60,8 +60,8 @@ const fn octahedron_point(hash: usize) -> [f32; 3] {
     [a, b, c]
 }
 
-/// Returns the factor that normalises a gradient of this squared length to first order: the tangent
-/// of 1/√x at the mean squared length.
+/// Returns the factor that normalises a gradient to first order. `squared` is the gradient's
+/// squared length. The factor is the tangent of 1/√x at the mean squared length.
 const fn length_correction(squared: f64) -> f64 {
     1.792_842_914_001_59 - 0.853_734_720_953_14 * squared
 }
@@ -79,8 +79,8 @@ const fn gradients() -> [[f64; 3]; 512] {
     table
 }
 
-/// Returns the table of gradients in the plane: 41 points of a square, length-corrected. No hash
-/// value depends on rounding.
+/// Returns the gradients for noise in the plane: 41 points of a square, length-corrected. No
+/// gradient depends on rounding.
 const fn plane_gradients() -> [[f64; 2]; 512] {
     let mut table = [[0.0; 2]; 512];
     let mut hash = 0;
@@ -115,11 +115,11 @@ const fn is_f32<R: Real>() -> bool {
     size_of::<R>() == size_of::<f32>()
 }
 
-/// Returns the lattice coordinates below and above `x`, modulo 289, and the distance of `x` from
-/// the lower one, in [0, 1).
+/// Returns the lattice coordinates below and above `x`, modulo 289, and the distance in [0, 1) of
+/// `x` from the lower lattice point.
 ///
-/// Beyond 2³¹ (2⁶³ for f64) every value is a whole number: the distance is zero, and the cell is
-/// arbitrary.
+/// Beyond 2³¹ (2⁶³ for f64) every value is a whole number. The distance is then zero, and the
+/// lattice cell arbitrary.
 #[inline(always)]
 fn lattice_cell<R: Real>(x: R) -> ([usize; 2], R) {
     let (whole, below) = if is_f32::<R>() {
@@ -156,7 +156,7 @@ fn permute(x: usize) -> usize {
     usize::from(PERMUTATION[x & 1023])
 }
 
-/// Perlin's interpolation weight 6 t⁵ − 15 t⁴ + 10 t³.
+/// Returns Perlin's interpolation weight 6 t⁵ − 15 t⁴ + 10 t³.
 #[inline(always)]
 fn quintic<R: Real>(t: R) -> R {
     t * t * t * (t * (t * R::from_f32(6.0) - R::from_f32(15.0)) + R::from_f32(10.0))
@@ -230,7 +230,7 @@ pub fn noise2<R: Real>(x: R, y: R) -> R {
     R::from_f64(2.3) * lerp(side0, side1, fade_x)
 }
 
-/// Returns the octave sum Σ n(2ⁱ) / 2ⁱ for i below `octaves`, where `noise` is n as a function of
+/// Returns the octave sum Σ n(2ⁱ) / 2ⁱ over i from 0 to `octaves` − 1. `noise` is the function n of
 /// the frequency.
 #[inline(always)]
 fn sum_octaves<R: Real>(octaves: u32, mut noise: impl FnMut(R) -> R) -> R {
@@ -244,24 +244,24 @@ fn sum_octaves<R: Real>(octaves: u32, mut noise: impl FnMut(R) -> R) -> R {
     total
 }
 
-/// Returns fractional Brownian motion at a point of space: Σ n(2ⁱ p) / 2ⁱ over i below `octaves`,
-/// with gradient noise n.
+/// Returns fractional Brownian motion at a point in space: Σ n(2ⁱ p) / 2ⁱ over i from 0 to
+/// `octaves` − 1, with gradient noise n.
 pub fn fbm3<R: Real>(p: R::Vec3, octaves: u32) -> R {
     sum_octaves(octaves, |frequency| noise3::<R>(p * frequency))
 }
 
-/// Returns turbulence at a point of space: Σ |n(2ⁱ p)| / 2ⁱ over i below `octaves`, with gradient
-/// noise n.
+/// Returns turbulence at a point in space: Σ |n(2ⁱ p)| / 2ⁱ over i from 0 to `octaves` − 1, with
+/// gradient noise n.
 pub fn turbulence3<R: Real>(p: R::Vec3, octaves: u32) -> R {
     sum_octaves(octaves, |frequency| noise3::<R>(p * frequency).abs())
 }
 
-/// Returns fractional Brownian motion at a point of a plane, as [`fbm3`] does in space.
+/// Returns fractional Brownian motion at a point in a plane, defined as for [`fbm3`].
 pub fn fbm2<R: Real>(x: R, y: R, octaves: u32) -> R {
     sum_octaves(octaves, |frequency| noise2(x * frequency, y * frequency))
 }
 
-/// Returns turbulence at a point of a plane, as [`turbulence3`] does in space.
+/// Returns turbulence at a point in a plane, defined as for [`turbulence3`].
 pub fn turbulence2<R: Real>(x: R, y: R, octaves: u32) -> R {
     sum_octaves(octaves, |frequency| {
         noise2(x * frequency, y * frequency).abs()

@@ -1,4 +1,4 @@
-//! Picture as plain data: the result of a film, and the input of files, displays and metrics.
+//! Picture in memory: the result of a film, and the input of image files, displays and metrics.
 
 /// Picture: linear scene-referred colour, optional coverage and any number of additional layers.
 ///
@@ -10,13 +10,13 @@ pub struct Picture {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Radiance in linear Rec. 709 primaries; in a picture with coverage, multiplied by the
+    /// Radiance in linear Rec. 709 primaries. In a picture with coverage, it is multiplied by the
     /// coverage (associated alpha).
     pub rgb: Vec<[f32; 3]>,
-    /// Coverage of each pixel, 0 (background) to 1; `None` if every pixel is covered.
+    /// Coverage of each pixel, 0 (background) to 1; `None` if all pixels are fully covered.
     pub alpha: Option<Vec<f32>>,
-    /// Part of the coverage that is a black shadow on a studio's ground; `None` if surfaces are all
-    /// of the coverage.
+    /// Part of the coverage, 0 to 1, that is a black shadow on a studio's ground; `None` if the
+    /// picture has no such shadow.
     pub shadow: Option<Vec<f32>>,
     /// Additional channels, in no particular order; names are unique.
     pub layers: Vec<PictureLayer>,
@@ -28,7 +28,8 @@ pub struct Picture {
 /// window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct DataWindow {
-    /// Column and row of the crop's first pixel in the whole picture; negative outside of it.
+    /// Column and row in the whole picture of the crop's first pixel. They may be negative, if the
+    /// crop starts outside the whole picture.
     pub origin: [i32; 2],
     /// Width and height of the whole picture in pixels.
     pub full: [u32; 2],
@@ -43,7 +44,7 @@ pub struct PictureLayer {
     pub samples: Vec<f32>,
 }
 
-/// Encoding of the numbers of a picture that was read from a file.
+/// Encoding of the colours of a picture that was read from a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Encoding {
@@ -83,8 +84,8 @@ impl Picture {
             .copied()
     }
 
-    /// Returns the picture with unassociated (straight) alpha: colours divided by the coverage;
-    /// black without coverage.
+    /// Returns the picture with unassociated (straight) alpha: its colours are divided by the
+    /// coverage. Pixels with coverage 0 become black.
     #[must_use]
     pub fn to_straight_alpha(&self) -> Self {
         let mut straight = self.clone();
@@ -94,8 +95,8 @@ impl Picture {
         straight
     }
 
-    /// Returns the shares, 0 to 1, of a pixel that surfaces cover and that the ground's shadow
-    /// covers.
+    /// Returns two shares of a pixel, 0 to 1: the share that surfaces cover, and the share that the
+    /// ground's shadow covers.
     ///
     /// # Panics
     /// If the picture has a coverage and the pixel does not exist.
@@ -109,7 +110,7 @@ impl Picture {
         ]
     }
 
-    /// Returns the picture without the ground's shadow, with the coverage of surfaces alone.
+    /// Returns the picture without the ground's shadow. Only surfaces contribute to its coverage.
     #[must_use]
     pub fn without_shadow(&self) -> Self {
         let surfaces = (0..self.pixel_count()).map(|pixel| self.coverage(pixel)[0]);
@@ -121,7 +122,7 @@ impl Picture {
     }
 
     /// Returns the colour of a pixel's surfaces, not multiplied by the coverage; `None` for a pixel
-    /// without surfaces.
+    /// that no surface covers.
     pub(crate) fn surface_colour(&self, pixel: usize) -> Option<[f32; 3]> {
         if self.alpha.is_none() {
             return Some(self.rgb[pixel]);
@@ -130,7 +131,8 @@ impl Picture {
         (surfaces > 0.0).then(|| unpremultiply(self.rgb[pixel], surfaces))
     }
 
-    /// Returns the picture composited over a linear background colour. The result has no coverage.
+    /// Returns the picture composited over a background colour in linear radiance. The result has
+    /// no coverage.
     #[must_use]
     pub fn composite_over(&self, colour: [f64; 3]) -> Self {
         let mut over = Self {
@@ -163,7 +165,7 @@ impl Picture {
     }
 }
 
-/// Returns a colour divided by its coverage `alpha`; black without coverage.
+/// Returns a colour divided by its coverage `alpha`; black if the coverage is 0.
 fn unpremultiply(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
     if alpha > 0.0 {
         rgb.map(|x| x / alpha)

@@ -1,4 +1,4 @@
-//! Settings of a render: every choice that the command line can override, resolved to plain values.
+//! Settings of a render: every choice that the command line can override, as plain values.
 
 mod check;
 mod rungs;
@@ -16,14 +16,14 @@ pub use rungs::{
     AreaShadows, LightSampling, MicrofacetEnergy, PrecisionChoice, RouletteStart, SamplerKind,
 };
 
-/// Returns the default number of replicates, into which the samples of a pixel are divided for the
-/// error estimate. As few as possible are used, because the samples of a replicate are less uniform
-/// than all samples together.
+/// Returns the default number of replicates. The samples of a pixel are divided into replicates for
+/// the error estimate. The number is as small as possible, because the samples of a replicate are
+/// less uniform than all samples together.
 ///
 /// Two replicates are the fewest that give an estimate, and their 95 % intervals hold from eight
 /// samples on. Their single degree of freedom makes the intervals wide (Student's factor 12.7).
 /// From 64 samples on, four replicates of sixteen samples give intervals that hold (factor 3.18) at
-/// little cost. `benches/README.md` has the figures of 1 to 8 replicates.
+/// little cost. `benches/README.md` has measurements for 1 to 8 replicates.
 pub fn default_replicates(samples: u32) -> u32 {
     match samples {
         0..8 => 1,
@@ -43,8 +43,9 @@ pub enum Sampling {
 
 impl Sampling {
     /// Returns the sampling of a scene with the number of samples of `--spp`; `None` keeps the
-    /// scene's sampling. In a scene with a pattern, the pattern's own count keeps the pattern, one
-    /// sample is the pixel's centre, and any other number uses random positions.
+    /// scene's sampling. A scene with a sample pattern keeps it if the number is that of the
+    /// pattern. Otherwise, one sample is placed at the pixel's centre, and any other number of
+    /// samples at random positions.
     pub fn from_spp(scene: &Scene, spp: Option<u32>) -> Self {
         match (scene.render.pattern, spp) {
             (Some(pattern), None) => Self::Pattern(pattern),
@@ -77,7 +78,7 @@ impl Sampling {
     }
 }
 
-/// Rectangle of a picture in pixels, counted from the top left.
+/// Rectangle of a picture in pixels. Columns are numbered from the left and rows from the top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[doc(alias("crop window", "SubImage"))]
 pub struct Crop {
@@ -91,18 +92,18 @@ pub struct Crop {
     pub height: u32,
 }
 
-/// Radiance of camera rays that hit nothing.
+/// Radiance of camera rays that hit no surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Background {
     /// The sky.
     #[default]
     Environment,
-    /// Transparent black. The sky still lights the scene and is still reflected. The shadows on a
-    /// studio's ground are kept, as black with coverage.
+    /// Transparent black. The sky still illuminates the scene and appears in reflections. The
+    /// shadows on a studio's ground are kept, as black with coverage.
     Transparent,
 }
 
-/// Layer that a render stores besides the colour (arbitrary output variable).
+/// Additional layer (arbitrary output variable) that a render stores besides the colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[doc(alias = "GBufferFilm")]
@@ -113,8 +114,8 @@ pub enum Aov {
     Normal,
     /// Position of the first hit in metres, averaged over the samples that hit.
     Position,
-    /// Radiance of camera rays without scattered light: directly visible lamps, sky and unlit
-    /// surfaces; averaged over the samples.
+    /// Directly visible emission: radiance of lamps, sky and unlit surfaces that camera rays hit,
+    /// without scattered light. Averaged over the samples.
     Emission,
     /// Distance of the hit along the ray through the pixel's centre, in metres; −1 for the sky.
     Depth,
@@ -124,9 +125,10 @@ pub enum Aov {
     Material,
     /// Number of finite samples of the pixel.
     Samples,
-    /// Standard error of the pixel's mean, per channel, estimated from the means of its replicates.
-    /// 0 without random sampling; −1 if unknown, because the pixel has fewer than two replicates
-    /// (fewer than eight samples, or a fixed pattern under random lights).
+    /// Standard error of the pixel's mean, per channel, estimated from the means of its replicates
+    /// (independent parts of its samples). 0 without random sampling; −1 if unknown, because the
+    /// pixel has fewer than two replicates (fewer than eight samples, or a fixed pattern under
+    /// random lights).
     StandardError,
 }
 
@@ -170,15 +172,16 @@ pub struct Settings {
     pub integrator: Integrator,
     /// Sampling of area lights by path tracing.
     pub light_sampling: LightSampling,
-    /// Rule for the Fresnel reflectance of surfaces.
+    /// Formula for the Fresnel reflectance of surfaces.
     pub fresnel: FresnelRule,
     /// Treatment of light scattered between microfacets.
     pub microfacets: MicrofacetEnergy,
-    /// Point of an area light that must be visible for its light to arrive.
+    /// Visibility test of area lights: which point of the light must be visible for its light to
+    /// count.
     pub area_shadows: AreaShadows,
     /// Start of Russian roulette.
     pub roulette: RouletteStart,
-    /// Source of the random numbers.
+    /// Source of the random numbers of samples.
     pub sampler: SamplerKind,
     /// Output format of files; pictures do not depend on it.
     pub output: OutputFormat,
@@ -186,35 +189,35 @@ pub struct Settings {
     pub seed: u64,
     /// Frame number in an animation, which gives neighbouring frames different noise.
     pub frame: u32,
-    /// Number of replicates, independent parts of a pixel's samples, if the pixel has as many
-    /// samples. Errors are estimated from the variance of the replicates' means. `None` uses
-    /// [`replicates`].
+    /// Number of replicates, independent parts of a pixel's samples; at most the number of samples.
+    /// Errors are estimated from the variance of the replicates' means. `None` uses
+    /// [`default_replicates`].
     pub replicates: Option<u32>,
-    /// Whether the finished picture is denoised, which replaces noise by a smaller bias with an
-    /// estimate of the error. The samples are then taken in four replicates, from eight samples on,
+    /// Whether the finished picture is denoised. Denoising replaces noise by a smaller bias and
+    /// estimates the error. The samples are then taken in four replicates, from eight samples on,
     /// and the layers that [`crate::denoise`] reads are kept.
     pub denoise: bool,
-    /// Requested root relMSE of the picture, above zero. Samples are added to the pixels with the
-    /// largest errors, at most as many as in `sampling`, until the upper end of the error's
-    /// interval is below the requested error. `None` takes all samples of `sampling` in every
-    /// pixel.
+    /// Requested error of the picture, the root of relMSE, above zero. Samples are added to the
+    /// pixels with the largest errors, at most as many as in `sampling`. The render ends when the
+    /// upper end of the error's interval is below the requested error. `None` takes all samples of
+    /// `sampling` in every pixel.
     pub max_error: Option<f64>,
     /// Precision of the arithmetic.
     pub precision: PrecisionChoice,
-    /// Accelerator: linear scan or tree.
+    /// Accelerator: linear scan or BVH.
     pub accelerator: AcceleratorKind,
     /// Effects that are switched off, from [`crate::effects::SWITCHABLE`].
     pub without: EffectSet,
     /// Radiance of camera rays that hit nothing.
     pub background: Background,
-    /// Whether the edges of triangles are drawn over the first hits of camera rays.
+    /// Whether the edges of triangles are drawn where camera rays first hit.
     pub wireframe: bool,
     /// Layers to store besides the colour.
     pub aovs: Vec<Aov>,
     /// Edge of a tile in pixels; pictures do not depend on it.
     pub tile_size: u32,
-    /// Greatest total of [`Memory`](crate::Memory) in bytes; a larger estimate is refused before
-    /// preparation. `None` sets no limit.
+    /// Largest memory in bytes (see [`Memory`](crate::Memory)). A scene with a larger estimate is
+    /// refused before preparation. `None` sets no limit.
     pub max_memory: Option<u64>,
 }
 
@@ -228,17 +231,17 @@ impl Settings {
     /// Greatest number of samples per pixel: the length of the sampler's sequence.
     pub const MOST_SAMPLES: u32 = 65_536;
 
-    /// Value of `max_depth` without a limit: only Russian roulette ends paths.
+    /// Value of `max_depth` for paths without a limit, which only Russian roulette ends.
     pub const UNLIMITED: u32 = u32::MAX;
 
-    /// Returns the radiance assumed behind a studio's ground in a picture with coverage: 1, as of a
-    /// white page, or the clamp if that is lower.
+    /// Returns the radiance that is assumed behind a studio's ground in a picture with coverage: 1,
+    /// as of a white page, or the clamp if that is lower.
     pub(crate) fn page_radiance(&self) -> f64 {
         self.clamp.map_or(1.0, |maximum| maximum.min(1.0))
     }
 
-    /// Returns the settings in a scene, with its first camera and with defaults for all other
-    /// choices.
+    /// Returns the settings that a scene contains, with its first camera. All other choices have
+    /// their defaults.
     pub fn from_scene(scene: &Scene) -> Self {
         Self {
             size: scene.render.size,

@@ -1,6 +1,7 @@
-//! Hard cases of numerics: situations in which textbook formulas lose digits, each with a bound
-//! that the library must keep. Each case is one or several tests whose names begin with its number.
-//! Cases that are functions in this module are also measured by programs.
+//! Numerically hard cases: situations in which textbook formulas lose digits. Each case has an
+//! error bound that the library must meet, and one or several tests whose names begin with the
+//! case's number. The cases that are functions in this module can also be measured with `raywright
+//! stability`.
 
 mod cameras;
 mod formula_cost;
@@ -14,7 +15,7 @@ pub use raywright_bvh::stability::Measurement;
 pub use raywright_bvh::stability::cost_comparison::CostComparison;
 pub use raywright_bvh::stability::verdicts::{CaseOutcome, RayCount};
 
-/// Hard case of numerics, with its difficulty and its bound.
+/// Numerically hard case, with its difficulty and the bound of its error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HardCase {
     /// Number of the case: a letter (P primitives, T traversal, S spawned rays and shading, M
@@ -22,7 +23,7 @@ pub struct HardCase {
     pub number: &'static str,
     /// Difficulty of the case, in words.
     pub difficulty: &'static str,
-    /// Bound that the result must keep, in words.
+    /// Bound that the error of the result must meet, in words.
     pub bound: &'static str,
     /// Part of the case that does not apply to this program, with the reason; `None` if the whole
     /// case is covered.
@@ -47,8 +48,8 @@ pub fn hard_cases() -> impl Iterator<Item = HardCase> {
     })
 }
 
-/// Measures the hard case with this number, in both precisions and, for a tree traversal, with
-/// every kernel of the processor; `None` for a case that is only a test.
+/// Measures the hard case with this number, in both precisions. A BVH traversal is also measured
+/// with every SIMD kernel of the processor. `None` for a case that is only a test.
 pub fn measure_case(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
     /// Measures a case in both precisions.
     macro_rules! both {

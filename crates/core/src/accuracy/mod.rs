@@ -106,7 +106,6 @@ pub enum MeasureError {
 /// results obtained by then.
 ///
 /// # Errors
-///
 /// See [`MeasureError`]. [`PrepareError::Cancelled`] means that the observer stopped the
 /// measurement before its first result.
 pub fn measure_accuracy(

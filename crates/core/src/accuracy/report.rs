@@ -268,7 +268,7 @@ pub struct FrontierSetting {
 }
 
 impl FrontierSetting {
-    /// Returns the setting's rungs as `LADDER=RUNG_PREFIX` separated by spaces, or `as it is` for the
+    /// Returns the setting's rungs as `LADDER=RUNG` separated by spaces, or `as it is` for the
     /// scene's own setting.
     pub fn name(&self) -> String {
         let rungs: Vec<&str> = self

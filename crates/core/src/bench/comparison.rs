@@ -35,7 +35,6 @@ pub struct SceneComparison {
 /// settings' camera and with bounce rays. `on_row` is called with each finished result.
 ///
 /// # Errors
-///
 /// See [`BenchError`].
 pub fn compare_scene(
     scene: &Scene,

@@ -83,7 +83,6 @@ impl HashedRandom {
 /// Generates a scene of `count` primitives in the unit cube.
 ///
 /// # Errors
-///
 /// Fails for more primitives than a BVH can address.
 pub fn generate_primitives<R: Real>(
     kind: GeneratedPrimitive,

@@ -85,7 +85,6 @@ pub fn generated_sizes(largest: u32) -> Vec<u32> {
 /// primitives, above zero and ascending. `on_row` is called with the result of each size.
 ///
 /// # Errors
-///
 /// See [`BenchError`].
 pub fn measure_generated(
     kind: GeneratedPrimitive,

@@ -1,4 +1,4 @@
-//! A rung together with its ladder.
+//! Rung (quality level) together with its ladder, as users name it: `samples=16`.
 
 use core::fmt;
 
@@ -9,20 +9,21 @@ use crate::scene::Scene;
 use crate::settings::{AreaShadows, Settings};
 use crate::suggest::closest_word;
 
-/// A rung together with its ladder, such as `samples=16`.
+/// Rung (quality level) together with its ladder, such as `samples=16`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RungChoice {
     pub(super) ladder: Ladder,
     pub(super) rung: &'static Rung,
 }
 
-/// Error of a text that names no rung of a ladder, with a hint.
+/// Error for a text that names no ladder or no rung of it. Contains the message for users, with a
+/// hint.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct UnknownRungError(String);
 
 impl RungChoice {
-    /// Parses a rung in the form `LADDER=RUNG_PREFIX`.
+    /// Parses a rung in the form `LADDER=RUNG`, such as `samples=16`.
     ///
     /// # Errors
     /// [`UnknownRungError`] for an unknown ladder or rung, with the nearest known name or all known
@@ -57,7 +58,7 @@ impl RungChoice {
         self.rung.name
     }
 
-    /// Returns the description of the rung for users, with its error.
+    /// Returns the description of the rung for users, which names its error.
     pub fn description(&self) -> &'static str {
         self.rung.about
     }
@@ -67,9 +68,9 @@ impl RungChoice {
         self.rung.value
     }
 
-    /// Whether the rung changes the picture of a scene with these effects, compared with the next
-    /// rung of its ladder. Hard shadows need area lights, and shadows can be switched off only for
-    /// lights of zero size.
+    /// Whether the rung can change the picture of a scene with these effects. Only two rungs depend
+    /// on effects: hard shadows need area lights, and shadows are switched off only for lights of
+    /// zero size.
     pub fn changes_picture(&self, present: EffectSet) -> bool {
         match self.value() {
             RungValue::Shadows(Some(AreaShadows::Hard)) => present.has(Effect::SoftShadows),
@@ -78,8 +79,8 @@ impl RungChoice {
         }
     }
 
-    /// Whether the rung can be the most exact of its ladder: the rung `fresnel=model` cannot,
-    /// because it creates energy.
+    /// Whether the rung may be used for a reference picture. Only `fresnel=model` may not, because
+    /// it creates energy.
     pub fn can_be_reference(&self) -> bool {
         self.value() != RungValue::Fresnel(FresnelRule::Model)
     }
@@ -96,6 +97,8 @@ impl fmt::Display for RungChoice {
     }
 }
 
+/// Returns the error for an unknown name of the kind `label`, with the nearest known name or all
+/// known names.
 fn unknown_rung_error(label: &str, name: &str, known: &[&str]) -> UnknownRungError {
     let hint = match closest_word(name, known.iter().copied()) {
         Some(word) => format!("did you mean `{word}`?"),

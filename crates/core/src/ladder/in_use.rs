@@ -1,4 +1,4 @@
-//! Value of a ladder in a scene and its settings.
+//! Current value of a ladder (a choice that trades accuracy for time) in a scene and its settings.
 
 use raywright_bvh::AcceleratorKind;
 
@@ -9,7 +9,7 @@ use crate::settings::Settings;
 
 impl Ladder {
     /// Returns the ladder's value in a scene and its settings. `None` for the texture filter if
-    /// textures differ, and for the build quality without a tree.
+    /// textures have different filters, and for the build quality of a scene without a BVH.
     pub(super) fn current_value(self, scene: &Scene, settings: &Settings) -> Option<RungValue> {
         Some(match self {
             Self::Integrator => RungValue::Integrator(chosen_integrator(scene, settings)),

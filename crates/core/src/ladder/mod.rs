@@ -1,9 +1,9 @@
-//! Ladders: every choice that trades accuracy for time, such as the number of samples, with its
-//! values, the rungs.
+//! Ladders and rungs. A ladder is a choice that trades accuracy for time, such as the number of
+//! samples; a rung is one of its values.
 //!
 //! A ladder is a closed set of rungs from fast to exact. The rung in use is read from scene and
-//! settings, and choosing a rung changes scene and settings alone. So a rung cannot differ from the
-//! flag or key with the same meaning.
+//! settings, and choosing a rung changes only scene and settings. So a rung cannot differ from the
+//! command-line flag or scene key with the same meaning.
 
 mod choice;
 mod in_use;
@@ -21,12 +21,12 @@ pub use choice::{RungChoice, UnknownRungError};
 pub use rungs::Ladder;
 pub use value::RungValue;
 
-/// Rung: a value of a ladder, with its name and description.
+/// Rung: one of the values of a ladder, a choice that trades accuracy for time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rung {
     /// Name in reports and on the command line.
     pub name: &'static str,
-    /// Description for users, with the error of the rung.
+    /// Description for users, which names the error of the rung.
     pub about: &'static str,
     /// Value that the rung sets in scene and settings.
     #[serde(skip)]
@@ -41,14 +41,14 @@ impl Ladder {
             .map(move |rung| RungChoice { ladder: self, rung })
     }
 
-    /// Whether the ladder changes the picture. All other ladders change time, memory or the file
-    /// format alone.
+    /// Whether the ladder's rungs give different pictures. All other ladders change only time,
+    /// memory or the file format.
     pub const fn changes_pictures(self) -> bool {
         !matches!(self, Self::Build | Self::Accelerator | Self::Output)
     }
 
-    /// Whether all rungs are equally accurate, although their pictures differ. The reference then
-    /// has the scene's own rung.
+    /// Whether all rungs are equally accurate, although their pictures differ. A reference picture
+    /// then uses the scene's own rung.
     pub const fn has_equal_accuracy(self) -> bool {
         matches!(self, Self::PixelFilter)
     }
@@ -68,7 +68,8 @@ impl Ladder {
         )
     }
 
-    /// Whether all rungs have the same expected picture, so that they differ in noise alone.
+    /// Whether all rungs have the same expected picture, so that their renders differ only in
+    /// noise.
     pub const fn is_free_of_bias(self) -> bool {
         matches!(
             self,
@@ -76,8 +77,8 @@ impl Ladder {
         )
     }
 
-    /// Returns the effects that the ladder affects. It matters to scenes with any of these effects;
-    /// an empty set means every scene.
+    /// Returns the effects that the ladder's rungs change. The ladder matters to scenes with any of
+    /// these effects. An empty set means that it matters to every scene.
     pub const fn affected_effects(self) -> EffectSet {
         match self {
             Self::RayOffset => EffectSet::from_effects(&[
@@ -110,8 +111,8 @@ impl Ladder {
         self.rungs().iter().find(|rung| rung.name == name)
     }
 
-    /// Returns the name of the ladder's rung in a scene and its settings. For numbers of samples or
-    /// segments that are no rung, returns the number.
+    /// Returns the name of the ladder's rung in a scene and its settings. A number of samples or
+    /// segments that is no rung is returned as text.
     pub fn current_rung_name(self, scene: &Scene, settings: &Settings) -> String {
         let Some(value) = self.current_value(scene, settings) else {
             return if self == Self::Build { "none" } else { "mixed" }.to_owned();
@@ -121,7 +122,7 @@ impl Ladder {
     }
 }
 
-/// Returns the build quality of a rung of [`Ladder::Build`], or `None` for an unknown name.
+/// Returns the build quality that a rung of [`Ladder::Build`] sets, or `None` for an unknown name.
 pub fn build_quality_of_rung(rung: &str) -> Option<BuildQuality> {
     let RungValue::Build(quality) = Ladder::Build.rung_by_name(rung)?.value else {
         return None;
@@ -138,7 +139,7 @@ pub fn build_quality_rung(quality: BuildQuality) -> &'static str {
         .map_or("", |rung| rung.name)
 }
 
-/// Ladder with its rung in use, for reports.
+/// Ladder (a choice that trades accuracy for time) with its rung (value) in use, for reports.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CurrentRung {
     /// Name of the ladder.

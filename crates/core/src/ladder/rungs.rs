@@ -11,8 +11,9 @@ use crate::settings::{
     AreaShadows, LightSampling, MicrofacetEnergy, PrecisionChoice, RouletteStart, SamplerKind,
 };
 
-/// Defines the ladders from a table. A ladder is `KIND = NAME, DEFAULT, VALUE;`, followed by a row
-/// `RUNG { VALUE } ABOUT` for each rung.
+/// Defines the ladders from a table. A ladder is written `KIND = NAME, DEFAULT, VALUE;`, where
+/// `VALUE` is the variant of [`RungValue`] that its rungs set. A line `RUNG { VALUE } ABOUT` for
+/// each rung follows.
 macro_rules! ladders {
     ($($(#[$doc:meta])* $kind:ident = $name:literal, $default:literal, $value:ident;
         $($rung:literal { $sets:expr } $about:literal)*)*) => {
@@ -57,7 +58,7 @@ ladders! {
         "whitted" { Integrator::Whitted }
             "mirrors, glass and direct light: indirect light is missing"
         "path" { Integrator::Path } "direct and indirect light"
-    /// Precision of the arithmetic of rays and surfaces.
+    /// Number format of rays and surfaces: f32 or f64.
     Precision = "precision", "robust", Precision;
         "robust" { PrecisionChoice::Robust } "f32 stored, f64 where a hit is decided"
         "reference" { PrecisionChoice::Reference } "f64 throughout"
@@ -65,7 +66,7 @@ ladders! {
     RayOffset = "ray-offset", "error-bound", ConstantOffset;
         "constant" { true } "a constant distance: right at one scale, false shadows and leaks at others"
         "error-bound" { false } "outside the error of the hit point, at every scale"
-    /// Shadows.
+    /// Kind of shadows: none for lights without size, hard, or with penumbras.
     Shadows = "shadows", "on", Shadows;
         "off" { None } "lights without size cast no shadows"
         "hard" { Some(AreaShadows::Hard) }
@@ -131,7 +132,7 @@ ladders! {
         "64" { 64 } "an eighth, or less"
         "256" { 256 } "a sixteenth, or less"
         "1024" { 1024 } "a thirty-second, or less"
-    /// Source of the random numbers of samples.
+    /// Sampler: source of the random numbers of samples.
     Sampler = "sampler", "sobol", Sampler;
         "independent" { SamplerKind::Independent } "independent numbers: noise falls with the root of the samples"
         "stratified" { SamplerKind::Stratified } "jittered grids of sixteen: less noise where pictures are smooth"
@@ -146,12 +147,12 @@ ladders! {
         "8-bit-dither" { OutputFormat::Dithered } "PNG of 256 codes, dithered: no steps, and a grain of one code"
         "16-bit" { OutputFormat::Sixteen } "PNG of 65 536 codes: nothing brighter than white"
         "float" { OutputFormat::Float } "EXR alone: linear radiance as it is"
-    /// Build quality of the tree: build time against traversal time.
+    /// Build quality of the BVH, which trades build time against traversal time.
     Build = "build", "medium", Build;
         "fast" { BuildQuality::Fast } "least build time: clustered, and improved a little"
         "medium" { BuildQuality::Medium } "clustered, and improved"
         "high" { BuildQuality::High } "twice the build time: clustered among more neighbours, and all of it improved"
-    /// Accelerator: linear scan or tree.
+    /// Accelerator: linear scan or BVH.
     Accelerator = "accelerator", "bvh", Tree;
         "linear" { false } "every primitive is tested"
         "bvh" { true } "a tree of boxes"

@@ -1,4 +1,4 @@
-//! Values that rungs set in a scene and its settings.
+//! Values that rungs (quality levels) set in a scene and its settings.
 
 use raywright_bvh::{AcceleratorKind, BuildQuality};
 
@@ -12,8 +12,8 @@ use crate::settings::{
     Sampling, Settings,
 };
 
-/// Constant ray offset, in metres, that the rung `ray-offset=constant` sets in a scene without its
-/// own.
+/// Distance in metres from a surface at which rays start with the rung `ray-offset=constant`. It
+/// applies to scenes that do not set a constant offset themselves.
 pub(super) const OFFSET: ConstantOffset = ConstantOffset {
     offset: 1e-3,
     along: OffsetDirection::Normal,
@@ -28,14 +28,14 @@ pub(super) const OFFSET: ConstantOffset = ConstantOffset {
 pub enum RungValue {
     Integrator(Integrator),
     Precision(PrecisionChoice),
-    /// Whether spawned rays start at a constant distance from the surface.
+    /// Whether rays that leave a surface start at a constant distance from it.
     ConstantOffset(bool),
-    /// Shadows of area lights; `None` switches the shadows of lights without size off.
+    /// Shadows of area lights; `None` switches off the shadows of lights without size.
     Shadows(Option<AreaShadows>),
     LightSampling(LightSampling),
     Fresnel(FresnelRule),
     Microfacets(MicrofacetEnergy),
-    /// Whether dispersed paths have a single wavelength.
+    /// Whether a path refracted with dispersion carries a single wavelength.
     Spectral(bool),
     TextureFilter(TextureFilter),
     PathLength(u32),
@@ -48,7 +48,7 @@ pub enum RungValue {
     Denoised(bool),
     Output(OutputFormat),
     Build(BuildQuality),
-    /// Whether a tree is used.
+    /// Whether a BVH is used; else every primitive is tested.
     Tree(bool),
 }
 
@@ -91,7 +91,8 @@ impl RungValue {
         }
     }
 
-    /// Returns the name, in reports, of a value that is no rung: a number, or `unlimited`.
+    /// Returns the name, in reports, of a value that is not among the rungs: a number, or
+    /// `unlimited`.
     pub(super) fn name_of_number(self) -> String {
         match self {
             Self::PathLength(Settings::UNLIMITED) => "unlimited".to_owned(),

@@ -1,4 +1,4 @@
-//! Comparison of a picture with a reference, as `compare` prints and writes it.
+//! Comparison of a picture with a reference, for the command `compare`.
 
 use serde::Serialize;
 
@@ -9,15 +9,16 @@ use super::{
 use crate::display::Display;
 use crate::picture::{Encoding, Picture};
 
-/// Thresholds, in 255ths of the display range, above which differing pixels are counted.
+/// Thresholds, in 255ths of the display range. For each, the pixels with a larger difference are
+/// counted.
 const THRESHOLDS: [u32; 5] = [0, 1, 2, 8, 32];
 
-/// Picture to be compared, with the encoding of its numbers.
+/// Picture to be compared, with the encoding of its pixel values.
 #[derive(Clone, Copy, Debug)]
 pub struct ComparedPicture<'a> {
     /// Picture to be compared.
     pub picture: &'a Picture,
-    /// Encoding of the picture's numbers.
+    /// Encoding of the pixel values: linear or display.
     pub encoding: Encoding,
 }
 
@@ -31,27 +32,28 @@ pub struct Comparison {
     pub height: u32,
     /// Whether colours and coverage are equal everywhere, to the bit.
     pub identical: bool,
-    /// Encoding of the numbers in `errors`: linear radiance if both pictures are linear, else
+    /// Encoding in which `errors` were computed: linear radiance if both pictures are linear, else
     /// display values.
     pub encoding: Encoding,
-    /// Numerical errors of the colours.
+    /// Numerical errors of the colours, in the units of `encoding`.
     pub errors: PictureErrors,
-    /// Shares of the pixels whose display values differ by more than each threshold.
+    /// Share of the pixels whose display values differ by more than a threshold, for each
+    /// threshold.
     pub beyond: Vec<ExceedingPixels>,
     /// Mean and quantiles of the FLIP difference of display values at
     /// [`DEFAULT_PIXELS_PER_DEGREE`].
     pub flip: Statistics,
-    /// Largest difference of coverage (1 for a picture without coverage); `None` where neither
-    /// picture has coverage.
+    /// Largest difference of coverage, 0 to 1, where a picture without coverage counts as 1; `None`
+    /// if neither picture has coverage.
     pub coverage: Option<f64>,
-    /// Errors of the coverage; `None` where neither picture has coverage.
+    /// Errors of the coverage; `None` if neither picture has coverage.
     pub coverage_errors: Option<CoverageErrors>,
     /// FLIP difference of each pixel, row by row from the top.
     #[serde(skip)]
     pub flip_map: Vec<f32>,
 }
 
-/// Differences of two coverages, computed as of grey pictures.
+/// Differences between the coverages (alpha) of two pictures, computed as for grey pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct CoverageErrors {
     /// Number of pixels left out because a coverage is not finite.
@@ -68,7 +70,7 @@ pub struct CoverageErrors {
     pub flip: f64,
 }
 
-/// Share of the pixels with a channel that differs by more than a threshold, or that is not finite.
+/// Share of the pixels in which a channel differs by more than a threshold, or is not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ExceedingPixels {
     /// Threshold in 255ths of the display range.
@@ -78,8 +80,8 @@ pub struct ExceedingPixels {
 }
 
 /// Compares a picture with a reference of the same size. `display` converts linear pictures to
-/// display values for FLIP and for the thresholds. If one of the pictures holds display values, the
-/// other is converted for the errors too.
+/// display values for FLIP and for the thresholds. If one picture holds display values and the
+/// other is linear, the linear picture is converted for the numerical errors too.
 ///
 /// # Errors
 /// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or
@@ -133,8 +135,8 @@ pub fn compare(
     })
 }
 
-/// Returns a threshold given in 255ths as a display value. It is increased by 1e-6, so that codes
-/// that differ by exactly the threshold do not exceed it by rounding.
+/// Converts a threshold from 255ths to a display value. It is increased by 1e-6, so that rounding
+/// does not make codes exceed the threshold whose difference equals it.
 fn threshold_of_codes(codes: u32) -> f64 {
     if codes == 0 {
         0.0
@@ -150,6 +152,8 @@ fn same_bits(a: &Picture, b: &Picture) -> bool {
         .all(|(a, b)| a.map(f32::to_bits) == b.map(f32::to_bits))
 }
 
+/// Returns the largest difference of coverage over all pixels; `None` if neither picture has
+/// coverage.
 fn max_coverage_difference(a: &Picture, b: &Picture) -> Option<f64> {
     if a.alpha.is_none() && b.alpha.is_none() {
         return None;
@@ -178,7 +182,8 @@ fn coverage_at(picture: &Picture, pixel: usize) -> f32 {
         .unwrap_or(1.0)
 }
 
-/// Returns the differences of two coverages, whose largest difference is `largest`.
+/// Returns the differences between the coverages of two pictures. `largest` is their largest
+/// difference.
 fn coverage_errors(a: &Picture, b: &Picture, largest: f64) -> Result<CoverageErrors, MetricsError> {
     if largest == 0.0 {
         return Ok(CoverageErrors::default());

@@ -1,4 +1,4 @@
-//! Errors of a picture's numbers: RMSE, relative MSE, PSNR, the worst pixel, and the share of
+//! Errors of a picture's pixel values: RMSE, relative MSE, PSNR, the worst pixel, and the share of
 //! pixels above a threshold.
 
 use raywright_bvh::scalar::Real;
@@ -10,7 +10,7 @@ use crate::picture::Picture;
 /// Constant added to the squared colour in the denominator of the relative error, so that the error
 /// of dark pixels stays finite.
 pub(crate) const RELATIVE_FLOOR: f64 = 0.01;
-/// The trimmed relative error leaves out one in this number of pixels.
+/// Number of pixels of which the trimmed relative error leaves out one, the worst.
 const TRIM: usize = 1000;
 
 /// Errors of a picture against a reference, over all pixels and three channels, in the units of the
@@ -34,7 +34,8 @@ pub struct PictureErrors {
     pub mean_abs: f64,
     /// Largest absolute error of a channel.
     pub max_abs: f64,
-    /// Pixel of the largest absolute error, the first in row order; `None` for equal pictures.
+    /// Pixel with the largest absolute error, the first such pixel row by row; `None` for equal
+    /// pictures.
     pub worst: Option<WorstPixel>,
 }
 
@@ -126,8 +127,8 @@ fn is_finite(rgb: &[f32; 3]) -> bool {
     rgb.iter().all(|x| x.is_finite())
 }
 
-/// Returns the largest absolute difference of the three channels for each pixel, row by row;
-/// infinite for a pixel that is not finite in one of the pictures.
+/// Returns, for each pixel, the largest absolute difference of its three channels, row by row. It
+/// is infinite for a pixel that is not finite in one of the pictures.
 ///
 /// # Errors
 /// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or
@@ -155,8 +156,8 @@ pub fn max_channel_differences(
         .collect())
 }
 
-/// Returns the share of the pixels, 0 to 1, whose difference (see [`differences`]) is above a
-/// threshold.
+/// Returns the share of the pixels, 0 to 1, whose difference is above a threshold.
+/// [`max_channel_differences`] computes the differences.
 pub fn share_above(differences: &[f32], threshold: f64) -> f64 {
     let beyond = differences
         .iter()

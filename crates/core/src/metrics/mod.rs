@@ -1,4 +1,4 @@
-//! Metrics of a picture against a reference: numerical errors, visible differences (FLIP),
+//! Comparison of a picture with a reference: numerical errors, visible differences (FLIP),
 //! differences beyond noise, and heat maps.
 
 mod comparison;

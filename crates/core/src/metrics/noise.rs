@@ -1,18 +1,18 @@
-//! Test whether two noisy pictures differ by more than their noise: blocks of several sizes are
+//! Test whether two noisy pictures differ by more than their noise. Blocks of several sizes are
 //! tested, at a common level of significance.
 //!
 //! The difference of two estimates of the same picture has mean zero, and its variance is the sum
 //! of their variances. Pixels are independent, so the same holds for sums over a block. The summed
 //! difference, divided by the square root of the summed variances, follows Student's distribution.
-//! The degrees of freedom are those of a sum of estimated variances (Satterthwaite, "An Approximate
-//! Distribution of Estimates of Variance Components", 1946): few if few pixels have most of the
-//! noise. Each channel of a block is tested separately.
+//! Its degrees of freedom are those of a sum of estimated variances (Satterthwaite, "An Approximate
+//! Distribution of Estimates of Variance Components", 1946). They are few if few pixels have most
+//! of the noise. Each channel of a block is tested separately.
 //!
-//! A weak difference over a large area shows in large blocks, and a strong difference in a small
-//! area in small blocks. So blocks of several edge lengths are tested, each twice the previous one,
-//! and neighbouring blocks overlap by half. The level is divided evenly among the edge lengths, and
-//! by Bonferroni's inequality among the tests of a length. So the probability that pictures that
-//! differ by noise alone fail any test is at most the level, even though the tests depend on each
+//! Large blocks reveal a weak difference over a large area, small blocks a strong difference in a
+//! small area. So blocks of several edge lengths are tested, each twice the previous length, and
+//! neighbouring blocks overlap by half. The level is divided evenly among the edge lengths, and by
+//! Bonferroni's inequality among the tests of a length. So if pictures differ by noise alone, the
+//! probability that any test fails is at most the level, even though the tests depend on each
 //! other.
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -20,11 +20,11 @@ use serde::Serialize;
 
 use super::MetricsError;
 
-/// Edge of the smallest blocks in pixels. Sums of fewer pixels are too far from normally
+/// Edge of the smallest blocks in pixels. Sums over smaller blocks are too far from normally
 /// distributed.
 const SMALLEST: u32 = 16;
 
-/// Relative difference of block sums that rounding may cause; it does not count as a difference.
+/// Relative difference of block sums that rounding may cause. A smaller difference is ignored.
 const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
 
 /// Picture with the standard errors of its pixels.
@@ -36,7 +36,7 @@ pub struct PictureWithErrors<'a> {
     pub height: u32,
     /// Radiance of each pixel, row by row.
     pub rgb: &'a [[f32; 3]],
-    /// Standard error of each pixel's mean, per channel; `None` for a picture without noise.
+    /// Standard error of each pixel's value, per channel; `None` for a picture without noise.
     pub standard_errors: Option<Vec<[f32; 3]>>,
     /// Degrees of freedom of each standard error: one less than the number of replicates.
     pub freedom: f64,
@@ -45,50 +45,51 @@ pub struct PictureWithErrors<'a> {
 /// Result of the tests of a picture against a reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NoiseTestResult {
-    /// Level: the probability that pictures that differ by noise alone fail a test.
+    /// Level of significance: probability that two pictures fail the test although they differ by
+    /// noise alone.
     pub level: f64,
     /// Number of tested blocks, each in three channels.
     pub blocks: usize,
     /// Number of blocks that differ by more than noise.
     pub beyond: usize,
-    /// Block and channel whose difference is least probable by noise alone; `None` if no pixel
-    /// could be tested.
+    /// Block and channel in which noise alone is the least probable cause of the difference; `None`
+    /// if no pixel could be tested.
     pub clearest: Option<TestedBlock>,
-    /// Number of pixels left out, because they are not finite or have no standard error in one of
-    /// the pictures.
+    /// Number of pixels left out: in one of the pictures they are not finite or have no standard
+    /// error.
     pub untested: usize,
 }
 
-/// Block of a picture in a channel, with its tested difference.
+/// Block of pixels with the tested difference in one channel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TestedBlock {
     /// First column of the block.
     pub x: u32,
-    /// First row of the block, counted from the top.
+    /// First row of the block from the top of the picture.
     pub y: u32,
     /// Edge of the block in pixels, before clipping to the picture.
     pub edge: u32,
     /// Channel, 0 to 2 for red, green and blue.
     pub channel: usize,
-    /// Mean difference of picture and reference over the block.
+    /// Mean over the block of picture minus reference.
     pub difference: f64,
-    /// Mean difference over the reference's mean; `None` for a black reference.
+    /// Mean difference divided by the reference's mean; `None` for a black reference.
     pub share: Option<f64>,
     /// Mean difference in units of its standard error.
     pub deviation: f64,
-    /// Probability, at most 1, that noise alone causes a difference of this deviation in at least
-    /// one tested block.
+    /// Probability, at most 1, that noise alone causes so large a deviation in at least one tested
+    /// block.
     pub probability: f64,
 }
 
-/// Sums over a block's pixels in a channel, from which the block is tested.
+/// Sums over the pixels of a block in one channel, from which the test is computed.
 #[derive(Clone, Copy, Default)]
 struct BlockSums {
     difference: f64,
     reference: f64,
     size: f64,
     variance: f64,
-    /// Sum of the squared variance estimates, each over its degrees of freedom.
+    /// Sum of the squared variance estimates, each divided by its degrees of freedom.
     uncertainty: f64,
     pixels: f64,
 }
@@ -105,8 +106,8 @@ impl BlockSums {
         }
     }
 
-    /// Returns the summed difference in units of its standard error, and the probability of a
-    /// difference at least as large by noise alone.
+    /// Returns the summed difference in units of its standard error, and the probability that noise
+    /// alone causes a difference at least as large.
     fn t_test(&self) -> (f64, f64) {
         let beyond_rounding = (self.difference.abs() - ROUNDING * self.size).max(0.0);
         if beyond_rounding == 0.0 {
@@ -187,11 +188,11 @@ fn incomplete_beta_fraction(a: f64, b: f64, x: f64) -> f64 {
 }
 
 /// Tests whether a picture differs from a reference by more than the noise of both. `level` is the
-/// probability that pictures that differ by noise alone fail.
+/// accepted probability that pictures fail that differ by noise alone.
 ///
 /// # Errors
-/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] where a buffer does not
-/// match its picture.
+/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] if a buffer does not match
+/// its picture.
 pub fn test_against_noise(
     picture: &PictureWithErrors<'_>,
     reference: &PictureWithErrors<'_>,
@@ -255,7 +256,7 @@ pub fn test_against_noise(
 }
 
 /// Returns the sums over a square of pixels for each channel, and the number of pixels left out.
-/// `[x, y]` is the upper left pixel.
+/// `[x, y]` is the column and row of the upper left pixel; `edge` is in pixels.
 fn cell_sums(
     picture: &PictureWithErrors<'_>,
     reference: &PictureWithErrors<'_>,
@@ -300,7 +301,7 @@ fn cell_sums(
     (sums, untested)
 }
 
-/// Results of the tests so far.
+/// Results of the tests, accumulated over blocks.
 struct NoiseTests {
     level: f64,
     blocks: usize,
@@ -309,7 +310,8 @@ struct NoiseTests {
 }
 
 impl NoiseTests {
-    /// Tests all blocks of an edge length in pixels; `edges` is the number of tested edge lengths.
+    /// Tests all blocks with this edge length in pixels and adds the results. `edges` is the number
+    /// of different edge lengths, among which the level is divided.
     fn test_blocks(
         &mut self,
         cells: &[([BlockSums; 3], usize)],

@@ -1,4 +1,4 @@
-//! Mean and quantiles of a map of numbers.
+//! Mean and quantiles of a list of numbers.
 
 use serde::Serialize;
 
@@ -42,6 +42,7 @@ pub fn statistics(values: &[f32]) -> Statistics {
     }
 }
 
+/// Returns the quantile of a sorted list, where `share` is 0 to 1, interpolated linearly.
 fn quantile(sorted: &[f32], share: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return 0.0;
@@ -58,8 +59,8 @@ fn quantile(sorted: &[f32], share: f64) -> f64 {
 }
 
 /// Returns Student's factor for 95 %: a mean ± this many standard errors contains the true value in
-/// 95 of 100 cases. The standard error is estimated from independent normal values with `freedom`
-/// degrees of freedom (one less than values). Infinite for zero degrees.
+/// 95 of 100 cases. The standard error is estimated from independent normal values; their number is
+/// `freedom` plus one. Infinite for zero degrees of freedom.
 ///
 /// The factor is tabulated up to ten degrees of freedom, and beyond computed by the expansion in
 /// Abramowitz and Stegun, "Handbook of Mathematical Functions" (1964), 26.7.5, to five digits.

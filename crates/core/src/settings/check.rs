@@ -24,7 +24,7 @@ pub enum SettingsError {
         "a path can't be limited to no segments at all: it takes at least one, that of the camera's ray"
     )]
     Depth,
-    /// A number that must be above zero is not, or is not finite.
+    /// A value that must be above zero is zero, negative, NaN or infinite.
     #[error("`{name}` is {value}, but has to be a finite number above 0")]
     Number {
         /// Name of the field.
@@ -38,7 +38,7 @@ impl Settings {
     /// Checks that all settings are in range. Preparation calls this function first.
     ///
     /// # Errors
-    /// The first [`SettingsError`] that applies.
+    /// The first [`SettingsError`] that is found.
     pub fn check(&self) -> Result<(), SettingsError> {
         if !self
             .size

@@ -1,21 +1,22 @@
-//! Settings whose values are the rungs of a ladder: closed sets, each with its default.
+//! Settings with a closed set of values: the rungs (quality levels) of the ladders. Each has a
+//! default.
 
-/// Precision of the arithmetic (`--precision`). All precisions use the same f32 numbers for
-/// positions in the pixel, on the lens and on lights, so that their pictures differ by arithmetic
-/// alone.
+/// Precision of the arithmetic (`--precision`). In all precisions, positions in the pixel, on the
+/// lens and on lights come from the same f32 random numbers, so that pictures differ only by
+/// rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[doc(alias = "Float")]
 pub enum PrecisionChoice {
-    /// f32 storage; intersections avoid cancellation and decide hits in f64.
+    /// Storage in f32; intersections avoid cancellation and decide hits in f64.
     #[default]
     Robust,
-    /// f64 for storage and all arithmetic.
+    /// Storage and all arithmetic in f64.
     Reference,
 }
 
-/// Strategy by which path tracing finds area lights. All strategies are unbiased and differ in
-/// noise. Lights without size are always sampled directly, and lights in a mirror or behind smooth
-/// glass are always hit by paths.
+/// Strategy by which path tracing finds area lights. All strategies are unbiased and differ only in
+/// noise. Lights without size are always sampled directly. Lights seen in a mirror or through
+/// smooth glass are always hit by paths.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[doc(alias("BVHLightSampler", "PowerLightSampler"))]
 pub enum LightSampling {
@@ -38,13 +39,14 @@ pub enum MicrofacetEnergy {
     Compensated,
 }
 
-/// Source of the random numbers of a pixel's samples. All sources are unbiased and differ in noise.
+/// Source of the random numbers of a pixel's samples. All sources are unbiased and differ only in
+/// noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[doc(alias("ZSobolSampler", "IndependentSampler"))]
 pub enum SamplerKind {
     /// Independent random numbers.
     Independent,
-    /// Jittered grids of four by four numbers, sixteen samples at a time.
+    /// Jittered grids of four by four numbers, one grid per sixteen samples.
     Stratified,
     /// Points of a scrambled Sobol sequence.
     #[default]
@@ -64,7 +66,7 @@ pub enum RouletteStart {
     Off,
 }
 
-/// Point of an area light that must be visible for its light to arrive.
+/// Visibility test of area lights: which point of the light must be visible for its light to count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum AreaShadows {
     /// The centre of the light: hard shadows.

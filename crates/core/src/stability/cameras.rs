@@ -1,5 +1,5 @@
-//! Hard cases F01, F02, F03: cameras that look along their up direction, with a nearly zero field
-//! of view or straight at edges, and lenses without an aperture.
+//! Numerically hard cases F01, F02, F03. Cameras look along their up direction, have a nearly zero
+//! field of view or look straight at edges; lenses have no aperture.
 
 use glam::DVec3;
 use raywright_bvh::stability::verdicts::{
@@ -14,7 +14,7 @@ use crate::camera::PreparedCamera;
 use crate::scene::{Camera as CameraData, Pinhole, Pose, Projection, Scene};
 use crate::validate::validate;
 
-/// Width and height of a view in pixels.
+/// Width and height of a tested picture in pixels.
 const SIZE: u32 = 64;
 
 fn camera_with_pose(pose: Pose, projection: Projection) -> CameraData {
@@ -36,7 +36,7 @@ fn pinhole_of_angle(degrees: f64) -> Pinhole {
     }
 }
 
-/// Draws a random camera with extreme positions, directions and fields of view.
+/// Draws a random camera, often with an extreme position, direction or field of view.
 fn draw_camera(rng: &mut CaseRng) -> CameraData {
     let position = rng.sample_cube() * rng.choose(&[0.0, 1.0, 1e6]);
     let pose = match rng.next_bits() % 3 {
@@ -78,8 +78,8 @@ fn draw_camera(rng: &mut CaseRng) -> CameraData {
     )
 }
 
-/// Measures F01: a degenerate camera is refused by validation, or neighbouring pixels have
-/// different rays with finite unit directions.
+/// Measures case F01, degenerate cameras. Validation must refuse the camera, or neighbouring pixels
+/// must have different rays with finite unit directions.
 pub fn measure_degenerate_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("F01", 501, 4000, rays, |rng| {
         let data = draw_camera(rng);
@@ -121,8 +121,8 @@ pub fn measure_degenerate_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![measurement_without_kernels::<R>(outcome)]
 }
 
-/// Measures F03: a lens without an aperture equals a pinhole to the bit, and a lens with a tiny or
-/// huge focus distance has unit directions.
+/// Measures case F03, degenerate lenses. A lens without an aperture must equal a pinhole to the
+/// bit. A lens with a tiny or huge focus distance must give unit directions.
 pub fn measure_lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("F03", 502, 20_000, rays, |rng| {
         let eye = rng.sample_cube() * 10.0;
@@ -176,9 +176,9 @@ pub fn measure_lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![measurement_without_kernels::<R>(outcome)]
 }
 
-/// Measures F02: views straight at the middle of a lattice of triangles. The rays have zeros of
-/// either sign and lie in planes through edges. In a picture with an odd number of pixels, the ray
-/// of each pixel must hit the lattice.
+/// Measures case F02: views straight at the middle of a lattice of triangles. The ray directions
+/// have zeros of either sign, and the rays lie in planes through edges. In a picture with an odd
+/// number of pixels, the ray of each pixel must hit the lattice.
 pub fn measure_symmetric_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
     const CELLS: i32 = 20;
     /// Pixels along each side: one per half cell, without the border.

@@ -1,5 +1,5 @@
-//! Cost of robust formulas, in nanoseconds per ray or sample: textbook formulas and the library's
-//! are timed alternately, by the CPU time of a thread.
+//! Cost of the numerically robust formulas of the library, in nanoseconds per ray or sample.
+//! Textbook formulas and the library's are timed alternately, by the CPU time of a thread.
 
 use core::hint::black_box;
 use std::rc::Rc;
@@ -14,26 +14,26 @@ use crate::bench::SampleQuantiles;
 use crate::bench::clock::thread_seconds;
 use crate::material::{ShadingFrame, SmoothInterface, fresnel_dielectric};
 
-/// Time of a hard case's formulas, in nanoseconds per ray or sample.
+/// Times of the formulas for a numerically hard case, in nanoseconds per ray or sample.
 #[derive(Clone, Copy, Debug)]
 pub struct CaseCost {
     /// Description of the work per ray or sample.
     pub label: &'static str,
-    /// Nanoseconds of the textbook's formula in f32.
+    /// Nanoseconds of the textbook formula in f32.
     pub textbook: SampleQuantiles,
     /// Additional nanoseconds of the library's formula in the precisions `robust` and `reference`;
     /// negative if it is faster.
     pub overhead: [SampleQuantiles; 2],
 }
 
-/// Number of timed rounds, after a first round that does not count.
+/// Number of timed rounds. A first round is not counted.
 const ROUNDS: usize = 15;
 
-/// Number of samples of a timing, and of repetitions of each sample.
+/// Number of random samples, and number of times that each sample is computed in a round.
 const SAMPLES: u32 = 4096;
 const TURNS: u32 = 40;
 
-/// Returns the formulas of a hard case to be timed, textbook and library; `None` for a case without
+/// Returns the formulas that are timed for a numerically hard case; `None` for a case without
 /// textbook formula.
 pub fn formula_contest(number: &str) -> Option<CostComparison> {
     Some(match number {
@@ -44,8 +44,8 @@ pub fn formula_contest(number: &str) -> Option<CostComparison> {
     })
 }
 
-/// Times the textbook's and the library's formulas of a hard case; `None` for a case without
-/// textbook formula.
+/// Times the textbook formula and the library's formulas for a numerically hard case; `None` for a
+/// case without textbook formula.
 pub fn time_case(number: &str) -> Option<CaseCost> {
     let CostComparison {
         label,
@@ -77,8 +77,8 @@ pub fn time_case(number: &str) -> Option<CaseCost> {
     })
 }
 
-/// Returns formulas to be timed on random samples: `works` are the textbook's formula, and the
-/// library's in `robust` and in `reference`.
+/// Returns the timing work of three formulas on random samples. `works` holds the textbook formula,
+/// then the library's formula in the precisions `robust` and `reference`.
 fn contest_over_samples<S: 'static>(
     label: &'static str,
     value_of: impl Fn(&mut CaseRng) -> S,
@@ -99,6 +99,7 @@ fn contest_over_samples<S: 'static>(
     }
 }
 
+/// Returns the formulas of a shading frame about a normal.
 fn frame_contest() -> CostComparison {
     let drawn = |rng: &mut CaseRng| {
         let n = rng.sample_direction();
@@ -121,7 +122,7 @@ fn frame_contest() -> CostComparison {
     )
 }
 
-/// Returns the formulas of a mirrored direction: d − 2(d·n)n in f32, and the library's.
+/// Returns the formulas of a mirrored direction: d − 2(d·n)n in f32 against the library's.
 fn reflection_contest() -> CostComparison {
     fn mirrored<R: Real>([d, n]: [R::Vec3; 2]) {
         black_box(R::Vec3::from_f64(
@@ -146,8 +147,8 @@ fn reflection_contest() -> CostComparison {
     )
 }
 
-/// Returns the formulas of a reflectance: Schlick's approximation in f32, and the library's Fresnel
-/// equations, which use f64 in both precisions.
+/// Returns the formulas of a reflectance: Schlick's approximation in f32 against the library's
+/// Fresnel equations, which use f64 in both precisions.
 fn reflectance_contest() -> CostComparison {
     let schlick = |&cosine: &f32| {
         let (r0, m) = (0.04_f32, 1.0 - cosine);

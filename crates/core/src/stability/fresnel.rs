@@ -1,5 +1,5 @@
-//! Hard cases S13, S14, S15: reflectance of boundaries at normal to grazing incidence, and between
-//! nearly equal media.
+//! Numerically hard cases S13, S14, S15: Fresnel reflectance from normal to grazing incidence, and
+//! between media of nearly equal index.
 
 use glam::DVec3;
 use raywright_bvh::stability::Measurement;
@@ -7,8 +7,8 @@ use raywright_bvh::stability::verdicts::{CaseOutcome, CaseRng, RayCount, U, Verd
 
 use crate::material::{SmoothInterface, fresnel_dielectric};
 
-/// Returns the same outcome as the measurement of both precisions, for a computation that always
-/// uses f64.
+/// Returns the measurements of the precisions `robust` and `reference`, which are equal because the
+/// computation always uses f64. Each is paired with the result of the textbook formula.
 fn precision_independent(
     outcome: &CaseOutcome,
     textbook: Option<&CaseOutcome>,
@@ -21,8 +21,8 @@ fn precision_independent(
     vec![value_of("robust"), value_of("reference")]
 }
 
-/// Returns the interface of a ray that hits a horizontal boundary from above, with this cosine of
-/// incidence and relative index `eta`.
+/// Returns the smooth interface at a ray that hits a horizontal boundary from above. `cosine` is
+/// the cosine of incidence, `eta` the relative index.
 fn interface_at_cosine(cosine: f64, eta: f64) -> SmoothInterface {
     SmoothInterface::new(
         DVec3::new(
@@ -35,8 +35,9 @@ fn interface_at_cosine(cosine: f64, eta: f64) -> SmoothInterface {
     )
 }
 
-/// Returns the unpolarised Fresnel reflectance without cancellation: the difference of the cosines
-/// is computed as the difference of their squares over their sum. `None` under total reflection.
+/// Returns the unpolarised Fresnel reflectance, computed without cancellation. The difference of
+/// the two cosines is computed as the difference of their squares divided by their sum. `None`
+/// under total reflection.
 fn accurate_reflectance(cosine: f64, eta: f64) -> Option<f64> {
     let sine2 = (1.0 - cosine) * (1.0 + cosine);
     let beyond2 = 1.0 - eta * eta * sine2;
@@ -61,7 +62,7 @@ fn draw_cosine(rng: &mut CaseRng) -> f64 {
     }
 }
 
-/// Measures S13: boundaries between media with a relative index of exactly or nearly one.
+/// Measures case S13: reflectance between media with a relative index of exactly or nearly one.
 pub fn measure_matched_indices(rays: RayCount) -> Vec<Measurement> {
     let drawn = |rng: &mut CaseRng| {
         let ratio = rng.choose(&[1.0, 1.0003, 1.0 + 1e-6]);
@@ -105,8 +106,8 @@ pub fn measure_matched_indices(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// Measures S14: the relative error of Fresnel's equations for glasses and diamond, from outside
-/// and inside.
+/// Measures case S14: relative error of the Fresnel reflectance of glasses and diamond, from
+/// outside and inside.
 pub fn measure_fresnel(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("S14", 413, 400_000, rays, |rng| {
         let ior = rng.choose(&[1.333, 1.5, 1.7, 2.42]);
@@ -144,8 +145,9 @@ pub fn measure_fresnel(rays: RayCount) -> Vec<Measurement> {
     precision_independent(&outcome, None)
 }
 
-/// Measures S15: Schlick's approximation differs from Fresnel's equations by at most its known
-/// greatest error. From inside, the cosine in the thinner medium is used.
+/// Measures case S15: the difference between Schlick's approximation and the Fresnel equations,
+/// which must not exceed its known maximum. For rays from inside, the cosine in the thinner medium
+/// is used.
 pub fn measure_schlick(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("S15", 414, 40_000, rays, |rng| {
         let (ior, maximum) = rng.choose(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);

@@ -1,5 +1,5 @@
-//! Hard cases S17, S18: nearly smooth microfacets, and the sampling of visible normals at grazing
-//! angles.
+//! Numerically hard cases S17, S18: nearly smooth microfacets, and the sampling of visible normals
+//! at grazing angles.
 
 use core::f64::consts::PI;
 
@@ -10,11 +10,11 @@ use raywright_bvh::{Real, Vector};
 
 use crate::material::{Bsdf, Lobe, ShadingFrame};
 
-/// Tested roughness values α: three ordinary values, the least supported value, and two below,
-/// which act as the least.
+/// Tested roughness values α: three ordinary values, the least supported value, and two smaller
+/// values, which are treated as the least.
 const ALPHAS: [f64; 6] = [0.1, 1e-2, 1e-3, 9e-4, 1e-4, 1e-6];
 
-/// Returns a BSDF of white microfacets with the roughness α.
+/// Returns a BSDF of microfacets with reflectance 1 and the roughness α.
 fn white_microfacet_bsdf<R: Real>(normal: R::Vec3, alpha: f64) -> Bsdf<R> {
     let white = R::Vec3::ONE;
     Bsdf::new(normal).with_lobe(Lobe::Rough {
@@ -24,8 +24,8 @@ fn white_microfacet_bsdf<R: Real>(normal: R::Vec3, alpha: f64) -> Bsdf<R> {
     })
 }
 
-/// Measures S17: the retroreflected BSDF value of microfacets with normals within 5α of the shading
-/// normal, against an evaluation in f64 by slopes.
+/// Measures case S17: the BSDF value for retroreflection by microfacets whose normals are within 5α
+/// of the shading normal. It is compared with an evaluation in f64 from the slopes.
 pub fn measure_narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let drawn = |rng: &mut raywright_bvh::stability::verdicts::CaseRng| {
         let (n, alpha) = (to_scalar::<R>(rng.sample_direction()), rng.choose(&ALPHAS));
@@ -81,9 +81,9 @@ pub fn measure_narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     }]
 }
 
-/// Measures S18: sampled directions of white microfacets, viewed at normal incidence, at grazing
-/// angles and from just below the horizon. No weight exceeds 1, and no direction points below the
-/// horizon.
+/// Measures case S18: directions sampled from microfacets of reflectance 1, viewed at normal
+/// incidence, at grazing angles and from just below the horizon. No weight may exceed 1, and no
+/// direction may point below the horizon.
 pub fn measure_visible_normals<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("S18", 422, 400_000, rays, |rng| {
         let (n, alpha) = (to_scalar::<R>(rng.sample_direction()), rng.choose(&ALPHAS));

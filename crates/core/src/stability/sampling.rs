@@ -1,5 +1,5 @@
-//! Hard cases M01, M02, M11: random numbers at the ends of their range, their mappings, and their
-//! uniformity.
+//! Numerically hard cases M01, M02, M11: random numbers at the ends of their range, their mapping
+//! to directions and points, and their uniformity.
 
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Quad, Sphere, Torus, Triangle,
@@ -18,8 +18,8 @@ use crate::material::sample_cosine_hemisphere;
 use crate::sampler::{SampleAddress, SamplePurpose, sample_2d};
 use crate::settings::SamplerKind;
 
-/// Numbers at the ends and in the middle of [0, 1): zero, 2⁻²³, a half, the greatest f32 below one,
-/// and the greatest 32-bit fraction.
+/// Random numbers to be tested, at the ends and in the middle of [0, 1): zero, 2⁻²³, a half, the
+/// greatest f32 below one, and the greatest 32-bit fraction.
 const CORNERS: [f64; 5] = [
     0.0,
     1.0 / 8_388_608.0,
@@ -28,8 +28,8 @@ const CORNERS: [f64; 5] = [
     1.0 - 1.0 / 4_294_967_296.0,
 ];
 
-/// Returns the same outcome as the measurement of both precisions, for numbers that do not depend
-/// on the precision.
+/// Returns the measurements of the precisions `robust` and `reference`, which are equal because the
+/// random numbers do not depend on the precision.
 fn precision_independent(outcome: &CaseOutcome) -> Vec<Measurement> {
     ["robust", "reference"]
         .map(|setting| Measurement {
@@ -40,8 +40,8 @@ fn precision_independent(outcome: &CaseOutcome) -> Vec<Measurement> {
         .to_vec()
 }
 
-/// Measures M01: the numbers of every sampler are in [0, 1), also for words with all high bits set,
-/// and pixel filters map them to positions within their radius.
+/// Measures case M01: the numbers of every sampler must be in [0, 1), also if all high bits of the
+/// random word are set. Pixel filters must map the numbers to positions within their radius.
 pub fn measure_random_range(rays: RayCount) -> Vec<Measurement> {
     let maximum = 1.0 - U;
     let words = judge_rays("M01 words", 301, 10_000, rays, |rng| {
@@ -107,8 +107,9 @@ fn sampled_shapes<R: Real>() -> Vec<AnyShape<R>> {
     ]
 }
 
-/// Measures M02: hemispheres, cones and surfaces are sampled at the corners of the unit square and
-/// inside it. Directions have unit length within two roundings, and densities are positive.
+/// Measures case M02: sampling of hemispheres, cones and surfaces with numbers at the corners of
+/// the unit square and inside it. Directions must have unit length within two roundings, and
+/// densities must be positive.
 pub fn measure_warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let shapes = sampled_shapes::<R>();
     let roundoff = R::ROUNDOFF.to_f64();
@@ -167,9 +168,9 @@ pub fn measure_warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![measurement_without_kernels::<R>(outcome)]
 }
 
-/// Measures M11: 65 536 points of a sequence in two dimensions. Each division of the unit square
-/// into 65 536 rectangles of powers of two has one point in each rectangle. The pixels are at both
-/// ends of the address range.
+/// Measures case M11: stratification of 65 536 points of the Sobol sequence in two dimensions. If
+/// the unit square is divided into 65 536 equal rectangles, with a power of two of columns, each
+/// rectangle must contain one point. The pixels are at both ends of the range of coordinates.
 pub fn measure_stratification(rays: RayCount) -> Vec<Measurement> {
     const BITS: u32 = 16;
     let outcome = judge_rays("M11", 320, 34, rays, |rng| {

@@ -1,5 +1,5 @@
-//! Hard cases S09, S10, S11: shading frames about normals, normalisation of vectors, and long paths
-//! between mirrors.
+//! Numerically hard cases S09, S10, S11: shading frames about normals, normalisation of vectors,
+//! and long paths between mirrors.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -14,8 +14,8 @@ use raywright_bvh::{
 
 use crate::material::{Bsdf, Lobe, NormalMap, ShadingFrame, SmoothInterface};
 
-/// Draws a unit normal in the stored precision: uniform, close to an axis, or along an axis with
-/// zeros of either sign.
+/// Draws a unit normal in the precision `R`: uniform, close to an axis, or along an axis with zeros
+/// of either sign.
 fn draw_normal<R: Real>(rng: &mut CaseRng) -> R::Vec3 {
     let axis = rng.next_bits() as usize % 3;
     let mut n = match rng.next_bits() % 5 {
@@ -30,8 +30,8 @@ fn draw_normal<R: Real>(rng: &mut CaseRng) -> R::Vec3 {
     to_scalar::<R>(n / n.length())
 }
 
-/// Returns the largest deviation of three vectors from an orthonormal frame, by lengths and dot
-/// products.
+/// Returns the largest deviation of three vectors from an orthonormal frame, measured by their
+/// lengths and dot products.
 fn orthonormality_error(frame: [DVec3; 3]) -> f64 {
     let [t, b, n] = frame;
     let lengths = frame.map(|v| (v.length() - 1.0).abs());
@@ -47,8 +47,8 @@ fn orthonormality_error(frame: [DVec3; 3]) -> f64 {
         })
 }
 
-/// Returns the textbook's frame about a normal, which divides by 1 + z for either sign of z and
-/// fails near z = −1.
+/// Returns the shading frame about a normal by the textbook formula. It divides by 1 + z for either
+/// sign of z, and fails near z = −1.
 pub(super) fn textbook_frame(n: Vec3) -> [Vec3; 3] {
     let a = 1.0 / (1.0 + n.z);
     let b = -n.x * n.y * a;
@@ -59,7 +59,7 @@ pub(super) fn textbook_frame(n: Vec3) -> [Vec3; 3] {
     ]
 }
 
-/// Measures S09: shading frames about any normal are orthonormal.
+/// Measures case S09: shading frames about any normal must be orthonormal.
 pub fn measure_frames<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let describe = |n: R::Vec3| format!("{:08x?}", n.to_f32().to_array().map(f32::to_bits));
     let outcome = judge_rays("S09", 401, 1_000_000, rays, |rng| {
@@ -89,8 +89,8 @@ pub fn measure_frames<R: Real>(rays: RayCount) -> Vec<Measurement> {
     }]
 }
 
-/// Measures S10: normalisation of vectors of any length, for the normal of a normal map, the
-/// tangent of its frame, and the reflected direction at a boundary.
+/// Measures case S10: normalisation of vectors of any length. They are the normal of a normal map,
+/// the tangent of its frame, and the reflected direction at a boundary.
 pub fn measure_normalisation<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("S10", 402, 200_000, rays, |rng| {
         let n = to_scalar::<R>(rng.sample_direction());
@@ -143,7 +143,8 @@ const MIRRORED: u32 = 60;
 
 /// Traces a ray between mirrors with the operations of a path: closest hit, surface, mirror lobe
 /// and start of the next ray. Returns the largest deviation of the direction's length from one, and
-/// the largest change of `invariant`; `None` if the ray escapes.
+/// the largest change of `invariant`, a function that should be constant along the path. `None` if
+/// the ray escapes.
 fn trace_mirror_bounces<R: Real>(
     geometry: &Geometry<R>,
     mut ray: Ray<R>,
@@ -179,8 +180,8 @@ fn trace_mirror_bounces<R: Real>(
     Some([length, drift])
 }
 
-/// Traces rays between mirrors in parallel, each by `made` with its own random numbers, and returns
-/// the deviations of each.
+/// Traces rays between mirrors in parallel. `made` traces a ray with its own random numbers and
+/// returns its two deviations, which are collected.
 fn trace_mirror_rays(
     seed: u64,
     made: impl Fn(&mut CaseRng) -> Option<[f64; 2]> + Sync,
@@ -191,9 +192,9 @@ fn trace_mirror_rays(
         .collect()
 }
 
-/// Measures S11: rays between two parallel mirrors keep their angle, and rays in a mirrored ball
-/// keep their distance from the centre. Reported are the length of the directions and the drift of
-/// these invariants.
+/// Measures case S11: rays between two parallel mirrors must keep their angle, and rays in a
+/// mirrored ball their distance from the centre. The errors are the deviation of the direction's
+/// length from one, and the change of angle or distance.
 pub fn measure_mirror_bounces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let geometry = |shapes: &[AnyShape<R>]| {
         let mut group = PrimitiveSet::<R>::default();

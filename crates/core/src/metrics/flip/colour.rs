@@ -10,8 +10,8 @@ use crate::display::{NAN_MARKER, curve};
 use crate::picture::Picture;
 use crate::scene::TransferCurve;
 
-/// Linear sRGB to CIE XYZ, by columns, from the primaries and white point of Rec. 709 as rational
-/// numbers.
+/// Matrix from linear sRGB to CIE XYZ, column by column. It is computed from the primaries and
+/// white point of Rec. 709 as rational numbers.
 const RGB_TO_XYZ: DMat3 = DMat3::from_cols(
     DVec3::new(
         10_135_552.0 / 24_577_794.0,
@@ -30,13 +30,14 @@ const RGB_TO_XYZ: DMat3 = DMat3::from_cols(
     ),
 );
 
-/// Returns the CIE XYZ of white, by which the opponent spaces divide.
+/// Returns white in CIE XYZ, to which the opponent colours are relative.
 fn white_xyz() -> DVec3 {
     RGB_TO_XYZ * DVec3::ONE
 }
 
-/// Returns the planes Y, Cx and Cz of a picture (3.1): like L*, a*, b*, but linear in light, so
-/// that a filter may average them.
+/// Returns a picture in the opponent space YCxCz, one plane per channel (section 3.1 of the FLIP
+/// paper). The channels resemble L*, a*, b* but are linear in light, so that a filter may average
+/// them.
 pub(super) fn srgb_to_ycxcz(picture: &Picture) -> OpponentImage {
     let white = white_xyz();
     let convert = |rgb: &[f32; 3]| {
@@ -62,8 +63,9 @@ pub(super) fn srgb_to_ycxcz(picture: &Picture) -> OpponentImage {
     })
 }
 
-/// Returns L*, a*, b* of every filtered pixel (4.1.2), clipped to the gamut. a* and b* are weighted
-/// by lightness for the Hunt effect: brighter colours look stronger.
+/// Returns each filtered pixel as L*, a*, b*, clipped to the gamut (section 4.1.2 of the FLIP
+/// paper). a* and b* are weighted by lightness for the Hunt effect: bright colours look more
+/// saturated.
 pub(super) fn to_hunt_lab(planes: &OpponentImage) -> Vec<[f32; 3]> {
     let (white, to_rgb) = (white_xyz(), RGB_TO_XYZ.inverse());
     let convert = |((y, cx), cz): ((&f32, &f32), &f32)| {
@@ -95,8 +97,9 @@ fn lab_curve(t: f64) -> f64 {
     }
 }
 
-/// HyAB distance of two L*a*b* colours: the difference of lightness plus the Euclidean distance of
-/// a* and b* (Abasi, Tehran, Fairchild, "Distance Metrics for Very Large Color Differences", 2020).
+/// Returns the HyAB distance of two L*a*b* colours: the difference of lightness plus the Euclidean
+/// distance of a* and b* (Abasi, Tehran, Fairchild, "Distance Metrics for Very Large Color
+/// Differences", 2020).
 pub(super) fn hyab(a: [f32; 3], b: [f32; 3]) -> f32 {
     let [l, ca, cb] = [0, 1, 2].map(|c| a[c] - b[c]);
     l.abs() + (ca * ca + cb * cb).sqrt()

@@ -71,9 +71,10 @@ impl ScalarImage {
     }
 }
 
-/// Fourier transforms of the contrast sensitivity functions (4.1.1): sums of Gaussians
-/// a·√(π/b)·exp(−π²·x²/b), x in degrees. Entries are pairs of a and b for the achromatic, red-green
-/// and blue-yellow channel; a = 0 marks a channel with one Gaussian.
+/// Contrast sensitivity functions of the eye, as Fourier transforms (section 4.1.1 of the FLIP
+/// paper). Each is a sum of Gaussians a·√(π/b)·exp(−π²·x²/b), x in degrees. An entry holds the
+/// pairs (a, b) of one channel: achromatic, red-green, blue-yellow; a = 0 marks an unused second
+/// Gaussian.
 const SENSITIVITY: [[(f64, f64); 2]; 3] = [
     [(1.0, 0.0047), (0.0, 1e-5)],
     [(1.0, 0.0053), (0.0, 1e-5)],
@@ -82,8 +83,8 @@ const SENSITIVITY: [[(f64, f64); 2]; 3] = [
 
 /// Filters of the eye's contrast sensitivity at a viewing distance, one per opponent channel.
 pub(super) struct ContrastFilters {
-    /// Separable Gaussians of each channel: weights along rows and weights along columns. The
-    /// products of both, over all Gaussians of a channel, sum to one.
+    /// Gaussians of each channel, as pairs of a row kernel and a column kernel. Over all Gaussians
+    /// of a channel, the products of the two kernels sum to one.
     channels: [Vec<(Vec<f32>, Vec<f32>)>; 3],
 }
 
@@ -101,6 +102,7 @@ impl ContrastFilters {
         }
     }
 
+    /// Returns the opponent channels after filtering each by the eye's contrast sensitivity.
     pub(super) fn filter(&self, planes: &OpponentImage) -> OpponentImage {
         [0, 1, 2].map(|c| {
             let filtered = self.channels[c]
@@ -113,8 +115,9 @@ impl ContrastFilters {
     }
 }
 
-/// Returns the row and the column kernel of each Gaussian of a channel. The sum of all Gaussians is
-/// normalised to one over a square window; each Gaussian's share is a factor of its column kernel.
+/// Returns the row kernel and the column kernel of each Gaussian of a channel. The sum of all
+/// Gaussians is normalised to one over a square window. The share of a Gaussian is contained in its
+/// column kernel.
 fn contrast_kernels(
     gaussians: [(f64, f64); 2],
     radius: f64,
@@ -139,20 +142,20 @@ fn contrast_kernels(
         .collect()
 }
 
-/// Samples a function at the integers from −radius to radius.
+/// Returns the values of a function at the integers from −`radius` to `radius`.
 fn sample_taps(radius: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
     let radius = radius as i32;
     (-radius..=radius).map(|x| f(f64::from(x))).collect()
 }
 
-/// Returns the feature difference of each pixel, 0 to 1 (4.2): how much edges and points differ
-/// between the achromatic planes of two pictures.
+/// Returns the feature difference of each pixel, 0 to 1: how much edges and points differ between
+/// the achromatic channels of two pictures (section 4.2 of the FLIP paper).
 pub(super) fn feature_differences(
     picture: &ScalarImage,
     reference: &ScalarImage,
     pixels_per_degree: f64,
 ) -> Vec<f32> {
-    /// Width in degrees of the edges that the eye detects best.
+    /// Width in degrees of visual angle of the edges that the eye detects best.
     const WIDTH: f64 = 0.082;
     /// Exponent that emphasises small feature differences.
     const EXPONENT: f32 = 0.5;
@@ -185,7 +188,7 @@ impl FeatureDetectors {
         }
     }
 
-    /// Returns the strength of edges and of points at each pixel, independent of their direction.
+    /// Returns the strength of edges and of points at each pixel. Their direction does not matter.
     fn edge_and_point_strengths(&self, plane: &ScalarImage) -> Vec<[f32; 2]> {
         // Lightness 0..100 to 0..1, as the detectors are calibrated for.
         let values = plane.values.iter().map(|y| (y + 16.0) / 116.0).collect();

@@ -1,8 +1,9 @@
-//! FLIP: visibility of the difference when two pictures alternate in the same place.
+//! FLIP: visibility of the difference between two pictures that are shown alternately in the same
+//! place.
 //!
 //! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference Evaluator
 //! for Alternating Images", Proceedings of the ACM on Computer Graphics and Interactive Techniques
-//! 3(2), 2020. Section numbers in this module are the paper's. The implementation follows the
+//! 3(2), 2020. Section numbers in this module refer to that paper. The implementation follows the
 //! paper, for low-dynamic-range pictures; every filter is a sum of separable filters.
 
 mod colour;
@@ -20,10 +21,10 @@ use crate::picture::Picture;
 /// from 0.7 m.
 pub const DEFAULT_PIXELS_PER_DEGREE: f64 = 3840.0 * core::f64::consts::PI / 180.0;
 
-/// Exponent that spreads the colour differences over their range (4.1.3).
+/// Exponent applied to HyAB distances of colours (section 4.1.3 of the FLIP paper).
 const COLOUR_EXPONENT: f32 = 0.7;
-/// Share of the largest colour difference up to which differences are mapped to the range from 0 to
-/// [`SPREAD_TO`] (4.1.3).
+/// Joint of the piecewise linear mapping from colour differences to 0..1 (section 4.1.3 of the FLIP
+/// paper). This share of the largest difference is mapped to [`SPREAD_TO`].
 const SPREAD_FROM: f32 = 0.4;
 const SPREAD_TO: f32 = 0.95;
 
@@ -57,7 +58,7 @@ pub fn flip(
     Ok(pixels.into_par_iter().map(combine).collect())
 }
 
-/// Mapping of HyAB distances to colour errors in 0..1 (4.1.3).
+/// Mapping of HyAB colour distances to errors in 0..1 (section 4.1.3 of the FLIP paper).
 struct ColourErrorMapping {
     max_distance: f32,
 }
@@ -78,6 +79,7 @@ impl ColourErrorMapping {
         }
     }
 
+    /// Returns the colour error, 0 to 1, of a HyAB distance.
     fn apply(&self, distance: f32) -> f32 {
         let power = Real::powf(distance, COLOUR_EXPONENT);
         let joint = SPREAD_FROM * self.max_distance;
@@ -89,7 +91,7 @@ impl ColourErrorMapping {
     }
 }
 
-/// Picture in an opponent colour space: three planes of the same size.
+/// Picture in an opponent colour space, one plane per channel.
 type OpponentImage = [ScalarImage; 3];
 
 #[cfg(test)]
