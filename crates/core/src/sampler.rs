@@ -108,9 +108,8 @@ impl SampleAddress {
 
     /// Returns the address of the first vertex on a side branch that starts at this vertex.
     ///
-    /// A branch is identified by a hash of all vertices at which it left the main path, in one word
-    /// at any depth. Among n vertices of one sample, two share an address with a probability of
-    /// n²/2⁶⁵.
+    /// A branch is identified by a 64-bit hash of all vertices at which it left the main path.
+    /// Among n vertices of one sample, two share an address with a probability of n²/2⁶⁵.
     #[must_use]
     pub fn side_branch(self, branch: PathBranch) -> Self {
         let branch =

@@ -70,9 +70,8 @@ fn round_to_count_grid(samples: f64) -> u32 {
 }
 
 impl Film {
-    /// Decides the sample counts of the next round, after a complete round, for a picture with a
-    /// root relMSE below `error`. For a picture to be denoised, the error is that of the denoised
-    /// picture.
+    /// Decides the sample counts of the next round, after a complete round. The aim is a root
+    /// relMSE of the picture below `error`; for a picture to be denoised, of the denoised picture.
     pub(crate) fn advance_to_error(
         &mut self,
         error: f64,

@@ -1,5 +1,5 @@
-//! Storage of a film in a file: a header, then numbers. Reading and writing call the same function,
-//! so that both always agree on the order.
+//! Storage of a film in a file: a header, then numbers. Reading and writing share one function, so
+//! that both always agree on the order of the numbers.
 
 use serde::{Deserialize, Serialize};
 

@@ -60,9 +60,9 @@ use crate::metrics::student_factor_95;
 /// is so rare that no denominator is accurate, unless other pixels confirm the light.
 const MAX_WEIGHTING_RATIO: f64 = 4.0;
 
-/// Fewest pixels that must carry the error. An error carried by fewer pixels is doubtful if
-/// [`NOISY_PIXELS_PER_CARRIER`] times as many pixels are noisy, or if other pixels hardly confirm
-/// the light.
+/// Fewest pixels that must carry the error, that is have most of it. An error carried by fewer
+/// pixels is doubtful if [`NOISY_PIXELS_PER_CARRIER`] times as many pixels are noisy, or if other
+/// pixels hardly confirm the light.
 const FEWEST: f64 = 40.0;
 /// Ratio of noisy pixels to pixels that carry the error, above which few carriers are doubtful.
 const NOISY_PIXELS_PER_CARRIER: f64 = 4.0;
@@ -227,8 +227,8 @@ impl VarianceSum {
         }
     }
 
-    /// Whether too few pixels carry the error, compared with the number of noisy pixels: (Σ√v)²/Σv
-    /// for the pixels' variances v, which also counts pixels of little noise.
+    /// Whether too few pixels have most of the error, compared with the number of noisy pixels. The
+    /// latter is (Σ√v)²/Σv for the pixels' variances v, which also counts pixels of little noise.
     fn is_dominated_by_few_pixels(&self) -> bool {
         let (carriers, noisy) = (
             self.squared_variance() / self.square,
@@ -250,8 +250,8 @@ impl VarianceSum {
         (self.variance * self.by_four).sqrt()
     }
 
-    /// Extrapolates the variances weighted by the mean of two and of four replicates to very many
-    /// replicates: the bias is nearly inverse to the number of replicates.
+    /// Extrapolates the variance to very many replicates, from the variances relative to the means
+    /// of two and of four replicates: the bias is nearly inverse to the number of replicates.
     fn extrapolate_to_many_replicates(&self) -> f64 {
         (2.0 * self.by_mean - self.by_pair_mean).max(self.by_mean / 2.0)
     }

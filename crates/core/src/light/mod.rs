@@ -333,9 +333,9 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// Returns the density by solid angle with which [`Lights::sample`] returns `light_target`,
-    /// which a ray from `from` in a unit `direction` hit: a point of an emitter, or the sky. Zero
-    /// if it is never sampled.
+    /// Returns the density by solid angle with which [`Lights::sample`] samples `light_target` from
+    /// the point `from`. `light_target` is a point of an emitter, or the sky, and lies in the unit
+    /// `direction`. Zero if it is never sampled.
     pub fn density(
         &self,
         light: LightId,

@@ -75,7 +75,7 @@ impl Polygon {
     }
 }
 
-/// Returns the components of vectors, one vector after the other.
+/// Returns the components of all vectors in one array, three for each vector.
 #[inline(always)]
 fn flatten_vectors<const V: usize, const N: usize>(vectors: [DVec3; V]) -> [f64; N] {
     let mut row = [0.0; N];
@@ -191,7 +191,7 @@ fn offset_to_sample(
     ]
 }
 
-/// The unit vector of a direction; zero for a zero vector.
+/// Returns the unit vector of a direction; zero for a zero vector.
 #[inline(always)]
 fn normalize_or_zero(v: DVec3) -> DVec3 {
     let inverse = 1.0 / v.length();

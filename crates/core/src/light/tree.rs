@@ -3,8 +3,8 @@
 //! with Adaptive Tree Splitting", Conty Estevez, Kulla 2018; "Physically Based Rendering", 4th
 //! edition, 12.6.3).
 //!
-//! A node has up to eight children. A binary tree would have three times the levels; each level
-//! waits for the level above and for memory, and mispredicts branches.
+//! A node has up to eight children. A binary tree would have three times as many levels, and each
+//! level costs a memory latency and a mispredicted branch.
 
 mod build;
 mod node;
@@ -148,8 +148,9 @@ impl LightTree {
         }
     }
 
-    /// Traverses the tree level by level, each step for all points: the latencies of one point
-    /// (roots, quotients, loading its node) overlap with those of other points.
+    /// Traverses the tree level by level, each step for all receiving points side by side: the
+    /// latencies for one point (square roots, divisions, loading its node) overlap with those for
+    /// other points.
     #[inline(always)]
     fn traverse_lanes<const N: usize>(
         &self,

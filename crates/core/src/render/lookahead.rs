@@ -1,6 +1,6 @@
-//! Samples traced in batches and returned one by one. Camera rays with a common origin are
-//! traversed together, and paths advance segment by segment in parallel: faster, with the same
-//! bits.
+//! Stream of sample results: samples are traced in batches and returned one by one. Camera rays
+//! with a common origin are traversed together, and paths advance segment by segment side by side.
+//! This is faster, with the same bits.
 
 use raywright_bvh::{Ray, Real, Vector};
 

@@ -54,7 +54,8 @@ impl<R: Real> VertexQueues<R> {
     }
 }
 
-/// A common surface at a hit: its material model, its factor on delta lights, and its normal map.
+/// A common surface at a hit: its material model, its factor on the light of delta lights, and its
+/// normal map.
 type CommonSurface<'a, R> = (MetallicRoughness<R>, R, Option<&'a NormalMapInput<R>>);
 
 impl<R: Real> PathTracer<'_, R> {

@@ -32,8 +32,8 @@ pub(super) struct EmissionCellTable {
 }
 
 impl EmissionCellTable {
-    /// Reserves memory for a number of triangles with `across` cells along each side: as much as is
-    /// estimated before building, even if less is used.
+    /// Reserves memory for a number of triangles with `across` cells along each side: as much as
+    /// the estimate before preparation, even if less is used.
     pub fn reserve(&mut self, triangles: u64, across: u64) {
         let sums =
             usize::try_from(triangles.saturating_mul(across * (across + 1))).unwrap_or(usize::MAX);
@@ -107,7 +107,7 @@ impl EmissionCellTable {
     }
 }
 
-/// Bytes of the cells of a number of triangles with `across` cells along each side.
+/// Returns the bytes of the cells of a number of triangles with `across` cells along each side.
 pub(super) fn estimate_cell_bytes(triangles: u64, across: u64) -> u64 {
     triangles.saturating_mul(across * (across + 1) * size_of::<f32>() as u64)
 }

@@ -111,7 +111,7 @@ pub struct EmissionEstimate<R: Real> {
     pub radiance: R::Vec3,
     /// Whether the emission varies over the surface.
     pub varies: bool,
-    /// Whether a ray may pass through the surface, so that light from behind its first hit counts
+    /// Whether a ray may pass through the surface, so that light behind the ray's first hit counts
     /// too.
     pub passable: bool,
 }

@@ -125,7 +125,8 @@ impl<R: Real> EquirectMap<R> {
         });
     }
 
-    /// Fetches texels at indices of the list of pixels, channel by channel, without the strength.
+    /// Fetches the texels with the indices `places` in the image, channel by channel, without the
+    /// strength.
     #[inline(always)]
     fn fetch_texels<const N: usize>(&self, places: &[u32; N], out: &mut [[R; N]; 3]) {
         if self.packed_texels.is_empty() {

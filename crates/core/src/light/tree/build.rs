@@ -47,9 +47,10 @@ impl LeafGroup {
     }
 }
 
-/// Divides a group of two or more leaves among the children of a node: at most [`WIDTH`] groups,
-/// single leaves among them. Groups are split one after the other, the costliest first. Groups so
-/// small that a node cannot separate the positions of their halves are not split.
+/// Divides a group of two or more leaves among the children of a node: into at most [`WIDTH`]
+/// groups, some of which may be single leaves. Groups are split one after the other, the costliest
+/// first. A group is not split if the halves would lie too close together for the rounding of
+/// positions in the node.
 pub(super) fn partition_children(leaves: &mut [LightLeaf], whole: LeafGroup) -> Vec<LeafGroup> {
     /// Least size of a group that is split, relative to the node: some hundreds of times the
     /// rounding of positions.

@@ -86,8 +86,8 @@ fn bounding_sphere(group: &LightCluster) -> (DVec3, f64) {
 
 /// Returns an approximate mean of the clamped cosines over a ball, from the cosine at its centre
 /// and the greatest cosine: the cosine at the centre, or half of the greatest cosine if the ball
-/// crosses the horizon. The greatest cosine itself overrates balls at the horizon, which are lit
-/// little or not at all: a third more of the samples of lights on a ball contributed nothing.
+/// crosses the horizon. The greatest cosine alone would overrate balls at the horizon, which are
+/// lit little or not at all: a third more samples of lights on a ball would contribute nothing.
 #[inline(always)]
 fn mean_cosine(middle: f32, greatest: f32) -> f32 {
     fast_max(fast_min(fast_max(middle, 0.5 * greatest), 1.0), MARGIN)
