@@ -44,7 +44,7 @@
 //!
 //! **NaN** is never *missed*: comparisons are written so that such a lane gets the exact test. If
 //! corners, origin or direction are so large or small that a product of three lengths might leave
-//! the range of f32, the bounds are infinite ([`super::triangle8::LARGE`],
+//! the range of f32, the bounds are infinite ([`super::triangle8::LARGE_COORDINATE`],
 //! [`super::traversal_ray`]).
 
 use super::traversal_ray::LeafRay;
@@ -176,8 +176,8 @@ pub(super) fn filter_block<S: Simd>(
     )
 }
 
-/// Filters lanes by U, V, D and T: returns the lanes that are neither certainly missed nor
-/// certainly outside the range.
+/// Filters eight triangles by U, V, D and T, defined above: returns the mask of the triangles that
+/// are neither certainly missed nor certainly outside the range.
 #[inline(always)]
 pub(super) fn filter_lanes<S: Simd>(
     s: S,

@@ -15,9 +15,9 @@ use super::{Bvh8, ChildRef, MaskLanes};
 use crate::math::simd::Simd;
 use crate::shapes::{PreparedRay, TriangleHit};
 
-/// Filters a block: returns the lanes that need the exact test; `None` if a certain hit ended the
-/// traversal. `far` is the greatest accepted distance, and `last` the same distance raised for box
-/// tests.
+/// Filters a block of triangles: returns the mask of the lanes that need the exact test; `None` if
+/// a certain hit ended the traversal. `far` is the greatest accepted distance, and `last` the same
+/// distance raised for box tests.
 #[inline(always)]
 pub(super) fn filter_block_lanes<S: Simd, M: TraversalMode>(
     s: S,
@@ -37,7 +37,7 @@ pub(super) fn filter_block_lanes<S: Simd, M: TraversalMode>(
     (!ended).then_some(found.lanes & requested)
 }
 
-/// Intersects some triangles of a block by the exact test.
+/// Intersects the triangles of a block that are in the mask `lanes`, by the exact test.
 #[inline(always)]
 pub(super) fn intersect_triangles<S: TraversalSimd, M: TraversalMode>(
     s: S,

@@ -41,13 +41,14 @@ pub(crate) enum RaySource<'a> {
     StoredRay(&'a Ray<f32>, bool),
     /// The map of an instance, and a world-space ray.
     InInstance(&'a Transform, &'a PreparedRay),
+    /// A ray that is already prepared.
     PreparedRay(&'a PreparedRay),
 }
 
 /// Receiver of a traversal's hits. Each method returns whether the traversal ends, and may shorten
 /// the range of the query.
 pub(crate) trait HitVisitor {
-    /// Handles the hit of a primitive in lanes within the range.
+    /// Handles a hit within the range, of a primitive that is tested in SIMD lanes.
     fn visit_hit(
         &mut self,
         query: &mut TraversalQuery<'_>,
@@ -56,7 +57,7 @@ pub(crate) trait HitVisitor {
         u: f32,
         v: f32,
     ) -> bool;
-    /// Tests a primitive that is not in lanes.
+    /// Tests a primitive at position `index` that is not tested in SIMD lanes.
     fn visit_other_primitive(&mut self, query: &mut TraversalQuery<'_>, index: usize) -> bool;
 }
 
@@ -64,6 +65,7 @@ pub(crate) trait HitVisitor {
 pub(crate) struct TraversalQuery<'a> {
     /// Whether any accepted hit ends the query, see [`TraversalMode::ANY`].
     pub ends_at_any_hit: bool,
+    /// Whether the traversal counts its work, see [`TraversalMode::COUNTS`].
     pub counts_work: bool,
     /// Open interval of accepted distances.
     pub range: Interval<f32>,
@@ -71,11 +73,13 @@ pub(crate) struct TraversalQuery<'a> {
     pub far: f32,
     /// Whether the ray is a camera ray, which passes through the inside of culled surfaces.
     pub is_camera_ray: bool,
+    /// Source of `prepared_ray`.
     pub source: RaySource<'a>,
     /// The ray for exact tests, made from `source` at its first use.
     pub prepared_ray: Option<PreparedRay>,
     /// Conversion of distances, for a traversal by a mapped and rounded ray.
     pub reparametrisation: RayReparametrisation,
+    /// Work of this traversal, if it is counted.
     pub stats: TraversalStats,
 }
 
@@ -119,7 +123,7 @@ impl TraversalQuery<'_> {
         }
     }
 
-    /// Returns the mask of a leaf's lanes that the query considers, and the mask of lanes whose hit
+    /// Returns the mask of a leaf's lanes that the query tests, and the mask of lanes whose hit
     /// within the range always ends the traversal.
     #[inline(always)]
     fn query_lane_masks<M: TraversalMode>(leaf_header: &LeafHeader) -> [u8; 2] {
@@ -133,7 +137,7 @@ impl TraversalQuery<'_> {
         }
     }
 
-    /// Returns the mask of a block's lanes that the query considers, and the mask of lanes whose
+    /// Returns the mask of a block's lanes that the query tests, and the mask of lanes whose
     /// hit ends the traversal from either side.
     #[inline(always)]
     pub(super) fn block_lane_masks<M: TraversalMode>(&self, leaf_header: &LeafHeader) -> [u32; 2] {

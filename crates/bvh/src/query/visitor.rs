@@ -24,7 +24,7 @@ pub(super) trait QueryKind<R: Real>: Sized {
     fn range(&self) -> Interval<R>;
     /// Greatest accepted distance.
     fn max_distance(&self) -> R;
-    /// Adapts the query to the ray mapped into another space.
+    /// Adapts the query to a ray that was mapped into the space of an instance.
     #[inline(always)]
     fn adapt_to_ray(self, _ray: &PreparedRay) -> Self {
         self
