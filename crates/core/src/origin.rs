@@ -167,7 +167,7 @@ impl ObjectBox {
     }
 }
 
-/// Returns a point relative to an origin.
+/// Returns the coordinates of a point relative to an origin.
 fn subtract_origin(point: Triple, origin: DVec3) -> Triple {
     (DVec3::from(point) - origin).into()
 }

@@ -175,8 +175,8 @@ impl ExprGraph {
                     return self.add_operation(Operation::ProductSum, [x, minus_one, y, a]);
                 }
             }
-            // A weight that is always 0 or 1 selects one end of the interpolation. The other end is
-            // ignored, even if it is not finite.
+            // A weight that is always 0 or 1 selects an end of the interpolation. The end that is
+            // not selected is ignored, even if it is not finite.
             Operation::Mix if self.is_truth_value(c) => {
                 return self.add_operation(Operation::Select, [c, b, a]);
             }

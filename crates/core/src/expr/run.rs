@@ -10,13 +10,13 @@ use super::semantics::{
 };
 use crate::noise;
 
-/// A row of the register file: four numbers, or a vector in the first three places. A row is
-/// loaded, computed and stored as a unit. If a vector were read in other pieces than it was stored
+/// A row of the register file: four numbers, or a vector in the first three registers. A row is
+/// loaded, computed and stored as a unit. If a vector were read in other parts than it was stored
 /// in, the processor would stall for longer than the arithmetic of an instruction takes.
 pub(super) type RegisterRow<R> = [R; 4];
 
-/// An instruction. A register is numbered by its place in the whole register file, four to a row.
-/// The register of a vector is that of its x, the first of a row.
+/// An instruction. A register is numbered by its position in the register file, which has four
+/// registers to a row. The register of a vector is the register of its x, the first of a row.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Instruction {
     pub operation: Operation,
@@ -52,8 +52,8 @@ impl<R: Real, const ROWS: usize> RegisterFile<R, ROWS> {
     }
 
     /// Reads a vector component by component, for operations that need single components. If the
-    /// compiler knew that the components are adjacent, it would read them in different pieces than
-    /// they were written in, which would stall the processor.
+    /// compiler knew that the components are adjacent, it would read them in other parts than they
+    /// were written in, and the processor would stall.
     #[inline(always)]
     fn vec3(&self, register: u16) -> R::Vec3 {
         let [x, y, z] = [0, 1, 2].map(|axis| self.number(register.wrapping_add(axis)));

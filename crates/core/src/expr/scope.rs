@@ -83,8 +83,8 @@ impl Variable {
         1 << self as u32
     }
 
-    /// Returns the variable's row (0 to 7) and its place in the row (0 to 3). A program loads the
-    /// rows that it reads.
+    /// Returns the variable's row of registers (0 to 7) and its register in the row (0 to 3). A
+    /// program loads only the rows that it reads.
     pub(super) const fn register_position(self) -> (u8, u8) {
         match self {
             Self::Position => (0, 0),
@@ -109,7 +109,8 @@ pub enum ExprScope {
     Load,
     /// A texture or weight of a surface, evaluated at a hit.
     Surface,
-    /// A weight of a single light at a hit: the variables of a surface and those of the light.
+    /// A weight of a single light at a hit: the variables of a surface and the variables of the
+    /// light.
     Light,
     /// The colour of the sky in a direction.
     Sky,

@@ -29,8 +29,8 @@ impl<'a> MeshUses<'a> {
     }
 
     /// Whether the objects that show a mesh with a side rule are instances of a shared geometry.
-    /// They are if they are several or move. Each triangle stores its side rule, so only objects
-    /// with the same rule share triangles.
+    /// They are if several objects show the mesh, or if a moving object does. Each triangle stores
+    /// its side rule, so only objects with the same rule share triangles.
     pub fn is_shared(&self, mesh: &'a str, side: SideRule) -> bool {
         self.0.get(&(mesh, side)).is_some_and(|&n| n > 1)
     }

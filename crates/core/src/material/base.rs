@@ -178,8 +178,8 @@ impl<N: Number> MicrofacetLayer<N> {
 }
 
 impl<N: Number> DiffuseBase<N> {
-    /// Returns the probability of sampling the reflection; the rest is the probability of sampling
-    /// the transmission.
+    /// Returns the probability of sampling a reflected direction. A transmitted direction is
+    /// sampled with one minus this probability.
     fn reflection_probability(&self) -> N {
         let (back, through) = (
             (self.reflectance + self.multiple_scattering).max_element(),

@@ -29,11 +29,13 @@ const fn table_len([indices, roughnesses, cosines]: [usize; 3]) -> usize {
 /// The tables of reflection and loss at rough dielectric boundaries, as shares in units of
 /// 1/[`UNIT`].
 pub(super) struct BoundaryTable {
-    /// Reflected share of light from the side of lower index.
+    /// Share of light from the side of lower index that the microfacets reflect by Fresnel's
+    /// equations.
     pub reflection: [u16; table_len(REFLECTION_STEPS)],
-    /// Lost shares in four tables. Two are for light from the side of lower index, two for light
-    /// from the side of higher index. The first of each two holds microfacets that reflect by
-    /// Fresnel's equations; the second holds microfacets that reflect only under total reflection.
+    /// Shares of light that single scattering loses, in four tables of equal length. The first two
+    /// are for light from the side of lower index, the last two for light from the side of higher
+    /// index. In each two, the first table is for microfacets that reflect by Fresnel's equations,
+    /// the second for microfacets that reflect only under total reflection.
     pub loss: [u16; 4 * table_len(LOSS_STEPS)],
 }
 

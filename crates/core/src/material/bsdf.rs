@@ -20,8 +20,8 @@ pub struct Bsdf<N: Number, L: BsdfLobe<N> = Lobe<N>, const MOST: usize = MOST_LO
 /// A sampled incident direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfSample<N: Number> {
-    /// Whether the sample is valid. A sample that carries no light is invalid, and its other fields
-    /// are zero.
+    /// Mask of the SIMD lanes with a valid sample. A sample that carries no light is invalid, and
+    /// its other fields are zero.
     pub is_valid: N::Mask,
     /// Unit direction, away from the surface.
     pub direction: N::Vec3,
@@ -29,7 +29,8 @@ pub struct BsdfSample<N: Number> {
     pub weight: N::Vec3,
     /// Density by solid angle; zero for a delta lobe.
     pub density: N,
-    /// Whether a delta lobe was sampled. Light sampling never yields the direction of a delta lobe.
+    /// Mask of the SIMD lanes that sampled a delta lobe. Light sampling never yields the direction
+    /// of a delta lobe.
     pub delta: N::Mask,
 }
 
@@ -44,7 +45,7 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
     }
 
-    /// Resets the BSDF in place: no lobes, and another normal.
+    /// Removes all lobes and sets another normal, in place.
     #[inline(always)]
     pub fn reset(&mut self, normal: N::Vec3) {
         (self.normal, self.count) = (normal, 0);

@@ -22,9 +22,9 @@ pub struct Dielectric<N: Number> {
     pub facet_eta: N,
     /// Share of the surface's area that this boundary covers, 0 to 1.
     pub share: N,
-    /// Factor on the reflection by channel.
+    /// Factor on the reflected light, in red, green and blue.
     pub reflected: N::Vec3,
-    /// Factor on the transmission by channel.
+    /// Factor on the transmitted light, in red, green and blue.
     pub transmitted: N::Vec3,
     /// Perceptual roughness, the square root of the microfacet α; `None` for a smooth boundary.
     pub roughness: Option<N>,

@@ -29,8 +29,8 @@ const LEAST_AMPLITUDE: f64 = 1e-5;
 
 impl<N: Number> ThinFilm<N> {
     /// Returns the reflectance of microfacets under the film at a cosine of incidence in air.
-    /// `bare` is their reflectance at this cosine without the film, `f0` the same at normal
-    /// incidence.
+    /// `bare` is the reflectance of the microfacets without the film at this cosine, `f0` their
+    /// reflectance without the film at normal incidence.
     pub(super) fn reflectance_over(&self, bare: N::Vec3, f0: N::Vec3, cosine: N) -> N::Vec3 {
         let filmed = N::Vec3::from_lanes(|lane| {
             let ior = N::exact_lane(self.ior, lane);

@@ -43,7 +43,7 @@ impl<N: Number> Coat<N> {
     }
 }
 
-/// The layers over a lobe; `None` where a layer is absent.
+/// The coat and the sheen over a lobe; `None` where the layer is absent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Coating<N: Number> {
     pub(super) coat: Option<Coat<N>>,
@@ -57,8 +57,8 @@ impl<N: Number> Coating<N> {
         sheen: None,
     };
 
-    /// Returns the share of light that passes the layers once, in or out, along a direction above
-    /// the surface.
+    /// Returns the share of light that passes the coat and the sheen once, in or out, along a
+    /// direction above the surface.
     pub(super) fn one_way_transmittance(&self, normal: N::Vec3, direction: N::Vec3) -> N {
         let coat = self
             .coat
@@ -68,8 +68,8 @@ impl<N: Number> Coating<N> {
         })
     }
 
-    /// Returns the factor of the layers on the value of the lobe below, for a pair of directions.
-    /// Transmitted light passes the layers once, reflected light twice.
+    /// Returns the factor of the coat and the sheen on the value of the lobe below them, for a pair
+    /// of directions. Transmitted light passes the layers once, reflected light twice.
     fn two_way_transmittance(&self, directions: &Directions<N>) -> N {
         let out = self.one_way_transmittance(directions.normal, directions.wo);
         N::select(

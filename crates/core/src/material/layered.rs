@@ -72,7 +72,8 @@ pub struct LayeredSurface<S: LayerFieldTypes> {
 }
 
 impl<S: LayerFieldTypes> LayeredSurface<S> {
-    /// Evaluates all fields at a hit, over a given base with a given index of refraction.
+    /// Evaluates all layers at a hit. `base` is the metallic-roughness base at the hit, `ior` the
+    /// index of refraction there.
     pub fn eval_at<N: Number>(
         &self,
         here: &impl LayerFieldEvaluator<S, N>,
@@ -132,8 +133,8 @@ impl<N: Number> LayeredSurface<N> {
         }
     }
 
-    /// Returns the reflectance of the microfacets. `dielectric` is the share of the surface that is
-    /// neither metal nor glass.
+    /// Returns the reflectance of the surface's microfacets as a function of the cosine.
+    /// `dielectric` is the share of the surface that is neither metal nor glass.
     fn reflectance(&self, dielectric: N) -> MicrofacetReflectance<N> {
         let normal =
             (self.specular_colour * self.base.dielectric).min(N::Vec3::ONE) * self.specular;
@@ -166,7 +167,8 @@ impl<N: Number> LayeredSurface<N> {
             .then(|| (mask, Ggx::anisotropic(frame, self.base.roughness, strength)))
     }
 
-    /// Returns the microfacets about a normal, anisotropic if any lane is.
+    /// Returns the distribution of the surface's microfacets about a normal. It is anisotropic if
+    /// any SIMD lane is.
     fn surface_ggx(&self, normal: N::Vec3) -> Ggx<N> {
         self.anisotropic_ggx().map_or_else(
             || Ggx::isotropic(normal, self.base.roughness),

@@ -24,7 +24,8 @@ pub enum Lobe<N: Number> {
         albedo: N::Vec3,
         /// Factor on the multiple scattering among white microfacets.
         interreflected: N::Vec3,
-        /// Energy that passes the microfacets or is left to multiple scattering.
+        /// Shares of energy that the microfacets do not reflect: for the base below, and for
+        /// multiple scattering.
         energy_complement: EnergyComplement<N>,
     },
     /// Lambert's lobe, which reflects the same radiance in every direction.

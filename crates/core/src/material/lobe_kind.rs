@@ -91,9 +91,9 @@ pub trait ScatteringLobe<N: Number> {
     fn eval_and_pdf_through(&self, _pair: &Directions<N>) -> (N::Vec3, N) {
         (N::Vec3::ZERO, N::ZERO)
     }
-    /// Samples `wi` by three random numbers in [0, 1); zero for a failed sample. `_wo` and `_local`
-    /// are the same direction, in the world and in the frame. Delta lobes use
-    /// [`Self::sample_delta`].
+    /// Samples `wi` by three random numbers in [0, 1), `_choice` and `_point`; returns zero for a
+    /// failed sample. `_wo` is the viewing direction in world space, `_local` the same direction in
+    /// the frame. Delta lobes use [`Self::sample_delta`] instead.
     fn sample(
         &self,
         _frame: &ShadingFrame<N>,

@@ -107,7 +107,7 @@ pub struct MetallicRoughness<N: Number> {
     pub roughness: N,
     /// Reflectance of the dielectric part at normal incidence.
     pub dielectric: N,
-    /// Reflectance of the dielectric part at grazing incidence: 1, or less by
+    /// Reflectance of the dielectric part at grazing incidence. It is 1, or less with the factor of
     /// KHR_materials_specular.
     pub grazing: N,
     /// Glass in the dielectric part; `None` for an opaque material.
@@ -134,7 +134,8 @@ impl<N: Number> MetallicRoughness<N> {
             .map_or(dielectric, |glass| dielectric * (N::ONE - glass.share))
     }
 
-    /// Returns the diffuse albedo by channel, before microfacets take their share.
+    /// Returns the diffuse albedo in red, green and blue, without the loss to microfacets above the
+    /// diffuse base.
     #[inline(always)]
     pub fn albedo(&self) -> N::Vec3 {
         self.base * self.opaque_dielectric_share()

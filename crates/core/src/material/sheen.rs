@@ -23,8 +23,8 @@ layer! {
 }
 
 impl<N: Number> Sheen<N> {
-    /// Returns the directional albedo at a cosine: that of white fibres times the strongest channel
-    /// of the colour.
+    /// Returns the directional albedo of the sheen at a cosine: the albedo of white fibres times
+    /// the strongest channel of the colour.
     pub(super) fn directional_albedo(&self, cosine: N) -> N {
         let share = N::from_lanes(|lane| {
             interpolate_albedo(&ALBEDO, cosine.lane(lane), self.roughness.lane(lane))

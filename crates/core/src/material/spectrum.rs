@@ -68,12 +68,13 @@ pub(super) static CUMULATIVE_PROBABILITY: LazyLock<Vec<f64>> = LazyLock::new(|| 
     each.collect()
 });
 
-/// The single wavelength of a path after dispersion.
+/// The single wavelength that a path carries after its first dispersive refraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct HeroWavelength {
     /// The wavelength in nanometres.
     pub nanometres: f64,
-    /// Factor on the path's throughput by channel. Its mean over all samples is white.
+    /// Factor on the path's throughput in red, green and blue. Its mean over all sampled
+    /// wavelengths is white.
     pub weight: [f64; 3],
 }
 

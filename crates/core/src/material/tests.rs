@@ -24,8 +24,8 @@ fn numbers(index: u64) -> [f64; 3] {
     })
 }
 
-/// Compares a table of the sources with its computed bytes. On a difference the computed table is
-/// left in the folder for temporary files, to replace the old one if the change is meant.
+/// Compares a table file of the sources with its computed bytes. If they differ, the computed table
+/// is written into the system's folder for temporary files, from which it can replace the file.
 #[track_caller]
 fn hold_table(name: &str, kept: &[u8], computed: &[u8]) {
     if kept != computed {
@@ -305,7 +305,7 @@ fn rough_boundaries_are_reciprocal() {
             let ([a, b, c], [d, ..]) = (numbers(2 * i), numbers(2 * i + 1));
             let wo = direction_at(NORMAL, 0.01 + 0.99 * a, core::f64::consts::TAU * b);
             let wi = direction_at(NORMAL, -0.01 - 0.99 * c, core::f64::consts::TAU * d);
-            // The other side has the other normal: the same boundary upside down.
+            // From below, the boundary is the same with the opposite normal.
             let turned = |v: DVec3| -v;
             let (one, other) = (
                 bsdf.eval_and_pdf(wo, wi).0.x,

@@ -1,9 +1,9 @@
 //! Several `f32` side by side in arrays, which the compiler maps to the target's vector registers.
 //!
 //! A vector is three arrays (structure of arrays). The exponential calls `libm` lane by lane,
-//! because a polynomial in lanes would have other bits than a single number. The macro `each_lane`
-//! unrolls operations instead of looping: a formula has hundreds of operations, and the compiler's
-//! loop analysis is quadratic in the number of loops.
+//! because a polynomial computed in lanes would give other bits than the exponential of a single
+//! number. The macro `each_lane` unrolls operations instead of looping: a formula has hundreds of
+//! operations, and the compiler's loop analysis is quadratic in the number of loops.
 
 use core::array::from_fn;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};

@@ -22,9 +22,9 @@ use crate::texture::InputTables;
 /// Rule for the origins of spawned rays, in the scalar `R` (see [`SpawnRule`]).
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum PreparedSpawnRule<R: Real> {
-    /// Outside the error bound of each hit point.
+    /// Each spawned ray starts outside the error bound of its hit point.
     ErrorBound,
-    /// By constant offsets.
+    /// Each spawned ray is moved by constant offsets.
     Constant {
         offset: R,
         along_ray: bool,
@@ -102,7 +102,7 @@ pub struct PreparedScene<R: Real> {
     /// Priority of each material's bodies: where bodies overlap, light is in the body of the
     /// greatest priority. Empty if priorities are not simulated.
     pub(crate) priorities: Vec<u32>,
-    /// Whether paths track the bodies that contain them.
+    /// Whether a path tracks which bodies it is inside.
     pub(crate) tracks_media: bool,
     /// Whether light samples may pass straight through surfaces, whose hits shadow rays then visit
     /// in order.
@@ -113,9 +113,9 @@ pub struct PreparedScene<R: Real> {
     pub(super) light_sampling: LightSampling,
     /// Whether area lights cast hard shadows: only their centres are sampled.
     pub(crate) hard_shadows: bool,
-    /// Russian roulette setting.
+    /// Segment of a path at which Russian roulette starts.
     pub(crate) roulette: RouletteStart,
-    /// Limit of a sample's brightest channel; `None` without clamping.
+    /// Greatest radiance of a sample's brightest channel; `None` without clamping.
     pub(crate) clamp: Option<R>,
     /// Whether rough surfaces include the multiple scattering among their microfacets.
     pub(crate) compensates: bool,

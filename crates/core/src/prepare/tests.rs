@@ -51,7 +51,7 @@ fn prepared_is_flat() {
         prepared.texture_tables.images.len() == 1
             && Arc::ptr_eq(&prepared.texture_tables.images[0], image)
     );
-    // One reference of the scene, one of the table.
+    // The scene and the table each hold a reference.
     assert_eq!((Arc::strong_count(mesh), Arc::strong_count(image)), (2, 2));
     assert!(
         prepared

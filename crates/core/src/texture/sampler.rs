@@ -155,7 +155,8 @@ impl<R: Real> TextureSampler<R> {
         }
     }
 
-    /// Returns the filtered texel of a single mipmap level at transformed coordinates.
+    /// Returns the filtered texel of an image, the full-size image or a single mipmap level, at
+    /// transformed coordinates.
     fn sample_level(
         &self,
         image: &ImageData,
@@ -215,7 +216,7 @@ impl<R: Real> TextureSampler<R> {
     }
 }
 
-/// The four texels around a point of an image, and the weights of their interpolation.
+/// The four texels around a point of an image, and the weights by which they are interpolated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TexelFootprint<R> {
     /// Indices of the upper left, upper right, lower left and lower right pixel.
@@ -328,7 +329,8 @@ fn fraction(u: f64) -> f64 {
 #[inline(always)]
 fn wrap_texel_index(texel: f64, size: u32, wrap: WrapMode) -> usize {
     let (i, n) = (texel as i64, i64::from(size));
-    // Whole repetitions are already removed, so at most one remains and no division is needed.
+    // Whole repetitions of the image are already removed from the coordinate, so at most a single
+    // repetition remains and no division is needed.
     let turned = |i: i64, n: i64| {
         if i < 0 {
             i + n

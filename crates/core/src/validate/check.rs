@@ -61,13 +61,14 @@ impl<'a> SceneCheck<'a> {
         self.problems.len()
     }
 
-    /// Runs checks with a key appended to the path.
+    /// Runs checks on the value under a key. The path of their problems is the current path
+    /// followed by the key.
     pub fn with_key(&mut self, key: impl Display, checks: impl FnOnce(&mut Self)) {
         let dot = if self.path.is_empty() { "" } else { "." };
         self.with_path_step(format_args!("{dot}{key}"), checks);
     }
 
-    /// Runs checks with text appended to the path.
+    /// Runs checks while `step` is appended to the path of the checked value.
     fn with_path_step(&mut self, step: fmt::Arguments<'_>, checks: impl FnOnce(&mut Self)) {
         let length = self.path.len();
         // Writing to a String cannot fail.
@@ -76,7 +77,7 @@ impl<'a> SceneCheck<'a> {
         self.path.truncate(length);
     }
 
-    /// Runs checks with the index of an element appended to the path.
+    /// Runs checks on an element of an array, whose index is appended to the path.
     pub fn with_element(&mut self, index: usize, checks: impl FnOnce(&mut Self)) {
         self.with_path_step(format_args!("[{index}]"), checks);
     }

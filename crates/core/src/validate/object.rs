@@ -9,7 +9,7 @@ use crate::scene::{Generator, GeneratorKind, ModelFile, Object, Shape, Triple};
 /// Sine of the angle between two edges below which the edges span no area.
 const MIN_EDGE_SINE: f64 = 1e-12;
 
-/// Whether two edges of a length above zero are parallel and span no area.
+/// Whether two edges of a length above zero are so nearly parallel that they span no area.
 pub(crate) fn spans_no_area(u: DVec3, v: DVec3) -> bool {
     let (u, v) = (u.normalize_or_zero(), v.normalize_or_zero());
     u != DVec3::ZERO && v != DVec3::ZERO && u.cross(v).length() < MIN_EDGE_SINE

@@ -44,8 +44,8 @@ impl ExprTree {
         }
     }
 
-    /// Returns the part of the tree that decides: the branch of a choice that is always taken, or
-    /// either of two equal ones.
+    /// Returns the part of the tree that gives its value: the branch of a choice that is always
+    /// taken, or either of two equal branches.
     fn settled(&self) -> &Self {
         match self {
             Of("?", parts) if parts[1] == parts[2] => parts[1].settled(),

@@ -17,7 +17,7 @@ use glam::DVec3;
 /// disk. For isotropic microfacets the disk's halves are symmetric.
 const OUTWARDS: usize = 40;
 const AROUND: usize = 8;
-/// Points around the whole disk for anisotropic microfacets.
+/// Points around the whole unit disk that are summed for anisotropic microfacets.
 const ALL_AROUND: usize = 24;
 /// Numbers of cosines and azimuths in the sum of a mean over the hemisphere.
 const HEMISPHERE: [usize; 2] = [96, 32];

@@ -227,7 +227,7 @@ fn rough_glass_keeps_all() {
         }
     }
     assert!(worst[0].0 <= 0.008 && worst[1].0 <= 0.015, "{worst:?}");
-    // The unlayered boundary gives the same as the layered one.
+    // The boundary without layers returns the same energy as the boundary with layers.
     let base = clear(1.5, 0.8, false).base;
     let (scattered, deviation) = furnace(&base.transport_bsdf(NORMAL, NORMAL, true, true), NORMAL);
     assert!(

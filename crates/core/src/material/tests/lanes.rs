@@ -126,7 +126,8 @@ impl<N: Number> Outcome<N> {
         (0..N::LANES).map(lane).collect()
     }
 
-    // Each is a function of its own: a compiler takes many minutes over all of them in one.
+    // Each group of results is computed in its own function: a compiler takes many minutes over all
+    // of them in a single function.
 
     #[inline(never)]
     fn values(&mut self, bsdf: &Bsdf<N>, wo: N::Vec3, wi: N::Vec3) {

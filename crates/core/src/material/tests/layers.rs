@@ -265,7 +265,7 @@ fn layers_are_reciprocal() {
             let wo = direction_at(NORMAL, 0.05 + 0.95 * a, core::f64::consts::TAU * b);
             let wi = direction_at(NORMAL, 0.05 + 0.95 * c, core::f64::consts::TAU * d);
             if name == "bent coat" {
-                // A bent coat has the cosine to its own normal on both sides.
+                // A coat whose normal was bent uses the cosine to its own normal on both sides.
                 continue;
             }
             let there = model.transport_bsdf(NORMAL, wo, true).eval(wo, wi);
@@ -848,7 +848,8 @@ fn outcome<N: Number>(index: usize, first: usize) -> Vec<Vec<u32>> {
     (0..N::LANES).map(lane).collect()
 }
 
-// Each is a function of its own: a compiler takes minutes over all of them in one.
+// Each group of results is computed in its own function: a compiler takes minutes over all of them
+// in a single function.
 
 #[inline(never)]
 fn lobes<N: Number>(
@@ -877,7 +878,7 @@ fn density<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> N {
 
 #[inline(never)]
 fn values<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N::Vec3) {
-    // Below an opaque surface the value is meaningless; an opaque lane beside a transmissive one
+    // Below an opaque surface the value has no meaning. An opaque lane beside a transmissive lane
     // has zero there.
     let value = bsdf.eval_and_pdf(wo, wi).0;
     let told = if bsdf.is_transmissive() {
@@ -899,8 +900,8 @@ fn single_precision_agrees() {
     for index in 0..layers().len() {
         for first in 0..400 {
             let (single, double) = (outcome::<f32>(index, first), outcome::<f64>(index, first));
-            // Density and value of a given direction; sampled directions may fall on either side of
-            // a choice.
+            // Only results for given directions are compared. A sampled direction may fall on
+            // either side of a choice between lobes.
             for k in [0, 2, 3, 4] {
                 let (a, b) = (value(single[0][k]), value(double[0][k]));
                 worst = worst.max((a - b).abs() / (1e-3 + a.abs().max(b.abs())));

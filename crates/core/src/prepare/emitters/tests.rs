@@ -195,7 +195,7 @@ fn a_hit_finds_its_emitter() {
         assert!(emitters.probability(index) > 0.0);
         seen.push(index);
     }
-    // Two triangles that form a quad belong to the first one.
+    // Both triangles of a quad have the light index of the first triangle.
     assert_eq!(seen, [1, 1, 3, 5, 5, 8, 8]);
     assert_eq!(
         (
@@ -354,7 +354,7 @@ fn points_are_drawn_where_a_mesh_glows() {
         }
         assert!(lit > 1_700, "{lit} of 2000, {sign}");
         let power: f64 = (0..2).map(|i| emitters.power(i)).sum();
-        // Three channels, two sides, and a sixteenth of an area of one.
+        // Three channels and two sides; a sixteenth of an area of 1 m² emits.
         let by_hand = core::f64::consts::PI * 3.0 * 2.0 / 16.0;
         assert!(
             (power / by_hand - 1.0).abs() < 0.05,

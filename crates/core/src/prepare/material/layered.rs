@@ -60,10 +60,11 @@ pub(super) fn layers_need_tangents<R: Real>(layers: &LayeredInputs<R>) -> bool {
             .is_some_and(|coat| coat.normal.is_some())
 }
 
-/// State of the preparation of materials: settings, and the layers so far.
+/// State while the materials of a scene are prepared: settings, and the layers of the materials so
+/// far.
 #[derive(Debug)]
 pub(in crate::prepare) struct MaterialContext<R: Real> {
-    /// Layers so far, to which prepared materials refer by index.
+    /// Layers of the materials prepared so far. A prepared material holds an index into this list.
     pub layers: Vec<LayeredInputs<R>>,
     /// Whether the integrator is the path tracer.
     pub is_path_tracing: bool,

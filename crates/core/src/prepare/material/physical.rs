@@ -39,7 +39,7 @@ pub(crate) struct PhysicalInputs<R: Real> {
     /// Whether the material is opaque, has no layers and reads no expressions. Several hits of such
     /// a material may be shaded at once.
     pub is_common: bool,
-    /// Whether smooth reflection is traced; if not, it is shaded as rough reflection.
+    /// Whether a smooth surface traces mirrored rays. If not, its reflection is shaded as rough.
     pub mirrors: bool,
 }
 

@@ -63,7 +63,7 @@ fn expected(u: f64, n: u32, filter: TextureFilter, wrap: WrapMode) -> f64 {
     match filter {
         TextureFilter::Nearest => texel(whole_part(u, n)),
         TextureFilter::Bilinear | TextureFilter::Mipmaps => {
-            // Halves of texels are whole steps of twice as many.
+            // In units of half a texel, the centre of each texel is a whole number.
             let left = (whole_part(u, 2 * n) - 1).div_euclid(2);
             let weight = (u * f64::from(n) - 0.5) - left as f64;
             texel(left) * (1.0 - weight) + texel(left + 1) * weight
@@ -248,7 +248,8 @@ fn footprints_choose_levels() {
                 (f64::INFINITY, all),
                 (f64::NAN, own),
             ] {
-                // A square of this many texels: the image is 5 by 2 of them.
+                // Edge, in texture coordinates, of a square that covers `texels` × `texels` texels
+                // of the image of 5 by 2.
                 let side = texels / f64::from(SIZE[0] * SIZE[1]).sqrt();
                 let [found, ..] = sampler.sample(
                     &image,
