@@ -68,7 +68,7 @@ pub(super) static CUMULATIVE_PROBABILITY: LazyLock<Vec<f64>> = LazyLock::new(|| 
     each.collect()
 });
 
-/// The single wavelength that a path carries after its first dispersive refraction.
+/// The single wavelength that a path carries from its first dispersive surface on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct HeroWavelength {
     /// The wavelength in nanometres.
