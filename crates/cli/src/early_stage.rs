@@ -20,8 +20,8 @@ use crate::failure::{Exit, Failure};
 use crate::preparation::NOTHING_KEPT;
 use crate::threads;
 
-/// Whether a run is in its early stage. The thread that clears the flag ends the stage or the
-/// program, so that two threads never do both.
+/// Whether a run is in its early stage, loading and preparation. The thread that clears the flag
+/// ends the stage or the program, so that two threads never do both.
 static IS_EARLY_STAGE: AtomicBool = AtomicBool::new(false);
 
 /// Whether a request to stop has arrived. Such a request may arrive before the early stage begins,
@@ -42,13 +42,13 @@ const SMALLER_SCENE_ADVICE: &str = "show fewer objects, coarser meshes and small
 /// the program takes a part of this second.
 const LEAST_TIME: Duration = Duration::from_secs(1);
 
-/// Guard of a run's early stage; the stage ends when the guard is dropped.
+/// Guard of a run's early stage, loading and preparation; the stage ends when the guard is dropped.
 #[must_use]
 pub struct EarlyStageGuard(());
 
 impl EarlyStageGuard {
-    /// Starts the early stage of a run that loads `name`, with a memory limit in bytes and, where
-    /// given, the start of the run and its time budget.
+    /// Starts the early stage of a run (loading and preparation) that loads `name`, with a memory
+    /// limit in bytes and, where given, the start of the run and its time budget.
     pub fn start(
         name: &OsStr,
         memory: u64,
@@ -90,8 +90,8 @@ impl Drop for EarlyStageGuard {
     }
 }
 
-/// Ends the program if the run is in its early stage. The handler of Ctrl-C calls this function
-/// first.
+/// Ends the program if the run is still loading or preparing a scene (early stage). The handler of
+/// Ctrl-C calls this function first.
 pub fn exit_on_interrupt() {
     IS_INTERRUPTED.store(true, Ordering::SeqCst);
     exit_if_early(Exit::Interrupted, || {

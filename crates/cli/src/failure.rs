@@ -51,8 +51,8 @@ impl From<ErrorKind> for Exit {
 pub struct Failure {
     /// Exit code of the program.
     pub exit: Exit,
-    /// The whole message: the label `error: `, the problem, its place, and advice in lines of their
-    /// own.
+    /// The whole message: the label `error: ` and the problem with its file or flag, then each
+    /// advice in a line of its own.
     pub message: String,
 }
 

@@ -1,5 +1,6 @@
-//! Handling of Ctrl-C. The first Ctrl-C stops the work at its next check, or ends the program in
-//! its early stage, before any result exists. The second ends the program at once.
+//! Handling of Ctrl-C. The first Ctrl-C stops the work at its next check; before any result exists,
+//! while a scene is loaded or prepared, it ends the program. The second Ctrl-C ends the program at
+//! once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};

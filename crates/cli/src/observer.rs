@@ -67,7 +67,8 @@ impl Observer for RunObserver<'_> {
             return;
         };
         match self.deadlines.deadline {
-            // With a deadline, progress is the share of time: the number of samples is unknown.
+            // With a deadline, progress is the elapsed share of the time, because the number of
+            // samples is unknown.
             Some(deadline) => {
                 let all = deadline.saturating_duration_since(self.start).as_millis() as u64;
                 progress.report((self.start.elapsed().as_millis() as u64).min(all), all);

@@ -65,8 +65,8 @@ impl Progress {
         Self::start("", ProgressStyle::None, Verbosity::Quiet)
     }
 
-    /// Divides the work into `total` pieces; [`Progress::report`] then counts the steps of the
-    /// current piece.
+    /// Divides the work into `total` pieces, such as pictures of a run; [`Progress::report`] then
+    /// counts the steps of the current piece.
     pub fn with_pieces(self, total: usize) -> Self {
         Self {
             piece_count: total as u64,
@@ -79,12 +79,13 @@ impl Progress {
         self.start = Instant::now();
     }
 
-    /// Counts the current piece as finished.
+    /// Counts the current piece of the work, such as a picture of a run, as finished.
     pub fn finish_piece(&self) {
         self.finished_pieces.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Reports that `done` of `total` steps of the current piece are finished.
+    /// Reports that `done` of `total` steps of the current piece of work, such as the tiles of a
+    /// picture, are finished.
     pub fn report(&self, done: u64, total: u64) {
         let (done, total) = (
             done + self.finished_pieces.load(Ordering::Relaxed) * total,
@@ -342,8 +343,9 @@ mod tests {
         );
     }
 
-    /// Protects: progress towards a target error never falls although the total grows during the
-    /// render, and the time left belongs to the displayed share.
+    /// Protects: the displayed share of a render with a target error never falls, although the
+    /// number of samples grows during the render. The time left is computed from the displayed
+    /// share.
     #[test]
     fn progress_never_runs_backwards() {
         let progress = Progress::hidden().with_pieces(2);
@@ -354,8 +356,8 @@ mod tests {
         assert_eq!(shares, [0.125, 0.25, 0.25, 0.28125, 0.3125]);
     }
 
-    /// Protects: no time estimate comes from the first few of many pieces; it appears with the
-    /// sixteenth piece or a twentieth of the work.
+    /// Protects: the first few of many reports give no estimate of the time left; it appears with
+    /// the sixteenth report or a twentieth of the work.
     #[test]
     fn no_time_is_told_by_one_piece() {
         let line = |reports, done| {

@@ -122,8 +122,8 @@ pub fn note_added_parts(loaded: &LoadedScene, notes: &mut Notes) {
     }
 }
 
-/// Whether every ray misses a scene: it has no bounded shape, no infinite plane, and no sky of its
-/// own.
+/// Whether every ray misses a scene: it has no bounded shape, no infinite plane, and no sky in its
+/// file.
 pub fn is_empty_scene(loaded: &LoadedScene) -> bool {
     let scene = &loaded.scene;
     if matches!(loaded.source.format, SceneFormat::Native(_))

@@ -9,7 +9,7 @@ use raywright_io::{Error, ErrorKind, InputFiles, PathClash};
 
 use crate::failure::{Exit, Failure};
 
-/// A place to which a picture is written.
+/// Destination of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum OutputTarget {
     /// PNG on standard output.

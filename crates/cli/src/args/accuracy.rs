@@ -32,8 +32,8 @@ pub struct AccuracyArgs {
     #[command(flatten)]
     pub changes: SceneArgs,
 
-    /// Chosen rungs and switched-off effects of the setting that all other settings are compared
-    /// with.
+    /// Rungs (quality levels of settings) and switched-off effects of the setting that all other
+    /// settings are compared with.
     #[command(flatten)]
     pub choices: ChoiceArgs,
 

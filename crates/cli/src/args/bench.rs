@@ -73,7 +73,7 @@ pub struct BenchArgs {
     pub plot: Option<PathBuf>,
 }
 
-/// Parses a rung of the ladder `build`, such as `high`.
+/// Parses a build quality of the tree, a rung of the ladder `build`, such as `high`.
 fn parse_build_quality(text: &str) -> Result<BuildQuality, String> {
     let names = || {
         Ladder::Build

@@ -72,7 +72,7 @@ impl TevAddress {
 /// A share of a picture, from `--part K/N`: the samples that one of several runs renders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PictureShare {
-    /// Number of the share, counted from one.
+    /// Number of this share of the picture, counted from one.
     pub number: u32,
     /// Number of shares of the picture.
     pub of: u32,

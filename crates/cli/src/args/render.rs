@@ -177,9 +177,9 @@ pub struct ViewArgs {
     #[arg(long, value_name = "X,Y,W,H", allow_hyphen_values = true, value_parser = values::parse_crop)]
     pub crop: Option<Crop>,
 
-    /// Draw the edges of the model's own triangles, a pixel wide, on the first surface that the
-    /// camera sees; finer on triangles of a few pixels. Spheres and other shapes have no such
-    /// edges. Useful with --material clay to judge shapes
+    /// Draw the edges of a mesh's triangles, a pixel wide, on the first surface that the camera
+    /// sees; thinner on triangles of a few pixels. Spheres and other shapes have no such edges.
+    /// Useful with --material clay to judge shapes
     #[arg(long)]
     pub wireframe: bool,
 

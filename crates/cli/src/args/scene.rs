@@ -49,9 +49,9 @@ pub struct SceneArgs {
     pub material: Option<values::MaterialChoice>,
 
     /// Cut models: x=0.3 keeps the side below 0.3 along x, -x=0.3 the side above, in units of the
-    /// file after its up axis is turned to y. x=30% is measured through the box around everything.
-    /// Closed meshes get a cap of their own material, grey where images colour that material;
-    /// shapes that are no meshes stay whole
+    /// file after its up axis is turned to y. x=30% is measured in percent of the box around the
+    /// model. Closed meshes get a cap of their own material, grey where images colour that
+    /// material; shapes that are no meshes stay whole
     #[arg(long, value_name = "AXIS=VALUE", value_parser = values::parse_section, allow_hyphen_values = true)]
     pub section: Option<SectionPlane>,
 

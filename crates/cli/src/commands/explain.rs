@@ -283,8 +283,8 @@ fn format_rungs(ladders: &[CurrentRung]) -> String {
     text
 }
 
-/// Formats an effect with its reason and, in lines below, its place in the scene file and advice.
-/// Names are padded to `width` characters.
+/// Formats an effect with its reason and, in lines below, its location in the scene file and
+/// advice. Names are padded to `width` characters.
 fn format_finding(finding: &EffectFinding, source: &SourceInfo, width: usize) -> String {
     let from = finding.source.as_ref().map(|path| match source.text {
         Some(_) => format!("from {path}, {}", source.locate(path)),

@@ -59,7 +59,7 @@ pub struct RenderTask {
     pub scenes: Vec<OsString>,
     /// Options for loading the scenes: changes, and limits on their size.
     pub options: LoadOptions,
-    /// Chosen rungs and switched-off effects.
+    /// Chosen rungs (quality levels of settings) and switched-off effects.
     pub choices: RungChoices,
     /// Pictures to render of each scene, at least one.
     pub shots: Vec<Shot>,
@@ -198,8 +198,8 @@ impl RenderTask {
         Ok(task)
     }
 
-    /// Whether a picture that shows no object is refused. A crop or a share of a picture may be
-    /// empty.
+    /// Whether a picture that shows no object is refused. A crop, or the part of a picture that
+    /// `--part` selects, may show no object.
     pub fn refuses_empty(&self) -> bool {
         !self.allows_empty && self.overrides.view.crop.is_none() && self.part.is_none()
     }
@@ -239,8 +239,8 @@ impl RenderTask {
             .into())
     }
 
-    /// Resolves the settings of a picture of a scene, and applies the chosen rungs to the scene.
-    /// The silhouette is computed only if a camera frames the whole scene.
+    /// Resolves the settings of a picture of a scene, and applies the chosen rungs (quality levels)
+    /// to the scene. The silhouette is computed only if a camera frames the whole scene.
     pub fn resolve_shot(
         &self,
         scene: &mut Scene,
@@ -333,8 +333,8 @@ impl RenderTask {
     }
 
     /// Resolves the samples per pixel. With a time budget or a target error the default is the
-    /// largest count. A scene's fixed pattern keeps its own count, because its error does not fall
-    /// with more samples.
+    /// largest allowed number. A scene's fixed pattern keeps its own number, because its error does
+    /// not fall with more samples.
     fn resolve_sampling(&self, scene: &Scene) -> Sampling {
         let spp = self.overrides.light.spp;
         let named = spp.is_some() || self.choices.has_ladder(Ladder::Samples);
@@ -584,8 +584,8 @@ mod tests {
         assert!(looked_at > 30, "{looked_at}");
     }
 
-    /// Protects: each edge of a crop is compared with its own extent of the picture, to the last
-    /// pixel, and no sum overflows.
+    /// Protects: right and lower edge of a crop are compared with the width and height of the
+    /// picture, to the last pixel, and no sum overflows.
     #[test]
     fn crops_lie_inside_the_picture() {
         let fits = |x, y, width, height| {

@@ -29,8 +29,8 @@ impl From<&ChoiceArgs> for RungChoices {
 }
 
 impl RungChoices {
-    /// Applies the rungs to scene and settings, and switches the effects off. Fails with a usage
-    /// error for two choices on the same ladder.
+    /// Applies the chosen rungs (quality levels) to the scene and its settings, and switches the
+    /// effects off. Fails with a usage error for two rungs of the same ladder.
     pub fn apply(&self, scene: &mut Scene, settings: &mut Settings) -> Result<(), Failure> {
         settings.without = self.without.iter().copied().collect::<EffectSet>();
         for (i, choice) in self.rungs.iter().enumerate() {
@@ -49,7 +49,7 @@ impl RungChoices {
         Ok(())
     }
 
-    /// Whether `--rung` chooses a rung of this ladder.
+    /// Whether `--rung` chooses a rung (quality level) of this ladder.
     pub fn has_ladder(&self, ladder: Ladder) -> bool {
         self.rungs.iter().any(|choice| choice.ladder() == ladder)
     }
@@ -66,7 +66,7 @@ impl RungChoices {
     }
 }
 
-/// Refuses a `--rung` whose ladder another given flag, such as `--spp`, sets too.
+/// Refuses a `--rung` for a ladder whose setting another given flag, such as `--spp`, sets too.
 pub(super) fn refuse_contradicting_flags(
     rungs: &[RungChoice],
     overrides: &DisplayOverrides,
@@ -127,7 +127,8 @@ mod tests {
         }
     }
 
-    /// Protects: rungs and switches reach the settings, and contradictory flags are refused.
+    /// Protects: chosen rungs and switched-off effects reach the settings, and contradictory flags
+    /// are refused.
     #[test]
     fn choices_reach_the_settings_once() {
         let (mut scene, mut settings) = (Scene::default(), Settings::from_scene(&Scene::default()));

@@ -128,8 +128,8 @@ fn move_pose(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
             let target = args
                 .target
                 .unwrap_or((DVec3::from(eye) - DVec3::from(back)).into());
-            // A camera turned to a target stands upright, whatever its roll in the file. If it
-            // looks straight up or down, its own up vector is used.
+            // A camera turned to a target stands upright, whatever its roll in the file. If the
+            // camera looks straight up or down, the up vector of the file is used.
             let upright = (DVec3::from(target) - DVec3::from(eye))
                 .normalize_or_zero()
                 .cross(DVec3::Y)
@@ -344,8 +344,8 @@ mod tests {
         assert!(camera_from_args(&view_args("3")).is_err());
     }
 
-    /// Protects: a flag changes its own part of a pose and leaves the rest, for each form of pose
-    /// in the file.
+    /// Protects: a flag changes only its own part of a pose (eye, target or up vector), for each
+    /// form of pose in the file.
     #[test]
     fn flags_change_one_part_of_a_pose() {
         let pose = |args: ViewArgs| camera_from_args(&args).expect("a camera").pose;

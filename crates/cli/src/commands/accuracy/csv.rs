@@ -140,9 +140,9 @@ impl CsvLine {
     }
 }
 
-/// Formats the file: a line for the scene's own setting, for each rung of each ladder, for settings
-/// of several rungs (`together`), for settings on the Pareto frontier (`frontier`), for file
-/// contents (`output`), and for effects (`effect`).
+/// Formats the file: a line for the scene's own setting, for each rung (quality level) of each
+/// ladder, for settings of several rungs (`together`), for settings on the Pareto frontier of error
+/// and time (`frontier`), for output formats (`output`), and for effects (`effect`).
 pub fn format_csv(report: &AccuracyReport) -> String {
     let mut lines = vec![CsvLine::new("own", "", true).with_measured_setting(&report.own)];
     for ladder in &report.ladders {

@@ -30,7 +30,8 @@ const FORMAT: u32 = 3;
 pub enum AccuracyFileKind {
     /// The whole report as JSON.
     Json,
-    /// Comma-separated values: a line for each rung, effect and combination.
+    /// Comma-separated values: a line for each rung (quality level of a setting), effect and
+    /// combination of rungs.
     Csv,
     /// An HTML page with plot, tables and pictures.
     Html,

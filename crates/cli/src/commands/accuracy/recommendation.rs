@@ -202,8 +202,9 @@ mod tests {
         list.iter().map(|&word| word.to_owned()).collect()
     }
 
-    /// Protects: a command repeats the flags of the measurement, except on ladders that the setting
-    /// changes; samples and denoising have flags of their own, and no ladder is named twice.
+    /// Protects: a command repeats the flags of the measurement, except for ladders whose rung the
+    /// setting changes. Samples and denoising have flags of their own, and no ladder is named
+    /// twice.
     #[test]
     fn commands_ask_for_everything() {
         let command = RenderCommand::new(
@@ -304,7 +305,8 @@ mod tests {
         assert!(format_recommendation(&report, &command).starts_with("There was no time"));
     }
 
-    /// Protects: the recommended flags select exactly the rungs of the measured setting.
+    /// Protects: the recommended flags select exactly the rungs (quality levels) of the measured
+    /// setting.
     #[test]
     fn what_is_advised_is_what_was_measured() {
         let ladders = [

@@ -40,7 +40,8 @@ pub fn read_reference(path: &Path, limits: &Limits) -> Result<Option<ReusableRef
     Ok(Some(ReusableReference { rungs, film }))
 }
 
-/// Writes the reference with its rungs to the file of `--reference`.
+/// Writes the reference picture, with the rungs (quality levels) of its render, to the file of
+/// `--reference`.
 pub fn write_reference(
     path: &Path,
     reference: ReusableReference,

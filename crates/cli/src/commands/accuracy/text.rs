@@ -184,8 +184,8 @@ fn format_combinations(all: &[FrontierSetting]) -> String {
     )
 }
 
-/// Builds the rows of a ladder in the table of errors: its title and its measured rungs. Empty if
-/// only the current rung was measured.
+/// Builds the rows of a ladder in the table of errors: its title and its measured rungs (quality
+/// levels). Empty if only the current rung was measured.
 fn ladder_rows(ladder: &LadderReport) -> Vec<[String; 8]> {
     let rung_reports: Vec<&RungReport> = ladder
         .rungs

@@ -149,8 +149,8 @@ mod tests {
     use super::*;
     use crate::args::{Arguments, Command};
 
-    /// Protects: a row consists of three samples, two scans and the tree, each repeated: together
-    /// they last the requested time, and no sample is longer than useful.
+    /// Protects: a table row has timing samples of two scans and the tree, each repeated. All
+    /// samples together last the requested time, and no sample is longer than useful.
     #[test]
     fn the_samples_share_the_time() {
         let bench_options = |seconds: &str, rows| {

@@ -261,7 +261,8 @@ fn light_kind(kind: &LightKind) -> &'static str {
     }
 }
 
-/// Returns the kind of the file's own sky; empty without a sky, and for a sky added by the program.
+/// Returns the kind of the sky in the scene file; empty if the file has none, even if the program
+/// adds a sky.
 fn own_sky_kind(loaded: &LoadedScene) -> String {
     let own = loaded
         .scene

@@ -364,7 +364,7 @@ impl<'a> FilmSession<'a> {
         }
     }
 
-    /// Returns the number of tiles in this run's share that lack samples.
+    /// Returns the number of tiles, among those that this run renders, that lack samples.
     fn unfinished_tiles(&self) -> usize {
         self.kept_film.film.unfinished_tiles(&self.part)
     }

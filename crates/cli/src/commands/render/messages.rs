@@ -119,8 +119,8 @@ pub(super) fn note_missing_edges(loaded: &LoadedScene, settings: &Settings, note
     ));
 }
 
-/// Warns of pairs of bodies so close together that light passes from one into the other without
-/// crossing the gap.
+/// Warns of pairs of transparent bodies so close together that light passes from one body into the
+/// other without crossing the gap.
 pub(super) fn note_closed_gaps(
     loaded: &mut LoadedScene,
     ready: &ReadyScene,

@@ -235,8 +235,8 @@ fn refuse_transparent_jpegs(task: &RenderTask, targets: &[OutputTarget]) -> Resu
         .into())
 }
 
-/// Refuses `--rung output=float` for all formats but OpenEXR, because they hold quantised display
-/// values.
+/// Refuses `--rung output=float`, which requests linear values, for all formats but OpenEXR,
+/// because they hold quantised display values.
 fn require_exr_for_linear(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
     if !wants_linear_output(task) || targets.iter().all(OutputTarget::has_layers) {
         return Ok(());
@@ -291,7 +291,7 @@ fn check_stats_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<()
     outputs.add(path, "--stats")
 }
 
-/// Starts the early stage of a run: loading and preparation, which the time budget and the memory
+/// Starts the early stage of a run, loading and preparation, which the time budget and the memory
 /// limit may end. With several scenes the memory limit does not apply to this stage, because a
 /// large scene must not end the program before the others are rendered.
 fn start_early_stage(task: &RenderTask, clock: &StageClock) -> Result<EarlyStageGuard, Failure> {

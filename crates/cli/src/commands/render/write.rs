@@ -47,8 +47,9 @@ pub fn write_targets(
     failed.map_or(Ok(written), Err)
 }
 
-/// Writes a file whose own path failed to the folder of the first input, or else to the temporary
-/// folder, where it replaces nothing. Returns the new path; `None` if neither folder is writable.
+/// Writes a file that could not be written under its own path: to the folder of the first input, or
+/// else to the temporary folder. No existing file is replaced. Returns the new path; `None` if
+/// neither folder is writable.
 pub fn write_to_fallback(
     path: &Path,
     (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),

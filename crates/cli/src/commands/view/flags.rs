@@ -174,9 +174,8 @@ mod tests {
         ViewCommand::from_program("a b.glb".into(), words)
     }
 
-    /// Protects: the page and its command start with the flags that the user typed, lists and
-    /// switches included. The viewer's own flags are not among them, and flags that name files or
-    /// raise limits cannot be changed.
+    /// Protects: the page and its command start with the `render` flags that the user typed, lists
+    /// and switches included. The page cannot change flags that name files or raise limits.
     #[test]
     fn a_command_is_what_was_typed() {
         let (line, flags) = command(

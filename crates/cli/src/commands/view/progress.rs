@@ -18,7 +18,8 @@ const PREVIEW_SECONDS: f64 = 0.03;
 const FIRST_SPEED_GUESS: f64 = 300_000.0;
 /// Largest edge of a preview's pixel, in pixels of the picture.
 const LARGEST_EDGE: u32 = 16;
-/// Shortest and longest duration of a slice of the render.
+/// Shortest and longest duration of a slice, the part of a render between two looks for new
+/// requests.
 const PIECE_DURATIONS: [Duration; 2] = [Duration::from_millis(120), Duration::from_millis(1500)];
 /// Ratio of all samples of the render to the samples of its first stage.
 const FIRST_STAGE: u64 = 128;
@@ -114,7 +115,7 @@ pub struct LiveRender {
     next_edge: Option<u32>,
     /// Total time of all slices so far.
     render_time: Duration,
-    /// Duration of the next slice.
+    /// Duration of the next slice of the render.
     piece_duration: Duration,
     /// Sample count, summed over all pixels, at which the next stage ends. A stage about doubles
     /// the samples, unless the time of a slice ends it first.
@@ -195,8 +196,8 @@ impl LiveRender {
         !self.is_done
     }
 
-    /// Renders the picture for the time of a slice, or up to the end of a stage. Returns whether a
-    /// new picture is ready to show.
+    /// Renders until the time of a slice is over or the samples of a stage are complete. Returns
+    /// whether a new picture is ready to show.
     pub fn render_piece(&mut self, ready: &ReadyScene, mut watch: RequestObserver<'_>) -> bool {
         let began = Instant::now();
         watch.watch.deadlines = Deadlines {

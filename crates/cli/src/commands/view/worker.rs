@@ -204,8 +204,8 @@ impl ViewWorker {
         layers::first_hit_layer(&self.view_request.1.layer)
     }
 
-    /// Renders the next preview or the next slice of the picture. Returns false if the picture is
-    /// finished.
+    /// Renders the next preview, or the picture for a short time (a slice). Returns false if the
+    /// picture is finished.
     fn continue_render(&mut self) -> bool {
         let layers: Vec<Aov> = self.shown_layer().into_iter().collect();
         let (Some(subject), Some(mut render)) = (&self.viewed_scene, self.render.take()) else {

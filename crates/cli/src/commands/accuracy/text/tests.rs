@@ -256,8 +256,9 @@ fn figures_of_rungs() {
     assert_eq!(last.as_deref(), Some(figures), "{text}");
 }
 
-/// Protects: the summary comes first, and the settings on the frontier before everything else, each
-/// with its own flags only: the common part of the commands appears once.
+/// Protects: the summary comes first, and the settings on the Pareto frontier before everything
+/// else. Each setting has only its own flags, and the part that all commands have in common appears
+/// once.
 #[test]
 fn what_to_do_comes_first() {
     let input = raywright_io::Input::Bytes {
@@ -303,8 +304,9 @@ fn what_to_do_comes_first() {
     assert_eq!(lines.iter().filter(|line| row(line)).count(), 1, "{text}");
 }
 
-/// Protects: page and plot have the table's figures, a line for slower and worse settings, an arrow
-/// for a value known only by its upper bound, and the numbers of the table in the plot.
+/// Protects: the page has the table's figures, and a line that lists slower and worse settings. The
+/// plot has an arrow for a value known only by its upper bound, and the setting numbers of the
+/// table.
 #[test]
 fn the_page_says_the_same() {
     let input = raywright_io::Input::Bytes {
@@ -364,8 +366,9 @@ fn the_page_says_the_same() {
     );
 }
 
-/// Protects: each figure of a rung without error, of a file format and of an effect is in its
-/// column: memory in its unit, shares in percent, and the time that an effect adds, not the total.
+/// Protects: each figure of a rung that changes no picture, of a file format and of an effect is in
+/// its column: memory in its unit, shares in percent, and the time that an effect adds, not the
+/// total.
 #[test]
 fn figures_of_prices_files_and_effects() {
     let report = report();

@@ -55,7 +55,8 @@ pub fn run(task: &RenderTask) -> Result<(), Failure> {
 struct PictureSeries<'a> {
     task: &'a RenderTask,
     clock: StageClock,
-    /// Guard of the early stage; `None` from the start of the first render on.
+    /// Guard of the run's early stage, loading and preparation; `None` from the start of the first
+    /// render on.
     early_stage: Option<EarlyStageGuard>,
     stop: &'static AtomicBool,
     threads: Threads,
@@ -107,7 +108,8 @@ struct RenderedFrame<'a> {
 }
 
 impl<'a> PictureSeries<'a> {
-    /// Creates the series after all checks that need no loaded scene, and starts the early stage.
+    /// Creates the series after all checks that need no loaded scene, and starts the run's early
+    /// stage, loading and preparation.
     fn start(task: &'a RenderTask) -> Result<Self, Failure> {
         let clock = StageClock::start();
         let mut outputs = OutputFiles::with_quality(task.jpeg_quality());
