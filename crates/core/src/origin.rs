@@ -60,6 +60,18 @@ impl StorageOrigin {
     }
 }
 
+/// Returns the spacing of the stored scalar at the farthest coordinate of a box.
+pub(crate) fn spacing<R: Real>(bounds: &Aabb, origin: DVec3) -> f64 {
+    let farthest = (bounds.min - origin).abs().max((bounds.max - origin).abs());
+    2.0 * R::ROUNDOFF.to_f64() * farthest.max_element()
+}
+
+/// Returns whether stored coordinates separate points of an object of a size, a thousandth of it
+/// apart. What has no size is resolved.
+pub(crate) fn resolves<R: Real>(bounds: &Aabb, size: f64, origin: DVec3) -> bool {
+    spacing::<R>(bounds, origin) <= RESOLVED * size || size <= 0.0
+}
+
 /// Survey of the objects that coordinates relative to an origin resolve.
 #[derive(Clone, Copy)]
 struct ResolutionSurvey {
@@ -107,12 +119,7 @@ impl ResolutionSurvey {
                 max: bounds.max + position,
             };
             origin_survey.bounds = origin_survey.bounds.union(bounds);
-            let farthest = (bounds.min - origin)
-                .abs()
-                .max((bounds.max - origin).abs())
-                .max_element();
-            // The left side is the spacing of stored numbers at the farthest coordinate.
-            if 2.0 * R::ROUNDOFF.to_f64() * farthest > RESOLVED * size && size > 0.0 {
+            if !resolves::<R>(&bounds, size, origin) {
                 origin_survey.unresolved_bounds = origin_survey.unresolved_bounds.union(bounds);
                 origin_survey.unresolved = origin_survey.unresolved.saturating_add(parts);
                 origin_survey.first_unresolved =

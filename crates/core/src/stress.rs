@@ -25,9 +25,12 @@
 mod aimed;
 mod bodies;
 mod cameras;
+mod coarse;
 mod consequences;
+mod copies;
 mod coplanar;
 mod count;
+mod covers;
 mod duplicates;
 mod faces;
 mod facts;
@@ -39,6 +42,7 @@ mod materials;
 mod meshes;
 mod ray_survey;
 mod rays;
+mod rounding;
 mod samples;
 mod seams;
 mod sightlines;
@@ -70,6 +74,7 @@ use crate::settings::{Aov, Sampling, Settings};
 use bodies::BodyChecks;
 use cameras::CameraView;
 use coplanar::{DepthResolution, OverlapTable};
+use covers::CoverSearch;
 use duplicates::DuplicateObjects;
 use samples::SmallRender;
 use topology::Topology;
@@ -256,6 +261,7 @@ impl StressSession<'_> {
             &doubles,
             &survey,
         ));
+        findings.extend(copies::check(&scene_facts));
         let bodies = BodyChecks {
             scene_facts: &scene_facts,
             topologies: &topologies,
@@ -363,22 +369,32 @@ impl StressSession<'_> {
     ) {
         let seed = self.settings.seed;
         let deadline = &self.deadline;
-        looks.rays.push(ready.run_task(&RaySurveyTask {
+        let survey = ready.run_task(&RaySurveyTask {
             scene_facts,
             overlaps,
             size: ready.settings().size,
             seed,
             deadline,
-        }));
+        });
         looks.aimed.push(ready.run_task(&AimedRayTask {
             scene_facts,
             topologies,
             seed,
             deadline,
         }));
-        looks
-            .pictures
-            .push(SmallRender::render(ready, view.index, &self.deadline));
+        let mut picture = SmallRender::render(ready, view.index, &self.deadline);
+        if picture.is_black() {
+            let seen = survey
+                .first
+                .values()
+                .map(|sighting| view.in_front_of(sighting.position));
+            picture.cover = ready.run_task(&CoverSearch {
+                scene_facts,
+                seen: seen.collect(),
+            });
+        }
+        looks.pictures.push(picture);
+        looks.rays.push(survey);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Shared parts of the importers: faults inside a file, warnings, unique names, and a budget of
 //! memory.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::fmt;
 
 use raywright_core::Scene;
@@ -144,6 +144,8 @@ pub(crate) fn format_number(value: f64) -> String {
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
     list: Vec<(WarningCode, String)>,
+    /// Triangles that the warnings of a message are about.
+    triangles: HashMap<String, u64>,
     left_out: usize,
 }
 
@@ -162,6 +164,18 @@ impl Warnings {
         } else {
             self.left_out += 1;
         }
+    }
+
+    /// Adds that triangles were left out for their corners; `place` ends with a separator.
+    pub fn add_dropped(&mut self, place: &str, triangles: usize) {
+        let left_out = match triangles {
+            0 => return,
+            1 => "1 triangle with vertices that are not finite was left out".to_owned(),
+            more => format!("{more} triangles with vertices that are not finite were left out"),
+        };
+        let message = format!("{place}{left_out}");
+        self.triangles.insert(message.clone(), triangles as u64);
+        self.add(WarningCode::Geometry, message);
     }
 
     /// Clamps a number of a file to a range, with a warning if the number is outside.
@@ -198,7 +212,10 @@ impl Warnings {
         }
         self.list
             .into_iter()
-            .map(|(code, message)| Warning::new(code, &file, message))
+            .map(|(code, message)| Warning {
+                triangles: self.triangles.get(&message).copied().unwrap_or(0),
+                ..Warning::new(code, &file, message)
+            })
             .collect()
     }
 }

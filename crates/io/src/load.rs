@@ -349,7 +349,8 @@ fn load_native_scene(
     let mut parsed = native::parse(name, text, notation, &options.overrides)?;
     check_scene_limits(name, &parsed.scene, &options.limits)?;
     let mut warnings = native::files::read_files(&mut parsed, folder, &options.limits)?;
-    let mut scene = parsed.scene;
+    let (mut scene, mut model_entries) = (parsed.scene, parsed.model_entries);
+    let objects = scene.objects.len();
     check_scene_limits(name, &scene, &options.limits)?;
     warnings.extend(apply_clay_and_section(&mut scene, options, name, folder));
     check_scene_limits(name, &scene, &options.limits)?;
@@ -362,7 +363,12 @@ fn load_native_scene(
         &options.limits,
         &mut warnings,
     )?;
+    if scene.objects.len() != objects {
+        // A section has taken objects away, so that the others have other indices.
+        model_entries.clear();
+    }
     let source = SourceInfo::new(name, stem, format, Some(text.into()));
+    let source = source.with_model_entries(model_entries);
     let contents = ModelContents::default();
     Ok(LoadedScene {
         scene,

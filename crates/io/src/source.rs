@@ -1,5 +1,6 @@
 //! Origin of a scene: name, format and text, from which the positions of its parts are found.
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
@@ -202,6 +203,16 @@ pub fn is_scene_or_model(file: &Path) -> bool {
         || SceneFormat::from_model_path(file).is_some()
 }
 
+/// Entries of a list of the scene that a model has brought.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct ModelEntries {
+    /// Key of the list in the scene: `objects`.
+    pub list: &'static str,
+    pub range: Range<usize>,
+    /// Index of the model in the text.
+    pub model: usize,
+}
+
 /// Origin of a scene.
 #[derive(Clone, Debug)]
 pub struct SourceInfo {
@@ -213,6 +224,8 @@ pub struct SourceInfo {
     pub format: SceneFormat,
     /// Text of a native scene; `None` for a model.
     pub text: Option<Arc<str>>,
+    /// Entries of the scene that the text has by its models.
+    model_entries: Vec<ModelEntries>,
     /// Syntax tree of the text, built on first use.
     tree: OnceLock<Option<native::SyntaxTree>>,
 }
@@ -229,7 +242,16 @@ impl SourceInfo {
             stem: stem.into(),
             format,
             text,
+            model_entries: Vec::new(),
             tree: OnceLock::new(),
+        }
+    }
+
+    /// Sets the entries that models have brought.
+    pub(crate) fn with_model_entries(self, model_entries: Vec<ModelEntries>) -> Self {
+        Self {
+            model_entries,
+            ..self
         }
     }
 
@@ -238,9 +260,8 @@ impl SourceInfo {
     pub fn error_at_problems(&self, problems: Vec<Problem>) -> Error {
         let message = |problem: &Problem| format!("{}: {}", problem.path, problem.message);
         if let (Some(text), SceneFormat::Native(_)) = (&self.text, self.format) {
-            let span = |path: &str| self.tree().and_then(|tree| tree.span(path));
             let at = |problem: Problem| Diagnostic {
-                span: span(&problem.path),
+                span: self.span(&problem.path),
                 message: problem.message,
                 label: String::new(),
                 hint: problem.hint,
@@ -269,6 +290,20 @@ impl SourceInfo {
             .as_ref()
     }
 
+    /// Position of a part of the scene in the text: of what a model has brought that of the model.
+    fn span(&self, path: &str) -> Option<Range<usize>> {
+        let tree = self.tree()?;
+        let (list, rest) = path.split_once('[').unwrap_or((path, ""));
+        let index = rest.split(']').next().and_then(|index| index.parse().ok());
+        let holds = |entries: &&ModelEntries| {
+            entries.list == list && index.is_some_and(|index| entries.range.contains(&index))
+        };
+        match self.model_entries.iter().find(holds) {
+            Some(entries) => tree.span(&format!("models[{}]", entries.model)),
+            None => tree.span(path),
+        }
+    }
+
     /// Formats the position of a value in the scene: file, line and column, such as
     /// `x.scene.toml:12:5`. For a model, which has no text, file and path are given, such as
     /// `duck.glb: materials[2]`. The path starts at the root: `objects[3].material`. A value that
@@ -277,7 +312,7 @@ impl SourceInfo {
         let (Some(text), SceneFormat::Native(_)) = (&self.text, self.format) else {
             return format!("{}: {path}", self.name);
         };
-        match self.tree().and_then(|tree| tree.span(path)) {
+        match self.span(path) {
             Some(span) => {
                 let place = TextPosition::from_span(text, &span);
                 format!("{}:{}:{}", self.name, place.line, place.column)

@@ -119,6 +119,8 @@ pub struct Warning {
     pub code: WarningCode,
     /// One sentence that names the file, if any.
     pub message: String,
+    /// Number of triangles that were left out.
+    pub triangles: u64,
 }
 
 impl Warning {
@@ -127,6 +129,7 @@ impl Warning {
         Self {
             code,
             message: format!("{path}: {message}"),
+            triangles: 0,
         }
     }
 

@@ -72,15 +72,15 @@ fn findings_are_told_in_words() {
     let at = |word: &str| text.find(word).unwrap_or_else(|| panic!("{word}:\n{text}"));
     let order = [
         "picture wrong\n",
-        "`window` - open-body",
+        "objects[2] `window` - open-body",
         "slow or noisy\n",
-        "`far` - light-misses-scene",
+        "lights[0] `far` - light-misses-scene",
         "harmless\n",
         "duplicate-object",
     ];
     assert!(order.map(at).is_sorted(), "{text}");
     assert!(
-        text.contains("material `white` - energy-made")
+        text.contains("materials[0] `white` - energy-made")
             && text.contains("faults.scene.toml:11:1")
             && text.contains("do: "),
         "{text}"
@@ -139,8 +139,9 @@ fn numbers_say_what_they_count() {
     for words in [
         "rays that meet it only enter it or only leave it",
         "objects[1] - duplicate-object",
-        "furnaces (2 materials)",
+        "energy of materials (2)",
         " metres, pixel ",
+        "pixels are those of a picture of 96 x 64",
     ] {
         assert!(text.contains(words), "{words}\n{text}");
     }
@@ -162,6 +163,12 @@ fn what_reading_left_out_is_told() {
     };
     let (code, text) = of("geometry/nan_positions.gltf");
     assert!(code == Some(1) && text.contains("nothing-seen"), "{text}");
+    for words in [
+        "it has no object: meshes[0].primitives[0]: 1 triangle with vertices that are not finite was left out",
+        "2 warnings of reading the file, the worst of them above (all: -v)",
+    ] {
+        assert!(text.contains(words), "{words}\n{text}");
+    }
     let (code, text) = of("images/texture_without_texcoords.gltf");
     assert!(
         code == Some(1) && text.contains("no-texture-coordinates"),
@@ -172,7 +179,38 @@ fn what_reading_left_out_is_told() {
     let (code, text) = of("obj/mtl_missing_texture.obj");
     assert!(code == Some(1) && text.contains("missing-image"), "{text}");
     let (code, text) = of("obj/huge_coordinates.obj");
-    assert!(code == Some(0) && text.contains(warnings), "{text}");
+    assert!(code == Some(1) && text.contains(warnings), "{text}");
+    assert!(
+        text.contains("dropped-triangles") && text.contains("1 triangle had to be left out"),
+        "{text}"
+    );
+    let (code, text) = of("nodes/zero_scale.gltf");
+    assert!(code == Some(1) && text.contains("1 finding,"), "{text}");
+    assert!(text.contains("look for a scale of 0"), "{text}");
+    let (code, text) = of("materials/out_of_range_factors.gltf");
+    assert!(code == Some(0), "{text}");
+    for words in [
+        "values-out-of-range",
+        "1 was taken, and 4 more",
+        "5 numbers",
+    ] {
+        assert!(text.contains(words), "{words}\n{text}");
+    }
+}
+
+/// Protects: marks that lie over each other are named, in a picture that is smaller than they are
+/// too.
+#[test]
+fn marks_in_one_place_are_named() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "tiny.scene.toml",
+        FAULTS.replace("size = [96, 64]", "size = [8, 6]"),
+    );
+    let arguments = ["stress", "tiny.scene.toml", "--budget", "10min"];
+    let run = sandbox.run(&[&arguments[..], &["-o", "m.png"]].concat());
+    let text = run.text();
+    assert!(text.contains("lie over each other"), "{text}");
 }
 
 /// Protects: findings that have no mark in the picture are said to have none, in the text.
@@ -232,7 +270,7 @@ fn findings_are_told_to_programs_and_marked() {
         (&pane["severity"], &pane["about"], &pane["path"]),
         (
             &"picture-wrong".into(),
-            &"object `window`".into(),
+            &"objects[2] `window`".into(),
             &"objects[2]".into()
         )
     );
@@ -326,7 +364,7 @@ fn files_with_texels_that_are_no_light() {
     };
     assert_eq!(
         found.iter().map(of).collect::<Vec<_>>(),
-        [("image-not-light".into(), "image `sky`".into(), 1.into())]
+        [("image-not-light".into(), "images[0] `sky`".into(), 1.into())]
     );
 }
 

@@ -174,7 +174,7 @@ fn print_result(
     failure: Option<&Failure>,
     verbosity: Verbosity,
 ) -> Result<(), Failure> {
-    for Warning { code, message } in &checked.warnings {
+    for Warning { code, message, .. } in &checked.warnings {
         let message = format_args!("{message} [{}]", code.name());
         if code.severity() == Severity::Note {
             verbosity.note(message)

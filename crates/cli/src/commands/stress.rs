@@ -1,5 +1,6 @@
 //! `stress`: what of a scene makes its picture wrong or noisy, with place, reason and remedy.
 
+mod reading;
 mod text;
 
 use std::path::Path;
@@ -9,11 +10,10 @@ use std::time::Instant;
 use raywright_core::display::Display;
 use raywright_core::settings::{Sampling, Settings};
 use raywright_core::stress::{
-    CheckRun, FindingCode, FindingSubject, Severity, StressEffort, StressFinding, StressSummary,
-    count_with_unit, stress,
+    CheckRun, Severity, StressEffort, StressFinding, StressSummary, count_with_unit, stress,
 };
 use raywright_io::output::{self, PictureMark, PictureMetadata};
-use raywright_io::{Error, LoadedScene, Warning, WarningCode};
+use raywright_io::{Error, LoadedScene, Warning};
 use serde::Serialize;
 
 use crate::args::StressArgs;
@@ -132,7 +132,7 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
     });
     progress.finish();
     let mut report = report.map_err(|error| prepare_failure(&loaded.source, error))?;
-    add_reader_findings(&mut report, &loaded.warnings);
+    reading::add_findings(&mut report, &loaded);
     if let Some(path) = &args.output {
         threads.run(|| write_marked_picture(path, (args, stop), &settings, &loaded, &report))?;
         verbosity.print(path.display());
@@ -150,35 +150,6 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
         words.format_report(seconds)
     })?;
     fail_on_denied(&report, args.deny.into(), &loaded.source.name)
-}
-
-/// Adds what the reader had to leave out of the scene, so that no check sees it there.
-fn add_reader_findings(report: &mut StressSummary, warnings: &[Warning]) {
-    for (about, code, remedy) in [
-        (
-            WarningCode::TextureCoordinates,
-            FindingCode::NoTextureCoordinates,
-            "export the mesh with these texture coordinates, or take the image away",
-        ),
-        (
-            WarningCode::Picture,
-            FindingCode::MissingImage,
-            "put an image that can be read where the file names it",
-        ),
-    ] {
-        if report.findings.iter().any(|found| found.code == code) {
-            continue;
-        }
-        let of_code = warnings.iter().filter(|warning| warning.code == about);
-        let finding = |warning: &Warning| {
-            let (severity, reason) = (Severity::PictureWrong, warning.message.clone());
-            StressFinding::new(code, severity, FindingSubject::Scene, reason, remedy)
-        };
-        report.findings.extend(of_code.map(finding));
-    }
-    report
-        .findings
-        .sort_by_key(|found| (found.severity, found.code));
 }
 
 /// How a run ends with these findings where some are denied.
@@ -250,11 +221,14 @@ fn write_marked_picture(
         .enumerate()
         .filter_map(|(index, found)| finding_mark(index, found))
         .collect();
+    let mut notes = Vec::new();
     let unmarked = list_unmarked(report);
-    let note = match unmarked.is_empty() {
-        true => String::new(),
-        false => format!("no mark: {}", unmarked.join(", ")),
-    };
+    if !unmarked.is_empty() {
+        notes.push(format!("no mark: {}", unmarked.join(", ")));
+    }
+    let overlaid = overlaid(report).into_iter();
+    notes.extend(overlaid.map(|numbers| format!("in one place: {}", numbers.join(", "))));
+    let note = notes.join("; ");
     output::write_marked_picture(
         path,
         &rendered.picture,
@@ -334,6 +308,24 @@ fn format_json(
         cut_short: report.is_cut_short(),
         seconds,
     })
+}
+
+/// Numbers of the findings whose marks lie over each other, by their places.
+fn overlaid(report: &StressSummary) -> Vec<Vec<String>> {
+    let radius = output::mark_radius(report.size);
+    let mut places: Vec<([f64; 2], Vec<String>)> = Vec::new();
+    let marks = report.findings.iter().enumerate();
+    for PictureMark { pixel, label, .. } in marks.filter_map(|(i, found)| finding_mark(i, found)) {
+        let is_near = |(place, _): &&mut ([f64; 2], Vec<String>)| {
+            (place[0] - pixel[0]).hypot(place[1] - pixel[1]) < radius
+        };
+        match places.iter_mut().find(is_near) {
+            Some((_, labels)) => labels.push(label),
+            None => places.push((pixel, vec![label])),
+        }
+    }
+    let labels = places.into_iter().map(|(_, labels)| labels);
+    labels.filter(|labels| labels.len() > 1).collect()
 }
 
 /// Numbers of the findings that have no mark in the picture.

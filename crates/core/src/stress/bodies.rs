@@ -1,13 +1,13 @@
 //! What rays of the cameras say of bodies and surfaces, and where rays start from them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::aimed::AimedRayResult;
 use super::coplanar::{DepthResolution, separation_remedy};
 use super::duplicates::DuplicateObjects;
-use super::facts::{SceneFacts, finite_point};
+use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
 use super::finding::{
-    FindingCode, FindingSubject, Severity, StressFinding, format_decimal, round_up_to_digit,
+    FindingCode, FindingSubject, Severity, StressFinding, metres, round_up_to_digit, with_metres,
 };
 use super::ray_survey::{RaySurvey, Sighting};
 use super::topology::Topology;
@@ -123,27 +123,48 @@ impl BodyChecks<'_> {
         if used.iter().any(|(_, material)| is_nested(material)) {
             return Vec::new();
         }
-        let finding = |(&[outer, inner], sighting): (&[usize; 2], &Sighting)| {
-            let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &inner);
+        let is_seen = |(pair, sighting): &(&[usize; 2], &Sighting)| {
+            let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &pair[1]);
             let is_few = sighting.count < 3 || (sighting.count as f64) < SEEN * hit_count as f64;
-            if is_few || self.doubles.are_duplicates([outer, inner]) {
-                return None;
-            }
-            let around = self.scene_facts.objects[outer]
-                .subject
-                .display_name(self.scene_facts.scene);
-            let reason = format!(
-                "it is within {around} or reaches into it, and each boundary bends light as if there were air between them"
-            );
-            let remedy = "give both materials a `priority`: the body with the greater one is there where they overlap";
-            let predicate = "on whose way it lies came into it within the other body";
-            Some(
-                self.wrong_picture_finding(FindingCode::NestedGlass, inner, reason, remedy)
-                    .with_count(sighting.count, hit_count, "rays", predicate)
-                    .with_place(finite_point(sighting.position)),
-            )
+            !is_few && !self.doubles.are_duplicates(**pair)
         };
-        self.survey.nested.iter().filter_map(finding).collect()
+        let seen: Vec<_> = self.survey.nested.iter().filter(is_seen).collect();
+        let most = seen.iter().max_by_key(|(_, sighting)| sighting.count);
+        let Some(&(&[outer, inner], sighting)) = most else {
+            return Vec::new();
+        };
+        let subject = |object: usize| self.scene_facts.objects[object].subject;
+        let around = subject(outer).display_name(self.scene_facts.scene);
+        let others: BTreeSet<usize> = seen
+            .iter()
+            .map(|(pair, _)| pair[1])
+            .filter(|&other| other != inner)
+            .collect();
+        let more = match others.len() {
+            0 => String::new(),
+            1 => ", as one more body is within another".to_owned(),
+            more => format!(", as {more} more bodies are within others"),
+        };
+        let reason = format!(
+            "it is within {around} or reaches into it{more}, and each boundary bends light as if there were air between them"
+        );
+        let remedy = "give their materials a `priority` each: the body with the greatest one is there where they overlap";
+        let finding = self.wrong_picture_finding(FindingCode::NestedGlass, inner, reason, remedy);
+        let finding = if others.is_empty() {
+            let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &inner);
+            let predicate = "on whose way it lies came into it within the other body";
+            finding.with_count(sighting.count, hit_count, "rays", predicate)
+        } else {
+            let all = &self.scene_facts.objects;
+            let is_body = |object: &&ObjectFacts<'_>| object.matter == SurfaceKind::Body;
+            let bodies = all.iter().filter(is_body).count() as u64;
+            let count = 1 + others.len() as u64;
+            finding.with_count(count, bodies, "glass bodies", "were within another one")
+        };
+        vec![StressFinding {
+            others: others.into_iter().map(subject).collect(),
+            ..finding.with_place(finite_point(sighting.position))
+        }]
     }
 
     /// Whether of two surfaces in one place each is seen here and there.
@@ -172,8 +193,8 @@ impl BodyChecks<'_> {
                 .subject
                 .display_name(self.scene_facts.scene);
             let reason = format!(
-                "it lies in one place with {with}, at most {} metres apart, and rounding decides from ray to ray which of them is seen",
-                format_decimal(apart)
+                "it lies in one place with {with}, at most {} apart, and rounding decides from ray to ray which of them is seen",
+                metres(apart)
             );
             let remedy = separation_remedy(
                 self.resolution.min_separation_at(sighting.position),
@@ -203,12 +224,13 @@ pub(super) fn closed_gap_findings(
     let words = |object: usize| subject(object).display_name(scene_facts.scene);
     let gap = |gap: &UnresolvedGap| {
         let reason = format!(
-            "the gap to {} is closed: light that passes the one starts beyond the other, since they touch or are nearer than rounding tells apart",
-            words(gap.other)
+            "it touches {other}, or lies nearer to it than {}, below which the two are not told apart: light that leaves the one goes on from behind the other, as if the other were not there",
+            with_metres(&round_up_to_digit(gap.resolved_width)),
+            other = words(gap.other)
         );
         let remedy = format!(
-            "leave {} metres or more between them, or add --precision reference",
-            round_up_to_digit(gap.resolved_width)
+            "leave {} or more between them, or add --precision reference",
+            with_metres(&round_up_to_digit(gap.resolved_width))
         );
         StressFinding::new(
             FindingCode::ClosedGap,
@@ -228,8 +250,8 @@ pub(super) fn closed_gap_findings(
             words(leak.cover)
         );
         let remedy = format!(
-            "leave {} metres or more between them, or add --precision reference",
-            round_up_to_digit(leak.resolved_distance)
+            "leave {} or more between them, or add --precision reference",
+            with_metres(&round_up_to_digit(leak.resolved_distance))
         );
         StressFinding::new(
             FindingCode::LightThroughCover,

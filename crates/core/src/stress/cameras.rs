@@ -49,6 +49,11 @@ impl CameraView {
         point.distance(self.eye())
     }
 
+    /// A place on the way to a point that it sees, a hundredth of the way before it.
+    pub fn in_front_of(&self, point: DVec3) -> DVec3 {
+        point.lerp(self.eye(), 0.01)
+    }
+
     fn eye(&self) -> DVec3 {
         eye_and_axes(&self.data.pose).0
     }
@@ -258,13 +263,11 @@ fn small_scene_finding(scene_facts: &SceneFacts<'_>, view: &CameraView) -> Optio
         .objects
         .iter()
         .any(|object_facts| !is_bounded(&object_facts.object.shape));
-    if scene_facts.bounds_diagonal() == 0.0 || has_plane {
+    let size = scene_facts.largest_extent();
+    if size == 0.0 || has_plane {
         return None;
     }
-    let (size, pixel) = (
-        scene_facts.bounds_diagonal(),
-        view.pixel_width_at(scene_facts.bounds.centre()),
-    );
+    let pixel = view.pixel_width_at(scene_facts.bounds.centre());
     let reason = format!("all of the scene is {:.2} pixels wide in it", size / pixel);
     let remedy = "move it nearer with --eye, or narrow its field of view";
     (size < 2.0 * pixel).then(|| {

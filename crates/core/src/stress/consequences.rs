@@ -16,7 +16,12 @@ enum ConsequenceScope {
 }
 
 /// Causes with what follows from them.
-const CONSEQUENCES: [(FindingCode, ConsequenceScope, &[FindingCode]); 9] = [
+const CONSEQUENCES: [(FindingCode, ConsequenceScope, &[FindingCode]); 10] = [
+    (
+        FindingCode::DegenerateTriangles,
+        ConsequenceScope::Scene,
+        &[FindingCode::NothingSeen],
+    ),
     (
         FindingCode::EnergyMade,
         ConsequenceScope::Scene,
@@ -83,8 +88,8 @@ pub(super) fn remove_consequences(
         let follows = |finding: &StressFinding| {
             codes.contains(&finding.code)
                 && causes.iter().any(|&(subject, severity)| match scope {
-                    ConsequenceScope::Scene => true,
                     // What is harmless makes nothing else wrong.
+                    ConsequenceScope::Scene => severity <= finding.severity,
                     ConsequenceScope::Subject => {
                         subject == finding.subject && severity <= finding.severity
                     }

@@ -14,7 +14,9 @@ use super::faces::{
     signed_double_area,
 };
 use super::facts::{SceneFacts, finite_point};
-use super::finding::{FindingCode, Severity, StressFinding, format_decimal, round_up_to_digit};
+use super::finding::{
+    FindingCode, Severity, StressFinding, metres, round_up_to_digit, with_metres,
+};
 use super::ray_survey::RaySurvey;
 use super::topology::Topology;
 use crate::settings::PrecisionChoice;
@@ -350,28 +352,39 @@ fn overlap_finding(
     let lies = match covered.gap {
         0.0 => format!("it lies in one plane with {others}"),
         gap => format!(
-            "it lies {} metres from {others}, and only what is {} metres apart is told apart there",
-            format_decimal(gap),
-            round_up_to_digit(minimum)
+            "it lies {} from {others}, and only what is {} apart is told apart there for certain",
+            metres(gap),
+            with_metres(&round_up_to_digit(minimum))
         ),
     };
-    let (code, severity, end) = if covered.flickers {
-        let end = ": rounding decides from ray to ray which of them is seen";
-        (FindingCode::FlickeringSurfaces, Severity::PictureWrong, end)
-    } else if is_lost {
-        let end = ", which is seen everywhere in its place";
-        (FindingCode::CoplanarSurfaces, Severity::PictureWrong, end)
-    } else {
-        let end = ": the order of objects or rounding decides what is seen where both are";
-        (FindingCode::CoplanarSurfaces, Severity::Harmless, end)
+    let elsewhere = RaySurvey::sighting_count(&survey.first, &hidden).saturating_sub(own);
+    let (code, severity) = match (covered.flickers, is_lost) {
+        (true, _) => (FindingCode::FlickeringSurfaces, Severity::PictureWrong),
+        (_, true) => (FindingCode::CoplanarSurfaces, Severity::PictureWrong),
+        _ => (FindingCode::CoplanarSurfaces, Severity::Harmless),
     };
-    let finding = StressFinding::new(
-        code,
-        severity,
-        scene_facts.objects[hidden].subject,
-        lies + end,
-        separation_remedy(minimum, covered.gap, resolution.precision),
-    );
+    let end = match (covered.flickers, is_lost, rays) {
+        (true, ..) => format!(
+            ": rounding decides from ray to ray which of them is seen ({own} of {rays} rays see this one)"
+        ),
+        (_, true, _) => format!(
+            ", which {} of {rays} rays see in its place, and none sees it elsewhere",
+            rays - own
+        ),
+        (.., 0) => "; no ray of the cameras has met that place".to_owned(),
+        _ => format!(
+            "; it is seen nevertheless: {own} of the {rays} rays that met both see this one, and {elsewhere} see it elsewhere"
+        ),
+    };
+    let remedy = match severity {
+        Severity::Harmless => format!(
+            "nothing, unless this one is meant to be seen there: then {}",
+            separation_remedy(minimum, covered.gap, resolution.precision)
+        ),
+        _ => separation_remedy(minimum, covered.gap, resolution.precision),
+    };
+    let subject = scene_facts.objects[hidden].subject;
+    let finding = StressFinding::new(code, severity, subject, lies + &end, remedy);
     let counted_finding = if rays > 0 {
         finding.with_count(rays, survey.rays, "rays", "of the cameras met that place")
     } else {
@@ -386,6 +399,6 @@ pub(super) fn separation_remedy(minimum: f64, gap: f64, precision: PrecisionChoi
         PrecisionChoice::Robust if gap > 0.0 => ", or add --precision reference",
         _ => "",
     };
-    let least = round_up_to_digit(minimum);
-    format!("move one of them {least} metres or more away, or take it away{exact}")
+    let least = with_metres(&round_up_to_digit(minimum));
+    format!("move one of them {least} or more away, or take it away{exact}")
 }

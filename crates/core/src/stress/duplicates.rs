@@ -179,7 +179,8 @@ fn duplicate_finding(
             "of the same material, so that nothing of it is seen",
         )
     } else if is_seen {
-        let label = "of another material, and only one of the two is seen, whichever rounding or the file's order brings to the front";
+        let label =
+            "of another material, and only one of the two is seen; the scene does not say which";
         (Severity::PictureWrong, label)
     } else {
         (Severity::Harmless, "of another material; no camera sees it")

@@ -192,6 +192,11 @@ impl<'a> SceneFacts<'a> {
         self.objects.is_empty()
     }
 
+    /// The longest edge of the box around everything that has an end.
+    pub fn largest_extent(&self) -> f64 {
+        largest_extent(&self.bounds)
+    }
+
     /// The length of the diagonal of everything that has an end.
     pub fn bounds_diagonal(&self) -> f64 {
         if self.bounds.is_empty() {
@@ -199,6 +204,15 @@ impl<'a> SceneFacts<'a> {
         } else {
             self.bounds.extent().length()
         }
+    }
+}
+
+/// The longest edge of a box; zero for an empty one.
+pub(super) fn largest_extent(bounds: &Aabb) -> f64 {
+    if bounds.is_empty() {
+        0.0
+    } else {
+        bounds.extent().max_element()
     }
 }
 

@@ -69,6 +69,8 @@ codes! {
     InsideOut = "inside-out";
     /// Vertex normals that point to the other side than the triangles.
     NormalsAgainstFaces = "normals-against-faces";
+    /// Triangles that reading has left out.
+    DroppedTriangles = "dropped-triangles";
     /// A texture on a mesh without coordinates for it.
     NoTextureCoordinates = "no-texture-coordinates";
     /// Triangles all of whose corners read one place of a normal map.
@@ -215,11 +217,11 @@ impl FindingSubject {
         }
     }
 
-    /// What messages call it: by its name, or by its path, whose numbers count from 0 as all others
-    /// do.
+    /// What messages call it: its list with its index, which counts from 0 as all numbers do, and
+    /// its name if it has one.
     pub fn display_name(self, scene: &Scene) -> String {
         let called = |kind: &str, name: Option<&String>, index: usize| match name {
-            Some(name) if !name.is_empty() => format!("{kind} `{name}`"),
+            Some(name) if !name.is_empty() => format!("{kind}s[{index}] `{name}`"),
             _ => format!("{kind}s[{index}]"),
         };
         let listed = scene.objects.len();
@@ -386,6 +388,8 @@ impl StressFinding {
 /// A number of what is named in the plural.
 pub fn count_with_unit(count: u64, unit: &str) -> String {
     let unit = match count {
+        1 if unit == "copies" => "copy",
+        1 if unit == "glass bodies" => "glass body",
         1 => unit.strip_suffix('s').unwrap_or(unit),
         _ => unit,
     };
@@ -405,6 +409,19 @@ pub fn format_decimal(x: f64) -> String {
     }
     let places = (3.0 - size.log10().floor()).max(0.0) as usize;
     trim_zeros(&format!("{x:.places$}")).to_owned()
+}
+
+/// A number of metres in words.
+pub(super) fn metres(x: f64) -> String {
+    with_metres(&format_decimal(x))
+}
+
+/// A number that is written already, of metres.
+pub(super) fn with_metres(digits: &str) -> String {
+    match digits {
+        "1" => "1 metre".to_owned(),
+        _ => format!("{digits} metres"),
+    }
 }
 
 fn trim_zeros(digits: &str) -> &str {
@@ -458,6 +475,7 @@ mod tests {
             [1.2e-6, 3.0, 171.0].map(round_up_to_digit),
             ["2e-6", "3", "200"]
         );
+        assert_eq!([metres(1.0), metres(2.5)], ["1 metre", "2.5 metres"]);
         assert_eq!(
             [count_with_unit(1, "rays"), count_with_unit(2, "rays")],
             ["1 ray", "2 rays"]

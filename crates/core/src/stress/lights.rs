@@ -8,7 +8,7 @@ use raywright_bvh::Aabb;
 
 use super::cameras::{CameraView, nearest_to_camera};
 use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
-use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, format_decimal};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, metres};
 use crate::display::curve::decode_transfer;
 use crate::scene::{
     Colour, ColourSpace, ImageData, Light, LightKind, MaterialModel, Physical, PixelData, Shape,
@@ -107,12 +107,13 @@ fn unreachable_scene_finding(
     let nearest = position.clamp(bounds.min, bounds.max).distance(position);
     if let Some(range) = range.filter(|range| *range <= nearest) {
         let reason = format!(
-            "its `range` of {range} metres ends before anything, so that it lights nothing: the nearest object is {} metres away",
-            format_decimal(nearest)
+            "its `range` of {} ends before anything, so that it lights nothing: the nearest object is {} away",
+            metres(range),
+            metres(nearest)
         );
         let remedy = format!(
-            "move it nearer, or raise its `range` above {} metres, or leave that away",
-            format_decimal(nearest)
+            "move it nearer, or raise its `range` above {}, or leave that away",
+            metres(nearest)
         );
         return Some(finding(reason, remedy));
     }

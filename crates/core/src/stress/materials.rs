@@ -1,7 +1,7 @@
 //! Materials: values that are none, energy, glass and what it absorbs.
 
 use super::facts::{SceneFacts, SurfaceKind, finite_point};
-use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, format_decimal};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, metres};
 use super::furnace::FurnaceAlbedo;
 use super::ray_survey::RaySurvey;
 use crate::scene::{AlphaMode, MaterialModel};
@@ -164,7 +164,7 @@ fn invisible_object_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding>
 
 /// Bodies that let nothing through, or absorb nothing.
 fn absorption_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
-    let size = scene_facts.bounds_diagonal();
+    let size = scene_facts.largest_extent();
     let finding = |(index, material): (usize, &crate::scene::Material)| {
         let MaterialModel::Physical(m) = &material.model else {
             return None;
@@ -177,14 +177,14 @@ fn absorption_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
         let depth = greatest * size;
         let reason = match depth {
             _ if depth > BLACK * 10.0 => format!(
-                "light is absorbed within {} metres, and the scene is {} metres across, so that the body is black",
-                format_decimal(1.0 / greatest),
-                format_decimal(size)
+                "light is absorbed within {}, and the scene is {} across, so that the body is black",
+                metres(1.0 / greatest),
+                metres(size)
             ),
             _ if depth < CLEAR => format!(
-                "light is absorbed over {} metres, and the scene is {} metres across, so that the body is clear",
-                format_decimal(1.0 / greatest),
-                format_decimal(size)
+                "light is absorbed over {}, and the scene is {} across, so that the body is clear",
+                metres(1.0 / greatest),
+                metres(size)
             ),
             _ => return None,
         };

@@ -33,7 +33,21 @@ pub(super) fn check_meshes(
     views: &[CameraView],
 ) -> Vec<StressFinding> {
     let mut findings = Vec::new();
-    for (mesh, (data, objects)) in scene_facts.shown_meshes() {
+    let shown = scene_facts.shown_meshes();
+    let counts: BTreeMap<usize, TriangleDefects> = shown
+        .iter()
+        .map(|(&mesh, (data, _))| (mesh, TriangleDefects::from_mesh(data)))
+        .collect();
+    let is_flat = |(mesh, (data, _)): &(&usize, &(&MeshData, Vec<&ObjectFacts<'_>>))| {
+        counts[*mesh].degenerate.count == data.indices.len() as u64
+    };
+    let flat: usize = shown
+        .iter()
+        .filter(is_flat)
+        .map(|(_, (_, objects))| objects.len())
+        .sum();
+    let nothing_left = flat == scene_facts.objects.len();
+    for (mesh, (data, objects)) in shown {
         let Some(topology) = topologies.get(&mesh) else {
             continue;
         };
@@ -42,8 +56,9 @@ pub(super) fn check_meshes(
             objects,
             survey,
             views,
+            nothing_left,
         };
-        shown_mesh.check_triangles(&TriangleDefects::from_mesh(data), &mut findings);
+        shown_mesh.check_triangles(&counts[&mesh], &mut findings);
         shown_mesh.check_duplicates(topology, &mut findings);
         shown_mesh.check_edges(topology, &mut findings);
         shown_mesh.check_orientation(topology, &mut findings);
@@ -58,6 +73,8 @@ struct UsedMesh<'a> {
     objects: Vec<&'a ObjectFacts<'a>>,
     survey: &'a RaySurvey,
     views: &'a [CameraView],
+    /// Whether no triangle of any object has an area.
+    nothing_left: bool,
 }
 
 impl UsedMesh<'_> {
@@ -147,13 +164,10 @@ impl UsedMesh<'_> {
                 }
             };
         let harmless = Severity::Harmless;
-        let words = (
-            "triangles have no area, so that no ray meets them: two corners are one, or all three lie on a line",
-            "nothing, or remove them where the model is made",
-        );
         let label = (&counts.degenerate, "had no area");
+        let (severity, words) = self.words_of_degenerate(counts);
         add(
-            (FindingCode::DegenerateTriangles, harmless),
+            (FindingCode::DegenerateTriangles, severity),
             first,
             label,
             words,
@@ -190,6 +204,30 @@ impl UsedMesh<'_> {
             label,
             words,
         );
+    }
+
+    /// How bad triangles without area are, why and what to do: nothing is left of a mesh all of whose
+    /// triangles are such, and of a picture in which nothing else is met.
+    fn words_of_degenerate(
+        &self,
+        counts: &TriangleDefects,
+    ) -> (Severity, (&'static str, &'static str)) {
+        let severity = match self.nothing_left {
+            true => Severity::PictureWrong,
+            false => Severity::Harmless,
+        };
+        if counts.degenerate.count < self.triangle_count() {
+            let words = (
+                "triangles have no area, so that no ray meets them: two corners are one, or all three lie on a line",
+                "nothing, or remove them where the model is made",
+            );
+            return (Severity::Harmless, words);
+        }
+        let words = (
+            "no triangle of it has an area, so that nothing of it is seen: a scale of 0 has made it flat, or corners of each triangle are in one place or on a line",
+            "look for a scale of 0 of it or of what it hangs on, and give it another; take the object away if it is to vanish",
+        );
+        (severity, words)
     }
 
     fn check_duplicates(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {

@@ -1,15 +1,15 @@
 //! A small picture of each camera: samples that are no numbers, rays that were cut short, what is
 //! black, and lights that were not found.
 
-use super::facts::{SceneFacts, finite_point};
-use super::finding::{
-    CheckRun, FindingCode, FindingSubject, Severity, StressFinding, format_decimal,
-};
+use super::covers::Cover;
+use super::facts::{SceneFacts, SurfaceKind, finite_point};
+use super::finding::{CheckRun, FindingCode, FindingSubject, Severity, StressFinding, metres};
 use super::{RayDeadline, lights};
 use crate::counters::{Counters, SampleLoss};
 use crate::dispatch::ReadyScene;
 use crate::picture::Picture;
 use crate::prepare::UnreachedLight;
+use crate::scene::Sky;
 
 /// What a small picture of a camera showed.
 pub(super) struct SmallRender {
@@ -18,6 +18,8 @@ pub(super) struct SmallRender {
     pub counters: Counters,
     pub shut_away: Vec<UnreachedLight>,
     pub run: CheckRun,
+    /// What is in the way of light, where everything is black.
+    pub cover: Option<Cover>,
 }
 
 impl SmallRender {
@@ -47,7 +49,16 @@ impl SmallRender {
             counters,
             shut_away,
             run,
+            cover: None,
         }
+    }
+
+    /// Whether something is seen, and all of it is black.
+    pub fn is_black(&self) -> bool {
+        let shines = |pixel: [f32; 3]| pixel.iter().any(|&channel| channel > 0.0);
+        self.counters.hits > 0
+            && self.first_pixel_where(shines).is_none()
+            && !self.run.is_cut_short()
     }
 
     /// The middle of a pixel of it as a place of the picture, whose size is another.
@@ -92,7 +103,8 @@ pub(super) fn check_samples(
         );
     }
     findings.extend(unreached_light_findings(scene_facts, pictures));
-    explain_black_pictures(scene_facts, &mut findings);
+    let cover = pictures.iter().find_map(|picture| picture.cover);
+    explain_black_pictures(scene_facts, cover, &mut findings);
     findings.extend(
         pictures
             .iter()
@@ -149,24 +161,28 @@ fn black_picture_finding(
     scene_facts: &SceneFacts<'_>,
     picture: &SmallRender,
 ) -> Option<StressFinding> {
-    let is_black = picture
-        .first_pixel_where(|pixel| pixel.iter().any(|&channel| channel > 0.0))
-        .is_none();
+    let words = |subject: FindingSubject| subject.display_name(scene_facts.scene);
+    let (reason, remedy) = match picture.cover {
+        None => (
+            "everything that is seen is black: no light arrives".to_owned(),
+            "add a light or a sky, or open what is in its way".to_owned(),
+        ),
+        Some(Cover { object, light }) => {
+            let cover = words(scene_facts.objects[object].subject);
+            (
+                format!(
+                    "everything that is seen is black: {cover} is in the way of the light of {}",
+                    words(light)
+                ),
+                format!("open {cover} or take it away, or add a light on this side of it"),
+            )
+        }
+    };
+    let (code, severity) = (FindingCode::BlackPicture, Severity::PictureWrong);
     let subject = camera_subject(scene_facts, picture);
-    if picture.counters.hits > 0 && is_black && !picture.run.is_cut_short() {
-        let (reason, remedy) = (
-            "everything that is seen is black: no light arrives",
-            "add a light or a sky, or open what is in its way",
-        );
-        return Some(StressFinding::new(
-            FindingCode::BlackPicture,
-            Severity::PictureWrong,
-            subject,
-            reason,
-            remedy,
-        ));
-    }
-    None
+    picture
+        .is_black()
+        .then(|| StressFinding::new(code, severity, subject, reason, remedy))
 }
 
 fn brightness_finding(
@@ -205,7 +221,11 @@ fn brightness_finding(
 }
 
 /// Where everything is black since lights are shut away, tells that as one.
-fn explain_black_pictures(scene_facts: &SceneFacts<'_>, findings: &mut Vec<StressFinding>) {
+fn explain_black_pictures(
+    scene_facts: &SceneFacts<'_>,
+    cover: Option<Cover>,
+    findings: &mut Vec<StressFinding>,
+) {
     if !findings
         .iter()
         .any(|finding| finding.code == FindingCode::BlackPicture)
@@ -226,15 +246,21 @@ fn explain_black_pictures(scene_facts: &SceneFacts<'_>, findings: &mut Vec<Stres
         1 => format!("{first} is"),
         more => format!("{first} and {} more are", more - 1),
     };
-    for black in findings
-        .iter_mut()
-        .filter(|finding| finding.code == FindingCode::BlackPicture)
-    {
-        black.reason = format!(
-            "everything that is seen is black: {lights} shut away, or turned from all of that"
-        );
-        black.remedy =
-            "open the cover of the light or take it away, or add a light or a sky".to_owned();
+    let cover = cover.map(|cover| {
+        let subject = scene_facts.objects[cover.object].subject;
+        subject.display_name(scene_facts.scene)
+    });
+    let (why, what) = match &cover {
+        Some(cover) => (format!("shut away by {cover}"), cover.as_str()),
+        None => (
+            "shut away, or turned from all of that".to_owned(),
+            "the cover of the light",
+        ),
+    };
+    let is_black = |finding: &&mut StressFinding| finding.code == FindingCode::BlackPicture;
+    for black in findings.iter_mut().filter(is_black) {
+        black.reason = format!("everything that is seen is black: {lights} {why}");
+        black.remedy = format!("open {what} or take it away, or add a light or a sky");
     }
 }
 
@@ -317,10 +343,26 @@ fn chance_light_finding(
     });
     let finding = if let Some((object_facts, glass)) = within {
         enclosed_light_finding(scene_facts, object_facts.subject.list_index(), glass)
-    } else if lamps().next().is_some() {
+    } else if let Some(lamp) = lamps().next() {
         let reason = "lamps and suns that shine by way of mirrors or glass are met by chance, and hardly any path meets one";
-        let remedy = "make them larger, or what they shine through thin (`thin_walled`) or rough; or take more --spp";
+        let lamp = lamp.subject.display_name(scene_facts.scene);
+        // What is thin already, and mirrors, can only be rougher.
+        let has_body = scene_facts
+            .objects
+            .iter()
+            .any(|object_facts| object_facts.matter == SurfaceKind::Body);
+        let thin = match has_body {
+            true => ", the glass thin (`thin_walled`),",
+            false => "",
+        };
+        let remedy =
+            format!("make {lamp} larger{thin} or mirrors and glass rough; or take more --spp");
         light_by_chance_finding(FindingSubject::Scene, reason, remedy)
+    } else if matches!(scene_facts.scene.sky, Some(Sky::Studio(_))) {
+        let reason =
+            "the studio's lights are met by way of mirrors or glass, and hardly any path meets one";
+        let remedy = "take more --spp, or another environment with --env, or make the mirrors or the glass rough";
+        light_by_chance_finding(FindingSubject::Sky, reason, remedy)
     } else {
         let reason = "the sky has a small bright sun, and hardly any path by way of mirrors or glass meets it";
         let remedy = "take more --spp, or a sky with a larger sun or none";
@@ -350,10 +392,10 @@ fn enclosed_light_finding(
     );
     let across = object_facts
         .bounds
-        .map_or(0.0, |bounds| bounds.extent().length());
+        .map_or(0.0, |bounds| bounds.extent().max_element());
     let reason = format!(
-        "it is {} metres across and shines through {glass}, which is glass around it: paths come to it by chance alone, and hardly any does",
-        format_decimal(across)
+        "it is {} across and shines through {glass}, which is glass around it: paths come to it by chance alone, and hardly any does",
+        metres(across)
     );
     let remedy = format!(
         "set `thin_walled` for the material of {glass}, make the lamp larger, or take more --spp"

@@ -4,8 +4,9 @@ use glam::DVec3;
 use raywright_bvh::{Aabb, Real};
 
 use super::cameras::{CameraView, is_box_in_view};
-use super::facts::{SceneFacts, finite_point};
-use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, format_decimal};
+use super::coarse;
+use super::facts::{SceneFacts, finite_point, largest_extent};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, metres};
 use super::ray_survey::RaySurvey;
 use crate::dispatch::ReadyScene;
 use crate::extent::MeshUses;
@@ -94,24 +95,16 @@ pub(super) fn check_storage(
             finding(FindingCode::LostObject, object, reason, remedy)
         })
         .collect();
-    if let Some(object) = ready
-        .first_unresolved_object()
-        .filter(|object| !lost.contains(object))
-    {
-        let reason = "so far from the rest of the scene, points a thousandth of its size apart are stored as one: its shape is shattered";
-        let remedy = format!("move it nearer to the rest of the scene{exact}");
-        findings.push(finding(
-            FindingCode::UnresolvedObject,
-            object,
-            reason,
-            remedy,
-        ));
-    }
-    findings.extend(match ready.settings().precision {
+    let (coarse_findings, coarse_subjects) = coarse::check(scene_facts, ready, survey, views);
+    findings.extend(coarse_findings);
+    let lost_triangles = match ready.settings().precision {
         PrecisionChoice::Robust => lost_triangle_findings::<f32>(scene_facts, lost, survey),
         PrecisionChoice::Reference => lost_triangle_findings::<f64>(scene_facts, lost, survey),
-    });
-    findings.extend(scale_findings(scene_facts));
+    };
+    // What is stored coarsely loses triangles by that.
+    let is_own = |finding: &StressFinding| !coarse_subjects.contains(&finding.subject);
+    findings.extend(lost_triangles.into_iter().filter(is_own));
+    findings.extend(scale_findings(scene_facts, views));
     findings
 }
 
@@ -211,8 +204,8 @@ fn keeps_vertex_digits<R: Real>(data: &MeshData, away: DVec3, scale: f64) -> boo
 }
 
 /// Sizes that are probably in other units.
-fn scale_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
-    let far = find_outliers(scene_facts);
+fn scale_findings(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Vec<StressFinding> {
+    let far = find_outliers(scene_facts, views);
     let mut findings: Vec<StressFinding> = far
         .iter()
         .map(|outlier| outlier.outlier_finding(scene_facts))
@@ -224,13 +217,13 @@ fn scale_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
         .filter(|(index, _)| !far.iter().any(|outlier| outlier.object == *index))
         .filter_map(|(_, object_facts)| object_facts.bounds);
     let size = match far.is_empty() {
-        true => scene_facts.bounds_diagonal(),
-        false => union_diagonal(rest),
+        true => scene_facts.largest_extent(),
+        false => largest_extent(&rest.fold(Aabb::EMPTY, Aabb::union)),
     };
     if size > 0.0 && !(USUAL[0]..=USUAL[1]).contains(&size) {
         let reason = format!(
-            "all of it is {} metres across: it is probably in other units, and lights and glass are in metres",
-            format_decimal(size)
+            "the longest edge of its box is {}: it is probably in other units, and lights and glass are in metres",
+            metres(size)
         );
         findings.push(StressFinding::new(
             FindingCode::ExtremeScale,
@@ -248,9 +241,9 @@ fn scale_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
         let size_of = radius * object_facts.map.matrix3.determinant().abs().cbrt();
         if size_of < TINY * size {
             let reason = format!(
-                "its radius is {} metres, {} of the scene's size",
-                format_decimal(size_of),
-                format_decimal(size_of / size)
+                "its radius is {}, and the longest edge of the scene's box {}",
+                metres(size_of),
+                metres(size)
             );
             let finding = StressFinding::new(
                 FindingCode::ExtremeScale,
@@ -271,15 +264,6 @@ fn scale_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
     findings
 }
 
-fn union_diagonal(bounds: impl Iterator<Item = Aabb>) -> f64 {
-    let all = bounds.fold(Aabb::EMPTY, |all, bounds| all.union(bounds));
-    if all.is_empty() {
-        0.0
-    } else {
-        all.extent().length()
-    }
-}
-
 /// An object that reaches far beyond most others.
 struct OutlierObject {
     object: usize,
@@ -292,9 +276,9 @@ impl OutlierObject {
     fn outlier_finding(&self, scene_facts: &SceneFacts<'_>) -> StressFinding {
         let object_facts = &scene_facts.objects[self.object];
         let reason = format!(
-            "it reaches {} metres far, and most other objects no more than {} metres",
-            format_decimal(self.reach),
-            format_decimal(self.others)
+            "it reaches {} from the middle of the others, and they no more than {}",
+            metres(self.reach),
+            metres(self.others)
         );
         StressFinding::new(
             FindingCode::ExtremeScale,
@@ -311,8 +295,9 @@ impl OutlierObject {
     }
 }
 
-/// Objects without which the scene is a small share of its size, of less than half of them.
-fn find_outliers(scene_facts: &SceneFacts<'_>) -> Vec<OutlierObject> {
+/// Objects without which the scene is a small share of its size: of less than half of them, or of
+/// those that no camera has in view.
+fn find_outliers(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Vec<OutlierObject> {
     const FEWEST: usize = 3;
     let bounded: Vec<(usize, Aabb)> = scene_facts
         .objects
@@ -323,8 +308,11 @@ fn find_outliers(scene_facts: &SceneFacts<'_>) -> Vec<OutlierObject> {
     if bounded.len() < FEWEST {
         return Vec::new();
     }
+    let is_shown = |(_, bounds): &&(usize, Aabb)| is_box_in_view(views, bounds);
+    let shown: Vec<(usize, Aabb)> = bounded.iter().filter(is_shown).copied().collect();
+    let inner = if shown.is_empty() { &bounded } else { &shown };
     let median = |axis: usize| {
-        let mut centres: Vec<f64> = bounded
+        let mut centres: Vec<f64> = inner
             .iter()
             .map(|(_, own_bounds)| own_bounds.centre()[axis])
             .collect();
@@ -341,8 +329,8 @@ fn find_outliers(scene_facts: &SceneFacts<'_>) -> Vec<OutlierObject> {
         .map(|(index, bounds)| (reach(bounds), *index))
         .collect();
     reaches.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let half = reaches.len() / 2 + 1;
-    let jump = (half..reaches.len()).find(|&position| {
+    let fewest = (reaches.len() / 2 + 1).min(inner.len());
+    let jump = (fewest..reaches.len()).find(|&position| {
         reaches[position - 1].0 < FAR * reaches[position].0 && reaches[position - 1].0 > 0.0
     });
     let Some(first) = jump else {

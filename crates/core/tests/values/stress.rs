@@ -1,6 +1,7 @@
 //! Scenes with one fault each: it is found, by its name and as bad as it is, and nothing else is
 //! said to make the picture wrong.
 
+mod causes;
 mod data;
 mod light;
 mod meshes;

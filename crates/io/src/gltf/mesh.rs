@@ -99,14 +99,7 @@ impl<'a> GltfImport<'a> {
             self.enable_vertex_colours(material);
         }
         let dropped = mesh_tools::drop_non_finite_triangles(&mut data);
-        if dropped > 0 {
-            self.warnings.add(
-                WarningCode::Geometry,
-                format!(
-                    "{place}: {dropped} triangles with vertices that are not finite were left out"
-                ),
-            );
-        }
+        self.warnings.add_dropped(&format!("{place}: "), dropped);
         mesh_tools::repair_normals(&mut data);
         Ok(if data.indices.is_empty() {
             None

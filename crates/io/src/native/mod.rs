@@ -30,6 +30,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::error::Error;
 use crate::error_kind::ErrorKind;
 use crate::limits::format_bytes;
+use crate::source::ModelEntries;
 use crate::text::strip_byte_order_mark;
 use crate::warning::{Warning, WarningCode};
 
@@ -54,6 +55,8 @@ pub(crate) struct ParsedScene<'a> {
     pub file: &'a str,
     text: &'a str,
     root: ValueNode,
+    /// Entries of the scene that its models have brought.
+    pub model_entries: Vec<ModelEntries>,
 }
 
 impl ParsedScene<'_> {
@@ -116,6 +119,7 @@ pub(crate) fn parse<'a>(
             file,
             text,
             root,
+            model_entries: Vec::new(),
         })
     } else {
         Err(fail(problems))

@@ -20,7 +20,7 @@ use crate::gltf::ModelChoice;
 use crate::import::{MODELS, UniqueNames, sanitise_text};
 use crate::limits::Limits;
 use crate::model_file;
-use crate::source::SceneFormat;
+use crate::source::{ModelEntries, SceneFormat};
 use crate::up_axis::transform_light;
 use crate::warning::Warning;
 
@@ -85,6 +85,7 @@ pub(super) fn add_models(
             model.variant.clone(),
             model.time.map(f64::to_bits),
         );
+        let before = lengths(&parsed.scene);
         let part = match parts.get(&key) {
             Some(known) => Rc::clone(known),
             None => {
@@ -101,8 +102,28 @@ pub(super) fn add_models(
             }
         };
         place_model(parsed, &part, model, i)?;
+        let entries = before.into_iter().zip(lengths(&parsed.scene));
+        parsed
+            .model_entries
+            .extend(entries.map(|((list, start), (_, end))| ModelEntries {
+                list,
+                range: start..end,
+                model: i,
+            }));
     }
     Ok(warnings)
+}
+
+/// The lists that models add to, with their lengths.
+fn lengths(scene: &Scene) -> [(&'static str, usize); 6] {
+    [
+        ("images", scene.images.len()),
+        ("textures", scene.textures.len()),
+        ("materials", scene.materials.len()),
+        ("meshes", scene.meshes.len()),
+        ("objects", scene.objects.len()),
+        ("lights", scene.lights.len()),
+    ]
 }
 
 /// Returns the prefix of all names of a model: the model's own name or, without a name, the file

@@ -130,15 +130,9 @@ fn build_scene(
         ..Scene::default()
     };
     materials.read_images(&parts, &mut scene, &mut budget, &mut warnings)?;
-    let mut names = UniqueNames::default();
+    let (mut names, mut dropped) = (UniqueNames::default(), 0);
     for mut part in parts {
-        let dropped = mesh_tools::drop_non_finite_triangles(&mut part.data);
-        if dropped > 0 {
-            warnings.add(
-                WarningCode::Geometry,
-                format!("{dropped} triangles with vertices that are not finite were left out"),
-            );
-        }
+        dropped += mesh_tools::drop_non_finite_triangles(&mut part.data);
         if part.data.indices.is_empty() {
             continue;
         }
@@ -168,6 +162,7 @@ fn build_scene(
             transform_end: None,
         });
     }
+    warnings.add_dropped("", dropped);
     if scene.objects.is_empty() {
         warnings.add(
             WarningCode::NothingToSee,

@@ -82,11 +82,16 @@ fn encode_png(
     Ok(bytes)
 }
 
+/// Radius of the rings in a picture of this size, in pixels.
+pub fn mark_radius([width, height]: [u32; 2]) -> f64 {
+    RADIUS
+        .min(MAX_RADIUS_SHARE * f64::from(width.min(height)))
+        .max(2.0)
+}
+
 fn draw_mark(image: &mut RgbImage, mark: &PictureMark) {
     let [width, height] = [image.width(), image.height()];
-    let radius = RADIUS
-        .min(MAX_RADIUS_SHARE * f64::from(width.min(height)))
-        .max(2.0);
+    let radius = mark_radius([width, height]);
     let reach = radius + 2.0 * RING_HALF_WIDTH;
     let range = |axis: usize, edge: u32| {
         let [first, last] = [mark.pixel[axis] - reach, mark.pixel[axis] + reach + 1.0];

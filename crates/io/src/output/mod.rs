@@ -28,7 +28,7 @@ use atomic::ReplaceRule;
 pub use atomic::write_atomically;
 pub use exr::encode_exr;
 pub use film::{StoredFilm, read_film, write_film};
-pub use marks::{PictureMark, write_marked_picture};
+pub use marks::{PictureMark, mark_radius, write_marked_picture};
 pub use metadata::PictureMetadata;
 pub use output_path::OutputPath;
 pub(crate) use output_path::file_fingerprint;

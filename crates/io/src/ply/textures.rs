@@ -33,8 +33,13 @@ pub(super) fn split_by_image(
         warnings.add(
             WarningCode::Picture,
             format!(
-                "{strays} triangles have a texnumber beyond the file's {} images and are shown without an image",
-                images.len()
+                "{} a texnumber beyond the file's {} images and {} shown without an image",
+                match strays {
+                    1 => "1 triangle has".to_owned(),
+                    more => format!("{more} triangles have"),
+                },
+                images.len(),
+                if strays == 1 { "is" } else { "are" }
             ),
         );
     }

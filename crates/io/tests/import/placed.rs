@@ -27,6 +27,27 @@ fn origin(loaded: &LoadedScene, object: usize) -> DVec3 {
     affine_from_steps(&loaded.scene.objects[object].transform).translation
 }
 
+/// Protects: what a model has brought is located at the model's entry, whatever place it has in the
+/// scene's lists, and what the text has itself at its own.
+#[test]
+fn what_models_bring_is_located_at_their_entry() {
+    let folder = tempfile::tempdir().expect("a folder");
+    built::models(folder.path());
+    let lines = "[[objects]]\nshape.sphere = { centre = [0, 0, 0], radius = 1 }\nmaterial = \"m\"\n[[materials]]\nname = \"m\"\n\
+        model.physical = { base_colour = 0.5 }\n[[models]]\nfile = \"square.glb\"\n[[models]]\nfile = \"square.glb\"";
+    let loaded = scene(folder.path(), lines).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(loaded.scene.objects.len(), 5);
+    let line = |path: &str| {
+        let place = loaded.source.locate(path);
+        place.rsplit(':').nth(1).map(str::to_owned)
+    };
+    let paths = ["objects[0]", "objects[2]", "objects[4]", "materials[1]"];
+    assert_eq!(
+        paths.map(|path| line(path).unwrap_or_default()),
+        ["2", "8", "10", "8"]
+    );
+}
+
 /// Protects: a placed model has its objects under its own hierarchy and then the scene's transform,
 /// its lights likewise and no brighter, its material with its texture under unique names; its
 /// camera is ignored.

@@ -605,7 +605,7 @@ fn faces_show_their_own_textures() {
             Some([-1, 7]),
             &[("", 2, 4)],
             &[
-                "1 triangles have a texnumber beyond the file's 2 images",
+                "1 triangle has a texnumber beyond the file's 2 images",
                 "texture 0",
                 "texture 1",
             ],

@@ -59,6 +59,7 @@ pub(super) fn note_clamp_bias(
     loaded.warnings.push(Warning {
         code: WarningCode::Samples,
         message,
+        triangles: 0,
     });
 }
 
@@ -159,6 +160,7 @@ pub(super) fn note_closed_gaps(
     loaded.warnings.push(Warning {
         code: WarningCode::Precision,
         message,
+        triangles: 0,
     });
 }
 
@@ -206,6 +208,7 @@ pub(super) fn note_light_leaks(
     loaded.warnings.push(Warning {
         code: WarningCode::Precision,
         message,
+        triangles: 0,
     });
 }
 
@@ -252,6 +255,7 @@ pub fn note_lost_samples(counters: &Counters, notes: &mut Notes) -> Vec<Warning>
         .map(|loss| Warning {
             code: WarningCode::Samples,
             message: message(loss),
+            triangles: 0,
         })
         .collect();
     warnings

@@ -7,7 +7,7 @@ use raywright_core::stress::{
 };
 use raywright_io::{LoadedScene, Warning};
 
-use super::list_unmarked;
+use super::{list_unmarked, overlaid};
 use crate::console::{self, Verbosity, mask_to_one_line};
 use crate::table::{wrap_paragraph, wrap_text};
 
@@ -68,18 +68,17 @@ impl StressText<'_> {
             ),
         };
         let is_warning = |warning: &&Warning| warning.severity() > raywright_io::Severity::Note;
-        match self.loaded.warnings.iter().filter(is_warning).count() {
-            0 => findings,
-            count => {
-                let place = if self.verbosity == Verbosity::Quiet {
-                    "left out by -q"
-                } else {
-                    "above"
-                };
-                let warnings = count_with_unit(count as u64, "warnings");
-                format!("{findings}; {warnings} of reading the file {place}")
-            }
+        let count = self.loaded.warnings.iter().filter(is_warning).count();
+        if count == 0 {
+            return findings;
         }
+        let warnings = count_with_unit(count as u64, "warnings");
+        let place = match self.verbosity {
+            Verbosity::Quiet => " left out by -q",
+            Verbosity::Normal if count > 1 => ", the worst of them above (all: -v)",
+            Verbosity::Normal | Verbosity::Verbose => " above",
+        };
+        format!("{findings}; {warnings} of reading the file{place}")
     }
 
     /// What a finding is about, with others of which it is found too.
@@ -149,16 +148,20 @@ impl StressText<'_> {
         let picture = self.picture?;
         let unmarked = list_unmarked(self.report);
         let name = picture.display();
-        Some(
-            match (unmarked.is_empty(), self.report.findings.is_empty()) {
-                (_, true) => format!("{name}: nothing to mark"),
-                (true, false) => format!("{name}: each finding is marked"),
-                (false, false) => format!(
-                    "{name}: no mark for {}: the first camera sees no place of these",
-                    unmarked.join(", ")
-                ),
-            },
-        )
+        if self.report.findings.is_empty() {
+            return Some(format!("{name}: nothing to mark"));
+        }
+        let mut text = match unmarked.is_empty() {
+            true => format!("{name}: each finding is marked"),
+            false => format!(
+                "{name}: no mark for {}: the first camera sees no place of these",
+                unmarked.join(", ")
+            ),
+        };
+        for numbers in overlaid(self.report) {
+            text += &format!("; the marks of {} lie over each other", numbers.join(", "));
+        }
+        Some(text)
     }
 }
 
@@ -174,18 +177,16 @@ fn format_position(place: [f64; 3]) -> String {
 
 /// What was looked at, and what not.
 fn describe_checks(report: &StressSummary, seconds: f64) -> String {
-    let run = |run: &CheckRun| match run.is_cut_short() {
-        true => format!(
-            "{} ({} of {})",
-            run.name,
-            run.looked_at,
-            count_with_unit(run.planned, run.unit)
-        ),
-        false => format!(
-            "{} ({})",
-            run.name,
-            count_with_unit(run.looked_at, run.unit)
-        ),
+    let run = |run: &CheckRun| {
+        let what = match run.name {
+            "furnaces" => "energy of materials",
+            "samples" => "samples of small pictures",
+            name => name,
+        };
+        match run.is_cut_short() {
+            true => format!("{what} ({} of {})", run.looked_at, run.planned),
+            false => format!("{what} ({})", run.looked_at),
+        }
     };
     // Where there is nothing to aim at or to measure, nothing is said.
     let checks = report.checks.iter().filter(|run| run.planned > 0);
@@ -203,6 +204,11 @@ fn describe_checks(report: &StressSummary, seconds: f64) -> String {
             "; through {through} of {}",
             count_with_unit(total as u64, "cameras")
         );
+    }
+    let has_pixel = |found: &StressFinding| found.pixel.is_some();
+    if report.findings.iter().any(has_pixel) {
+        let [width, height] = report.size;
+        message += &format!("; pixels are those of a picture of {width} x {height}");
     }
     if report.is_cut_short() {
         message += "; the time was over before all rays were sent: a larger --budget finds more";

@@ -217,6 +217,30 @@ fn lamps_that_light_nothing() {
     assert!(finding.reason.contains("`bulb`"), "{}", finding.reason);
 }
 
+/// Protects: glass that is thin already is not to be made thin, and the lamp that is to be larger
+/// is named.
+#[test]
+fn thin_glass_is_not_to_be_made_thin() {
+    let mut materials = with_lamp(1000.0);
+    let thin = json!({ "transmission": 1, "roughness": 0, "thin_walled": true });
+    let mirror = json!({ "metallic": 1, "roughness": 0 });
+    materials
+        .as_array_mut()
+        .expect("materials")
+        .extend([paint("thin", thin), paint("mirror", mirror)]);
+    let bulb = json!({
+        "objects": [object("floor", quad([-4.0, -1.0, 4.0], [8.0, 0.0, 0.0], [0.0, 0.0, -8.0]), "paint"),
+                    object("wall", quad([-4.0, -1.0, -2.0], [8.0, 0.0, 0.0], [0.0, 8.0, 0.0]), "mirror"),
+                    object("bulb", ball([0.0, 1.0, 0.0], 0.5), "thin"), object("wire", ball([0.0, 1.0, 0.0], 0.003), "lamp")],
+        "materials": materials, "render": { "size": [160, 90], "samples": 16, "integrator": "path" },
+    });
+    let finding = expect_finding(&scene(&bulb), FindingCode::LightByChance, SlowOrNoisy, &[]);
+    assert!(
+        !finding.remedy.contains("thin_walled") && finding.remedy.contains("`wire` larger"),
+        "{finding:?}"
+    );
+}
+
 /// Protects: what shines by chance through glass is the sky where there is no lamp, and no lamp is
 /// to be made larger.
 #[test]

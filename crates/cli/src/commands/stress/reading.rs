@@ -1,0 +1,101 @@
+//! What reading a file has left out or replaced, as findings.
+
+use raywright_core::stress::{FindingCode, FindingSubject, Severity, StressFinding, StressSummary};
+use raywright_io::{LoadedScene, Warning, WarningCode};
+
+/// Adds what the reader had to leave out of the scene, so that no check sees it there.
+pub(super) fn add_findings(report: &mut StressSummary, loaded: &LoadedScene) {
+    let warnings = &loaded.warnings;
+    // The file is named in front of all findings.
+    let own = format!("{}: ", loaded.source.name);
+    let message = |warning: &Warning| {
+        let message = &warning.message;
+        message.strip_prefix(&own).unwrap_or(message).to_owned()
+    };
+    add_dropped_triangles(report, warnings, &message);
+    add_replaced_numbers(report, warnings, &message);
+
+    for (about, code, remedy) in [
+        (
+            WarningCode::TextureCoordinates,
+            FindingCode::NoTextureCoordinates,
+            "export the mesh with these texture coordinates, or take the image away",
+        ),
+        (
+            WarningCode::Picture,
+            FindingCode::MissingImage,
+            "put an image that can be read where the file names it",
+        ),
+    ] {
+        if report.findings.iter().any(|found| found.code == code) {
+            continue;
+        }
+        let of_code = warnings.iter().filter(|warning| warning.code == about);
+        let finding = |warning: &Warning| {
+            let (severity, reason) = (Severity::PictureWrong, message(warning));
+            StressFinding::new(code, severity, FindingSubject::Scene, reason, remedy)
+        };
+        report.findings.extend(of_code.map(finding));
+    }
+    report
+        .findings
+        .sort_by_key(|found| (found.severity, found.code));
+}
+
+/// Adds triangles that were left out, to the finding that nothing is left where they are its cause.
+fn add_dropped_triangles(
+    report: &mut StressSummary,
+    warnings: &[Warning],
+    message: &impl Fn(&Warning) -> String,
+) {
+    let dropped = warnings.iter().filter(|warning| warning.triangles > 0);
+    let remedy = "give the mesh finite corners, no farther than 1e15 metres from zero";
+    let is_empty = |found: &&mut StressFinding| {
+        found.code == FindingCode::NothingSeen && found.subject == FindingSubject::Scene
+    };
+    let mut nothing_seen = report.findings.iter_mut().find(is_empty);
+    let mut findings = Vec::new();
+    for warning in dropped {
+        let (count, reason) = (warning.triangles, message(warning));
+        match &mut nothing_seen {
+            Some(found) if found.remedy == remedy => found.reason += &format!("; {reason}"),
+            Some(found) => {
+                found.reason = format!("it has no object: {reason}");
+                found.remedy = remedy.to_owned();
+            }
+            None => {
+                let (code, severity) = (FindingCode::DroppedTriangles, Severity::PictureWrong);
+                let finding =
+                    StressFinding::new(code, severity, FindingSubject::Scene, reason, remedy);
+                findings.push(finding.with_count(count, 0, "triangles", "had to be left out"));
+            }
+        }
+    }
+    report.findings.extend(findings);
+}
+
+/// Adds numbers out of range, which reading has replaced.
+fn add_replaced_numbers(
+    report: &mut StressSummary,
+    warnings: &[Warning],
+    message: &impl Fn(&Warning) -> String,
+) {
+    let mut replaced = warnings
+        .iter()
+        .filter(|warning| warning.code == WarningCode::Range);
+    let Some(first) = replaced.next() else {
+        return;
+    };
+    let count = 1 + replaced.count() as u64;
+    let more = match count {
+        1 => String::new(),
+        _ => format!(", and {} more such", count - 1),
+    };
+    let reason = format!("{}{more}", message(first));
+    let remedy = "bring it into its range in the file; -v lists them all";
+    let (code, severity) = (FindingCode::ValuesOutOfRange, Severity::Harmless);
+    let finding = StressFinding::new(code, severity, FindingSubject::Scene, reason, remedy);
+    report
+        .findings
+        .push(finding.with_count(count, 0, "numbers", "had to be replaced"));
+}

@@ -1,0 +1,115 @@
+//! Copies of a generator that stand in one place.
+
+use std::collections::HashMap;
+
+use super::facts::{SceneFacts, SurfaceKind, finite_point};
+use super::finding::{FindingCode, Severity, StressFinding};
+use crate::generate::generator_offsets;
+use crate::scene::Generator;
+
+/// Copies in one place from which on rays are slower by them.
+const MANY: u64 = 64;
+
+/// Generators of which copies are in one place with another copy, of their own or of a generator
+/// before them.
+pub(super) fn check(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
+    let generators = &scene_facts.scene.generators;
+    let finding = |(index, generator): (usize, &Generator)| {
+        own_copies(scene_facts, index, generator).or_else(|| {
+            let first = generators[..index].iter().position(|other| {
+                generator_offsets(&other.kind).eq(generator_offsets(&generator.kind))
+                    && is_same(other, generator)
+            })?;
+            Some(twin(scene_facts, [first, index]))
+        })
+    };
+    generators.iter().enumerate().filter_map(finding).collect()
+}
+
+/// Whether two generators make copies of one shape in one pose.
+fn is_same(a: &Generator, b: &Generator) -> bool {
+    let of = |generator: &Generator| {
+        let object = &generator.object;
+        format!("{:?}{:?}{:?}", object.shape, object.transform, object.side)
+    };
+    of(a) == of(b)
+}
+
+/// How bad copies in one place are, and what they do.
+fn judged(scene_facts: &SceneFacts<'_>, generator: usize, most: u64) -> (Severity, &'static str) {
+    let object_facts = &scene_facts.objects[scene_facts.scene.objects.len() + generator];
+    match object_facts.matter {
+        SurfaceKind::Body | SurfaceKind::Veil => (
+            Severity::PictureWrong,
+            "light that passes is bent or dimmed by each of them",
+        ),
+        SurfaceKind::Opaque if object_facts.emits_light() => (
+            Severity::PictureWrong,
+            "each of them shines, so that they light more than they are seen to",
+        ),
+        SurfaceKind::Opaque if most > MANY => (
+            Severity::SlowOrNoisy,
+            "only one of them is seen, and rays are tested against all",
+        ),
+        SurfaceKind::Opaque => (
+            Severity::Harmless,
+            "of the same material, so that nothing of it is seen",
+        ),
+    }
+}
+
+fn own_copies(
+    scene_facts: &SceneFacts<'_>,
+    index: usize,
+    generator: &Generator,
+) -> Option<StressFinding> {
+    let mut counts: HashMap<[u64; 3], u64> = HashMap::new();
+    let (mut first, mut total) = (None, 0);
+    for position in generator_offsets(&generator.kind) {
+        // Adding zero makes both zeros one.
+        let key = (position + glam::DVec3::ZERO).to_array().map(f64::to_bits);
+        let count = counts.entry(key).or_insert(0);
+        (*count, total) = (*count + 1, total + 1);
+        if *count == 2 {
+            first = first.or(Some(position));
+        }
+    }
+    let first = first?;
+    let most = counts.values().copied().max().unwrap_or(0);
+    let copies = counts.values().map(|count| count - 1).sum();
+    let (severity, label) = judged(scene_facts, index, most);
+    let object_facts = &scene_facts.objects[scene_facts.scene.objects.len() + index];
+    let reason = format!("copies of it stand in one place, up to {most} there: {label}");
+    let remedy = "give the grid a `step`, or the scatter a larger box between `min` and `max`, or fewer copies";
+    let code = FindingCode::DuplicateObject;
+    let finding = StressFinding::new(code, severity, object_facts.subject, reason, remedy)
+        .with_count(copies, total, "copies", "stood where another one stands");
+    // Its bounds are those of its first copy.
+    let start = generator_offsets(&generator.kind)
+        .next()
+        .unwrap_or_default();
+    let at = object_facts
+        .bounds
+        .and_then(|bounds| finite_point(bounds.centre() + first - start));
+    Some(finding.with_place(at))
+}
+
+/// The finding that a generator makes the copies of another one again.
+fn twin(scene_facts: &SceneFacts<'_>, [before, index]: [usize; 2]) -> StressFinding {
+    let listed = scene_facts.scene.objects.len();
+    let [other, own] = [before, index].map(|generator| &scene_facts.objects[listed + generator]);
+    let (severity, label) = match judged(scene_facts, index, 2) {
+        (Severity::Harmless, _) if other.object.material != own.object.material => (
+            Severity::PictureWrong,
+            "of another material, and only one of each two is seen; the scene does not say which",
+        ),
+        known => known,
+    };
+    let reason = format!(
+        "its copies are in one place with those of {}: {label}",
+        other.subject.display_name(scene_facts.scene)
+    );
+    let (code, remedy) = (FindingCode::DuplicateObject, "remove one of them");
+    let at = own.bounds.and_then(|bounds| finite_point(bounds.centre()));
+    StressFinding::new(code, severity, own.subject, reason, remedy).with_place(at)
+}

@@ -1,0 +1,142 @@
+//! What stands between lights and what a camera sees, where everything is black.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use raywright_bvh::{Interval, Ray, Real, Vector};
+
+use super::facts::{SceneFacts, SurfaceKind, unit_random};
+use super::finding::FindingSubject;
+use crate::dispatch::PreparedSceneTask;
+use crate::prepare::PreparedScene;
+use crate::scene::{Colour, LightKind, Sky};
+
+/// Lights to which rays are sent, places that are seen, and directions of a sky.
+const LIGHTS: usize = 16;
+const PLACES: usize = 32;
+const DIRECTIONS: u64 = 32;
+/// Surfaces on a way that are looked through.
+const HITS: usize = 64;
+/// Percentage of the ways of a light up to which nothing may be on them.
+const FREE: u64 = 10;
+/// Share of a way at its ends where no surface is in the way.
+const NEAR: f64 = 1e-4;
+
+/// An opaque object that ends most ways between lights and what is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Cover {
+    pub object: usize,
+    /// A light on whose way it is.
+    pub light: FindingSubject,
+}
+
+/// Rays from lights to places that a camera sees.
+pub(super) struct CoverSearch<'a> {
+    pub scene_facts: &'a SceneFacts<'a>,
+    /// On the side of the surfaces that is seen.
+    pub seen: Vec<DVec3>,
+}
+
+/// From where to where light would go.
+struct LightPath {
+    light: FindingSubject,
+    from: DVec3,
+    to: DVec3,
+    own: Option<usize>,
+}
+
+impl PreparedSceneTask for CoverSearch<'_> {
+    type Output = Option<Cover>;
+
+    fn run<R: Real>(&self, prepared: &PreparedScene<R>) -> Option<Cover> {
+        let mut counts: BTreeMap<FindingSubject, BTreeMap<Option<usize>, u64>> = BTreeMap::new();
+        for path in self.paths() {
+            let object = self.blocker(prepared, &path);
+            let of_light = counts.entry(path.light).or_default();
+            *of_light.entry(object).or_insert(0) += 1;
+        }
+        counts.into_iter().find_map(|(light, of_light)| {
+            let total: u64 = of_light.values().sum();
+            let free = of_light.get(&None).copied().unwrap_or(0);
+            let most = of_light
+                .into_iter()
+                .max_by_key(|(object, count)| (object.is_some(), *count))?;
+            let object = most.0.filter(|_| free <= FREE * total / 100)?;
+            Some(Cover { object, light })
+        })
+    }
+}
+
+impl CoverSearch<'_> {
+    fn paths(&self) -> Vec<LightPath> {
+        let scene = self.scene_facts.scene;
+        let far = 2.0 * self.scene_facts.bounds_diagonal() + 1.0;
+        let seen = || self.seen.iter().take(PLACES).copied();
+        let mut paths = Vec::new();
+        for (index, light) in scene.lights.iter().enumerate().take(LIGHTS) {
+            let from = |to: DVec3| match light.kind {
+                LightKind::Directional { to_light } => {
+                    to + DVec3::from(to_light).normalize_or_zero() * far
+                }
+                LightKind::Point { position, .. } | LightKind::Spot { position, .. } => {
+                    position.into()
+                }
+            };
+            paths.extend(seen().map(|to| LightPath {
+                light: FindingSubject::Light(index),
+                from: from(to),
+                to,
+                own: None,
+            }));
+        }
+        let objects = self.scene_facts.objects.iter().enumerate();
+        for (index, object_facts) in objects.filter(|(_, o)| o.emits_light()).take(LIGHTS) {
+            let Some(bounds) = object_facts.bounds else {
+                continue;
+            };
+            paths.extend(seen().map(|to| LightPath {
+                light: object_facts.subject,
+                from: bounds.centre(),
+                to,
+                own: Some(index),
+            }));
+        }
+        let is_dark = matches!(scene.sky, None | Some(Sky::Constant(Colour::BLACK)));
+        if paths.is_empty() && !is_dark {
+            for (index, to) in seen().enumerate() {
+                paths.extend((0..DIRECTIONS).filter_map(|i| {
+                    let number = |axis| 2.0 * unit_random(index as u64, i, axis) - 1.0;
+                    let direction = DVec3::from([0, 1, 2].map(number)).try_normalize()?;
+                    Some(LightPath {
+                        light: FindingSubject::Sky,
+                        from: to + direction * far,
+                        to,
+                        own: None,
+                    })
+                }));
+            }
+        }
+        paths
+    }
+
+    /// The first opaque object on a way.
+    fn blocker<R: Real>(&self, prepared: &PreparedScene<R>, path: &LightPath) -> Option<usize> {
+        let distance = path.from.distance(path.to);
+        let direction = (path.to - path.from).try_normalize()?;
+        let from = path.from - prepared.origin.origin;
+        let [start, direction] = [from, direction].map(R::Vec3::from_f64);
+        let (ray, mut range) = (Ray::new(start, direction), Interval::positive());
+        for _ in 0..HITS {
+            let hit = prepared.geometry.closest(&ray, range, &mut ())?;
+            let object = self.scene_facts.facts_index(hit.outermost_id());
+            let object_facts = &self.scene_facts.objects[object];
+            range.min = hit.t;
+            if path.own == Some(object) || object_facts.matter != SurfaceKind::Opaque {
+                continue;
+            }
+            let is_before = hit.t.to_f64() < distance * (1.0 - NEAR);
+            return is_before.then_some(object);
+        }
+        None
+    }
+}

@@ -1,0 +1,198 @@
+//! What findings name as cause, and how they count what has one cause.
+
+use raywright_core::stress::FindingSubject;
+
+use super::meshes::cube;
+use super::*;
+
+fn found(scene: &Scene, code: FindingCode) -> Vec<StressFinding> {
+    let all = sort_findings(scene).findings;
+    all.into_iter()
+        .filter(|finding| finding.code == code)
+        .collect()
+}
+
+/// Protects: a ball that is far from the rest is not wrong where it is seen as in doubles, and the
+/// number of rays that see it otherwise is told.
+#[test]
+fn a_far_ball_that_is_seen_as_in_doubles_is_harmless() {
+    let far = scene(&json!({
+        "cameras": [{ "pose": { "look_at": { "eye": [1e6, 1, 6], "target": [1e6, 0, 0] } },
+                      "projection": { "pinhole": { "vertical_fov": 40 } } }],
+        "objects": [object("far", ball([1e6, 0.0, 0.0], 1.0), "paint"), object("near", ball([0.0; 3], 1.0), "other")],
+    }));
+    let findings = found(&far, FindingCode::UnresolvedObject);
+    let finding = findings.first().expect("a finding");
+    assert_eq!(finding.severity, Harmless, "{finding:?}");
+    assert!(finding.reason.contains("0 of "), "{finding:?}");
+    assert!(finding.reason.contains("steps of"), "{finding:?}");
+}
+
+/// Protects: where objects far away make the program store those before the camera coarsely, one of
+/// them is named and none of those before the camera.
+#[test]
+fn the_far_object_is_blamed_and_not_the_ground() {
+    let mut far = cube([1e7, 0.0, 0.0], |_, _| {});
+    far["name"] = json!("far");
+    let ground = quad([-5.0, -1.0, 5.0], [10.0, 0.0, 0.0], [0.0, 0.0, -10.0]);
+    let shapes = scene(&json!({
+        "meshes": [far],
+        "objects": [object("ground", ground, "paint"), object("ball", ball([0.0; 3], 1.0), "other"),
+                    object("far", json!({ "mesh": "far" }), "other")],
+    }));
+    let findings = found(&shapes, FindingCode::UnresolvedObject);
+    let scales = found(&shapes, FindingCode::ExtremeScale);
+    for finding in findings.iter().chain(&scales) {
+        assert_eq!(finding.subject, FindingSubject::Object(2), "{finding:?}");
+    }
+    assert!(!findings.is_empty() && !scales.is_empty());
+    assert!(
+        findings[0].reason.contains("objects[0] `ground`"),
+        "{findings:?}"
+    );
+    assert!(
+        scales[0].reason.contains("from the middle of the others"),
+        "{scales:?}"
+    );
+}
+
+/// Protects: bodies of glass within each other are one finding, with their number.
+#[test]
+fn nested_bodies_are_one_finding() {
+    let nested = |i: u32| object("shell", ball([0.0; 3], 0.2 * f64::from(i)), "glass");
+    let objects: Vec<Value> = (1..=6).map(nested).collect();
+    let findings = found(
+        &scene(&json!({ "objects": objects })),
+        FindingCode::NestedGlass,
+    );
+    let [finding] = &findings[..] else {
+        panic!("{findings:?}");
+    };
+    assert_eq!(
+        (finding.count, finding.of, finding.others.len()),
+        (5, 6, 4),
+        "{finding:?}"
+    );
+}
+
+/// Protects: copies of a generator in one place are found, as bad as what they are of, and those of
+/// two generators; copies beside each other are not.
+#[test]
+fn copies_of_generators_in_one_place() {
+    let copies = |material: &str, count: u32, step: f64| {
+        json!({ "kind": { "grid": { "counts": [count, 1, 1], "origin": [-1, 0, 0], "step": [step, 0, 0] } },
+                "object": object("copy", ball([0.0; 3], 0.3), material) })
+    };
+    let of = |generators: Value| {
+        let scene = scene(&json!({ "generators": generators, "objects": [] }));
+        found(&scene, FindingCode::DuplicateObject)
+    };
+    assert!(of(json!([copies("paint", 5, 0.7)])).is_empty());
+    for (material, count, severity) in [
+        ("paint", 5, Harmless),
+        ("paint", 100, SlowOrNoisy),
+        ("glass", 2, PictureWrong),
+    ] {
+        let findings = of(json!([copies(material, count, 0.0)]));
+        let [finding] = &findings[..] else {
+            panic!("{material}: {findings:?}");
+        };
+        assert_eq!(
+            (finding.severity, finding.count, finding.of),
+            (severity, u64::from(count) - 1, count.into())
+        );
+    }
+    let twins = of(json!([copies("paint", 3, 0.7), copies("other", 3, 0.7)]));
+    assert_eq!(twins.len(), 1, "{twins:?}");
+    assert_eq!(twins[0].severity, PictureWrong, "{twins:?}");
+}
+
+/// Protects: a black picture names the object that keeps light away, of a lamp and of the sky.
+#[test]
+fn a_black_picture_names_its_cover() {
+    let cover = json!({ "box": { "min": [-9, -9, -9], "max": [9, 9, 9] } });
+    let room = scene(&json!({
+        "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), object("walls", cover, "other")],
+    }));
+    let lamp = paint("lamp", json!({ "emission": 5 }));
+    let mut shut = json!({
+        "sky": { "constant": 0 },
+        "objects": [object("ground", quad([-5.0, -1.0, 5.0], [10.0, 0.0, 0.0], [0.0, 0.0, -10.0]), "paint"),
+                    object("lamp", ball([0.0, 1.0, 0.0], 0.2), "lamp"), object("shade", ball([0.0, 1.0, 0.0], 0.5), "other")],
+    });
+    shut["materials"] = json!([
+        paint("paint", json!({ "base_colour": 0.6 })),
+        paint("other", json!({ "base_colour": 0.2 })),
+        lamp
+    ]);
+    for (of, name) in [
+        (room, "objects[1] `walls`"),
+        (scene(&shut), "objects[2] `shade`"),
+    ] {
+        let findings = found(&of, FindingCode::BlackPicture);
+        let [finding] = &findings[..] else {
+            panic!("{name}: {:?}", sort_findings(&of).findings);
+        };
+        assert!(
+            finding.reason.contains(name) && finding.remedy.contains(name),
+            "{finding:?}"
+        );
+    }
+}
+
+/// Protects: a mesh of which no triangle has an area is the cause where nothing is seen, and what
+/// has to be done is told.
+#[test]
+fn a_mesh_without_area_is_the_cause() {
+    let mut flat = cube([0.0; 3], |positions, _| {
+        positions.iter_mut().for_each(|p| (p[1], p[2]) = (0.0, 0.0));
+    });
+    flat["name"] = json!("flat");
+    let mut parts = json!({ "meshes": [flat], "objects": [object("flat", json!({ "mesh": "flat" }), "paint")] });
+    let finding = alone(
+        &scene(&parts),
+        FindingCode::DegenerateTriangles,
+        PictureWrong,
+    );
+    assert!(
+        finding.reason.contains("scale of 0") && finding.remedy.contains("scale of 0"),
+        "{finding:?}"
+    );
+    parts["objects"] = json!([
+        object("flat", json!({ "mesh": "flat" }), "paint"),
+        object("ball", ball([0.0; 3], 1.0), "paint")
+    ]);
+    let findings = found(&scene(&parts), FindingCode::DegenerateTriangles);
+    assert_eq!(findings[0].severity, Harmless);
+}
+
+/// Protects: of surfaces in one plane that are seen right, no flicker is told, but the rays that
+/// see them; of those that are hidden, the rays that see another one in their place.
+#[test]
+fn coplanar_surfaces_give_the_number_that_decides() {
+    let sheet = |half: f64, y: f64| {
+        let edge = 2.0 * half;
+        quad([-half, y, half], [edge, 0.0, 0.0], [0.0, 0.0, -edge])
+    };
+    let of = |floor: f64, y: f64| {
+        scene(&json!({
+            "objects": [object("floor", sheet(floor, 0.0), "paint"), object("rug", sheet(1.0, y), "other")],
+        }))
+    };
+    let harmless = found(&of(5.0, 1e-6), FindingCode::CoplanarSurfaces);
+    assert_eq!(harmless[0].severity, Harmless, "{harmless:?}");
+    let reason = &harmless[0].reason;
+    assert!(
+        !reason.contains("decides")
+            && reason.contains("see this one")
+            && reason.contains("elsewhere"),
+        "{reason}"
+    );
+    assert!(harmless[0].remedy.starts_with("nothing"), "{harmless:?}");
+    let wrong = found(&of(5.0, 0.0), FindingCode::CoplanarSurfaces);
+    assert_eq!(wrong[0].severity, PictureWrong, "{wrong:?}");
+    assert!(
+        wrong[0].reason.contains("rays see in its place"),
+        "{wrong:?}"
+    );
+}
