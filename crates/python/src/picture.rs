@@ -15,8 +15,9 @@ use crate::failure::to_exception;
 /// Estimated error of a picture.
 ///
 /// `value` is the root of the mean squared relative error (root relMSE): 0.1 is grainy, 0.02 clean.
-/// In 95 of 100 pictures the true error lies between `low` and `high`. `rmse` is the same triple in
-/// radiance, not relative. `doubt` names a reason why the interval may not hold, or is None.
+/// In 95 of 100 pictures the true error lies between `low` and `high`. `rmse` holds the same three
+/// values for the root mean squared error, which is absolute, in units of radiance. `doubt` names a
+/// reason why the interval may not hold, or is None.
 /// `converged` says whether the requested `max_error` is reached, or is None without one.
 #[pyclass(frozen, get_all, module = "raywright")]
 #[derive(Clone)]

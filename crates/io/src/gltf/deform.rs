@@ -32,7 +32,8 @@ pub(super) struct MeshDeformation {
     pub mirrored: bool,
 }
 
-/// Key of a deformation: the bits of the weights, the skin, and the reflection.
+/// Key of a deformation: the bits of the weights, the index of the skin, and whether faces are
+/// reversed.
 pub(super) type DeformationKey = (Vec<u64>, Option<usize>, bool);
 
 impl MeshDeformation {

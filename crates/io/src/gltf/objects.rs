@@ -216,7 +216,7 @@ impl<'a> GltfImport<'a> {
             .map(|material| material as usize)
     }
 
-    /// Adds an object for a mesh under a node's transform.
+    /// Adds an object to the scene: a converted mesh under the world transform of a node.
     fn add_object(
         &mut self,
         name: &str,

@@ -148,7 +148,7 @@ fn sum_smooth_normals(
     sums
 }
 
-/// Appends the vertices of a run of faces to a mesh.
+/// Appends the vertices of a run of faces, which share material and kind of normals, to a mesh.
 fn append_vertices(
     out: &mut MeshData,
     run: &FaceRun,

@@ -16,7 +16,7 @@ use crate::import::{DecodeBudget, Fault, ImportResult, Warnings, sanitise_text};
 use crate::text::{not_a_number_fault, parse_number_prefix};
 use crate::warning::WarningCode;
 
-/// Source of the normals of a run of faces.
+/// Source of the normals for a run of faces (faces with the same properties, see [`FaceRun`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum NormalSource {
     /// Flat facets.

@@ -40,9 +40,9 @@ pub struct AccuracyPage<'a> {
     pub display: Display,
 }
 
-/// Plots error against time for every rung (quality level of a setting), and for the frontier of
-/// settings that no other setting beats in both. Points of the frontier are numbered from 1, in the
-/// order of `flags`.
+/// Plots error against time for every rung (quality level of a setting), and for the frontier: the
+/// settings that no other setting beats in both time and error. Points of the frontier are numbered
+/// from 1, in the order of `flags`.
 pub fn plot_accuracy(
     scene: &str,
     circumstances: &str,
