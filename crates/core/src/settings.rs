@@ -82,9 +82,9 @@ impl Sampling {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[doc(alias("crop window", "SubImage"))]
 pub struct Crop {
-    /// First column.
+    /// First column of the rectangle.
     pub x: u32,
-    /// First row.
+    /// First row of the rectangle, from the top.
     pub y: u32,
     /// Width, above zero.
     pub width: u32,

@@ -34,7 +34,8 @@ pub struct EffectCost {
     /// Render time without the effect, in seconds summed over all threads. Preparation is not
     /// included.
     pub seconds_without: SampleQuantiles,
-    /// Ratio of the render time with the effect to the time without it, one value per round.
+    /// Ratio of the render time with the effect to the time without it, one value per pair of
+    /// renders.
     pub ratio: SampleQuantiles,
     /// Ratio of the number of rays with the effect to the number without it.
     pub rays: f64,
@@ -165,7 +166,7 @@ impl EffectBench<'_> {
         })
     }
 
-    /// Prepares and renders the whole picture with the random numbers of a round.
+    /// Prepares and renders the whole picture. `round` selects the random numbers.
     fn render_round(
         &self,
         settings: &Settings,
@@ -213,7 +214,8 @@ impl EffectBench<'_> {
         ))
     }
 
-    /// Returns the cost of an effect from renders with and without it, paired by round.
+    /// Returns the cost of an effect from renders with and without it. The renders at the same
+    /// index share their random numbers.
     fn summarise_cost(
         &self,
         effect: Effect,

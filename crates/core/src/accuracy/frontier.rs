@@ -16,7 +16,7 @@ pub(super) struct FrontierPoint {
     pub error: f64,
 }
 
-/// Largest number of steps of a walk towards less time, and of a walk towards less error.
+/// Largest number of steps of a search towards less time, and of a search towards less error.
 const LONGEST_WALK: usize = 12;
 /// Least predicted relative gain, in time or in error, for which a step is taken.
 const WORTH: f64 = 0.02;
@@ -26,10 +26,10 @@ const WORTH: f64 = 0.02;
 #[derive(Clone, Debug)]
 pub(super) struct LadderSteps {
     pub ladder: Ladder,
-    /// Rungs from fast to exact, with time and error. `None` stands for the value in the scene,
-    /// which need not be a rung.
+    /// Rungs (quality levels) from fast to exact, with time and error. `None` stands for the value
+    /// in the scene, which need not be a rung.
     pub rungs: Vec<(Option<RungChoice>, FrontierPoint)>,
-    /// Index in `rungs` of the rung at which a walk starts.
+    /// Index in `rungs` of the rung (quality level) at which the search starts.
     pub start: usize,
 }
 
@@ -39,14 +39,14 @@ pub(super) enum WalkDirection {
     MoreExact,
 }
 
-/// Measurement of the settings that a walk visits. Tests replace it by a formula.
+/// Measurement of the settings that the greedy search visits. Tests replace it by a formula.
 pub(super) trait SettingMeasurer {
     /// Whether a setting can be rendered.
     fn is_valid_setting(&self, setting: &RungSetting) -> bool;
     /// Returns the time and error of a setting, or `None` if the time has run out.
     fn measure_setting(&mut self, setting: &RungSetting) -> Option<FrontierPoint>;
     /// Whether `setting` may be recommended and is certainly better than `other`: faster or more
-    /// exact, depending on the direction. A walk continues only from a better setting.
+    /// exact, depending on the direction. The search continues only from a better setting.
     fn is_certain_improvement(
         &self,
         setting: &RungSetting,
@@ -95,8 +95,8 @@ pub(super) fn walk_frontier(
     found
 }
 
-/// State of a walk: current setting, its time and error, and the index of the current rung per
-/// ladder.
+/// State of the greedy search in one direction: current setting, its time and error, and the index
+/// of the current rung (quality level) per ladder.
 struct FrontierWalk<'a> {
     steps: &'a [LadderSteps],
     positions: BTreeMap<Ladder, usize>,
@@ -105,7 +105,8 @@ struct FrontierWalk<'a> {
 }
 
 impl FrontierWalk<'_> {
-    /// Returns the current setting with another rung of one ladder.
+    /// Returns the current setting with one ladder changed to the rung (quality level) of this
+    /// index.
     fn setting_at(&self, ladder: Ladder, rung: usize) -> RungSetting {
         let choice = self
             .steps
@@ -118,9 +119,10 @@ impl FrontierWalk<'_> {
         )
     }
 
-    /// Returns the next step of a walk as a ladder and the index of its new rung. Of all
-    /// neighbouring rungs, this step has the largest predicted ratio of gain to price, both as
-    /// logarithms. Rungs in `rejected_steps` are skipped, because they were tried before.
+    /// Returns the next step of the search as a ladder and the index of its new rung (quality
+    /// level). Of the neighbouring rungs of all ladders, it has the largest predicted ratio of gain
+    /// to price, both as logarithms. Rungs in `rejected_steps` are skipped, because they were tried
+    /// before.
     fn choose_step(
         &self,
         direction: WalkDirection,

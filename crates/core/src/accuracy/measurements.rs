@@ -26,22 +26,23 @@ use crate::settings::Crop;
 /// Errors, times and rays of a setting in a tile.
 struct TileMeasurement {
     errors: TileErrors,
-    /// Render time of the tile in seconds, without its margin, for each round. Each time is divided
-    /// by the number of rounds, so that their sum is the mean.
+    /// Render time of the tile in seconds, without its margin, for each repetition (round). Each
+    /// time is divided by the number of rounds, so that their sum is the mean.
     seconds: Vec<f64>,
-    /// Seconds of the first round: the time of the rendered crop times the share of its pixels that
-    /// lie in the tile.
+    /// Seconds of the first repetition: the time of the rendered crop times the share of its pixels
+    /// that lie in the tile.
     first_seconds: f64,
     rays: f64,
     /// Sum of the tile's radiance before denoising.
     noisy_light: f64,
 }
 
-/// Input of the comparison of a tile: index of the tile in the sample, rendered crop, share of the
-/// crop's time that the tile gets, and the crop's renders in all rounds.
+/// Input of the comparison of a tile with the reference: index of the tile in the sample, rendered
+/// crop, share of the crop's time that the tile gets, and repeated renders of the crop.
 type TileRenderInput<'r> = (usize, Crop, f64, Vec<&'r TimedRender>);
 
-/// Returns the renders of one crop, by round, from the renders of all crops.
+/// Returns the repeated renders of one crop. `renders` holds one list per repetition, with a render
+/// of each crop.
 fn renders_of_part(renders: &[Vec<TimedRender>], part: usize) -> Vec<&TimedRender> {
     renders.iter().map(|all| &all[part]).collect()
 }
@@ -52,20 +53,19 @@ struct SettingMeasurements {
     setting: RungSetting,
     rounds: u64,
     tiles: Vec<TileMeasurement>,
-    /// Renders of each tile in all rounds, kept for comparison with other settings; empty if not
-    /// kept.
+    /// Repeated renders of each tile, kept for comparison with other settings; empty if not kept.
     pictures: Vec<Vec<Picture>>,
     /// First render of the first tile; of the whole picture if all tiles are measured.
     first_picture: Option<Picture>,
-    /// Renders of the whole picture, one per round. Further tiles are cut from them without a new
-    /// render. Empty if tiles were rendered.
+    /// Repeated renders of the whole picture. Further tiles are cut from them without a new render.
+    /// Empty if tiles were rendered.
     whole_renders: Vec<TimedRender>,
     /// Errors of the whole picture, estimated from the pilots, a pair of noisy pictures.
     whole_errors: Option<PictureBlockErrors>,
     /// Seconds of the first render of the whole picture; `None` if tiles were rendered.
     whole_seconds: Option<f64>,
-    /// Ratio of the time of each turn to the time of the first round; empty if the setting was not
-    /// timed in turns. In a turn several settings are rendered one after the other.
+    /// Time of each repetition, measured while settings were rendered alternately (in turns),
+    /// divided by the time of the first render. Empty if the setting was not timed in this way.
     turn_ratios: Vec<f64>,
 }
 
@@ -145,11 +145,10 @@ impl<'a> Measurements<'a> {
             .map_or(0, |figures| figures.tiles.len())
     }
 
-    /// Measures a setting on the first `count` tiles in the given number of rounds. Only missing
-    /// tiles are rendered, unless the number of rounds grows. The pictures are compared with the
-    /// kept pictures of the setting `beside`. With `keep`, the pictures of this setting are kept
-    /// for such comparisons. Returns false if the time runs out; an unfinished render does not
-    /// count.
+    /// Measures a setting on the first `count` tiles, each rendered as often as `rounds` says. Only
+    /// missing tiles are rendered, unless `rounds` grows. The pictures are compared with the kept
+    /// pictures of the setting `beside`. With `keep`, the pictures of this setting are kept for
+    /// such comparisons. Returns false if the time runs out; an unfinished render does not count.
     pub fn measure_setting(
         &mut self,
         setting: &RungSetting,
@@ -358,8 +357,8 @@ impl<'a> Measurements<'a> {
             .denoise
     }
 
-    /// Renders crops of a setting in several rounds, one list per round; `None` if the time runs
-    /// out.
+    /// Renders crops of a setting several times with different random numbers. Returns one list of
+    /// crops per repetition, or `None` if the time runs out.
     fn render_parts(
         &self,
         setting: &RungSetting,

@@ -44,7 +44,7 @@ pub use report::{
 };
 pub use setting::RungSetting;
 
-/// Time budget, picture size and number of rounds of a measurement.
+/// Time budget, picture size, and number of renders per tile of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccuracyEffort {
     /// Time budget of the measurement. Renders stop when the budget is spent.

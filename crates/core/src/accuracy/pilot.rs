@@ -25,7 +25,8 @@ pub(super) struct PictureBlockErrors {
 impl PilotPair {
     /// Estimates the squared errors of one or more renders of a setting, averaged over the renders.
     /// All pictures have the same size. `best` is the most accurate picture known. It gives the
-    /// denominators of the relative error, because the pilots are too noisy for that.
+    /// denominators of the relative error, because the two noisy pictures of the pair are too noisy
+    /// for that.
     pub fn estimate_errors<'p>(
         &self,
         renders: impl Iterator<Item = &'p Picture>,

@@ -18,13 +18,14 @@ const SAME: [f64; 2] = [1.05, 1.05];
 const SOONER: f64 = 0.8;
 /// Largest share of the estimated bias in the squared error of a recommended setting.
 const MOST_BIAS: f64 = 0.25;
-/// Largest share in the squared error of the upper end of the bias's interval.
+/// Largest share of bias in the squared error, if the bias has the upper end of its confidence
+/// interval.
 const SURE_BIAS: f64 = 0.5;
 /// Largest relative difference between the summed radiance of a recommended setting and that of the
 /// reference.
 const MOST_LIGHT: f64 = 0.005;
-/// Factor in time within which settings count as equally fast; of these, the setting with the
-/// fewest changed rungs is recommended.
+/// Factor in time within which settings count as equally fast. Of these, the setting with the
+/// fewest changes from the scene's own is recommended.
 const NEAR: f64 = 1.1;
 /// Largest ratio of the needed time budget to the given time budget for which a report names the
 /// needed budget.

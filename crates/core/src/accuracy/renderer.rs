@@ -33,15 +33,16 @@ pub(super) const MARGIN: u32 = 20;
 /// Largest memory, in bytes, of all prepared scenes that are kept for reuse.
 const KEPT_BYTES: u64 = 1 << 30;
 
-/// Largest number of samples per pixel of the pilot pass, which measures time and noise of the
-/// tiles.
+/// Largest number of samples per pixel of the pilot pass, a short render that measures time and
+/// noise of the tiles.
 const LOOK_SAMPLES: u32 = 4;
 
 /// Edge in pixels of the square blocks into which threads divide a tile, if the picture does not
 /// depend on this edge.
 const UNIT: u32 = 16;
 
-/// Round number of the first pilot. No measured setting uses the random numbers of this round.
+/// Number that selects the random numbers of the first pilot (noisy whole picture). No measured
+/// setting uses these random numbers.
 const PILOT_ROUND: u64 = 1000;
 
 /// Function that returns the current instant. Tests use a clock that advances with each call.
@@ -143,7 +144,7 @@ impl<'a> SettingRenderer<'a> {
         }
     }
 
-    /// Renders crops by a setting, in parallel, with the random numbers of a round. An empty list
+    /// Renders crops by a setting, in parallel. `round` selects the random numbers. An empty list
     /// of crops stands for the whole picture. The CPU time of the process is divided among the
     /// crops in proportion to their numbers of rays.
     pub fn render_setting(
@@ -163,7 +164,8 @@ impl<'a> SettingRenderer<'a> {
         })?
     }
 
-    /// Returns the number of samples per pixel of the pilot pass.
+    /// Returns the number of samples per pixel of the pilot pass, a short render that measures time
+    /// and noise of the tiles.
     pub fn pilot_pass_samples(&self) -> u32 {
         let samples = self.settings.sampling.samples_per_pixel();
         if self.settings.sampling.is_fixed() {
@@ -460,8 +462,8 @@ impl<'a> SettingRenderer<'a> {
         }
     }
 
-    /// Prepares a reference with the rungs of `exact` and this number of samples per pixel. Its
-    /// film is empty, or the film of an earlier reference.
+    /// Prepares a reference with the rungs (quality levels) of `exact` and this number of samples
+    /// per pixel. Its film is empty, or the film of an earlier reference.
     pub fn prepare_reference(
         &self,
         exact: &RungSetting,

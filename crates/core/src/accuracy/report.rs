@@ -49,7 +49,8 @@ pub struct AccuracyReport {
     /// Whether the time ran out before the planned measurements were finished.
     pub cut_short: bool,
     /// Pictures of the first tile; of the whole picture if all tiles were measured. They are the
-    /// reference, and the first render of each setting with a single changed rung.
+    /// reference, and the first render of each setting that differs from the scene's own in one
+    /// choice.
     #[serde(skip)]
     pub pictures: Vec<ReportPicture>,
 }
@@ -110,7 +111,8 @@ pub struct BaselineReport {
 /// Picture for the HTML page, with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReportPicture {
-    /// Name: `reference`, `as it is` for the scene's own setting, or a rung such as `samples=16`.
+    /// Name: `reference`, `as it is` for the scene's own setting, or the changed quality level,
+    /// such as `samples=16`.
     pub name: String,
     /// Linear radiance.
     pub picture: Picture,
@@ -174,7 +176,8 @@ const SAME_TIME: f64 = 0.03;
 const SAME_ERROR: f64 = 0.04;
 
 impl LadderReport {
-    /// Whether `rung` takes longer and has a larger error than the rung in use.
+    /// Whether the rung (quality level) `rung` takes longer and has a larger error than the rung in
+    /// use.
     pub fn is_dominated(&self, rung: &RungReport) -> bool {
         let measured = |rung: &RungReport| {
             rung.measured
@@ -197,19 +200,19 @@ impl LadderReport {
 /// values.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungReport {
-    /// Name of the rung.
+    /// Name of the rung (quality level).
     pub rung: String,
-    /// Description of the rung for users.
+    /// Description of the rung (quality level) for users.
     pub about: &'static str,
-    /// Whether the scene's own setting has this rung.
+    /// Whether the scene's own setting has this rung (quality level).
     pub in_use: bool,
-    /// Command-line flag of the rung; `None` for the rung in use.
+    /// Command-line flag of the rung (quality level); `None` for the rung in use.
     pub flag: Option<String>,
-    /// Time and error; `None` if the rung takes too long, or the time ran out.
+    /// Time and error; `None` if a render takes too long, or the time ran out.
     pub measured: Option<MeasuredSetting>,
-    /// Error that this rung alone causes: root mean squared difference, in linear radiance, to
-    /// renders on the ladder's most exact rung with the same random numbers. `None` if the two
-    /// rungs cannot share random numbers, or one was not measured.
+    /// Error caused by this rung (quality level) alone: root mean squared difference, in linear
+    /// radiance, to renders on the ladder's most exact rung with the same random numbers. `None` if
+    /// the two rungs cannot share random numbers, or one was not measured.
     pub own_error: Option<ConfidenceInterval>,
 }
 
@@ -219,22 +222,22 @@ pub struct RungReport {
 pub struct PriceReport {
     /// Name of the ladder.
     pub ladder: &'static str,
-    /// Name of the rung in the scene's own setting.
+    /// Name of the rung (quality level) in the scene's own setting.
     pub in_use: String,
-    /// Costs of the ladder's rungs.
+    /// Costs of the ladder's rungs (quality levels).
     pub rungs: Vec<RungPriceReport>,
 }
 
 /// Cost of one rung, a quality level that does not change the picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungPriceReport {
-    /// Name of the rung.
+    /// Name of the rung (quality level).
     pub rung: String,
-    /// Description of the rung for users.
+    /// Description of the rung (quality level) for users.
     pub about: &'static str,
-    /// Whether the scene's own setting has this rung.
+    /// Whether the scene's own setting has this rung (quality level).
     pub in_use: bool,
-    /// Time and memory; `None` if the rung takes too long.
+    /// Time and memory; `None` if a render takes too long.
     #[serde(rename = "paid")]
     pub rung_cost: Option<RungCost>,
 }
@@ -249,7 +252,7 @@ pub struct RungCost {
     /// Render time of the whole picture, in seconds summed over all threads.
     pub seconds: SampleQuantiles,
     /// Ratio of the render time with the rung to the time of the scene's own setting, one value per
-    /// round.
+    /// repetition.
     pub ratio: SampleQuantiles,
     /// Memory of geometry and acceleration structure in bytes.
     pub geometry: u64,
@@ -268,8 +271,8 @@ pub struct FrontierSetting {
 }
 
 impl FrontierSetting {
-    /// Returns the setting's rungs as `LADDER=RUNG` separated by spaces, or `as it is` for the
-    /// scene's own setting.
+    /// Returns the setting's changed quality levels as `LADDER=RUNG` separated by spaces, or `as it
+    /// is` for the scene's own setting.
     pub fn name(&self) -> String {
         let rungs: Vec<&str> = self
             .flags

@@ -43,8 +43,8 @@ const TURNS_END: f64 = 0.92;
 const PRICES_END: f64 = 0.94;
 const COSTS_END: f64 = 0.96;
 
-/// Number of samples per pixel with which rungs of other ladders are measured if the scene has more
-/// samples. The change that a rung makes is as visible with few samples, and more tiles can be
+/// Number of samples per pixel with which quality levels other than sample counts are measured, if
+/// the scene has more samples. A change is as visible with few samples, and more tiles can be
 /// measured.
 const BASE_SAMPLES: u32 = 16;
 /// Assumed render time of a reference sample divided by that of a sample of the scene's own
@@ -359,8 +359,8 @@ impl<'a> MeasurementSession<'a> {
         (self.elapsed() / self.effort.budget.as_secs_f64().max(1e-9)).min(1.0)
     }
 
-    /// Returns the rungs of a ladder that change this scene's picture and whose number format can
-    /// represent the scene.
+    /// Returns the rungs (quality levels) of a ladder that change this scene's picture and whose
+    /// number format can represent the scene.
     fn applicable_rungs(&self, ladder: Ladder) -> vec::IntoIter<RungChoice> {
         let choices = ladder.choices().filter(|choice| {
             choice.changes_picture(self.effects) && !self.unstorable_rungs.contains(choice)
@@ -368,7 +368,7 @@ impl<'a> MeasurementSession<'a> {
         choices.collect::<Vec<_>>().into_iter()
     }
 
-    /// Whether a rung is the one of the scene's own setting.
+    /// Whether a rung (quality level) is the one of the scene's own setting.
     fn is_in_use(&self, choice: RungChoice) -> bool {
         choice.rung()
             == choice
@@ -376,8 +376,9 @@ impl<'a> MeasurementSession<'a> {
                 .current_rung_name(self.scene, &self.settings)
     }
 
-    /// Returns the setting to which the rungs of a ladder are applied and compared: the scene's own
-    /// setting for sample counts, else the baseline.
+    /// Returns the setting to which the rungs (quality levels) of a ladder are applied and
+    /// compared: the scene's own setting for sample counts; for other ladders the baseline, the
+    /// scene with fewer samples.
     fn baseline_for(&self, ladder: Ladder) -> RungSetting {
         if ladder == Ladder::Samples {
             RungSetting::default()
@@ -386,8 +387,8 @@ impl<'a> MeasurementSession<'a> {
         }
     }
 
-    /// Returns the setting by which a rung is measured. For a rung that is in use, it is the
-    /// unchanged baseline.
+    /// Returns the setting by which a rung (quality level) is measured. For a rung that is in use,
+    /// it is the unchanged baseline.
     fn setting_of_rung(&self, choice: RungChoice) -> RungSetting {
         let beside = self.baseline_for(choice.ladder());
         if self.is_in_use(choice) {
@@ -397,7 +398,8 @@ impl<'a> MeasurementSession<'a> {
         }
     }
 
-    /// Returns the baseline with the ladder's most exact rung that does not take too long.
+    /// Returns the baseline (the scene, possibly with fewer samples) on the ladder's most exact
+    /// rung that does not take too long.
     fn most_exact_setting(&self, ladder: Ladder) -> RungSetting {
         let reached = |choice: &RungChoice| {
             choice.can_be_reference() && !self.infeasible_rungs.contains(choice)
@@ -424,8 +426,8 @@ impl<'a> MeasurementSession<'a> {
     }
 }
 
-/// Returns the number of samples per pixel of a rung of the samples ladder, or `None` for a rung of
-/// another ladder.
+/// Returns the number of samples per pixel that a rung (quality level) of the samples ladder sets,
+/// or `None` for another ladder.
 fn rung_sample_count(choice: RungChoice) -> Option<u32> {
     let RungValue::Samples(samples) = choice.value() else {
         return None;

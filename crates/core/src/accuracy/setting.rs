@@ -12,24 +12,26 @@ use crate::settings::{PrecisionChoice, Sampling, Settings};
 pub struct RungSetting(Vec<RungChoice>);
 
 impl RungSetting {
-    /// Returns the setting that changes a single rung.
+    /// Returns the setting that changes a single rung (quality level).
     pub fn from_rung(choice: RungChoice) -> Self {
         Self(vec![choice])
     }
 
-    /// Returns the setting with these rungs; of several rungs of a ladder the last counts.
+    /// Returns the setting with these rungs (quality levels). Of several rungs of the same ladder,
+    /// the last counts.
     pub fn from_rungs(choices: &[RungChoice]) -> Self {
         choices.iter().fold(Self::default(), |setting, &choice| {
             setting.with_rung(choice)
         })
     }
 
-    /// Returns the changed rungs, in the order of their ladders.
+    /// Returns the changed rungs (quality levels), in the order of their ladders.
     pub fn choices(&self) -> &[RungChoice] {
         &self.0
     }
 
-    /// Returns the setting with this rung added, or exchanged for the rung of the same ladder.
+    /// Returns the setting with this rung (quality level) added, or exchanged for the rung of the
+    /// same ladder.
     #[must_use]
     pub fn with_rung(&self, choice: RungChoice) -> Self {
         let others = self
@@ -42,7 +44,7 @@ impl RungSetting {
         Self(all)
     }
 
-    /// Returns the setting with the scene's own rung on this ladder.
+    /// Returns the setting with this ladder reset to the scene's own rung (quality level).
     #[must_use]
     pub fn without_ladder(&self, ladder: Ladder) -> Self {
         Self(
@@ -54,7 +56,8 @@ impl RungSetting {
         )
     }
 
-    /// Returns the changed rung of a ladder, or `None` if the ladder has the scene's own rung.
+    /// Returns the changed rung (quality level) of a ladder, or `None` if the ladder has the
+    /// scene's own rung.
     pub fn rung(&self, ladder: Ladder) -> Option<RungChoice> {
         self.0
             .iter()
@@ -62,7 +65,7 @@ impl RungSetting {
             .find(|choice| choice.ladder() == ladder)
     }
 
-    /// Returns the scene and its settings after applying the changed rungs.
+    /// Returns the scene and its settings after applying the changed rungs (quality levels).
     pub fn apply(&self, scene: &Scene, settings: &Settings) -> (Scene, Settings) {
         let (mut scene, mut settings) = (scene.clone(), settings.clone());
         self.0
@@ -79,7 +82,8 @@ impl RungSetting {
             .all(|choice| choice.ladder().is_free_of_bias())
     }
 
-    /// Returns the command-line flags of the changed rungs, such as `--rung samples=16`.
+    /// Returns the command-line flags of the changed rungs (quality levels), such as `--rung
+    /// samples=16`.
     pub fn flags(&self) -> Vec<String> {
         self.0
             .iter()
@@ -102,8 +106,9 @@ impl fmt::Display for RungSetting {
     }
 }
 
-/// Returns scene and settings of the reference. It has the rungs of `exact`, computes in f64, has
-/// this number of samples per pixel and no denoising, and uses random numbers of its own.
+/// Returns scene and settings of the reference. It has the rungs (quality levels) of `exact`,
+/// computes in f64, has this number of samples per pixel and no denoising, and uses random numbers
+/// of its own.
 pub(super) fn reference_setup(
     exact: &RungSetting,
     scene: &Scene,

@@ -117,14 +117,15 @@ pub(super) struct PilotPass {
 #[derive(Clone, Debug)]
 pub(super) struct TileSample {
     pub grid: TileGrid,
-    /// Results of the pilot pass, in the order in which the tiles are drawn.
+    /// Results of the pilot pass (a short render of the tiles), in the order in which the tiles are
+    /// drawn.
     pub passes: Vec<PilotPass>,
     /// Probability of each tile for a single draw, in the order of drawing; the sum is one.
     draw_probabilities: Vec<f64>,
 }
 
 impl TileSample {
-    /// Orders the tiles of the pilot pass for drawing. They are the first tiles of
+    /// Orders the tiles of the pilot pass (a short render) for drawing. They are the first tiles of
     /// [`TileGrid::spread_order`].
     pub fn new(grid: TileGrid, looks: &[PilotPass]) -> Self {
         let keys = grid.ordering_keys();
@@ -152,7 +153,8 @@ impl TileSample {
         }
     }
 
-    /// Returns the number of tiles that can be drawn: those of the pilot pass.
+    /// Returns the number of tiles that can be drawn: those of the pilot pass, a short render that
+    /// measured their time and noise.
     pub fn drawable_tile_count(&self) -> usize {
         self.passes.len()
     }

@@ -1,5 +1,5 @@
-//! Estimates for the whole picture from measured tiles and pilots: time, errors, summed radiance,
-//! and ratios of two settings.
+//! Estimates for the whole picture from measured tiles and from pilots (two noisy whole pictures):
+//! time, errors, summed radiance, and ratios of two settings.
 
 use super::super::estimate::{ConfidenceInterval, SettingErrors};
 use super::super::report::MeasuredSetting;

@@ -11,18 +11,18 @@ use crate::bench::SampleQuantiles;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// Numbers of rounds and of tiles in which a rung that does not change the picture is timed.
+/// Number of repetitions, and number of tiles, with which a rung (quality level) that does not
+/// change the picture is timed.
 const PRICE_ROUNDS: u64 = 3;
 const PRICE_TILES: usize = 4;
-/// Time limit of one round for a rung: this multiple of the time of the scene's own setting, but at
-/// least the duration below.
+/// Time limit of one repetition with a rung (quality level): this multiple of the time of the
+/// scene's own setting, but at least the duration below.
 const PATIENCE: f64 = 20.0;
 const LEAST_PATIENCE: Duration = Duration::from_secs(1);
 
 impl Measurements<'_> {
     /// Measures time and memory of a setting whose picture must equal that of the setting `beside`.
-    /// Both are rendered on the first tiles in the same rounds. `None` if the setting takes too
-    /// long.
+    /// Both are rendered on the first tiles, equally often. `None` if the setting takes too long.
     pub fn measure_rung_cost(
         &self,
         setting: &RungSetting,

@@ -19,15 +19,16 @@ const FEWEST_TURNS: usize = 3;
 /// four and five samples. The factor is approximate: Student's factor, with the standard deviation
 /// estimated from the range.
 const WIDENING: [f64; 3] = [2.9, 1.54, 1.07];
-/// Factor by which a time may be wrong that was not measured in turns because time was lacking.
+/// Factor by which a time may be wrong if time was lacking to measure it alternately with the other
+/// settings.
 const UNSURE: f64 = 1.5;
 
 impl Measurements<'_> {
-    /// Times settings in turns, with the random numbers of the first round. A setting is rendered
-    /// on its first tiles, or as a whole picture if it was measured as a whole picture. The times
-    /// are relative to the first setting. If the first setting was timed in turns before, the new
-    /// times are scaled to its earlier times. If time is lacking for three turns, the times are
-    /// only marked as uncertain.
+    /// Times settings in turns: they are rendered alternately, with the random numbers of the first
+    /// render. A setting is rendered on its first tiles, or as a whole picture if it was measured
+    /// as a whole picture. The times are relative to the first setting. If the first setting was
+    /// timed in turns before, the new times are scaled to its earlier times. If time is lacking for
+    /// three turns, the times are only marked as uncertain.
     pub fn time_in_turns(
         &mut self,
         settings: &[RungSetting],
@@ -87,7 +88,7 @@ impl Measurements<'_> {
         Ok(())
     }
 
-    /// Whether a setting was timed in turns.
+    /// Whether a setting was timed in turns (alternately with other settings).
     pub fn is_timed_in_turns(&self, setting: &RungSetting) -> bool {
         self.find_setting_measurements(setting)
             .is_some_and(|figures| !figures.turn_ratios.is_empty())
@@ -99,8 +100,8 @@ impl Measurements<'_> {
             .is_some_and(|figures| figures.whole_seconds.is_some())
     }
 
-    /// Renders a setting again on its first tiles and returns the ratio of the new time to the time
-    /// of its first round; `None` if the time runs out.
+    /// Renders a setting again on its first tiles. Returns the new time divided by the time of its
+    /// first render, or `None` if the time runs out.
     fn time_drift(
         &self,
         setting: &RungSetting,
@@ -168,7 +169,8 @@ impl Measurements<'_> {
     }
 
     /// Returns the factor that corrects a setting's time for changes of the machine's speed. A
-    /// setting that was not timed in turns gets the factor of the scene's own setting.
+    /// setting that was not timed in turns (alternately with other settings) gets the factor of the
+    /// scene's own setting.
     pub(super) fn setting_drift(&self, figures: &SettingMeasurements) -> ConfidenceInterval {
         if !figures.turn_ratios.is_empty() {
             return median_with_interval(figures.turn_ratios.clone());
@@ -191,8 +193,8 @@ impl Measurements<'_> {
     }
 }
 
-/// Returns the median of the ratios of at least three turns, with a confidence interval that fits
-/// the number of turns.
+/// Returns the median of the time ratios of at least three turns (alternating renders), with a
+/// confidence interval that fits the number of turns.
 fn median_with_interval(mut turns: Vec<f64>) -> ConfidenceInterval {
     turns.sort_by(f64::total_cmp);
     let (middle, last) = (turns.len() / 2, turns.len() - 1);
@@ -211,7 +213,8 @@ fn median_with_interval(mut turns: Vec<f64>) -> ConfidenceInterval {
 }
 
 /// Returns the factor that corrects the ratio of two times if only one of them was measured in
-/// turns. The true factor lies between 1 and the median of the ratios in `turns`.
+/// turns (alternately with other settings). The true factor lies between 1 and the median of the
+/// ratios in `turns`.
 fn one_sided_drift(turns: impl Iterator<Item = f64>) -> ConfidenceInterval {
     let drift = median_with_interval(turns.collect()).value;
     ConfidenceInterval {

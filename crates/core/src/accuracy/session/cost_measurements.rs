@@ -24,8 +24,8 @@ impl ProgressListener for ProgressRange<'_> {
 }
 
 impl MeasurementSession<'_> {
-    /// Measures time and memory of the rungs of each ladder that does not change the picture.
-    /// Returns one report per ladder.
+    /// Measures time and memory of the rungs (quality levels) of each ladder that does not change
+    /// the picture. Returns one report per ladder.
     pub fn measure_rung_costs(
         &mut self,
         measurements: &Measurements<'_>,

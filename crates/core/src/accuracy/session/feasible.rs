@@ -10,8 +10,8 @@ use super::{FEASIBLE_RUNGS_END, MeasurementSession, PILOT_PASS_END};
 use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 
-/// Time limit of a rung on the trial tile: this multiple of the time of the scene's own setting,
-/// but at least the duration below.
+/// Time limit of a rung (quality level) on the trial tile: this multiple of the time of the scene's
+/// own setting, but at least the duration below.
 const PATIENCE: f64 = 20.0;
 const LEAST_PATIENCE: Duration = Duration::from_secs(2);
 
@@ -104,11 +104,11 @@ impl MeasurementSession<'_> {
         Ok(pilot_passes)
     }
 
-    /// Returns, for each ladder but samples, the most exact rung that renders the slowest tile
-    /// within its time limit. The limit matters for Whitted ray tracing, in which rays split at
-    /// glass and mirrors, so that their number doubles per bounce. A ladder that is not tested in
-    /// time keeps the scene's rung. The function also stores the time of a reference sample divided
-    /// by that of a sample of the scene's own setting.
+    /// Returns, for each ladder but samples, the most exact rung (quality level) that renders the
+    /// slowest tile within its time limit. The limit matters for Whitted ray tracing, in which rays
+    /// split at glass and mirrors, so that their number doubles per bounce. A ladder that is not
+    /// tested in time keeps the scene's rung. The function also stores the time of a reference
+    /// sample divided by that of a sample of the scene's own setting.
     pub fn find_feasible_rungs(
         &mut self,
         renderer: &SettingRenderer<'_>,

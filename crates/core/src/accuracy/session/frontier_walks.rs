@@ -19,10 +19,10 @@ use crate::prepare::PrepareError;
 const GROWTH: f64 = 1.3;
 /// Largest number of promising settings that are measured on more tiles.
 const MOST_AGAIN: usize = 6;
-/// Number of measured settings at which walks and pairs stop adding settings.
+/// Number of measured settings at which no further combinations are added.
 const MOST_SETTINGS: usize = 56;
 
-/// Measures the settings that a walk visits, with the plan and clock of the session.
+/// Measures the settings that the greedy search visits, with the plan and clock of the session.
 struct SessionMeasurer<'s, 'a, 'm> {
     session: &'s MeasurementSession<'a>,
     plan: &'s MeasurementPlan,
@@ -86,7 +86,8 @@ impl SettingMeasurer for SessionMeasurer<'_, '_, '_> {
 }
 
 impl MeasurementSession<'_> {
-    /// Measures combinations of rungs by walks and pairs, and returns every measured setting.
+    /// Measures combinations of rungs (quality levels) by a greedy search, then pairs that the
+    /// search did not visit. Returns every measured setting.
     pub(super) fn measure_combinations(
         &mut self,
         plan: &MeasurementPlan,
@@ -141,9 +142,10 @@ impl MeasurementSession<'_> {
         failed.map_or_else(|| Ok(measurements.measured_settings()), Err)
     }
 
-    /// Returns the pairs of a sample count and another rung that no walk measured, up to the
-    /// largest number of settings. Recommendable rungs come first. The number of settings found by
-    /// a walk depends on noise; filled up with pairs, the number is always the same.
+    /// Returns the pairs of a sample count and another rung (quality level) that the search did not
+    /// measure, up to the largest number of settings. Recommendable rungs come first. The number of
+    /// settings found by the search depends on noise; filled up with pairs, the number is always
+    /// the same.
     fn unmeasured_pairs(&self, measurements: &Measurements<'_>) -> Vec<RungSetting> {
         let settings = measurements.measured_settings();
         let is_paired =
@@ -178,8 +180,8 @@ impl MeasurementSession<'_> {
         pairs
     }
 
-    /// Returns the rungs of each ladder for a walk that starts at the setting `start`. A ladder is
-    /// left out if its rung in `start` was not measured.
+    /// Returns the rungs (quality levels) of each ladder for a search that starts at the setting
+    /// `start`. A ladder is left out if its rung in `start` was not measured.
     fn start_steps_at(&self, start: &RungSetting, steps: &[LadderSteps]) -> Vec<LadderSteps> {
         let at = |steps: &LadderSteps| {
             let rung_choice = start.rung(steps.ladder);
@@ -195,8 +197,8 @@ impl MeasurementSession<'_> {
         steps.iter().filter_map(at).collect()
     }
 
-    /// Returns the measured, recommendable rungs of a ladder with time and error; `None` if the
-    /// scene's own rung was not measured.
+    /// Returns the measured, recommendable rungs (quality levels) of a ladder with time and error;
+    /// `None` if the scene's own rung was not measured.
     ///
     /// The error of a rung is its difference to the ladder's most exact rung with the same random
     /// numbers. Noise of few samples would hide this difference in the total error. With many
@@ -275,8 +277,9 @@ impl MeasurementSession<'_> {
             })
     }
 
-    /// Measures promising settings on more tiles, in chunks of growing size, or in more rounds if
-    /// all tiles were measured. More tiles reveal the settings that look good only by chance.
+    /// Measures promising settings on more tiles, in chunks of growing size, or with more renders
+    /// per tile if all tiles were measured. More tiles reveal the settings that look good only by
+    /// chance.
     pub(super) fn refine_promising(
         &mut self,
         settings: &[RungSetting],
@@ -363,8 +366,8 @@ impl MeasurementSession<'_> {
         chosen_settings
     }
 
-    /// Measures each setting on the tiles that it lacks, then in more rounds. Slow settings have
-    /// fewer tiles than fast settings.
+    /// Measures each setting on the tiles that it lacks, then with more renders per tile. Slow
+    /// settings have fewer tiles than fast settings.
     fn refine_on_all_tiles(
         &self,
         settings: &[RungSetting],
@@ -457,7 +460,7 @@ impl MeasurementSession<'_> {
     }
 
     /// Returns the measured, recommendable settings on the Pareto front. Of settings with equal
-    /// time and error, the one with the fewest changed rungs is returned.
+    /// time and error, the one with the fewest changes from the scene's own is returned.
     pub(super) fn pareto_settings(
         &self,
         known_settings: &[RungSetting],

@@ -31,7 +31,8 @@ const CAREFUL: f64 = 0.5;
 const SPARE: f64 = 0.1;
 /// Largest share of the remaining time that a single setting may take.
 const MOST_OF_REST: f64 = 0.35;
-/// Number of rounds of most settings. Bias cannot be separated from noise with a single round.
+/// Number of renders per tile for most settings. Bias cannot be separated from noise with a single
+/// render.
 pub(super) const ROUNDS: u64 = 2;
 /// Share of the tiles on which settings of less important ladders are measured if the time is
 /// short.
@@ -80,7 +81,7 @@ impl MeasurementPlan {
     }
 }
 
-/// Setting to be measured, and the ladder to which its changed rung belongs.
+/// Setting to be measured, and the ladder (quality setting) that it changes.
 struct PlannedSetting {
     setting: RungSetting,
     ladder: Ladder,
@@ -233,8 +234,8 @@ impl MeasurementSession<'_> {
     }
 
     /// Returns the cost of a setting per pixel of a tile, in samples: samples per pixel times
-    /// rounds, enlarged by the margin of a denoised tile. Zero for a setting that is rendered as a
-    /// whole picture.
+    /// renders per tile, enlarged by the margin of a denoised tile. Zero for a setting that is
+    /// rendered as a whole picture.
     pub(super) fn samples_per_tile_pixel(&self, setting: &RungSetting, grid: &TileGrid) -> f64 {
         if self.renders_whole_denoised(setting) {
             return 0.0;
@@ -249,9 +250,9 @@ impl MeasurementSession<'_> {
         self.round_count(setting) as f64 * f64::from(self.sample_count(setting)) * wide * wide
     }
 
-    /// Returns the number of rounds of a setting. A setting with more samples than the scene is
-    /// rendered once: its bias equals that of settings with fewer samples. A denoised whole picture
-    /// is rendered once if it takes long.
+    /// Returns how often each tile is rendered with a setting. A setting with more samples than the
+    /// scene is rendered once: its bias equals that of settings with fewer samples. A denoised
+    /// whole picture is rendered once if it takes long.
     pub(super) fn round_count(&self, setting: &RungSetting) -> u64 {
         let samples = self.sample_count(setting);
         let is_long = self.renders_whole_denoised(setting)
@@ -263,8 +264,7 @@ impl MeasurementSession<'_> {
         }
     }
 
-    /// Returns the expected wall-clock seconds of a setting on this number of tiles, in all its
-    /// rounds.
+    /// Returns the expected wall-clock seconds of all renders of a setting on this number of tiles.
     pub(super) fn expected_seconds(
         &self,
         setting: &RungSetting,
@@ -326,9 +326,9 @@ impl MeasurementSession<'_> {
     }
 
     /// Returns every setting of the plan in order of importance. First come the scene's own setting
-    /// and the baseline; then sample counts up to those that halve the error, with and without
-    /// denoising; then the rungs of all other ladders, each ladder's most exact rung first; last
-    /// larger sample counts.
+    /// and the baseline, the scene with fewer samples; then sample counts up to those that halve
+    /// the error, with and without denoising; then the rungs (quality levels) of all other ladders,
+    /// each ladder's most exact rung first; last larger sample counts.
     fn planned_settings(&self) -> Vec<PlannedSetting> {
         let item = |setting: RungSetting, ladder: Ladder| PlannedSetting {
             setting,

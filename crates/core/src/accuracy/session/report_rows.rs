@@ -13,8 +13,9 @@ use crate::ladder::{Ladder, RungChoice};
 use crate::picture::Picture;
 
 impl MeasurementSession<'_> {
-    /// Returns the report of a ladder with time and error of each rung. `own_errors` lists the
-    /// settings that were compared with another setting under the same random numbers.
+    /// Returns the report of a ladder with time and error of each rung (quality level).
+    /// `own_errors` lists the settings that were compared with another setting under the same
+    /// random numbers.
     pub(super) fn ladder_report(
         &self,
         ladder: Ladder,
@@ -70,7 +71,7 @@ impl MeasurementSession<'_> {
         })
     }
 
-    /// Returns the measured settings with several changed rungs.
+    /// Returns the measured settings in which several rungs (quality levels) are changed.
     pub(super) fn combination_reports(
         &self,
         settings: &[RungSetting],
@@ -106,8 +107,8 @@ impl MeasurementSession<'_> {
     }
 
     /// Returns the pictures for the report: the reference, and the first render of each setting
-    /// with a single changed rung. They show the first tile, or the whole picture if all tiles were
-    /// measured.
+    /// that differs from the scene's own in one choice. They show the first tile, or the whole
+    /// picture if all tiles were measured.
     pub(super) fn report_pictures(
         &self,
         measurements: &Measurements<'_>,

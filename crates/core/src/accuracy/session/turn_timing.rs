@@ -9,10 +9,10 @@ use super::super::setting::RungSetting;
 use super::{MeasurementSession, TURNS_END};
 use crate::prepare::PrepareError;
 
-/// Largest number of settings timed in turns besides the recommended settings. Some settings only
-/// look fast because the machine was fast when they were timed.
+/// Largest number of settings that are timed alternately besides the recommended settings. Some
+/// settings only look fast because the machine was fast when they were timed.
 const MOST: usize = 6;
-/// Number of turns for which time is reserved.
+/// Number of turns (one render of each setting) for which time is reserved.
 const PLANNED: f64 = 4.0;
 
 /// Share of the stage's time, 0 to 1, that is spent at the end of each pass. A pass may change the
@@ -20,8 +20,9 @@ const PLANNED: f64 = 4.0;
 const PASSES: [f64; 3] = [0.5, 0.7, 1.0];
 
 impl MeasurementSession<'_> {
-    /// Times in turns the scene's own setting, the recommended settings and their closest
-    /// competitors. If the recommendation changes, the newly recommended settings are timed too.
+    /// Times the scene's own setting, the recommended settings and their closest competitors by
+    /// rendering them alternately. If the recommendation changes, the newly recommended settings
+    /// are timed too.
     pub(super) fn time_recommended_in_turns(
         &self,
         settings: &[RungSetting],
@@ -49,8 +50,8 @@ impl MeasurementSession<'_> {
         Ok(())
     }
 
-    /// Times the first settings of the list in turns, with as many settings and tiles as the time
-    /// until `end` allows.
+    /// Times the first settings of the list by rendering them alternately, with as many settings
+    /// and tiles as the time until `end` allows.
     fn time_affordable_in_turns(
         &self,
         end: Instant,
