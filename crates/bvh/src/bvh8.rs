@@ -65,8 +65,9 @@ const STACK_SIZE: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
 struct ChildRef(u32);
 
 impl ChildRef {
-    /// Kinds of children, in the bits above the index. The index has fewer than 2²⁷ values, the
-    /// greatest number of primitives.
+    /// Kinds of children, in the bits above the index: inner node, block of triangles, single
+    /// primitive, and row of spheres. The index has fewer than 2²⁷ values, the greatest number of
+    /// primitives.
     const INNER: u32 = 0;
     const BLOCK: u32 = 0b100 << 29;
     const OTHER: u32 = 0b110 << 29;
@@ -174,9 +175,9 @@ pub(crate) struct Bvh8 {
 }
 
 impl Bvh8 {
-    /// Moves triangles into the blocks. `triangle_of` returns the triangle and the visibility of a slot.
-    /// The slots from `first` on are in leaf order. Afterwards the index of a triangle's slot is
-    /// its number in [`Bvh8::triangle`].
+    /// Moves triangles into the blocks. `triangle_of` returns the triangle and the visibility of a
+    /// slot. The slots from `first` on are in leaf order. Afterwards the index of a triangle's slot
+    /// is its number in [`Bvh8::triangle`].
     pub fn fill_blocks(
         &mut self,
         slots: &mut [PrimitiveSlot],

@@ -21,9 +21,9 @@ use crate::slot::{PrimitiveKind, PrimitiveSlot};
 #[derive(Clone, Debug)]
 #[doc(alias("RTCScene", "BVHAggregate", "Aggregate"))]
 pub struct Geometry<R: Real> {
-    /// The primitives. Their slots are sorted: first unbounded primitives, which every query tests;
-    /// then bounded primitives in the accelerator's order; then instances of empty geometries,
-    /// which no query tests.
+    /// The primitives. Their slots (records) are sorted: first unbounded primitives, which every
+    /// query tests; then bounded primitives in the accelerator's order; then instances of empty
+    /// geometries, which no query tests.
     pub(crate) primitives: PrimitiveSet<R>,
     /// Number of unbounded primitives, at the first slots.
     pub(crate) unbounded: usize,

@@ -73,10 +73,10 @@ impl GeometryMemory {
         self.primitive_count() == 0
     }
 
-    /// Upper bound of [`Geometry::memory_bytes`](crate::Geometry::memory_bytes) for a geometry of these
-    /// primitives. The bound is below three times the true number of bytes plus a few kilobytes, or
-    /// below five times if triangles and other primitives are interspersed. Only the number of
-    /// nodes and the fill of triangle blocks are uncertain.
+    /// Upper bound of [`Geometry::memory_bytes`](crate::Geometry::memory_bytes) for a geometry of
+    /// these primitives. The bound is below three times the true number of bytes plus a few
+    /// kilobytes, or below five times if triangles and other primitives are interspersed. Only the
+    /// number of nodes and the fill of triangle blocks are uncertain.
     pub fn max_geometry_bytes<R: Real>(&self, kind: AcceleratorKind) -> u64 {
         let bounded = self.primitive_count().saturating_sub(self.unbounded);
         let few = max_scan_size(self.primitive_count() == self.spheres.saturating_add(self.planes));

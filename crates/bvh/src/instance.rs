@@ -19,8 +19,8 @@ pub(crate) struct Instance {
     pub to_object: ApproximateInverse,
     /// Index of the instanced geometry among the set's parts.
     pub part: u32,
-    /// Index of the instance's motion; `NO_MOTION` for an instance at rest. The field fills padding, so
-    /// it costs no memory.
+    /// Index of the instance's motion; `NO_MOTION` for an instance at rest. The field fills
+    /// padding, so it costs no memory.
     pub motion: u32,
     /// Object-to-world map; for a moving instance, the map at time 0.
     pub transform: Transform,

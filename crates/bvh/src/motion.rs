@@ -16,8 +16,9 @@ impl Motion {
     /// Creates the motion between two invertible maps.
     ///
     /// # Errors
-    /// [`GeometryError::SingularDuringMotion`] if the map is singular, or can't be proven invertible,
-    /// at some time in [0, 1]; [`GeometryError::NotFinite`] if the ends are too far apart.
+    /// [`GeometryError::SingularDuringMotion`] if the map is singular, or can't be proven
+    /// invertible, at some time in [0, 1]; [`GeometryError::NotFinite`] if the ends are too far
+    /// apart.
     pub fn new(ends: [DAffine3; 2]) -> Result<Self, GeometryError> {
         let motion = Self { ends };
         // The midpoint of ends further apart than the greatest f64 is not finite.

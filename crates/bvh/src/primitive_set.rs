@@ -255,8 +255,8 @@ impl<R: Real> PrimitiveSet<R> {
     /// [`PrimitiveSet::add_instance`].
     ///
     /// # Errors
-    /// [`GeometryError::NestedInstance`] if the geometry itself holds instances: a hit can identify only
-    /// one instance.
+    /// [`GeometryError::NestedInstance`] if the geometry itself holds instances: a hit can identify
+    /// only one instance.
     pub fn add_part(&mut self, geometry: Geometry<R>) -> Result<u32, GeometryError> {
         if geometry.instance_count() > 0 {
             return Err(GeometryError::NestedInstance);

@@ -130,10 +130,10 @@ impl<R: Real> Geometry<R> {
     }
 
     /// Whether the ray is occluded: whether a hit with `range.min < t < range.max` belongs to an
-    /// opaque object, or to an [`Occlusion::Filtered`](crate::Occlusion::Filtered) object and `filter` returns
-    /// true for it. Hits are passed to `filter` in any order, and a refused hit does not end the
-    /// query. A primitive of the set itself is passed once, at its nearest hit. For an instance,
-    /// each primitive in it is passed once.
+    /// opaque object, or to an [`Occlusion::Filtered`](crate::Occlusion::Filtered) object and
+    /// `filter` returns true for it. Hits are passed to `filter` in any order, and a refused hit
+    /// does not end the query. A primitive of the set itself is passed once, at its nearest hit.
+    /// For an instance, each primitive in it is passed once.
     #[inline(never)]
     #[doc(alias("rtcOccluded1", "any_hit", "IntersectP"))]
     pub fn occluded<T: TraversalCounter>(

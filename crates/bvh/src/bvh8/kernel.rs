@@ -134,8 +134,8 @@ impl Bvh8 {
         dispatch_kernel!(self.kernel, query, false, s, M => s.traverse::<M>(self, ox, oy, oz, dx, dy, dz, near, query, visitor))
     }
 
-    /// Passes hits as [`Self::visit_hits`], in a structure with primitives outside nodes: rows first,
-    /// then the tree or, if it has no nodes, blocks and other primitives.
+    /// Passes hits as [`Self::visit_hits`], in a structure with primitives outside nodes: rows
+    /// first, then the tree or, if it has no nodes, blocks and other primitives.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "in registers")]
     fn visit_without_nodes(
@@ -180,7 +180,8 @@ impl Bvh8 {
         dispatch_kernel!(self.kernel, query, true, s, M => s.traverse_mapped::<M>(self, traversal_ray, query, visitor))
     }
 
-    /// Passes hits as [`Self::visit_hits_of_mapped_ray`], in a structure with primitives outside nodes.
+    /// Passes hits as [`Self::visit_hits_of_mapped_ray`], in a structure with primitives outside
+    /// nodes.
     #[inline(never)]
     fn visit_without_nodes_by_mapped_ray(
         &self,

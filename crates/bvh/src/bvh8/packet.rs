@@ -67,8 +67,8 @@ impl PacketState {
     /// Slot value of a ray without a hit.
     const NO_SLOT: u32 = u32::MAX;
 
-    /// Creates a packet from at most the first [`MAX_RAYS`] directions. Distances after `near`, up to
-    /// and including `last`, are accepted.
+    /// Creates a packet from at most the first [`MAX_RAYS`] directions. Distances after `near`, up
+    /// to and including `last`, are accepted.
     #[inline(always)]
     pub fn new(origin: Vec3, directions: &[Vec3], [near, last]: [f32; 2], culls: bool) -> Self {
         let count = directions.len().min(MAX_RAYS);

@@ -82,7 +82,8 @@ pub(super) trait TraversalSimd: Simd {
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool;
-    /// Runs [`super::leaf::intersect_sphere_leaf`], compiled for this instruction set as a separate function.
+    /// Runs [`super::leaf::intersect_sphere_leaf`], compiled for this instruction set as a separate
+    /// function.
     fn intersect_sphere_leaf<M: TraversalMode>(
         self,
         bvh: &Bvh8,

@@ -71,7 +71,8 @@ impl Triangle8 {
 /// may be hit. Masks have one bit per lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LeafHeader {
-    /// Slot of the first lane's primitive; the slots of the other lanes follow.
+    /// Index of the slot (the record in the primitive set) of the first lane's primitive; the slots
+    /// of the other lanes follow.
     pub first: u32,
     /// Number of lanes in use.
     pub count: u8,

@@ -35,9 +35,9 @@ impl<R: Real> PrimitiveSet<R> {
             || self.transformed_shapes.iter().any(|p| is_face(p.shape()))
     }
 
-    /// Sorts the arrays of spheres and triangles in the order of the slots, so that primitives
-    /// tested in sequence are adjacent in memory. Does nothing for triangles that were moved to
-    /// blocks.
+    /// Sorts the arrays of spheres and triangles in the order of the slots (the primitives'
+    /// records), so that primitives tested in sequence are adjacent in memory. Does nothing for
+    /// triangles that were moved to blocks.
     pub(crate) fn sort_by_slot(&mut self) {
         fn sort_list_by_slot<T: Copy>(
             list: &mut Vec<T>,
@@ -62,8 +62,8 @@ impl<R: Real> PrimitiveSet<R> {
         );
     }
 
-    /// Moves the triangles into the tree's blocks, if it has blocks, which then hold the only copy.
-    /// The slots from `first` on are in the tree's order.
+    /// Moves the triangles into the tree's blocks of eight, if the tree has blocks, which then hold
+    /// the only copy. The slots (the primitives' records) from `first` on are in the tree's order.
     pub(crate) fn move_triangles_to_blocks(&mut self, bvh: &mut Bvh8, first: usize) {
         if !bvh.has_blocks() {
             return;
@@ -80,10 +80,10 @@ impl<R: Real> PrimitiveSet<R> {
         });
     }
 
-    /// Builds the rows of planes and spheres. Every query tests the rows of the first `planes`
-    /// slots, and of the `spheres` slots from `first` on, eight primitives to a row. The other
-    /// spheres fill the rows of the tree's leaves. The slots from `first` on are in the tree's
-    /// order, spheres first.
+    /// Builds the rows of up to eight planes or spheres. Every query tests the rows of the first
+    /// `planes` slots (the primitives' records), and of the `spheres` slots from `first` on. The
+    /// other spheres fill the rows of the tree's leaves. The slots from `first` on are in the
+    /// tree's order, spheres first.
     pub(crate) fn build_primitive_rows(
         &self,
         bvh: &mut Bvh8,

@@ -132,7 +132,8 @@ impl<R: Real> AnyShape<R> {
         each_finite!(self, shape => shape.sample_area(u, v))
     }
 
-    /// Density of a sampled point as [`SampleArea::area_density`]; `None` for a shape of infinite area.
+    /// Density of a sampled point as [`SampleArea::area_density`]; `None` for a shape of infinite
+    /// area.
     pub fn area_density(&self, point: &SurfacePoint) -> Option<f64> {
         each_finite!(self, shape => shape.area_density(point))
     }

@@ -42,7 +42,8 @@ impl<R: Real> Cone<R> {
 
     /// Intersects a ray with the nappe of nonnegative radius, one half of the infinite double cone.
     /// The inside of the nappe is a single range of distances, although the double cone may have
-    /// two ranges. `close` selects the reference point as in [`choose_reference_point`].
+    /// two ranges. With `close`, the formula starts from the ray's point nearest to the base,
+    /// otherwise from the ray's origin ([`choose_reference_point`]).
     #[inline(always)]
     fn intersect_wall(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (axis, d) = (self.axis.to_f64(), prepared_ray.direction);
@@ -94,8 +95,8 @@ impl<R: Real> Cone<R> {
         })
     }
 
-    /// Returns the range of distances at which the ray is inside the solid. `close` selects the
-    /// reference point as in [`choose_reference_point`].
+    /// Returns the range of distances at which the ray is inside the solid. `close` as for
+    /// [`Self::intersect_wall`].
     #[inline(always)]
     fn intersect_solid(&self, prepared_ray: &PreparedRay, close: bool) -> Option<RaySpan> {
         let solid = self.to_surface_of_revolution();

@@ -65,12 +65,12 @@ impl From<&TriangleHit<f64>> for TriangleHit {
 /// padded and exit distances widened. A determinant of 2⁻²⁵ S Δ limits the error to 2⁻²⁴ R.
 ///
 /// For a smaller determinant the weights may be noise, so the hit distance is taken where the ray
-/// crosses an edge ([`find_edge_entry`]). The crossing lies on the face, up to the face's lesser extent
-/// across the ray. That extent is at most the determinant over the greater extent, and S is at most
-/// three times the greater extent. So the lesser extent is at most 3 · 2⁻²⁵ Δ. Boxes are padded by
-/// 2⁻²² of their greatest extent, which is at least Δ/√3. For any partition of the face, the ray is
-/// therefore within the padded box of the part that contains the crossing, and the hit does not
-/// depend on the order of traversal.
+/// crosses an edge ([`find_edge_entry`]). The crossing lies on the face, up to the face's lesser
+/// extent across the ray. That extent is at most the determinant over the greater extent, and S is
+/// at most three times the greater extent. So the lesser extent is at most 3 · 2⁻²⁵ Δ. Boxes are
+/// padded by 2⁻²² of their greatest extent, which is at least Δ/√3. For any partition of the face,
+/// the ray is therefore within the padded box of the part that contains the crossing, and the hit
+/// does not depend on the order of traversal.
 pub(crate) const EDGE_ON_RATIO: f64 = 1.0 / 33_554_432.0;
 
 impl ProjectedCorner {

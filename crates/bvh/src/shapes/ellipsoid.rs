@@ -34,8 +34,9 @@ impl<R: Real> Ellipsoid<R> {
 
     /// Intersects a ray with the ellipsoid in a space where the ellipsoid is a sphere. Each axis is
     /// scaled by the product of the other two semi-axes, so the sphere's radius is the product of
-    /// all three. For semi-axes stored in f32 the scales are exact in f64. `close` selects the
-    /// reference point as in [`choose_reference_point`].
+    /// all three. For semi-axes stored in f32 the scales are exact in f64. With `close`, the
+    /// formula starts from the ray's point nearest to the centre, otherwise from the ray's origin
+    /// ([`choose_reference_point`]).
     #[inline(always)]
     fn find_crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let s = self.semi_axes.to_f64();

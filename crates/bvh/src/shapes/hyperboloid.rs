@@ -39,8 +39,9 @@ impl<R: Real> Hyperboloid<R> {
         }
     }
 
-    /// Intersects a ray with the unclipped hyperboloid. `close` selects the reference point as in
-    /// [`choose_reference_point`].
+    /// Intersects a ray with the unclipped hyperboloid. With `close`, the formula starts from the
+    /// ray's point nearest to the centre, otherwise from the ray's origin
+    /// ([`choose_reference_point`]).
     #[inline(always)]
     fn find_crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());

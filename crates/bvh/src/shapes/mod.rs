@@ -2,7 +2,8 @@
 //!
 //! A shape is stored in f32 or f64, and its intersection test computes in f64. The test returns a
 //! distance and two shape-specific numbers. The surface point is computed once, by
-//! [`Shape::locate_surface_point`], for the closest hit. Texture coordinates are computed only on demand.
+//! [`Shape::locate_surface_point`], for the closest hit. Texture coordinates are computed only on
+//! demand.
 
 mod any;
 mod border;
@@ -142,7 +143,8 @@ pub trait Shape<R: Real> {
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint;
 
-    /// Computes the surface point as [`Shape::locate_under_transforms`], for a shape that is not mapped.
+    /// Computes the surface point as [`Shape::locate_under_transforms`], for a shape that is not
+    /// mapped.
     #[inline(always)]
     fn locate_surface_point(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
         self.locate_under_transforms(prepared_ray, hit, None)

@@ -36,8 +36,9 @@ impl<R: Real> Paraboloid<R> {
         }
     }
 
-    /// Intersects a ray with the unclipped paraboloid. `close` selects the reference point as in
-    /// [`choose_reference_point`].
+    /// Intersects a ray with the unclipped paraboloid. With `close`, the formula starts from the
+    /// ray's point nearest to the apex, otherwise from the ray's origin
+    /// ([`choose_reference_point`]).
     #[inline(always)]
     fn find_crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());

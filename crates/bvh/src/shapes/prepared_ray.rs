@@ -51,8 +51,8 @@ impl PreparedRay {
         Self::from_ray(ray, true)
     }
 
-    /// Prepares a world-space ray for spheres, planes and other shapes; if `for_faces` is set, also for
-    /// triangles and quads.
+    /// Prepares a world-space ray for spheres, planes and other shapes; if `for_faces` is set, also
+    /// for triangles and quads.
     #[inline(always)]
     pub(crate) fn from_ray<R: Real>(ray: Ray<R>, for_faces: bool) -> Self {
         let (origin, direction) = (ray.origin.to_f64(), ray.direction.to_f64());

@@ -130,9 +130,9 @@ pub(crate) fn choose_reference_point(
     (ahead, f + prepared_ray.direction * ahead)
 }
 
-/// Whether the intersection test of a shape at `centre` uses the near reference point of
-/// [`choose_reference_point`]. For shapes stored in f32 the origin is faster, and precise enough up to [`FAR_RATIO`]
-/// sizes away.
+/// Whether the intersection test of a shape at `centre` uses the ray's point nearest to the centre
+/// as reference point ([`choose_reference_point`]). For shapes stored in f32 the ray's origin is
+/// faster, and precise enough up to [`FAR_RATIO`] sizes away.
 #[inline(always)]
 pub(crate) fn uses_near_reference<R: Real>(
     prepared_ray: &PreparedRay,

@@ -40,7 +40,8 @@ impl SurfaceOfRevolution {
     }
 
     /// Intersects a ray with the infinite wall of a solid of equal radii. Returns distances from
-    /// the ray's origin. `close` selects the reference point as in [`choose_reference_point`].
+    /// the ray's origin. With `close`, the formula starts from the ray's point nearest to the base,
+    /// otherwise from the ray's origin ([`choose_reference_point`]).
     #[inline(always)]
     pub fn intersect_infinite_tube(
         &self,

@@ -41,11 +41,11 @@ impl<R: Real> Shape<R> for Sphere<R> {
     /// distance ("Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter
     /// 7).
     ///
-    /// A first test rejects most rays without the second form. It uses [`PreparedRay::lower_length_squared`]
-    /// in place of the squared length. For an origin outside the sphere, this makes the textbook
-    /// discriminant too great by 64 roundings of its terms, which is more than its error. For an
-    /// origin inside, the discriminant can't be negative. So if the discriminant is negative here,
-    /// the ray misses by either form.
+    /// A first test rejects most rays without the second form. It uses
+    /// [`PreparedRay::lower_length_squared`] in place of the squared length. For an origin outside
+    /// the sphere, this makes the textbook discriminant too great by 64 roundings of its terms,
+    /// which is more than its error. For an origin inside, the discriminant can't be negative. So
+    /// if the discriminant is negative here, the ray misses by either form.
     #[inline(always)]
     fn intersect(
         &self,
