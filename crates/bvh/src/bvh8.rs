@@ -43,7 +43,7 @@ use crate::slot::PrimitiveSlot;
 
 use self::kernel::AvailableKernel;
 pub use self::kernel::Kernel;
-pub(crate) use self::optimisation_barrier::optimisation_barrier;
+pub(crate) use self::optimisation_barrier::{align_stack, optimisation_barrier};
 pub(crate) use self::packet::{MAX_RAYS, PacketResult, PacketState, PacketVisitor};
 pub(crate) use self::query::{HitVisitor, RaySource, TraversalQuery};
 pub(crate) use self::row::{PrimitiveRow, RowKind};

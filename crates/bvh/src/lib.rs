@@ -52,6 +52,7 @@ mod primitive_set;
 mod processor;
 mod query;
 pub mod ray;
+mod ray_ends;
 pub mod scalar;
 pub mod shapes;
 mod slot;
@@ -72,6 +73,7 @@ pub use primitive_set::PrimitiveSet;
 pub use processor::{SimdTask, prefetch, run_widest};
 pub use query::{PacketBackoff, RayPacket};
 pub use ray::{Hit, Interval, Occlusion, Ray, Side, Visibility};
+pub use ray_ends::{RayEnds, TriangleSlot};
 pub use scalar::{Real, Vector};
 pub use shapes::{
     PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, TextureCoordinates, Transform,

@@ -5,6 +5,8 @@
 )]
 
 #[cfg(target_arch = "x86_64")]
+use crate::bvh8::align_stack;
+#[cfg(target_arch = "x86_64")]
 use crate::math::simd::{Avx2, Avx512};
 
 /// Arithmetic in plain loops over arrays, which the compiler vectorises for each instruction set.
@@ -38,12 +40,14 @@ pub fn run_widest<L: SimdTask>(work: L) -> L::Output {
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,bmi1,bmi2")]
 fn run_with_avx512<L: SimdTask>(work: L) -> L::Output {
+    align_stack();
     work.run()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2")]
 fn run_with_avx2<L: SimdTask>(work: L) -> L::Output {
+    align_stack();
     work.run()
 }
 

@@ -14,6 +14,7 @@ use core::ops::Range;
 
 use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval, Ray};
+use crate::ray_ends::{RayEnds, TriangleSlot};
 use crate::scalar::{Real, Vector};
 use crate::shapes::{PreparedRay, Shape, ShapeHit};
 use crate::slot::{PrimitiveKind, PrimitiveSlot};
@@ -46,12 +47,24 @@ fn is_finite_ray<R: Real>(ray: &Ray<R>) -> bool {
 impl<R: Real> Geometry<R> {
     /// Finds the closest hit with `range.min < t < range.max`. Ties at equal distance go to the
     /// lowest object id, then to the lowest primitive.
-    #[inline(never)]
+    #[inline(always)]
     #[doc(alias("rtcIntersect1", "Intersect"))]
     pub fn closest<T: TraversalCounter>(
         &self,
         ray: &Ray<R>,
         range: Interval<R>,
+        stats: &mut T,
+    ) -> Option<Hit<R>> {
+        self.closest_between(ray, range, &RayEnds::NONE, stats)
+    }
+
+    /// Finds the closest hit as [`Self::closest`] does, by a ray that leaves a triangle.
+    #[inline(never)]
+    pub fn closest_between<T: TraversalCounter>(
+        &self,
+        ray: &Ray<R>,
+        range: Interval<R>,
+        ends: &RayEnds,
         stats: &mut T,
     ) -> Option<Hit<R>> {
         if !is_finite_ray(ray) {
@@ -67,7 +80,7 @@ impl<R: Real> Geometry<R> {
             query: ClosestHitQuery::new(range),
             stats,
         };
-        self.visit_f32_ray(bvh, ray, &mut visitor);
+        self.visit_f32_ray(bvh, (ray, ends), &mut visitor);
         visitor
             .query
             .slot_hit
@@ -134,12 +147,26 @@ impl<R: Real> Geometry<R> {
     /// `filter` returns true for it. Hits are passed to `filter` in any order, and a refused hit
     /// does not end the query. A primitive of the set itself is passed once, at its nearest hit.
     /// For an instance, each primitive in it is passed once.
-    #[inline(never)]
+    #[inline(always)]
     #[doc(alias("rtcOccluded1", "any_hit", "IntersectP"))]
     pub fn occluded<T: TraversalCounter>(
         &self,
         ray: &Ray<R>,
         range: Interval<R>,
+        filter: &mut dyn FnMut(&Hit<R>) -> bool,
+        stats: &mut T,
+    ) -> bool {
+        self.occluded_between(ray, range, &RayEnds::NONE, filter, stats)
+    }
+
+    /// Whether the ray is occluded, as [`Self::occluded`] says, for a ray that leaves a triangle and
+    /// ends before others.
+    #[inline(never)]
+    pub fn occluded_between<T: TraversalCounter>(
+        &self,
+        ray: &Ray<R>,
+        range: Interval<R>,
+        ends: &RayEnds,
         filter: &mut dyn FnMut(&Hit<R>) -> bool,
         stats: &mut T,
     ) -> bool {
@@ -154,7 +181,7 @@ impl<R: Real> Geometry<R> {
         match self.simd_tree() {
             Some(bvh) => self.visit_f32_ray(
                 bvh,
-                ray,
+                (ray, ends),
                 &mut QueryVisitor {
                     geometry: self,
                     query,
@@ -174,6 +201,19 @@ impl<R: Real> Geometry<R> {
         stats: &mut T,
     ) -> bool {
         self.run_query(&self.prepare_ray(*ray), query, stats).0
+    }
+
+    /// Whether any triangle can be an end of a ray, see [`RayEnds`].
+    pub fn has_triangle_ends(&self) -> bool {
+        self.bvh.has_blocks()
+    }
+
+    /// Returns the triangles outside instances, with their object and primitive ids.
+    pub fn triangle_slots(&self) -> impl Iterator<Item = (TriangleSlot, u32, u32)> {
+        (0..)
+            .zip(&self.primitives.slots)
+            .filter(|(_, slot)| slot.kind == PrimitiveKind::Triangle)
+            .map(|(index, slot)| (TriangleSlot::new(index), slot.object, slot.primitive))
     }
 
     /// Returns the slots of the unbounded primitives that every query tests one by one: all but the

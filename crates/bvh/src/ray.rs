@@ -1,5 +1,6 @@
 //! Rays, intervals of accepted distances, and hits.
 
+use crate::ray_ends::TriangleSlot;
 use crate::scalar::{Real, Vector};
 
 /// A ray. The direction has unit length up to rounding: the creator of a ray normalises it, so that
@@ -190,6 +191,17 @@ impl<R> Hit<R> {
             self.object
         } else {
             self.instance
+        }
+    }
+
+    /// Returns the hit triangle, as the start of rays that leave it; none if it belongs to an
+    /// instance.
+    #[inline(always)]
+    pub fn triangle_slot(&self) -> TriangleSlot {
+        if self.instance == Self::NO_INSTANCE {
+            TriangleSlot::new(self.slots[0])
+        } else {
+            TriangleSlot::NONE
         }
     }
 

@@ -68,6 +68,8 @@ const UNDERFLOW: f32 = 512.0 * f32::MIN_POSITIVE;
 #[derive(Clone, Copy)]
 pub(super) struct FilterCandidates<S: Simd> {
     pub lanes: u32,
+    /// Lanes whose determinant has a certain sign.
+    pub is_signed: u32,
     least: S::Floats,
     greatest: S::Floats,
     determinant: S::Floats,
@@ -200,6 +202,7 @@ pub(super) fn filter_lanes<S: Simd>(
     let lanes = !(certain_misses | (before | beyond) & is_signed) & 0xff;
     FilterCandidates {
         lanes,
+        is_signed,
         least,
         greatest,
         determinant,
@@ -219,6 +222,7 @@ pub(super) fn find_certain_hits<S: Simd>(
     const SLACK: f32 = 1e-6;
     let FilterCandidates {
         lanes,
+        is_signed,
         least,
         greatest,
         determinant,
@@ -234,11 +238,7 @@ pub(super) fn find_certain_hits<S: Simd>(
         s.splat(far * (1.0 - SLACK)),
         s.sub(determinant, errors.determinant),
     );
-    let signed = s.less(
-        s.mul(errors.determinant, s.splat(EDGE_ON_FACTOR)),
-        determinant,
-    );
     let after = s.less(after, s.sub(distance, errors.distance));
     let until = s.less(s.add(distance, errors.distance), until);
-    lanes & inside & signed & after & until
+    lanes & inside & is_signed & after & until
 }

@@ -4,7 +4,7 @@
 //! whether a hit ended the traversal.
 
 use super::filter;
-use super::optimisation_barrier::keep_in_memory;
+use super::optimisation_barrier::{align_stack, keep_in_memory};
 use super::projected_ray::{ProjectedRay, UncertainSign};
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
 use super::row::PrimitiveRow;
@@ -32,9 +32,11 @@ pub(super) fn filter_block_lanes<S: Simd, M: TraversalMode>(
     if found.lanes == 0 {
         return Some(0);
     }
-    let [requested, ends] = query.block_lane_masks::<M>(&bvh.leaf_headers[number]);
+    let leaf_header = &bvh.leaf_headers[number];
+    let [requested, ends] = query.block_lane_masks::<M>(leaf_header);
     let ended = M::ANY && ends & filter::find_certain_hits(s, &found, leaf_ray.near, far) != 0;
-    (!ended).then_some(found.lanes & requested)
+    (!ended)
+        .then(|| found.lanes & requested & !(query.end_lanes::<M>(leaf_header) & found.is_signed))
 }
 
 /// Intersects the triangles of a block that are in the mask `lanes`, by the exact test.
@@ -107,6 +109,7 @@ pub(super) fn intersect_sphere_leaf<S: Simd, M: TraversalMode>(
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
+    align_stack();
     // Prepared at the first row that the ray reaches.
     let prepared_ray = prepared_ray.get_or_insert_with(|| {
         if M::MAPPED {
@@ -133,6 +136,7 @@ pub(super) fn intersect_always_rows<S: Simd, M: TraversalMode>(
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
+    align_stack();
     bvh.rows[..bvh.always_row_count]
         .iter()
         .any(|one| intersect_row::<S, M>(s, one, prepared_ray, query, visitor))

@@ -1,5 +1,5 @@
 //! Barriers against compiler optimisations that slow the traversal: vectorisation of a few scalars,
-//! and copies of fields in registers that the traversal needs.
+//! copies of fields in registers that the traversal needs, and spilled registers across cache lines.
 #![expect(
     unsafe_code,
     reason = "instructions of no bytes; each block says why it may"
@@ -21,6 +21,21 @@ pub(crate) fn optimisation_barrier(value: f32) -> f32 {
     }
     #[cfg(not(target_arch = "x86_64"))]
     core::hint::black_box(value)
+}
+
+/// Aligns the stack frame of the function into which this is inlined to cache lines. Registers as
+/// wide as a line are spilled to the frame, which is otherwise aligned to 16 bytes. Whether each
+/// spilled register then straddles two lines depends on the frames of all callers. A read of such a
+/// register waits for both halves of its store.
+#[inline(always)]
+pub(crate) fn align_stack() {
+    #[repr(align(64))]
+    struct Line {
+        _byte: u8,
+    }
+    // A variable: a constant expression would be placed in static memory.
+    let line = Line { _byte: 0 };
+    keep_in_memory(&line);
 }
 
 /// Returns the reference unchanged, and hides from the compiler what it points to. So fields are

@@ -7,6 +7,7 @@ use super::traversal_ray::RayReparametrisation;
 use super::triangle8::LeafHeader;
 use super::{MaskLanes, WIDTH};
 use crate::ray::{Interval, Ray};
+use crate::ray_ends::RayEnds;
 use crate::shapes::{PreparedRay, Transform, TriangleHit};
 use crate::stats::TraversalStats;
 
@@ -37,8 +38,9 @@ impl<const ANY: bool, const MAPPED: bool, const COUNTS: bool> TraversalMode
 /// Source of the prepared ray for exact tests.
 #[derive(Clone, Copy)]
 pub(crate) enum RaySource<'a> {
-    /// A stored ray, and whether it is prepared for triangles and quads too.
-    StoredRay(&'a Ray<f32>, bool),
+    /// A stored ray, whether it is prepared for triangles and quads too, and the triangles at its
+    /// ends. The pointer to these takes the room of another source's second pointer.
+    StoredRay(&'a Ray<f32>, bool, &'a RayEnds),
     /// The map of an instance, and a world-space ray.
     InInstance(&'a Transform, &'a PreparedRay),
     /// A ray that is already prepared.
@@ -89,7 +91,7 @@ impl TraversalQuery<'_> {
     pub fn prepared_ray(&mut self) -> &PreparedRay {
         match self.source {
             RaySource::PreparedRay(ray) => ray,
-            RaySource::StoredRay(ray, faces) => self
+            RaySource::StoredRay(ray, faces, _) => self
                 .prepared_ray
                 .get_or_insert_with(|| PreparedRay::from_ray(*ray, faces)),
             RaySource::InInstance(transform, ray) => self
@@ -151,6 +153,24 @@ impl TraversalQuery<'_> {
                 0
             },
         ]
+    }
+
+    /// Returns the mask of a block's lanes that lie at the ends of the ray, see [`RayEnds`].
+    #[inline(always)]
+    pub(super) fn end_lanes<M: TraversalMode>(&self, leaf_header: &LeafHeader) -> u32 {
+        match &self.source {
+            RaySource::StoredRay(_, _, ends) if !M::MAPPED => {
+                let start = ends.start.lane_mask(leaf_header.first);
+                // Only shadow rays end before a surface.
+                ends.target
+                    .iter()
+                    .take(if M::ANY { 2 } else { 0 })
+                    .fold(start, |lanes, slot| {
+                        lanes | slot.lane_mask(leaf_header.first)
+                    })
+            }
+            _ => 0,
+        }
     }
 
     /// Handles the hit of a triangle: tests its side and range, and passes it to the visitor.

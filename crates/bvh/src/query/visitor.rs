@@ -11,6 +11,7 @@ use crate::geometry::Geometry;
 use crate::instance::Instance;
 use crate::processor::prefetch;
 use crate::ray::{Interval, Occlusion, Ray};
+use crate::ray_ends::RayEnds;
 use crate::scalar::{Real, Vector};
 use crate::shapes::PreparedRay;
 use crate::slot::{PrimitiveKind, PrimitiveSlot};
@@ -206,12 +207,13 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHitQuery<'_, R, BY_
 }
 
 impl<R: Real> Geometry<R> {
-    /// Runs a query by a ray in f32, the scalar of the tree. Returns whether a hit ended the query.
+    /// Runs a query by a ray in f32, the scalar of the tree, with the triangles at its ends. Returns
+    /// whether a hit ended the query.
     #[inline(always)]
     pub(super) fn visit_f32_ray<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
         bvh: &Bvh8,
-        ray: &Ray<R>,
+        (ray, ends): (&Ray<R>, &RayEnds),
         visitor: &mut QueryVisitor<'_, R, Q, T>,
     ) -> bool {
         if self.unbounded > self.planes
@@ -225,7 +227,7 @@ impl<R: Real> Geometry<R> {
         };
         let mut query = visitor.to_traversal_query(
             ray.is_camera_ray,
-            RaySource::StoredRay(single, self.has_faces),
+            RaySource::StoredRay(single, self.has_faces, ends),
         );
         let one = |axis: usize| {
             (

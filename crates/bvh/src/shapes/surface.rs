@@ -106,13 +106,17 @@ impl<R: Real> Surface<R> {
     /// that point, so that the ray hits neither surface. `None` if the points coincide.
     #[inline]
     pub fn spawn_ray_to_surface(&self, target: &Self) -> Option<(Ray<R>, Interval<R>)> {
-        with_open_range(self.spawn_unchecked_ray_to_surface(target))
+        let (ray, length, _) = self.spawn_unchecked_ray_to_surface(target);
+        with_open_range((ray, length))
     }
 
     /// Creates the ray of [`Self::spawn_ray_to_surface`] without a branch, and its length. Both are
-    /// valid only if the length is positive and finite.
+    /// valid only if the length is positive and finite. The flags say whether the ray leaves this
+    /// surface on the side of its origin, and reaches the other from the side of its end. Both do
+    /// unless the points are about as near to each other as their error bounds. See
+    /// [`RayEnds`](crate::RayEnds).
     #[inline(always)]
-    pub fn spawn_unchecked_ray_to_surface(&self, target: &Self) -> (Ray<R>, R) {
+    pub fn spawn_unchecked_ray_to_surface(&self, target: &Self) -> (Ray<R>, R, [bool; 2]) {
         let across = target.point - self.point;
         let (start, end) = (
             self.offset_ray_origin(across, self.error),
@@ -122,15 +126,21 @@ impl<R: Real> Surface<R> {
         // The rounded unit direction makes the ray miss its end point slightly, so the ray ends at
         // the tangent plane of the target. The length of a ray almost parallel to that plane is
         // limited to little more than the distance of the points.
-        let normal = target.normal.to_f64();
-        let to_plane =
-            normal.dot(end.to_f64() - start.to_f64()) / normal.dot(ray.direction.to_f64());
+        let (normal, direction) = (target.normal.to_f64(), ray.direction.to_f64());
+        let to_plane = normal.dot(end.to_f64() - start.to_f64()) / normal.dot(direction);
+        // The sides as `offset_ray_origin` chooses them, by the direction between the points.
+        let (own, across) = (self.normal.to_f64(), across.to_f64());
+        let sides = [
+            (own.dot(across) < 0.0) == (own.dot(direction) < 0.0),
+            (normal.dot(across) > 0.0) == (normal.dot(direction) > 0.0),
+        ];
         (
             ray,
             R::from_f64(f64::min(
                 to_plane,
                 distance.to_f64() * (1.0 + EXCESS_LENGTH),
             )),
+            sides,
         )
     }
 

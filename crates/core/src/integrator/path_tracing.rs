@@ -26,7 +26,7 @@ mod transmittance;
 mod vertices;
 mod wavefront;
 
-use raywright_bvh::{Hit, Ray, Real, Vector};
+use raywright_bvh::{Hit, Ray, Real, TriangleSlot, Vector};
 
 use media::MediumStack;
 use wavefront::Wavefront;
@@ -37,7 +37,7 @@ use crate::counters::Counters;
 use crate::interaction::Interaction;
 use crate::light::LightUsage;
 use crate::observer::Observer;
-use crate::prepare::PreparedScene;
+use crate::prepare::{PreparedScene, PreparedSpawnRule};
 use crate::sampler::{SampleAddress, SampleHash};
 
 /// Number of paths traced side by side: their state fits in a core's own cache.
@@ -56,6 +56,9 @@ pub(crate) struct PathTracer<'a, R: Real> {
     direct: R::Vec3,
     max_depth: u32,
     min_distances: MinHitDistances<R>,
+    /// Whether queries get the triangles at the ends of rays, see
+    /// [`RayEnds`](raywright_bvh::RayEnds).
+    has_triangle_ends: bool,
     /// Media around the camera.
     media: MediumStack,
     wavefront: Wavefront<R>,
@@ -79,6 +82,8 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
             direct: Vector::ZERO,
             max_depth,
             min_distances: scene.min_hit_distances(),
+            has_triangle_ends: scene.geometry.has_triangle_ends()
+                && matches!(scene.rules.spawn, PreparedSpawnRule::ErrorBound),
             media: MediumStack::default(),
             wavefront: Wavefront::default(),
         };
@@ -119,6 +124,8 @@ const MIRROR_DENSITY: f64 = 1e5;
 struct PathState<R: Real> {
     /// The next ray.
     segment: PathSegment<R>,
+    /// The triangle that it leaves.
+    start: TriangleSlot,
     /// Throughput of the path (beta).
     throughput: R::Vec3,
     /// Radiance collected so far.
@@ -180,6 +187,7 @@ impl<R: Real> PathTracer<'_, R> {
                 ray,
                 ..PathSegment::from_camera(self.scene)
             },
+            start: TriangleSlot::NONE,
             throughput: Vector::ONE,
             radiance: Vector::ZERO,
             address,

@@ -12,7 +12,7 @@ use core::f64::consts::PI;
 use core::ops::Range;
 
 use raywright_bvh::shapes::AnyShape;
-use raywright_bvh::{Real, Shape, Side, Surface, Vector};
+use raywright_bvh::{Geometry, Real, Shape, Side, Surface, TriangleSlot, Vector};
 
 use super::LightBounds;
 use super::cdf::{probability_of, push_cdf, sample_index};
@@ -54,6 +54,9 @@ pub struct Emitters<R: Real> {
     cumulative: Vec<f64>,
     /// Number of emitters of positive power.
     lit: usize,
+    /// The triangles of each emitter, for shadow rays that end before it; empty until
+    /// [`Emitters::find_triangles`].
+    triangles: Vec<[TriangleSlot; 2]>,
     /// Strategy for sampling points.
     pub strategy: EmitterStrategy,
 }
@@ -71,6 +74,7 @@ impl<R: Real> Emitters<R> {
                 list: EmitterList::default(),
                 cumulative: Vec::new(),
                 lit,
+                triangles: Vec::new(),
                 strategy: EmitterStrategy::default(),
             };
         }
@@ -80,8 +84,33 @@ impl<R: Real> Emitters<R> {
             list,
             cumulative,
             lit,
+            triangles: Vec::new(),
             strategy: EmitterStrategy::default(),
         }
+    }
+
+    /// Finds the triangles of the emitters in their geometry.
+    pub fn find_triangles(&mut self, geometry: &Geometry<R>) {
+        if self.is_empty() {
+            return;
+        }
+        let mut triangles = vec![[TriangleSlot::NONE; 2]; self.len()];
+        for (slot, object, primitive) in geometry.triangle_slots() {
+            if let Some(emitter) = self.emitter_index_of(object, primitive) {
+                let [first, second] = &mut triangles[emitter as usize];
+                let is_second = *first != TriangleSlot::NONE;
+                *(if is_second { second } else { first }) = slot;
+            }
+        }
+        self.triangles = triangles;
+    }
+
+    /// Returns the triangles of an emitter: both halves of a quad of a mesh, one triangle, or none.
+    #[inline(always)]
+    pub fn triangles(&self, index: u32) -> [TriangleSlot; 2] {
+        self.triangles
+            .get(index as usize)
+            .map_or([TriangleSlot::NONE; 2], |&triangles| triangles)
     }
 
     /// Returns the number of emissive shapes and triangles, those without power included.

@@ -184,6 +184,7 @@ impl<R: Real> PreparedScene<R> {
         );
         if paths {
             lights.emitters.strategy = EmitterStrategy::SolidAngle;
+            lights.emitters.find_triangles(&built.geometry);
             if simulated.has(Effect::SkyLight) {
                 lights.build_sky_sampler();
                 if settings.light_sampling == LightSampling::Both {

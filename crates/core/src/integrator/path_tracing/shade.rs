@@ -127,6 +127,11 @@ pub(super) struct ShadowRayLanes<R: Real> {
     pub directions: Vec3Column<R>,
     /// Length of the ray; zero or negative if no object fits between vertex and light.
     pub length: LaneColumn<R>,
+    /// Whether the ray leaves the vertex on the side of its origin, see
+    /// [`RayEnds`](raywright_bvh::RayEnds).
+    pub leaves: LaneColumn<bool>,
+    /// Whether the ray reaches the light from the side of its end.
+    pub reaches: LaneColumn<bool>,
 }
 
 struct ShadowRayTask<'a, R: Real> {
@@ -144,18 +149,21 @@ impl<R: Real> SimdTask for ShadowRayTask<'_, R> {
             start: none,
             directions: none,
             length: none[0],
+            leaves: [true; LANES],
+            reaches: [true; LANES],
         };
         if (0..LANES).fold(false, |some, lane| {
             some | (lights.target_kinds[lane] == ShadowRayTargetKind::Surface)
         }) {
             for lane in 0..LANES {
-                let (ray, length) = v
+                let (ray, length, [leaves, reaches]) = v
                     .surface
                     .get_lane(lane)
                     .spawn_unchecked_ray_to_surface(&lights.surface.get_lane(lane));
                 set_lane_vector::<R>(&mut out.start, lane, ray.origin);
                 set_lane_vector::<R>(&mut out.directions, lane, ray.direction);
                 out.length[lane] = length;
+                (out.leaves[lane], out.reaches[lane]) = (leaves, reaches);
             }
         }
         if (0..LANES).fold(false, |some, lane| {
@@ -179,6 +187,7 @@ impl<R: Real> SimdTask for ShadowRayTask<'_, R> {
                     if far { direction } else { target_direction },
                 );
                 out.length[lane] = if far { length } else { out.length[lane] };
+                out.leaves[lane] |= far;
             }
         }
         out

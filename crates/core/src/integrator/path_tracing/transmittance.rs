@@ -1,10 +1,10 @@
 //! Visibility of the light sampled at a vertex: shadow rays and their transmittance.
 
-use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
+use raywright_bvh::{Hit, Interval, Ray, RayEnds, Real, Vector};
 
 use super::super::PathSegment;
 use super::super::shadow::TransmittanceProduct;
-use super::shade::ShadedLanes;
+use super::shade::{ShadedLanes, ShadowRayLanes};
 use super::vertices::{VertexLanes, WavefrontSlice};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
@@ -46,8 +46,9 @@ impl<R: Real> PathTracer<'_, R> {
                     get_lane_vector::<R>(&shaded.shadow.directions, lane),
                 )
                 .with_time(interaction.time);
+                let ends = self.ray_ends(slice.hits[index].as_ref(), light, (&shaded.shadow, lane));
                 self.shadow_transmittance(
-                    &ray,
+                    (&ray, &ends),
                     Interval {
                         min: R::ZERO,
                         max: length,
@@ -74,6 +75,29 @@ impl<R: Real> PathTracer<'_, R> {
             )
         };
         path.radiance += path.throughput * scattered;
+    }
+
+    /// Returns the triangles at the ends of a lane's shadow ray.
+    #[inline(always)]
+    fn ray_ends(
+        &self,
+        hit: Option<&Hit<R>>,
+        light: LightId,
+        (shadow, lane): (&ShadowRayLanes<R>, usize),
+    ) -> RayEnds {
+        let mut ends = RayEnds::NONE;
+        if !self.has_triangle_ends {
+            return ends;
+        }
+        if let Some(hit) = hit.filter(|_| shadow.leaves[lane]) {
+            ends.start = hit.triangle_slot();
+        }
+        if let LightId::Emitter(i) = light
+            && shadow.reaches[lane]
+        {
+            ends.target = self.scene.lights.emitters.triangles(i);
+        }
+        ends
     }
 
     /// Whether a single shadow ray to the sampled point determines a light's visibility.
@@ -165,28 +189,29 @@ impl<R: Real> PathTracer<'_, R> {
             };
         }
         self.shadow_transmittance(
-            &ray.with_time(interaction.time),
+            (&ray.with_time(interaction.time), &RayEnds::NONE),
             range,
             Some(&light.target),
             sizeless,
         )
     }
 
-    /// Returns the transmittance along a shadow ray, 0 to 1. `target` is given if the light may be
+    /// Returns the transmittance along a shadow ray with these triangles at its ends, 0 to 1. `target` is given if the light may be
     /// its own occluder.
     #[inline(always)]
     fn shadow_transmittance(
         &mut self,
-        ray: &Ray<R>,
+        (ray, ends): (&Ray<R>, &RayEnds),
         range: Interval<R>,
         target: Option<&ShadowRayTarget<R>>,
         sizeless: bool,
     ) -> R {
         self.counters.shadow += 1;
         let mut product = TransmittanceProduct::default();
-        let blocked = self.scene.geometry.occluded(
+        let blocked = self.scene.geometry.occluded_between(
             ray,
             range,
+            ends,
             &mut |hit| {
                 if !target.is_some_and(|target| self.scene.is_target_emitter(target, hit)) {
                     product.multiply(self.occluder_transmittance(ray, hit, sizeless).to_f64());

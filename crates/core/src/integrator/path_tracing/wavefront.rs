@@ -3,7 +3,7 @@
 //! rays, sky and surfaces each have the caches to themselves. The bits of a path do not depend on
 //! other paths.
 
-use raywright_bvh::{Hit, Interval, Real, Vector, run_widest};
+use raywright_bvh::{Hit, Interval, RayEnds, Real, Vector, run_widest};
 
 use super::super::{CameraRays, PACKET, PacketHits, PathResult, PathResults};
 use super::bsdf_lanes::{BsdfLanes, BsdfTask};
@@ -125,12 +125,13 @@ impl<R: Real> PathTracer<'_, R> {
         } else {
             self.min_distances.secondary
         };
-        self.scene.geometry.closest(
+        self.scene.geometry.closest_between(
             &path.segment.ray,
             Interval {
                 min,
                 max: R::INFINITY,
             },
+            &RayEnds::leaving(path.start),
             &mut (),
         )
     }
@@ -293,6 +294,9 @@ impl<R: Real> PathTracer<'_, R> {
             let (path, Some(hit)) = (&mut paths[index as usize], &hits[k]) else {
                 continue;
             };
+            if self.has_triangle_ends {
+                path.start = hit.triangle_slot();
+            }
             survives.push(self.queue_vertex(k as u32, (path, hit, interaction), vertices));
             if self.keeps_first {
                 let (first, direct) = (

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Quad, TransformedShape, Triangle};
-use raywright_bvh::{Real, Side, Vector};
+use raywright_bvh::{Real, Side, TriangleSlot, Vector};
 
 use super::cells::{EmissionCellTable, TriangleCells, estimate_cell_bytes};
 use crate::light::Polygon;
@@ -165,7 +165,7 @@ impl<R: Real> EmitterList<R> {
 
     /// Returns the bytes of the tables for numbers of emitters, of transformed shapes among the
     /// emitters, of objects, and of triangles with `across` cells along each side; cumulative
-    /// distributions included.
+    /// distributions and the triangles of emitters included.
     pub(crate) fn estimate_bytes(
         emitters: u64,
         placed: u64,
@@ -176,7 +176,10 @@ impl<R: Real> EmitterList<R> {
             return 0;
         }
         let each = [
-            (emitters, size_of::<Emitter<R>>() + size_of::<f64>()),
+            (
+                emitters,
+                size_of::<Emitter<R>>() + size_of::<f64>() + size_of::<[TriangleSlot; 2]>(),
+            ),
             (placed, size_of::<TransformedShape<R>>()),
             (objects, size_of::<u32>()),
         ];

@@ -2,7 +2,8 @@
 
 use super::*;
 use glam::{DVec3, Vec3};
-use raywright_bvh::shapes::{Quad, Sphere};
+use raywright_bvh::shapes::{AnyShape, Quad, Sphere, Triangle};
+use raywright_bvh::{AcceleratorKind, Geometry, PrimitiveSet, TriangleSlot, Visibility};
 
 /// Spheres of area one with these powers.
 fn lights(powers: &[f64]) -> Emitters<f32> {
@@ -143,4 +144,55 @@ fn each_side_shines_or_does_not() {
             );
         }
     }
+}
+
+/// Protects: each emitter knows its triangles in the geometry, both halves of a quad, and those of
+/// no other object; a sphere has none.
+#[test]
+fn emitters_know_their_triangles() {
+    let corner = |x: f32, z: f32| Vec3::new(x, 0.0, z);
+    let square = [
+        corner(0.0, 0.0),
+        corner(1.0, 0.0),
+        corner(1.0, 1.0),
+        corner(0.0, 1.0),
+    ];
+    let [a, b, c, d] = square;
+    let triangles = [[a, b, c], [a, c, d], [a, b, d]];
+    let ball = Sphere {
+        centre: Vec3::ONE,
+        radius: 0.5,
+    };
+    let even = EmissionEstimate::uniform(Vec3::ONE);
+    let (mut group, mut list) = (PrimitiveSet::<f32>::default(), EmitterList::default());
+    group.add_mesh(triangles, Visibility::default()).unwrap();
+    list.begin_object();
+    group.add_mesh(triangles, Visibility::default()).unwrap();
+    list.begin_object();
+    list.add_quad_halves(Quad { corners: square }, Vec3::ONE, Side::Both);
+    list.add_shape(
+        AnyShape::Triangle(Triangle::new(triangles[2])),
+        even,
+        Side::Both,
+        None,
+    );
+    group.add_sphere(ball, Visibility::default()).unwrap();
+    list.begin_object();
+    list.add_shape(AnyShape::Sphere(ball), even, Side::Both, None);
+    let mut emitters = Emitters::new(list);
+    let geometry = Geometry::new(group, AcceleratorKind::default());
+    emitters.find_triangles(&geometry);
+    let none = TriangleSlot::NONE;
+    let slot = |primitive: u32| {
+        let own = geometry
+            .triangle_slots()
+            .find(|&(_, object, own)| (object, own) == (1, primitive));
+        own.expect("a triangle").0
+    };
+    let [mut halves, third, sphere] = [0, 2, 3].map(|emitter| emitters.triangles(emitter));
+    let mut own = [slot(0), slot(1)];
+    let order = |slot: &TriangleSlot| format!("{slot:?}");
+    halves.sort_by_key(order);
+    own.sort_by_key(order);
+    assert_eq!((halves, third, sphere), (own, [slot(2), none], [none; 2]));
 }

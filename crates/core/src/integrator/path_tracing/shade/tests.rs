@@ -43,6 +43,7 @@ fn interaction(point: Vec3, normal: Vec3) -> Interaction<f32> {
 fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> PathState<f32> {
     let address = SampleAddress::default();
     PathState {
+        start: raywright_bvh::TriangleSlot::NONE,
         shadow: 0.0,
         segment: PathSegment::from_ray(Ray::new(Vec3::Y, -Vec3::Y)),
         throughput,

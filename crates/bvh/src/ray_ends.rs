@@ -1,0 +1,230 @@
+//! Triangles at the ends of rays, which queries need not test.
+
+/// A triangle outside instances, by its slot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TriangleSlot(u32);
+
+impl TriangleSlot {
+    /// No triangle.
+    pub const NONE: Self = Self(u32::MAX);
+
+    #[inline(always)]
+    pub(crate) fn new(slot: u32) -> Self {
+        Self(slot)
+    }
+
+    /// Returns the mask of the triangle's lane in a block of slots from `first` on; no lane below eight if
+    /// the triangle is in another block.
+    #[inline(always)]
+    pub(crate) fn lane_mask(self, first: u32) -> u32 {
+        1_u32
+            .checked_shl(self.0.wrapping_sub(first))
+            .unwrap_or_default()
+    }
+}
+
+/// Triangles at the ends of a ray: the one that it leaves, and those of the light before which it
+/// ends. The ray certainly misses them wherever the filter of blocks is certain of the side from
+/// which it would hit them. There the exact test, which would reject them in the end, does not run.
+///
+/// Let N be the triangle's normal in f64, n the stored normal of its [`Surface`](crate::Surface),
+/// which is N rounded, and d the stored direction. The filter is certain of the sign of N · d if
+/// |N · d| > 14 u E² |d|, see `bvh8::filter`, where E² is at least |N|. The product n · d differs
+/// from N · d / |N| by at most u |d|, so it has that sign too.
+///
+/// *The start.* [`Surface::spawn_ray_origin`](crate::Surface::spawn_ray_origin) puts the origin on the side of the
+/// triangle to which d points by n · d, outside the error bound of the exact test. From there the
+/// ray only moves away, so every distance of that test is below zero.
+///
+/// *The target.* The end of [`Surface::spawn_unchecked_ray_to_surface`](crate::Surface::spawn_unchecked_ray_to_surface) lies on the
+/// side of the triangle from which the ray comes by n · d, outside that bound. All earlier points
+/// are farther from the triangle's plane, so every distance of that test is beyond the end.
+///
+/// Elsewhere the ray may cross the triangle, and the exact test decides. Distances below zero must
+/// not be accepted, and the origin must be that of [`Surface::spawn_ray_origin`](crate::Surface::spawn_ray_origin): not
+/// one at a constant offset.
+#[derive(Clone, Copy, Debug)]
+pub struct RayEnds {
+    /// The triangle that the ray leaves.
+    pub start: TriangleSlot,
+    /// The triangles of the light before which a shadow ray ends.
+    pub target: [TriangleSlot; 2],
+}
+
+impl RayEnds {
+    /// No triangles.
+    pub const NONE: Self = Self::leaving(TriangleSlot::NONE);
+
+    /// Returns the ends of a ray that leaves a triangle and has no target.
+    #[inline(always)]
+    pub const fn leaving(start: TriangleSlot) -> Self {
+        Self {
+            start,
+            target: [TriangleSlot::NONE; 2],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::{
+        AcceleratorKind, Geometry, Hit, Interval, Kernel, Occlusion, PrimitiveSet, Ray, Surface,
+        Visibility,
+    };
+
+    /// Xorshift, from −1 to 1.
+    fn number(state: &mut u64) -> f32 {
+        *state ^= *state << 13;
+        *state ^= *state >> 7;
+        *state ^= *state << 17;
+        (*state >> 40) as f32 / (1 << 23) as f32 - 1.0
+    }
+
+    fn vector(state: &mut u64) -> Vec3 {
+        Vec3::new(number(state), number(state), number(state))
+    }
+
+    fn geometry(triangles: Vec<[Vec3; 3]>, kernel: Kernel) -> Geometry<f32> {
+        let mut group = PrimitiveSet::default();
+        let visibility = Visibility {
+            occlusion: Occlusion::Filtered,
+            ..Visibility::default()
+        };
+        group.add_mesh(triangles, visibility).unwrap();
+        let mut geometry = Geometry::new(group, AcceleratorKind::default());
+        geometry.set_kernel(kernel);
+        geometry
+    }
+
+    fn closest(geometry: &Geometry<f32>, ray: &Ray<f32>, ends: &RayEnds) -> Option<Hit<f32>> {
+        geometry.closest_between(ray, Interval::positive(), ends, &mut ())
+    }
+
+    /// Protects: rays from a triangle, in all directions and nearly along it, and shadow rays
+    /// between two triangles hit the same with and without their ends, among triangles of all
+    /// sizes, slivers, and an origin far away.
+    #[test]
+    fn ends_change_no_hit() {
+        for kernel in Kernel::available() {
+            let (state, mut hits, mut misses) = (&mut 88_172_645_463_325_252, 0, 0);
+            let mut triangle = |shift: f32| {
+                let (size, middle) = (10_f32.powf(number(state) * 2.0 - 1.0), vector(state));
+                let [a, b, c] = [(); 3].map(|()| middle + vector(state) * size + shift);
+                let flat = number(state) > 0.5;
+                [
+                    a,
+                    b,
+                    if flat {
+                        a + (b - a) * 0.4 + (c - a) * 1e-4
+                    } else {
+                        c
+                    },
+                ]
+            };
+            let soups = [0.0, 300.0]
+                .map(|shift| geometry((0..400).map(|_| triangle(shift)).collect(), kernel));
+            for (geometry, shift) in soups.iter().zip([0.0, 300.0]) {
+                let mut before: Option<(Surface<f32>, Hit<f32>)> = None;
+                for _ in 0..20_000 {
+                    let ray = Ray::new(vector(state) + shift, vector(state).normalize());
+                    let Some(hit) = closest(geometry, &ray, &RayEnds::NONE) else {
+                        continue;
+                    };
+                    let surface = geometry.surface(&ray, &hit);
+                    let grazing = 10_f32.powf(number(state) * 5.0 - 5.0);
+                    let along = vector(state).reject_from(surface.normal).normalize();
+                    for direction in [
+                        vector(state).normalize(),
+                        (along + surface.normal * (grazing * number(state))).normalize(),
+                    ] {
+                        let next = Ray::new(surface.spawn_ray_origin(direction), direction);
+                        let ends = RayEnds::leaving(hit.triangle_slot());
+                        let alone = closest(geometry, &next, &RayEnds::NONE);
+                        assert_eq!(
+                            closest(geometry, &next, &ends),
+                            alone,
+                            "{kernel:?} {next:?}"
+                        );
+                        *(if alone.is_some() {
+                            &mut hits
+                        } else {
+                            &mut misses
+                        }) += 1;
+                    }
+                    if let Some((other, other_hit)) = before.replace((surface, hit)) {
+                        let (ray, max, [leaves, reaches]) =
+                            surface.spawn_unchecked_ray_to_surface(&other);
+                        let ends = RayEnds {
+                            start: if leaves {
+                                hit.triangle_slot()
+                            } else {
+                                TriangleSlot::NONE
+                            },
+                            target: [
+                                if reaches {
+                                    other_hit.triangle_slot()
+                                } else {
+                                    TriangleSlot::NONE
+                                },
+                                TriangleSlot::NONE,
+                            ],
+                        };
+                        let range = Interval { min: 0.0, max };
+                        let alone = geometry.occluded(&ray, range, &mut |_| true, &mut ());
+                        let found =
+                            geometry.occluded_between(&ray, range, &ends, &mut |_| true, &mut ());
+                        assert_eq!(found, alone, "{kernel:?} {ray:?} to {max}");
+                        *(if alone { &mut hits } else { &mut misses }) += 1;
+                    }
+                }
+            }
+            assert!(hits > 4000 && misses > 4000, "{hits} hits, {misses} misses");
+        }
+    }
+
+    /// Protects: a triangle named as an end is not tested where the side is certain, so that a ray
+    /// through it hits the one behind; it is tested where rounding may have changed the side.
+    #[test]
+    fn ends_are_left_out_where_the_side_is_certain() {
+        let triangle = |z: f32| {
+            [
+                Vec3::new(0.0, 0.0, z),
+                Vec3::new(1.0, 0.0, z),
+                Vec3::new(0.0, 1.0, z),
+            ]
+        };
+        for kernel in Kernel::available() {
+            let geometry = geometry(vec![triangle(0.0), triangle(-1.0)], kernel);
+            let [first, second] = [0, 1].map(|primitive| {
+                let of = |&(_, _, own): &(TriangleSlot, u32, u32)| own == primitive;
+                geometry.triangle_slots().find(of).expect("a triangle").0
+            });
+            let down = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::NEG_Z);
+            let hit = |ray, start| {
+                let hit = closest(&geometry, ray, &RayEnds::leaving(start));
+                hit.map(|hit| hit.primitive)
+            };
+            assert_eq!(hit(&down, TriangleSlot::NONE), Some(0));
+            assert_eq!((hit(&down, first), hit(&down, second)), (Some(1), Some(0)));
+            let blocked = |start, target| {
+                let ends = RayEnds { start, target };
+                geometry.occluded_between(
+                    &down,
+                    Interval::positive(),
+                    &ends,
+                    &mut |_| true,
+                    &mut (),
+                )
+            };
+            assert!(blocked(first, [TriangleSlot::NONE; 2]));
+            assert!(blocked(TriangleSlot::NONE, [second, TriangleSlot::NONE]));
+            assert!(!blocked(first, [TriangleSlot::NONE, second]));
+            assert!(!blocked(TriangleSlot::NONE, [first, second]));
+            let grazing = Ray::new(Vec3::new(-1.0, 0.25, 1.25e-6), Vec3::new(1.0, 0.0, -1e-6));
+            assert_eq!(hit(&grazing, first), Some(0), "{kernel:?}");
+        }
+    }
+}
