@@ -131,7 +131,7 @@ def main():
             if numbers is None:
                 other.append((path, "shows nothing"))
                 continue
-            framed, studio = "shown whole" in run.stderr, "in the default studio" in run.stderr
+            framed, studio = "the whole scene is shown" in run.stderr, "the default studio lights it" in run.stderr
             tiles.append(picture)
             found.append((path, numbers, framed, studio))
             line = " ".join(f"{key} {value:.3f}" if isinstance(value, float) else f"{key} {value}" for key, value in numbers.items())

@@ -58,11 +58,13 @@ fn main() -> ExitCode {
         }
         Some("leaks") => count_leaks(count),
         _ => {
-            println!("agreement trees RAYS [MESH..] | scan TESTS [MESH..] | leaks RAYS");
+            println!(
+                "usage: agreement trees RAYS [MESH..] | agreement scan TESTS [MESH..] | agreement leaks RAYS"
+            );
             return ExitCode::from(2);
         }
     };
-    println!("{wrong} in all");
+    println!("{wrong} differences or leaks in total");
     if wrong == 0 {
         ExitCode::SUCCESS
     } else {
@@ -188,7 +190,7 @@ fn compare_trees(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
         [u64::from(first.is_some()), u64::from(differs), between, any]
     });
     println!(
-        "{name}: {} triangles, {count} rays, {hits} hits, {} trees: {exactly} differ from f64, {between} between trees, {any} in any-hit",
+        "{name}: {} triangles, {count} rays, {hits} hits, {} trees: {exactly} hits differ from f64, {between} differ between trees, {any} any-hit results differ",
         mesh.len(),
         all.len()
     );
@@ -312,7 +314,7 @@ fn compare_with_scan(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
         })
     });
     println!(
-        "{name}: {count} rays x {} triangles = {:.2e}, {tested} tested exactly, {hits} hits: {wrong} differ",
+        "{name}: {count} rays x {} triangles = {:.2e}, {tested} exact tests, {hits} hits, {wrong} hits differ from the scan",
         mesh.len(),
         count as f64 * mesh.len() as f64
     );
@@ -418,7 +420,7 @@ fn count_leaks(count: u64) -> u64 {
                         )]
                     });
                     println!(
-                        "{name}, {quality:?}, {kernel:?}, {aim_name}: {count} rays, {missed} leak"
+                        "{name}, {quality:?}, {kernel:?}, {aim_name}: {count} rays, {missed} of them leak"
                     );
                     wrong += missed;
                 }

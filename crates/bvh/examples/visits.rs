@@ -26,7 +26,7 @@ const THIN: usize = 16;
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let Some((mesh, sets)) = words.split_first() else {
-        println!("visits MESH RAYS..");
+        println!("usage: visits MESH RAYS..");
         return;
     };
     let mesh = files::read_mesh(mesh);

@@ -7,22 +7,34 @@ use crate::slot::MAX_PRIMITIVES;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GeometryError {
     /// A coordinate is NaN, infinite, or too large for an f32 box.
-    #[error("a coordinate is not a finite number within ±3e38")]
+    #[error(
+        "the primitive has a coordinate that is NaN, infinite or beyond ±3e38; use finite coordinates within this range"
+    )]
     NotFinite,
     /// A transform has no inverse.
-    #[error("the transform can't be inverted")]
+    #[error(
+        "the transform has no inverse: its scale is zero along a direction, or one of its numbers is not finite"
+    )]
     Singular,
     /// The transform of a moving instance has no inverse at some time of the motion.
-    #[error("the transform can't be inverted at some time between its two ends")]
+    #[error(
+        "at some time between its start and its end the moving transform has no inverse, or is too close to having none (half a turn, for example, flattens the object halfway); bring the two ends closer together"
+    )]
     SingularDuringMotion,
     /// A part that itself holds instances: only two levels are supported.
-    #[error("an instance of something that holds instances itself")]
+    #[error(
+        "a geometry that contains instances can't be placed by a further instance: only two levels are supported; place its contents directly"
+    )]
     NestedInstance,
     /// An instance of a part that is not in the set.
-    #[error("an instance of a part that the group does not have")]
+    #[error(
+        "the instance refers to a part that was never added to the set; add the part with `add_part` first"
+    )]
     UnknownPart,
     /// More primitives than a tree can address.
-    #[error("more than {MAX_PRIMITIVES} primitives in one set")]
+    #[error(
+        "the set would hold more than {MAX_PRIMITIVES} primitives; divide them into several parts, each placed by an instance"
+    )]
     TooManyPrimitives,
 }
 

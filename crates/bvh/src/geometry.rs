@@ -191,7 +191,7 @@ impl<R: Real> Geometry<R> {
     /// # Panics
     /// Never: nothing cancels the build.
     pub fn new(group: PrimitiveSet<R>, kind: AcceleratorKind) -> Self {
-        Self::build_cancellable(group, kind, &|| false).expect("no one gave the build up")
+        Self::build_cancellable(group, kind, &|| false).expect("nothing cancels the build")
     }
 
     /// Builds the accelerator as [`Self::new`]; `None` if `stop` cancelled the build by returning

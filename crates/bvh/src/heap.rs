@@ -3,7 +3,7 @@
 //! that can print a message, instead of an abort.
 #![expect(
     unsafe_code,
-    reason = "an allocator is unsafe by its trait; every call goes to the system's with the arguments as they came"
+    reason = "the allocator trait is unsafe; every call passes its arguments unchanged to the system allocator"
 )]
 
 use core::alloc::{GlobalAlloc, Layout};

@@ -2,7 +2,7 @@
 //! pages of four kilobytes, nearly every read would also have to look up the page table.
 #![expect(
     unsafe_code,
-    reason = "advice to the system about an array's memory; the block says why it changes nothing"
+    reason = "advice to the system about an array's memory; the block states why no contents change"
 )]
 
 use core::mem::MaybeUninit;

@@ -1,7 +1,7 @@
 //! Use of the processor's features at run time: prefetches, and loops in its widest registers.
 #![expect(
     unsafe_code,
-    reason = "instructions of the processor; each block says why it may"
+    reason = "instructions of the processor; each block states why it is sound"
 )]
 
 #[cfg(target_arch = "x86_64")]
@@ -112,7 +112,10 @@ mod tests {
                 .filter(|&i| exact(i).to_bits() != alone[i].to_bits())
                 .count();
         }
-        assert!(differs > 500, "fused, {differs} would have other bits");
+        assert!(
+            differs > 500,
+            "only {differs} values change if products are fused, too few for this test"
+        );
     }
 
     /// Protects: prefetching beyond the end, or in an empty list, is harmless.

@@ -36,7 +36,8 @@ const PROGRAM_BYTES: u64 = 16 << 20;
 
 /// Advice in messages about too little memory or time.
 const RAISE_LIMIT_ADVICE: &str = "raise the limit with --max-memory, or ";
-const SMALLER_SCENE_ADVICE: &str = "show fewer objects, coarser meshes and smaller images";
+const SMALLER_SCENE_ADVICE: &str =
+    "reduce the scene: fewer objects, coarser meshes, smaller images";
 
 /// Least time for loading and preparation, however small the budget. On a busy machine the start of
 /// the program takes a part of this second.
@@ -118,11 +119,11 @@ fn deadline_failure(name: &str, budget: Duration) -> Failure {
     Failure::new(
         Exit::Limit,
         format_args!(
-            "{name}: {time} are over before it is loaded and prepared; nothing was written"
+            "{name}: the time limit of {time} ended the run before the scene was loaded and prepared; nothing was written"
         ),
     )
     .with_hint(format_args!(
-        "give it a larger --budget, or {SMALLER_SCENE_ADVICE}"
+        "give a larger --budget, or {SMALLER_SCENE_ADVICE}"
     ))
 }
 
@@ -145,18 +146,18 @@ fn exit_out_of_memory(refusal: AllocationRefusal) -> ! {
         (AllocationRefusal::Limit, Some([name, limit])) => {
             writeln!(
                 out,
-                "error: {name}: loading and preparing it takes more memory than the limit of {limit}\nhelp: {RAISE_LIMIT_ADVICE}{SMALLER_SCENE_ADVICE}"
+                "error: {name}: loading and preparing the scene takes more memory than the limit of {limit}\nhelp: {RAISE_LIMIT_ADVICE}{SMALLER_SCENE_ADVICE}"
             )
         }
         (_, Some([name, _])) => {
             writeln!(
                 out,
-                "error: {name}: loading and preparing it takes more memory than the system gives\nhelp: {SMALLER_SCENE_ADVICE}"
+                "error: {name}: loading and preparing the scene takes more memory than the system provides\nhelp: {SMALLER_SCENE_ADVICE}"
             )
         }
         (_, None) => writeln!(
             out,
-            "error: more memory is needed than the system gives\nhelp: render less with --size or --crop"
+            "error: the program needs more memory than the system provides\nhelp: render fewer pixels with --size or --crop"
         ),
     };
     exit(Exit::Limit as i32)

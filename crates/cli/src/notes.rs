@@ -160,7 +160,9 @@ impl Notes {
             .map(|(_, line)| line)
             .collect();
         if hidden > 0 {
-            lines.push(format!("warning: {hidden} more files have warnings: -v"));
+            lines.push(format!(
+                "warning: {hidden} more files have warnings; -v lists them"
+            ));
         }
         lines
     }
@@ -173,7 +175,7 @@ fn summarise_file(messages: &[QueuedMessage]) -> Option<(MessagePriority, String
     let first = messages.iter().find(|message| message.priority == most)?;
     let more = match messages.len() - 1 {
         0 => String::new(),
-        n => format!(" (and {n} more: -v)"),
+        n => format!(" (and {n} more; -v lists them)"),
     };
     Some((most, with_label(most, &first.text) + &more))
 }
@@ -209,7 +211,7 @@ mod tests {
         );
         assert_eq!(
             notes.format_lines(),
-            ["warning: nothing to see (and 4 more: -v)"]
+            ["warning: nothing to see (and 4 more; -v lists them)"]
         );
     }
 
@@ -229,7 +231,7 @@ mod tests {
             notes.format_lines(),
             [
                 "warning: c.glb: d is missing",
-                "warning: b.glb: c is missing (and 1 more: -v)"
+                "warning: b.glb: c is missing (and 1 more; -v lists them)"
             ]
         );
         for file in 0..30 {
@@ -239,7 +241,10 @@ mod tests {
         let lines = notes.format_lines();
         assert_eq!(
             (lines.len(), lines.last().map(String::as_str)),
-            (21, Some("warning: 12 more files have warnings: -v"))
+            (
+                21,
+                Some("warning: 12 more files have warnings; -v lists them")
+            )
         );
         let mut fine = Notes::new(Verbosity::Normal);
         for file in ["a.glb", "b.glb"] {
@@ -248,7 +253,7 @@ mod tests {
         }
         assert_eq!(
             fine.format_lines(),
-            ["note: a.glb: shown at rest (and 1 more: -v)"]
+            ["note: a.glb: shown at rest (and 1 more; -v lists them)"]
         );
     }
 }

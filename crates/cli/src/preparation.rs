@@ -45,15 +45,15 @@ pub fn prepare_failure(source: &SourceInfo, error: PrepareError) -> Failure {
 /// advice on the largest part. Without a limit, the system has not enough memory.
 fn memory_error(name: &str, needed: &MemoryUse, allowed: Option<u64>) -> Error {
     let advice = |part: &str| match part {
-        "picture" => "render less with --size or --crop",
-        "textures" => "give it smaller images",
+        "picture" => "render fewer pixels with --size or --crop",
+        "textures" => "use smaller images",
         _ => "show fewer objects or coarser meshes",
     };
     let mut parts = needed.by_purpose();
     parts.sort_by_key(|&(_, bytes)| Reverse(bytes));
     let [(most, _), ..] = parts;
     let needs = format!(
-        "rendering it needs about {} ({})",
+        "rendering needs about {} of memory ({})",
         format_bytes(needed.total()),
         memory::format_parts(&parts)
     );
@@ -66,11 +66,8 @@ fn memory_error(name: &str, needed: &MemoryUse, allowed: Option<u64>) -> Error {
             "raise the limit with --max-memory, or {}",
             advice(most)
         )),
-        None => Error::over_limit(
-            name,
-            format!("{needs}, and the system does not give as much"),
-        )
-        .with_hint(advice(most)),
+        None => Error::over_limit(name, format!("{needs}, which the system does not provide"))
+            .with_hint(advice(most)),
     }
 }
 
@@ -140,7 +137,7 @@ mod tests {
             assert_eq!(failure.exit, Exit::Input);
             let parts = [
                 line,
-                "the distance of `max` from `min` is lost in single precision",
+                "the distance between `min` and `max` rounds to zero in single precision",
                 "add --precision reference",
             ];
             assert!(
@@ -180,8 +177,8 @@ mod tests {
         });
         assert_eq!(
             picture,
-            "error: a.glb: rendering it needs about 4 MiB (picture 3 MiB, geometry 1 MiB), and the limit is 1 MiB\n\
-            help: raise the limit with --max-memory, or render less with --size or --crop"
+            "error: a.glb: rendering needs about 4 MiB of memory (picture 3 MiB, geometry 1 MiB), and the limit is 1 MiB\n\
+            help: raise the limit with --max-memory, or render fewer pixels with --size or --crop"
         );
         let ends = |needed: MemoryUse, advice: &str| {
             assert!(value_of(needed).ends_with(advice), "{}", value_of(needed))
@@ -192,7 +189,7 @@ mod tests {
                 film: 1,
                 ..MemoryUse::default()
             },
-            "or give it smaller images",
+            "or use smaller images",
         );
         ends(
             MemoryUse {
@@ -212,8 +209,8 @@ mod tests {
                 None
             )
             .to_string(),
-            "error: a.glb: rendering it needs about 3 MiB (picture 3 MiB), and the system does not give as much\n\
-            help: render less with --size or --crop"
+            "error: a.glb: rendering needs about 3 MiB of memory (picture 3 MiB), which the system does not provide\n\
+            help: render fewer pixels with --size or --crop"
         );
     }
 }

@@ -94,21 +94,19 @@ pub fn note_added_parts(loaded: &LoadedScene, notes: &mut Notes) {
         .added_sky
         .map(|shortage| match (loaded.source.format, shortage) {
             (SceneFormat::Native(_), _) => "the scene has no light: a neutral grey sky is added",
-            (_, LightShortage::NoLight) => {
-                "the model brings no lights: it stands in the default studio"
-            }
+            (_, LightShortage::NoLight) => "the model has no lights: the default studio lights it",
             (_, LightShortage::TooDim) => {
-                "the model brings too little light to be seen by: it stands in the default studio"
+                "the model's own lights are too dim: the default studio lights it"
             }
         });
     let camera = match light {
         _ if !loaded.scene.cameras.is_empty() => None,
-        Some(_) => Some("without a camera it is shown whole"),
-        None => Some("the scene has no camera: it is shown whole"),
+        Some(_) => Some("without a camera the whole scene is shown"),
+        None => Some("the scene has no camera: the whole scene is shown"),
     };
     let up = loaded.assumed_up.map(|up| {
         format!(
-            "STL does not say what is up: {} is taken, --up y takes y",
+            "STL files state no up axis: {} is assumed; --up y sets y",
             up.name()
         )
     });
@@ -151,9 +149,9 @@ pub fn empty_scene_failure(loaded: &LoadedScene) -> Option<Failure> {
         .iter()
         .any(|warning| warning.code == WarningCode::Section);
     let reason = match (is_cut, is_thin) {
-        (true, _) => "the section leaves nothing of it",
-        (_, true) => "it has points and lines alone, which are not rendered",
-        _ => "it has no object",
+        (true, _) => "--section cuts away the whole model",
+        (_, true) => "the file has only points and lines, which are not rendered",
+        _ => "the scene has no object",
     };
     Some(empty_failure(&loaded.source.name, reason))
 }
@@ -172,7 +170,7 @@ pub fn describe_empty_picture(
     }
     let show = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
     Some(format!(
-        "no camera ray met anything: the scene lies between {} and {}; turn the camera there with --eye and --target",
+        "no camera ray hits an object: the scene lies between {} and {}; turn the camera to it with --eye and --target",
         show(bounds.min.to_array()),
         show(bounds.max.to_array())
     ))
@@ -203,7 +201,7 @@ pub fn resolve_input(name: &OsStr, limits: &Limits) -> Result<Input, Error> {
 fn read_stdin(limits: &Limits) -> Result<Input, Error> {
     let source = std::io::stdin();
     if source.is_terminal() {
-        let hint = "pipe one into it: raywright render - < model.stl";
+        let hint = "redirect a file: raywright render - < model.stl";
         return Err(Error::invalid_usage(
             "`-` reads a scene or model from standard input, which is a terminal here",
         )
@@ -225,8 +223,8 @@ fn with_file_hint(error: Error, input: &Input) -> Error {
         let inside = |name: &String| path.join(name).display().to_string();
         let models: Vec<String> = list_models(path).iter().map(inside).collect();
         return match models.as_slice() {
-            [] => error.with_hint("there is no scene or model in it"),
-            models => error.with_hint(format!("in it: {}", list_first_names(models))),
+            [] => error.with_hint("the folder contains no scene or model"),
+            models => error.with_hint(format!("the folder contains {}", list_first_names(models))),
         };
     }
     if path.exists() {
@@ -239,7 +237,8 @@ fn with_file_hint(error: Error, input: &Input) -> Error {
         );
     }
     if text.contains(['*', '?']) {
-        return error.with_hint("no file fits that pattern, so that it came here as it is");
+        return error
+            .with_hint("no file matches the pattern, so that the shell did not replace it");
     }
     if is_preset(path) {
         return error.with_hint(format!(

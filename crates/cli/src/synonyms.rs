@@ -6,7 +6,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 const SYNONYMS: [(&[&str], &str); 21] = [
     (
         &["samples", "sample", "n-samples", "aa"],
-        "samples a pixel are --spp N",
+        "use --spp N for the samples per pixel",
     ),
     (
         &[
@@ -17,7 +17,7 @@ const SYNONYMS: [(&[&str], &str); 21] = [
             "dimensions",
             "geometry",
         ],
-        "width and height are one flag: --size 640x360",
+        "use --size 640x360 for width and height",
     ),
     (
         &["transparent", "alpha", "rgba"],
@@ -33,7 +33,7 @@ const SYNONYMS: [(&[&str], &str); 21] = [
     ),
     (
         &["time", "timestamp"],
-        "a moment of animations is --at T, the time that rendering may take --budget T",
+        "use --at T for a time in the animation, --budget T for a limit on the render's time",
     ),
     (
         &["timeout", "time-limit", "max-time"],
@@ -41,17 +41,17 @@ const SYNONYMS: [(&[&str], &str); 21] = [
     ),
     (
         &["fps", "frame-rate", "framerate"],
-        "--frames A..B:FPS has the rate too, such as 0..2:25",
+        "the rate is a part of --frames A..B:FPS, such as 0..2:25",
     ),
     (&["animation-time", "frame"], "--at T, in seconds"),
     (&["jobs", "cores", "cpus", "n-threads", "j"], "--threads N"),
     (
         &["noise", "noise-threshold", "noise-level", "tolerance"],
-        "--max-error E, such as 0.05, ends by the picture's error",
+        "use --max-error E, such as 0.05, to end at an error of the picture",
     ),
     (
         &["depth", "bounces", "max-bounces", "path-length"],
-        "segments of a path are --max-depth N",
+        "use --max-depth N for the ray segments of a path",
     ),
     (
         &["out", "outfile", "output-file", "filename", "o"],
@@ -59,7 +59,7 @@ const SYNONYMS: [(&[&str], &str); 21] = [
     ),
     (
         &["format", "output-format", "type"],
-        "the name says the format: -o picture.png, .jpg, .webp or .exr",
+        "the extension sets the format: -o picture.png, .jpg, .webp or .exr",
     ),
     (
         &["compression", "jpeg-quality"],
@@ -67,11 +67,11 @@ const SYNONYMS: [(&[&str], &str); 21] = [
     ),
     (
         &["overwrite", "force", "yes", "y", "f"],
-        "a file that -o names is replaced without it",
+        "no flag is needed: a file that -o names is replaced",
     ),
     (
         &["gpu", "device", "cuda", "cpu"],
-        "there is nothing to choose: all is computed by processors",
+        "no flag is needed: the program runs on the CPU alone",
     ),
     (
         &["edges", "show-edges", "wire", "mesh-edges"],
@@ -112,7 +112,7 @@ pub fn explain_foreign_flag(error: &clap::Error) -> Option<String> {
         .find(|(names, _)| names.contains(&name.as_str()))
         .map(|(_, equivalent)| equivalent)?;
     (error.kind() == ErrorKind::UnknownArgument)
-        .then(|| format!("error: there is no `{argument}`\nhelp: {equivalent}"))
+        .then(|| format!("error: there is no flag `{argument}`\nhelp: {equivalent}"))
 }
 
 #[cfg(test)]
@@ -133,7 +133,7 @@ mod tests {
         };
         assert_eq!(
             message_of("--samples").as_deref(),
-            Some("error: there is no `--samples`\nhelp: samples a pixel are --spp N")
+            Some("error: there is no `--samples`\nhelp: use --spp N for the samples per pixel")
         );
         assert_eq!(
             message_of("--max_bounces"),

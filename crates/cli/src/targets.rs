@@ -91,7 +91,7 @@ impl OutputFiles {
             let message = match without_current_dir(&other.path) == without_current_dir(path) {
                 true => format!("{} is named twice as output", path.display()),
                 false => format!(
-                    "{} and {} are one file, named twice as output",
+                    "{} and {} are the same file, named twice as output",
                     other.path.display(),
                     path.display()
                 ),
@@ -137,13 +137,13 @@ impl OutputFiles {
         let message = match &clash {
             PathClash::Read(file) if file.file_name() != place.file_name() => {
                 format!(
-                    "cannot write {path}: it is {}, which this run reads",
+                    "cannot write {path}: it is the same file as {}, which this run reads",
                     file.display()
                 )
             }
             PathClash::Read(_) => format!("cannot write {path}: this run reads it"),
             PathClash::Named(_) => {
-                format!("cannot write {path}: the scene names it as a file of its own")
+                format!("cannot write {path}: the scene names this file as an input")
             }
         };
         Err(Error::invalid_usage(message)
@@ -216,7 +216,7 @@ pub fn resolve_default_target(
     if path.exists() && !is_own_picture(&path) {
         let name = path.display();
         let message = format!(
-            "cannot write {name}: a file of that name is there, and it is not a picture by this program"
+            "cannot write {name}: a file of this name exists and is no picture made by this program"
         );
         let error = Failure::new(Exit::from(ErrorKind::File), message);
         return Err(error.with_hint(format_args!(

@@ -37,7 +37,7 @@ impl Threads {
         // this check comes first.
         if count.is_some_and(|count| !can_allocate(u64::from(count) * THREAD_BYTES)) {
             return Err(thread_start_failure(
-                &"there are no addresses for their stacks",
+                &"the address space has no room for their stacks",
             ));
         }
         let pool = |count: u32| ThreadPoolBuilder::new().num_threads(count as usize).build();
@@ -61,7 +61,7 @@ impl Threads {
 /// Creates the failure for threads that the system refuses to start.
 pub fn thread_start_failure(cause: &dyn Display) -> Failure {
     Failure::new(Exit::Limit, format_args!("cannot start the threads: {cause}"))
-        .with_hint("ask for fewer with --threads, or raise the limit on processes or addresses (ulimit -u, ulimit -v)")
+        .with_hint("choose fewer with --threads, or raise the limit on processes or addresses (ulimit -u, ulimit -v)")
 }
 
 #[cfg(test)]

@@ -274,7 +274,7 @@ impl ReadyScene {
         debug_assert_eq!(
             self.settings.sampling.is_fixed(),
             settings.sampling.is_fixed(),
-            "patterns call for other effects"
+            "a fixed pattern of samples simulates other effects than general sampling"
         );
         let mut film = Film::new(
             "",

@@ -131,9 +131,9 @@ pub(crate) fn apply_environment(
         folder.add_to_hash(&value.to_le_bytes());
         let Some(sky) = &mut scene.sky else {
             let error = Error::invalid_usage(format!(
-                "--env-{key} changes the environment, and the scene has none"
+                "--env-{key} changes the environment, but the scene has no environment"
             ));
-            return Err(error.with_hint("add one: --env default, or --env FILE"));
+            return Err(error.with_hint("add an environment with --env default or --env FILE"));
         };
         if key == "rotation" {
             rotate_sky(sky, value)?
@@ -237,7 +237,7 @@ fn rotate_sky(sky: &mut Sky, degrees: f64) -> Result<(), Error> {
                 sun.direction = (turn * DVec3::from(sun.direction)).to_array();
             }
         }
-        Sky::Expression(_) => return Err(expression_sky_error("turned", "--env-rotation")),
+        Sky::Expression(_) => return Err(expression_sky_error("rotated", "--env-rotation")),
     }
     Ok(())
 }
@@ -253,7 +253,7 @@ fn scale_sky(sky: &mut Sky, factor: f64) -> Result<(), Error> {
             [bottom, top].into_iter().for_each(scaled);
             suns.iter_mut().for_each(|sun| sun.weight *= factor);
         }
-        Sky::Expression(_) => return Err(expression_sky_error("weighed", "--env-strength")),
+        Sky::Expression(_) => return Err(expression_sky_error("scaled", "--env-strength")),
     }
     Ok(())
 }
@@ -261,9 +261,9 @@ fn scale_sky(sky: &mut Sky, factor: f64) -> Result<(), Error> {
 /// Creates the error for `flag`, an option that cannot change a sky given by an expression.
 fn expression_sky_error(label: &str, flag: &str) -> Error {
     let error = Error::invalid_usage(format!(
-        "{flag}: the scene's sky is an expression, which can't be {label} from outside"
+        "{flag}: the scene's sky is an expression, which cannot be {label} from the command line"
     ));
-    error.with_hint("change the expression, or take another environment with --env")
+    error.with_hint("change the expression in the scene, or choose another environment with --env")
 }
 
 #[cfg(test)]
@@ -355,7 +355,7 @@ mod tests {
         };
         let error = under(None, none).expect_err("no sky").to_string();
         assert!(
-            error.contains("the scene has none") && error.contains("--env default"),
+            error.contains("the scene has no environment") && error.contains("--env default"),
             "{error}"
         );
     }

@@ -46,7 +46,7 @@ impl Error {
         if cause.kind() == std::io::ErrorKind::OutOfMemory {
             return Self::over_limit(
                 path.display(),
-                "the system has no memory for the whole file",
+                "the system does not have enough memory for the whole file",
             );
         }
         Self::with_kind(
@@ -139,11 +139,11 @@ pub(crate) fn describe_io_error(cause: &std::io::Error) -> String {
     match cause.kind() {
         Cause::NotFound => "no such file or folder".to_owned(),
         Cause::PermissionDenied => "permission denied".to_owned(),
-        Cause::IsADirectory => "it is a folder".to_owned(),
+        Cause::IsADirectory => "the path is a folder".to_owned(),
         Cause::StorageFull => "the disk is full".to_owned(),
-        Cause::QuotaExceeded => "more than the disk quota allows".to_owned(),
-        Cause::FileTooLarge => "larger than a file may become here".to_owned(),
-        Cause::InvalidFilename => "the name is too long, or none that a file can have".to_owned(),
+        Cause::QuotaExceeded => "the disk quota is exhausted".to_owned(),
+        Cause::FileTooLarge => "the file would be larger than the file system allows".to_owned(),
+        Cause::InvalidFilename => "the file name is too long or invalid".to_owned(),
         _ => cause.to_string(),
     }
 }

@@ -137,7 +137,7 @@ impl Folder {
         let root = match resolver {
             Some(resolver) => FolderRoot::Resolver(resolver.clone(), String::new()),
             None => FolderRoot::NoFiles(
-                "what comes through a pipe lies in no folder to find it in; name the scene's file instead",
+                "a scene read from a pipe has no folder; give the path of the scene's file instead",
             ),
         };
         Self {
@@ -228,7 +228,7 @@ impl Folder {
     fn resolve(&self, reference: &str) -> Result<FileLocation<'_>, ReadError> {
         let refuse = |why: &str| Err(ReadError::Refused(format!("`{reference}` {why}")));
         if reference.is_empty() || reference.contains('\0') {
-            return refuse("names no file");
+            return refuse("is not a valid file name");
         }
         let local = if self.allows_outside {
             reference.strip_prefix("file://").unwrap_or(reference)
@@ -236,13 +236,15 @@ impl Folder {
             reference
         };
         if has_scheme(local) {
-            return refuse("is an address, and only files in the scene's own folder are read");
+            return refuse(
+                "is a URL, but only files in the scene's folder are read; save the file there and name it by its path",
+            );
         }
         let root = match &self.root {
             FolderRoot::Disk(root) => root,
             FolderRoot::Resolver(resolver, prefix) => {
                 let Some(name) = normalise_reference(local) else {
-                    return refuse("leads out of the scene's folder");
+                    return refuse("lies outside the scene's folder");
                 };
                 let parts: Vec<_> = name.iter().map(|part| part.to_string_lossy()).collect();
                 return Ok(FileLocation::Resolver(
@@ -250,9 +252,9 @@ impl Folder {
                     prefix.clone() + &parts.join("/"),
                 ));
             }
-            FolderRoot::NoFiles(why) => return refuse(&format!("is a file, and {why}")),
+            FolderRoot::NoFiles(why) => return refuse(&format!("cannot be read: {why}")),
         };
-        const OUT: &str = "leads out of the scene's folder, and only files in it are read (--allow-outside reads others)";
+        const OUT: &str = "lies outside the scene's folder, and only files in that folder are read (--allow-outside permits other files)";
         let path = match normalise_reference(local) {
             Some(relative) => root.join(relative),
             None if self.allows_outside => root.join(local),
@@ -273,7 +275,7 @@ impl Folder {
         match self.allows_outside || path.starts_with(root) {
             true => Ok(FileLocation::Disk(path)),
             false => refuse(
-                "is a link that leads out of the scene's folder (--allow-outside follows it)",
+                "is a link to a file outside the scene's folder (--allow-outside follows such links)",
             ),
         }
     }

@@ -106,10 +106,10 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage
         ImageKind::Exr => open_exr::decode(bytes, limits),
         ImageKind::Ktx2 => ktx2::decode(bytes, limits).map(DecodedImage::from),
         ImageKind::Foreign(name) => Err(Fault::invalid_input(format!(
-            "is a {name} picture; PNG, JPEG, WebP, KTX2, HDR and EXR are read"
+            "is a {name} picture, but only PNG, JPEG, WebP, KTX2, HDR and EXR are supported"
         ))),
         ImageKind::Unknown => Err(Fault::invalid_input(
-            "is no picture that is read here (PNG, JPEG, WebP, KTX2, HDR, EXR)",
+            "is not a picture in a supported format (PNG, JPEG, WebP, KTX2, HDR, EXR)",
         )),
     }
 }
@@ -162,7 +162,7 @@ fn read_size(bytes: &[u8], limits: &Limits) -> ImportResult<[u32; 2]> {
 fn decoder_fault(error: image::ImageError) -> Fault {
     match error {
         image::ImageError::Limits(e) => Fault::over_limit(format!(
-            "is a picture that takes too much memory to read ({e})"
+            "is a picture that needs more memory than the limit allows ({e})"
         )),
         e => Fault::invalid_input(format!("is a broken picture ({e})")),
     }
@@ -195,7 +195,7 @@ fn open_decoder<'b>(
         && let Some(length) = invalid_palette_length(bytes)
     {
         return Err(Fault::invalid_input(format!(
-            "is a broken picture (its palette has {length} bytes, which is not three for each of up to 256 colours)"
+            "is a broken picture (its palette has {length} bytes instead of three for each of up to 256 colours)"
         )));
     }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);

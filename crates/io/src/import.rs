@@ -117,7 +117,7 @@ pub(crate) fn validate_scene(scene: Scene) -> ImportResult<Scene> {
     match validate(&scene).first() {
         None => Ok(scene),
         Some(problem) => Err(Fault::invalid_input(format!(
-            "{} (of the scene made from it): {}",
+            "{} of the imported scene: {}",
             problem.path, problem.message
         ))),
     }
@@ -197,7 +197,7 @@ impl Warnings {
         let [message, least, most, taken] = [value, minimum, maximum, clamped].map(format_number);
         self.add(
             WarningCode::Range,
-            format!("{place}: {label} {message} is outside {least} to {most}; {taken} was taken"),
+            format!("{place}: {label} {message} is outside {least} to {most}; {taken} is used"),
         );
         clamped
     }
@@ -207,7 +207,7 @@ impl Warnings {
         if self.left_out > 0 {
             self.list.push((
                 WarningCode::More,
-                format!("{} more warnings", self.left_out),
+                format!("{} more warnings are not shown", self.left_out),
             ));
         }
         self.list
@@ -256,7 +256,7 @@ pub(crate) fn check_available_memory(bytes: u64) -> ImportResult<()> {
         return Ok(());
     }
     Err(Fault::over_limit(format!(
-        "needs {} of memory, and the system does not give as much",
+        "needs {} of memory, more than the system has available",
         format_bytes(bytes)
     )))
 }
@@ -290,7 +290,7 @@ impl DecodeBudget {
         let total = self.limits.memory_bytes;
         self.bytes = self.bytes.checked_sub(bytes).ok_or_else(|| {
             Fault::over_limit(format!(
-                "needs more memory than the limit of {} ({} more)",
+                "needs more memory than the limit of {}: a further {} do not fit; raise the limit with --max-memory",
                 format_bytes(total),
                 format_bytes(bytes)
             ))
@@ -304,10 +304,9 @@ impl DecodeBudget {
     /// A fault of kind limit when the budget is exceeded.
     pub fn reserve_triangles(&mut self, count: usize) -> ImportResult<()> {
         let total = self.limits.triangles;
-        self.triangles = self
-            .triangles
-            .checked_sub(count as u64)
-            .ok_or_else(|| Fault::over_limit(format!("has more than {total} triangles")))?;
+        self.triangles = self.triangles.checked_sub(count as u64).ok_or_else(|| {
+            Fault::over_limit(format!("has more triangles than the limit of {total}"))
+        })?;
         self.reserve_memory(count, size_of::<[u32; 3]>())
     }
 
@@ -317,10 +316,9 @@ impl DecodeBudget {
     /// A fault of kind limit for too many objects.
     pub fn reserve_object(&mut self) -> ImportResult<()> {
         let total = self.limits.objects;
-        self.objects = self
-            .objects
-            .checked_sub(1)
-            .ok_or_else(|| Fault::over_limit(format!("has more than {total} objects")))?;
+        self.objects = self.objects.checked_sub(1).ok_or_else(|| {
+            Fault::over_limit(format!("has more objects than the limit of {total}"))
+        })?;
         // 128 bytes are assumed for the names of the object.
         self.reserve_memory(1, size_of::<raywright_core::scene::Object>() + 128)
     }

@@ -108,7 +108,7 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<ImageData> {
 
 /// Transcodes a Basis Universal picture.
 fn transcode_basis(bytes: &[u8]) -> ImportResult<Vec<[u8; 4]>> {
-    let transcoder = Transcoder::new(bytes).map_err(|_| ktx2_fault("its codebooks"))?;
+    let transcoder = Transcoder::new(bytes).map_err(|_| ktx2_fault("its codebooks are invalid"))?;
     let codes = transcoder
         .transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE)
         .map_err(|e| ktx2_fault(&format!("{e:?}")))?;
@@ -147,11 +147,11 @@ impl<'b> Ktx2Container<'b> {
         check_size(u64::from(width), u64::from(height), limits)?;
         if (depth, layers.max(1), faces) != (0, 1, 1) || levels > MOST_LEVELS {
             return Err(Fault::invalid_input(
-                "is a KTX2 picture, but no flat one of one layer",
+                "is a KTX2 file with several layers, faces or depths; only flat pictures with one layer are supported",
             ));
         }
         let coding = PixelCoding::from_vk_format(format).ok_or_else(|| {
-            let read = "ETC1S, UASTC (KHR_texture_basisu) and eight bits in three or four channels are read";
+            let read = "ETC1S, UASTC (KHR_texture_basisu) and eight bits in three or four channels are supported";
             Fault::invalid_input(format!("is a KTX2 picture of VkFormat {format}; {read}"))
         })?;
         for (start, length) in [
@@ -164,13 +164,13 @@ impl<'b> Ktx2Container<'b> {
         let model = colour_model(bytes).ok_or_else(short)?;
         if coding == PixelCoding::Basis && ![ETC1S, UASTC].contains(&model) {
             return Err(Fault::invalid_input(format!(
-                "is a KTX2 picture of colour model {model}; ETC1S and UASTC are read"
+                "is a KTX2 picture of colour model {model}; ETC1S and UASTC are supported"
             )));
         }
         let etc1s = coding == PixelCoding::Basis && model == ETC1S;
         if etc1s != (scheme == BASIS_LZ) || scheme > ZSTANDARD {
             return Err(Fault::invalid_input(format!(
-                "is a KTX2 picture whose coding is not read with supercompression {scheme}"
+                "is a KTX2 picture whose pixel format is not supported with supercompression {scheme}"
             )));
         }
         let mut largest = None;
@@ -191,7 +191,9 @@ impl<'b> Ktx2Container<'b> {
                 level.len() as u64
             };
             if reported != whole && (scheme == ZSTANDARD || coding != PixelCoding::Basis) {
-                return Err(ktx2_fault(&format!("level {number} is of another size")));
+                return Err(ktx2_fault(&format!(
+                    "mip level {number} does not have the size that its pixels need"
+                )));
             }
             largest = largest.or(Some(level));
         }
@@ -220,7 +222,7 @@ impl<'b> Ktx2Container<'b> {
                     StreamingDecoder::new(self.level).map_err(|e| ktx2_fault(&e.to_string()))?;
                 decoder
                     .read_exact(&mut unpacked)
-                    .map_err(|_| ktx2_fault("its compressed data"))?;
+                    .map_err(|_| ktx2_fault("its compressed data cannot be decompressed"))?;
                 &unpacked
             }
         };
@@ -258,7 +260,7 @@ fn byte_range(bytes: &[u8], start: u64, length: u64) -> ImportResult<&[u8]> {
         .and_then(|(start, end)| bytes.get(start..end))
         .ok_or_else(|| {
             Fault::invalid_input(format!(
-                "is a KTX2 picture cut off: {length} bytes from byte {start} are missing"
+                "is a truncated KTX2 picture: {length} bytes from byte {start} are missing"
             ))
         })
 }
@@ -267,7 +269,7 @@ fn byte_range(bytes: &[u8], start: u64, length: u64) -> ImportResult<&[u8]> {
 /// section 3.12.2).
 fn check_codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> ImportResult<()> {
     let broken =
-        || Fault::invalid_input("is a broken KTX2 picture (its codebooks reach beyond it)");
+        || Fault::invalid_input("is a broken KTX2 picture (its codebooks reach beyond their data)");
     let word = |index: u64| read_u32(bytes, index).map(u64::from).ok_or_else(broken);
     let whole = 20
         + 20 * u64::from(images)

@@ -229,7 +229,7 @@ fn refuse_model_choices(name: &str, model: &ModelOptions) -> Result<(), Error> {
     else {
         return Ok(());
     };
-    let message = format!("{name} has no {label}s to choose from, so none is `{wish}`");
+    let message = format!("{name} has no {label}s, but the {label} `{wish}` was requested");
     Err(Error::invalid_usage(message).with_hint(format!("only glTF and GLB files have {label}s")))
 }
 
@@ -237,11 +237,11 @@ fn refuse_model_choices(name: &str, model: &ModelOptions) -> Result<(), Error> {
 fn refuse_up_axis(name: &str, model: &ModelOptions) -> Result<(), Error> {
     let Some(up) = model.up else { return Ok(()) };
     let message = format!(
-        "{name}: only models are turned, so {} is not made its up axis",
+        "{name}: the up axis {} was requested, but only models have an up axis, not native scenes",
         up.name()
     );
     Err(Error::invalid_usage(message)
-        .with_hint("a camera is turned by three numbers, such as --up 0,0,1"))
+        .with_hint("the up vector of a camera is given by three numbers, such as --up 0,0,1"))
 }
 
 /// Loads a model and adds what a complete scene needs: up axis, environment, clay and section.
@@ -499,13 +499,13 @@ fn file_stem(path: &Path) -> String {
 fn detect_format(path: &Path, bytes: &[u8]) -> Result<SceneFormat, Error> {
     SceneFormat::detect(path, bytes).ok_or_else(|| {
         if let Some((format, remedy)) = unsupported_format(path) {
-            return Error::invalid_input(path.display(), format!("{format} is not read"))
+            return Error::invalid_input(path.display(), format!("{format} is not supported"))
                 .with_hint(remedy);
         }
         let message = if bytes.is_empty() {
             "is empty"
         } else {
-            "cannot tell what kind of scene this is"
+            "the format of the file is unknown"
         };
         let hint =
             format!("scenes are read from .scene.toml and .scene.json files, models from {MODELS}");

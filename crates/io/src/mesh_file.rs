@@ -33,7 +33,10 @@ pub(crate) fn read_mesh(
     if !format.has_choices() && *model != ModelSelection::default() {
         return Err(Error::invalid_input(
             file.display(),
-            format!("{} has no scenes and no time", format.file_description()),
+            format!(
+                "{} has no scenes and no animations, so that no scene and no time can be chosen",
+                format.file_description()
+            ),
         ));
     }
     let choice = ModelChoice {

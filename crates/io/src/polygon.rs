@@ -81,7 +81,7 @@ impl EarClipper {
             self.work_left = self
                 .work_left
                 .checked_sub(n as u64)
-                .ok_or_else(|| Fault::over_limit("its concave polygons are too large"))?;
+                .ok_or_else(|| Fault::over_limit("its concave polygons have too many corners to triangulate; export the model as triangles"))?;
             // A self-intersecting polygon may have no ear left. Then any corner is cut off, so that
             // the loop ends.
             if failed > n || is_ear(points, &left, ear) {

@@ -50,7 +50,9 @@ pub fn get(name: &str) -> Result<Preset, Error> {
     }
     let hint = match closest_word(name, names()) {
         Some(word) => format!("did you mean `preset:{word}`?"),
-        None if PRESETS.is_empty() => "this program was built without presets".to_owned(),
+        None if PRESETS.is_empty() => {
+            "this program was built without presets: give the path of a scene file".to_owned()
+        }
         None => format!("the presets: {}", names().collect::<Vec<_>>().join(", ")),
     };
     Err(Error::invalid_usage(format!("there is no preset `{name}`")).with_hint(hint))

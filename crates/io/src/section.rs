@@ -49,7 +49,7 @@ impl FromStr for SectionPlane {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let expected = || {
-            "expected an axis and where it is cut, such as x=0.3 in units of the model, or x=30%; -x keeps the other side"
+            "expected an axis and a position, such as x=0.3 in units of the model, or x=30% of the extent of all meshes; -x=0.3 keeps the opposite side"
                 .to_owned()
         };
         let (name, place) = text.split_once('=').ok_or_else(expected)?;
@@ -167,7 +167,7 @@ pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -
     scene.objects = kept;
     if open > 0 {
         let message = format!(
-            "{open} of the meshes that the section cuts are not closed there, so that their cuts have no caps, or not all"
+            "{open} of the cut meshes are not closed, so that the section leaves openings in them"
         );
         warnings.push(Warning::new(WarningCode::Section, name, message));
     }
@@ -175,7 +175,7 @@ pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -
         let [least, most] = [minimum, maximum].map(|x| format!("{x:.6}"));
         let axis = ["x", "y", "z"][section.axis];
         let message = format!(
-            "the section leaves nothing of it: it lies between {least} and {most} along {axis}"
+            "the section removes the whole model, which lies between {least} and {most} along {axis}"
         );
         warnings.push(Warning::new(WarningCode::Section, name, message));
     }
@@ -298,7 +298,7 @@ fn coordinate_range(
 fn uncut_warning(scene: &Scene, meshes: &[Option<Arc<MeshData>>], name: &str) -> Option<Warning> {
     let count = meshes.iter().filter(|mesh| mesh.is_none()).count() + scene.generators.len();
     let message = format!(
-        "{count} objects are not cut by the section: only triangle meshes are that stand still"
+        "{count} objects are not cut by the section, which cuts only triangle meshes without motion"
     );
     (count > 0).then(|| Warning::new(WarningCode::Section, name, message))
 }

@@ -32,10 +32,14 @@ pub enum SceneFormat {
 /// Returns the name of the format that the path's extension stands for, and advice on the
 /// conversion of the file. Only well-known unsupported formats are listed.
 pub(crate) fn unsupported_format(path: &Path) -> Option<(&'static str, &'static str)> {
-    const BLENDER: &str = "Blender imports it and exports glTF: File, Export, glTF 2.0 (.glb)";
+    const BLENDER: &str = "import it into Blender and export glTF: File, Export, glTF 2.0 (.glb)";
     const FOREIGN: [(&[&str], &str, &str); 12] = [
         (&["usd", "usda", "usdc", "usdz"], "USD", BLENDER),
-        (&["fbx"], "FBX", "Blender or FBX2glTF makes a .glb of it"),
+        (
+            &["fbx"],
+            "FBX",
+            "convert it to .glb with Blender or FBX2glTF",
+        ),
         (
             &["blend"],
             "a Blender file",
@@ -44,19 +48,19 @@ pub(crate) fn unsupported_format(path: &Path) -> Option<(&'static str, &'static 
         (
             &["dae"],
             "COLLADA",
-            "Blender or COLLADA2GLTF makes a glTF file of it",
+            "convert it to glTF with Blender or COLLADA2GLTF",
         ),
         (&["abc"], "Alembic", BLENDER),
         (&["3ds", "x3d", "wrl", "x", "bvh"], "this format", BLENDER),
         (
             &["step", "stp", "iges", "igs", "brep"],
-            "a CAD body",
-            "FreeCAD exports it as .glb or .stl",
+            "a CAD model",
+            "open it in FreeCAD and export .glb or .stl",
         ),
         (
             &["3mf", "amf"],
-            "this format of printers",
-            "programs that slice it export .stl",
+            "a format of 3D printers",
+            "export .stl from a slicing program",
         ),
         (
             &["max", "ma", "mb", "c4d", "skp", "hip", "3dm"],
@@ -66,7 +70,7 @@ pub(crate) fn unsupported_format(path: &Path) -> Option<(&'static str, &'static 
         (
             &["pbrt", "xml", "pov"],
             "a scene of another renderer",
-            "export its meshes as .ply or .obj, and see docs/scene-format.md for all else",
+            "export its meshes as .ply or .obj, and write the rest as in docs/scene-format.md",
         ),
         (
             &["gz", "zip", "7z", "xz", "zst", "bz2", "tar", "tgz", "rar"],
@@ -76,7 +80,7 @@ pub(crate) fn unsupported_format(path: &Path) -> Option<(&'static str, &'static 
         (
             &["png", "jpg", "jpeg", "webp", "gif", "hdr", "exr"],
             "a picture",
-            "pictures are told of by `raywright info`, and light scenes by --env",
+            "`raywright info` shows its properties, and --env uses it as the environment",
         ),
     ];
     let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();

@@ -17,7 +17,7 @@ pub(crate) fn refuse_non_text(bytes: &[u8]) -> ImportResult<()> {
     }
     if head.contains(&0) {
         return Err(Fault::invalid_input(format!(
-            "is a binary file and no OBJ text; models are read from {MODELS} files"
+            "is a binary file, not OBJ text; models are read from {MODELS} files"
         )));
     }
     Ok(())
@@ -75,7 +75,7 @@ pub(crate) fn has_decimal_comma(word: &str) -> bool {
 /// Creates the fault for a word that stands in place of a number.
 pub(crate) fn not_a_number_fault(keyword: &str, word: &str) -> Fault {
     let remedy = if has_decimal_comma(word) {
-        "; decimals have a point, so export it again with points in place of commas"
+        "; export the file again with decimal points in place of decimal commas"
     } else {
         ""
     };

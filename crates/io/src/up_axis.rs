@@ -67,7 +67,7 @@ impl FromStr for UpAxis {
             .find(|(name, _)| name.eq_ignore_ascii_case(text));
         found
             .map(|(_, axis)| *axis)
-            .ok_or_else(|| format!("`{text}` is no axis: y, z, x, -y, -z or -x"))
+            .ok_or_else(|| format!("`{text}` is not an axis; choose y, z, x, -y, -z or -x"))
     }
 }
 

@@ -70,7 +70,7 @@ pub(crate) fn read_reference(folder: &Folder, uri: &str) -> ImportResult<Vec<u8>
 fn decode_data_uri(text: &str) -> ImportResult<Vec<u8>> {
     let (head, body) = text
         .split_once(',')
-        .ok_or_else(|| Fault::invalid_input("a data: reference without a comma"))?;
+        .ok_or_else(|| Fault::invalid_input("a data: URI has no comma"))?;
     let bytes: Cow<[u8]> = percent_decode_str(body).into();
     if !head
         .split(';')
@@ -90,7 +90,7 @@ fn decode_data_uri(text: &str) -> ImportResult<Vec<u8>> {
     };
     BASE64
         .decode(base64)
-        .map_err(|e| Fault::invalid_input(format!("a data: reference with broken base64 ({e})")))
+        .map_err(|e| Fault::invalid_input(format!("a data: URI has invalid base64 ({e})")))
 }
 
 #[cfg(test)]

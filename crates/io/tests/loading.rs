@@ -104,7 +104,10 @@ fn a_folder_is_no_scene() {
     let error =
         load(&Input::Path(std::env::temp_dir()), &LoadOptions::default()).expect_err("a folder");
     assert_eq!(error.kind(), ErrorKind::File);
-    assert!(error.to_string().ends_with(": it is a folder"), "{error}");
+    assert!(
+        error.to_string().ends_with(": the path is a folder"),
+        "{error}"
+    );
 }
 
 /// Protects: an unsupported format is refused with the supported ones.
@@ -215,7 +218,7 @@ fn a_missing_texture_is_a_warning_and_a_missing_sky_is_not() {
     let [warning] = loaded.warnings.as_slice() else {
         panic!("one warning, not {:?}", loaded.warnings)
     };
-    let text = "image `wood`: cannot read `wood.png`: no such file or folder; where it is used, the factor alone counts";
+    let text = "image `wood`: cannot read `wood.png`: no such file or folder; materials with this image use only their factors";
     assert!(warning.message.ends_with(text), "{warning}");
 
     let (kind, message) =
@@ -272,7 +275,7 @@ fn references_out_of_the_folder_are_refused_at_their_place() {
     assert_eq!(kind, ErrorKind::Input);
     assert_eq!(
         message,
-        "error: `../wood.png` leads out of the scene's folder, and only files in it are read (--allow-outside reads others)
+        "error: `../wood.png` lies outside the scene's folder, and only files in that folder are read (--allow-outside permits other files)
  --> x.scene.toml:4:8
   |
 4 | path = \"../wood.png\"
@@ -287,7 +290,7 @@ fn an_unknown_embedded_image_is_refused_at_its_place() {
         .fails(&LoadOptions::default());
     assert_eq!(kind, ErrorKind::Input);
     assert!(
-        message.starts_with("error: the program carries no `nothing`"),
+        message.starts_with("error: the program has no built-in image `nothing`"),
         "{message}"
     );
 }
@@ -624,7 +627,7 @@ fn byte_order_marks_change_nothing() {
                     loaded
                         .warnings
                         .iter()
-                        .filter(|warning| !warning.message.contains("nothing to see"))
+                        .filter(|warning| !warning.message.contains("no visible triangles"))
                         .count(),
                     0
                 );

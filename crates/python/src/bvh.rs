@@ -141,7 +141,7 @@ fn build_tree<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R
         match [a, b, c].map(corner) {
             [Some(a), Some(b), Some(c)] => Ok([a, b, c]),
             _ => Err(invalid_array(format_args!(
-                "triangles[{number}] is {a}, {b}, {c}, and there are {} vertices",
+                "triangles[{number}] is {a}, {b}, {c}, but the mesh has only {} vertices",
                 vertices.len() / 3
             ))),
         }
@@ -164,7 +164,7 @@ fn row_bytes<'py>(of: &Bound<'py, PyAny>, name: &str, kind: &str) -> PyResult<Bo
         return Err(to_exception(
             py,
             invalid_array(format_args!(
-                "{name} has the shape {shape:?}, and (n, 3) is expected"
+                "{name} has the shape {shape:?}, but must have the shape (n, 3)"
             )),
         ));
     }
@@ -204,7 +204,7 @@ fn join_rays(
     let pair = pair.map_err(|_| {
         to_exception(
             py,
-            invalid_array("there are not as many directions as origins"),
+            invalid_array("origins and directions have different numbers of rays; give equally many, or a single one for all rays"),
         )
     })?;
     let [origins, directions] = [(0, "origins"), (1, "directions")]
@@ -258,8 +258,10 @@ impl Bvh {
             "robust" => Ok(PrecisionTree::Robust(build_tree(&vertices, &triangles)?)),
             "reference" => Ok(PrecisionTree::Reference(build_tree(&vertices, &triangles)?)),
             other => {
-                let failure =
-                    Failure::new(Exit::Usage, format_args!("there is no precision `{other}`"));
+                let failure = Failure::new(
+                    Exit::Usage,
+                    format_args!("the precision `{other}` is unknown"),
+                );
                 Err(failure.with_hint("known: robust, reference"))
             }
         })?;

@@ -98,7 +98,7 @@ class Rays(unittest.TestCase):
         for limits, expected in [({"tmax": 2}, False), ({"tmax": 2.1}, True), ({"tmin": 2}, False), ({"tmin": 1.9}, True)]:
             self.assertEqual(tree.occluded([below], [[0, 0, 1]], **limits).tolist(), [expected], limits)
         self.assertEqual([len(of) for of in tree.closest(np.zeros((0, 3)), np.zeros((0, 3)))], [0, 0, 0])
-        with self.assertRaisesRegex(rw.InputError, "as many directions"):
+        with self.assertRaisesRegex(rw.InputError, "origins and directions have different numbers of rays"):
             tree.closest(np.zeros((2, 3)), np.ones((3, 3)))
         self.assertEqual(len(rw.Bvh(np.zeros((0, 3)), np.zeros((0, 3), int)).occluded(below, [[0, 0, 1]])), 1)
 

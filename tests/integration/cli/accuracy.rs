@@ -56,17 +56,17 @@ fn every_rung_has_a_row() {
     run.exits_with(0);
     let text = run.text();
     for words in [
-        "ball.scene.toml\nIn use: error ",
+        "ball.scene.toml\nSetting in use: error ",
         "of CPU time",
-        "measured as it is rendered, at 16x12: all of it",
-        "reference: f64",
+        "measured at the size of the render, 16x12 pixels: the whole picture",
+        "reference picture: double precision (f64)",
         "standard error",
         "  robust *",
         "  reference ",
         "  4 *",
         "  1024 ",
-        "not called for by this scene, and not measured: integrator, light-sampling, fresnel, microfacets, colour, texture-filter",
-        "what each adds to time and picture",
+        "not measured, because this scene does not need it: integrator, light-sampling, fresnel, microfacets, colour, texture-filter",
+        "change of time and picture by each effect",
         "  mirror reflection",
         "worth their time",
     ] {
@@ -77,8 +77,8 @@ fn every_rung_has_a_row() {
             .unwrap_or_else(|| panic!("no `{words}` in\n{text}"))
     };
     assert!(
-        place("In use") < place("worth their time")
-            && place("worth their time") < place("measured as it"),
+        place("Setting in use") < place("worth their time")
+            && place("worth their time") < place("measured at the size"),
         "{text}"
     );
     // The common part of all commands appears once; the number of rungs in each depends on measured
@@ -91,7 +91,7 @@ fn every_rung_has_a_row() {
     );
     // The number of slower and worse rungs depends on measured times, too, and so does the length
     // of their list.
-    let is_list = |line: &str| line.starts_with("slower and worse than");
+    let is_list = |line: &str| line.starts_with("slower and less exact than");
     let figures = |line: &str| {
         line.split(" --")
             .next()
@@ -309,12 +309,12 @@ fn the_page_stands_alone() {
     // Ladders that change no picture have prices, each effect has its cost, and all rows of a table
     // have the same width.
     for words in [
-        "<p class=\"answer\">In use: error ",
-        "<h2>What changes no picture</h2>",
-        "<h2>What a file keeps</h2>",
+        "<p class=\"answer\">Setting in use: error ",
+        "<h2>Rungs that change no picture</h2>",
+        "<h2>Precision of the file formats</h2>",
         "16-bit</td><td>6</td>",
         "<td>mirror reflection</td><td>",
-        "<th>adds to time</th>",
+        "<th>added time</th>",
     ] {
         assert!(page.contains(words), "no {words}");
     }
@@ -345,7 +345,10 @@ fn a_reference_is_kept() {
     let first = sandbox.run(&words);
     first.exits_with(0);
     assert!(
-        first.text().contains("\nreference: f64") && first.stderr.contains("ball.film"),
+        first
+            .text()
+            .contains("\nreference picture: double precision (f64)")
+            && first.stderr.contains("ball.film"),
         "{}",
         first.stderr
     );
@@ -355,7 +358,7 @@ fn a_reference_is_kept() {
     assert!(
         second
             .text()
-            .contains("\nreference (of an earlier run): f64"),
+            .contains("\nreference picture (of an earlier run): double precision (f64)"),
         "{}",
         second.text()
     );
@@ -396,7 +399,11 @@ fn a_reference_is_kept() {
         .exits_with(0);
     let run = sandbox.run(&quick(&["--reference", "render.film"]));
     run.exits_with(3);
-    assert!(run.stderr.contains("it is no reference"), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("the file is no reference"),
+        "{}",
+        run.stderr
+    );
 }
 
 /// Protects: an unwritable output, an unreadable input and an unmeasurable setting are reported

@@ -181,12 +181,12 @@ fn what_the_system_refuses_is_told() {
         (
             200_000,
             "render a.scene.toml --threads 1 --max-memory 99G -s 8x8 -o a.png",
-            "a.scene.toml: loading and preparing it takes more memory than the system gives\n",
+            "a.scene.toml: loading and preparing the scene takes more memory than the system provides\n",
         ),
         (
             200_000,
             "info a.scene.toml",
-            "a.scene.toml: loading and preparing it takes more memory than the system gives\n",
+            "a.scene.toml: loading and preparing the scene takes more memory than the system provides\n",
         ),
         (
             400_000,
@@ -303,7 +303,7 @@ fn reading_ends_with_the_budget() {
     let text = String::from_utf8_lossy(&run.stderr);
     assert_eq!(run.status.code(), Some(5), "{text}");
     assert!(
-        text.starts_with("error: standard input: 1.00 s are over before it is loaded and prepared; nothing was written\n"),
+        text.starts_with("error: standard input: the time limit of 1.00 s ended the run before the scene was loaded and prepared; nothing was written\n"),
         "{text}"
     );
     assert!(sandbox.names().is_empty());

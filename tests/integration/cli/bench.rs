@@ -144,7 +144,7 @@ fn plot_is_an_svg_file() {
     sandbox
         .run(&quick(&["-o", "n.png"]))
         .exits_with(2)
-        .prints("error: n.png does not end in .svg, and the plot is nothing else");
+        .prints("error: n.png: the plot is an SVG file; use a name that ends in .svg");
     sandbox.run(&quick(&["-q", "-o", "no/n.svg"])).exits_with(4);
 }
 
@@ -213,9 +213,9 @@ fn mistakes_have_their_codes() {
     sandbox.run(&["bench", "--seconds", "0"]).exits_with(2);
     sandbox.run(&["bench", "missing.glb"]).exits_with(4);
     let empty = sandbox.run(&["bench", "empty.scene.toml"]);
-    empty
-        .exits_with(3)
-        .prints("error: empty.scene.toml: the scene has no object that a ray could hit");
+    empty.exits_with(3).prints(
+        "error: empty.scene.toml: the scene has no object, so no ray can be timed; add an object",
+    );
 }
 
 /// Protects: the tree is built as `--build` says, and the report names it; an unknown rung is

@@ -253,18 +253,11 @@ fn the_display_is_the_files_own() {
             )
             .exits_with(0);
     }
-    let own = "tone map agx, gamma 2.2, exposure -0.5, as ";
-    assert_eq!(shown(["a.exr", "a.png"], &[]), format!("{own}a.png says"));
-    assert_eq!(
-        shown(["a.exr", "bare.exr"], &[]),
-        format!("{own}a.exr says")
-    );
-    assert_eq!(
-        shown(["a.exr", "bare.png"], &[]),
-        format!("{own}a.exr says")
-    );
-    let default =
-        "tone map khronos-neutral, gamma srgb, exposure 0, taken since neither file says it";
+    let own = "tone map agx, gamma 2.2, exposure -0.5, from the file ";
+    assert_eq!(shown(["a.exr", "a.png"], &[]), format!("{own}a.png"));
+    assert_eq!(shown(["a.exr", "bare.exr"], &[]), format!("{own}a.exr"));
+    assert_eq!(shown(["a.exr", "bare.png"], &[]), format!("{own}a.exr"));
+    let default = "tone map khronos-neutral, gamma srgb, exposure 0, the default, because neither file records a display";
     assert_eq!(shown(["bare.exr", "bare.png"], &[]), default);
     let flags = ["--tonemap", "none", "--gamma", "srgb", "--exposure", "1"];
     assert_eq!(
@@ -435,8 +428,8 @@ fn crops_keep_their_place() {
     assert_eq!(sandbox.picture("whole.exr").window, None);
     render("11,20,40,8", &["-o", "b.exr"]);
     sandbox.run(&["compare", "a.exr", "b.exr"]).exits_with(3).prints(
-        "error: a.exr and b.exr: the pictures are parts of other places: 10, 20 of 64x48 and 11, 20 of 64x48\n\
-        help: compare pictures of one --crop",
+        "error: a.exr and b.exr: the pictures are different crops of larger pictures: 10, 20 of 64x48 and 11, 20 of 64x48\n\
+        help: compare pictures rendered with the same --crop",
     );
     for other in ["merged.exr", "all.film"] {
         let run = sandbox.run(&["compare", "a.exr", other, "--max-rmse", "0"]);
@@ -451,7 +444,7 @@ fn crops_keep_their_place() {
     assert!(
         run.exits_with(0)
             .text()
-            .contains("place      10, 20 of 64x48 against one that says no place\n"),
+            .contains("place      10, 20 of 64x48 against a picture without data window\n"),
         "{}",
         run.text()
     );
@@ -477,12 +470,12 @@ fn what_cannot_be_compared_is_explained() {
         .exits_with(0);
     sandbox.run(&["compare", "a.png", "small.png"])
         .exits_with(3)
-        .prints("error: a.png and small.png: the pictures differ in size: 48 × 27 against 20 × 10 pixels");
+        .prints("error: a.png and small.png: the pictures have different sizes, 48 × 27 and 20 × 10 pixels; only pictures of the same size can be compared");
     sandbox.write("text.png", "not a picture");
     sandbox
         .run(&["compare", "a.png", "text.png"])
         .exits_with(3)
-        .prints("error: text.png: no PNG, JPEG, WebP or OpenEXR picture");
+        .prints("error: text.png: the file is not a PNG, JPEG, WebP or OpenEXR picture");
     sandbox
         .run(&["compare", "a.png", "missing.png"])
         .exits_with(4)
@@ -493,7 +486,7 @@ fn what_cannot_be_compared_is_explained() {
     sandbox
         .run(&["compare", "a.png", "b.png", "--diff", "d.exr"])
         .exits_with(2)
-        .prints("error: d.exr: the difference picture is a .png");
+        .prints("error: d.exr: --diff writes a PNG file; use a name that ends in .png");
     sandbox
         .run(&["compare", "a.png", "b.png", "--max-rmse", "-1"])
         .exits_with(2);
@@ -522,7 +515,11 @@ fn numbers_that_are_none_pass_no_threshold() {
     .expect("a picture");
     let run = sandbox.run(&["compare", "nan.exr", "black.exr"]);
     run.exits_with(0);
-    assert!(run.text().contains("1 pixels, left out"), "{}", run.text());
+    assert!(
+        run.text().contains("1 pixels, left out of all measures"),
+        "{}",
+        run.text()
+    );
     for threshold in [
         ["--max-rmse", "1000"],
         ["--max-flip", "1"],
@@ -531,7 +528,8 @@ fn numbers_that_are_none_pass_no_threshold() {
         let run = sandbox.run(&[&["compare", "nan.exr", "black.exr"], &threshold[..]].concat());
         run.exits_with(1);
         assert!(
-            run.stderr.contains("1 pixels are not finite numbers"),
+            run.stderr
+                .contains("1 pixels have values that are not finite numbers"),
             "{}",
             run.stderr
         );

@@ -175,7 +175,7 @@ fn what_can_not_be_denoised_says_why() {
     let sandbox = sandbox();
     render(&sandbox, "--spp 4 --denoise")
         .exits_with(2)
-        .prints_like("fewer than 8 samples do not tell noise from what is seen");
+        .prints_like("--denoise needs at least 8 samples a pixel to estimate the noise");
     render(&sandbox, "--denoise --rung reconstruction=unbiased")
         .exits_with(2)
         .prints_like("--denoise");
@@ -183,7 +183,7 @@ fn what_can_not_be_denoised_says_why() {
     sandbox
         .run(&["denoise", "plain.film", "-o", "b.png"])
         .exits_with(3)
-        .prints_like("plain.film: it has no layer `emission`")
+        .prints_like("plain.film: the film has no layer `emission`")
         .prints_like("--denoise");
     render(
         &sandbox,
@@ -196,7 +196,7 @@ fn what_can_not_be_denoised_says_why() {
         .prints_like("fewer than four replicates");
     render(&sandbox, "--spp 16 --denoise -o b.png --resume plain.film")
         .exits_with(3)
-        .prints_like("it is of another picture");
+        .prints_like("the film belongs to another picture");
     assert!(
         !sandbox.names().iter().any(|name| name == "b.png"),
         "{:?}",
@@ -223,7 +223,7 @@ fn what_can_not_be_denoised_says_why() {
     sandbox
         .run(&["render", "calm.scene.toml", "--denoise"])
         .exits_with(0)
-        .prints_like("nothing in this picture is by chance");
+        .prints_like("no sample of this picture is random");
     sandbox
         .run(&["render", "calm.scene.toml", "--quick"])
         .exits_with(0)

@@ -90,8 +90,8 @@ fn a_film_over_the_limit_is_refused() {
         run.exits_with(5);
     }
     merge(&sandbox, "a.film -o b.png --max-memory 1K")
-        .prints_like("a.film: its picture needs ")
-        .prints_like("and the limit is 1 KiB")
+        .prints_like("a.film: the film needs ")
+        .prints_like(", more than the limit of 1 KiB")
         .prints_like("--max-memory");
     assert_eq!(sandbox.names(), before);
 }
@@ -114,39 +114,45 @@ fn what_is_no_film_says_why() {
     let cases: Vec<(Vec<u8>, &str)> = vec![
         (
             b"P6 1 1 255 abc".to_vec(),
-            "it is not a film, as --checkpoint writes them",
+            "the file is not a film file; films are written by --checkpoint",
         ),
-        (Vec::new(), "it is not a film, as --checkpoint writes them"),
+        (
+            Vec::new(),
+            "the file is not a film file; films are written by --checkpoint",
+        ),
         (
             changed(16, 200),
-            "it has version 200 of the format, and this program reads version ",
+            "the film file has version 200, but this program reads only version ",
         ),
         (
             changed(27, 1),
-            "its header is longer than any that this program writes",
+            "the header of the film file is longer than any valid header: the file is damaged",
         ),
-        (changed(28, b'!'), "its header is wrong: "),
         (
-            whole[..18].to_vec(),
-            "it ends in the middle; it was cut off",
+            changed(28, b'!'),
+            "the header of the film file is invalid: ",
         ),
+        (whole[..18].to_vec(), "the film file is truncated"),
         (
             whole[..header_end - 1].to_vec(),
-            "it ends in the middle; it was cut off",
+            "the film file is truncated",
         ),
         (
             whole[..header_end + 5].to_vec(),
-            "it ends in the middle; it was cut off",
+            "the film file is truncated",
         ),
         (
             whole[..whole.len() - 1].to_vec(),
-            "it ends in the middle; it was cut off",
+            "the film file is truncated",
         ),
         (
             changed(header_end + 3, whole[header_end + 3] ^ 1),
-            "its checksum is wrong: it was damaged or changed",
+            "the checksum is wrong: the file was damaged or changed; copy it again, or render again",
         ),
-        ([&whole[..], b"x"].concat(), "something follows its end"),
+        (
+            [&whole[..], b"x"].concat(),
+            "the file continues after the end of the film; copy it again, or render again",
+        ),
     ];
     for (bytes, reason) in cases {
         sandbox.write("b.film", bytes);
@@ -185,6 +191,6 @@ fn a_film_of_another_version_is_refused() {
         render(&sandbox, "--replay b.film -o b.png"),
     ] {
         run.exits_with(3)
-            .prints_like("b.film: it was made by Raywright 0.0.1, and this is ");
+            .prints_like("b.film: the file was made by Raywright 0.0.1, and this program is ");
     }
 }

@@ -223,13 +223,15 @@ fn what_is_no_part_is_refused() {
     let missing = merge(&sandbox, "1.film 3.film -o all.png");
     missing
         .exits_with(3)
-        .prints_like("error: parts are missing, or were not finished: 2 of 6 tiles (");
+        .prints_like("error: parts are missing or unfinished: 2 of 6 tiles (");
     merge(&sandbox, "1.film 2.film 1.film 3.film -o all.png")
         .exits_with(3)
-        .prints_like("1.film: it holds samples that a part before it holds too");
+        .prints_like("1.film: the part has samples that an earlier part has too");
     merge(&sandbox, "1.film seed.film -o all.png")
         .exits_with(3)
-        .prints_like("seed.film: it is not of the picture of 1.film: the seed differs");
+        .prints_like(
+            "seed.film: the part belongs to another picture than 1.film: the seed differs",
+        );
     merge(&sandbox, "1.film depth.film -o all.png")
         .exits_with(3)
         .prints_like("the maximum depth differs");
@@ -241,7 +243,7 @@ fn what_is_no_part_is_refused() {
         .prints_like("cannot read gone.film: no such file or folder");
     merge(&sandbox, "1.film room.scene.toml -o all.png")
         .exits_with(3)
-        .prints_like("room.scene.toml: it is not a film");
+        .prints_like("room.scene.toml: the file is not a film file");
     merge(&sandbox, "1.film -o 1.film").exits_with(2);
     merge(&sandbox, "1.film 2.film --checkpoint 2.film")
         .exits_with(2)
@@ -262,7 +264,7 @@ fn another_picture_is_not_gone_on_from() {
     let refused = |words: &str, cause: &str| {
         let run = render(&sandbox, &format!("{words} --resume a.film -o b.png"));
         run.exits_with(3).prints_like(&format!(
-            "a.film: it is of another picture: the {cause} differs"
+            "a.film: the film belongs to another picture: the {cause} differs"
         ));
     };
     refused("--spp 80 --seed 7", "seed");
@@ -275,10 +277,14 @@ fn another_picture_is_not_gone_on_from() {
     refused("--spp 80 --precision reference", "precision");
     render(&sandbox, "--spp 64 --resume a.film -o b.png")
         .exits_with(2)
-        .prints_like("its 40 samples a pixel cannot become 64\nhelp: --spp 78, or more");
+        .prints_like(
+            "the film has 40 samples a pixel and cannot be continued to 64\nhelp: --spp 78, or more",
+        );
     render(&sandbox, "--spp 20 --resume a.film -o b.png")
         .exits_with(2)
-        .prints_like("its 40 samples a pixel cannot become 20\nhelp: --spp 40, or more");
+        .prints_like(
+            "the film has 40 samples a pixel and cannot be continued to 20\nhelp: --spp 40, or more",
+        );
     sandbox.write("room.scene.toml", SCENE.replace("0.2", "0.3"));
     refused("--spp 80", "scene");
     assert!(!sandbox.names().contains(&"b.png".to_owned()));
@@ -287,10 +293,10 @@ fn another_picture_is_not_gone_on_from() {
         .prints_like("-o and --part cannot both be given");
     render(&sandbox, "--spp 4 --part 1/2")
         .exits_with(2)
-        .prints_like("--part renders a share of a picture, which needs a file of its own");
+        .prints_like("--part needs --checkpoint, whose file receives the share of the picture");
     render(&sandbox, "--spp 4 --part 1/7 --checkpoint c.film")
         .exits_with(2)
-        .prints_like("divides the picture into 7 shares, and it has 6 tiles");
+        .prints_like("divides the picture into 7 shares, and the picture has only 6 tiles");
     render(
         &sandbox,
         "--spp 4 --resume a.film --checkpoint room.scene.toml",
@@ -329,7 +335,9 @@ fn damaged_films_do_no_harm() {
         read(&[&whole[..], b"\0"].concat())
             .expect_err("too long")
             .to_string()
-            .contains("something follows its end")
+            .contains(
+                "the file continues after the end of the film; copy it again, or render again"
+            )
     );
     merge(&sandbox, "b.film -o b.png").exits_with(3);
     // The largest claimed size, in a file of a few hundred bytes.
@@ -375,7 +383,7 @@ fn an_error_is_reached() {
     let all = format!("--max-error 0.01 {LAYERS}");
     render(&sandbox, &format!("{all} -o a.exr --stats a.json"))
         .exits_with(0)
-        .prints_like(", below the 0.01 asked for, ");
+        .prints_like(", below the requested 0.01, ");
     let stats: serde_json::Value =
         serde_json::from_slice(&fs::read(sandbox.path("a.json")).expect("a report")).expect("JSON");
     let high = stats["error"]["root_relmse"]["high"]
@@ -402,7 +410,7 @@ fn an_error_is_reached() {
     for (end, file) in [("--spp 40", "c.exr"), ("--budget 1s", "d.exr")] {
         let run = render(&sandbox, &format!("--max-error 0.0001 {end} -o {file}"));
         run.exits_with(6)
-            .prints_like("error: the error of 0.0001 that was asked for is not reached");
+            .prints_like("error: the requested error of 0.0001 is not reached");
         assert!(sandbox.path(file).exists());
     }
     render(&sandbox, "--max-error 0.1 --part 1/2 --checkpoint p.film").exits_with(2);
@@ -427,9 +435,9 @@ fn going_on_is_explained() {
         "c.png",
     ]);
     run.exits_with(0)
-        .prints_like(" samples seemed to reach 0.08, with 0.0")
-        .prints_like("so more were taken")
-        .prints_like("below the 0.08 asked for");
+        .prints_like(" samples seemed to reach the error of 0.08, with an estimate of 0.0")
+        .prints_like("more samples were therefore taken")
+        .prints_like("below the requested 0.08");
 }
 
 /// Protects: the film of a render ended by its budget serves as a map of sample counts, from which
@@ -564,7 +572,7 @@ fn an_interrupted_render_goes_on() {
     assert_eq!(code, Some(130), "{text}");
     assert!(
         text.contains(
-            "what was finished is in a.partial.exr, a.film\nhelp: go on with --resume a.film"
+            "the unfinished picture is in a.partial.exr, a.film\nhelp: continue with --resume a.film"
         ),
         "{text}"
     );

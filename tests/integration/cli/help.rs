@@ -201,7 +201,7 @@ fn help_names_the_effects() {
     let known = sandbox.run(&["render", "--without", "magic"]);
     let (_, known) = known
         .stderr
-        .split_once("known: ")
+        .split_once("effects that can be switched off: ")
         .expect("a list of those known");
     let known = known.lines().next().expect("a line").trim();
     assert!(

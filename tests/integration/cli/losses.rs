@@ -140,7 +140,7 @@ fn rays_that_are_cut_short_are_told() {
             "a.json",
         ]);
         run.exits_with(0).prints_like(
-            "2 rays ended at the 8192 surfaces that those of a sample may pass unchanged",
+            "2 rays were ended after 8192 surfaces that are cut out or partly transparent",
         );
         let stats = stats(&sandbox, "a.json");
         assert_eq!(

@@ -26,7 +26,7 @@ fn many_files_are_checked() {
     sandbox.write("good.scene.toml", GOOD);
     sandbox.write("empty.scene.toml", "format = 1\n");
     sandbox.write("bad.scene.toml", "format = 1\nobjcts = []\n");
-    let nothing = "empty.scene.toml: there is nothing to see: it has no object";
+    let nothing = "empty.scene.toml: there is nothing to see: the scene has no object";
     let both = ["check", "good.scene.toml", "empty.scene.toml"];
     let run = sandbox.run(&both);
     run.exits_with(0)
@@ -37,7 +37,7 @@ fn many_files_are_checked() {
     );
     sandbox.run(&[&both[..], &["--deny-warnings"]].concat())
         .exits_with(3)
-        .prints_like("error: empty.scene.toml: 1 warning, and --deny-warnings allows none\nerror: 1 of 2 files are not right");
+        .prints_like("error: empty.scene.toml: 1 warning, and --deny-warnings allows none\nerror: 1 of 2 files have problems");
     let all = [
         "check",
         "good.scene.toml",
@@ -49,7 +49,7 @@ fn many_files_are_checked() {
         .run(&all)
         .exits_with(4)
         .prints_like("unknown key `objcts`")
-        .prints_like("error: 2 of 4 files are not right");
+        .prints_like("error: 2 of 4 files have problems");
     let run = sandbox.run(&[&all[..], &["--json", "--deny-warnings"]].concat());
     run.exits_with(4);
     let report = json(&run);
@@ -73,7 +73,7 @@ fn many_files_are_checked() {
     sandbox
         .run(&[&both[..], &["--deny-warnings", "--allow", "nothing"]].concat())
         .exits_with(2)
-        .prints_like("there is no such code");
+        .prints_like("no warning has this code");
     // An animation shown at rest is no problem of a picture.
     sandbox.write("model.gltf", super::models::model());
     sandbox
@@ -415,7 +415,7 @@ fn comparisons_know_noise() {
         run.exits_with(0).prints("");
         assert!(
             run.text()
-                .contains("noise      nothing beyond it (a false alarm in 1 of 100 comparisons)\n"),
+                .contains("noise      no difference beyond the noise (a false alarm in 1 of 100 comparisons)\n"),
             "{}",
             run.text()
         );
@@ -430,7 +430,7 @@ fn comparisons_know_noise() {
     let run = compare("c.exr b.exr --noise --level 0.05 --json");
     run.exits_with(1)
         .prints_like("error: c.exr differs from b.exr: noise: ")
-        .prints_like("; the clearest at ");
+        .prints_like("; the clearest block, at ");
     let report = json(&run);
     has_the_documented_keys("compare --json", &report);
     let clearest = &report["noise"]["clearest"];
@@ -440,10 +440,10 @@ fn comparisons_know_noise() {
     );
     compare("a.exr b.png --noise")
         .exits_with(3)
-        .prints_like("b.png: --noise is about radiance");
+        .prints_like("b.png: --noise compares radiance");
     render(&sandbox, "--spp 64 -o d.exr").exits_with(0);
     compare("d.exr d.exr --noise")
         .exits_with(3)
-        .prints_like("neither says how much noise it has");
+        .prints_like("neither picture has standard errors");
     compare("a.exr b.exr --level 0.1").exits_with(2);
 }

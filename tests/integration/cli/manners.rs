@@ -90,7 +90,7 @@ fn a_render_says_two_lines() {
     assert_eq!(lines.len(), 2, "{}", run.stderr);
     assert!(
         lines[0]
-            .starts_with("note: the model brings no lights: it stands in the default studio; without a camera it is shown whole")
+            .starts_with("note: the model has no lights: the default studio lights it; without a camera the whole scene is shown")
     );
     assert!(
         lines[1].starts_with("wrote truck.png (32x18, 64 samples, error 0."),
@@ -112,7 +112,7 @@ fn a_render_says_two_lines() {
     short.exits_with(0);
     let (first, rest) = short.stderr.split_once('\n').expect("two lines");
     assert!(
-        first.starts_with("warning: two.obj: ") && first.ends_with(" more: -v)"),
+        first.starts_with("warning: two.obj: ") && first.ends_with(" more; -v lists them)"),
         "{first}"
     );
     assert_eq!(rest.lines().count(), 1, "{rest}");
@@ -189,7 +189,7 @@ fn tables_fit_the_terminal() {
         sandbox
             .run(&["explain", "-v", "ball.scene.toml"])
             .text()
-            .contains("\nabsent, and nothing is spent on it\n")
+            .contains("\nabsent, at no cost\n")
     );
 }
 
@@ -215,7 +215,7 @@ fn messages_are_in_the_readers_words() {
     says(
         "models/",
         4,
-        "error: cannot read models/: it is a folder\nhelp: there is no scene or model in it",
+        "error: cannot read models/: the path is a folder\nhelp: the folder contains no scene or model",
     );
     sandbox.write("models/b.glb", "");
     sandbox.write("models/a.scene.toml", "");
@@ -223,7 +223,7 @@ fn messages_are_in_the_readers_words() {
     says(
         "models",
         4,
-        "error: cannot read models: it is a folder\nhelp: in it: models/a.scene.toml, models/b.glb",
+        "error: cannot read models: the path is a folder\nhelp: the folder contains models/a.scene.toml, models/b.glb",
     );
     let samples = |value: &str| {
         format!(
@@ -242,7 +242,7 @@ fn messages_are_in_the_readers_words() {
             &format!("{label}\n\nFor more information, try '--help'."),
         );
     };
-    environment("studio", "the studio has a flag of its own: --studio");
+    environment("studio", "the studio is no environment; use --studio");
     environment(
         "noen",
         "expected none, default or an equirectangular picture (.hdr, .exr, .png, .jpg)",
@@ -326,7 +326,7 @@ fn help_names_every_effect() {
     let known = unknown
         .exits_with(2)
         .stderr
-        .split_once("known: ")
+        .split_once("effects that can be switched off: ")
         .expect("a list")
         .1
         .lines()

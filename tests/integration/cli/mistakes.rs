@@ -12,7 +12,7 @@ fn wrong_use_is_explained() {
     let cases: &[(&[&str], &str)] = &[
         (
             &["render", "preset:whitted", "--set", "t=1"],
-            "error: the scene has no parameter `t`\nhelp: time is set with --at",
+            "error: the scene has no parameter `t`\nhelp: the time `t` is set with --at",
         ),
         (
             &["rendr"],
@@ -36,7 +36,7 @@ fn wrong_use_is_explained() {
         ),
         (
             &["render", "--max-depth", "0"],
-            "error: invalid value '0' for '--max-depth <N>': 0 is not in 1..=64\n\nFor more information, try '--help'.",
+            "error: invalid value '0' for '--max-depth <N>': 0 is not from 1 to 64\n\nFor more information, try '--help'.",
         ),
         (
             &["render", "--eye", "1,2"],
@@ -60,7 +60,7 @@ fn wrong_use_is_explained() {
         ),
         (
             &["render", "preset:whitted", "--eye", "0,0.6,0"],
-            "error: the camera at 0,0.6,0 looks at the point it stands on\nhelp: give --eye and --target different points",
+            "error: the camera's eye and target are the same point, 0,0.6,0\nhelp: give --eye and --target different points",
         ),
         (
             &[
@@ -71,15 +71,15 @@ fn wrong_use_is_explained() {
                 "--target",
                 "0,0,0",
             ],
-            "error: the view from 0,5,0 to 0,0,0 is along its own up direction 0,1,0\nhelp: give another one, such as --up 0,0,1",
+            "error: the view from 0,5,0 to 0,0,0 is parallel to the up direction 0,1,0\nhelp: give another up direction, such as --up 0,0,1",
         ),
         (
             &["render", "preset:whitted", "--crop", "600,0,50,50"],
-            "error: --crop 600,0,50,50 reaches outside the picture of 640x360 pixels\nhelp: --crop is x,y,width,height, counted from the top left",
+            "error: --crop 600,0,50,50 reaches outside the picture of 640x360 pixels\nhelp: --crop is x,y,width,height in pixels; x and y are distances from the top left corner",
         ),
         (
             &["render", "preset:whitted", "-o", "picture.tif"],
-            "error: cannot write picture.tif: unknown picture format `.tif`\nhelp: names end in `.png`, `.jpg`, `.webp` (what a screen shows) or `.exr` (linear numbers)",
+            "error: cannot write picture.tif: unknown picture format `.tif`\nhelp: names end in `.png`, `.jpg`, `.webp` (display values) or `.exr` (linear numbers)",
         ),
         (
             &["render", "preset:whitted", "-o", "a.png", "-o", "./a.png"],
@@ -87,7 +87,7 @@ fn wrong_use_is_explained() {
         ),
         (
             &["render", "preset:whitted", "--aov", "depth"],
-            "error: --aov adds layers to an .exr picture, and none is written\nhelp: add one: -o picture.exr",
+            "error: --aov adds layers to .exr pictures, and no .exr picture is written\nhelp: add one: -o picture.exr",
         ),
         (
             &["man", "rendre"],
@@ -135,20 +135,20 @@ fn habits_from_elsewhere_are_understood() {
     let files = [
         (
             "a.usdz",
-            "error: a.usdz: USD is not read\nhelp: Blender imports it and exports glTF",
+            "error: a.usdz: USD is not supported\nhelp: import it into Blender and export glTF",
         ),
         (
             "a.fbx",
-            "error: a.fbx: FBX is not read\nhelp: Blender or FBX2glTF makes a .glb of it",
+            "error: a.fbx: FBX is not supported\nhelp: convert it to .glb with Blender or FBX2glTF",
         ),
         (
             "a.STEP",
-            "error: a.STEP: a CAD body is not read\nhelp: FreeCAD exports it as .glb or .stl",
+            "error: a.STEP: a CAD model is not supported\nhelp: open it in FreeCAD and export .glb or .stl",
         ),
-        ("a.blend", "error: a.blend: a Blender file is not read"),
+        ("a.blend", "error: a.blend: a Blender file is not supported"),
         (
             "a.glb.gz",
-            "error: a.glb.gz: an archive is not read\nhelp: unpack it first",
+            "error: a.glb.gz: an archive is not supported\nhelp: unpack it first",
         ),
     ];
     for (name, message) in files {
@@ -162,11 +162,11 @@ fn habits_from_elsewhere_are_understood() {
     sandbox
         .run(&["models/*.obj"])
         .exits_with(4)
-        .prints_like("no file fits that pattern");
+        .prints_like("no file matches the pattern");
     sandbox
         .run(&["a.glb", "--samples", "4"])
         .exits_with(2)
-        .prints("error: there is no `--samples`\nhelp: samples a pixel are --spp N");
+        .prints("error: there is no `--samples`\nhelp: use --spp N for the samples per pixel");
 }
 
 /// Protects: messages for work beyond the limits.
@@ -180,7 +180,7 @@ fn limits_are_explained() {
     run.exits_with(5);
     assert!(
         run.stderr
-            .starts_with("error: preset:whitted: rendering it needs about "),
+            .starts_with("error: preset:whitted: rendering needs about "),
         "{}",
         run.stderr
     );
@@ -207,8 +207,9 @@ fn the_limit_holds_for_loading() {
     let run = sandbox.run(&["render", "room.scene.toml", "--max-memory", "10K"]);
     run.exits_with(5);
     assert!(
-        run.stderr
-            .contains("`wood.png` needs more memory than the limit of 10 KiB (16 KiB more)"),
+        run.stderr.contains(
+            "`wood.png` needs more memory than the limit of 10 KiB: a further 16 KiB do not fit"
+        ),
         "{}",
         run.stderr
     );
@@ -243,10 +244,15 @@ fn memory_that_the_system_refuses_is_told() {
         "a.hdr",
         "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 14000 +X 14000\n",
     );
-    for (words, message) in [
-        ("film.scene.toml --size 30000x30000", "picture"),
-        ("many.scene.toml --size 8x8", "geometry"),
-        ("sky.scene.toml --size 8x8", "a.hdr"),
+    let refused = "which the system does not provide";
+    for (words, message, cause) in [
+        ("film.scene.toml --size 30000x30000", "picture", refused),
+        ("many.scene.toml --size 8x8", "geometry", refused),
+        (
+            "sky.scene.toml --size 8x8",
+            "a.hdr",
+            "more than the system has available",
+        ),
     ] {
         let script = format!(
             "ulimit -v 2000000 || exit 77; exec \"$0\" render {words} --threads 1 --max-memory 999G -o a.png"
@@ -263,7 +269,7 @@ fn memory_that_the_system_refuses_is_told() {
         let said = String::from_utf8_lossy(&run.stderr);
         assert_eq!(run.status.code(), Some(5), "{words}: {said}");
         assert!(
-            said.contains(message) && said.contains("the system does not give as much"),
+            said.contains(message) && said.contains(cause),
             "{words}: {said}"
         );
     }

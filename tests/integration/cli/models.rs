@@ -124,7 +124,7 @@ fn unknown_parts_are_listed() {
         message_of(&["wall.gltf", "--variant", "green"]),
         "error: wall.gltf: has no variant `green`; its variants: `red`, `blue`\n"
     );
-    let none = "error: flat.obj has no scenes to choose from, so none is `0`\nhelp: only glTF and GLB files have scenes\n";
+    let none = "error: flat.obj has no scenes, but the scene `0` was requested\nhelp: only glTF and GLB files have scenes\n";
     assert_eq!(message_of(&["flat.obj", "--scene", "0"]), none);
 }
 
@@ -225,13 +225,13 @@ fn films_last_as_long_as_animations() {
         .prints_like("1000000000 pictures are too many");
     run("render preset:whitted -q --frames all:25")
         .exits_with(2)
-        .prints_like("it has no animation with a length");
+        .prints_like("--frames all needs an animation longer than 0 s, and the model has none");
     run("render - -q --frames all:25")
         .exits_with(2)
-        .prints_like("standard input is read once");
+        .prints_like("standard input can be read only once");
     run("render wall.gltf wall.gltf -q --frames all:25")
         .exits_with(2)
-        .prints_like("--frames all is of one model");
+        .prints_like("--frames all needs a single model");
 }
 
 /// Protects: `info` as JSON: counts, names, choices, supported extensions, bounds and memory.
@@ -323,15 +323,15 @@ fn nothing_to_be_seen_is_told() {
     let there = render("a.obj", "0.2,0.2,0").exits_with(0).stderr.clone();
     assert!(
         !there.contains("no camera ray")
-            && there.contains("the model brings no lights: it stands in the default studio"),
+            && there.contains("the model has no lights: the default studio lights it"),
         "{there}"
     );
     std::fs::remove_file(sandbox.path("a.png")).expect("a picture");
     let away = render("a.obj", "0.2,0.2,9");
-    let message = "no camera ray met anything: the scene lies between (0.000000, 0.000000, -1.000000) and (90.000000, 90.000000, 0.000000)";
+    let message = "no camera ray hits an object: the scene lies between (0.000000, 0.000000, -1.000000) and (90.000000, 90.000000, 0.000000)";
     away.exits_with(3)
         .prints_like(message)
-        .prints_like("help: --allow-empty makes a picture all the same");
+        .prints_like("help: --allow-empty writes the picture nevertheless");
     assert!(!sandbox.path("a.png").exists());
     let flags = [
         "render",
@@ -371,7 +371,7 @@ fn nothing_to_be_seen_is_told() {
         .exits_with(0);
     sandbox.write("thin.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n");
     sandbox.run(&["render", "thin.obj"]).exits_with(3).prints_like(
-        "thin.obj: there is nothing to see: it has points and lines alone, which are not rendered",
+        "thin.obj: there is nothing to see: the file has only points and lines, which are not rendered",
     );
     sandbox.write("void.scene.toml", "format = 1\n");
     sandbox
@@ -387,7 +387,7 @@ fn nothing_to_be_seen_is_told() {
             "n%d.png",
         ])
         .exits_with(3)
-        .prints_like("void.scene.toml: there is nothing to see: it has no object")
+        .prints_like("void.scene.toml: there is nothing to see: the scene has no object")
         .prints_like("wrote n0.png");
     sandbox.write(
         "dim.scene.toml",
@@ -525,7 +525,7 @@ fn models_stand_upright() {
     let (upright, _) = pictures(&["y.obj"]);
     let (printed, message) = pictures(&["z.stl"]);
     assert!(
-        message.contains("STL does not say what is up: z is taken, --up y takes y"),
+        message.contains("STL files state no up axis: z is assumed; --up y sets y"),
         "{message}"
     );
     let (lying, _) = pictures(&["z.stl", "--up", "y"]);
@@ -555,7 +555,7 @@ fn models_stand_upright() {
     sandbox
         .run(&["render", "preset:whitted", "--up", "z"])
         .exits_with(2)
-        .prints_like("only models are turned");
+        .prints_like("only models have an up axis");
     sandbox
         .run(&["render", "z.obj", "--up", "w"])
         .exits_with(2)
@@ -646,7 +646,7 @@ fn formats_and_pipes() {
     );
     beside
         .exits_with(0)
-        .prints_like("standard input: material library: `a.mtl` is a file, and what comes through a pipe lies in no folder");
+        .prints_like("standard input: material library: `a.mtl` cannot be read: a scene read from a pipe has no folder");
     sandbox
         .pipe(&["check", "-"], b"")
         .exits_with(3)

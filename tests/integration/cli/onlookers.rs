@@ -214,7 +214,7 @@ fn a_viewer_that_is_not_there_is_told() {
     sandbox
         .run(&["render", "ball.scene.toml", "--display", &display])
         .exits_with(4)
-        .prints_like("start it first");
+        .prints_like("start tev first");
     sandbox
         .run(&["render", "ball.scene.toml", "--display", "window"])
         .exits_with(2)
@@ -272,11 +272,11 @@ fn a_preview_grows() {
         let words = [&["render", "ball.scene.toml"], words].concat();
         sandbox.run(&words).exits_with(2).prints_like(reason);
     };
-    refused(&["--preview", "p.exr"], "does not end in .png");
+    refused(&["--preview", "p.exr"], "use a name that ends in .png");
     refused(&["--preview", "o.png", "-o", "o.png"], "named twice");
     refused(
         &["--preview", "p.png", "--views", "front,left"],
-        "of one picture",
+        "needs a single picture",
     );
     let texture =
         "[[images]]\nname = \"i\"\npath = \"p.png\"\n[[textures]]\nname = \"t\"\nimage = \"i\"\n";

@@ -82,13 +82,13 @@ fn inputs_are_never_replaced() {
             "room.scene.toml",
             "-o",
             "gone.png",
-            "the scene names it as a file of its own",
+            "the scene names this file as an input",
         ),
         (
             "room.scene.toml",
             "-o",
             "ahead.png",
-            "the scene names it as a file of its own",
+            "the scene names this file as an input",
         ),
         (
             "room.scene.toml",
@@ -102,7 +102,7 @@ fn inputs_are_never_replaced() {
             "leaf.obj",
             "-o",
             "spare.png",
-            "the scene names it as a file of its own",
+            "the scene names this file as an input",
         ),
         ("leaf.obj", "-o", "leaf.png", "this run reads it"),
     ];
@@ -176,7 +176,7 @@ fn unnamed_pictures_replace_only_our_own() {
     ] {
         sandbox.write("room.png", &foreign);
         sandbox.run(&render).exits_with(4).prints(
-            "error: cannot write room.png: a file of that name is there, and it is not a picture by this program\n\
+            "error: cannot write room.png: a file of this name exists and is no picture made by this program\n\
             help: name the picture with -o; -o room.png replaces that file",
         );
         assert!(fs::read(sandbox.path("room.png")).expect("a file") == foreign);
@@ -207,7 +207,7 @@ fn outputs_do_not_replace_each_other() {
         ]
         .concat(),
     );
-    run.exits_with(2).prints("error: s.png and s.json are one file, named twice as output\nhelp: name another file with --stats");
+    run.exits_with(2).prints("error: s.png and s.json are the same file, named twice as output\nhelp: name another file with --stats");
     assert!(!sandbox.path("s.png").exists());
 }
 
@@ -328,7 +328,7 @@ fn outputs_are_tried_before_the_first_ray() {
         sandbox
             .run(&[&endless[..], &words].concat())
             .exits_with(4)
-            .prints_like("the name is too long");
+            .prints_like("the file name is too long");
     }
     assert_eq!(sandbox.names(), ["sky.scene.toml"]);
     let longest = "n".repeat(251) + ".png";
@@ -382,7 +382,7 @@ fn file_limits_leave_nothing_behind() {
         let said = String::from_utf8_lossy(&run.stderr);
         assert_eq!(run.status.code(), Some(4), "{arguments}: {said}");
         assert!(
-            said.contains("larger than a file may become here"),
+            said.contains("the file would be larger than the file system allows"),
             "{said}"
         );
         assert_eq!(everything(&sandbox), before, "{arguments}");
@@ -421,7 +421,7 @@ fn full_disks_keep_sheets_and_animations() {
         .run(&[&series[..], &both].concat())
         .exits_with(4)
         .prints_like("the picture is kept in full-1-2.exr")
-        .prints_like("the pictures before it are in")
+        .prints_like("the pictures finished before are in")
         .prints_like("s.partial.png");
     assert!(sandbox.path("full-0.exr").exists() && sandbox.path("s.partial.png").exists());
 }

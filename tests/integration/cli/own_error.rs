@@ -131,7 +131,7 @@ fn files_say_what_is_known() {
     sandbox
         .run(&["info", "broken.png"])
         .exits_with(3)
-        .prints_like("broken.png: no PNG, JPEG, WebP or OpenEXR picture");
+        .prints_like("broken.png: the file is not a PNG, JPEG, WebP or OpenEXR picture");
     sandbox.run(&["info", "none.exr"]).exits_with(4);
 }
 
@@ -144,7 +144,7 @@ fn denoising_is_named_where_it_helps() {
         render(&sandbox, words)
             .exits_with(0)
             .stderr
-            .contains("--denoise leaves")
+            .contains("--denoise reduces")
     };
     assert!(said("--spp 8 -o a.png -v"));
     assert!(!said("--spp 8 --denoise -o b.png -v"));

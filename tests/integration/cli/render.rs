@@ -101,9 +101,9 @@ fn pages_have_their_formats() {
     }
     sandbox.run(&["compare", "a.webp", "a.png"]).exits_with(0);
     let refused = sandbox.run(&small(&["-o", "b.jpg", "--background", "transparent"]));
-    refused
-        .exits_with(2)
-        .prints_like("a JPEG has no transparency");
+    refused.exits_with(2).prints_like(
+        "a JPEG cannot store transparency; write a .png, or choose a colour with --background",
+    );
     sandbox
         .run(&small(&["-o", "b.jpg", "--quality", "0"]))
         .exits_with(2);
@@ -427,7 +427,7 @@ fn interrupted_renders_keep_what_is_finished() {
     stderr.read_to_string(&mut text).expect("text");
     assert_eq!(status.code(), Some(130), "{text}");
     assert!(
-        text.ends_with("error: interrupted; what was finished is in a.partial.exr\n"),
+        text.ends_with("error: interrupted; the unfinished picture is in a.partial.exr\n"),
         "{text}"
     );
     assert!(
@@ -542,7 +542,7 @@ fn lamps_in_cupboards_are_named() {
         one.len() == 1 && one[0].starts_with("note: nothing is lit by object `b`: all "),
         "{one:?}"
     );
-    assert!(one[0].ends_with(" rays there were stopped"), "{one:?}");
+    assert!(one[0].ends_with(" rays between lights and surfaces were blocked; if this is not intended, move the light out of the object around it"), "{one:?}");
     let all = messages("all.scene.toml", &[-2.0, 0.0, 2.0]);
     assert!(
         all.len() == 1

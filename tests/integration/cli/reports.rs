@@ -109,7 +109,7 @@ material = "matte"
     let (warning, rest) = run.stderr.split_once('\n').expect("two messages");
     assert_eq!(
         warning,
-        "warning: left out: glossy reflection (why, and what to do: raywright explain rough.scene.toml)"
+        "warning: effects left out: glossy reflection (reasons and remedies: raywright explain rough.scene.toml)"
     );
     assert!(rest.starts_with("wrote rough.png"), "{rest}");
     let report = json(
@@ -168,22 +168,20 @@ fn what_vanishes_is_a_warning() {
         run.exits_with(0);
         run.stderr
             .lines()
-            .filter(|line| line.contains("nothing is seen"))
+            .filter(|line| line.contains("cannot be seen"))
             .map(str::to_owned)
             .collect::<Vec<_>>()
     };
-    let advice = "so far from the origin, single precision takes the corners of such small triangles for one; move the mesh nearer, or \
-                  add --precision reference";
+    let advice = "so far from the origin, the corners of such small triangles coincide in single precision; move the mesh nearer to the \
+                  origin, or add --precision reference";
     assert_eq!(
         warning(&["render", "one.scene.toml", "-v"]),
-        [format!(
-            "warning: nothing is seen of object `far`: {advice}"
-        )]
+        [format!("warning: object `far` cannot be seen: {advice}")]
     );
     assert_eq!(
         warning(&["render", "three.scene.toml", "-v"]),
         [format!(
-            "warning: nothing is seen of object `far` and 2 more: {advice}"
+            "warning: object `far` and 2 more cannot be seen: {advice}"
         )]
     );
     assert!(warning(&["render", "one.scene.toml", "--precision", "reference"]).is_empty());
@@ -207,8 +205,8 @@ fn closed_gaps_are_a_warning() {
         head.to_owned() + &ball("shell", "1.00000012") + &ball("core", "1"),
     );
     let run = sandbox.run(&["render", "a.scene.toml", "-v", "--stats", "a.json"]);
-    let message = "the gap between object `shell` and object `core` is closed: light that passes the one starts beyond the other, since they \
-                   touch or are nearer than rounding tells apart; leave ";
+    let message = "the gap between object `shell` and object `core` is closed: light passes from the first into the second without crossing the \
+                   gap, since they touch or are closer than rounding resolves; leave ";
     let warning = run
         .exits_with(0)
         .stderr
@@ -258,7 +256,7 @@ fn light_leaks_are_a_warning() {
     let scene = |gap: f64| format!("{head}{}{}", quad("lamp", 1.0), quad("lid", 1.0 - gap));
     sandbox.write("a.scene.toml", scene(1e-7));
     let run = sandbox.run(&["render", "a.scene.toml", "-v", "--stats", "a.json"]);
-    let head = "warning: object `lamp` shines through object `lid`, which is opaque but nearer before it than rounding tells apart; leave ";
+    let head = "warning: object `lamp` shines through object `lid`, which is opaque but closer to the light than rounding resolves; leave ";
     let tail = " metres or more between them, or add --precision reference";
     let said = run
         .exits_with(0)
@@ -437,7 +435,7 @@ fn stats_are_checked_before_the_render() {
     sandbox
         .run(&["render", "--stats", "s.png"])
         .exits_with(2)
-        .prints("error: --stats s.png: the name does not end in .json\nhelp: --stats s.json");
+        .prints("error: --stats s.png: the statistics are a JSON file; use a name that ends in .json\nhelp: --stats s.json");
     sandbox
         .run(&["render", "--stats", "no/s.json"])
         .exits_with(4);
@@ -469,7 +467,7 @@ material = "plain"
     let messages: Vec<&str> = run.stderr.lines().collect();
     assert_eq!(
         messages[0],
-        "note: the scene has no light: a neutral grey sky is added; without a camera it is shown whole"
+        "note: the scene has no light: a neutral grey sky is added; without a camera the whole scene is shown"
     );
     assert!(
         messages.len() == 2 && messages[1].starts_with("wrote bare.png (32x18, 1 sample"),

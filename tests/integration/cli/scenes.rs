@@ -57,7 +57,7 @@ materials   1 classic
     );
     assert_eq!(
         rest[0].1,
-        "-1, -1, -0.25  to  9, 4, 0.25, and 1 without end"
+        "-1, -1, -0.25  to  9, 4, 0.25, and 1 without bounds"
     );
     assert!(
         rest[1].1.starts_with("geometry ") && rest[1].1.contains("picture "),

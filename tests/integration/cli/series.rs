@@ -162,7 +162,7 @@ fn several_files_are_rendered() {
     assert!(sandbox.picture("n1.png").rgb == sandbox.picture("single.png").rgb);
     sandbox.run(&["a.obj", "b.obj", "-o", "n.png"])
         .exits_with(2)
-        .prints("error: 2 pictures cannot all be n.png\nhelp: number them: -o n-%04d.png; or have all on one sheet: --sheet n.png");
+        .prints("error: 2 pictures cannot all be written to n.png\nhelp: number the files: -o n-%04d.png; or put all pictures on one sheet: --sheet n.png");
 }
 
 /// Protects: a requested view applies to each of several files.
@@ -299,7 +299,7 @@ fn a_sheet_holds_all_pictures() {
     sandbox
         .run(&["a.obj", "--sheet", "s.exr"])
         .exits_with(2)
-        .prints("error: s.exr: a sheet is a .png");
+        .prints("error: s.exr: --sheet writes a PNG file; use a name that ends in .png");
     sandbox
         .run(&[
             "a.obj", "b.obj", "-s", "8x8", "--spp", "1", "--sheet", "s.png", "-o", "p%d.png",

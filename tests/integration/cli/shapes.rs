@@ -121,7 +121,7 @@ fn sections_are_capped() {
     let nothing = sandbox.run(&["render", "b.obj", "--section", "x=-1", "-o", "n.png"]);
     nothing
         .exits_with(3)
-        .prints_like("the section leaves nothing of it");
+        .prints_like("--section cuts away the whole model");
     sandbox.write("open.obj", BLOCK.replace("f 1 4 3 2\n", ""));
     sandbox
         .run(&[

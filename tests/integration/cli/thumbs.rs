@@ -99,7 +99,7 @@ fn what_fails_keeps_nothing_away() {
     sandbox
         .run(&["thumbs", "models", "-o", "models/out", "--size", "16"])
         .exits_with(4)
-        .prints_like("no picture by this program");
+        .prints_like("no picture made by this program");
     assert_eq!(
         std::fs::read(sandbox.path("models/out/good.obj.png")).expect("the file"),
         b"mine"
@@ -108,7 +108,7 @@ fn what_fails_keeps_nothing_away() {
     sandbox
         .run(&["thumbs", "models", "-o", "models/out"])
         .exits_with(3)
-        .prints_like("not what thumbs writes");
+        .prints_like("the file is no index of thumbs");
     sandbox.run(&["thumbs", "none", "-o", "out"]).exits_with(4);
 }
 
@@ -166,6 +166,6 @@ fn thumbnails_show_something() {
     sandbox
         .run(&["thumbs", "models", "-o", "out", "--size", "16"])
         .exits_with(3)
-        .prints_like("no camera ray met anything");
+        .prints_like("no camera ray hits an object");
     assert!(!sandbox.path("out/point.obj.png").exists());
 }

@@ -6,7 +6,7 @@
 //! calls a function compiled for these instructions, into which all other code is inlined.
 #![expect(
     unsafe_code,
-    reason = "calls of functions that are compiled for instructions whose token the caller has"
+    reason = "calls of functions that are compiled for instructions which the token proves to exist"
 )]
 
 use super::Bvh8;
@@ -251,7 +251,7 @@ macro_rules! define_entry_points {
             fn enter$(<$G: $Bound>)?($s: $token $(, $argument: $kind)*) -> $out {
                 $body
             }
-            #[allow(unused_unsafe, reason = "what every processor has is safe to call")]
+            #[allow(unused_unsafe, reason = "the portable version needs no special instructions, so its call is safe")]
             // SAFETY: `self` exists, so the processor has what the function needs.
             unsafe { enter$(::<$G>)?(self $(, $argument)*) }
         }
@@ -298,7 +298,7 @@ macro_rules! define_leaf_tests {
     ($token:ident, $compiled:meta, $intersect_lane:expr) => {
         #[inline(always)]
         fn intersect_lane(self, block: &Triangle8, lane: usize, projected_ray: &ProjectedRay) -> Result<Option<TriangleHit>, UncertainSign> {
-            #[allow(unused_unsafe, reason = "what every processor has is safe to call")]
+            #[allow(unused_unsafe, reason = "the portable version needs no special instructions, so its call is safe")]
             // SAFETY: `self` exists, so the processor has what the function needs.
             unsafe {
                 $intersect_lane(block, lane, projected_ray)

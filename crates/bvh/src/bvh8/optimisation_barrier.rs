@@ -2,7 +2,7 @@
 //! copies of fields in registers that the traversal needs, and spilled registers across cache lines.
 #![expect(
     unsafe_code,
-    reason = "instructions of no bytes; each block says why it may"
+    reason = "empty inline assembly; each block states why it is sound"
 )]
 
 /// Returns the number unchanged, in its register. Without this barrier, the compiler combines three

@@ -17,7 +17,7 @@
 
 #![expect(
     unsafe_code,
-    reason = "the stack is read where it was written; each block says why"
+    reason = "entries of the stack are read without a check; each block states why they were written"
 )]
 
 mod bundle;

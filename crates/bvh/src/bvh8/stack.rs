@@ -1,7 +1,7 @@
 //! The traversal stack: children still to be visited, with their entry distances.
 #![expect(
     unsafe_code,
-    reason = "room for entries that nothing has to clear for a ray; each block says why it may"
+    reason = "uninitialised entries, so that no ray clears the stack; each block states why it is sound"
 )]
 
 use core::mem::MaybeUninit;
@@ -69,7 +69,9 @@ impl TraversalStack {
     #[inline(always)]
     pub fn eight_entries(&mut self, index: usize) -> &mut [MaybeUninit<StackEntry>; WIDTH] {
         let Some(eight) = self.0[index..].first_chunk_mut() else {
-            panic!("the builder keeps to the depth")
+            panic!(
+                "a node is deeper in the tree than the traversal stack allows; trees are built at most 64 levels deep"
+            )
         };
         eight
     }
@@ -110,7 +112,7 @@ impl TraversalStack {
     #[inline(always)]
     pub unsafe fn top_two_children(&self, top: usize) -> [ChildRef; 2] {
         let Some(two) = self.0[..top].last_chunk::<2>() else {
-            panic!("two are waiting")
+            panic!("the traversal stack has fewer than two entries")
         };
         // SAFETY: the caller guarantees that both were written.
         two.map(|waiting| unsafe { waiting.assume_init() }.child())

@@ -9,7 +9,7 @@
 //! are read.
 #![expect(
     unsafe_code,
-    reason = "intrinsics of the processor; each block says why it may"
+    reason = "intrinsics of the processor; each block states why it is sound"
 )]
 
 mod exact;

@@ -218,7 +218,7 @@ mod tests {
         ));
         let hit = shape
             .intersect(&prepared_ray, Interval::positive(), Side::Both)
-            .expect("the ray meets the shape");
+            .expect("the ray hits the shape");
         let found = shape.texture_coordinates(&prepared_ray, hit);
         (found.u.into(), found.v.into())
     }

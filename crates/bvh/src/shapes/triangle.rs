@@ -194,7 +194,7 @@ fn move_weights_off_border<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> 
     let distance = (ab * (third - u) + ac * (third - v)).length();
     #[expect(
         clippy::manual_clamp,
-        reason = "of a way of no length, NaN, nothing is left; a clamp would keep it"
+        reason = "a move of length zero gives NaN, which becomes zero here; `clamp` would keep NaN"
     )]
     let share = share.min(reach * 16.0 / distance).max(0.0).min(1.0);
     [u + (third - u) * share, v + (third - v) * share]

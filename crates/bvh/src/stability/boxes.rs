@@ -80,7 +80,10 @@ fn judge_target_hit<R: Real>(
     };
     let is_early = hit.is_some_and(|hit| hit.t.to_f64() <= leaves * (1.0 + 1e-6));
     Verdict::from_condition(is_early && hit == expected, || {
-        format!("{hit:?} instead of {expected:?}{}", format_ray_bits(ray))
+        format!(
+            "the tree finds {hit:?}, the linear scan {expected:?}; both must be the same hit, before the ray leaves the box at which it is aimed{}",
+            format_ray_bits(ray)
+        )
     })
 }
 
@@ -124,7 +127,11 @@ pub fn measure_rays_along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
             let is_found = hit
                 .is_some_and(|hit| hit.object as usize == axis && hit.t.to_f64() == lengths[index]);
             Verdict::from_condition(is_found, || {
-                format!("{hit:?} at {:e}{}", lengths[index], format_ray_bits(&ray))
+                format!(
+                    "hit {hit:?} instead of a hit at distance {:e}{}",
+                    lengths[index],
+                    format_ray_bits(&ray)
+                )
             })
         })
     });
@@ -133,7 +140,10 @@ pub fn measure_rays_along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let [min, max] = boxes(&lengths[index])[axis].map(DVec3::as_vec3);
         let ray = Ray::new(ray.origin.to_f32(), ray.direction.to_f32());
         Verdict::from_condition(textbook::enters_box_clamped([min, max], &ray), || {
-            format!("culled{}", format_ray_bits(&ray))
+            format!(
+                "the slab test with clamped reciprocals misses the box, which the ray enters{}",
+                format_ray_bits(&ray)
+            )
         })
     });
     measured
@@ -178,7 +188,10 @@ pub fn measure_signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
                     .map(with)
                     .find(|ray| closest_box(&trees[0], ray) != expected);
                 wrong.map_or(Verdict::Right(0.0), |ray| {
-                    Verdict::Wrong(format!("not {expected:?}{}", format_ray_bits(&ray)))
+                    Verdict::Wrong(format!(
+                        "the sign of a zero changes the hit {expected:?}{}",
+                        format_ray_bits(&ray)
+                    ))
                 })
             })
         },
@@ -299,7 +312,10 @@ pub fn measure_rays_from_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
                     && either_way(&trees[0]) == either_way(&scan)
                     && (distance < 1e-3 || hit.is_some());
                 Verdict::from_condition(is_right, || {
-                    format!("{hit:?} instead of {expected:?}{}", format_ray_bits(&ray))
+                    format!(
+                        "the tree finds {hit:?}, the linear scan {expected:?}, or a box that the ray enters is missed{}",
+                        format_ray_bits(&ray)
+                    )
                 })
             })
         },

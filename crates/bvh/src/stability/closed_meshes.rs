@@ -91,7 +91,10 @@ pub fn measure_lattices<R: Real>(rays: RayCount) -> Vec<Measurement> {
                     point_across_axis(axis, [zero(0), zero(1)], towards),
                 );
                 Verdict::from_condition(is_hit(tree, &ray), || {
-                    format!("lattice {index}{}", format_ray_bits(&ray))
+                    format!(
+                        "the ray passes through lattice {index} without a hit{}",
+                        format_ray_bits(&ray)
+                    )
                 })
             })
         });
@@ -160,7 +163,10 @@ fn measure_leaks<R: Real>(
             let ray = globes[index].sample_inner_ray::<R>(rng);
             let SphereMesh { centre, radius, .. } = &globes[index];
             Verdict::from_condition(is_hit(&trees[index], &ray), || {
-                format!("leak of {radius:e} at {centre}{}", format_ray_bits(&ray))
+                format!(
+                    "the ray leaves the closed mesh of radius {radius:e} around {centre} without a hit{}",
+                    format_ray_bits(&ray)
+                )
             })
         })
     })
@@ -232,7 +238,10 @@ pub fn measure_distant_meshes<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 let ray = ray_towards::<R>(target + up * rng.next_uniform(1.0, 20.0), target);
                 // The rounding of the direction moves the target by a tiny fraction of a cell.
                 Verdict::from_condition(is_hit(&trees[0], &ray), || {
-                    format!("leak{}", format_ray_bits(&ray))
+                    format!(
+                        "the ray passes through the ground without a hit{}",
+                        format_ray_bits(&ray)
+                    )
                 })
             })
         },
@@ -262,7 +271,9 @@ pub fn measure_box_inflation<R: Real>(rays: RayCount) -> Vec<Measurement> {
     }
     let mut measured = measure_leaks::<R>("T10", 230, 400_000, rays, &[a, b, c, near]);
     let cost = judge_rays("T10 surface", 231, 1, rays, |_| {
-        Verdict::from_error(padded / tight, 1.3, || "surface of boxes".to_owned())
+        Verdict::from_error(padded / tight, 1.3, || {
+            "ratio of padded to tight surface area of boxes".to_owned()
+        })
     });
     measured.iter_mut().for_each(|measurement| {
         measurement.outcome = measurement.outcome.clone().merge(cost.clone())

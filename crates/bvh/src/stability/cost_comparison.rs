@@ -29,8 +29,8 @@ pub struct CostComparison {
 
 impl fmt::Debug for CostComparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Contest")
-            .field("what", &self.label)
+        f.debug_struct("CostComparison")
+            .field("label", &self.label)
             .field("count", &self.count)
             .finish_non_exhaustive()
     }
@@ -45,7 +45,7 @@ pub fn build_cost_comparison(number: &str) -> Option<CostComparison> {
     let (zero, axis) = (DVec3::ZERO, DVec3::new(0.3, 1.0, -0.2));
     Some(match number {
         "P01" => compare_intersections(
-            "a test of one sphere",
+            "intersection of a sphere",
             40,
             unit_sphere::<f32>().into(),
             unit_sphere::<f64>().into(),
@@ -56,12 +56,12 @@ pub fn build_cost_comparison(number: &str) -> Option<CostComparison> {
                 Cone::new(-axis, axis, 1.0, 0.0, 2.0),
                 Cone::new(-axis, axis, 1.0, 0.0, 2.0),
             );
-            compare_intersections("a test of one cone", 20, single.into(), double.into())
+            compare_intersections("intersection of a cone", 20, single.into(), double.into())
         }
         "P15" => {
             let semi = DVec3::new(1.0, 0.6, 0.8);
             compare_intersections(
-                "a test of one ellipsoid",
+                "intersection of an ellipsoid",
                 40,
                 Ellipsoid::new(zero, semi).into(),
                 Ellipsoid::new(zero, semi).into(),
@@ -72,10 +72,10 @@ pub fn build_cost_comparison(number: &str) -> Option<CostComparison> {
                 Torus::new(zero, axis, 0.8, 0.3),
                 Torus::new(zero, axis, 0.8, 0.3),
             );
-            compare_intersections("a test of one torus", 4, single.into(), double.into())
+            compare_intersections("intersection of a torus", 4, single.into(), double.into())
         }
         "P21" => compare_intersections(
-            "a test of one triangle",
+            "intersection of a triangle",
             40,
             sample_triangle::<f32>(),
             sample_triangle::<f64>(),
@@ -170,7 +170,7 @@ fn compare_surfaces(turns: u32) -> CostComparison {
             black_box(textbook::intersect_sphere_surface(black_box(&ball), ray));
         }
     };
-    let label = "a test of one sphere, and its surface at a hit";
+    let label = "intersection of a sphere, and the surface at its hit";
     CostComparison {
         label,
         count: RAYS * turns,

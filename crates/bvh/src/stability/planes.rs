@@ -33,21 +33,31 @@ pub fn measure_grazing_planes<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let (height, fall) = (n.dot(origin - point), -n.dot(d));
         let expected = height / fall;
         match nearest_hit::<R>(&plane, &ray) {
-            None => {
-                Verdict::from_condition(fall <= 0.0, || format!("missed{}", format_ray_bits(&ray)))
-            }
-            Some(_) if fall <= 0.0 => {
-                Verdict::Wrong(format!("hit behind{}", format_ray_bits(&ray)))
-            }
+            None => Verdict::from_condition(fall <= 0.0, || {
+                format!(
+                    "the ray misses the plane, which it reaches{}",
+                    format_ray_bits(&ray)
+                )
+            }),
+            Some(_) if fall <= 0.0 => Verdict::Wrong(format!(
+                "the ray hits the plane, which lies behind its origin{}",
+                format_ray_bits(&ray)
+            )),
             Some(h) => {
                 let error = (h.t.to_f64() - expected).abs() / expected;
                 let finite = plane.surface(&PreparedRay::new(ray), h).point.is_finite();
                 Verdict::from_error(error, 4.0 * U / fall, || {
-                    format!("slope {fall:e}{}", format_ray_bits(&ray))
+                    format!(
+                        "relative error of the hit distance at slope {fall:e}{}",
+                        format_ray_bits(&ray)
+                    )
                 })
                 .and_then(|| {
                     Verdict::from_condition(finite, || {
-                        format!("not finite{}", format_ray_bits(&ray))
+                        format!(
+                            "the surface point at the hit is not finite{}",
+                            format_ray_bits(&ray)
+                        )
                     })
                 })
             }
@@ -82,7 +92,10 @@ pub fn measure_distant_checkerboard<R: Real>(rays: RayCount) -> Vec<Measurement>
                 let d = ray.direction.to_f64();
                 let expected = origin - d * (origin.y / d.y);
                 let Some(h) = nearest_hit::<R>(&plane, &ray) else {
-                    return Verdict::Wrong(format!("missed{}", format_ray_bits(&ray)));
+                    return Verdict::Wrong(format!(
+                        "the ray misses the plane, which it reaches{}",
+                        format_ray_bits(&ray)
+                    ));
                 };
                 let point = plane.surface(&PreparedRay::new(ray), h).point.to_f64();
                 let scale = point
@@ -98,7 +111,10 @@ pub fn measure_distant_checkerboard<R: Real>(rays: RayCount) -> Vec<Measurement>
                 let parity =
                     |p: DVec3| ((p.x / cell).floor() + (p.z / cell).floor()).rem_euclid(2.0);
                 Verdict::from_condition(parity(point) == parity(expected), || {
-                    format!("parity at {point:?}{}", format_ray_bits(&ray))
+                    format!(
+                        "the hit point {point:?} lies in the wrong cell of the checkerboard{}",
+                        format_ray_bits(&ray)
+                    )
                 })
             },
         )
@@ -107,6 +123,6 @@ pub fn measure_distant_checkerboard<R: Real>(rays: RayCount) -> Vec<Measurement>
         .map(at)
         .into_iter()
         .reduce(CaseOutcome::merge)
-        .expect("distances");
+        .expect("the list of distances is not empty");
     vec![measurement_without_kernels::<R>(outcome)]
 }

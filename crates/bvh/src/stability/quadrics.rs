@@ -113,13 +113,16 @@ pub fn judge_near_root<R: Real>(
             };
             match got {
                 None => Verdict::Wrong(format!(
-                    "missed, root at {near}{}",
+                    "the ray misses the shape, which it hits at distance {near}{}",
                     format_ray_bits::<R>(&ray)
                 )),
                 Some(t) => {
                     let error = (t.to_f64() - near).abs() / near;
                     Verdict::from_error(error, bound, || {
-                        format!("root {t:?} instead of {near}{}", format_ray_bits::<R>(&ray))
+                        format!(
+                            "hit distance {t:?} instead of {near}{}",
+                            format_ray_bits::<R>(&ray)
+                        )
                     })
                 }
             }
@@ -182,11 +185,17 @@ pub fn judge_extreme_distance<R: Real>(
             return Verdict::Skipped;
         };
         match intersect(&(*shape).into(), &ray) {
-            None => Verdict::Wrong(format!("missed{}", format_ray_bits::<R>(&ray))),
+            None => Verdict::Wrong(format!(
+                "the ray misses the ellipsoid, which it hits{}",
+                format_ray_bits::<R>(&ray)
+            )),
             Some(found) => {
                 let error = (found.to_f64() - t).abs() / semi.min_element();
                 Verdict::from_error(error, bound, || {
-                    format!("t {found:?} instead of {t}{}", format_ray_bits::<R>(&ray))
+                    format!(
+                        "hit distance {found:?} instead of {t}{}",
+                        format_ray_bits::<R>(&ray)
+                    )
                 })
             }
         }

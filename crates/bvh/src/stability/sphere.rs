@@ -85,13 +85,13 @@ pub fn judge_far_sphere<R: Real>(
             match intersect(&build_sphere::<R>(DVec3::ZERO, 1.0).into(), &ray) {
                 None => Verdict::from_condition(expected.roots.is_none(), || {
                     format!(
-                        "missed at {}{}",
+                        "the ray misses the unit sphere, but passes its centre at distance {}{}",
                         expected.distance,
                         format_ray_bits::<R>(&ray)
                     )
                 }),
                 Some(_) if expected.roots.is_none() => Verdict::Wrong(format!(
-                    "false hit at {}{}",
+                    "the ray hits the unit sphere, but passes its centre at distance {}{}",
                     expected.distance,
                     format_ray_bits::<R>(&ray)
                 )),
@@ -99,7 +99,10 @@ pub fn judge_far_sphere<R: Real>(
                     let p = o + d * t.to_f64();
                     let scale = o.length() + o.abs().max_element().max(p.abs().max_element());
                     Verdict::from_error((p.length() - 1.0).abs(), bound * roundoff * scale, || {
-                        format!("off the surface{}", format_ray_bits::<R>(&ray))
+                        format!(
+                            "distance of the hit point from the sphere's surface{}",
+                            format_ray_bits::<R>(&ray)
+                        )
                     })
                 }
             }
@@ -134,7 +137,7 @@ pub fn judge_surface_point<R: Real>(
             let scale = p.abs().max_element().max(centre.abs().max_element());
             let error = (p - nearest).abs().max_element();
             Verdict::from_error(error, 4.0 * ulp(scale), || {
-                format!("off the surface{}", format_ray_bits::<R>(&ray))
+                format!("distance of the hit point from the sphere's surface{}", format_ray_bits::<R>(&ray))
             })
             // The stated error bound must hold: the point is off the sphere, along the normal, by
             // at most the extent of the error box.
@@ -142,7 +145,7 @@ pub fn judge_surface_point<R: Real>(
                 let off = (from.length() - 1.0).abs();
                 let reach = surface.error.to_f64() * surface.normal.to_f64().abs().element_sum();
                 Verdict::from_error(off, reach, || {
-                    format!("beyond the stated bound{}", format_ray_bits::<R>(&ray))
+                    format!("distance of the surface point from the sphere, compared with the point's own error bound{}", format_ray_bits::<R>(&ray))
                 })
             })
         },

@@ -24,7 +24,7 @@ pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
         AnyShape::Triangle(face) => intersect_triangle(face, ray),
         // Only shapes that a case compares have a formula here.
         _ => panic!(
-            "the textbook's formulas are those of sphere, ellipsoid, hyperboloid, cone, torus and triangle"
+            "the textbook has formulas only for sphere, ellipsoid, hyperboloid, cone, torus and triangle"
         ),
     }
 }

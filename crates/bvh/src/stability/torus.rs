@@ -90,12 +90,15 @@ pub fn judge_far_torus<R: Real>(
                     if inside > -1e-11 {
                         Verdict::Undecidable
                     } else {
-                        Verdict::Wrong(format!("missed{}", format_ray_bits::<R>(&ray)))
+                        Verdict::Wrong(format!(
+                            "the ray misses the torus, which it hits{}",
+                            format_ray_bits::<R>(&ray)
+                        ))
                     }
                 }
                 Some(_) if expected.is_none() && minimum < 1e-11 => Verdict::Undecidable,
                 Some(_) if expected.is_none() => Verdict::Wrong(format!(
-                    "false hit, {minimum:e} off{}",
+                    "the ray hits the torus, but passes its surface at distance {minimum:e}{}",
                     format_ray_bits::<R>(&ray)
                 )),
                 Some(found) => {
@@ -105,11 +108,17 @@ pub fn judge_far_torus<R: Real>(
                     // two crossings far exceeds rounding.
                     let late = (found.to_f64() * d.length() - t).abs() / tube;
                     Verdict::from_error(off, bound, || {
-                        format!("off the tube{}", format_ray_bits::<R>(&ray))
+                        format!(
+                            "distance of the hit point from the surface of the torus{}",
+                            format_ray_bits::<R>(&ray)
+                        )
                     })
                     .and_then(|| {
                         Verdict::from_condition(late < 0.3, || {
-                            format!("not the first crossing{}", format_ray_bits::<R>(&ray))
+                            format!(
+                                "the hit is not at the first crossing of the torus{}",
+                                format_ray_bits::<R>(&ray)
+                            )
                         })
                     })
                 }

@@ -87,7 +87,7 @@ fn judge_agreement<R: Real>(
         && hit.is_none_or(|hit| range.contains(hit.t));
     Verdict::from_condition(is_right, || {
         format!(
-            "{hit:?} and {is_any} instead of {expected:?} in {range:?}{}",
+            "the tree finds the closest hit {hit:?} and occlusion {is_any}, the linear scan the closest hit {expected:?}, in the range {range:?}{}",
             format_ray_bits(ray)
         )
     })
@@ -130,7 +130,7 @@ pub fn measure_nested_boxes<R: Real>(rays: RayCount) -> Vec<Measurement> {
             .max()
             .unwrap_or(0);
         let depth = judge_rays("T12 depth", 241, 1, rays, |_| {
-            Verdict::from_error(deepest.into(), 64.0, || "depth".to_owned())
+            Verdict::from_error(deepest.into(), 64.0, || "depth of the tree".to_owned())
         });
         let hits = judge_rays("T12", 240, 40_000, rays, |rng| {
             let index = rng.ray_index() as usize % 3;
@@ -188,7 +188,9 @@ pub fn measure_plane_beside_tree<R: Real>(rays: RayCount) -> Vec<Measurement> {
         };
         let change = (nodes(&trees[0]) / nodes(&without) - 1.0).abs();
         let work = judge_rays("T14 work", 244, 1, rays, |_| {
-            Verdict::from_error(change, 0.1, || "nodes".to_owned())
+            Verdict::from_error(change, 0.1, || {
+                "change in the number of visited nodes".to_owned()
+            })
         });
         let hits = judge_rays("T14", 243, 40_000, rays, |rng| {
             judge_agreement(
@@ -240,14 +242,20 @@ pub fn measure_interval_ends<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 let before = |max: R| {
                     let hit = trees[0].closest(&ray, Interval { min, max }, &mut ());
                     Verdict::from_condition(hit.is_none(), || {
-                        format!("{hit:?} before {max:?}{}", format_ray_bits(&ray))
+                        format!(
+                            "the tree finds {hit:?} in a range that ends before it, at {max:?}{}",
+                            format_ray_bits(&ray)
+                        )
                     })
                 };
                 let within = Interval { min, max: above };
                 let found = || {
                     let hit = trees[0].closest(&ray, within, &mut ());
                     Verdict::from_condition(hit == Some(first), || {
-                        format!("{hit:?} instead of {first:?}{}", format_ray_bits(&ray))
+                        format!(
+                            "the tree finds {hit:?} instead of {first:?}, just before the end of the range{}",
+                            format_ray_bits(&ray)
+                        )
                     })
                 };
                 let beyond = |min: R| {
@@ -305,7 +313,7 @@ pub fn measure_distances_in_interval<R: Real>(rays: RayCount) -> Vec<Measurement
         let wrong = ranges.into_iter().find(is_outside);
         wrong.map_or(Verdict::Right(0.0), |range| {
             Verdict::Wrong(format!(
-                "{:?} in {range:?}{} {shape:?}",
+                "the shape returns {:?}, outside the range {range:?}{} {shape:?}",
                 intersect(range),
                 format_ray_bits(&ray)
             ))

@@ -189,7 +189,12 @@ pub fn judge_leaks<R: Real>(
             } else {
                 ray_towards::<R>(origin, target)
             };
-            Verdict::from_condition(hits(&ray), || format!("leak{}", format_ray_bits::<R>(&ray)))
+            Verdict::from_condition(hits(&ray), || {
+                format!(
+                    "the ray leaves the closed mesh without a hit{}",
+                    format_ray_bits::<R>(&ray)
+                )
+            })
         },
     )
 }
@@ -262,11 +267,11 @@ pub fn measure_nearly_parallel_rays<R: Real>(rays: RayCount) -> Vec<Measurement>
         let scale = low.abs().max(high.abs()).max(o.abs()).max_element();
         let over = |p: DVec3| (low - p).max(p - high).max_element();
         Verdict::from_error(over(on_ray), 16.0 * ulp(scale), || {
-            format!("point of the ray{} {shape:?}", format_ray_bits(&ray))
+            format!("distance of the ray's point at the hit from the bounding box of the triangle{} {shape:?}", format_ray_bits(&ray))
         })
         .and_then(|| {
             Verdict::from_error(over(on_plane), 16.0 * ulp(scale), || {
-                format!("point of the surface{} {shape:?}", format_ray_bits(&ray))
+                format!("distance of the surface point from the bounding box of the triangle{} {shape:?}", format_ray_bits(&ray))
             })
         })
     });

@@ -155,7 +155,10 @@ impl Verdict {
         if error <= bound {
             Self::Right(error / bound)
         } else {
-            Self::Wrong(format!("{}: {error:e} > {bound:e}", label()))
+            Self::Wrong(format!(
+                "{}: {error:e}, at most {bound:e} is allowed",
+                label()
+            ))
         }
     }
     /// Creates the verdict about a condition: right if it holds. `label` returns the message of a

@@ -13,15 +13,15 @@ use super::{names, values};
 /// Arguments of `accuracy`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Every choice that trades accuracy for time is a rung of a ladder. Each rung that the scene can reach is rendered in turn, on tiles of \
-the picture as it is rendered, and compared with a reference: f64, every ladder on its most exact rung, at least four times the samples. \
-The reference's own error is stated and subtracted. Times are CPU seconds of all threads, without preparation.
+A setting that trades accuracy for time is a ladder, and each of its quality levels is a rung. Each rung that applies to the scene is rendered in turn, on tiles of \
+the full-size picture, and compared with a reference picture: double precision (f64), every ladder on its most exact rung, at least four times the samples. \
+The error of the reference itself is stated and subtracted. Times are CPU seconds of all threads, without preparation.
 
 Examples:
   raywright accuracy                                    The default preset, a table
-  raywright accuracy duck.glb --budget 5min -o duck.html  More certain, as a page with plot and pictures
-  raywright accuracy scene.scene.toml --rung samples=16   Beside another setting of one's own
-  raywright accuracy duck.glb --json > duck.json          For other programs")]
+  raywright accuracy duck.glb --budget 5min -o duck.html  More time, and a page with plot and pictures
+  raywright accuracy scene.scene.toml --rung samples=16   Starting from 16 samples a pixel
+  raywright accuracy duck.glb --json > duck.json          JSON for other programs")]
 pub struct AccuracyArgs {
     /// Scene or model to measure: .scene.toml, .scene.json, glTF/GLB, OBJ, STL, PLY, preset:NAME,
     /// or - for standard input [default: the default preset]

@@ -14,14 +14,14 @@ use super::values;
 /// Arguments of `bench`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Two ways to find what a ray hits first: the scan tests every primitive, and the tree is a bounding-volume hierarchy. \
-They must give the same hits before any is timed: exit code 1 if they do not. One thread is used, and its CPU time is what counts, so that other programs disturb less.
+Two methods find the closest hit of a ray: the scan tests every primitive, and the tree is a bounding-volume hierarchy. \
+Both must give the same hits before they are timed; otherwise the exit code is 1. Times are CPU time of one thread, so that other programs disturb them less.
 
 Examples:
   raywright bench                             Spheres and triangles
   raywright bench --max-n 10000 --plot n.svg  A shorter table, with a plot
-  raywright bench duck.glb                    A model's own rays
-  raywright bench duck.glb --build high       The same in a tree that took longer")]
+  raywright bench duck.glb                    Camera rays and bounces of a model
+  raywright bench duck.glb --build high       The same with a tree of higher quality")]
 pub struct BenchArgs {
     /// Scene or model to measure instead of generated scenes: .scene.toml, .scene.json, glTF/GLB,
     /// OBJ, STL, PLY, preset:NAME, or - for standard input

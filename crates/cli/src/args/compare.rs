@@ -10,11 +10,11 @@ use super::{names, values};
 /// Arguments of `compare`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
-Two .exr pictures are compared as linear radiance, anything else as display values; FLIP is about display values always.
+Two .exr pictures are compared as linear radiance, all other pairs as display values. FLIP always compares display values.
 
-Thresholds hold for coverage as for colours, where a picture has one.
+Thresholds apply to colours and, if a picture has coverage, to coverage too.
 
-Exit code: 0 within every threshold given, 1 beyond one of them or beyond noise, 3 the pictures cannot be compared.
+Exit code: 0 no given threshold is exceeded, 1 a threshold or the noise is exceeded, 3 the pictures cannot be compared.
 
 Examples:
   raywright compare got.png expected.png

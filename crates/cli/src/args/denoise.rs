@@ -12,8 +12,8 @@ Examples:
   raywright render a.scene.toml --denoise --checkpoint a.film -o noisy.exr
   raywright denoise a.film -o b.png
 
-The film has to have the layers and the four replicates that --denoise makes a render keep, or --aov albedo,normal,emission,depth from 64
-samples on.";
+The film file needs the layers albedo, normal, emission and depth, and four replicates (independent shares of the samples). A render with --denoise keeps them; so does --aov albedo,normal,emission,depth with at least 64
+samples a pixel.";
 
 /// Arguments of `denoise`.
 #[derive(Clone, Debug, Args)]

@@ -9,10 +9,10 @@ use super::{DisplayArgs, values};
 /// Arguments of `merge`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Parts come from `raywright render ... --part K/N --checkpoint FILE`. Together they have the bits of one run, in whatever order \
-they are named; a part may be a union of others. docs/farm.md shows job arrays.
+Parts come from `raywright render ... --part K/N --checkpoint FILE`. The merged picture has the same bits as the picture of a single run, in whatever order \
+the parts are named; a part may itself be merged from other parts. docs/farm.md shows job arrays.
 
-Exit code: 0 done, 2 wrong use, 3 not parts of one picture, or some are missing, 4 a file cannot be read or written, \
+Exit code: 0 done, 2 wrong flags, 3 the files are not parts of one picture or parts are missing, 4 a file cannot be read or written, \
 5 over a limit.
 
 Examples:

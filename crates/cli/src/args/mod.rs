@@ -56,11 +56,11 @@ fn format_examples() -> String {
 }
 
 const SCHEMA_HELP: &str = "\
-An editor that is given the schema completes and checks scenes as they are written:
+With the schema, an editor completes and checks scene files while you write:
 
   raywright schema > scene.schema.json
 
-For TOML, the first line of a scene may name it:
+In a TOML file, the first line may name the schema:
 
   #:schema ./scene.schema.json";
 
@@ -181,7 +181,7 @@ pub struct CompletionsArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  raywright man | man -l -                   Read it
+  raywright man | man -l -                   Read the manual page
   raywright man render > raywright-render.1  The page of one command")]
 pub struct ManArgs {
     /// Command of the manual page [default: the program itself]

@@ -23,20 +23,20 @@ fn format_examples() -> String {
     format!(
         "Examples:
   raywright render                             The preset {DEFAULT_PRESET}
-  raywright render preset:{DEFAULT_PRESET} --at 2.5     Another moment of it
+  raywright render preset:{DEFAULT_PRESET} --at 2.5     The same, 2.5 seconds later
   raywright render duck.glb -o d.png -o d.exr  A model, to two files
-  raywright render duck.glb --views front,left,top   Three pictures of it
-  raywright render duck.glb --turntable 72 -o spin.gif   Once around it
-  raywright render *.glb --sheet all.png       What many models look like
+  raywright render duck.glb --views front,left,top   Three views of a model
+  raywright render duck.glb --turntable 72 -o spin.gif   Once around the model
+  raywright render *.glb --sheet all.png       Many models side by side
   raywright render a.scene.toml --crop 100,50,320,200
   raywright render a.scene.toml -o - | display
   raywright render a.scene.toml --quick        A first look: 16 samples, denoised
-  raywright render a.scene.toml --budget 30s   As good as it gets in half a minute
-  raywright render cornell.glb --max-error 0.05 -o c.exr   As good as that, in as many samples as it takes
+  raywright render a.scene.toml --budget 30s   As many samples as fit in half a minute
+  raywright render cornell.glb --max-error 0.05 -o c.exr   Samples until the error is below 0.05
 
-Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene or nothing to see of it, 4 a file cannot be read or written, 5 over a limit, 6 written, \
+Exit code: 0 done, 1 failed, 2 wrong flags, 3 bad scene or empty picture, 4 a file cannot be read or written, 5 over a limit, 6 written, \
          but the error of --max-error is not reached, 130 interrupted \
-         (what is finished is in NAME.partial.EXT)."
+         (the unfinished picture is in NAME.partial.EXT)."
     )
 }
 
@@ -408,7 +408,7 @@ fn parse_max_depth(text: &str) -> Result<u32, String> {
     if (1..=maximum).contains(&number) {
         Ok(number)
     } else {
-        Err(format!("{number} is not in 1..={maximum}"))
+        Err(format!("{number} is not from 1 to {maximum}"))
     }
 }
 

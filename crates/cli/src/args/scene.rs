@@ -160,7 +160,7 @@ pub struct InfoArgs {
 /// Arguments of `check`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit code: 0 the files can be rendered; otherwise that of the first one which is not right: 3 it cannot be \
+    after_help = "Exit code: 0 the files can be rendered; otherwise the code of the first file with a problem: 3 it cannot be \
                         rendered or has warnings that are denied, 4 it cannot be read, 5 it is over a limit."
 )]
 pub struct CheckArgs {

@@ -8,10 +8,10 @@ use raywright_core::stability::RayCount;
 /// Arguments of `stability`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Each case is judged by an oracle that is better than what it judges, in both precisions and by every kernel that this processor has. \
-The margin is how many times its worst error a bound is; where only right and wrong are told, there is none. The textbook's share is what its formulas get wrong of \
-the same rays, and the last column what being right costs in CPU time more than its formula, on ordinary rays. Exit code 1 if a bound is broken, also one of \
-which the list of cases says why.
+The results of each case are compared with results of higher precision, in both precisions of the program (robust, reference) and for every kernel (instruction set) of this processor. \
+The margin is the bound divided by the worst error; results that are only right or wrong have none. The textbook's share is the share of results that its formulas get wrong on \
+the same rays. The last column is the additional CPU time over the textbook's formula, on ordinary rays. Exit code 1 if a bound is exceeded, even if \
+the list of cases states the reason.
 
 Examples:
   raywright stability                         All cases that are measured, with a quarter of their rays

@@ -7,9 +7,9 @@ use clap::Args;
 /// Arguments of `thumbs`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-One line for each model: its picture, and whether it is new or was there. A picture is made anew where any file that its model reads has changed, where another \
-size is asked for, or by another version of the program; OUT/thumbs.json remembers it. Models that can't be rendered are named, the \
-others are rendered all the same, and the exit code is the greatest one of them.
+Prints a line for each model: its picture, and whether the picture is new. A picture is rendered again if a file that its model reads has changed, if another \
+size is requested, or with another version of the program; OUT/thumbs.json records all three. Models that can't be rendered are named, the \
+others are rendered nevertheless, and the exit code is the greatest of all models.
 
 Examples:
   raywright thumbs models -o thumbnails

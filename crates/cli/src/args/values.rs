@@ -86,8 +86,8 @@ pub fn parse_exposure(text: &str) -> Result<ExposureChoice, String> {
 pub fn parse_warning_code(text: &str) -> Result<WarningCode, String> {
     let names = WarningCode::ALL.map(WarningCode::name);
     WarningCode::from_name(text).ok_or_else(|| match closest_word(text, names) {
-        Some(name) => format!("there is no such code; did you mean `{name}`?"),
-        None => format!("there is no such code; known: {}", names.join(", ")),
+        Some(name) => format!("no warning has this code; did you mean `{name}`?"),
+        None => format!("no warning has this code; the codes: {}", names.join(", ")),
     })
 }
 
@@ -309,7 +309,7 @@ pub fn environment_parser() -> impl TypedValueParser<Value = EnvironmentSource> 
         Some("none") => Ok(EnvironmentSource::None),
         Some("default") => Ok(EnvironmentSource::Default),
         Some("studio") if !Path::new(&text).exists() => {
-            Err("the studio has a flag of its own: --studio")
+            Err("the studio is no environment; use --studio")
         }
         // A word without dot and slash that is no existing file is probably a misspelled name.
         Some(word) if !word.contains(['.', '/']) && !Path::new(&text).exists() => {
@@ -475,12 +475,13 @@ pub fn parse_frame_times(text: &str) -> Result<FrameTimes, String> {
         {
             Ok(frames)
         }
-        FrameTimes { from, to, rate } if rate > 0.0 && to > from => {
-            Err(format!("{} pictures are too many", (to - from) * rate))
-        }
-        FrameTimes { from, to, rate } if rate > 0.0 => {
-            Err(format!("it ends at {to}, and starts at {from}"))
-        }
+        FrameTimes { from, to, rate } if rate > 0.0 && to > from => Err(format!(
+            "{} pictures are too many; the largest number is 100000",
+            (to - from) * rate
+        )),
+        FrameTimes { from, to, rate } if rate > 0.0 => Err(format!(
+            "the end, {to} s, has to be after the start, {from} s"
+        )),
         _ => Err(expected()),
     }
 }
@@ -499,13 +500,13 @@ pub fn parse_effect(text: &str) -> Result<Effect, String> {
         return if SWITCHABLE.has(effect) {
             Ok(effect)
         } else {
-            Err("the scene is made of that: it cannot be switched off".to_owned())
+            Err("this effect is part of the scene itself and cannot be switched off".to_owned())
         };
     }
     let known = list_switchable_effects();
     Err(match closest_word(text, known.split(", ")) {
-        Some(word) => format!("there is no such effect; did you mean `{word}`?"),
-        None => format!("there is no such effect; known: {known}"),
+        Some(word) => format!("no effect has this name; did you mean `{word}`?"),
+        None => format!("no effect has this name; effects that can be switched off: {known}"),
     })
 }
 
@@ -662,7 +663,8 @@ mod tests {
             parse_effect("higlights").is_err_and(|e| e.ends_with("did you mean `highlights`?"))
         );
         assert!(
-            parse_effect("magic").is_err_and(|e| e.contains("known: ambient-light, direct-light"))
+            parse_effect("magic")
+                .is_err_and(|e| e.contains("can be switched off: ambient-light, direct-light"))
         );
     }
 
@@ -716,12 +718,11 @@ mod tests {
         );
         assert!(
             parse_frame_times("2..0:5")
-                .is_err_and(|error| error == "it ends at 0, and starts at 2")
+                .is_err_and(|error| error == "the end, 0 s, has to be after the start, 2 s")
         );
-        assert!(
-            parse_frame_times("0..1e9:25")
-                .is_err_and(|error| error.ends_with("pictures are too many"))
-        );
+        assert!(parse_frame_times("0..1e9:25").is_err_and(|error| {
+            error.ends_with("pictures are too many; the largest number is 100000")
+        }));
         assert!(
             parse_frame_times("0..2:-5").is_err_and(|error| error.starts_with("expected A..B:FPS"))
         );

@@ -9,13 +9,13 @@ use super::{RenderArgs, values};
 /// Arguments of `view`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The page is served to this machine alone, at an address that nobody can guess, and the program ends with Ctrl-C or a while after the page was closed.
-What stands still has the bits of `render` with the command that the page shows. docs/view.md says more.
+Only this machine can open the page, at an address that nobody can guess. The program ends with Ctrl-C, or some time (--linger) after the page was closed.
+The finished picture has the same bits as `render` with the command that the page shows. docs/view.md describes the page.
 
 Examples:
   raywright view duck.glb                    Look at a model from all sides
-  raywright view preset:cornell --spp 1024   See how its error shrinks
-  raywright view my.scene.toml --watch       See it anew whenever the file is saved")]
+  raywright view preset:cornell --spp 1024   Watch the error shrink
+  raywright view my.scene.toml --watch       Render again whenever the file is saved")]
 pub struct ViewerArgs {
     /// Arguments of the render.
     #[command(flatten)]

@@ -68,7 +68,7 @@ pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
             let wrong = report.files.iter().filter(|checked| !checked.ok).count();
             Err(Failure::new(
                 failure.exit,
-                format_args!("{wrong} of {} files are not right", report.files.len()),
+                format_args!("{wrong} of {} files have problems", report.files.len()),
             ))
         }
     }
@@ -123,7 +123,7 @@ fn judge_file(
         warnings.push(Warning::new(
             WarningCode::NothingToSee,
             &loaded.source.name,
-            "there is nothing to see: it has no object",
+            "there is nothing to see: the scene has no object",
         ));
     }
     warnings.sort_by_key(|warning| std::cmp::Reverse(warning.severity()));

@@ -80,7 +80,7 @@ fn denoise_failure(film: &str, error: &DenoiseError) -> Failure {
         DenoiseError::Cancelled => Failure::new(Exit::Interrupted, "interrupted; nothing was written"),
         DenoiseError::NoChance => Error::invalid_input(film, error).into(),
         DenoiseError::Layer(_) | DenoiseError::Replicates => Error::invalid_input(film, error)
-            .with_hint("render it with --denoise, from 8 samples on; --checkpoint keeps what is needed then")
+            .with_hint("render the scene with --denoise, --checkpoint and at least 8 samples a pixel; the film then has the layers that the denoiser needs")
             .into(),
     }
 }

@@ -149,11 +149,14 @@ pub fn format_effect_costs(costs: &EffectCosts) -> String {
     let late = if costs.late.is_empty() {
         String::new()
     } else {
-        format!("  no time for: {}\n", costs.late.join(", "))
+        format!(
+            "  not measured, because the time was too short: {}\n",
+            costs.late.join(", ")
+        )
     };
     let whole = format_duration(costs.seconds.median);
     let title = format!(
-        "what each adds to time and picture ({width}x{height} pixels, {whole} of all threads with all of them)"
+        "change of time and picture by each effect ({width}x{height} pixels; {whole} of CPU time with all effects)"
     );
     format!(
         "\n{}\n{}{late}",
@@ -246,7 +249,7 @@ pub fn format_effects(source: &SourceInfo, report: &EffectReport, in_full: bool)
 }
 
 /// Label of absent effects, which take neither time nor memory.
-const ABSENT_LABEL: &str = "absent, and nothing is spent on it";
+const ABSENT_LABEL: &str = "absent, at no cost";
 
 /// Formats the ladders that affect the scene: the current rung (quality level) with its
 /// description, and the names of the other rungs.

@@ -109,13 +109,13 @@ fn merge_failure(path: &Path, first: &Path, error: PartError) -> Failure {
     match error {
         PartError::Foreign { label, .. } => Error::invalid_input(
             path,
-            format_args!("it is not of the picture of {first}: the {label} differs"),
+            format_args!("the part belongs to another picture than {first}: the {label} differs"),
         )
         .into(),
         PartError::Overlap { .. } => {
             let error = Error::invalid_input(
                 path,
-                "it holds samples that a part before it holds too, and none may count twice",
+                "the part has samples that an earlier part has too, and no sample may count twice",
             );
             error.with_hint("name each part once").into()
         }
@@ -129,9 +129,9 @@ fn incomplete_failure(film: &Film, missing: u64) -> Failure {
     let whole = film.full_part();
     let tiles = film.unfinished_tiles(&whole);
     let message = format!(
-        "parts are missing, or were not finished: {tiles} of {} tiles ({missing} pixels) lack samples",
+        "parts are missing or unfinished: {tiles} of {} tiles ({missing} pixels) lack samples",
         whole.tiles.end
     );
-    let advice = "add the others or finish them with --resume; --unfinished makes a picture of what is there";
+    let advice = "add the missing parts, or finish the parts with --resume; --unfinished makes a picture of the samples so far";
     Failure::new(Exit::Input, message).with_hint(advice)
 }

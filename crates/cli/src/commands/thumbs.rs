@@ -107,12 +107,12 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
     if stop.load(Ordering::Relaxed) {
         return Err(Failure::new(
             Exit::Interrupted,
-            "interrupted; the pictures that are there stay, and the next run goes on",
+            "interrupted; finished pictures are kept, and the next run renders the others",
         ));
     }
     if models.is_empty() {
         verbosity.warn(format_args!(
-            "{}: no scene and no model is below it",
+            "{}: the folder contains no scene and no model",
             args.folder.display()
         ));
     }
@@ -181,7 +181,7 @@ fn update_thumbnail(
     }
     if picture.exists() && !is_ours {
         let message = format!(
-            "cannot write {}: a file is there that is no picture by this program",
+            "cannot write {}: a file of this name exists and is no picture made by this program; remove it, or name another folder with -o",
             picture.display()
         );
         return Err(Failure::new(Exit::File, message));
@@ -280,7 +280,10 @@ fn read_index(file: &Path) -> Result<ThumbnailIndex, Failure> {
         Err(cause) => {
             let failure = Failure::new(
                 Exit::Input,
-                format_args!("{}: not what thumbs writes: {cause}", file.display()),
+                format_args!(
+                    "{}: the file is no index of thumbs: {cause}",
+                    file.display()
+                ),
             );
             Err(failure.with_hint("name another folder with -o, or remove the file"))
         }

@@ -232,10 +232,10 @@ impl RenderTask {
             return Ok(());
         };
         let error = Error::invalid_usage(format_args!(
-            "{flag} is of one picture, and several are asked for"
+            "{flag} needs a single picture, and several are requested"
         ));
         Err(error
-            .with_hint("leave it away, or render the pictures one by one")
+            .with_hint("leave out the flag, or render the pictures one by one")
             .into())
     }
 
@@ -351,17 +351,18 @@ impl RenderTask {
 /// Returns the length in seconds of the single scene's animation, for `--frames all`.
 fn animation_length(scenes: &[OsString], options: &LoadOptions, rate: f64) -> Result<f64, Failure> {
     let [name] = scenes else {
-        return Err(
-            Error::invalid_usage("--frames all is of one model, and several are named").into(),
-        );
+        return Err(Error::invalid_usage(
+            "--frames all needs a single model, and several are named",
+        )
+        .into());
     };
     let refusal = |reason: String| {
         Error::invalid_usage(format_args!("{}: {reason}", name.display()))
-            .with_hint("say it in seconds: --frames 0..2:25")
+            .with_hint("give the times in seconds: --frames 0..2:25")
     };
     if name == "-" {
         return Err(refusal(
-            "standard input is read once, and --frames all has to look into it before".to_owned(),
+            "standard input can be read only once, and --frames all reads the length of the animation first".to_owned(),
         )
         .into());
     }
@@ -375,10 +376,15 @@ fn animation_length(scenes: &[OsString], options: &LoadOptions, rate: f64) -> Re
         .animation_seconds(options.model.animation.as_deref())
         .filter(|seconds| *seconds > 0.0)
     {
-        None => Err(refusal("it has no animation with a length".to_owned()).into()),
-        Some(seconds) if seconds * rate > FrameTimes::MOST_TIMES => {
-            Err(refusal(format!("{} pictures are too many", seconds * rate)).into())
-        }
+        None => Err(refusal(
+            "--frames all needs an animation longer than 0 s, and the model has none".to_owned(),
+        )
+        .into()),
+        Some(seconds) if seconds * rate > FrameTimes::MOST_TIMES => Err(refusal(format!(
+            "{} pictures are too many; the largest number is 100000",
+            seconds * rate
+        ))
+        .into()),
         Some(seconds) => Ok(seconds),
     }
 }
@@ -458,7 +464,7 @@ fn with_up_direction(view: ViewArgs, up: Option<UpDirection>) -> Result<ViewArgs
     ];
     if let Some((flag, _)) = view_flags.iter().find(|(_, given)| *given) {
         let error = Error::invalid_usage(format_args!(
-            "{flag} shows the whole scene upright, and --up X,Y,Z turns one camera"
+            "{flag} cannot be used with --up X,Y,Z: {flag} shows the whole scene upright, and --up turns a single camera"
         ));
         return Err(error
             .with_hint("turn a model instead: --up z, or another axis")
@@ -514,7 +520,9 @@ fn check_crop(crop: Crop, [width, height]: [u32; 2]) -> Result<Crop, Failure> {
     let message =
         format!("--crop {x},{y},{w},{h} reaches outside the picture of {width}x{height} pixels");
     Err(Error::invalid_usage(message)
-        .with_hint("--crop is x,y,width,height, counted from the top left")
+        .with_hint(
+            "--crop is x,y,width,height in pixels; x and y are distances from the top left corner",
+        )
         .into())
 }
 

@@ -90,11 +90,11 @@ pub(super) fn refuse_contradicting_flags(
 
 fn contradiction_failure(ladder: Ladder, flag: &str) -> Failure {
     let error = Error::invalid_usage(format_args!(
-        "--rung {}=... and {flag} both say which {} is meant",
+        "--rung {}=... and {flag} both set the ladder {}",
         ladder.name(),
         ladder.name()
     ));
-    error.with_hint("leave one of them away").into()
+    error.with_hint("leave out one of the two flags").into()
 }
 
 #[cfg(test)]

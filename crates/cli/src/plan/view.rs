@@ -79,12 +79,12 @@ fn find_camera(scene: &Scene, name: &str) -> Result<Camera, Failure> {
         .collect();
     Err(match (scene.cameras.len(), names.is_empty()) {
         (0, _) => Error::invalid_usage("the scene has no camera of its own").with_hint(
-            "leave --camera out and the whole scene is shown, or place one with --eye and --target",
+            "leave out --camera to show the whole scene, or place a camera with --eye and --target",
         ),
         (1, true) => suggest::unknown_name_error("camera", name, &names)
             .with_hint("the scene has one camera, index 0"),
         (n, true) => suggest::unknown_name_error("camera", name, &names)
-            .with_hint(format!("the scene has {n}, index 0 to {}", n - 1)),
+            .with_hint(format!("the scene has {n} cameras, index 0 to {}", n - 1)),
         _ => suggest::unknown_name_error("camera", name, &names),
     }
     .into())
@@ -151,7 +151,7 @@ fn check_pose(eye: Triple, target: Triple, up: Triple) -> Result<Pose, Failure> 
     let show = |[x, y, z]: Triple| format!("{x},{y},{z}");
     if !(view.length() > 0.0 && view.length().is_finite()) {
         let message = format!(
-            "the camera at {} looks at the point it stands on",
+            "the camera's eye and target are the same point, {}",
             show(eye)
         );
         return Err(Error::invalid_usage(message)
@@ -164,13 +164,13 @@ fn check_pose(eye: Triple, target: Triple, up: Triple) -> Result<Pose, Failure> 
         .length();
     if sine < 1e-9 {
         let message = format!(
-            "the view from {} to {} is along its own up direction {}",
+            "the view from {} to {} is parallel to the up direction {}",
             show(eye),
             show(target),
             show(up)
         );
         return Err(Error::invalid_usage(message)
-            .with_hint("give another one, such as --up 0,0,1")
+            .with_hint("give another up direction, such as --up 0,0,1")
             .into());
     }
     Ok(Pose::LookAt { eye, target, up })
@@ -188,7 +188,7 @@ fn set_fov(projection: &mut Projection, fov: f64) -> Result<(), Failure> {
         Projection::Orthographic { .. } => {
             let error = Error::invalid_usage("--fov has no meaning for an orthographic camera");
             Err(error
-                .with_hint("its `height` in the scene file says how much it shows")
+                .with_hint("set the camera's `height` in the scene file")
                 .into())
         }
     }

@@ -111,7 +111,7 @@ impl EffectBench<'_> {
             .copied()
             .filter(|&e| simulated.has(e) && SWITCHABLE.has(e))
             .collect();
-        listener.report_step("looking how fast it renders", 0.0);
+        listener.report_step("timing a small trial render", 0.0);
         let settings = Settings {
             size: self.choose_size(settings, measured.len())?,
             crop: None,
@@ -124,7 +124,10 @@ impl EffectBench<'_> {
             for round in 0..ROUNDS {
                 let share =
                     ((self.now)() - self.start).as_secs_f64() / self.budget.as_secs_f64().max(1e-9);
-                listener.report_step(&format!("without {}", effect.name()), share.min(1.0));
+                listener.report_step(
+                    &format!("rendering without {}", effect.name()),
+                    share.min(1.0),
+                );
                 let off = Settings {
                     without: settings.without.or(EffectSet::from_effects(&[effect])),
                     ..settings.clone()

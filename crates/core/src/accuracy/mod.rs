@@ -93,7 +93,9 @@ pub enum MeasureError {
     #[error(transparent)]
     Prepare(#[from] PrepareError),
     /// The time budget ended before the reference and the scene's own picture were rendered.
-    #[error("the time is over before the reference and one picture are there")]
+    #[error(
+        "the time budget ended before the reference and one picture of the scene were rendered; use a longer --budget or a smaller --size"
+    )]
     InsufficientTime,
     /// The reusable reference belongs to another scene, or to other settings.
     #[error(transparent)]

@@ -166,7 +166,7 @@ impl<'a> MeasurementSession<'a> {
             (self.stopwatch, self.now),
         );
         let kept_reference = start.reference.as_ref();
-        listener.report_step("looking at the picture", 0.0);
+        listener.report_step("timing the tiles of the picture", 0.0);
         let explained = |error| renderer.to_measure_error(error);
         let grid = self
             .choose_tile_grid(
@@ -175,7 +175,10 @@ impl<'a> MeasurementSession<'a> {
             )
             .map_err(explained)?;
         let looks = self.run_pilot_passes(&renderer, grid).map_err(explained)?;
-        listener.report_step("looking how exact it can be", self.spent_budget_share());
+        listener.report_step(
+            "choosing the quality levels of the reference",
+            self.spent_budget_share(),
+        );
         let reached = self
             .find_feasible_rungs(&renderer, grid, &looks)
             .map_err(explained)?;

@@ -105,7 +105,9 @@ pub struct ScanTreeTiming {
 /// Error: linear scan and BVH find different hits for a ray, so that a comparison of their times is
 /// meaningless.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("scan and tree disagree on ray {ray} among {primitives} primitives: {scan} against {tree}")]
+#[error(
+    "internal error: linear scan and tree find different hits for ray {ray} in a scene of {primitives} primitives (scan: {scan}; tree: {tree}); please report this with the scene"
+)]
 pub struct HitMismatch {
     /// Index of the ray for which the hits differ.
     pub ray: usize,

@@ -37,7 +37,7 @@ pub enum BenchError {
     #[error(transparent)]
     Prepare(#[from] PrepareError),
     /// The scene has no object.
-    #[error("the scene has no object that a ray could hit")]
+    #[error("the scene has no object, so no ray can be timed; add an object")]
     Empty,
 }
 

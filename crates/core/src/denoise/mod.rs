@@ -51,16 +51,20 @@ const TILE: [usize; 2] = [128, 64];
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DenoiseError {
     /// The picture has no random samples, so it has no noise.
-    #[error("chance has no part in the picture, so that there is no noise")]
+    #[error("the picture was rendered without random samples, so it has no noise to remove")]
     NoChance,
     /// The film lacks a layer that the denoiser needs.
-    #[error("it has no layer `{0}`, which tells noise from what is seen")]
+    #[error(
+        "the film has no layer `{0}`, by which the denoiser distinguishes noise from detail; render it with --denoise"
+    )]
     Layer(&'static str),
     /// Some pixels have fewer than four replicates.
-    #[error("some pixels have fewer than four replicates, which tell noise from what is seen")]
+    #[error(
+        "some pixels have fewer than four replicates, by which the denoiser distinguishes noise from detail; render with --denoise and 8 samples per pixel or more"
+    )]
     Replicates,
     /// The observer cancelled denoising.
-    #[error("it was stopped")]
+    #[error("denoising was interrupted")]
     Cancelled,
 }
 

@@ -82,7 +82,7 @@ const PATH: &str = "--integrator path";
 /// Hint for effects without a physical counterpart, which only Whitted ray tracing simulates.
 const WHITTED: &str = "--integrator whitted";
 /// Hint for effects that a fixed pattern of samples cannot simulate.
-const SAMPLES: &str = "--spp 64, say";
+const SAMPLES: &str = "--spp 64, for example";
 
 macro_rules! rows {
     ($($(#[$doc:meta])* $variant:ident = $name:literal, $role:ident, $source:expr, $treatments:expr;)*) => {
@@ -141,7 +141,7 @@ impl EffectRule {
             _ if source.is_none() => (EffectStatus::Absent, *absent, None),
             SimulatedByRays(_) if settings.max_depth < 2 => (
                 EffectStatus::LeftOut,
-                "every path ends at its first hit (maximum depth 1)",
+                "the maximum depth is 1, so every path ends at its first hit",
                 Some("--max-depth 2 or more"),
             ),
             Simulated(because) | SimulatedByRays(because) => {

@@ -96,12 +96,12 @@ fn integrator_reason(
     findings: &[EffectFinding],
 ) -> &'static str {
     match requested {
-        Integrator::Whitted | Integrator::Path => "asked for",
-        Integrator::Auto if paths => "the scene has what only paths find",
+        Integrator::Whitted | Integrator::Path => "requested by flag or scene",
+        Integrator::Auto if paths => "the scene has effects that only path tracing simulates",
         Integrator::Auto if findings.iter().any(|f| f.status == EffectStatus::LeftOut) => {
-            "the scene asks for no other; what it leaves out is listed"
+            "no effect of the scene needs path tracing; the effects left out are listed"
         }
-        Integrator::Auto => "the scene is exactly what Whitted ray tracing solves",
+        Integrator::Auto => "Whitted ray tracing simulates every effect of the scene",
     }
 }
 
@@ -117,10 +117,10 @@ fn mark_switched_off(finding: &mut EffectFinding, left: EffectStatus, off: Effec
     finding.because = if named {
         "switched off"
     } else {
-        "what calls for it is switched off"
+        "its cause in the scene is removed by an effect that is switched off"
     }
     .to_owned();
-    finding.hint = Some("leave --without away".to_owned());
+    finding.hint = Some("remove the effect from --without".to_owned());
 }
 
 #[cfg(test)]

@@ -64,7 +64,8 @@ impl<'a> GraphBuilder<'a> {
                 } else {
                     "a constant"
                 };
-                let message = format!("`{name}` is a parameter of the scene and also {other}");
+                let message =
+                    format!("the parameter `{name}` of the scene has the same name as {other}");
                 Err(ExprError::new(message, span).with_hint("give the parameter another name"))
             }
             (None, None, None) => Err(self.unknown_name_error(name, span)),
@@ -110,7 +111,10 @@ impl<'a> GraphBuilder<'a> {
         } else {
             ""
         };
-        format!("names that exist here: {}{more}", names.join(", "))
+        format!(
+            "names that this expression may read: {}{more}",
+            names.join(", ")
+        )
     }
 
     /// Adds the component `name` of a vector, such as `x` or `r`.
@@ -162,7 +166,7 @@ impl<'a> GraphBuilder<'a> {
                     .add_operation(Operation::Scale, [a.id, minus_one]))
             }
             Operation::Not => Err(ExprError::new(
-                "`!` needs a number, and this is a vector",
+                "`!` needs a number, but its operand is a vector",
                 a.span.clone(),
             )),
             _ => Ok(self.apply_to_components([a.id; 3], |graph, [a, ..]| {
@@ -186,7 +190,7 @@ impl<'a> GraphBuilder<'a> {
             let vector = if vectors.0 { a } else { b };
             let hint = "take a component such as `.y`, or `length(…)` or `dot(…)`";
             return Err(ExprError::new(
-                "a number is needed here, and this is a vector",
+                "this operation needs numbers, but an operand is a vector",
                 vector.span.clone(),
             )
             .with_hint(hint));
@@ -260,7 +264,7 @@ impl<'a> GraphBuilder<'a> {
     pub fn expect_number(&self, term: &SourceTerm, label: &str) -> Result<NodeId> {
         if self.is_vector(term) {
             return Err(ExprError::new(
-                format!("{label} must be a number, and this is a vector"),
+                format!("{label} must be a number, not a vector"),
                 term.span.clone(),
             ));
         }
@@ -272,7 +276,7 @@ impl<'a> GraphBuilder<'a> {
     pub fn expect_vector(&self, term: &SourceTerm, label: &str) -> Result<NodeId> {
         if !self.is_vector(term) {
             let error = ExprError::new(
-                format!("{label} must be a vector, and this is a number"),
+                format!("{label} must be a vector, not a number"),
                 term.span.clone(),
             );
             return Err(error.with_hint("a vector is written `[x, y, z]` or `vec3(x, y, z)`"));

@@ -151,14 +151,16 @@ impl GraphBuilder<'_> {
             Some(count) => Ok((point, count as u32)),
             None => {
                 let message = format!(
-                    "the octaves of `{name}` must be a constant whole number from 1 to {MAX_OCTAVES}"
+                    "the number of octaves of `{name}` must be a constant whole number from 1 to {MAX_OCTAVES}"
                 );
                 let place = if all.len() > 1 {
                     last.span.clone()
                 } else {
                     span.clone()
                 };
-                Err(ExprError::new(message, place).with_hint("they are the last argument"))
+                Err(ExprError::new(message, place).with_hint(
+                    "write a number such as 4 as the last argument, which is the number of octaves",
+                ))
             }
         }
     }
@@ -183,7 +185,7 @@ impl GraphBuilder<'_> {
                     .add_operation(octaves.operation_2d(count), operands)
             }
             (Function::Noise(_), [p]) => {
-                let p = self.expect_vector(p, "a point of noise")?;
+                let p = self.expect_vector(p, "the point of a noise function")?;
                 self.graph.add_operation(octaves.operation_3d(count), [p])
             }
             (Function::Noise(_), [_, _, _]) => {

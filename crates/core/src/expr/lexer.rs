@@ -99,7 +99,7 @@ fn read_number(rest: &str, position: usize) -> Result<(Lexeme, usize)> {
     match rest[..end].parse::<f64>() {
         Ok(value) if value.is_finite() => Ok((Lexeme::Number(value), end)),
         _ => Err(ExprError::new(
-            "this number is too large",
+            "this number is too large: the limit is about 1.8e308",
             position..position + end,
         )),
     }
@@ -112,7 +112,7 @@ fn unexpected_character_error(character: char, position: usize) -> ExprError {
         position..position + character.len_utf8(),
     );
     match character {
-        '=' => error.with_hint("`==` compares; an expression has no assignments"),
+        '=' => error.with_hint("write `==` to compare; an expression cannot assign a value"),
         '&' => error.with_hint("write `&&` for \"and\""),
         '|' => error.with_hint("write `||` for \"or\""),
         ';' | '{' | '}' => error.with_hint("an expression is one formula, without statements"),

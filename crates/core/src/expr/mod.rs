@@ -70,10 +70,10 @@ pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, Expr
         value => {
             let value = value.unwrap_or(f64::NAN);
             let error = ExprError::new(
-                format!("the value of this expression is {value}"),
+                format!("the value of this expression is {value}, not a finite number"),
                 term.span,
             );
-            Err(error.with_hint("a number of the scene must be finite"))
+            Err(error.with_hint("every number of a scene must be finite"))
         }
     }
 }
@@ -115,12 +115,12 @@ pub fn parameter_name_problem(name: &str) -> Option<String> {
         || !name.chars().all(letters)
     {
         return Some(
-            "a parameter's name is made of letters, digits and `_`, and starts with a letter"
+            "the name of a parameter consists of letters, digits and `_`, and does not start with a digit"
                 .to_owned(),
         );
     }
     if name == "t" {
-        return Some("`t` is the time".to_owned());
+        return Some("`t` is the time of the scene".to_owned());
     }
     function::find_constant(name).map(|value| format!("`{name}` is the constant {value}"))
 }

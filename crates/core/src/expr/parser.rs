@@ -34,7 +34,7 @@ pub(super) fn parse<'n>(
 ) -> Result<(GraphBuilder<'n>, SourceTerm)> {
     if source.len() > MAX_SOURCE {
         let message = format!(
-            "this expression has {} bytes; the limit is {MAX_SOURCE}",
+            "this expression has {} bytes; the limit is {MAX_SOURCE} bytes",
             source.len()
         );
         return Err(ExprError::new(message, 0..source.len()));
@@ -135,11 +135,12 @@ impl Parser<'_, '_> {
                 .get(self.position - 1)
                 .is_some_and(|t| matches!(t.lexeme, Lexeme::Number(_)));
         match token.lexeme {
-            Lexeme::Symbol(")" | "]") => {
-                ExprError::new(format!("`{text}` closes nothing here"), token.span)
-            }
+            Lexeme::Symbol(")" | "]") => ExprError::new(
+                format!("`{text}` has no matching opening bracket"),
+                token.span,
+            ),
             Lexeme::Symbol(",") => ExprError::new(
-                "a comma belongs between the arguments of a function or the parts of a vector",
+                "a comma may only separate arguments of a function or components of a vector",
                 token.span,
             ),
             Lexeme::Name if touching => ExprError::new(
@@ -148,7 +149,7 @@ impl Parser<'_, '_> {
             )
             .with_hint("multiplication is written `*`"),
             _ => ExprError::new(
-                format!("expected an operator or the end, found `{text}`"),
+                format!("expected an operator or the end of the expression, found `{text}`"),
                 token.span,
             ),
         }
@@ -157,7 +158,7 @@ impl Parser<'_, '_> {
     /// Runs a parsing function one level deeper, and checks the nesting depth.
     fn parse_nested<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         if self.depth == MAX_DEPTH {
-            let message = format!("this expression is nested more than {MAX_DEPTH} deep");
+            let message = format!("this expression is nested more than {MAX_DEPTH} levels deep");
             return Err(ExprError::new(message, self.current_token().span));
         }
         self.depth += 1;
@@ -175,7 +176,7 @@ impl Parser<'_, '_> {
         }
         let then = self.parse_nested(Self::parse_expression)?;
         if !self.take_symbol(":") {
-            let error = ExprError::new("`?` without `:`", mark);
+            let error = ExprError::new("`?` has no matching `:`", mark);
             return Err(error.with_hint("a choice is written `condition ? a : b`"));
         }
         let other = self.parse_nested(Self::parse_expression)?;
@@ -252,7 +253,7 @@ impl Parser<'_, '_> {
             let token = self.next_token();
             if token.lexeme != Lexeme::Name {
                 return Err(ExprError::new(
-                    "expected a component such as `.x` after the point",
+                    "expected a component such as `x` after `.`",
                     token.span,
                 ));
             }
@@ -296,10 +297,7 @@ impl Parser<'_, '_> {
                 let (parts, end) = self.parse_list("]", &span)?;
                 let whole = span.start..end;
                 if parts.len() != 3 {
-                    let message = format!(
-                        "a vector has three components, and this has {}",
-                        parts.len()
-                    );
+                    let message = format!("a vector has three components, not {}", parts.len());
                     return Err(ExprError::new(message, whole));
                 }
                 Ok(SourceTerm {
@@ -310,7 +308,7 @@ impl Parser<'_, '_> {
             Lexeme::End => {
                 let error = ExprError::new("the expression ends where a value is expected", span);
                 Err(error.with_hint(
-                    "a value is a number, a name, a function or something in parentheses",
+                    "a value is a number, a name, a function call, an expression in parentheses or a vector in brackets",
                 ))
             }
             Lexeme::Symbol(symbol) => Err(ExprError::new(

@@ -52,8 +52,9 @@ impl Program {
         let last_uses = find_last_uses(nodes);
         let count = last_uses.iter().flatten().count();
         if count > MAX_OPERATIONS {
-            let message =
-                format!("this expression has {count} operations; the limit is {MAX_OPERATIONS}");
+            let message = format!(
+                "this expression has {count} operations; the limit is {MAX_OPERATIONS} operations"
+            );
             return Err(ExprError::new(message, span));
         }
         let needed = || {

@@ -6,10 +6,12 @@ use super::{Film, Rect};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PartError {
     /// No film was given.
-    #[error("there is nothing to merge")]
+    #[error("no film was given: name at least one film to merge")]
     Nothing,
     /// The films belong to different pictures.
-    #[error("part {part} belongs to another picture: its {label} differs")]
+    #[error(
+        "film {part} (counted from 0) belongs to another picture: its {label} differs; use only films of one scene that were rendered with the same settings"
+    )]
     Foreign {
         /// Index of the film, from zero.
         part: usize,
@@ -18,7 +20,7 @@ pub enum PartError {
     },
     /// The film cannot be continued to the requested number of samples.
     #[error(
-        "it has {has} samples a pixel, which are not among the first of {requested}; of {least} they are"
+        "the film has {has} samples per pixel and cannot be continued to {requested}; request at least {least} samples per pixel"
     )]
     Samples {
         /// Samples per pixel of the film's plan.
@@ -30,7 +32,9 @@ pub enum PartError {
         least: u32,
     },
     /// Two films contain the same samples, which must not count twice.
-    #[error("part {part} holds replicate {replicate} of tile {tile}, which another part holds too")]
+    #[error(
+        "film {part} (counted from 0) contains replicate {replicate} of tile {tile}, which an earlier film contains too; name each film once"
+    )]
     Overlap {
         /// Index of the later film, from zero.
         part: usize,
@@ -131,8 +135,10 @@ impl Film {
         let mut film = Film::new_empty(first.identity.clone(), first.plan.clone());
         (film.sample_goals, film.is_replayed) = (first.sample_goals.clone(), first.is_replayed);
         for (index, part) in parts.iter().enumerate() {
-            let goals =
-                || (first.sample_goals != part.sample_goals).then(|| "map of samples".to_owned());
+            let goals = || {
+                (first.sample_goals != part.sample_goals)
+                    .then(|| "list of sample counts".to_owned())
+            };
             if let Some(label) = first.find_difference(part).or_else(goals) {
                 return Err(PartError::Foreign { part: index, label });
             }

@@ -26,7 +26,7 @@ pub struct FilmHeader {
 
 /// Reason why a film's header is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("its {0} makes no sense")]
+#[error("the {0} in the header of the film is invalid")]
 pub struct HeaderError(&'static str);
 
 /// Reader or writer of a film's numbers: a reader fills the slices, a writer leaves them unchanged.
@@ -57,7 +57,7 @@ impl FilmHeader {
         }
         let has_goals = self.plan.adaptive || self.is_replayed;
         if self.goals.len() != if has_goals { self.drawn.len() } else { 0 } {
-            return Err(HeaderError("map of samples"));
+            return Err(HeaderError("list of sample counts"));
         }
         let all = |unit: usize| self.plan.replicate_samples((unit as u64 / tiles) as u32);
         let most = |unit: usize| {

@@ -104,5 +104,5 @@ fn unknown_rung_error(label: &str, name: &str, known: &[&str]) -> UnknownRungErr
         Some(word) => format!("did you mean `{word}`?"),
         None => format!("known: {}", known.join(", ")),
     };
-    UnknownRungError(format!("there is no {label} `{name}`; {hint}"))
+    UnknownRungError(format!("unknown {label} `{name}`; {hint}"))
 }

@@ -155,7 +155,7 @@ fn paths_may_be_longer_than_their_longest_rung() {
         (depth + 1).to_string()
     );
     assert!(
-        longest.about.contains("more by --max-depth"),
+        longest.about.contains("for more use --max-depth"),
         "{}",
         longest.about
     );
@@ -171,11 +171,11 @@ fn mistakes_are_explained() {
     );
     assert_eq!(
         message_of("precison=reference"),
-        "there is no ladder `precison`; did you mean `precision`?"
+        "unknown ladder `precison`; did you mean `precision`?"
     );
     assert_eq!(
         message_of("precision=exact"),
-        "there is no rung of precision `exact`; known: robust, reference"
+        "unknown rung of precision `exact`; known: robust, reference"
     );
     assert!(message_of("brightness=red").contains("known: integrator, precision"));
 }

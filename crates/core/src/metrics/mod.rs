@@ -22,13 +22,17 @@ use crate::picture::Picture;
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum MetricsError {
     /// The two pictures differ in size.
-    #[error("the pictures differ in size: {0} × {1} against {2} × {3} pixels")]
+    #[error(
+        "the pictures have different sizes, {0} × {1} and {2} × {3} pixels; only pictures of the same size can be compared"
+    )]
     Size(u32, u32, u32, u32),
     /// A picture has no pixels, or a buffer does not match the picture's size.
-    #[error("a picture has no pixels, or not as many as its size says")]
+    #[error(
+        "a picture has no pixels, or a buffer whose length does not match its width and height"
+    )]
     Pixels,
     /// The pixels per degree of FLIP are outside 1 to 1000.
-    #[error("{0} pixels per degree is outside 1 to 1000")]
+    #[error("{0} pixels per degree are out of range: FLIP needs a number from 1 to 1000")]
     PixelsPerDegree(f64),
 }
 

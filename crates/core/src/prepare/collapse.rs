@@ -48,7 +48,7 @@ fn find_lost_extent(
     };
     match *shape {
         Shape::Box { min, max } if !DVec3::cmplt(stored(min.into()), stored(max.into())).all() => {
-            far("box.max", "the distance of `max` from `min`")
+            far("box.max", "the distance between `min` and `max`")
         }
         Shape::Quad {
             corner,
@@ -68,7 +68,7 @@ fn find_lost_extent(
             }
         }
         Shape::Triangle { vertices } if flat(vertices.map(|p| stored(p.into()))) => {
-            far("triangle.vertices", "the distance of the corners")
+            far("triangle.vertices", "the distance between the corners")
         }
         Shape::Torus {
             major_radius,
@@ -76,7 +76,7 @@ fn find_lost_extent(
             ..
         } if round(minor_radius) >= round(major_radius) => Some(LostExtent {
             key: "torus.minor_radius",
-            label: "the difference of `minor_radius` from `major_radius`",
+            label: "the difference between `minor_radius` and `major_radius`",
             caused_by_distance: false,
         }),
         _ => None,
@@ -126,7 +126,7 @@ fn listed_object_problem<R: Real>(path: &str, object: &Object, origin: DVec3) ->
     let loss = find_lost_extent(&object.shape, offset, round_to_scalar::<R>)?;
     let nearer = loss
         .caused_by_distance
-        .then_some("move it nearer to the rest of the scene");
+        .then_some("move the object nearer to the rest of the scene");
     Some(collapse_problem::<R>(
         path,
         &loss,
@@ -165,7 +165,7 @@ fn generated_object_problem<R: Real>(
         " of the generator's object {index}, at {}",
         format_list(&position.to_array())
     );
-    let nearer = Some("make it larger, put the generator's places nearer to the rest of the scene");
+    let nearer = Some("make the object larger, move the generator nearer to the rest of the scene");
     Some(collapse_problem::<R>(
         path,
         &loss,
@@ -196,7 +196,7 @@ fn collapse_problem<R: Real>(
     Problem {
         path: format!("{path}.shape.{}", loss.key),
         message: format!(
-            "{} is lost in {stored} precision, so there is nothing to see{which}",
+            "{} rounds to zero in {stored} precision, so nothing is visible{which}",
             loss.label
         ),
         hint: (!hint.is_empty()).then_some(hint),

@@ -41,7 +41,7 @@ pub enum PrepareError {
     },
     /// An input of the sky needs a surface. Validation reports the same problem with its location
     /// in the file.
-    #[error("{path}: a sky has no surface for a texture or checkerboard to lie on")]
+    #[error("{path}: a sky has no surface, so it cannot have a texture or a checkerboard")]
     NoSurface {
         /// Path of the input.
         path: String,
@@ -55,10 +55,10 @@ pub enum PrepareError {
         source: ExprError,
     },
     /// The observer cancelled preparation.
-    #[error("preparation was stopped")]
+    #[error("preparation was cancelled")]
     Cancelled,
     /// The estimated memory exceeds the limit. Nothing was built.
-    #[error("rendering needs about {} bytes, but at most {allowed} are allowed", needed.total())]
+    #[error("rendering needs about {} bytes of memory, but the limit is {allowed} bytes", needed.total())]
     Memory {
         /// Estimated memory by purpose.
         needed: MemoryUse,
@@ -66,7 +66,7 @@ pub enum PrepareError {
         allowed: u64,
     },
     /// The system cannot provide the estimated memory. Nothing was built.
-    #[error("rendering needs about {} bytes, and the system does not give as much", needed.total())]
+    #[error("rendering needs about {} bytes of memory, which the system cannot provide", needed.total())]
     OutOfMemory {
         /// Estimated memory by purpose.
         needed: MemoryUse,

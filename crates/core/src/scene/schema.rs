@@ -97,7 +97,7 @@ impl JsonSchema for Colour {
             generator.subschema_for::<f64>(),
             generator.subschema_for::<Triple>(),
         );
-        json_schema!({ "description": "Linear red, green, blue; one number means grey.", "anyOf": [one, three] })
+        json_schema!({ "description": "Linear red, green, blue; a single number means grey.", "anyOf": [one, three] })
     }
 }
 
@@ -106,12 +106,12 @@ fn describe_expressions(scope: ExprScope) -> String {
     let list = |names: &mut dyn Iterator<Item = &'static str>| names.collect::<Vec<_>>().join(", ");
     let place = match scope {
         ExprScope::Light => {
-            ", of which the light's (l, shadow, occluder_distance) exist only where a light is weighed"
+            ", of which l, shadow and occluder_distance exist only in the weight of a light"
         }
         _ => "; in the sky only d and o",
     };
     format!(
-        "Vectors are [x, y, z]. Variables: {}{place}. Constants: t, the parameters, {}. Functions: {}. What each means: \
+        "Vectors are [x, y, z]. Variables: {}{place}. Constants: t, the parameters, {}. Functions: {}. Their meanings: \
          docs/scene-format.md, in the source of the program.",
         list(&mut scope.variables().iter().map(|variable| variable.name())),
         list(&mut constant_names()),

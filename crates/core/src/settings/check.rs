@@ -6,10 +6,10 @@ use super::{Crop, Sampling, Settings};
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
     /// The size of the picture is zero or too large.
-    #[error("a picture of {} x {} pixels can't be made: each edge takes 1 to {} pixels", .0[0], .0[1], Settings::MOST_EDGE)]
+    #[error("the size {} x {} pixels is out of range: width and height must be 1 to {} pixels", .0[0], .0[1], Settings::MOST_EDGE)]
     Size([u32; 2]),
     /// The crop is empty or extends outside the picture.
-    #[error("the crop of {} x {} pixels at {}, {} reaches outside the picture of {} x {} pixels or is empty", .crop.width, .crop.height, .crop.x, .crop.y, .size[0], .size[1])]
+    #[error("the crop of {} x {} pixels at column {}, row {} is empty or extends outside the picture of {} x {} pixels; choose a rectangle inside the picture", .crop.width, .crop.height, .crop.x, .crop.y, .size[0], .size[1])]
     Crop {
         /// The crop.
         crop: Crop,
@@ -17,15 +17,13 @@ pub enum SettingsError {
         size: [u32; 2],
     },
     /// The number of samples per pixel is zero or too large.
-    #[error("a pixel can't have {0} samples: it takes 1 to {most}", most = Settings::MOST_SAMPLES)]
+    #[error("{0} samples per pixel are out of range: the number must be 1 to {most}", most = Settings::MOST_SAMPLES)]
     Samples(u32),
     /// The greatest number of segments of a path is zero.
-    #[error(
-        "a path can't be limited to no segments at all: it takes at least one, that of the camera's ray"
-    )]
+    #[error("the greatest number of path segments is 0, but must be at least 1, the camera ray")]
     Depth,
     /// A value that must be above zero is zero, negative, NaN or infinite.
-    #[error("`{name}` is {value}, but has to be a finite number above 0")]
+    #[error("the setting `{name}` is {value}, but must be a finite number above 0")]
     Number {
         /// Name of the field.
         name: &'static str,

@@ -106,7 +106,7 @@ fn frame_contest() -> CostComparison {
         (n.as_vec3(), n)
     };
     contest_over_samples(
-        "a frame about a normal",
+        "a shading frame about a normal",
         drawn,
         [
             |&(n, _)| {
@@ -137,7 +137,7 @@ fn reflection_contest() -> CostComparison {
         black_box(d - n * (2.0 * d.dot(n)));
     };
     contest_over_samples(
-        "a mirrored direction",
+        "a mirror-reflected direction",
         drawn,
         [
             by_textbook,

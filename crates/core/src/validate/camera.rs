@@ -14,7 +14,7 @@ pub(super) fn check_camera(check: &mut SceneCheck<'_>, camera: &Camera) {
         check.with_key("name", |check| {
             check.report_with_hint(
                 message,
-                "a number chooses a camera by its place in the list",
+                "`--camera` takes a number as the index of a camera, so the name needs a letter",
             )
         });
     }
@@ -66,7 +66,9 @@ fn check_pose(check: &mut SceneCheck<'_>, pose: &Pose) {
                     .iter()
                     .all(|axis| unit(*axis) != DVec3::ZERO)
             {
-                check.report("`right`, `up` and `back` lie in one plane, so they span no picture");
+                check.report(
+                    "`right`, `up` and `back` lie in a plane, so they define no orientation",
+                );
             }
         }),
     }
@@ -79,7 +81,7 @@ fn check_look_at(check: &mut SceneCheck<'_>, eye: Triple, target: Triple, up: Tr
     let view = DVec3::from(target) - DVec3::from(eye);
     if view.length() < SMALLEST {
         check.with_key("target", |check| {
-            check.report("`target` is where `eye` is, so the camera looks nowhere")
+            check.report("`target` equals `eye`, so the camera has no viewing direction")
         });
         return;
     }
@@ -89,10 +91,10 @@ fn check_look_at(check: &mut SceneCheck<'_>, eye: Triple, target: Triple, up: Tr
         .length();
     if sine < MIN_VIEW_SINE && up.iter().any(|x| *x != 0.0) {
         let message = format!(
-            "the camera looks along `up`, {}, so no direction of the picture is upwards",
+            "`up`, {}, is parallel to the viewing direction, so the picture has no upward direction",
             format_list(&up)
         );
-        let hint = "choose an `up` that does not point along the view, [0, 0, -1] for a camera that looks down";
+        let hint = "choose an `up` that is not parallel to the viewing direction, such as [0, 0, -1] for a camera that looks down";
         check.with_key("up", |check| check.report_with_hint(message, hint));
     }
 }
@@ -126,12 +128,15 @@ fn check_pinhole(check: &mut SceneCheck<'_>, lens: &Pinhole) {
         .filter(|(_, value)| value.is_some())
         .map(|(key, _)| *key)
         .collect();
-    let hint = "give one of `vertical_fov`, `horizontal_fov` (degrees) and `focal_length`";
+    let hint =
+        "give exactly one of `vertical_fov`, `horizontal_fov` (both in degrees) and `focal_length`";
     match given.as_slice() {
-        [] => check.report_with_hint("the pinhole does not say how wide it opens", hint),
+        [] => check.report_with_hint("the pinhole camera has no opening angle", hint),
         [_] => {}
         [first, second, ..] => {
-            let message = format!("`{first}` and `{second}` both say how wide the pinhole opens");
+            let message = format!(
+                "`{first}` and `{second}` both set the opening angle of the pinhole camera"
+            );
             check.with_key(second, |check| check.report_with_hint(message, hint));
         }
     }

@@ -192,7 +192,7 @@ impl<'a> SceneCheck<'a> {
         self.comparisons = left;
         let hint = match closest_word(name, known.iter()) {
             Some(word) => format!("did you mean `{word}`?"),
-            None if known.len() == 0 => format!("the scene has no {label} at all"),
+            None if known.len() == 0 => format!("the scene has no {label}"),
             None => {
                 let list: Vec<_> = known.iter().take(20).collect();
                 format!("the {label} names of this scene: {}", list.join(", "))
@@ -305,7 +305,7 @@ impl<'a> SceneCheck<'a> {
     /// Checks that a factor is not negative.
     pub fn require_not_negative(&mut self, key: &str, value: f64) {
         if value < 0.0 {
-            self.report_value(key, format_args!("must not be negative, as {value} is"));
+            self.report_value(key, format_args!("must not be negative, but is {value}"));
         } else {
             self.require_finite(key, value);
         }
@@ -333,7 +333,7 @@ impl<'a> SceneCheck<'a> {
         } else if point.iter().any(|x| x.abs() > FARTHEST) {
             self.report_value(
                 key,
-                format_args!("must lie within {FARTHEST:e} of the origin on each axis"),
+                format_args!("must lie within {FARTHEST:e} world units of the origin on each axis"),
             );
         }
     }
@@ -352,11 +352,13 @@ impl<'a> SceneCheck<'a> {
                 ),
             );
         } else if longest == 0.0 {
-            self.report_value(key, "has no length, so it is no direction");
+            self.report_value(key, "has length zero, so it gives no direction");
         } else if !(SHORTEST_DIRECTION..=LONGEST_DIRECTION).contains(&longest) {
             self.report_value(
                 key,
-                format_args!("must be from {SHORTEST_DIRECTION:e} to {LONGEST_DIRECTION:e} long"),
+                format_args!(
+                    "must have a length from {SHORTEST_DIRECTION:e} to {LONGEST_DIRECTION:e}"
+                ),
             );
         }
     }
@@ -378,7 +380,7 @@ impl<'a> SceneCheck<'a> {
             self.report_value(
                 key,
                 format_args!(
-                    "must have no negative part, as {} has",
+                    "must have no negative channel, but is {}",
                     format_list(&colour.0)
                 ),
             );
@@ -388,7 +390,7 @@ impl<'a> SceneCheck<'a> {
                 format_args!("must be finite, not {}", format_list(&colour.0)),
             );
         } else if colour.0.iter().any(|x| *x > greatest) {
-            self.report_value(key, format_args!("must have no part beyond {greatest:e}"));
+            self.report_value(key, format_args!("must have no channel above {greatest:e}"));
         }
     }
 }

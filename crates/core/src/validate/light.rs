@@ -46,7 +46,9 @@ pub(super) fn check_light(check: &mut SceneCheck<'_>, light: &Light) {
                         "`outer_angle` must not be below `inner_angle`, which is {inner_angle}"
                     ));
                 } else if outer_angle == 0.0 {
-                    check.report("`outer_angle` must be above 0: such a cone is shut");
+                    check.report(
+                        "`outer_angle` must be above 0: a cone with the angle 0 emits no light",
+                    );
                 }
             });
             check_range(check, range);
@@ -74,9 +76,9 @@ pub(super) fn check_sky(check: &mut SceneCheck<'_>, sky: &Sky) {
                 check.check_colour_expression(source, ExprScope::Sky)
             }
             ColourInput::Texture(_) | ColourInput::Checker(_) => {
-                let hint = "for a picture of the surroundings write `map = { image = \"…\" }`";
+                let hint = "for an environment map write `map = { image = \"…\" }`";
                 check.report_with_hint(
-                    "a sky has no surface for a texture or checkerboard to lie on",
+                    "a sky has no surface, so it cannot have a texture or a checkerboard",
                     hint,
                 );
             }

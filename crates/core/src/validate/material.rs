@@ -77,7 +77,7 @@ fn check_mixture(check: &mut SceneCheck<'_>, m: &Mixture) {
     if m.specular_chance + m.refraction_chance > 1.0 {
         let message = "`specular_chance` and `refraction_chance` together must be at most 1";
         check.with_key("refraction_chance", |check| {
-            check.report_with_hint(message, "what they leave is diffused")
+            check.report_with_hint(message, "reduce one of the two probabilities; what remains to 1 is the probability of diffuse reflection")
         });
     }
     check.require_within("refraction_roughness", m.refraction_roughness, 0.0, 1.0);
@@ -90,10 +90,9 @@ fn check_mixture(check: &mut SceneCheck<'_>, m: &Mixture) {
 /// Checks the terms of a classic material that spawn rays.
 fn check_traced_terms(check: &mut SceneCheck<'_>, material: &ClassicMaterial) {
     if material.reflection.is_some() && material.transmission.is_some() {
-        let message =
-            "a material with `transmission` reflects already, so it cannot have `reflection` too";
+        let message = "`transmission` includes a reflection, so a material cannot have `reflection` and `transmission`";
         check.with_key("reflection", |check| {
-            check.report_with_hint(message, "remove one of the two")
+            check.report_with_hint(message, "remove `reflection` or `transmission`")
         });
     }
     if let Some(reflection) = &material.reflection {
@@ -130,7 +129,7 @@ fn check_physical(check: &mut SceneCheck<'_>, material: &Physical) {
     }
     if material.priority > 0 && material.thin_walled {
         check.with_key("priority", |check| {
-            check.report("a thin wall has no inside that could have a priority")
+            check.report("a thin wall has no inside, so it cannot have a `priority`: remove `priority` or `thin_walled`")
         });
     }
     if let AlphaMode::Mask { cutoff } = material.alpha {

@@ -34,8 +34,8 @@ pub(super) fn check_mesh(check: &mut SceneCheck<'_>, mesh: &Mesh) {
         check.require_finite("time", model.time.unwrap_or_default());
         if matches!(mesh.source, MeshSource::Inline(_)) {
             check.report_with_hint(
-                "`model` chooses from a file, and the arrays of this mesh are inline",
-                "leave `model` away",
+                "`model` selects a part of a file, but the arrays of this mesh are inline",
+                "remove `model`",
             );
         }
     });
@@ -70,7 +70,7 @@ pub fn find_missing_uv_sets(scene: &Scene) -> Vec<Problem> {
         for set in material.uv_sets().into_iter().filter(lacks) {
             if problems.len() < MAX_PROBLEMS && seen.insert((name, &object.material, set)) {
                 let message = format!(
-                    "the material `{}` reads `uv_set` {set}, which the mesh `{name}` does not have; (0, 0) is read there",
+                    "the material `{}` reads texture coordinates by `uv_set` {set}, but the mesh `{name}` has no such set, so they count as (0, 0): use a set that the mesh has",
                     object.material
                 );
                 problems.push(Problem {
@@ -106,7 +106,7 @@ pub fn check_mesh_data(data: &MeshData) -> Vec<(String, String)> {
         .position(|corners| corners.iter().any(|index| *index as usize >= vertices))
     {
         let message = format!(
-            "this triangle names a vertex that does not exist: there are {vertices}, counted from 0"
+            "an index of this triangle is too large: the mesh has {vertices} vertices, whose indices begin at 0"
         );
         problems.push((format!("indices[{i}]"), message));
     }
@@ -154,7 +154,7 @@ fn check_attribute<const N: usize>(
     {
         problems.push((
             format!("{name}[{i}]"),
-            format!("`{name}[{i}]` must be finite, and a colour not negative"),
+            format!("`{name}[{i}]` must be finite; a colour must also not be negative"),
         ));
     }
 }

@@ -61,7 +61,7 @@ pub fn validate(scene: &Scene) -> Vec<Problem> {
     let mut check = SceneCheck::new(scene);
     if scene.format != FORMAT {
         let message = format!(
-            "this program reads format {FORMAT} of scenes, not {}",
+            "this program reads version {FORMAT} of the scene format, not version {}",
             scene.format
         );
         check.with_key("format", |check| check.report(message));

@@ -22,10 +22,10 @@ pub(super) fn check_object_motion(check: &mut SceneCheck<'_>, object: &Object) {
         return;
     };
     if Motion::new(ends).is_err() {
-        let hint = "what turns shrinks on its way: turn by less than 180 degrees, and change the sign of no scale factor";
+        let hint = "a turning object shrinks on its path: turn it by less than 180 degrees, and keep the sign of every scale factor";
         check.with_key("transform_end", |check| {
             check.report_with_hint(
-                "at some time between `transform` and `transform_end` nothing is left to see",
+                "at some time between `transform` and `transform_end` the object has no extent",
                 hint,
             );
         });
@@ -35,9 +35,9 @@ pub(super) fn check_object_motion(check: &mut SceneCheck<'_>, object: &Object) {
         .and_then(Material::uniform_emission)
         .is_some()
     {
-        let hint = "leave `transform_end` away, or give the object a material without emission";
+        let hint = "remove `transform_end`, or give the object a material without emission";
         check.with_key("transform_end", |check| {
-            check.report_with_hint("an object that gives off light can't move: its light is drawn from where it stands", hint);
+            check.report_with_hint("an object that emits light cannot move: its light is sampled at its position at time 0", hint);
         });
     }
 }
@@ -49,7 +49,7 @@ pub(super) fn check_camera_motion(check: &mut SceneCheck<'_>, camera: &Camera, r
     {
         let times = format_list(&[open, close]);
         let message = format!(
-            "`shutter` must open at 0 or later and close at 1 or earlier, not before it opens: {times}"
+            "`shutter` must hold an opening time and a closing time, both from 0 to 1 and the earlier first, not {times}"
         );
         check.with_key("shutter", |check| {
             check.report_with_hint(message, "motion runs from time 0 to time 1")
@@ -99,16 +99,16 @@ fn check_pose_motion(check: &mut SceneCheck<'_>, start: &Pose, end: &Pose) {
             start == end || Motion::new([start, end]).is_ok()
         }
         _ => {
-            let hint = "give both as `look_at`, as `orbit` or as `axes`";
+            let hint = "write both poses as `look_at`, as `orbit` or as `axes`";
             return check.report_with_hint(
-                "`pose_end` must be of the same kind as `pose`: nothing lies between two kinds",
+                "`pose_end` must be of the same kind as `pose`: poses of two kinds cannot be interpolated",
                 hint,
             );
         }
     };
     if !sees {
-        let hint = "choose two poses between which the view keeps away from `up`, or an `orbit`, which turns about its target";
-        check.report_with_hint("at some time between `pose` and `pose_end` the camera has no view, or no direction that is upwards", hint);
+        let hint = "choose two poses between which the viewing direction is never parallel to `up`, or use `orbit`, which turns about its target";
+        check.report_with_hint("at some time between `pose` and `pose_end` the camera has no viewing direction or no upward direction", hint);
     }
 }
 

@@ -234,7 +234,7 @@ fn check_box_corners(check: &mut SceneCheck<'_>, min: Triple, max: Triple, may_t
                 "be above"
             };
             check.report(format!(
-                "`max` must {words} `min` in every axis, and `min` is {}",
+                "`max` must {words} `min` in every axis; `min` is {}",
                 format_list(&min)
             ));
         }

@@ -163,7 +163,7 @@ fn a_sound_scene_has_no_problems() {
 fn another_format_is_the_only_problem_of_its_scene() {
     assert_eq!(
         single_problem(|scene| (scene.format, scene.objects[0].material) = (2, String::new())),
-        "format: this program reads format 1 of scenes, not 2"
+        "format: this program reads version 1 of the scene format, not version 2"
     );
 }
 
@@ -203,7 +203,7 @@ fn picture_settings_have_ranges() {
     });
     assert_eq!(
         single_problem(|s| s.classic.spawn = spawn),
-        "classic.spawn.constant.offset: `offset` must not be negative, as -1 is"
+        "classic.spawn.constant.offset: `offset` must not be negative, but is -1"
     );
     assert_eq!(
         single_problem(|s| s.classic.shadow_max_distance = Some(0.0)),
@@ -226,7 +226,7 @@ fn cameras_look_somewhere_and_open_somewhat() {
             target: eye,
             up: ABOVE
         })
-        .ends_with("`target` is where `eye` is, so the camera looks nowhere")
+        .ends_with("`target` equals `eye`, so the camera has no viewing direction")
     );
     assert!(
         pose(Pose::LookAt {
@@ -234,7 +234,7 @@ fn cameras_look_somewhere_and_open_somewhat() {
             target: HERE,
             up: ABOVE
         })
-        .contains("looks along `up`")
+        .contains("is parallel to the viewing direction")
     );
     assert!(
         pose(Pose::LookAt {
@@ -242,7 +242,7 @@ fn cameras_look_somewhere_and_open_somewhat() {
             target: HERE,
             up: HERE
         })
-        .contains("`up` has no length")
+        .contains("`up` has length zero")
     );
     let orbit = |distance, elevation| {
         pose(Pose::Orbit {
@@ -260,7 +260,7 @@ fn cameras_look_somewhere_and_open_somewhat() {
         up: ABOVE,
         back: [1.0, 1.0, 0.0],
     };
-    assert!(pose(flat).contains("lie in one plane"));
+    assert!(pose(flat).contains("lie in a plane"));
     let lens = |vertical_fov, horizontal_fov, focal_length| {
         single_problem(|s| {
             s.cameras[0].projection = Projection::Pinhole(Pinhole {
@@ -270,9 +270,9 @@ fn cameras_look_somewhere_and_open_somewhat() {
             })
         })
     };
-    assert!(lens(None, None, None).contains("does not say how wide it opens"));
+    assert!(lens(None, None, None).contains("has no opening angle"));
     assert!(
-        lens(Some(1.0), None, Some(1.0)).contains("`vertical_fov` and `focal_length` both say")
+        lens(Some(1.0), None, Some(1.0)).contains("`vertical_fov` and `focal_length` both set")
     );
     assert!(lens(Some(180.0), None, None).contains("`vertical_fov` must be above 0 and below 180"));
     assert!(lens(None, None, Some(0.0)).contains("`focal_length` must be from"));
@@ -302,7 +302,9 @@ fn lights_and_skies_are_sensible() {
             range,
         })
     };
-    assert!(light(LightKind::Directional { to_light: HERE }).contains("`to_light` has no length"));
+    assert!(
+        light(LightKind::Directional { to_light: HERE }).contains("`to_light` has length zero")
+    );
     assert!(
         light(LightKind::Point {
             position: HERE,
@@ -315,7 +317,8 @@ fn lights_and_skies_are_sensible() {
     assert!(spot(0.0, 0.0).contains("`outer_angle` must be above 0"));
     assert!(spot(30.0, 91.0).contains("`outer_angle` must be from 0 to 90"));
     assert!(
-        single_problem(|s| s.lights[0].colour.0[2] = -1.0).contains("must have no negative part")
+        single_problem(|s| s.lights[0].colour.0[2] = -1.0)
+            .contains("must have no negative channel")
     );
     let checker = CheckerInput {
         checker: Checker {
@@ -433,7 +436,7 @@ fn materials_have_ranges_and_expressions_that_compile() {
             transmission: transmission(1.5),
             ..ClassicMaterial::default()
         })
-        .contains("cannot have `reflection` too")
+        .contains("cannot have `reflection` and `transmission`")
     );
     assert!(
         physical(Physical {
@@ -454,7 +457,7 @@ fn materials_have_ranges_and_expressions_that_compile() {
             emission: Colour([-1.0; 3]).into(),
             ..Physical::default()
         })
-        .contains("no negative part")
+        .contains("no negative channel")
     );
 }
 
@@ -753,7 +756,7 @@ fn sizes_are_above_zero_and_directions_lead_somewhere() {
             point: HERE,
             normal: HERE
         })
-        .starts_with("plane.normal: `normal` has no length")
+        .starts_with("plane.normal: `normal` has length zero")
     );
     assert!(
         shape(Shape::Disk {
@@ -862,7 +865,7 @@ fn transforms_leave_something_to_see() {
             axis: HERE,
             degrees: 1.0
         })
-        .contains("`axis` has no length")
+        .contains("`axis` has length zero")
     );
     assert!(transform(TransformStep::Translate([f64::NAN; 3])).contains("three finite numbers"));
     let flat = [
@@ -870,7 +873,7 @@ fn transforms_leave_something_to_see() {
         [2.0, 4.0, 6.0, 0.0],
         [0.0, 0.0, 1.0, 0.0],
     ];
-    assert!(transform(TransformStep::Matrix(flat)).contains("flattens space"));
+    assert!(transform(TransformStep::Matrix(flat)).contains("is singular"));
     let shrunk = single_problem(|scene| {
         scene.objects[0].transform = vec![TransformStep::Scale([1e-15; 3]); 30]
     });
@@ -938,11 +941,9 @@ fn mesh_arrays_are_finite_and_fit_each_other() {
     };
     assert_eq!(check_mesh_data(&leaf()), []);
     assert_eq!(check_mesh_data(&MeshData::default()), []);
-    assert!(
-        problem(|mesh| mesh.indices[0][2] = 3).starts_with(
-            "indices[0]: this triangle names a vertex that does not exist: there are 3"
-        )
-    );
+    assert!(problem(|mesh| mesh.indices[0][2] = 3).starts_with(
+        "indices[0]: an index of this triangle is too large: the mesh has 3 vertices"
+    ));
     assert!(
         problem(|mesh| mesh.positions.offsets_mut()[1][0] = f32::NAN).starts_with("positions[1]: ")
     );
@@ -990,10 +991,10 @@ fn intensities_go_with_the_square_of_the_distance() {
     assert_eq!(with(Falloff::InverseSquare, 3e30), []);
     assert_eq!(
         with(Falloff::InverseSquare, 2e37)[0].message,
-        "`colour` must have no part beyond 1e37"
+        "`colour` must have no channel above 1e37"
     );
     assert_eq!(
         with(Falloff::None, 3e30)[0].message,
-        "`colour` must have no part beyond 1e30"
+        "`colour` must have no channel above 1e30"
     );
 }

@@ -22,9 +22,9 @@ pub(super) fn check_steps(check: &mut SceneCheck<'_>, key: &str, steps: &[Transf
         TransformStep::Scale(factors) => check.with_key("scale", |check| {
             if factors.contains(&0.0) {
                 let factors = format_list(&factors);
-                check.report(format!("no factor of `scale` may be zero, as in {factors}: nothing would be left to see"));
+                check.report(format!("no factor of `scale` may be zero, as in {factors}: the object would have no extent"));
             } else if !factors.iter().all(|factor| SCALES.contains(&factor.abs())) {
-                check.report(format!("each factor of `scale` must be from 1e-15 to 1e15 or negative, not {}", format_list(&factors)));
+                check.report(format!("each factor of `scale` must have an absolute value from 1e-15 to 1e15, not {}", format_list(&factors)));
             }
         }),
         TransformStep::Rotate { axis, degrees } => check.with_key("rotate", |check| {
@@ -42,7 +42,7 @@ pub(super) fn check_steps(check: &mut SceneCheck<'_>, key: &str, steps: &[Transf
     {
         check.with_key(key, |check| {
             check.report(format!(
-                "the steps of `{key}` together lead beyond every measure"
+                "the steps of `{key}` together have no inverse, or move the object farther than 1e15: use less extreme factors"
             ))
         });
     }
@@ -56,9 +56,9 @@ fn check_matrix(check: &mut SceneCheck<'_>, rows: &[[f64; 4]; 3]) {
     let unit = |row: [f64; 4]| DVec3::new(row[0], row[1], row[2]).normalize_or_zero();
     let volume = DMat3::from_cols(unit(rows[0]), unit(rows[1]), unit(rows[2])).determinant();
     if volume.abs() < MIN_ROW_VOLUME {
-        let hint = "its first three columns must be linearly independent";
+        let hint = "the first three columns of `matrix` must be linearly independent";
         check.report_with_hint(
-            "`matrix` flattens space, so nothing would be left to see",
+            "`matrix` is singular, so the object would have no extent",
             hint,
         );
     }

@@ -134,7 +134,7 @@ impl<'a> AccessorReader<'a> {
         let count = usize::try_from(accessor.count).unwrap_or(usize::MAX);
         if (count as u64).saturating_mul(size as u64) > self.memory_bytes {
             return Err(Fault::over_limit(format!(
-                "counts {count} elements of {size} bytes; {} MiB are allowed",
+                "has {count} elements of {size} bytes, more than the memory limit of {} MiB",
                 self.memory_bytes >> 20
             )));
         }
@@ -168,7 +168,9 @@ impl<'a> AccessorReader<'a> {
             .get()
             .checked_sub((count as u64).saturating_mul(size as u64));
         self.zero_bytes_left.set(left.ok_or_else(|| {
-            Fault::over_limit(format!("counts {count} elements, but has no data for them"))
+            Fault::over_limit(format!(
+                "has {count} elements without data, more than the limit for such elements"
+            ))
         })?);
         Ok(&[])
     }
@@ -186,7 +188,7 @@ impl<'a> AccessorReader<'a> {
         let stride = stride.unwrap_or(size);
         if stride < size {
             return Err(Fault::invalid_input(format!(
-                "has elements of {size} bytes every {stride} bytes"
+                "has a stride of {stride} bytes, less than its elements of {size} bytes"
             )));
         }
         let beyond = || {
@@ -217,13 +219,15 @@ impl<'a> AccessorReader<'a> {
         let replaced = usize::try_from(sparse.count).unwrap_or(usize::MAX);
         if replaced > count {
             return Err(Fault::invalid_input(format!(
-                "replaces {replaced} of {count} elements"
+                "replaces {replaced} elements, but the accessor has only {count}"
             )));
         }
         let component = ComponentType::from_code(sparse.indices.component_type)
             .map_err(|fault| fault.with_place("indices"))?;
         if !component.is_unsigned() {
-            return Err(Fault::invalid_input("indices: are no unsigned numbers"));
+            return Err(Fault::invalid_input(
+                "indices: the component type is not an unsigned integer",
+            ));
         }
         let (indices, index_stride) = self.slice_view(
             sparse.indices.buffer_view,
@@ -245,7 +249,7 @@ impl<'a> AccessorReader<'a> {
             let index = read_unsigned(component, index);
             if index as usize >= count {
                 return Err(Fault::invalid_input(format!(
-                    "replaces element {index} of {count}"
+                    "replaces element {index}, but the accessor has only {count} elements"
                 )));
             }
             patches.push((index, value));

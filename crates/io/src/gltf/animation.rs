@@ -44,7 +44,7 @@ pub(super) fn evaluate_animations(
     if document.animations.is_empty() {
         warnings.add(
             WarningCode::Choice,
-            "the file has no animation: it looks the same at every time",
+            "the file has no animation, so that the time (--at) has no effect",
         );
     }
     for (i, animation) in document.animations.iter().enumerate() {
@@ -73,7 +73,7 @@ pub(super) fn evaluate_animations(
                 warnings.add(
                     WarningCode::Animation,
                     format!(
-                        "nodes[{index}]: has a matrix, which no animation can move; it stands still"
+                        "nodes[{index}]: its animations are ignored, because it has a matrix in place of translation, rotation and scale"
                     ),
                 );
                 continue;
@@ -96,12 +96,15 @@ pub(super) fn evaluate_animations(
                 "translation" | "rotation" | "scale" | "weights" => {
                     warnings.add(
                         WarningCode::Choice,
-                        "several animations move one node: the first in the file is shown",
+                        "several animations move the same node: the first animation in the file is used",
                     );
                 }
                 other => warnings.add(
                     WarningCode::Animation,
-                    format!("animations of `{}` are ignored", sanitise_text(other)),
+                    format!(
+                        "animations of `{}` are not supported and are ignored",
+                        sanitise_text(other)
+                    ),
                 ),
             }
         }

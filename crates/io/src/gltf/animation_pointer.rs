@@ -209,7 +209,7 @@ pub(super) fn apply_pointers(
             None => warnings.add(
                 WarningCode::Animation,
                 format!(
-                    "animations of `/{}` are ignored: there is no such property",
+                    "animations of `/{}` are ignored: the file has no such property",
                     sanitise_text(&pointer)
                 ),
             ),
@@ -240,7 +240,10 @@ fn evaluate_pointers(
             let Some(kind) = property_type(path) else {
                 warnings.add(
                     WarningCode::Animation,
-                    format!("animations of `{}` are ignored", sanitise_text(pointer)),
+                    format!(
+                        "animations of `{}` are not supported and are ignored",
+                        sanitise_text(pointer)
+                    ),
                 );
                 continue;
             };
@@ -248,7 +251,7 @@ fn evaluate_pointers(
                 warnings.add(
                     WarningCode::Choice,
                     format!(
-                        "several animations move `{}`: the first in the file is shown",
+                        "several animations change `{}`: the first animation in the file is used",
                         sanitise_text(pointer)
                     ),
                 );
@@ -282,8 +285,9 @@ fn evaluate_pointers(
 /// Converts the interpolated numbers of a property to a JSON value of the property's type.
 fn to_json(kind: PropertyType, numbers: &[f64]) -> ImportResult<Value> {
     let number = |&number: &f64| {
-        let number = Number::from_f64(number)
-            .ok_or_else(|| Fault::invalid_input(format!("a value of {number} makes no sense")))?;
+        let number = Number::from_f64(number).ok_or_else(|| {
+            Fault::invalid_input(format!("the animated value {number} is not finite"))
+        })?;
         Ok(Value::Number(number))
     };
     match (kind, numbers) {

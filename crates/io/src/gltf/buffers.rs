@@ -83,7 +83,7 @@ impl<'a> Buffers<'a> {
             .ok_or_else(|| missing_index_fault("buffers", buffer, self.data.len()))?;
         let missing = || {
             Fault::invalid_input(format!(
-                "buffers[{buffer}] has no uri, and the file no binary chunk for it"
+                "buffers[{buffer}] has no uri, and the file has no binary chunk for this buffer"
             ))
         };
         let data = data.as_ref().ok_or_else(missing)?;
@@ -93,7 +93,7 @@ impl<'a> Buffers<'a> {
             .zip(end.and_then(|end| usize::try_from(end).ok()));
         range.and_then(|(start, end)| data.get(start..end)).ok_or_else(|| {
             let have = data.len();
-            Fault::invalid_input(format!("{length} bytes from byte {start} reach beyond buffers[{buffer}], which has {have}"))
+            Fault::invalid_input(format!("{length} bytes from byte {start} reach beyond buffers[{buffer}], which has {have} bytes"))
         })
     }
 
@@ -117,7 +117,7 @@ impl<'a> Buffers<'a> {
 /// Creates the fault for an index beyond the end of a list.
 pub(super) fn missing_index_fault(list: &str, index: usize, length: usize) -> Fault {
     Fault::invalid_input(format!(
-        "{list}[{index}] does not exist, the file has {length} of them"
+        "{list}[{index}] does not exist: the file has {length} {list}"
     ))
 }
 
@@ -130,7 +130,7 @@ fn load_buffer<'a>(
     let length = usize::try_from(buffer.byte_length).unwrap_or(usize::MAX);
     let short = |have: usize| {
         Fault::invalid_input(format!(
-            "has {length} bytes by its byteLength, but only {have} are there"
+            "its byteLength is {length} bytes, but the data have only {have} bytes"
         ))
     };
     match (&buffer.uri, binary) {

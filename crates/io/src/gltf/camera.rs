@@ -34,7 +34,9 @@ pub(super) fn convert_camera(
         ("perspective", Some(view), _) => {
             let yfov = f64::from(view.yfov);
             if !(yfov > 0.0 && yfov < std::f64::consts::PI) {
-                return skip(&format!("its yfov of {yfov} is not between 0 and pi"));
+                return skip(&format!(
+                    "its yfov of {yfov} radians is not between 0 and pi"
+                ));
             }
             let pinhole = Pinhole {
                 vertical_fov: Some(yfov.to_degrees()),
@@ -49,7 +51,7 @@ pub(super) fn convert_camera(
             let height = 2.0 * f64::from(view.ymag).abs();
             if !(SMALLEST..=FARTHEST).contains(&height) {
                 return skip(&format!(
-                    "its ymag of {} gives no view",
+                    "its ymag (half the height) of {} is zero or outside the range of coordinates",
                     format_number(view.ymag.into())
                 ));
             }
@@ -58,10 +60,10 @@ pub(super) fn convert_camera(
                 Some(2.0 * f64::from(view.xmag).abs() / height),
             )
         }
-        _ => return skip("it has no view of its type"),
+        _ => return skip("its type is unknown, or the projection of its type is missing"),
     };
     let Some(pose) = camera_pose(instance) else {
-        return skip("its node squeezes it flat");
+        return skip("the transform of its node is singular");
     };
     // An extreme aspect ratio is ignored.
     let aspect = aspect.filter(|aspect| (LEAST_ASPECT..=MOST_ASPECT).contains(aspect));

@@ -43,7 +43,7 @@ pub(super) fn decode_compressed_data(
         if (bytes.len() as u64) < view.byte_length {
             let length = view.byte_length;
             return Err(place(Fault::invalid_input(format!(
-                "holds {} bytes, and the view has {length}",
+                "decodes to {} bytes, but the buffer view has {length} bytes",
                 bytes.len()
             ))));
         }
@@ -134,7 +134,7 @@ fn decode_draco(
         };
         let attribute = mesh.attribute_by_unique_id(id);
         let attribute = attribute.ok_or_else(|| {
-            Fault::invalid_input(format!("has no attribute {id} for {}", sanitise_text(name)))
+            Fault::invalid_input(format!("the compressed data has no attribute with the identifier {id}, which the primitive uses as {}", sanitise_text(name)))
         })?;
         let layout = accessor_layout(document, accessor, mesh.num_points())
             .map_err(|fault| fault.with_place(sanitise_text(name)))?;
@@ -187,7 +187,7 @@ fn accessor_layout(
     let place = |fault: Fault| fault.with_place(format_args!("accessors[{index}]"));
     if accessor.count != decoded as u64 {
         let message = format!(
-            "counts {} elements, and {decoded} were decoded",
+            "has {} elements, but {decoded} were decoded",
             accessor.count
         );
         return Err(place(Fault::invalid_input(message)));
@@ -195,7 +195,9 @@ fn accessor_layout(
     let component = ComponentType::from_code(accessor.component_type).map_err(place)?;
     match element_arity(&accessor.kind).map_err(place)? {
         arity @ 1..=4 => Ok(AccessorLayout { component, arity }),
-        _ => Err(place(Fault::invalid_input("is a matrix"))),
+        _ => Err(place(Fault::invalid_input(
+            "has a matrix type, which a compressed attribute cannot have",
+        ))),
     }
 }
 

@@ -94,7 +94,7 @@ impl GltfImport<'_> {
             .unwrap_or_default();
         if let Some(weight) = weights.iter().find(|weight| !weight.is_finite()) {
             return Err(Fault::invalid_input(format!(
-                "a weight of {weight} makes no sense"
+                "the morph target weight {weight} is not finite"
             )));
         }
         if weights.iter().all(|&weight| weight == 0.0) {
@@ -137,7 +137,7 @@ impl GltfImport<'_> {
         {
             let (count, joints) = (binds.count(), skin.joints.len());
             return Err(Fault::invalid_input(format!(
-                "has {joints} joints and {count} inverseBindMatrices of {} numbers",
+                "has {joints} joints, but {count} inverseBindMatrices of {} numbers; each joint needs one matrix of 16 numbers",
                 binds.element_arity()
             )));
         }
@@ -240,7 +240,7 @@ impl GltfImport<'_> {
             if steps.element_arity() != 3 || steps.count() != count {
                 let (n, m) = (steps.count(), steps.element_arity());
                 return Err(Fault::invalid_input(format!(
-                    "{name}: has {n} elements of {m} numbers, the mesh has {count} vertices"
+                    "{name}: has {n} elements of {m} numbers, but the mesh has {count} vertices with 3 numbers each"
                 )));
             }
             for (value, vertex) in list.iter_mut().zip(vertices.iter()) {
@@ -269,7 +269,7 @@ impl GltfImport<'_> {
             if !joints.is_unsigned() || [joints.count(), weights.count()] != [count; 2] {
                 let (n, m) = (joints.count(), weights.count());
                 return Err(Fault::invalid_input(format!(
-                    "JOINTS_{set} of {n} and WEIGHTS_{set} of {m} for {count} vertices"
+                    "JOINTS_{set} has {n} elements and WEIGHTS_{set} has {m}, but the mesh has {count} vertices"
                 )));
             }
             sets.push((joints, weights));
@@ -312,7 +312,10 @@ impl SkinTransforms {
         let joint = |index: u32| {
             let list = &self.joints;
             list.get(index as usize).ok_or_else(|| {
-                Fault::invalid_input(format!("JOINTS: joint {index} of {}", list.len()))
+                Fault::invalid_input(format!(
+                    "JOINTS: joint {index} does not exist, the skin has {} joints",
+                    list.len()
+                ))
             })
         };
         for (joints, weights) in sets {

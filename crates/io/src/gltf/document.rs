@@ -127,7 +127,7 @@ pub(super) fn parse(
     let maximum = limits.memory_bytes / BYTES_A_VALUE;
     if count_values(text) > maximum {
         return Err(Fault::over_limit(format!(
-            "has more than {maximum} JSON values"
+            "has more than {maximum} JSON values, the most that the memory limit allows"
         )));
     }
     match parse_typed(text, warnings) {
@@ -191,17 +191,17 @@ fn check_version(asset: &AssetVersion, warnings: &mut Warnings) -> ImportResult<
         .ok_or_else(|| Fault::invalid_input("is no glTF 2.0: asset.version is missing"))?;
     if version.split('.').next() != Some("2") {
         return Err(Fault::invalid_input(format!(
-            "is glTF {version}; version 2 is read"
+            "is glTF {version}, but only version 2 is supported"
         )));
     }
     match asset.min_version.as_deref() {
         Some(least) if least.split('.').next() != Some("2") => Err(Fault::invalid_input(format!(
-            "needs glTF {least}; version 2.0 is read"
+            "needs glTF {least}, but only version 2.0 is supported"
         ))),
         Some(least) if least != "2.0" => {
             warnings.add(
                 WarningCode::Format,
-                format!("asset.minVersion asks for glTF {least}; it was read as 2.0"),
+                format!("asset.minVersion is {least}; the file was read as glTF 2.0"),
             );
             Ok(())
         }

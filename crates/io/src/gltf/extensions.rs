@@ -76,7 +76,10 @@ pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings
     for name in named.filter(|name| !SUPPORTED.contains(&name.as_str()) && !of_materials(name)) {
         warnings.add(
             WarningCode::Unsupported,
-            format!("extension {} is ignored", sanitise_text(name)),
+            format!(
+                "the extension {} is not supported and is ignored",
+                sanitise_text(name)
+            ),
         );
     }
 }

@@ -35,24 +35,24 @@ pub(super) fn parse<'a>(
     };
     if version != 2 {
         return Err(Fault::invalid_input(format!(
-            "is a GLB file of version {version}; version 2 is read"
+            "is a GLB file of version {version}, but only version 2 is supported"
         )));
     }
     let have = bytes.len() as u64;
     if u64::from(length) > have {
         return Err(Fault::invalid_input(format!(
-            "is a GLB file cut off: {have} of {length} bytes are there"
+            "is a truncated GLB file with {have} of {length} bytes"
         )));
     }
     if u64::from(length) < have {
         warnings.add(
             WarningCode::Format,
-            format!("the GLB header counts {length} bytes, the file has {have}: what follows them was ignored"),
+            format!("the GLB header states {length} bytes, but the file has {have} bytes: the bytes after the stated length were ignored"),
         );
     }
     let mut rest = bytes.get(12..length as usize).ok_or_else(|| {
         Fault::invalid_input(format!(
-            "is a GLB file whose header gives it {length} bytes"
+            "is a GLB file whose header states {length} bytes, fewer than the header itself has"
         ))
     })?;
     let (mut json, mut binary) = (None, None);
@@ -64,7 +64,7 @@ pub(super) fn parse<'a>(
             b"JSON" if number == 0 => json = Some(data),
             b"JSON" => {
                 return Err(Fault::invalid_input(format!(
-                    "GLB chunk {number}: a second JSON chunk"
+                    "GLB chunk {number}: is a second JSON chunk"
                 )));
             }
             b"BIN\0" if number > 0 && binary.is_none() => binary = Some(data),
@@ -98,7 +98,7 @@ fn split_chunk(bytes: &[u8]) -> ImportResult<(&[u8], &[u8], &[u8])> {
     match body.split_at_checked(length as usize) {
         Some((data, after)) => Ok((kind, data, after)),
         None => Err(Fault::invalid_input(format!(
-            "has {length} bytes by its header, but only {} follow",
+            "its header states {length} bytes, but only {} bytes follow",
             body.len()
         ))),
     }

@@ -34,12 +34,12 @@ impl RewrittenJson {
     pub fn duplicate_name_warning(&self) -> Option<String> {
         let (name, line) = self.first_repeated.as_ref()?;
         let many = if self.repeated_names > 1 {
-            format!(" ({} keys are)", self.repeated_names)
+            format!(" (of {} repeated keys)", self.repeated_names)
         } else {
             String::new()
         };
         Some(format!(
-            "`{}` is twice in an object, again in line {line}{many}: the later value counts",
+            "the key `{}` is repeated in an object, in line {line}{many}: the last value is used",
             sanitise_text(name)
         ))
     }
@@ -295,7 +295,9 @@ mod tests {
             .and_then(|out| out.duplicate_name_warning())
             .expect("a warning");
         assert!(
-            warned.contains("`a`") && warned.contains("line 3") && warned.contains("2 keys"),
+            warned.contains("`a`")
+                && warned.contains("line 3")
+                && warned.contains("2 repeated keys"),
             "{warned}"
         );
     }

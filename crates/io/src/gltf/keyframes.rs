@@ -102,7 +102,7 @@ impl<'a> KeyframeReader<'a> {
         if count == 0 || times.element_arity() != 1 || values.element_arity() != arity || !fits {
             let (n, m) = (values.count(), values.element_arity());
             return Err(Fault::invalid_input(format!(
-                "has {count} times and {n} values of {m} numbers, not {requested} of {arity}"
+                "has {count} keyframe times and {n} values of {m} numbers, but needs {requested} values of {arity} numbers"
             )));
         }
         let seconds = |key: usize| f64::from(times.read_vector::<1>(key)[0]);

@@ -57,7 +57,7 @@ impl GltfImport<'_> {
             self.warnings.add(
                 WarningCode::Range,
                 format!(
-                    "{label}: an attenuationDistance of {} makes no sense; nothing is absorbed",
+                    "{label}: the attenuationDistance {} is not above 0; the material absorbs nothing",
                     format_number(distance)
                 ),
             );

@@ -36,7 +36,7 @@ pub(super) fn convert_light(
     let colour = colour.map(|c| (c * intensity).min(maximum));
     // Lights shine along their node's -z.
     let Some(back) = instance.world.matrix3.z_axis.try_normalize() else {
-        return skip(warnings, "its node squeezes it flat");
+        return skip(warnings, "the transform of its node is singular");
     };
     let position = instance.world.translation.into();
     let range = light_range(light, &label, warnings);
@@ -51,7 +51,7 @@ pub(super) fn convert_light(
         },
         "spot" => {
             let Some([inner, outer]) = spot_angles(light.spot.as_ref(), &label, warnings) else {
-                return skip(warnings, "its cone is shut");
+                return skip(warnings, "its outer cone angle is not above 0");
             };
             LightKind::Spot {
                 position,
@@ -84,7 +84,7 @@ fn light_range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f
         warnings.add(
             WarningCode::Range,
             format!(
-                "{label}: a range of {} makes no sense; none was taken",
+                "{label}: the range {} is not above 0; the light has no range limit",
                 format_number(range)
             ),
         );

@@ -140,7 +140,7 @@ impl GltfImport<'_> {
             Some(_) => {
                 self.warnings.add(
                     WarningCode::Format,
-                    format!("{label}: unknown alphaMode; it was taken as opaque"),
+                    format!("{label}: the alphaMode is unknown; the material is opaque"),
                 );
                 AlphaMode::Opaque
             }
@@ -171,7 +171,7 @@ impl GltfImport<'_> {
         {
             self.warnings.add(
                 WarningCode::Conversion,
-                format!("{label}: KHR_materials_pbrSpecularGlossiness was turned into metallic-roughness"),
+                format!("{label}: KHR_materials_pbrSpecularGlossiness was converted to metallic-roughness"),
             );
             self.convert_specular_glossiness(glossy, label, &mut out)?;
         }
@@ -197,7 +197,7 @@ impl GltfImport<'_> {
         if source.occlusion_texture.is_some() {
             self.warnings.add(
                 WarningCode::Conversion,
-                format!("{label}: its occlusion map is ignored: what light can't reach is found by tracing"),
+                format!("{label}: the occlusion map is ignored, because occlusion is computed by ray tracing"),
             );
         }
     }
@@ -228,14 +228,14 @@ impl GltfImport<'_> {
             self.warnings.add(
                 WarningCode::Range,
                 format!(
-                    "{label}: an index of refraction of {} is not supported; 1.5 was taken",
+                    "{label}: the index of refraction {} is not supported; 1.5 is used",
                     format_number(value)
                 ),
             );
             return 1.5;
         }
         self.warnings
-            .clamp(value, Physical::IOR, label, "an index of refraction of")
+            .clamp(value, Physical::IOR, label, "the index of refraction")
     }
 
     /// Clamps a factor to 0..1, with a warning, because a larger factor would add energy.

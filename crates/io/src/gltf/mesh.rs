@@ -34,12 +34,16 @@ impl<'a> GltfImport<'a> {
                 self.point_and_line_count += 1;
                 return Ok(None);
             }
-            Some(mode) => return Err(Fault::invalid_input(format!("has the unknown mode {mode}"))),
+            Some(mode) => {
+                return Err(Fault::invalid_input(format!(
+                    "has the unknown primitive mode {mode}"
+                )));
+            }
         };
         let Some(positions) = self.open_attribute(primitive, "POSITION", &[3])? else {
             self.warnings.add(
                 WarningCode::Geometry,
-                format!("{place}: has no POSITION and was left out"),
+                format!("{place}: was left out, because it has no POSITION attribute"),
             );
             return Ok(None);
         };
@@ -155,7 +159,7 @@ impl<'a> GltfImport<'a> {
             .map_err(|fault| fault.with_place(name))?;
         if !arities.contains(&accessor.element_arity()) {
             return Err(Fault::invalid_input(format!(
-                "{name}: has {} components",
+                "{name}: has elements of {} components, which glTF does not allow for this attribute",
                 accessor.element_arity()
             )));
         }
@@ -217,7 +221,7 @@ impl<'a> GltfImport<'a> {
             self.warnings.add(
                 WarningCode::TextureCoordinates,
                 format!(
-                    "{place}: its material wants TEXCOORD_{set}, which it has not; (0, 0) was taken"
+                    "{place}: its material uses TEXCOORD_{set}, which the primitive lacks; (0, 0) is used"
                 ),
             );
         }
@@ -243,7 +247,9 @@ impl<'a> GltfImport<'a> {
             .as_ref()
             .is_some_and(|a| a.element_arity() != 1 || !a.is_unsigned())
         {
-            return Err(Fault::invalid_input("indices: are no unsigned scalars"));
+            return Err(Fault::invalid_input(
+                "indices: the accessor must have the type SCALAR and an unsigned integer component type",
+            ));
         }
         let length = accessor.as_ref().map_or(count, Accessor::count);
         let triangles = match mode {
@@ -269,7 +275,7 @@ impl<'a> GltfImport<'a> {
             .find(|&&index| index as usize >= count)
         {
             return Err(Fault::invalid_input(format!(
-                "indices: vertex {index} of {count}"
+                "indices: vertex {index} does not exist, the primitive has {count} vertices"
             )));
         }
         // Degenerate triangles, which join the parts of a strip, are dropped.
@@ -278,7 +284,7 @@ impl<'a> GltfImport<'a> {
             self.warnings.add(
                 WarningCode::Geometry,
                 format!(
-                    "{} indices left over after the last whole triangle were ignored",
+                    "{} indices after the last complete triangle were ignored",
                     length % 3
                 ),
             );

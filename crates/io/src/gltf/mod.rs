@@ -294,7 +294,7 @@ impl GltfImport<'_> {
             None => {
                 self.warnings.add(
                     WarningCode::AtRest,
-                    "has animations and is shown at rest; --at shows a moment of them",
+                    "has animations, but is shown at rest; --at chooses a time",
                 );
                 HashMap::new()
             }
@@ -314,7 +314,7 @@ impl GltfImport<'_> {
             self.warnings.add(
                 WarningCode::PointsAndLines,
                 format!(
-                    "points and lines are ignored: {} of the primitives that are shown are such",
+                    "points and lines are ignored: {} of the visible primitives consist of points or lines",
                     self.point_and_line_count
                 ),
             );
@@ -326,7 +326,7 @@ impl GltfImport<'_> {
         for reason in report.errors {
             self.warnings.add(
                 WarningCode::Picture,
-                format!("{reason}; the material's factor alone counts"),
+                format!("{reason}; only the material's factor is used"),
             );
         }
         report
@@ -338,7 +338,7 @@ impl GltfImport<'_> {
         if self.scene.objects.is_empty() {
             self.warnings.add(
                 WarningCode::NothingToSee,
-                "the scene that is shown has no triangles: nothing to see",
+                "the scene has no visible triangles: the picture shows nothing of it",
             );
         }
         let contents = model_choice::list_contents(self.document, &self.reader);
@@ -374,7 +374,7 @@ impl GltfImport<'_> {
             self.warnings.add(
                 WarningCode::Geometry,
                 format!(
-                    "{}: its transform leads beyond every measure; what it carries was left out",
+                    "{}: its transform exceeds the range of coordinates; the contents of the node were left out",
                     place()
                 ),
             );

@@ -193,7 +193,7 @@ fn unknown_name_fault(label: &str, wish: &str, names: &[&str], by_index: bool) -
     let wish = sanitise_text(wish);
     if names.is_empty() {
         return Fault::missing_choice(format!(
-            "has no {label}s to choose from, so none is `{wish}`"
+            "has no {label}s, but the {label} `{wish}` was requested"
         ));
     }
     let listed = names.iter().take(MOST).enumerate().map(|(index, name)| {

@@ -136,7 +136,7 @@ impl NodeWalk<'_> {
             let place = |fault: Fault| fault.with_place(format_args!("nodes[{index}]"));
             if core::mem::replace(&mut self.is_ancestor[index], true) {
                 return Err(place(Fault::invalid_input(
-                    "is reached from itself: its children form a cycle",
+                    "is a descendant of itself: the hierarchy of nodes has a cycle",
                 )));
             }
             let world =
@@ -150,12 +150,14 @@ impl NodeWalk<'_> {
             if again.is_some() {
                 warnings.add(
                     WarningCode::Format,
-                    format!("nodes[{index}]: is listed again where it is shown already; it is shown once"),
+                    format!("nodes[{index}]: is listed more than once with the same transform; the node is shown once"),
                 );
             } else if self.world_transforms[index].is_some() {
                 warnings.add(
                     WarningCode::Format,
-                    format!("nodes[{index}]: has more than one parent and is shown under each"),
+                    format!(
+                        "nodes[{index}]: has more than one parent and is shown under each parent"
+                    ),
                 );
             }
             // Skipped visits count towards the limit too: a file whose visits double again and
@@ -168,7 +170,7 @@ impl NodeWalk<'_> {
             });
             if repeated > MOST_REPEATED {
                 return Err(place(Fault::over_limit(
-                    "has several parents, and nodes would be shown over and over again",
+                    "has several parents, and the hierarchy would repeat too many nodes",
                 )));
             }
             if again.is_some() {
@@ -271,7 +273,9 @@ fn local_transform(
         if m[3] != 0.0 || m[7] != 0.0 || m[11] != 0.0 || m[15] != 1.0 {
             warnings.add(
                 WarningCode::Format,
-                format!("nodes[{index}]: the last row of its matrix is not 0 0 0 1; it was taken as such"),
+                format!(
+                    "nodes[{index}]: the last row of its matrix is not 0 0 0 1; 0 0 0 1 is used"
+                ),
             );
         }
         let column = |i: usize| DVec3::new(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
@@ -294,7 +298,7 @@ fn local_transform(
     if (length - 1.0).abs() > 1e-3 {
         warnings.add(
             WarningCode::Format,
-            format!("nodes[{index}]: its rotation has length {length:.3}; it was taken as a unit quaternion"),
+            format!("nodes[{index}]: its rotation has length {length:.3} instead of 1; the rotation was normalised"),
         );
     }
     DAffine3::from_scale_rotation_translation(

@@ -70,7 +70,7 @@ impl<'a> GltfImport<'a> {
         let counts: Vec<usize> = lists.iter().flatten().map(Accessor::count).collect();
         if counts.iter().any(|count| Some(count) != counts.first()) {
             return Err(Fault::invalid_input(format!(
-                "has {counts:?} translations, rotations and scales"
+                "has different numbers of translations, rotations and scales: {counts:?}"
             )));
         }
         // Without any of these attributes, the node has a single instance.
@@ -110,7 +110,7 @@ impl<'a> GltfImport<'a> {
             let again = places.count - visited.len();
             self.warnings.add(
                 WarningCode::Format,
-                format!("nodes[{node}]: {again} of the instances lie where others lie; each is shown once"),
+                format!("nodes[{node}]: {again} instances repeat the transform of another instance and were left out"),
             );
         }
         Ok(distinct)

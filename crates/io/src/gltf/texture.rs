@@ -43,7 +43,7 @@ impl<'a> GltfImport<'a> {
             Err(reason) => {
                 self.warnings.add(
                     WarningCode::Picture,
-                    format!("{reason}; the material's factor alone counts"),
+                    format!("{reason}; only the material's factor is used"),
                 );
                 None
             }
@@ -56,7 +56,7 @@ impl<'a> GltfImport<'a> {
         if uv_set >= MOST_UV_SETS {
             self.warnings.add(
                 WarningCode::TextureCoordinates,
-                format!("textures[{index}]: used with TEXCOORD_{uv_set}; sets from {MOST_UV_SETS} on are not read"),
+                format!("textures[{index}]: uses TEXCOORD_{uv_set}, but only sets below {MOST_UV_SETS} are supported; the texture is left out"),
             );
             return Ok(None);
         }
@@ -70,7 +70,7 @@ impl<'a> GltfImport<'a> {
         if !within {
             self.warnings.add(
                 WarningCode::Range,
-                format!("textures[{index}]: a use's KHR_texture_transform leads beyond every measure; it is ignored"),
+                format!("textures[{index}]: a KHR_texture_transform exceeds the range of coordinates and is ignored"),
             );
         }
         Ok(Some(TextureRef {
@@ -110,7 +110,9 @@ impl<'a> GltfImport<'a> {
         if source.image_sources().next().is_none() {
             self.warnings.add(
                 WarningCode::Picture,
-                format!("textures[{index}]: has no source that is read; the material's factor alone counts"),
+                format!(
+                    "textures[{index}]: has no supported image; only the material's factor is used"
+                ),
             );
         }
         let name = image.map(|image| {
@@ -201,7 +203,7 @@ impl<'a> GltfImport<'a> {
             Err(reason) => {
                 self.warnings.add(
                     WarningCode::Picture,
-                    format!("{reason}; the material's factor alone counts"),
+                    format!("{reason}; only the material's factor is used"),
                 );
                 None
             }

@@ -106,9 +106,9 @@ fn choose_picture(meta: &MetaData) -> ImportResult<ChosenPicture<'_>> {
             .flat_map(|header| &header.channels.list)
             .map(|channel| channel.name.to_string());
         let names = sanitise_text(&names.collect::<Vec<_>>().join(", "));
-        let read = "R, G and B, or Y alone, with A or without, are read, and layers of them; Y with RY and BY is not";
+        let read = "supported are R, G and B, or Y alone, each with or without A, also in layers; Y with RY and BY is not supported";
         return Err(Fault::invalid_input(format!(
-            "is an EXR picture whose channels are no colours that are read here ({names}); {read}"
+            "is an EXR picture without supported colour channels ({names}); {read}"
         )));
     };
     let part = header
@@ -121,13 +121,13 @@ fn choose_picture(meta: &MetaData) -> ImportResult<ChosenPicture<'_>> {
     let remark = match (channels.layer.is_empty(), all.len(), plain.count()) {
         (true, _, 0 | 1) => None,
         (true, _, parts) => Some(format!(
-            "has {parts} parts that are pictures; the first one{part} was taken"
+            "has {parts} parts with pictures; the first{part} is used"
         )),
         (false, 1, _) => Some(format!(
-            "has its colours in the layer `{layer}`, which was taken"
+            "has its colours in the layer `{layer}`, which is used"
         )),
         (false, layers, _) => Some(format!(
-            "has {layers} layers that are pictures; the first one, `{layer}`, was taken"
+            "has {layers} layers with pictures; the first, `{layer}`, is used"
         )),
     };
     Ok(ChosenPicture {
@@ -149,7 +149,7 @@ fn read_headers(bytes: &[u8], limits: &Limits) -> ImportResult<MetaData> {
         }
         if crate::output::decoder_can_abort(header.compression) {
             return Err(Fault::invalid_input(
-                "is an EXR picture with DWA compression, which is not read here; ZIP is",
+                "is an EXR picture with DWA compression, which is not supported; save it with ZIP compression",
             ));
         }
     }
@@ -190,7 +190,9 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage
     let data = IntegerBounds::new(header.own_attributes.layer_position, header.layer_size);
     let mut pixels = read_channels(bytes, &channels)?;
     if pixels.len() != data.size.area() {
-        return Err(Fault::invalid_input("is a broken EXR picture (size)"));
+        return Err(Fault::invalid_input(
+            "is a broken EXR picture (wrong number of pixels)",
+        ));
     }
     if data != window {
         pixels = crop_to_window(&pixels, data, window)?;
@@ -244,7 +246,7 @@ fn crop_to_window(
         Ok(out)
     } else {
         Err(Fault::invalid_input(
-            "is an EXR picture whose data lies outside of the window that is displayed",
+            "is an EXR picture whose data window lies outside the display window",
         ))
     }
 }
@@ -301,7 +303,11 @@ fn read_channels(bytes: &[u8], channels: &ColourChannels) -> ImportResult<Vec<[f
             .non_parallel()
             .from_buffered(of_file())
             .map(|image| image.layer_data.channel_data.pixels),
-        _ => return Err(Fault::invalid_input("is a broken EXR picture (channels)")),
+        _ => {
+            return Err(Fault::invalid_input(
+                "is a broken EXR picture (its colour channels cannot be read)",
+            ));
+        }
     };
     stored.map(|(_, pixels)| pixels).map_err(exr_fault)
 }

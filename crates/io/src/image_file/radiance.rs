@@ -48,7 +48,7 @@ impl<'b> RadianceHeader<'b> {
             if let Some(format) = line.trim().strip_prefix("FORMAT=")
                 && format.trim() != "32-bit_rle_rgbe"
             {
-                let message = "is a Radiance picture of format `{}`, which is not read here; 32-bit_rle_rgbe is";
+                let message = "is a Radiance picture of format `{}`, but only the format 32-bit_rle_rgbe is supported";
                 return Err(Fault::invalid_input(
                     message.replace("{}", &sanitise_text(format.trim())),
                 ));
@@ -60,7 +60,7 @@ impl<'b> RadianceHeader<'b> {
             }
         }
         Err(Fault::invalid_input(
-            "is a broken picture (its header has no line of its size, as `-Y 512 +X 1024`)",
+            "is a broken picture (its header has no line with the size, such as `-Y 512 +X 1024`)",
         ))
     }
 

@@ -42,13 +42,13 @@ impl InvalidRadianceCounts {
     /// Returns a summary of the replaced values for a warning; `None` if no value was replaced.
     pub fn summary(&self) -> Option<String> {
         let kinds = [
-            (self.infinite, format!("infinite ({INFINITE} was taken)")),
+            (self.infinite, format!("infinite (replaced by {INFINITE})")),
             (
                 self.too_great,
-                format!("above {GREATEST:e} (that was taken)"),
+                format!("above {GREATEST:e} (replaced by this value)"),
             ),
-            (self.undefined, "no numbers (0 was taken)".to_owned()),
-            (self.negative, "negative (0 was taken)".to_owned()),
+            (self.undefined, "NaN (replaced by 0)".to_owned()),
+            (self.negative, "negative (replaced by 0)".to_owned()),
         ];
         let found: Vec<String> = kinds
             .into_iter()
@@ -57,7 +57,7 @@ impl InvalidRadianceCounts {
             .collect();
         (!found.is_empty()).then(|| {
             format!(
-                "has channels of pixels that light can't have: {}",
+                "has pixel values that are invalid as radiance: {}",
                 found.join(", ")
             )
         })

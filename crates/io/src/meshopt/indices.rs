@@ -126,7 +126,7 @@ pub(crate) fn decode_triangles(
         return Err(WRONG_STRIDE);
     }
     if !count.is_multiple_of(3) {
-        return Err("its indices are no triangles");
+        return Err("the number of indices is not a multiple of 3");
     }
     let (version, mut rest) = parse_header(packet, 0xe0)?;
     let codes = take_bytes(&mut rest, count / 3)?;

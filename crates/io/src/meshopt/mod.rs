@@ -18,9 +18,9 @@ pub(crate) use vertices::decode_vertices;
 /// Description of a fault in a packet.
 pub(crate) type PacketFault = &'static str;
 
-const TOO_SHORT: PacketFault = "it ends too early";
-const TOO_LONG: PacketFault = "something follows its end";
-const WRONG_STRIDE: PacketFault = "no elements of this packet have this many bytes";
+const TOO_SHORT: PacketFault = "the compressed data ends before the last element";
+const TOO_LONG: PacketFault = "bytes follow the end of the compressed data";
+const WRONG_STRIDE: PacketFault = "the byteStride is invalid for this mode or filter";
 
 /// Checks the first byte of a packet, which holds the codec (`kind`) and the codec's version.
 /// Returns the version and the other bytes.
@@ -28,8 +28,8 @@ fn parse_header(packet: &[u8], kind: u8) -> Result<(u8, &[u8]), PacketFault> {
     let (first, rest) = packet.split_first().ok_or(TOO_SHORT)?;
     match first ^ kind {
         version @ 0..=1 => Ok((version, rest)),
-        2..=15 => Err("its version is not read here"),
-        _ => Err("its first byte is another codec's"),
+        2..=15 => Err("the version of the codec is not supported"),
+        _ => Err("the first byte belongs to another codec"),
     }
 }
 

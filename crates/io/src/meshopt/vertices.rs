@@ -137,7 +137,7 @@ fn sum_differences(
 ) -> Result<(), PacketFault> {
     let width = *[1, 2, 4]
         .get(usize::from(rule & 3))
-        .ok_or("a rule of its words is not known")?;
+        .ok_or("the coding rule of a 32-bit word is unknown")?;
     let turn = u32::from(rule >> 4);
     for position in (0..4).step_by(width) {
         let number = |byte: &dyn Fn(usize) -> u8| {

@@ -183,7 +183,7 @@ impl<'a> ValueReader<'a> {
     fn read_table(&self) -> Result<&'a [TableEntry], ReadFailure> {
         match &self.node.value {
             TextValue::Table(entries) => Ok(entries),
-            _ => Err(self.type_failure("a table of keys")),
+            _ => Err(self.type_failure("a table with keys")),
         }
     }
 
@@ -214,7 +214,7 @@ impl<'a> ValueReader<'a> {
             };
             let failure = ReadFailure::new(format!("unknown key `{}`", entry.key))
                 .with_span(entry.key_span.clone());
-            let hint = did_you_mean(&entry.key, keys, "the keys here");
+            let hint = did_you_mean(&entry.key, keys, "allowed keys");
             self.context.record_failure(
                 failure
                     .with_label(format!("not a key of {place}"))
@@ -235,10 +235,10 @@ impl<'a> ValueReader<'a> {
         let name = self.name;
         match (&self.node.value, header.as_bytes()) {
             (TextValue::Array(_), [b'[', b'[', ..]) if self.index.is_none() => failure.with_hint(
-                format!("there is one of it: write `[{name}]` with single brackets"),
+                format!("`{name}` is a single table: write `[{name}]` with single brackets"),
             ),
             (TextValue::Table(_), [b'[', ..]) => failure.with_hint(format!(
-                "there may be several: write `[[{name}]]` with double brackets"
+                "`{name}` is a list: write `[[{name}]]` with double brackets"
             )),
             _ => failure,
         }

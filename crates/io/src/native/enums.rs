@@ -28,7 +28,7 @@ impl<'a> VariantReader<'a> {
                 [entry] => (&entry.key, &entry.key_span, Some(&entry.node)),
                 [_, second, ..] => {
                     let message = format!(
-                        "{reader} must have exactly one key that says which kind it is, not {}",
+                        "{reader} must have exactly one key, which names its kind, not {} keys",
                         entries.len()
                     );
                     return Err(ReadFailure::new(message)
@@ -100,7 +100,7 @@ impl<'a> VariantAccess<'a> for VariantReader<'a> {
             None => Ok(()),
             Some(node) => {
                 let (name, word) = (self.reader.name, self.word);
-                let failure = ReadFailure::new(format!("`{word}` has no value of its own"))
+                let failure = ReadFailure::new(format!("`{word}` takes no value"))
                     .with_span(node.span.clone());
                 Err(failure.with_hint(format!("write `{name} = \"{word}\"`")))
             }

@@ -118,12 +118,12 @@ impl de::Error for ReadFailure {
         Self::new(format!("unknown value `{variant}`")).with_hint(did_you_mean(
             variant,
             expected,
-            "possible here",
+            "allowed values",
         ))
     }
 
     fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
-        let hint = did_you_mean(field, expected, "the keys here");
+        let hint = did_you_mean(field, expected, "allowed keys");
         let mut failure = Self::new(format!("unknown key `{field}`")).with_hint(hint);
         failure.key = Some(field.to_owned());
         failure

@@ -41,8 +41,9 @@ pub(crate) fn read_files(
             }
             Err(reason) => {
                 let name = &parsed.scene.images[i].name;
-                let message =
-                    format!("image `{name}`: {reason}; where it is used, the factor alone counts");
+                let message = format!(
+                    "image `{name}`: {reason}; materials with this image use only their factors"
+                );
                 warnings.push(Warning::new(WarningCode::Picture, parsed.file, message));
             }
         }
@@ -155,7 +156,9 @@ fn is_sky(parsed: &ParsedScene<'_>, name: &str) -> bool {
 
 fn unknown_asset_message(name: &str) -> String {
     match closest_word(name, presets::asset_names()) {
-        Some(word) => format!("the program carries no `{name}`; did you mean `{EMBEDDED}{word}`?"),
-        None => format!("the program carries no `{name}`"),
+        Some(word) => {
+            format!("the program has no built-in image `{name}`; did you mean `{EMBEDDED}{word}`?")
+        }
+        None => format!("the program has no built-in image `{name}`"),
     }
 }

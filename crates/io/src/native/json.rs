@@ -42,12 +42,12 @@ pub(crate) fn parse(text: &str) -> Result<ValueNode, Vec<Diagnostic>> {
 
 fn syntax_diagnostic(kind: &ParseErrorKind, span: std::ops::Range<usize>) -> Diagnostic {
     if matches!(kind, ParseErrorKind::NestingDepthExceeded) {
-        let hint = Some("a scene needs about ten levels".to_owned());
+        let hint = Some("a scene needs about ten levels of nesting".to_owned());
         let span = Some(span.start..span.start + 1);
         return Diagnostic {
-            message: "nested too deeply".to_owned(),
+            message: "arrays and objects are nested too deeply".to_owned(),
             span,
-            label: "the 512th level".to_owned(),
+            label: "the 512th level of nesting".to_owned(),
             hint,
         };
     }
@@ -82,7 +82,7 @@ fn convert_value(value: &ast::Value<'_>, wrong: &mut Vec<Diagnostic>) -> ValueNo
         ast::Value::StringLit(literal) => TextValue::Text(literal.value.to_string()),
         ast::Value::NumberLit(literal) => parse_number(literal.value).unwrap_or_else(|| {
             wrong.push(diagnostic_at(
-                "this is not a number".to_owned(),
+                "this is not a valid number".to_owned(),
                 span.clone(),
             ));
             TextValue::Integer(0)

@@ -132,7 +132,7 @@ fn check_format_version(root: &ValueNode) -> Result<(), Vec<Diagnostic>> {
     let Some(entry) = root.entry("format") else {
         let hint =
             format!("a scene begins with `format = {FORMAT}`, in JSON with `\"format\": {FORMAT}`");
-        let message = "this is no scene: it has no `format`".to_owned();
+        let message = "this is no scene file: the key `format` is missing".to_owned();
         return Err(vec![Diagnostic {
             message,
             span: None,
@@ -143,7 +143,9 @@ fn check_format_version(root: &ValueNode) -> Result<(), Vec<Diagnostic>> {
     match entry.node.value {
         TextValue::Integer(format) if format == i64::from(FORMAT) => Ok(()),
         _ => Err(vec![Diagnostic {
-            message: format!("this program reads format {FORMAT} of scenes, and this is another"),
+            message: format!(
+                "this scene has another format than {FORMAT}, the only format that this program reads"
+            ),
             span: Some(entry.node.span.clone()),
             label: String::new(),
             hint: None,

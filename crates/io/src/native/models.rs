@@ -191,7 +191,7 @@ fn load_model_file(
         .find(|(_, requested)| *requested && !format.has_choices())
     {
         let message = format!(
-            "{} has no scenes, no variants and no time",
+            "{} has no scenes, variants or animations to choose from: remove this key",
             format.file_description()
         );
         return Err(parsed.error_at(ErrorKind::Input, &at(key), message));
@@ -323,7 +323,7 @@ fn place_model(
             .map(|name| format!("; did you mean `{}`?", sanitise_text(name)))
             .unwrap_or_default();
         let message = format!(
-            "`{}` has no material `{}`{meant} Its materials: {}",
+            "`{}` has no material `{}` (its materials: {}){meant}",
             model.file,
             sanitise_text(name),
             listed.join(", ")
@@ -344,7 +344,7 @@ fn place_model(
             && whole.translation.abs().max_element() <= FARTHEST)
         {
             let message = format!(
-                "`{}` is taken beyond every measure",
+                "the transform moves `{}` beyond the range of coordinates",
                 sanitise_text(&object.name)
             );
             return Err(parsed.error_at(ErrorKind::Input, &at("transform"), message));

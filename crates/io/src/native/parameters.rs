@@ -90,9 +90,9 @@ fn check_overrides(root: &ValueNode, overrides: &ParameterOverrides) -> Result<(
     {
         let hint = match closest_word(name, known.iter().copied()) {
             Some(word) => format!("did you mean `{word}`?"),
-            None if name == "t" => "time is set with --at".to_owned(),
+            None if name == "t" => "the time `t` is set with --at".to_owned(),
             None if known.is_empty() => "this scene has no parameters".to_owned(),
-            None => format!("its parameters: {}", known.join(", ")),
+            None => format!("the parameters of the scene: {}", known.join(", ")),
         };
         return Err(
             Error::invalid_usage(format!("the scene has no parameter `{name}`")).with_hint(hint),

@@ -87,7 +87,7 @@ fn convert_value(
 fn oversized_number_diagnostic(span: std::ops::Range<usize>) -> Diagnostic {
     let message = "this number is too large".to_owned();
     let hint = Some(
-        "whole numbers go up to 18446744073709551615; with a decimal point there is no such limit"
+        "whole numbers go up to 18446744073709551615; numbers with a decimal point have no such limit"
             .to_owned(),
     );
     Diagnostic {
@@ -104,10 +104,10 @@ fn convert_errors(text: &str, errors: &[toml::de::Error]) -> Vec<Diagnostic> {
         .find(|error| error.message().contains("recur"));
     if let Some(error) = deep {
         return vec![Diagnostic {
-            message: "nested too deeply".to_owned(),
+            message: "arrays and tables are nested too deeply".to_owned(),
             span: error.span(),
-            label: "the 80th level".to_owned(),
-            hint: Some("a scene needs about ten levels".to_owned()),
+            label: "the 80th level of nesting".to_owned(),
+            hint: Some("a scene needs about ten levels of nesting".to_owned()),
         }];
     }
     let mut list: Vec<Diagnostic> = errors
@@ -125,11 +125,11 @@ fn convert_error(text: &str, error: &toml::de::Error) -> Diagnostic {
     let hint = if text.trim_start().starts_with('{') {
         Some("this looks like JSON: name the file NAME.scene.json")
     } else if message == "duplicate key" {
-        Some("each key may be given once in a table")
+        Some("a table may contain each key only once: remove or rename one of the two")
     } else if message.starts_with("string values must be quoted") {
-        Some("text stands in quotes; numbers, true and false do not")
+        Some("write texts in quotes, but numbers, true and false without quotes")
     } else if message.starts_with("invalid basic string, expected") {
-        Some("text ends with the quote it began with, in the same line")
+        Some("a text must end on the line on which it starts, with the same quotation mark")
     } else {
         None
     };

@@ -247,7 +247,7 @@ fn read_opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
             warnings.add(
                 WarningCode::Choice,
                 format!(
-                    "material `{}`: Tr 1 alone was taken as opaque",
+                    "material `{}`: `Tr 1` without `d` is read as opaque",
                     sanitise_text(&source.name)
                 ),
             );

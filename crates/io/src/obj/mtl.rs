@@ -66,7 +66,7 @@ impl MaterialLibrary {
                     warnings.add(
                         WarningCode::Material,
                         format!(
-                            "material `{}` is in no library; grey was taken",
+                            "material `{}` is in no material library; a grey material is used",
                             sanitise_text(name)
                         ),
                     );
@@ -167,7 +167,7 @@ fn repair_text(text: &str, warnings: &mut Warnings) -> String {
             None => warnings.add(
                 WarningCode::Unsupported,
                 format!(
-                    "material library, line {}: `{} {}` was not understood",
+                    "material library, line {}: `{} {}` could not be parsed and is ignored",
                     statement.line,
                     sanitise_text(statement.keyword),
                     sanitise_text(statement.rest)

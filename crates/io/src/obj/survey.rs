@@ -124,7 +124,7 @@ pub(super) fn survey_obj(
                 format!("{faces} faces refer")
             };
             Some(format!(
-                "{first}; {whose} to {label} that the file does not have, and did without"
+                "{first}; {whose} to {label} that the file does not have; these faces are shown without them"
             ))
         });
     let lost: Vec<String> = lost.collect();
@@ -213,7 +213,7 @@ impl<'a> SurveyPass<'_, 'a> {
             6 | 7 => 6,
             n => {
                 return Err(Fault::invalid_input(format!(
-                    "v: {n} numbers; there should be 3, 4 or 6"
+                    "v: has {n} numbers, but needs 3 coordinates, optionally followed by a weight or by a colour of 3 numbers"
                 )));
             }
         };
@@ -250,7 +250,7 @@ impl<'a> SurveyPass<'_, 'a> {
         }
         if !numbers.contains(&found) {
             return Err(Fault::invalid_input(format!(
-                "{keyword}: {found} numbers; there should be {}",
+                "{keyword}: has {found} numbers, but needs {}",
                 numbers.end()
             )));
         }
@@ -341,10 +341,16 @@ impl<'a> SurveyPass<'_, 'a> {
             parts.next().unwrap_or_default(),
         ];
         if parts.next().is_some() {
-            return Err(Fault::invalid_input("has more than three parts"));
+            return Err(Fault::invalid_input(
+                "has more than three indices (position/texture coordinate/normal)",
+            ));
         }
         let missing = |part: &str, kind: usize, label: &str| {
-            format!("{label} {} of {}", sanitise_text(part), self.totals[kind])
+            format!(
+                "refers to {label} {}, but the file has {}",
+                sanitise_text(part),
+                self.totals[kind]
+            )
         };
         let mut optional = |part: &str, kind: usize, label: &str| -> ImportResult<Option<usize>> {
             if part.is_empty() {
@@ -379,7 +385,11 @@ impl<'a> SurveyPass<'_, 'a> {
             Fault::invalid_input(format!("`{}` is no whole number", sanitise_text(part)))
         })?;
         let absolute = match index {
-            0 if kind == 0 => return Err(Fault::invalid_input("indices start at 1")),
+            0 if kind == 0 => {
+                return Err(Fault::invalid_input(
+                    "index 0 is not allowed: indices start at 1",
+                ));
+            }
             // Some programs write 0 for a corner without a texture coordinate or normal.
             0 => None,
             i if i > 0 => usize::try_from(i).ok(),

@@ -186,7 +186,7 @@ impl<'f> TextureLoader<'f> {
     ) -> ImportResult<()> {
         let mut waiting = ImageDecodeQueue::default();
         let warn =
-            |reason: String| format!("texture: {reason}; the material's factor alone counts");
+            |reason: String| format!("texture: {reason}; only the material's factor is used");
         for path in statements.map(|statement| TextureStatement::parse(statement).path) {
             if !self.requested_paths.insert(path.clone()) {
                 continue;

@@ -101,11 +101,11 @@ impl AnimationWriter {
         } else if self.size != size {
             let ([w, h], [width, height]) = (self.size, size);
             return Err(io::Error::other(format!(
-                "its pictures have {w} × {h} and {width} × {height} pixels; --size makes them one"
+                "the pictures of the animation have different sizes, {w} × {h} and {width} × {height} pixels; --size sets one size"
             )));
         } else if self.has_alpha != has_alpha {
             return Err(io::Error::other(
-                "some of its pictures are transparent and some are not",
+                "some pictures of the animation are transparent and others opaque; choose the same --background for all",
             ));
         }
         // A GIF makes partly covered pixels opaque. A shadow without background would become a
@@ -194,7 +194,7 @@ impl AnimationWriter {
     fn encode_gif(&mut self, out: &mut dyn Write) -> io::Result<()> {
         let edge = |pixels: u32| {
             u16::try_from(pixels)
-                .map_err(|_| io::Error::other("a GIF has at most 65535 pixels a row"))
+                .map_err(|_| io::Error::other("a GIF has at most 65535 pixels per row and column; choose a smaller --size, or write a .apng"))
         };
         let (width, height) = (edge(self.size[0])?, edge(self.size[1])?);
         let mut encoder = gif::Encoder::new(out, width, height, &[]).map_err(io::Error::other)?;

@@ -216,7 +216,10 @@ mod tests {
         );
         fs::create_dir(folder.path().join("taken")).unwrap();
         let error = write_atomically(&folder.path().join("taken"), b"x").unwrap_err();
-        assert!(error.to_string().contains("it is a folder"), "{error}");
+        assert!(
+            error.to_string().contains("the path is a folder"),
+            "{error}"
+        );
         assert_eq!(names(folder.path()), ["taken"]);
     }
 

@@ -97,8 +97,8 @@ pub fn read_film(path: &Path, limits: &Limits) -> Result<StoredFilm, Error> {
     };
     decode_film(&mut from, limits).map_err(|fault| match fault {
         FilmFault::Cause(cause) if cause.kind() == io::ErrorKind::UnexpectedEof => {
-            Error::invalid_input(path.display(), "it ends in the middle; it was cut off")
-                .with_hint("render or copy it again")
+            Error::invalid_input(path.display(), "the film file is truncated")
+                .with_hint("copy the file again, or render again")
         }
         FilmFault::Cause(cause) => Error::unreadable(path, &cause),
         FilmFault::Content(message) => Error::invalid_input(path.display(), message),
@@ -107,7 +107,7 @@ pub fn read_film(path: &Path, limits: &Limits) -> Result<StoredFilm, Error> {
             Error::over_limit(
                 path.display(),
                 format_args!(
-                    "its picture needs {}, and the limit is {allowed}",
+                    "the film needs {} of memory, more than the limit of {allowed}",
                     format_bytes(bytes)
                 ),
             )
@@ -140,18 +140,20 @@ fn decode_film(from: &mut FilmReader<impl Read>, limits: &Limits) -> Result<Stor
             Err(cause)
         }
     })? {
-        return Err(content("it is not a film, as --checkpoint writes them"));
+        return Err(content(
+            "the file is not a film file; films are written by --checkpoint",
+        ));
     }
     let version = u32::from_le_bytes(from.read_array()?);
     if version != VERSION {
         return Err(FilmFault::Content(format!(
-            "it has version {version} of the format, and this program reads version {VERSION}"
+            "the film file has version {version}, but this program reads only version {VERSION}"
         )));
     }
     let length = u64::from_le_bytes(from.read_array()?);
     if length > MOST_HEADER {
         return Err(content(
-            "its header is longer than any that this program writes",
+            "the header of the film file is longer than any valid header: the file is damaged",
         ));
     }
     // The buffer grows with the bytes that exist: a false length allocates no memory.
@@ -161,8 +163,9 @@ fn decode_film(from: &mut FilmReader<impl Read>, limits: &Limits) -> Result<Stor
         return Err(FilmFault::Cause(io::ErrorKind::UnexpectedEof.into()));
     }
     from.hash.update(&header);
-    let header: FilmFileHeader = serde_json::from_slice(&header)
-        .map_err(|cause| FilmFault::Content(format!("its header is wrong: {cause}")))?;
+    let header: FilmFileHeader = serde_json::from_slice(&header).map_err(|cause| {
+        FilmFault::Content(format!("the header of the film file is invalid: {cause}"))
+    })?;
     let bytes = header
         .film
         .bytes()
@@ -176,10 +179,14 @@ fn decode_film(from: &mut FilmReader<impl Read>, limits: &Limits) -> Result<Stor
     let computed_hash = from.hash.clone().finalize();
     let stored_hash: [u8; 32] = from.read_array()?;
     if stored_hash != computed_hash[..] {
-        return Err(content("its checksum is wrong: it was damaged or changed"));
+        return Err(content(
+            "the checksum is wrong: the file was damaged or changed; copy it again, or render again",
+        ));
     }
     if from.from.read(&mut [0])? > 0 {
-        return Err(content("something follows its end"));
+        return Err(content(
+            "the file continues after the end of the film; copy it again, or render again",
+        ));
     }
     Ok(StoredFilm {
         film,

@@ -72,10 +72,20 @@ impl PictureFormat {
             Some("jpg" | "jpeg") => Ok(Self::Jpeg { quality: QUALITY }),
             Some("webp") => Ok(Self::WebP),
             Some("exr") => Ok(Self::Exr),
-            Some(other) => Err(Error::invalid_usage(format!("cannot write {}: unknown picture format `.{other}`", path.display()))),
-            None => Err(Error::invalid_usage(format!("cannot write {}: the name does not end in a picture format", path.display()))),
+            Some(other) => Err(Error::invalid_usage(format!(
+                "cannot write {}: unknown picture format `.{other}`",
+                path.display()
+            ))),
+            None => Err(Error::invalid_usage(format!(
+                "cannot write {}: the name has no extension of a picture format",
+                path.display()
+            ))),
         }
-        .map_err(|error| error.with_hint("names end in `.png`, `.jpg`, `.webp` (what a screen shows) or `.exr` (linear numbers)"))
+        .map_err(|error| {
+            error.with_hint(
+                "names end in `.png`, `.jpg`, `.webp` (display values) or `.exr` (linear numbers)",
+            )
+        })
     }
 }
 
@@ -277,7 +287,7 @@ fn check_consistent(picture: &Picture) -> std::io::Result<()> {
     }
     if !picture.is_consistent() {
         return Err(std::io::Error::other(
-            "the picture's buffers do not fit its size",
+            "a buffer of the picture does not match the picture's width and height",
         ));
     }
     Ok(())

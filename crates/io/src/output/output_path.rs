@@ -59,7 +59,7 @@ impl OutputPath {
             .is_some_and(|metadata| metadata.is_file() && metadata.permissions().readonly())
         {
             let hint =
-                "the file is write-protected; name another one, or allow writing to it first";
+                "the file is write-protected; choose another name, or make the file writable first";
             return Err(fail(io::ErrorKind::PermissionDenied.into()).with_hint(hint));
         }
         // A device or a pipe is written to directly.
@@ -219,7 +219,9 @@ pub(super) fn resolve_links(path: &Path) -> io::Result<PathBuf> {
             Err(_) => return Ok(path),
         }
     }
-    Err(io::Error::other("its symbolic links run in a circle"))
+    Err(io::Error::other(
+        "the symbolic links of the path form a cycle",
+    ))
 }
 
 /// Returns the folder of a file path; `.` for a name without a folder.
@@ -316,7 +318,7 @@ mod tests {
             let error = place(&name).unwrap_err();
             assert_eq!(error.kind(), crate::ErrorKind::File);
             assert!(
-                error.to_string().contains("the name is too long"),
+                error.to_string().contains("the file name is too long"),
                 "{error}"
             );
         }

@@ -71,7 +71,7 @@ pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error
         Error::over_limit(
             path.display(),
             format!(
-                "larger than the limit of {}",
+                "the file is larger than the limit of {}",
                 format_bytes(limits.file_bytes)
             ),
         )
@@ -93,7 +93,7 @@ pub fn decode_picture(path: &Path, bytes: &[u8], limits: &Limits) -> Result<Stor
             .and_then(|file| decode_web_picture(file, limits))
     } else {
         Err(PictureFailure::Wrong(
-            "no PNG, JPEG, WebP or OpenEXR picture".to_owned(),
+            "the file is not a PNG, JPEG, WebP or OpenEXR picture".to_owned(),
         ))
     };
     decoded.map_err(|failure| match failure {
@@ -110,19 +110,19 @@ enum PictureFailure {
 
 impl From<png::DecodingError> for PictureFailure {
     fn from(cause: png::DecodingError) -> Self {
-        Self::Wrong(format!("not a readable PNG: {cause}"))
+        Self::Wrong(format!("the PNG cannot be read: {cause}"))
     }
 }
 
 impl From<image::ImageError> for PictureFailure {
     fn from(cause: image::ImageError) -> Self {
-        Self::Wrong(format!("not a readable picture: {cause}"))
+        Self::Wrong(format!("the picture cannot be read: {cause}"))
     }
 }
 
 impl From<exr::error::Error> for PictureFailure {
     fn from(cause: exr::error::Error) -> Self {
-        Self::Wrong(format!("not a readable OpenEXR file: {cause}"))
+        Self::Wrong(format!("the OpenEXR file cannot be read: {cause}"))
     }
 }
 
@@ -139,19 +139,19 @@ fn check_size(
     if pixels > limits.image_pixels {
         let limit = limits.image_pixels;
         return Err(PictureFailure::TooLarge(format!(
-            "a picture of {width} × {height} pixels is over the limit of {limit} pixels"
+            "the picture has {width} × {height} pixels, more than the limit of {limit} pixels"
         )));
     }
     let bytes = pixels.saturating_mul(bytes_a_pixel);
     if bytes > limits.memory_bytes {
         let (bytes, limit) = (format_bytes(bytes), format_bytes(limits.memory_bytes));
         return Err(PictureFailure::TooLarge(format!(
-            "a picture of {bytes} is over the limit of {limit}"
+            "the decoded picture needs {bytes} of memory, more than the limit of {limit}"
         )));
     }
     if bytes / MAX_EXPANSION > file_bytes as u64 {
         return Err(PictureFailure::Wrong(format!(
-            "{file_bytes} bytes cannot hold a picture of {width} × {height} pixels"
+            "the header states {width} × {height} pixels, more than a file of {file_bytes} bytes can hold"
         )));
     }
     Ok(())
@@ -164,9 +164,12 @@ fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, PictureFai
     let (width, height) = (info.width, info.height);
     check_size(width.into(), height.into(), 12, bytes.len(), limits)?;
     let mut reader = decoder.read_info()?;
-    let length = reader
-        .output_buffer_size()
-        .ok_or_else(|| PictureFailure::TooLarge("too large for this machine".to_owned()))?;
+    let length = reader.output_buffer_size().ok_or_else(|| {
+        PictureFailure::TooLarge(
+            "the decoded picture is larger than the memory that this machine can address"
+                .to_owned(),
+        )
+    })?;
     let mut buffer = vec![0; length];
     let frame = reader.next_frame(&mut buffer)?;
     let samples: Vec<f32> = if frame.bit_depth == png::BitDepth::Sixteen {
@@ -187,7 +190,7 @@ fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, PictureFai
         ColorType::Rgba => (4, true),
         ColorType::Indexed => {
             return Err(PictureFailure::Wrong(
-                "not a readable PNG: its palette is missing".to_owned(),
+                "the PNG cannot be read: its palette is missing".to_owned(),
             ));
         }
     };
@@ -296,14 +299,14 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, PictureFai
 fn check_part(header: &Header, first: &Header) -> Result<(), PictureFailure> {
     let refuse = |label: &str| {
         Err(PictureFailure::Wrong(format!(
-            "an OpenEXR file with {label}"
+            "the OpenEXR file has {label}"
         )))
     };
     if header.layer_size != first.layer_size {
-        return refuse("parts of different sizes");
+        return refuse("parts of different sizes, which are not supported");
     }
     if header.own_attributes.layer_position != first.own_attributes.layer_position {
-        return refuse("parts in different places");
+        return refuse("parts at different positions, which are not supported");
     }
     if header.deep
         || header
@@ -315,7 +318,7 @@ fn check_part(header: &Header, first: &Header) -> Result<(), PictureFailure> {
         return refuse("deep or subsampled channels, which are not supported");
     }
     if decoder_can_abort(header.compression) {
-        return refuse("DWA compression, which is not supported; ZIP is");
+        return refuse("DWA compression, which is not supported; save it with ZIP compression");
     }
     Ok(())
 }
@@ -331,11 +334,14 @@ fn assemble_picture(image: FlatImage) -> Result<StoredPicture, PictureFailure> {
     let first = image
         .layer_data
         .first()
-        .ok_or_else(|| PictureFailure::Wrong("an empty OpenEXR file".to_owned()))?;
+        .ok_or_else(|| PictureFailure::Wrong("the OpenEXR file contains no picture".to_owned()))?;
     let size = first.size;
     let dimension = |x: usize| {
-        u32::try_from(x)
-            .map_err(|_| PictureFailure::TooLarge("too many pixels in a row or column".to_owned()))
+        u32::try_from(x).map_err(|_| {
+            PictureFailure::TooLarge(
+                "the OpenEXR file has more than 4294967295 pixels in a row or column".to_owned(),
+            )
+        })
     };
     let window = data_window(
         image.attributes.display_window,
@@ -378,7 +384,8 @@ fn assemble_picture(image: FlatImage) -> Result<StoredPicture, PictureFailure> {
     let has_colour = extract_colour(&mut picture);
     if !picture.is_consistent() {
         return Err(PictureFailure::Wrong(
-            "not a readable OpenEXR file: its channels do not fit its size".to_owned(),
+            "the OpenEXR file cannot be read: a channel does not match its width and height"
+                .to_owned(),
         ));
     }
     Ok(StoredPicture {

@@ -23,7 +23,9 @@ pub fn encode_jpeg(
     metadata: &PictureMetadata,
 ) -> io::Result<Vec<u8>> {
     if display.has_alpha(picture) {
-        return Err(io::Error::other("a JPEG has no transparency"));
+        return Err(io::Error::other(
+            "a JPEG cannot store transparency; write a .png, or choose a colour with --background",
+        ));
     }
     let mut bytes = Vec::new();
     encode_with(

@@ -138,7 +138,9 @@ impl PlyFaces {
             row.read(&element.properties, &roles, values, budget)
                 .map_err(|fault| place(fault, values))?;
             let vertex = |&index: &i64| {
-                u32::try_from(index).map_err(|_| Fault::invalid_input(format!("vertex {index}")))
+                u32::try_from(index).map_err(|_| {
+                    Fault::invalid_input(format!("the vertex index {index} is out of range"))
+                })
             };
             if strips {
                 self.add_strip(&row.corners, budget)
@@ -189,10 +191,11 @@ impl PlyFaces {
                 // Degenerate triangles join the parts of a strip.
                 if a != b && b != c && c != a {
                     for corner in [a, b, c] {
-                        self.corners.push(
-                            u32::try_from(corner)
-                                .map_err(|_| Fault::invalid_input(format!("vertex {corner}")))?,
-                        );
+                        self.corners.push(u32::try_from(corner).map_err(|_| {
+                            Fault::invalid_input(format!(
+                                "the vertex index {corner} is out of range"
+                            ))
+                        })?);
                     }
                     self.arities.push(3);
                 }
@@ -221,7 +224,7 @@ impl PlyFaces {
             .find(|&&corner| corner as usize >= count)
         {
             return Err(Fault::invalid_input(format!(
-                "a face has vertex {vertex} of {count}; they are counted from 0"
+                "a face refers to vertex {vertex}, but the file has {count} vertices, counted from 0"
             )));
         }
         let apart = self.has_colours || self.has_uvs();
@@ -403,7 +406,7 @@ impl FaceRecord {
                             }
                             FacePropertyRole::Corners => {
                                 return Err(Fault::invalid_input(format!(
-                                    "{name}: vertex {value}"
+                                    "{name}: the vertex index {value} is no whole number"
                                 )));
                             }
                             _ => self.coordinates.push(value as f32),

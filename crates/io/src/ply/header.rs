@@ -163,7 +163,7 @@ pub(super) fn read_header(bytes: &[u8]) -> ImportResult<PlyHeader> {
             ["property", rest @ ..] => header.add_property(rest).map_err(place)?,
             _ => {
                 return Err(place(Fault::invalid_input(format!(
-                    "`{}` is no line of a PLY header",
+                    "`{}` is not a valid line of a PLY header",
                     sanitise_text(line.trim())
                 ))));
             }
@@ -177,7 +177,7 @@ pub(super) fn read_header(bytes: &[u8]) -> ImportResult<PlyHeader> {
 fn parse_encoding(name: &str, version: &str) -> ImportResult<PlyEncoding> {
     if version != "1.0" {
         return Err(Fault::invalid_input(format!(
-            "is PLY {}; version 1.0 is read",
+            "is PLY version {}, but only version 1.0 is supported",
             sanitise_text(version)
         )));
     }
@@ -196,13 +196,13 @@ impl PlyHeader {
     fn add_element(&mut self, name: &str, count: &str) -> ImportResult<()> {
         let count = count.parse().map_err(|_| {
             Fault::invalid_input(format!(
-                "`{}` is no number of elements",
+                "the number of elements is `{}`, but must be a whole number",
                 sanitise_text(count)
             ))
         })?;
         if self.elements.iter().any(|element| element.name == name) {
             return Err(Fault::invalid_input(format!(
-                "there are two elements `{}`",
+                "the element `{}` is declared twice",
                 sanitise_text(name)
             )));
         }
@@ -223,10 +223,13 @@ impl PlyHeader {
         let element = self
             .elements
             .last_mut()
-            .ok_or_else(|| Fault::invalid_input("a property of no element"))?;
+            .ok_or_else(|| Fault::invalid_input("a property stands before the first element"))?;
         let number = |name: &str| {
             NumberType::from_name(name).ok_or_else(|| {
-                Fault::invalid_input(format!("`{}` is no type of numbers", sanitise_text(name)))
+                Fault::invalid_input(format!(
+                    "`{}` is not a number type of PLY, such as int, uchar or float",
+                    sanitise_text(name)
+                ))
             })
         };
         let (name, count, number) = match *words {
@@ -234,13 +237,13 @@ impl PlyHeader {
             [kind, name] => (name, None, number(kind)?),
             _ => {
                 return Err(Fault::invalid_input(
-                    "a property has a type and a name, or is a list of two types and a name",
+                    "expected `property TYPE NAME` or `property list COUNT_TYPE ITEM_TYPE NAME`",
                 ));
             }
         };
         if count.is_some_and(NumberType::is_float) {
             return Err(Fault::invalid_input(format!(
-                "the list `{}` is counted in fractions",
+                "the length of the list `{}` has a floating-point type, but needs an integer type",
                 sanitise_text(name)
             )));
         }
@@ -250,14 +253,14 @@ impl PlyHeader {
             .any(|property| property.name == name)
         {
             return Err(Fault::invalid_input(format!(
-                "the element `{}` has two properties `{}`",
+                "the element `{}` declares the property `{}` twice",
                 sanitise_text(&element.name),
                 sanitise_text(name)
             )));
         }
         if element.properties.len() >= MAX_DECLARATIONS {
             return Err(Fault::over_limit(format!(
-                "has more than {MAX_DECLARATIONS} properties of one element"
+                "an element has more than {MAX_DECLARATIONS} properties"
             )));
         }
         element.properties.push(PlyProperty {

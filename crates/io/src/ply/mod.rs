@@ -86,7 +86,7 @@ fn import(
     if faces.is_empty() && !vertices.is_empty() {
         warnings.add(
             WarningCode::PointsAndLines,
-            "has points and no faces; points are ignored",
+            "has only points and no faces; points are ignored, so that nothing is visible",
         );
     }
     let (mapped, numbered) = (vertices.has_uvs() || faces.has_uvs(), faces.has_textures());
@@ -96,7 +96,7 @@ fn import(
         warnings.add(
             WarningCode::TextureCoordinates,
             format!(
-                "names {} and has no texture coordinates; none is shown",
+                "names {}, but has no texture coordinates; the model is shown without a texture",
                 format_texture_names(&images)
             ),
         );
@@ -106,7 +106,7 @@ fn import(
         let others = format_texture_names(&images[1..]);
         warnings.add(
             WarningCode::Choice,
-            format!("its faces don't say which texture they show (texnumber): all show the first, none {others}"),
+            format!("the faces have no texture number (texnumber): all faces show the first texture, none shows {others}"),
         );
         images.truncate(1);
     }

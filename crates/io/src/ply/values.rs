@@ -67,7 +67,7 @@ impl<'b> ValueStream<'b> {
         if u128::from(element.count) * each as u128 > self.rest.len() as u128 + 1 {
             let (name, count) = (sanitise_text(&element.name), element.count);
             return Err(Fault::invalid_input(format!(
-                "is cut off: {count} of `{name}` do not fit into the {} bytes left",
+                "is truncated: {count} items of `{name}` do not fit into the remaining {} bytes",
                 self.rest.len()
             )));
         }
@@ -130,7 +130,7 @@ impl<'b> ValueStream<'b> {
             || count * minimum as f64 > self.rest.len() as f64 + 1.0
         {
             return Err(Fault::invalid_input(format!(
-                "{}: {count} items, which are not there",
+                "{}: the list length {count} is not a whole number from 0 to what the remaining data can hold",
                 sanitise_text(name)
             )));
         }
@@ -201,7 +201,7 @@ impl<'b> ValueStream<'b> {
 }
 
 fn truncation_fault() -> Fault {
-    Fault::invalid_input("the file ends here")
+    Fault::invalid_input("the file ends before the next number")
 }
 
 /// Parses a word of an ASCII file as a number of the type `kind`. A float is parsed in double

@@ -73,7 +73,7 @@ pub fn plot_accuracy(
             name: if is_samples {
                 "numbers of samples"
             } else {
-                "one other rung"
+                "one rung changed"
             }
             .to_owned(),
             colour: if is_samples {
@@ -253,7 +253,7 @@ impl AccuracyPage<'_> {
         let body = format!(
             "<p class=\"answer\">{recommendation}</p>\n<figure><div class=\"wide\" tabindex=\"0\">{plot}</div>\n\
              <figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{}\
-             <h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Made by <code>{}</code></p>\n{}{}{}{}{}",
+             <h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{}{}{}{}{}",
             self.frontier_table(),
             escape_xml(self.command),
             self.pictures_html(),
@@ -288,7 +288,7 @@ impl AccuracyPage<'_> {
                 .map(|error| heat_map(shown.picture.width, shown.picture.height, &error, full));
             let map = map.map(|map| {
                 format!(
-                    "<img hidden data-kind=\"error\" data-name=\"{name}\" alt=\"error of {name}\" src=\"{}\">",
+                    "<img hidden data-kind=\"error\" data-name=\"{name}\" alt=\"error of the picture {name}\" src=\"{}\">",
                     self.png_data_uri(&map, Display::PLAIN)
                 )
             });
@@ -305,14 +305,14 @@ impl AccuracyPage<'_> {
         );
         let own = options.replace("<option>as it is<", "<option selected>as it is<");
         format!(
-            "<h2>Beside each other</h2>\n{}<div class=\"pair\">\n<label>left<select id=\"one\">{own}</select></label>\n\
+            "<h2>Two pictures side by side</h2>\n{}<div class=\"pair\">\n<label>left<select id=\"one\">{own}</select></label>\n\
              <label>right<select id=\"other\">{options}</select></label>\n\
-             <label>left up to<input id=\"edge\" type=\"range\" min=\"0\" max=\"100\" value=\"50\"></label></div>\n\
+             <label>border between left and right<input id=\"edge\" type=\"range\" min=\"0\" max=\"100\" value=\"50\"></label></div>\n\
              <div class=\"stage\"{wide}><img id=\"under\" alt=\"\"><img id=\"over\" class=\"over\" alt=\"\"></div>\n\
-             <h2>Error of the left one</h2>\n<div class=\"scale\"><span>0</span><span class=\"bar\"></span><span>{} and more</span></div>\n\
+             <h2>Error of the left picture</h2>\n<div class=\"scale\"><span>0</span><span class=\"bar\"></span><span>{} and more</span></div>\n\
              <div class=\"stage\"{wide}><img id=\"heat\" alt=\"error of the left picture\"></div>\n\
-             <p class=\"soft\">Largest absolute difference of the channels to the reference, in linear radiance.</p>\n\
-             <h2>All of them</h2>\n<div class=\"thumbs\">\n{thumbs}</div>\n",
+             <p class=\"soft\">Each pixel shows the largest absolute difference of its three channels from the reference, in linear radiance.</p>\n\
+             <h2>All pictures</h2>\n<div class=\"thumbs\">\n{thumbs}</div>\n",
             self.tile_caption(&reference.picture),
             format_number(f64::from(full)),
         )
@@ -326,7 +326,7 @@ impl AccuracyPage<'_> {
             return String::new();
         }
         format!(
-            "<p class=\"soft\">A tile of the picture as it is rendered: {width}×{height} pixels from column {x} and row {y} on, each shown as a square.</p>\n"
+            "<p class=\"soft\">Only a tile of the picture is shown: {width}×{height} pixels, from column {x} and row {y} (counted from 0) on, each pixel as a square.</p>\n"
         )
     }
 

@@ -317,7 +317,7 @@ impl Plot {
             );
             let _ = writeln!(
                 svg,
-                "<text x=\"{}\" y=\"{}\">at most: lost in noise</text>",
+                "<text x=\"{}\" y=\"{}\">upper bound: the error is within the noise</text>",
                 x + 50.0,
                 y + 5.0
             );

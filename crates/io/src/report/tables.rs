@@ -70,9 +70,9 @@ impl AccuracyPage<'_> {
         let [time, ratio, error, _, _, light, ..] = SETTING_HEADINGS;
         let names = ["", "flags", time, ratio, error, light];
         format!(
-            "<h2>Worth their time</h2>\n<p>No setting that was measured is both faster and nearer to the reference. The first row whose \
-             error is small enough is the cheapest setting for that error; the last one within a time is the best for that time. The flags \
-             stand behind <code>{}</code></p>\n{}",
+            "<h2>Worth their time</h2>\n<p>For each setting in this table, no other measured setting is both faster and more accurate. The first row whose \
+             error is small enough is the fastest setting for that error; the last row within a time is the most accurate setting for that time. The flags \
+             are appended to <code>{}</code></p>\n{}",
             escape_xml(self.own_command),
             Table::new(columns, names, rows)
                 .without_empty_columns()
@@ -114,7 +114,7 @@ impl AccuracyPage<'_> {
                 .flat_map(|ladder| self.ladder_rows(ladder)),
         );
         if !self.report.combinations.is_empty() {
-            rows.push(ladder_heading("together, beside the scene as it is"));
+            rows.push(ladder_heading("several rungs changed together"));
             rows.extend(self.report.combinations.iter().map(|candidate| {
                 TableRow::with_class("", named(candidate.name(), &candidate.measured))
             }));
@@ -134,23 +134,26 @@ impl AccuracyPage<'_> {
             names => format!("<p>{words}: {}.</p>\n", escape_xml(&names.join(", "))),
         };
         let beaten = line(
-            "Slower and worse than what is in use",
+            "Slower and less accurate than the rung in use",
             named(&|ladder, rung| ladder.is_dominated(rung)),
         );
-        let late = line("No time for", named(&|_, rung| rung.measured.is_none()));
+        let late = line(
+            "Not measured for lack of time",
+            named(&|_, rung| rung.measured.is_none()),
+        );
         let absent = match self.report.not_called_for.as_slice() {
             [] => String::new(),
             names => format!(
-                "<p class=\"soft\">Not called for by this scene, and not measured: {}.</p>\n",
+                "<p class=\"soft\">Without effect on this scene, and not measured: {}.</p>\n",
                 names.join(", ")
             ),
         };
         let [time, ratio, error, rmse, bias, light, flip, alone] = SETTING_HEADINGS;
         let names = ["rung", time, ratio, error, rmse, bias, light, flip, alone];
         format!(
-            "<h2>Every rung, one at a time</h2>\n<p class=\"soft\">Times are those of all threads at the scene's \
-             own size. Error: root relMSE, the root of the mean of (I − R)² / (R² + 0.01). Bias: the part of it that more samples leave. Light: what is gone of it, or added. Alone: root mean square difference to the ladder's most exact rung with \
-             the same random numbers. &lt;: too small to be told from the reference's noise.</p>\n\
+            "<h2>Rungs, changed one at a time</h2>\n<p class=\"soft\">Times are CPU times, summed over all threads, at the scene's \
+             own picture size. Error: root relMSE, the root of the mean of (I − R)² / (R² + 0.01). Bias: the part of the error that more samples do not reduce. Light: the relative change of the total light. Alone: root mean square difference from the most exact rung of the same ladder, rendered with \
+             the same random numbers. &lt;: indistinguishable from the noise of the reference.</p>\n\
              {}{beaten}{late}{absent}",
             Table::new([ColumnAlignment::Right; 9], names, rows)
                 .without_empty_columns()
@@ -217,7 +220,7 @@ impl AccuracyPage<'_> {
         let bits = if rung_cost.same_bits {
             ""
         } else {
-            ", ANOTHER PICTURE"
+            ", DIFFERENT PICTURE"
         };
         let memory = format_bytes(rung_cost.geometry) + bits;
         vec![
@@ -236,7 +239,7 @@ impl AccuracyPage<'_> {
             rows.push(ladder_heading(ladder.ladder));
             rows.extend(ladder.rungs.iter().map(|price| {
                 let cells = price.rung_cost.as_ref().map_or_else(
-                    || vec!["no time".to_owned()],
+                    || vec!["not measured".to_owned()],
                     |rung_cost| self.cost_cells(rung_cost),
                 );
                 rung_row(&price.rung, price.about, price.in_use, cells)
@@ -247,7 +250,7 @@ impl AccuracyPage<'_> {
         }
         let names = ["rung", "CPU time", "× in use", "preparing", "memory"];
         format!(
-            "<h2>What changes no picture</h2>\n<p class=\"soft\">Rungs that cost time and memory alone. Their pictures are the same bits, which is checked.</p>\n{}",
+            "<h2>Rungs that change no picture</h2>\n<p class=\"soft\">These rungs change only time and memory. Their pictures are checked to be equal bit by bit.</p>\n{}",
             Table::new([ColumnAlignment::Right; 5], names, rows).to_html()
         )
     }
@@ -281,8 +284,8 @@ impl AccuracyPage<'_> {
             "clipped",
         ];
         format!(
-            "<h2>What a file keeps</h2>\n<p class=\"soft\">Differences of display values, 0 to 1, from those that were computed. Clipped: \
-             pixels with a channel as bright as can be, which is lost where the picture is exposed again.</p>\n{}",
+            "<h2>Precision of the file formats</h2>\n<p class=\"soft\">Differences of the stored display values (0 to 1) from the computed values. Clipped: share of \
+             pixels with a channel at its largest value, whose detail is lost if the exposure is raised or lowered later.</p>\n{}",
             Table::new(
                 [ColumnAlignment::Right; 7],
                 names,
@@ -330,16 +333,16 @@ impl AccuracyPage<'_> {
         columns[5] = ColumnAlignment::Left;
         let names = [
             "effect",
-            "adds to time",
-            "to rays",
-            "changes, RMSE",
+            "added time",
+            "added rays",
+            "change of picture, RMSE",
             "FLIP",
             "status",
         ];
         format!(
-            "<h2>What the scene calls for</h2>\n<p class=\"soft\">{}</p>\n{}",
+            "<h2>Effects of the scene</h2>\n<p class=\"soft\">{}</p>\n{}",
             costs.map_or_else(
-                || "There was no time to measure what each costs.".to_owned(),
+                || "The cost of each effect was not measured for lack of time.".to_owned(),
                 describe_effect_costs
             ),
             Table::new(columns, names, rows)
@@ -373,11 +376,11 @@ fn describe_effect_costs(costs: &EffectCosts) -> String {
     let late = if costs.late.is_empty() {
         String::new()
     } else {
-        format!("; no time for {}", costs.late.join(", "))
+        format!("; not measured for lack of time: {}", costs.late.join(", "))
     };
     format!(
         "Rendered with and without each effect that can be switched off, in turns and with the same random numbers, at \
-         {width}×{height}: what the effect adds{late}."
+         {width}×{height}: the differences are the cost of the effect{late}."
     )
 }
 

@@ -106,21 +106,23 @@ impl StlAsciiReader {
                 "solid" | "endsolid" => return Ok(()),
                 "facet" if self.in_facet => {
                     return Err(Fault::invalid_input(
-                        "facet: the one before has no endfacet",
+                        "facet: the previous facet has no endfacet",
                     ));
                 }
                 "facet" => self.in_facet = true,
                 "normal" => self.expected_token = ExpectedToken::Normal(3),
                 "outer" | "loop" => {}
                 "vertex" if !self.in_facet => {
-                    return Err(Fault::invalid_input("vertex: is in no facet"));
+                    return Err(Fault::invalid_input(
+                        "vertex: does not belong to a facet; a `facet` line is missing before it",
+                    ));
                 }
                 "vertex" => self.expected_token = ExpectedToken::Vertex(Vec::with_capacity(3)),
                 "endloop" => self.end_loop(budget, warnings)?,
                 "endfacet" => self.in_facet = false,
                 other => {
                     return Err(Fault::invalid_input(format!(
-                        "`{}` is no word of STL",
+                        "`{}` is no keyword of STL",
                         sanitise_text(other)
                     )));
                 }

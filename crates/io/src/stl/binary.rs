@@ -48,7 +48,8 @@ pub(super) fn read_binary(
     budget: &mut DecodeBudget,
     warnings: &mut Warnings,
 ) -> ImportResult<MeshData> {
-    let head = "is no STL file: neither `solid` and facets in words nor a header of 84 bytes";
+    let head =
+        "is no STL file: it has neither ASCII facets after `solid` nor a binary header of 84 bytes";
     let (count, rest) = facet_count(bytes)
         .zip(bytes.get(HEADER_BYTES..))
         .ok_or_else(|| Fault::invalid_input(head))?;
@@ -56,16 +57,14 @@ pub(super) fn read_binary(
     let there = facets.len();
     if there < count {
         return Err(Fault::invalid_input(format!(
-            "is a binary STL file cut off: {there} of {count} facets are there"
+            "is a truncated binary STL file with {there} of {count} facets"
         )));
     }
     let beyond = rest.len() - count * FACET_BYTES;
     if beyond > 0 {
         warnings.add(
             WarningCode::Format,
-            format!(
-                "the file says that it has {count} facets; {beyond} bytes after them were ignored"
-            ),
+            format!("{beyond} bytes after the stated {count} facets were ignored"),
         );
     }
     let facets = facets.get(..count).unwrap_or_default();

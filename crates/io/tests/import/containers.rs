@@ -123,7 +123,7 @@ fn strides_hold_their_elements() {
     assert!(strided(12).is_ok());
     let error = strided(8).expect_err("elements of 12 bytes");
     assert!(
-        error.kind() == ErrorKind::Input && error.to_string().contains("every 8 bytes"),
+        error.kind() == ErrorKind::Input && error.to_string().contains("has a stride of 8 bytes"),
         "{error}"
     );
 }

@@ -291,11 +291,14 @@ fn broken_skins_and_targets_are_refused() {
             .clone()
     };
     let skins: [(SkinDamage, &str); 6] = [
-        (|d| d["skins"][0]["joints"] = json!([3]), "joint 1 of 1"),
+        (
+            |d| d["skins"][0]["joints"] = json!([3]),
+            "joint 1 does not exist, the skin has 1 joints",
+        ),
         (|d| d["skins"][0]["joints"] = json!([3, 99]), "nodes[99]"),
         (
             |d| d["skins"][0]["joints"] = json!([3, 4, 3]),
-            "3 joints and 2 inverseBindMatrices",
+            "3 joints, but 2 inverseBindMatrices",
         ),
         (
             |d| d["skins"][0]["inverseBindMatrices"] = json!(0),
@@ -304,7 +307,7 @@ fn broken_skins_and_targets_are_refused() {
         (|d| d["nodes"][1]["skin"] = json!(7), "skins[7]"),
         (
             |d| d["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(1),
-            "JOINTS_0: has 16 components",
+            "JOINTS_0: has elements of 16 components",
         ),
     ];
     for (change, word) in skins {
@@ -398,7 +401,7 @@ fn instances_of_the_graphics_processor() {
         .expect_err("fewer scales than places")
         .to_string();
     assert!(
-        error.contains("nodes[1]: EXT_mesh_gpu_instancing: has [2, 2, 1]"),
+        error.contains("nodes[1]: EXT_mesh_gpu_instancing: has different numbers of translations, rotations and scales: [2, 2, 1]"),
         "{error}"
     );
 }
@@ -446,7 +449,7 @@ fn nodes_of_several_parents() {
                 .load_with(None, None, None)
                 .expect_err("a cycle")
                 .to_string()
-                .contains("form a cycle")
+                .contains("the hierarchy of nodes has a cycle")
         );
     }
 }
@@ -481,7 +484,7 @@ fn what_is_listed_again_and_again_is_shown_once() {
         );
         assert!(loaded.warnings.iter().any(|w| {
             w.message
-                .contains("is listed again where it is shown already")
+                .contains("is listed more than once with the same transform")
         }));
     }
     let mut made = KeyedTriangle::new();
@@ -497,7 +500,10 @@ fn what_is_listed_again_and_again_is_shown_once() {
     });
     let loaded = load_at(&made, None);
     assert_eq!(loaded.scene.objects.len(), 2);
-    let left_out = format!("{} of the instances lie where others lie", MANY - 2);
+    let left_out = format!(
+        "{} instances repeat the transform of another instance",
+        MANY - 2
+    );
     assert!(
         loaded
             .warnings

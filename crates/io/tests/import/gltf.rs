@@ -660,8 +660,14 @@ fn sparse_elements_that_there_are_not() {
     assert_eq!(said(2, [1, 2, 0, 0]), Ok(()));
     let [many, beyond] =
         [said(4, [0, 1, 2, 2]), said(2, [1, 3, 0, 0])].map(|said| said.expect_err("refused"));
-    assert!(many.contains("replaces 4 of 3 elements"), "{many}");
-    assert!(beyond.contains("replaces element 3 of 3"), "{beyond}");
+    assert!(
+        many.contains("replaces 4 elements, but the accessor has only 3"),
+        "{many}"
+    );
+    assert!(
+        beyond.contains("replaces element 3, but the accessor has only 3 elements"),
+        "{beyond}"
+    );
 }
 
 /// Protects: the length of a rotation has no effect: (0, 0, 1, 1), of length √2, is a quarter turn

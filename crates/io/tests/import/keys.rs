@@ -658,7 +658,7 @@ fn pictures_that_are_none() {
         (
             model.clone(),
             describe
-                .filter(|message| message.contains("factor alone"))
+                .filter(|message| message.contains("only the material's factor is used"))
                 .collect::<Vec<_>>(),
         )
     };
@@ -667,7 +667,7 @@ fn pictures_that_are_none() {
     let uri = |uri: &str| json!({ "uri": uri });
     let data = |bytes: &[u8]| uri(&format!("data:image/png;base64,{}", STANDARD.encode(bytes)));
     for (image, texture, words) in [
-        (data(b"text"), 0, "images[0]: is no picture"),
+        (data(b"text"), 0, "images[0]: is not a picture"),
         (data(&png[..20]), 0, "images[0]: is a broken picture"),
         (
             data(&png[..png.len() / 2]),
@@ -683,9 +683,9 @@ fn pictures_that_are_none() {
         (
             uri("data:image/png;base64,@@@"),
             0,
-            "images[0]: a data: reference with broken base64",
+            "images[0]: a data: URI has invalid base64",
         ),
-        (uri("text.png"), 0, "images[0]: is no picture"),
+        (uri("text.png"), 0, "images[0]: is not a picture"),
         (uri("half.png"), 0, "images[0]: is a broken picture"),
         (uri("a.gif"), 0, "images[0]: is a GIF"),
         (uri("gone.png"), 0, "images[0]: cannot read `gone.png`"),

@@ -214,7 +214,9 @@ fn the_nearest_number_is_taken() {
     }
     let (found, messages) = light("spot/outerConeAngle", 0.0);
     assert!(
-        found.is_none() && messages.len() == 1 && messages[0].contains("shut"),
+        found.is_none()
+            && messages.len() == 1
+            && messages[0].contains("outer cone angle is not above 0"),
         "{messages:?}"
     );
     let value_of = |path: &str, number: f64| {

@@ -71,9 +71,12 @@ fn messages_name_the_cause() {
             "300 elements reach beyond bufferViews[0]",
         ),
         ("accessors/huge_count_no_view.gltf", "2000000000 elements"),
-        ("accessors/index_out_of_range.gltf", "vertex 60000 of 3"),
-        ("glb/missing_bin_chunk.glb", "the file no binary chunk"),
-        ("glb/truncated_half.glb", "cut off"),
+        (
+            "accessors/index_out_of_range.gltf",
+            "vertex 60000 does not exist, the primitive has 3 vertices",
+        ),
+        ("glb/missing_bin_chunk.glb", "the file has no binary chunk"),
+        ("glb/truncated_half.glb", "is a truncated GLB file"),
         ("glb/version_1.glb", "version 1"),
         ("images/png_60000x60000_header.glb", "60000 x 60000"),
         ("json/invalid_json.gltf", "line 1"),
@@ -82,13 +85,16 @@ fn messages_name_the_cause() {
             "meshes[99] does not exist",
         ),
         ("nodes/child_out_of_range.gltf", "nodes[50] does not exist"),
-        ("nodes/cycle_two_nodes.gltf", "form a cycle"),
+        (
+            "nodes/cycle_two_nodes.gltf",
+            "the hierarchy of nodes has a cycle",
+        ),
         ("uris/bad_base64.gltf", "base64"),
         ("uris/missing_file.gltf", "does_not_exist.bin"),
         ("uris/percent_not_utf8.gltf", "UTF-8"),
         (
             "uris/traversal_etc_passwd.gltf",
-            "leads out of the scene's folder",
+            "lies outside the scene's folder",
         ),
     ] {
         let message = verdict(&folder.join(file)).expect_err(file);

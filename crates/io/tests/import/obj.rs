@@ -304,30 +304,33 @@ fn errors_name_line_and_cause() {
     for (text, words) in [
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n",
-            "line 4: f: `0`: indices start at 1",
+            "line 4: f: `0`: index 0 is not allowed: indices start at 1",
         ),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 99999\n",
-            "line 5: f: `99999`: vertex 99999 of 3",
+            "line 5: f: `99999`: refers to vertex 99999, but the file has 3",
         ),
-        ("v 0 0 0\nf -2 1 1\n", "vertex -2 of 1"),
-        ("v 0 0 0\nf -9223372036854775808 1 1\n", "of 1"),
+        ("v 0 0 0\nf -2 1 1\n", "vertex -2, but the file has 1"),
+        (
+            "v 0 0 0\nf -9223372036854775808 1 1\n",
+            "but the file has 1",
+        ),
         ("v 0 0 0\nf 99999999999999999999 1 1\n", "no whole number"),
         ("v 0 zero 0\n", "line 1: v: `zero` is no number"),
         (
             "v 0 0 0\nv 1,0 0 0\n",
-            "line 2: v: `1,0` is no number; decimals have a point",
+            "line 2: v: `1,0` is no number; export the file again with decimal points",
         ),
         (
             "vt 0,5 0,5\n",
-            "line 1: vt: `0,5` is no number; decimals have a point",
+            "line 1: vt: `0,5` is no number; export the file again with decimal points",
         ),
-        ("v 0 0\n", "line 1: v: 2 numbers"),
-        ("vn 1 2\n", "vn: 2 numbers"),
-        ("v 0 0 0\nf 1/1/1/1 1 1\n", "more than three parts"),
+        ("v 0 0\n", "line 1: v: has 2 numbers"),
+        ("vn 1 2\n", "vn: has 2 numbers"),
+        ("v 0 0 0\nf 1/1/1/1 1 1\n", "more than three indices"),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 2/1 0/1\n",
-            "line 6: f: `0/1`: indices start at 1",
+            "line 6: f: `0/1`: index 0 is not allowed: indices start at 1",
         ),
     ] {
         let (_folder, path) = write(text);
@@ -348,31 +351,31 @@ fn references_to_nothing_are_warnings() {
     for (rest, words) in [
         (
             "vt 0 0\nf 1/1 2/2 3/1\n",
-            "line 5: f: `2/2`: texture coordinate 2 of 1; 1 face refers to texture coordinates",
+            "line 5: f: `2/2`: refers to texture coordinate 2, but the file has 1; 1 face refers to texture coordinates",
         ),
         (
             "vt 0 0\nf 1/1 2/1 3/1\nf 1/-2 2/1 3/1\nf 1/9 2 3/1\n",
-            "line 6: f: `1/-2`: texture coordinate -2 of 1; 2 faces refer",
+            "line 6: f: `1/-2`: refers to texture coordinate -2, but the file has 1; 2 faces refer",
         ),
         (
             "f 1/1 2/2 3/3\n",
-            "line 4: f: `1/1`: texture coordinate 1 of 0",
+            "line 4: f: `1/1`: refers to texture coordinate 1, but the file has 0",
         ),
         (
             "vn 0 0 1\nf 1//7 2//1 3//8\n",
-            "line 5: f: `1//7`: normal 7 of 1; 1 face refers to normals that the file does not have",
+            "line 5: f: `1//7`: refers to normal 7, but the file has 1; 1 face refers to normals that the file does not have",
         ),
         (
             "f 1//99999999999 2//1 3//1\n",
-            "line 4: f: `1//99999999999`: normal 99999999999 of 0",
+            "line 4: f: `1//99999999999`: refers to normal 99999999999, but the file has 0",
         ),
         (
             "vn 0 0 1\nf 1//0 2//1 3//1\nf 1//0 2//0 3//0\n",
-            "line 5: f: `1//0`: normal 0 of 1; 2 faces refer to normals",
+            "line 5: f: `1//0`: refers to normal 0, but the file has 1; 2 faces refer to normals",
         ),
         (
             "vt 0 0\nf 1/0 2/1 3/1\n",
-            "line 5: f: `1/0`: texture coordinate 0 of 1; 1 face refers to texture coordinates",
+            "line 5: f: `1/0`: refers to texture coordinate 0, but the file has 1; 1 face refers to texture coordinates",
         ),
     ] {
         let (_folder, path) = write(&format!("{corners}{rest}"));
@@ -482,7 +485,9 @@ fn broken_images_are_as_missing_ones() {
         assert_eq!(file.warnings.len(), 1, "{:?}", file.warnings);
         assert!(
             file.warnings[0].message.contains("x.png")
-                && file.warnings[0].message.contains("factor alone"),
+                && file.warnings[0]
+                    .message
+                    .contains("only the material's factor is used"),
             "{:?}",
             file.warnings
         );
@@ -615,7 +620,7 @@ fn opacity_is_told_both_ways() {
         ("Tr 0.75", 0.25, ""),
         ("Tr 0.75\nd 0.5", 0.5, ""),
         ("Tr 0", 1.0, ""),
-        ("Tr 1", 1.0, "Tr 1 alone"),
+        ("Tr 1", 1.0, "`Tr 1` without `d`"),
     ] {
         let (folder, path) = write("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
         std::fs::write(
@@ -626,7 +631,7 @@ fn opacity_is_told_both_ways() {
         let file = load(&path);
         assert_eq!(physical(&file, "m").opacity, opacity.into(), "{lines}");
         assert_eq!(
-            format!("{:?}", file.warnings).contains("Tr 1 alone"),
+            format!("{:?}", file.warnings).contains("`Tr 1` without `d`"),
             !words.is_empty(),
             "{lines}: {:?}",
             file.warnings
@@ -658,7 +663,7 @@ fn missing_things_are_warnings() {
         "../x.mtl",
         "/etc/passwd",
         "gone.png",
-        "`C:/x.png` leads out",
+        "`C:/x.png` lies outside",
         "line 3: `Kd 0.5 0,5 0,5`",
     ] {
         assert!(text.contains(words), "nothing about {words} in {text}");

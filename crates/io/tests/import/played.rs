@@ -251,13 +251,16 @@ fn broken_animations_are_refused_when_played() {
         ),
         (
             |d| d["animations"][0]["samplers"][0]["interpolation"] = json!("CUBICSPLINE"),
-            "not 6 of 3",
+            "needs 6 values of 3 numbers",
         ),
         (
             |d| d["animations"][0]["channels"][0]["target"]["path"] = json!("rotation"),
-            "not 2 of 4",
+            "needs 2 values of 4 numbers",
         ),
-        (|d| d["accessors"][1]["count"] = json!(0), "0 times"),
+        (
+            |d| d["accessors"][1]["count"] = json!(0),
+            "0 keyframe times",
+        ),
     ];
     for (change, word) in breaks {
         let made = made(change);
@@ -348,7 +351,8 @@ fn variants_are_chosen() {
         .load_with(None, Some("red"), None)
         .expect_err("none");
     assert!(
-        none.to_string().contains("has no variants to choose from"),
+        none.to_string()
+            .contains("has no variants, but the variant `red` was requested"),
         "{none}"
     );
 }
@@ -400,7 +404,7 @@ fn scene_files_name_part_and_moment() {
         scene(inline, None)
             .expect_err("nothing to choose")
             .to_string()
-            .contains("chooses from a file")
+            .contains("selects a part of a file")
     );
     std::fs::write(folder.join("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("a file");
     assert!(

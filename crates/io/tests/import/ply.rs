@@ -356,7 +356,7 @@ fn errors_name_place_and_cause() {
         ("ply\nend_header\n".to_owned(), "no `format` line"),
         (
             "ply\nformat ascii 2.0\nend_header\n".to_owned(),
-            "line 2: is PLY 2.0",
+            "line 2: is PLY version 2.0",
         ),
         (
             "ply\nformat binary 1.0\nend_header\n".to_owned(),
@@ -364,32 +364,32 @@ fn errors_name_place_and_cause() {
         ),
         (
             ply("element vertex three\n"),
-            "line 3: `three` is no number of elements",
+            "line 3: the number of elements is `three`",
         ),
-        (ply("element vertex -3\n"), "`-3` is no number of elements"),
+        (ply("element vertex -3\n"), "the number of elements is `-3`"),
         (
             ply("property float x\n"),
-            "line 3: a property of no element",
+            "line 3: a property stands before the first element",
         ),
         (
             ply("element vertex 3\nproperty real x\n"),
-            "line 4: `real` is no type",
+            "line 4: `real` is not a number type",
         ),
         (
             ply("element vertex 3\nproperty float x\nproperty float x\n"),
-            "line 5: the element `vertex` has two properties `x`",
+            "line 5: the element `vertex` declares the property `x` twice",
         ),
         (
             ply("element vertex 0\nelement vertex 3\n"),
-            "line 4: there are two elements `vertex`",
+            "line 4: the element `vertex` is declared twice",
         ),
         (
             ply("element face 1\nproperty list float int vertex_indices\n"),
-            "line 4: the list `vertex_indices` is counted in fractions",
+            "line 4: the length of the list `vertex_indices` has a floating-point type",
         ),
         (
             ply("nonsense here\n"),
-            "line 3: `nonsense here` is no line of a PLY header",
+            "line 3: `nonsense here` is not a valid line of a PLY header",
         ),
         (
             format!("{}1 2 3\n", ply("element vertex 1\nproperty float x\n")),
@@ -401,18 +401,27 @@ fn errors_name_place_and_cause() {
         ),
         (
             body(["0 0 0", "1 0,5 0", "0 1 0"], "3 0 1 2"),
-            "`0,5` is no number; decimals have a point",
+            "`0,5` is no number; export the file again with decimal points",
         ),
-        (body(PLACES, "3 0 1 3"), "a face has vertex 3 of 3"),
-        (body(PLACES, "3 0 1 -1"), "line 13: face 0: vertex -1"),
+        (
+            body(PLACES, "3 0 1 3"),
+            "a face refers to vertex 3, but the file has 3 vertices",
+        ),
+        (
+            body(PLACES, "3 0 1 -1"),
+            "line 13: face 0: the vertex index -1 is out of range",
+        ),
         (
             body(PLACES, "3 0 1 1.5"),
             "vertex_indices: `1.5` is no number",
         ),
-        (body(PLACES, "4 0 1 2"), "face 0: the file ends here"),
+        (
+            body(PLACES, "4 0 1 2"),
+            "face 0: the file ends before the next number",
+        ),
         (
             body(PLACES, "99 0 1 2"),
-            "line 13: face 0: vertex_indices: 99 items, which are not there",
+            "line 13: face 0: vertex_indices: the list length 99 is not a whole number from 0 to what the remaining data can hold",
         ),
     ];
     for (text, words) in cases {
@@ -614,7 +623,7 @@ fn faces_show_their_own_textures() {
             comments,
             None,
             &[("red.png", 2, 4)],
-            &["all show the first, none the texture `green hue.png`"],
+            &["all faces show the first texture, none shows the texture `green hue.png`"],
         ),
         (
             "comment texturefile red.png\n",

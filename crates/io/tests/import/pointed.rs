@@ -229,22 +229,28 @@ fn other_pointers_are_named() {
     for (pointer, words) in [
         (
             "/cameras/0/perspective/znear",
-            "animations of `/cameras/0/perspective/znear` are ignored",
+            "animations of `/cameras/0/perspective/znear` are not supported and are ignored",
         ),
-        ("/nodes/0/name", "animations of `/nodes/0/name` are ignored"),
-        ("", "animations of `` are ignored"),
-        ("nodes", "animations of `nodes` are ignored"),
+        (
+            "/nodes/0/name",
+            "animations of `/nodes/0/name` are not supported and are ignored",
+        ),
+        ("", "animations of `` are not supported and are ignored"),
+        (
+            "nodes",
+            "animations of `nodes` are not supported and are ignored",
+        ),
         (
             "/materials/7/emissiveFactor",
-            "`/materials/7/emissiveFactor` are ignored: there is no such property",
+            "`/materials/7/emissiveFactor` are ignored: the file has no such property",
         ),
         (
             "/materials/0/extensions/KHR_materials_sheen/sheenColorFactor",
-            "are ignored: there is no such property",
+            "are ignored: the file has no such property",
         ),
         (
             "/materials/0/normalTexture/scale",
-            "are ignored: there is no such property",
+            "are ignored: the file has no such property",
         ),
     ] {
         let kind = if pointer.ends_with("Factor") {
@@ -296,7 +302,7 @@ fn other_pointers_are_named() {
     assert!(
         found_loaded.warnings.iter().any(|warning| warning
             .message
-            .contains("several animations move `/materials")),
+            .contains("several animations change `/materials")),
         "{:?}",
         found_loaded.warnings
     );

@@ -120,7 +120,7 @@ fn errors_name_place_and_cause() {
         ),
         (
             b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0,5 0 0\n",
-            "`0,5` is no number; decimals have a point",
+            "`0,5` is no number; export the file again with decimal points",
         ),
         (
             b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n",
@@ -130,17 +130,23 @@ fn errors_name_place_and_cause() {
             b"solid\nfacet\nouter loop\nvertex 0 0\nvertex 1 1 1\n",
             "line 5: vertex: `vertex` is no number",
         ),
-        (b"solid\nvertex 0 0 0\n", "line 2: vertex: is in no facet"),
+        (
+            b"solid\nvertex 0 0 0\n",
+            "line 2: vertex: does not belong to a facet; a `facet` line is missing before it",
+        ),
         (
             b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0",
             "line 4: the file ends inside a facet",
         ),
         (
             b"solid\nfacet\nfacet\n",
-            "line 3: facet: the one before has no endfacet",
+            "line 3: facet: the previous facet has no endfacet",
         ),
-        (b"solid\nfect\n", "line 2: `fect` is no word of STL"),
-        (&cut[..133], "is a binary STL file cut off: 0 of 8 facets"),
+        (b"solid\nfect\n", "line 2: `fect` is no keyword of STL"),
+        (
+            &cut[..133],
+            "is a truncated binary STL file with 0 of 8 facets",
+        ),
         (b"nothing", "is no STL file"),
     ];
     for (bytes, words) in cases {
@@ -168,15 +174,19 @@ fn counts_that_lie() {
         bytes[80..84].copy_from_slice(&count.to_le_bytes());
         match read(&bytes) {
             Err(error) => assert!(
-                refused && error.to_string().contains("cut off: 8 of"),
+                refused
+                    && error
+                        .to_string()
+                        .contains("is a truncated binary STL file with 8 of"),
                 "{error}"
             ),
             Ok(loaded) => {
                 assert!(!refused && triangle_count(&loaded) == count as usize);
                 let told = loaded.warnings.iter().any(|warning| {
-                    warning
-                        .message
-                        .contains(&format!("{} bytes after them", 50 * (8 - count)))
+                    warning.message.contains(&format!(
+                        "{} bytes after the stated {count} facets",
+                        50 * (8 - count)
+                    ))
                 });
                 assert_eq!(told, count < 8, "{:?}", loaded.warnings);
             }

@@ -251,18 +251,21 @@ fn pipes_bring_what_files_bring() {
     }
     let beside = [b"mtllib m.mtl\nusemtl m\n".as_slice(), &plain.obj()].concat();
     let warnings = piped(&beside).expect("a model").warnings;
-    let words = "standard input: material library: `m.mtl` is a file, and what comes through a pipe lies in no folder";
+    let words = "standard input: material library: `m.mtl` cannot be read: a scene read from a pipe has no folder";
     assert!(warnings[0].message.starts_with(words), "{warnings:?}");
     let buffer =
         br#"{ "asset": { "version": "2.0" }, "buffers": [{ "byteLength": 4, "uri": "a.bin" }] }"#;
     let error = piped(buffer).expect_err("no buffer").to_string();
     assert!(
-        error.contains("`a.bin` is a file, and what comes through a pipe"),
+        error.contains("`a.bin` cannot be read: a scene read from a pipe"),
         "{error}"
     );
     for (bytes, words) in [
         (b"".as_slice(), "standard input: is empty"),
-        (b"what is this", "standard input: cannot tell what kind"),
+        (
+            b"what is this",
+            "standard input: the format of the file is unknown",
+        ),
     ] {
         let error = piped(bytes).expect_err(words).to_string();
         assert!(error.contains(words), "{error}");
@@ -357,9 +360,9 @@ fn files_in_memory_are_files() {
     );
 
     for (library, words) in [
-        ("../m.mtl", "leads out of the scene's folder"),
-        ("/m.mtl", "leads out"),
-        ("http://x/m.mtl", "is an address"),
+        ("../m.mtl", "lies outside the scene's folder"),
+        ("/m.mtl", "lies outside"),
+        ("http://x/m.mtl", "is a URL"),
     ] {
         let warnings = load("a.obj", &of_library(library), Limits::default())
             .expect("a model")

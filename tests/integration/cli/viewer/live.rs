@@ -43,9 +43,9 @@ fn what_is_seen_is_a_command() {
             "prepared",
         ),
         (json!([["max-depth", "2"]]), "prepared"),
-        (json!([["at", "1.5"]]), "read"),
-        (json!([["set", "height=0.7"]]), "read"),
-        (json!([["max-error", "0.3"], ["spp", "64"]]), "read"),
+        (json!([["at", "1.5"]]), "loaded"),
+        (json!([["set", "height=0.7"]]), "loaded"),
+        (json!([["max-error", "0.3"], ["spp", "64"]]), "loaded"),
     ] {
         let flags = [
             own.as_array().expect("flags").clone(),

@@ -151,7 +151,7 @@ fn saving_replaces_nothing() {
     let refused = save("mine.png", false);
     assert_eq!(
         (refused.status, refused.text().as_str()),
-        (409, "mine.png is there already\n")
+        (409, "mine.png exists already\n")
     );
     for name in [
         "../out.png",

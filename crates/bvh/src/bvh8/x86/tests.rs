@@ -1,6 +1,6 @@
 //! Tests of the order of a node's children on the stack. No hit depends on this order, but the time
 //! of every ray does.
-#![expect(unsafe_code, reason = "the stack is read where it was written")]
+#![expect(unsafe_code, reason = "entries of the stack are read without a check")]
 
 use super::*;
 use crate::math::simd::Portable;

@@ -6,7 +6,7 @@
 //! *Memory*: only arrays of exactly the right length are read.
 #![expect(
     unsafe_code,
-    reason = "intrinsics of the processor; each block says why it may"
+    reason = "intrinsics of the processor; each block states why it is sound"
 )]
 
 use core::arch::x86_64::*;

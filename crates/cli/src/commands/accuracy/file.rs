@@ -52,10 +52,10 @@ impl AccuracyFileKind {
             Some("html") => Ok(Self::Html),
             Some("svg") => Ok(Self::Svg),
             _ => Err(Error::invalid_usage(format_args!(
-                "cannot tell from {} what to write",
+                "{}: the extension of this name is no known output format",
                 path.display()
             ))
-            .with_hint("let it end in .html, .csv, .json or .svg")
+            .with_hint("use a name that ends in .html, .csv, .json or .svg")
             .into()),
         }
     }
@@ -213,26 +213,26 @@ fn describe_conditions(
         .unwrap_or_default();
     let reference = &report.reference;
     let measured = match (tiles.measured, reference.tiles) {
-        (total, _) if total >= tiles.all => "all of it".to_owned(),
+        (total, _) if total >= tiles.all => "the whole picture".to_owned(),
         (total, _) => format!(
-            "{total} of {} tiles of {edge}x{edge} pixels, and some settings fewer",
+            "{total} of {} tiles of {edge}x{edge} pixels, fewer for some settings",
             tiles.all,
             edge = tiles.edge
         ),
     };
     let plural = if threads == 1 { "thread" } else { "threads" };
     let cut = if report.cut_short {
-        "; time was out before all was measured: a larger --budget helps"
+        "; the time ended before all settings were measured: give a larger --budget"
     } else {
         ""
     };
     vec![
-        format!("measured as it is rendered, at {width}x{height}: {measured}"),
+        format!("measured at the size of the render, {width}x{height} pixels: {measured}"),
         format!(
-            "{machine}{threads} {plural}, {clock} without preparation; intervals hold in 95 of 100 cases"
+            "{machine}{threads} {plural}; times are {clock} without preparation; intervals have 95 % confidence"
         ),
         format!(
-            "reference{}: f64, every ladder on its most exact rung that does not take too long, {} samples; its standard error {} is \
+            "reference picture{}: double precision (f64), every ladder on its most exact rung that is not too slow, {} samples a pixel; its standard error of {} is \
              subtracted",
             if reference.kept {
                 " (of an earlier run)"

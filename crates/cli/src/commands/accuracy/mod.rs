@@ -109,7 +109,7 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     if watch.was_stopped() {
         return Err(Failure::new(
             Exit::Interrupted,
-            "interrupted; the report has what was measured until then",
+            "interrupted; the report contains the measurements that were finished",
         ));
     }
     reference_result
@@ -125,7 +125,7 @@ pub fn run_embedded(
 ) -> Result<String, Failure> {
     if let Some(path) = args.output.iter().chain(&args.reference).next() {
         return Err(Error::invalid_usage(format_args!(
-            "{}: figures are handed over here, and nothing is written",
+            "{}: this call returns the report and writes no file; leave out the flag",
             path.display()
         ))
         .into());
@@ -192,7 +192,7 @@ fn measure_scene(
                 Exit::Failed,
                 format_args!("{}: {error}", loaded.source.name),
             )
-            .with_hint("a larger --budget, or a smaller --size"),
+            .with_hint("give a larger --budget or a smaller --size"),
         }
     })
 }

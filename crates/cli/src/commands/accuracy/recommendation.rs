@@ -94,12 +94,12 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
         format_uncertain(&measured.seconds, format_duration)
     );
     if !measured.errors.relmse.high.is_finite() {
-        return "There was no time to tell the error in use: a larger --budget helps.".to_owned();
+        return "The time was too short to measure the error of the setting in use: give a larger --budget.".to_owned();
     }
     if measured.errors.relmse.includes_zero() {
         let most = format_significant(measured.errors.relmse.high.sqrt(), 2);
         return format!(
-            "In use: {time}, and an error of at most {most}, which is too small to be told from the reference's own."
+            "Setting in use: {time}, and an error of at most {most}, which is too small to be distinguished from the noise of the reference."
         );
     }
     let about = |each_measured: &MeasuredSetting| {
@@ -107,7 +107,12 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
             format_significant(value, 2)
         })
     };
-    let longer = |seconds: f64| format!("`--budget {}` may tell", format_budget_flag(seconds));
+    let longer = |seconds: f64| {
+        format!(
+            "`--budget {}` may find such a setting",
+            format_budget_flag(seconds)
+        )
+    };
     let times =
         |of: &Recommendation| format_uncertain(&of.time, |value| format_significant(value, 2));
     let half = match (
@@ -117,20 +122,22 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
     ) {
         (Some(advice), ..) => {
             format!(
-                "Half of it: `{}` has {} for {} x the time.",
+                "Half the error: `{}` has {} for {} x the time.",
                 command.format_flags(&advice.flags),
                 about(&advice.measured),
                 times(advice)
             )
         }
         (None, Some(seconds), _) => format!(
-            "No setting has half of it for certain: {}.",
+            "No setting certainly has half the error: {}.",
             longer(seconds)
         ),
         (None, None, Some(samples)) => {
-            format!("Half of it was not measured; `--spp {samples}` promises it for 4 x the time.")
+            format!(
+                "No setting with half the error was measured; `--spp {samples}` should reach half the error for 4 x the time."
+            )
         }
-        (None, None, None) => "Nothing that was measured has half of it.".to_owned(),
+        (None, None, None) => "No measured setting has half the error.".to_owned(),
     };
     let same = match (
         &report.recommendations.same_error,
@@ -138,21 +145,22 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
     ) {
         (Some(advice), _) => {
             format!(
-                "No more error: `{}` has {} for {} x the time.",
+                "The same error: `{}` has {} for {} x the time.",
                 command.format_flags(&advice.flags),
                 about(&advice.measured),
                 times(advice)
             )
         }
         (None, Some(seconds)) => format!(
-            "None has the same error in less time for certain: {}.",
+            "No setting certainly has the same error in less time: {}.",
             longer(seconds)
         ),
-        (None, None) => {
-            "Nothing that was measured has the same error in clearly less time.".to_owned()
-        }
+        (None, None) => "No measured setting has the same error in clearly less time.".to_owned(),
     };
-    format!("In use: error {}, {time}. {half} {same}", about(measured))
+    format!(
+        "Setting in use: error {}, {time}. {half} {same}",
+        about(measured)
+    )
 }
 
 /// Formats seconds as a value of `--budget`, rounded up to tens of seconds, or to minutes from one
@@ -252,7 +260,7 @@ mod tests {
                 measured,
             })
         };
-        let own = "In use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time.";
+        let own = "Setting in use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time.";
         report.recommendations = Recommendations {
             half_the_error: advice("--rung samples=256", 3.9, 0.0225),
             same_error: advice("--rung clamp=10", 0.255, 0.08),
@@ -262,7 +270,7 @@ mod tests {
         assert_eq!(
             format_recommendation(&report, &command),
             format!(
-                "{own} Half of it: `--spp 256` has 0.15 ±5 % for 3.9 ±10 % x the time. No more error: `--rung clamp=10` has 0.28 ±5 % for 0.26 \
+                "{own} Half the error: `--spp 256` has 0.15 ±5 % for 3.9 ±10 % x the time. The same error: `--rung clamp=10` has 0.28 ±5 % for 0.26 \
                  ±10 % x the time."
             )
         );
@@ -274,35 +282,35 @@ mod tests {
         assert_eq!(
             format_recommendation(&report, &command),
             format!(
-                "{own} No setting has half of it for certain: `--budget 50s` may tell. None has the same error in less time for certain: \
-                 `--budget 2min` may tell."
+                "{own} No setting certainly has half the error: `--budget 50s` may find such a setting. No setting certainly has the same error in \
+                 less time: `--budget 2min` may find such a setting."
             )
         );
         report.recommendations = Recommendations::default();
         assert_eq!(
             format_recommendation(&report, &command),
             format!(
-                "{own} Nothing that was measured has half of it. Nothing that was measured has the same error in clearly less time."
+                "{own} No measured setting has half the error. No measured setting has the same error in clearly less time."
             )
         );
         report.ladders[0].ladder = "samples";
         report.ladders[0].in_use = "64".to_owned();
         assert!(
             format_recommendation(&report, &command)
-                .contains("Half of it was not measured; `--spp 256` promises it for 4 x the time.")
+                .contains("No setting with half the error was measured; `--spp 256` should reach half the error for 4 x the time.")
         );
         report.ladders[0].rungs[0].rung = "256".to_owned();
         assert!(
             format_recommendation(&report, &command)
-                .contains("Nothing that was measured has half of it.")
+                .contains("No measured setting has half the error.")
         );
         report.own.errors.relmse.low = 0.0;
         assert_eq!(
             format_recommendation(&report, &command),
-            "In use: 25.0 s ±10 % of CPU time, and an error of at most 0.4, which is too small to be told from the reference's own."
+            "Setting in use: 25.0 s ±10 % of CPU time, and an error of at most 0.4, which is too small to be distinguished from the noise of the reference."
         );
         report.own.errors.relmse.high = f64::INFINITY;
-        assert!(format_recommendation(&report, &command).starts_with("There was no time"));
+        assert!(format_recommendation(&report, &command).starts_with("The time was too short"));
     }
 
     /// Protects: the recommended flags select exactly the rungs (quality levels) of the measured

@@ -34,8 +34,8 @@ pub fn read_reference(path: &Path, limits: &Limits) -> Result<Option<ReusableRef
         })
         .flatten();
     let rungs = rungs.ok_or_else(|| {
-        Error::invalid_input(path.display(), "it is no reference of `raywright accuracy`")
-            .with_hint("name a file that is not there yet")
+        Error::invalid_input(path.display(), "the file is no reference of `raywright accuracy`")
+            .with_hint("give --reference a file that `raywright accuracy` wrote, or a name that does not exist yet")
     })?;
     Ok(Some(ReusableReference { rungs, film }))
 }
@@ -72,11 +72,11 @@ pub fn write_reference(
 pub fn wrong_reference_failure(path: &Path, error: &PartError) -> Failure {
     let label = match error {
         PartError::Foreign { label, .. } => {
-            format!("it is the reference of something else: the {label} differs")
+            format!("the reference belongs to another measurement: the {label} differs")
         }
         other => other.to_string(),
     };
     Error::invalid_input(path.display(), label)
-        .with_hint("give the scene and flags that it was made with, or name another file")
+        .with_hint("give the scene and flags that the reference was made with, or another file with --reference")
         .into()
 }

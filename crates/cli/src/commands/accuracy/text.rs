@@ -50,7 +50,7 @@ pub fn format_report(document: &AccuracyDocument<'_>) -> String {
         .map(format_effect_costs)
         .unwrap_or_default();
     text += &format_name_list(
-        "not called for by this scene, and not measured",
+        "not measured, because this scene does not need it",
         report.not_called_for.iter().copied(),
     );
     text
@@ -96,10 +96,10 @@ fn format_rung_table(report: &AccuracyReport) -> String {
     rows.extend(others.iter().flat_map(|ladder| ladder_rows(ladder)));
     let notes = [
         "* in use",
-        "error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01); bias: what more samples leave of it; light: what is gone or added",
-        "alone: root mean square difference to the ladder's most exact rung with the same random numbers",
-        "<: too small to be told from the reference's noise; the number is the upper end of the interval",
-        "RMSE and the ends of all intervals are in -o FILE.csv",
+        "error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01); bias: the part of the error that more samples do not reduce; light: change of the total light",
+        "alone: root mean square difference from the ladder's most exact rung, with the same random numbers",
+        "<: too small to be distinguished from the reference's noise; the number is the upper end of the interval",
+        "-o FILE.csv writes RMSE and the ends of all intervals",
     ];
     let mut text = format!("\n{}", format_aligned_columns(COLUMNS, &rows));
     notes
@@ -112,7 +112,7 @@ fn format_rung_table(report: &AccuracyReport) -> String {
     let beaten = all
         .filter(|(ladder, rung)| ladder.is_dominated(rung))
         .map(|(ladder, rung)| format!("{}={}", ladder.ladder, rung.rung));
-    text += &format_name_list("slower and worse than what is in use", beaten);
+    text += &format_name_list("slower and less exact than the rung in use", beaten);
     let late = report.ladders.iter().filter_map(|ladder| {
         let others = || ladder.rungs.iter().filter(|rung| !rung.in_use);
         list_unmeasured_rungs(
@@ -260,7 +260,7 @@ fn format_spread(spread: &SampleQuantiles) -> String {
 fn format_price_table(report: &AccuracyReport) -> String {
     let mut rows = vec![
         [
-            "no picture changes",
+            "same picture",
             "time",
             "",
             "x in use",
@@ -312,7 +312,7 @@ fn price_row(of: &RungPriceReport) -> Option<[String; 6]> {
     let bits = if rung_cost.same_bits {
         ""
     } else {
-        "; OTHER PICTURE"
+        "; THE PICTURE DIFFERS"
     };
     Some([
         name,
@@ -328,7 +328,7 @@ fn price_row(of: &RungPriceReport) -> Option<[String; 6]> {
 /// values.
 fn format_output_table(report: &AccuracyReport) -> String {
     let heads = [
-        "what a file keeps",
+        "file contents",
         "bytes a pixel",
         "coding",
         "RMSE",
@@ -370,7 +370,7 @@ fn format_output_table(report: &AccuracyReport) -> String {
         RIGHT,
         RIGHT,
     ];
-    let note = "of display values, 0 to 1, against those that were computed; clipped: pixels with a channel as bright as can be";
+    let note = "errors of display values, 0 to 1, against the computed values; clipped: pixels with a channel at its maximum";
     format!(
         "\n{}{}\n",
         format_aligned_columns(columns, &rows),
@@ -409,7 +409,7 @@ fn format_frontier(document: &AccuracyDocument<'_>) -> String {
     let rows: Vec<[String; 4]> = [heads].into_iter().chain(rows).collect();
     let place =
         |measured: &&MeasuredSetting| (measured.seconds.value, measured.errors.relmse.value.sqrt());
-    let words = "worth their time: no other measured setting is both faster than one of these and nearer to the reference; flags are last";
+    let words = "worth their time: no other measured setting is both faster and nearer to the reference than a setting in this table; its flags are in the last column";
     let table = format_aligned_columns([RIGHT, RIGHT, RIGHT, ColumnAlignment::Left], &rows);
     let plot = draw_scatter_plot(
         &points.iter().map(place).collect::<Vec<_>>(),

@@ -25,15 +25,15 @@ pub fn draw_bench_plot(series: &[BenchSeries], report: &BenchReport) -> String {
         .map(|name| format!(" · {name}"))
         .unwrap_or_default();
     Plot {
-        title: "Time to find what a ray hits first".to_owned(),
+        title: "Time to find the closest hit of a ray".to_owned(),
         subtitle: "scan: every primitive tested · tree: a hierarchy of boxes".to_owned(),
         circumstances: format!("one thread, {}{machine}", report.clock),
         x: PlotAxis {
-            label: "N, primitives of constant fill".to_owned(),
+            label: "N, number of primitives at constant fill".to_owned(),
             tick: Some(format_count_tick),
         },
         y: PlotAxis {
-            label: "time a ray: median, and range of the repeats".to_owned(),
+            label: "time per ray: median, and range of the repeats".to_owned(),
             tick: Some(format_time_tick),
         },
         lines: scans.chain(trees).collect(),
@@ -77,7 +77,7 @@ fn crossover_mark(series: &BenchSeries) -> Option<PlotMark> {
         Crossover::At(n) => Some(PlotMark {
             x: n,
             label: format!(
-                "dotted: {}, tree ahead of scan from N = {}",
+                "dotted: {}, tree faster than scan from N = {}",
                 series.kind.name(),
                 format_three_digits(n)
             ),

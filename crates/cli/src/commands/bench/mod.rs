@@ -61,7 +61,7 @@ fn require_svg(path: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Error::invalid_usage(format_args!(
-        "{} does not end in .svg, and the plot is nothing else",
+        "{}: the plot is an SVG file; use a name that ends in .svg",
         path.display()
     ))
     .into())

@@ -83,12 +83,12 @@ impl BenchReport {
         let label = match &self.measured {
             BenchFigures::Generated(_) => {
                 format!(
-                    "Random rays through N primitives of constant fill ({} % of a unit cube, size ∝ N^(−1/3)).",
+                    "Random rays through N primitives that together fill {} % of a unit cube for every N (size ∝ N^(−1/3)).",
                     FILL * 100.0
                 )
             }
             BenchFigures::Given { scene, .. } => {
-                format!("{scene}: rays of its camera, and one cosine-weighted bounce of each.")
+                format!("{scene}: camera rays, and a cosine-weighted bounce of each.")
             }
         };
         let machine = self
@@ -98,10 +98,10 @@ impl BenchReport {
             .unwrap_or_default();
         vec![
             label,
-            "Closest hit: every primitive tested (scan), or a bounding-volume hierarchy (tree); the same hits, checked."
+            "Closest hit by tests of every primitive (scan) or by a bounding-volume hierarchy (tree); both were checked to give the same hits."
                 .to_owned(),
             format!(
-                "{machine}one thread, {}; median of {} interleaved repeats ± half the distance of the quartiles.",
+                "{machine}one thread, {}; median of {} interleaved repeats ± half the interquartile range.",
                 self.clock, self.repeats
             ),
         ]

@@ -95,13 +95,15 @@ fn build_series_table(series: &BenchSeries, report: &BenchReport) -> AnnotatedTa
 
 fn describe_crossover(crossover: Option<Crossover>) -> String {
     match crossover {
-        Some(Crossover::Always) => "The tree is ahead of the scan at every N measured.".to_owned(),
+        Some(Crossover::Always) => {
+            "The tree is faster than the scan at every measured N.".to_owned()
+        }
         Some(Crossover::At(n)) => format!(
-            "The tree is ahead of the scan from N = {} on (interpolated; before, the two are level or the scan is ahead).",
+            "The tree is faster than the scan from N = {} on (interpolated); below, the scan is as fast or faster.",
             format_three_digits(n)
         ),
         Some(Crossover::Never) => {
-            "The tree is not ahead of the scan at the largest N measured.".to_owned()
+            "The tree is not faster than the scan at the largest measured N.".to_owned()
         }
         None => "The scan was not timed, so there is no crossover.".to_owned(),
     }
@@ -142,7 +144,7 @@ fn build_scene_table(comparison: &SceneComparison, report: &BenchReport) -> Anno
     let [scan, tree, ratio] = TIME_HEADINGS;
     let names = [
         "rays",
-        "how many",
+        "number",
         "that hit",
         scan,
         tree,
@@ -168,7 +170,7 @@ fn build_scene_table(comparison: &SceneComparison, report: &BenchReport) -> Anno
     };
     let mut notes = vec![];
     if comparison.bounce.is_none() {
-        notes.push("The camera sees nothing, so there are no bounces.".to_owned());
+        notes.push("No camera ray hits an object, so that no bounce was measured.".to_owned());
     }
     notes.extend(describe_skipped_scans(
         [Some(&comparison.camera), comparison.bounce.as_ref()]
@@ -195,7 +197,7 @@ fn build_scene_cost_table(comparison: &SceneComparison) -> AnnotatedTable {
         [name.to_owned(), build, bytes].into_iter().collect()
     };
     let structures = [("scan", row.scan), ("tree", Some(row.tree))];
-    let names = ["structure", "objects to structure, ms", "memory"];
+    let names = ["structure", "build from objects, ms", "memory"];
     AnnotatedTable {
         heading: format!("Build and memory, {} primitives", row.primitives),
         table: Table::new(
@@ -282,7 +284,7 @@ fn describe_skipped_scans<'a>(
 ) -> Option<String> {
     rows.any(|row| row.scan.is_none()).then(|| {
         format!(
-            "Not run: a sample of it would take much longer than {} ms.",
+            "Scans not run: a single timing sample would take much longer than {} ms.",
             format_three_digits(report.sample_seconds * 1e3)
         )
     })

@@ -98,9 +98,11 @@ impl ChosenDisplay {
         } = self.to_report();
         let from = match from {
             DisplaySource::Flags => String::new(),
-            DisplaySource::Picture => format!(", as {picture} says"),
-            DisplaySource::Reference => format!(", as {reference} says"),
-            DisplaySource::Default => ", taken since neither file says it".to_owned(),
+            DisplaySource::Picture => format!(", from the file {picture}"),
+            DisplaySource::Reference => format!(", from the file {reference}"),
+            DisplaySource::Default => {
+                ", the default, because neither file records a display".to_owned()
+            }
         };
         format!("tone map {tone_map}, gamma {gamma}, exposure {exposure}{from}")
     }

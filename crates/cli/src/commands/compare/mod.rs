@@ -66,7 +66,7 @@ pub fn run_embedded(
 ) -> Result<String, Failure> {
     if args.diff.is_some() {
         return Err(Error::invalid_usage(
-            "--diff writes a picture, and the comparison is handed over here",
+            "--diff cannot be used here, because the call returns the comparison and writes no file",
         )
         .into());
     }
@@ -179,7 +179,7 @@ fn data_windows(pair: &[ComparisonPicture; 2]) -> [Option<DataWindow>; 2] {
 fn check_diff_target(path: &Path, args: &CompareArgs) -> Result<(), Failure> {
     if PictureFormat::from_path(path)? != PictureFormat::Png {
         return Err(Error::invalid_usage(format_args!(
-            "{}: the difference picture is a .png",
+            "{}: --diff writes a PNG file; use a name that ends in .png",
             path.display()
         ))
         .into());
@@ -208,9 +208,11 @@ fn refuse_different_windows(
     let names = names.map(|name| name.display().to_string());
     let error = Error::invalid_input(
         names.join(" and "),
-        format_args!("the pictures are parts of other places: {one} and {other}"),
+        format_args!("the pictures are different crops of larger pictures: {one} and {other}"),
     );
-    Err(error.with_hint("compare pictures of one --crop").into())
+    Err(error
+        .with_hint("compare pictures rendered with the same --crop")
+        .into())
 }
 
 /// Describes the data windows of two pictures; `None` if neither picture has a window.
@@ -219,11 +221,11 @@ fn describe_windows(windows: [Option<DataWindow>; 2]) -> Option<String> {
         [None, None] => None,
         [Some(one), Some(_)] => Some(format_window(one)),
         [Some(one), None] => Some(format!(
-            "{} against one that says no place",
+            "{} against a picture without data window",
             format_window(one)
         )),
         [None, Some(other)] => Some(format!(
-            "one that says no place against {}",
+            "a picture without data window against {}",
             format_window(other)
         )),
     }
@@ -319,7 +321,7 @@ fn list_exceeded_limits(args: &CompareArgs, of: &str, figures: &CoverageErrors) 
     });
     let lost = figures.non_finite;
     let lost = (lost > 0 && args.has_threshold())
-        .then(|| format!("{of}{lost} pixels are not finite numbers"));
+        .then(|| format!("{of}{lost} pixels have values that are not finite numbers"));
     above.chain(below).chain(lost).collect()
 }
 
@@ -433,7 +435,7 @@ fn format_table(comparison: &Comparison, [place, shown, noise]: [String; 3]) -> 
             if errors.non_finite == 0 {
                 String::new()
             } else {
-                format!("{} pixels, left out", errors.non_finite)
+                format!("{} pixels, left out of all measures", errors.non_finite)
             },
         ),
     ];

@@ -61,7 +61,8 @@ pub fn read_with_errors(path: &Path) -> Result<ComparisonPicture, Failure> {
             .map(|layer| layer.name.as_str())
             .collect::<Vec<_>>()
             .join(", ");
-        let error = Error::invalid_input(path.display(), "it has no colour channels R, G, B");
+        let error =
+            Error::invalid_input(path.display(), "the picture has no colour channels R, G, B");
         return Err(error.with_hint(format!("its channels: {channels}")).into());
     }
     let metadata = stored_picture.metadata();
@@ -170,18 +171,20 @@ pub fn judge_by_noise(
         if judged.stored_picture.encoding != Encoding::Linear {
             let error = Error::invalid_input(
                 path.display(),
-                "--noise is about radiance, and this has codes of display values",
+                "--noise compares radiance, and this picture has codes of display values",
             );
             return Err(error
-                .with_hint("compare .exr pictures, or films as --checkpoint writes them")
+                .with_hint("compare .exr pictures, or film files of --checkpoint")
                 .into());
         }
     }
     if picture.errors.is_none() && reference.errors.is_none() {
         let names = format!("{} and {}", names[0].display(), names[1].display());
-        let error = Error::invalid_input(names, "neither says how much noise it has");
+        let error = Error::invalid_input(names, "neither picture has standard errors");
         return Err(error
-            .with_hint("render with -o picture.exr --aov stderr, or compare the film that --checkpoint writes")
+            .with_hint(
+                "render with -o picture.exr --aov stderr, or compare film files of --checkpoint",
+            )
             .into());
     }
     let verdict = raywright_core::metrics::test_against_noise(
@@ -207,9 +210,9 @@ pub fn describe_verdict(verdict: &NoiseTestResult) -> String {
         untested,
     } = verdict;
     let found = if *beyond == 0 {
-        "nothing beyond it".to_owned()
+        "no difference beyond the noise".to_owned()
     } else {
-        format!("{beyond} of {blocks} blocks are beyond it")
+        format!("{beyond} of {blocks} blocks differ by more than the noise")
     };
     let clearest = clearest.as_ref().filter(|_| *beyond > 0).map(|block| {
         let channel = ["red", "green", "blue"][block.channel.min(2)];
@@ -223,18 +226,18 @@ pub fn describe_verdict(verdict: &NoiseTestResult) -> String {
                 format_significant(block.deviation.abs(), 2)
             )
         } else {
-            "where there is no noise".to_owned()
+            "although the block has no noise".to_owned()
         };
         let (x, y, edge) = (block.x, block.y, block.edge);
         format!(
-            "; the clearest at {x}, {y}, {edge} pixels wide: {channel} by {}{share}, {deviation}",
+            "; the clearest block, at {x}, {y} and {edge} pixels wide, differs in {channel} by {}{share}, {deviation}",
             format_four_digits(block.difference)
         )
     });
     let left = if *untested == 0 {
         String::new()
     } else {
-        format!("; {untested} pixels left out")
+        format!("; {untested} pixels could not be tested")
     };
     format!(
         "{found} (a false alarm in {} of 100 comparisons){}{left}",

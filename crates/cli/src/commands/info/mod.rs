@@ -122,7 +122,7 @@ fn bounds_and_memory_rows(scene: &Scene) -> [(&'static str, String); 2] {
     let unbounded_text = match unbounded {
         0 => String::new(),
         n => format!(
-            "{}{n} without end",
+            "{}{n} without bounds",
             if box_around.is_empty() { "" } else { ", and " }
         ),
     };
@@ -328,7 +328,7 @@ fn describe_triangles(scene: &Scene) -> String {
             format!("{stored} in {n} {}", if n == 1 { "mesh" } else { "meshes" })
         }
         (n, shown) => format!(
-            "{stored} in {n} {}, shown as {shown}",
+            "{stored} in {n} {}, {shown} with all instances",
             if n == 1 { "mesh" } else { "meshes" }
         ),
     }
@@ -440,7 +440,7 @@ mod tests {
             (
                 vec![mesh("a")],
                 vec![shows("a"), shows("a")],
-                "2 in 1 mesh, shown as 4",
+                "2 in 1 mesh, 4 with all instances",
             ),
             (
                 vec![mesh("a"), mesh("b")],
@@ -450,7 +450,7 @@ mod tests {
             (
                 vec![mesh("a"), mesh("b")],
                 vec![shows("a")],
-                "4 in 2 meshes, shown as 2",
+                "4 in 2 meshes, 2 with all instances",
             ),
         ] {
             assert_eq!(

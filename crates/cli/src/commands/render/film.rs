@@ -101,26 +101,28 @@ pub fn check_film_flags(
     if task.part.is_some() {
         if task.max_error.is_some() {
             let error = Error::invalid_usage(
-                "--max-error decides by the whole picture where samples go, and --part renders a share of it",
+                "--max-error cannot be used with --part: it needs the errors of the whole picture, and a part has only a share of the samples",
             );
             return Err(error
-                .with_hint("give --spp instead, or leave --part away")
+                .with_hint("use --spp in place of --max-error, or leave out --part")
                 .into());
         }
         if task.checkpoint.is_none() {
             let error = Error::invalid_usage(
-                "--part renders a share of a picture, which needs a file of its own",
+                "--part needs --checkpoint, whose file receives the share of the picture",
             );
             return Err(error
-                .with_hint("name it: --checkpoint part.film; raywright merge makes the picture of all parts")
+                .with_hint(
+                    "add --checkpoint part.film; raywright merge makes the picture of all parts",
+                )
                 .into());
         }
         if !targets.is_empty() {
             let error = Error::invalid_usage(
-                "a part of a picture is no picture: -o and --part cannot both be given",
+                "-o and --part cannot both be given, because a share of a picture is kept in a film file",
             );
             return Err(error
-                .with_hint("leave -o away; raywright merge makes the picture of all parts")
+                .with_hint("leave out -o; raywright merge makes the picture of all parts")
                 .into());
         }
     }
@@ -182,10 +184,10 @@ impl<'a> FilmSession<'a> {
         let part = match task.part {
             Some(PictureShare { of: total, .. }) if total > whole.tiles.end => {
                 let error = Error::invalid_usage(format_args!(
-                    "--part divides the picture into {total} shares, and it has {} tiles",
+                    "--part divides the picture into {total} shares, and the picture has only {} tiles",
                     whole.tiles.end
                 ));
-                return Err(error.with_hint("divide it into fewer").into());
+                return Err(error.with_hint("choose fewer shares").into());
             }
             Some(PictureShare { number, of: total }) => whole.nth_share(number - 1, total),
             None => whole,
@@ -298,7 +300,7 @@ impl<'a> FilmSession<'a> {
         {
             self.task
                 .verbosity
-                .warn(format_args!("{failed}; rendering goes on"));
+                .warn(format_args!("{failed}; the render continues"));
         }
     }
 
@@ -338,7 +340,7 @@ impl<'a> FilmSession<'a> {
             .filter(|_| !self.is_done && self.checkpoint_error.is_none())
         {
             self.task.verbosity.warn(format_args!(
-                "the film is not kept, and rendering goes on: {}",
+                "the checkpoint is not written, and the render continues: {}",
                 error.message()
             ));
         }
@@ -357,7 +359,7 @@ impl<'a> FilmSession<'a> {
             && clock.total_seconds() > 1.1 * budget
         {
             notes.hint(format!(
-                "{} is not enough for one pass over the picture, which took until {}; a smaller --size takes less",
+                "the budget of {} is too short for one pass over the picture, which ended after {}; a smaller --size takes less time",
                 format_duration(budget),
                 format_duration(clock.total_seconds())
             ));
@@ -410,11 +412,11 @@ impl<'a> FilmSession<'a> {
     pub fn with_resume_hint(&self, failure: Failure) -> Failure {
         match (&self.task.checkpoint, &self.checkpoint_error) {
             (Some(_), Some(error)) => failure.with_hint(format_args!(
-                "it can't be gone on with: {}",
+                "the run cannot be resumed: {}",
                 error.message()
             )),
             (Some(path), None) => failure.with_hint(format_args!(
-                "go on with --resume {}",
+                "continue with --resume {}",
                 origin::quote_for_shell(&path.to_string_lossy())
             )),
             (None, _) => failure,
@@ -450,13 +452,13 @@ pub fn refuse_other_version(path: &Path, metadata: &PictureMetadata) -> Result<(
     let error = Error::invalid_input(
         path.display(),
         format_args!(
-            "it was made by {}, and this is {}",
+            "the file was made by {}, and this program is {}",
             metadata.software,
             origin::SOFTWARE
         ),
     );
     Err(error
-        .with_hint("go on with the program that made it, or render it again")
+        .with_hint("use the program that made the file, or render the picture again")
         .into())
 }
 
@@ -466,10 +468,10 @@ fn wrong_film_failure(path: &Path, error: PartError) -> Failure {
         PartError::Foreign { label, .. } => {
             let error = Error::invalid_input(
                 path.display(),
-                format_args!("it is of another picture: the {label} differs"),
+                format_args!("the film belongs to another picture: the {label} differs"),
             );
             error
-                .with_hint("give the scene and flags that it was made with; only --spp may grow")
+                .with_hint("give the scene and flags that the film was made with; only --spp may be larger")
                 .into()
         }
         PartError::Samples {
@@ -478,7 +480,7 @@ fn wrong_film_failure(path: &Path, error: PartError) -> Failure {
             least: minimum,
         } => {
             let message = format!(
-                "{}: its {has} samples a pixel cannot become {requested}",
+                "{}: the film has {has} samples a pixel and cannot be continued to {requested}",
                 path.display()
             );
             Error::invalid_usage(message)

@@ -37,7 +37,7 @@ impl LivePreviews {
                 Exit::File,
                 format_args!("cannot reach tev at {host}:{port}: {cause}"),
             );
-            failure.with_hint("start it first; --display tev:HOST:PORT says where it is")
+            failure.with_hint("start tev first; --display tev:HOST:PORT sets its address")
         };
         let connect = |address| {
             TevClient::connect(address, name)
@@ -95,7 +95,7 @@ impl LivePreviews {
         if let Some(tev) = &mut self.tev
             && let Err(cause) = tev.send_picture(&with_standard_errors(film, &rendered))
         {
-            failed = Some(format!("tev is not there any more: {cause}"));
+            failed = Some(format!("the connection to tev failed: {cause}"));
             self.tev = None;
         }
         failed

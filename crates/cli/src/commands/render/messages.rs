@@ -31,7 +31,7 @@ pub(super) fn note_effects(loaded: &LoadedScene, report: &EffectReport, notes: &
     if !names.is_empty() {
         let name = &loaded.source.name;
         notes.warn(format!(
-            "left out: {} (why, and what to do: raywright explain {name})",
+            "effects left out: {} (reasons and remedies: raywright explain {name})",
             names.join(", ")
         ));
     }
@@ -50,10 +50,10 @@ pub(super) fn note_clamp_bias(
     };
     let message = if ready.is_path_traced() {
         format!(
-            "samples brighter than {maximum} are dimmed to it: the picture is darker than the true one where there are any (bias)"
+            "samples brighter than {maximum} are dimmed to this radiance: pixels with such samples are too dark (bias)"
         )
     } else {
-        "--clamp dims samples of paths alone, and none are followed".to_owned()
+        "--clamp has no effect: it dims samples of path tracing, and this scene is rendered without path tracing".to_owned()
     };
     notes.warn(&message);
     loaded.warnings.push(Warning {
@@ -76,8 +76,8 @@ pub(super) fn note_lost_objects(loaded: &LoadedScene, ready: &ReadyScene, notes:
         format!(" and {} more", others.len())
     };
     notes.warn(format!(
-        "nothing is seen of {object}{more}: so far from the origin, single precision takes the corners of such small triangles for \
-         one; move the mesh nearer, or add --precision reference"
+        "{object}{more} cannot be seen: so far from the origin, the corners of such small triangles coincide in single \
+         precision; move the mesh nearer to the origin, or add --precision reference"
     ));
 }
 
@@ -91,7 +91,7 @@ pub(super) fn note_unresolved_objects(loaded: &LoadedScene, ready: &ReadyScene, 
     };
     let object = object_name(loaded, first as usize);
     notes.warn(format!(
-        "{object} is so far from the rest of the scene that single precision can't tell points a thousandth of its size apart; move them \
+        "{object} is so far from the rest of the scene that single precision does not resolve a thousandth of its size; move the objects \
          nearer to each other, or add --precision reference"
     ));
 }
@@ -111,12 +111,12 @@ pub(super) fn note_missing_edges(loaded: &LoadedScene, settings: &Settings, note
         return;
     }
     let which = if meshes.is_empty() {
-        "the scene has none but shapes"
+        "the scene has only shapes"
     } else {
-        "some of what is shown are shapes"
+        "the scene also has shapes"
     };
     notes.hint(format!(
-        "--wireframe draws the edges of triangles, and {which}, such as spheres, that have no edges"
+        "--wireframe draws the edges of triangles, and {which} without edges, such as spheres"
     ));
 }
 
@@ -152,8 +152,8 @@ pub(super) fn note_closed_gaps(
         ", or add --precision reference"
     };
     let message = format!(
-        "the gap between {object} and {other}{more} is closed: light that passes the one starts beyond the other, since they touch or are \
-         nearer than rounding tells apart; leave {} metres or more between them{exact}",
+        "the gap between {object} and {other}{more} is closed: light passes from the first into the second without crossing the gap, since they touch or are \
+         closer than rounding resolves; leave {} metres or more between them{exact}",
         format_significant(*resolved, 2)
     );
     notes.warn(&message);
@@ -199,7 +199,7 @@ pub(super) fn note_light_leaks(
         ", or add --precision reference"
     };
     let message = format!(
-        "{lamp} shines through {}{more}, which is opaque but nearer before it than rounding tells apart; leave {} metres or more between \
+        "{lamp} shines through {}{more}, which is opaque but closer to the light than rounding resolves; leave {} metres or more between \
          them{exact}",
         object_name(loaded, *cover),
         format_significant(*resolved, 2)
@@ -238,7 +238,7 @@ fn object_name(loaded: &LoadedScene, index: usize) -> String {
 pub fn note_lost_samples(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
     let message = |loss| match loss {
         SampleLoss::NotFinite { dropped, of: total } => format!(
-            "{dropped} of {total} samples ({} %) were not finite and were dropped, so that the picture is wrong where they lie; look for numbers \
+            "{dropped} of {total} samples ({} %) were not finite and were dropped, so that their pixels are wrong; look for numbers \
              that are too large or not defined in materials, lights and sky, or add --precision reference",
             format_significant(100.0 * dropped as f64 / total as f64, 2)
         ),
@@ -246,8 +246,8 @@ pub fn note_lost_samples(counters: &Counters, notes: &mut Notes) -> Vec<Warning>
             rays,
             most: maximum,
         } => format!(
-            "{rays} rays ended at the {maximum} surfaces that those of a sample may pass unchanged (absent or there in part), and what lies \
-             behind is missing; leave fewer such surfaces one behind the other"
+            "{rays} rays were ended after {maximum} surfaces that are cut out or partly transparent, so that objects \
+             behind these surfaces are missing; place fewer such surfaces one behind the other"
         ),
     };
     let warnings: Vec<Warning> = counters
@@ -290,7 +290,7 @@ pub(super) fn note_exposure(
     }
     let advice = match plan.display.suitable_exposure(rendered.final_picture()) {
         Some(stops) => format!("try --exposure {stops}, or auto"),
-        None if clipped > BAD => "no exposure up to 12 stops darker shows them".to_owned(),
+        None if clipped > BAD => "even 12 stops darker too many pixels stay clipped".to_owned(),
         None => return,
     };
     let message = format!("{:.0} % of the pixels are {label}; {advice}", 100.0 * share);
@@ -318,7 +318,9 @@ pub(super) fn note_unreached_lights(
         .iter()
         .map(|&(UnreachedLight::Light { rays, .. } | UnreachedLight::Object { rays, .. })| rays)
         .sum();
-    let stopped = format!("all {rays} rays there were stopped");
+    let stopped = format!(
+        "all {rays} rays between lights and surfaces were blocked; if this is not intended, move the light out of the object around it"
+    );
     match unreached_lights.as_slice() {
         [] => {}
         [unreached_light] => notes.hint(format!(
@@ -356,14 +358,14 @@ pub fn report_error(
         .filter(|&requested| is_met(requested))
         .and_then(|requested| describe_doubted_progress(film, requested))
     {
-        notes.hint(format!("{doubted}; so more were taken"));
+        notes.hint(format!("{doubted}; more samples were therefore taken"));
     }
     let noise = format_error_measures(noisy);
     notes.detail(format_args!("noise: {noise}"));
     let about = format_significant(noisy.root_relmse.value, 2);
     let reached_text = requested
         .filter(|&requested| is_met(requested))
-        .map(|requested| format!(", below the {requested} asked for"))
+        .map(|requested| format!(", below the requested {requested}"))
         .unwrap_or_default();
     let phrase = match noisy.doubt {
         None => format!("error {}", format_with_interval(noisy.root_relmse)),
@@ -375,14 +377,14 @@ pub fn report_error(
     match noisy.doubt {
         None | Some(Doubt::FewSamples) => {}
         Some(Doubt::FewPixels) if noisy.root_relmse.high == 0.0 => {
-            notes.warn("not converged: rays went to lamps or to the sky, and no sample found any light; more --spp may find it");
+            notes.warn("not converged: rays were sent to lamps or to the sky, and no sample found light; a larger --spp may find some");
         }
         Some(Doubt::FewPixels | Doubt::WideInterval) => notes.warn(format!(
-            "not converged: a few pixels carry most of the noise ({noise}), as where light is rarely found; more --spp finds it more often"
+            "not converged: a few pixels have most of the noise ({noise}), as in places where light is rarely found; a larger --spp finds it more often"
         )),
         Some(Doubt::LightByChance) => notes.warn(format!(
-            "not converged: lamps and suns that shine by way of mirrors or glass are met by chance, and only {} of {} such paths met one ({noise}); \
-             more --spp meets more",
+            "not converged: lamps and suns that shine by mirrors or through glass are hit by chance, and only {} of {} such paths hit one ({noise}); \
+             a larger --spp hits more",
             film.counters().found,
             film.counters().unaided
         )),
@@ -411,10 +413,10 @@ pub fn describe_shortfall(
     }
     Some(match describe_doubted_progress(film, requested) {
         Some(doubted) => {
-            format!("whether the error of {requested} is reached is not sure: {doubted}")
+            format!("the requested error of {requested} may not be reached: {doubted}")
         }
         None => format!(
-            "the error of {requested} that was asked for is not reached; more --spp or a longer --budget comes nearer"
+            "the requested error of {requested} is not reached; a larger --spp or a longer --budget reduces the error"
         ),
     })
 }
@@ -430,15 +432,15 @@ fn describe_doubted_progress(film: &Film, requested: f64) -> Option<String> {
         format!("{minimum} to {maximum}")
     };
     let reason = match first.doubt {
-        Doubt::FewSamples => "there were too few samples to tell",
+        Doubt::FewSamples => "the samples were too few for a sure estimate",
         Doubt::LightByChance => {
-            "lamps and suns that are met by chance alone had been met too seldom"
+            "lamps and suns that are hit by chance alone had been hit too seldom"
         }
-        Doubt::FewPixels => "a few pixels carried most of it",
-        Doubt::WideInterval => "it was too unsure",
+        Doubt::FewPixels => "a few pixels had most of the error",
+        Doubt::WideInterval => "the estimate was too uncertain",
     };
     Some(format!(
-        "{samples} samples seemed to reach {requested}, with {}, but {reason}",
+        "{samples} samples seemed to reach the error of {requested}, with an estimate of {}, but {reason}",
         format_significant(first.error, 2)
     ))
 }
@@ -455,7 +457,7 @@ pub(super) fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &m
         && settings.max_error.is_none();
     if can && !settings.denoise && noisy.root_relmse.value > NOTICEABLE_ERROR {
         notes.hint(
-            "--denoise leaves 0.2 to 0.9 of such an error, half of it as a rule (docs/accuracy.md)",
+            "--denoise reduces such an error to 0.2 to 0.9 of its size, usually to half (docs/accuracy.md)",
         );
     }
 }
@@ -484,10 +486,10 @@ fn format_with_interval(estimate: ErrorEstimate) -> String {
 /// Describes why a denoised picture has no error estimate.
 fn unknown_error_reason(doubt: Doubt) -> &'static str {
     match doubt {
-        Doubt::FewSamples => "there are too few samples to tell",
-        Doubt::LightByChance => "lamps and suns that are met by chance alone were met too seldom",
+        Doubt::FewSamples => "the samples are too few for an estimate",
+        Doubt::LightByChance => "lamps and suns that are hit by chance alone were hit too seldom",
         Doubt::FewPixels => "light was found too rarely",
-        Doubt::WideInterval => "the picture is too small to tell",
+        Doubt::WideInterval => "the picture is too small for an estimate",
     }
 }
 

@@ -33,7 +33,7 @@ use live::LivePreviews;
 pub use series::run;
 
 /// Advice in the message about a scene with nothing visible.
-const ALLOW_EMPTY: &str = "--allow-empty makes a picture all the same";
+const ALLOW_EMPTY: &str = "--allow-empty writes the picture nevertheless";
 
 /// Returns the error that the final message and the picture's file state: for path tracing, for
 /// denoised pictures and with a target error. `None` for a Whitted render without these, whose
@@ -184,16 +184,19 @@ fn refuse_impossible_denoising(
         return Ok(());
     }
     if !ready.is_random() {
-        notes.hint("nothing in this picture is by chance, so that there is no noise to take out");
+        notes.hint(
+            "--denoise has no effect: no sample of this picture is random, so that it has no noise",
+        );
     } else if settings.sampling.is_fixed() {
-        let error =
-            Error::invalid_usage("samples of a fixed pattern do not tell noise from what is seen");
+        let error = Error::invalid_usage(
+            "--denoise cannot estimate the noise from samples of a fixed pattern",
+        );
         return Err(error
-            .with_hint("--spp 16, or any other number of its own, gives up the pattern")
+            .with_hint("--spp 16, or any number other than the pattern's, replaces the pattern")
             .into());
     } else if settings.sampling.samples_per_pixel() < FEWEST_SAMPLES {
         let error = Error::invalid_usage(format_args!(
-            "fewer than {FEWEST_SAMPLES} samples do not tell noise from what is seen"
+            "--denoise needs at least {FEWEST_SAMPLES} samples a pixel to estimate the noise"
         ));
         return Err(error
             .with_hint(format!("--spp {FEWEST_SAMPLES}, or more"))
@@ -210,7 +213,8 @@ fn refuse_layers_without_file(task: &RenderTask, targets: &[OutputTarget]) -> Re
     {
         return Ok(());
     }
-    let error = Error::invalid_usage("--aov adds layers to an .exr picture, and none is written");
+    let error =
+        Error::invalid_usage("--aov adds layers to .exr pictures, and no .exr picture is written");
     Err(error.with_hint("add one: -o picture.exr").into())
 }
 
@@ -230,7 +234,7 @@ fn refuse_transparent_jpegs(task: &RenderTask, targets: &[OutputTarget]) -> Resu
     let error = Error::invalid_usage("--background transparent: a JPEG has no transparency");
     Err(error
         .with_hint(
-            "name a picture that ends in .png or .webp, or take a colour: --background white",
+            "name a picture that ends in .png or .webp, or choose a colour, such as --background white",
         )
         .into())
 }
@@ -242,10 +246,10 @@ fn require_exr_for_linear(task: &RenderTask, targets: &[OutputTarget]) -> Result
         return Ok(());
     }
     let error = Error::invalid_usage(
-        "--rung output=float keeps linear numbers, and all formats but OpenEXR have codes of display values",
+        "--rung output=float writes linear values, and all formats but .exr hold codes of display values",
     );
     Err(error
-        .with_hint("name pictures that end in .exr, or leave the rung away")
+        .with_hint("name pictures that end in .exr, or leave out the rung")
         .into())
 }
 
@@ -257,7 +261,7 @@ fn check_preview_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<
     };
     if PictureFormat::from_path(path)? != PictureFormat::Png {
         let error = Error::invalid_usage(format_args!(
-            "--preview {}: the name does not end in .png",
+            "--preview {}: the preview is a PNG file; use a name that ends in .png",
             path.display()
         ));
         return Err(error
@@ -281,7 +285,7 @@ fn check_stats_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<()
         .is_none_or(|extension| !extension.eq_ignore_ascii_case("json"))
     {
         let error = Error::invalid_usage(format_args!(
-            "--stats {}: the name does not end in .json",
+            "--stats {}: the statistics are a JSON file; use a name that ends in .json",
             path.display()
         ));
         return Err(error

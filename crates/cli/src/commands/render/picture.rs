@@ -184,10 +184,10 @@ pub fn refuse_file_flags(task: &RenderTask) -> Result<(), Failure> {
         return Ok(());
     };
     let error = Error::invalid_usage(format_args!(
-        "{flag} is of the command line: here one picture is made, and handed over"
+        "{flag} cannot be used here, because the call renders a single picture and returns it"
     ));
     Err(error
-        .with_hint("render each picture by a call of its own, and save it")
+        .with_hint("render each picture with its own call, and save the returned picture")
         .into())
 }
 

@@ -156,13 +156,13 @@ pub fn interrupted_failure(
     };
     let message = match (series, kept.as_str()) {
         (None, "") => NOTHING_KEPT.to_owned(),
-        (None, kept) => format!("interrupted; what was finished is in {kept}"),
+        (None, kept) => format!("interrupted; the unfinished picture is in {kept}"),
         (Some([finished, total]), "") => {
             format!("interrupted; {finished} of {total} pictures are finished")
         }
         (Some([finished, total]), kept) => {
             format!(
-                "interrupted; {finished} of {total} pictures are finished; what there is besides is in {kept}"
+                "interrupted; {finished} of {total} pictures are finished; the others so far are in {kept}"
             )
         }
     };
@@ -259,7 +259,7 @@ mod tests {
         assert_eq!(
             end(&ready.render(&())),
             format!(
-                "error: interrupted; what was finished is in {}",
+                "error: interrupted; the unfinished picture is in {}",
                 kept.display()
             )
         );

@@ -99,10 +99,10 @@ impl StabilityFileKind {
             Some("svg") => Ok(Self::Svg),
             Some("json") => Ok(Self::Json),
             _ => Err(Error::invalid_usage(format_args!(
-                "cannot tell from {} what to write",
+                "{}: the extension of this name is no known output format",
                 path.display()
             ))
-            .with_hint("let it end in .html, .svg, .md or .json")
+            .with_hint("use a name that ends in .html, .svg, .md or .json")
             .into()),
         }
     }
@@ -142,7 +142,7 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
         Some(row) => {
             let first = row.first_wrong.as_deref().unwrap_or_default();
             let message = format!(
-                "{} of {} rows break their bound; {} in {}: {first}",
+                "{} of {} rows exceed their bound; the first is {} in {}: {first}",
                 broken.len(),
                 report.rows.len(),
                 row.case,
@@ -150,7 +150,7 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
             );
             let known = |row: &&CaseRow| report.left_out.iter().any(|[case, _]| *case == row.case);
             let known = if broken.iter().all(known) {
-                " (known: the list says why)"
+                " (known: the report states the reason)"
             } else {
                 ""
             };
@@ -169,7 +169,7 @@ fn select_cases(numbers: &[String]) -> Result<Vec<HardCase>, Failure> {
     let value_of = |number: &String| {
         known(number).ok_or_else(|| {
             Error::invalid_usage(format_args!(
-                "there is no hard case {number}; they are named as T01 or P21 are"
+                "there is no hard case {number}; the numbers look like T01 or P21"
             ))
             .into()
         })

@@ -26,7 +26,7 @@ pub(super) fn build_margin_plot(report: &StabilityReport) -> MarginPlot {
     MarginPlot {
         title: TITLE.to_owned(),
         circumstances: format!(
-            "how many times its worst error each bound is: all that is right of it is held{machine}"
+            "margin: error bound divided by worst error; a bound is kept where the margin is above 1{machine}"
         ),
         right_heading: "textbook wrong".to_owned(),
         legend: PRECISIONS
@@ -89,8 +89,8 @@ pub(super) fn build_page(report: &StabilityReport) -> String {
         .map(|line| format!("<p>{}</p>\n", escape_html(line)))
         .collect();
     let body = format!(
-        "<p class=\"answer\">How many times its worst error each bound is: what is right of the bound is held.</p>\n\
-         <figure><div class=\"wide\" tabindex=\"0\">{plot}</div></figure>\n<h2>In figures</h2>\n{}<p class=\"soft\">{}</p>\n<h2>What is not in it</h2>\n{rest}\
+        "<p class=\"answer\">Margin: error bound divided by worst error. A bound is kept where the margin is above 1.</p>\n\
+         <figure><div class=\"wide\" tabindex=\"0\">{plot}</div></figure>\n<h2>In figures</h2>\n{}<p class=\"soft\">{}</p>\n<h2>Not measured</h2>\n{rest}\
          <h2>How it was measured</h2>\n{machine}<p class=\"soft\">Made by <code>{}</code></p>\n",
         build_table(report).to_html(),
         escape_html(COLUMN_LEGEND),

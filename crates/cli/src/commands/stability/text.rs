@@ -67,7 +67,7 @@ pub(super) fn format_notes(report: &StabilityReport) -> String {
     let mut text = String::new();
     if !report.tested_only.is_empty() {
         text += &format!(
-            "\nHeld to their bounds by tests alone: {}.\n",
+            "\nCases whose bounds only the test suite verifies: {}.\n",
             report.tested_only.join(", ")
         );
     }
@@ -159,9 +159,9 @@ pub(super) fn build_table(report: &StabilityReport) -> Table {
 }
 
 /// Explanation of the columns of the table, printed below it.
-pub(super) const COLUMN_LEGEND: &str = "For each precision: how many are wrong of those that were judged, by all kernels of the processor together, and how many times its worst \
-     error the bound is, where there is more to tell than right and wrong. Textbook: what share its formulas get wrong. ns: CPU time of one thread for an ordinary \
-     ray or sample by the textbook's formula in f32, and how much more it is in `robust` and in `reference`.";
+pub(super) const COLUMN_LEGEND: &str = "For each precision: number of wrong results and of judged results, for all kernels of the processor together, and the margin, bound divided by worst \
+     error, unless results are only right or wrong. Textbook: share of results that its formulas get wrong. ns: CPU time of one thread for an ordinary \
+     ray or sample by the textbook's formula in f32, and the additional time in `robust` and in `reference`.";
 
 /// Formats the report as Markdown: the table, the explanation of its columns, and the notes.
 pub(super) fn format_markdown(report: &StabilityReport) -> String {

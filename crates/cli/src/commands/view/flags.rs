@@ -88,15 +88,17 @@ impl ViewCommand {
     pub fn check_page_flags(flags: &[Flag]) -> Result<(), Failure> {
         let refuse = |reason: String| Err(Failure::new(Exit::Usage, reason));
         if flags.len() > MOST_FLAGS {
-            return refuse(format!("more than {MOST_FLAGS} flags"));
+            return refuse(format!("the page sets more than {MOST_FLAGS} flags"));
         }
         for (name, value) in flags {
             let value = value.as_deref().unwrap_or_default();
             if !PAGE_FLAGS.contains(&name.as_str()) {
-                return refuse("a page has no such flag".to_owned());
+                return refuse(format!("the page may not set --{name}"));
             }
             if value.len() > MOST_FLAG_BYTES || value.contains(char::is_control) {
-                return refuse(format!("--{name}: this is no value"));
+                return refuse(format!(
+                    "--{name}: the value is too long or contains control characters"
+                ));
             }
         }
         Ok(())

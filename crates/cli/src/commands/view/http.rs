@@ -117,7 +117,10 @@ pub fn read_request(stream: &mut TcpStream) -> Result<HttpRequest, HttpResponse>
         receive_bytes(stream, deadline, &mut bytes)?;
     };
     if length > MOST_BODY {
-        return Err(HttpResponse::with_text(413, "the request is too long"));
+        return Err(HttpResponse::with_text(
+            413,
+            "the body of the request is too long",
+        ));
     }
     while bytes.len() < head + length {
         receive_bytes(stream, deadline, &mut bytes)?;
@@ -142,7 +145,7 @@ fn receive_bytes(
         .set_read_timeout(Some(left))
         .and_then(|()| stream.read(&mut piece));
     match read {
-        Ok(0) => Err(HttpResponse::with_text(400, "the request is not whole")),
+        Ok(0) => Err(HttpResponse::with_text(400, "the request is incomplete")),
         Ok(count) => {
             bytes.extend_from_slice(&piece[..count]);
             Ok(())
@@ -151,7 +154,7 @@ fn receive_bytes(
         Err(error) if [ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&error.kind()) => {
             Err(late())
         }
-        Err(_) => Err(HttpResponse::with_text(400, "the request is not whole")),
+        Err(_) => Err(HttpResponse::with_text(400, "the request is incomplete")),
     }
 }
 
@@ -171,7 +174,7 @@ fn parse_head(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpR
                 "the request has too many headers",
             ));
         }
-        Err(error) => return Err(wrong(&format!("this is no request: {error}"))),
+        Err(error) => return Err(wrong(&format!("the request is malformed: {error}"))),
     };
     if head > MOST_HEAD {
         return Err(HttpResponse::with_text(431, "the request is too long"));
@@ -191,7 +194,7 @@ fn parse_head(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpR
         let text = || {
             std::str::from_utf8(header.value)
                 .map(str::to_owned)
-                .map_err(|_| wrong("a header is no text"))
+                .map_err(|_| wrong("a header is no UTF-8 text"))
         };
         match header.name.to_ascii_lowercase().as_str() {
             "host" => (request.host, hosts) = (text()?, hosts + 1),
@@ -199,20 +202,24 @@ fn parse_head(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpR
             "sec-fetch-site" => request.fetch_site = Some(text()?),
             // The length of a body must be unambiguous. Otherwise a proxy and this server could see
             // different ends of the same request.
-            "transfer-encoding" => return Err(wrong("a body of unknown length is not read")),
+            "transfer-encoding" => {
+                return Err(wrong(
+                    "the request has Transfer-Encoding, which is not supported",
+                ));
+            }
             "content-length" => {
                 let value = text()?
                     .parse::<usize>()
-                    .map_err(|_| wrong("the length of the body is no number"))?;
+                    .map_err(|_| wrong("the Content-Length of the request is no number"))?;
                 if length.replace(value).is_some() {
-                    return Err(wrong("the length of the body is said twice"));
+                    return Err(wrong("the request has two Content-Length headers"));
                 }
             }
             _ => {}
         }
     }
     if hosts != 1 {
-        return Err(wrong("a request names one host"));
+        return Err(wrong("the request needs exactly one Host header"));
     }
     Ok(Some((request, head, length.unwrap_or(0))))
 }

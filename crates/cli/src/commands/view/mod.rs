@@ -38,13 +38,13 @@ pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
         [scene] if scene == "-" => {
             return Err(Failure::new(
                 Exit::Usage,
-                "standard input is read once, and a viewer reads its scene again and again",
+                "the viewer cannot show standard input, because it reads the scene several times",
             ));
         }
         [scene] => scene.clone(),
         _ => {
-            return Err(Failure::new(Exit::Usage, "a viewer shows one scene")
-                .with_hint("begin one for each"));
+            return Err(Failure::new(Exit::Usage, "the viewer shows a single scene")
+                .with_hint("start a viewer for each scene"));
         }
     };
     let (stop, threads) = (

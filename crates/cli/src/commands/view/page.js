@@ -108,16 +108,16 @@ const time = s => s < 1 ? `${Math.round(1000 * s)} ms` : s < 100 ? `${s.toFixed(
 function showProgress(progress) {
   const { samples: [least, most], of, error, history } = progress;
   const found = error?.root_relmse, goal = Number($("max-error").value) || progress.max_error;
-  const doubt = error?.doubt ? `, not to be trusted: ${error.doubt.replaceAll("-", " ")}` : "";
+  const doubt = error?.doubt ? `, in doubt: ${error.doubt.replaceAll("-", " ")}` : "";
   $("error").textContent = found ? `${digits(found.value)} (${digits(found.low)} to ${digits(found.high)})${doubt}`
-    : progress.exact ? "none that samples could tell: nothing here is by chance" : "not known yet";
+    : progress.exact ? "none: this picture has no random samples" : "not known yet";
   // Noise falls with the root of the samples, and samples come with time.
   const toGoal = goal && found?.high ? Math.max(0, progress.seconds * ((found.high / goal) ** 2 - 1)) : null;
   const rows = [
     ["Samples", `${least === most ? most : `${least} to ${most}`}${of ? ` of ${of}` : ""}`],
     ["Rays a second", count(progress.rays_per_second)],
     ["Time", time(progress.seconds) + (progress.seconds_left ? `, ${time(progress.seconds_left)} left` : "")],
-    ["To the error", goal ? (toGoal === null ? "not known yet" : toGoal === 0 ? "reached" : `about ${time(toGoal)}`) : "none is asked for"],
+    ["Time to the target error", goal ? (toGoal === null ? "not known yet" : toGoal === 0 ? "reached" : `about ${time(toGoal)}`) : "no target error is set"],
     ["First picture", `${Math.round(progress.first_ms)} ms after the change`],
     ...(progress.hash ? [["SHA-256", progress.hash]] : []),
   ];

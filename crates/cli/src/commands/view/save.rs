@@ -26,7 +26,7 @@ pub fn save_picture(
     let Some(path) = parse_plain_name(&view_request.name) else {
         return (
             400,
-            "a name is wanted without a folder, such as picture.png".to_owned(),
+            "give a file name without a folder, such as picture.png".to_owned(),
         );
     };
     let refused = |failure: Failure| (400, failure.message);
@@ -46,10 +46,10 @@ pub fn save_picture(
         Ok(other_metadata) if !other_metadata.is_file() => {
             return (
                 400,
-                format!("{name} is there, and it is no file that could be replaced"),
+                format!("{name} exists and is no file that can be replaced"),
             );
         }
-        Ok(_) if !view_request.replace => return (409, format!("{name} is there already")),
+        Ok(_) if !view_request.replace => return (409, format!("{name} exists already")),
         _ => {}
     }
     let picture = write::select_content(rendered, format, display);

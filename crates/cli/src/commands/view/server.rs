@@ -112,7 +112,7 @@ impl ViewServer {
         };
         let is_read = request.method == "GET";
         if !self.hosts.contains(&request.host) {
-            return HttpResponse::with_text(403, "this is not the host that is meant");
+            return HttpResponse::with_text(403, "the Host header does not name this server");
         }
         if request
             .origin
@@ -131,7 +131,7 @@ impl ViewServer {
         else {
             return HttpResponse::with_text(
                 403,
-                "the address is not that of the page: take the one that the program printed",
+                "wrong address: open the address that the program printed",
             );
         };
         // A link on another site may open the page, if it contains the token; every other request
@@ -148,8 +148,8 @@ impl ViewServer {
             ("POST", "wish") => self.accept_view_request(&request.body),
             ("POST", "save") => self.queue_save(&request.body),
             ("POST", "measure") => self.queue_measurement(),
-            ("GET" | "POST", _) => HttpResponse::with_text(404, "there is no such thing here"),
-            _ => HttpResponse::with_text(405, "GET and POST are known"),
+            ("GET" | "POST", _) => HttpResponse::with_text(404, "this address does not exist"),
+            _ => HttpResponse::with_text(405, "only GET and POST are supported"),
         }
     }
 
@@ -214,25 +214,26 @@ impl ViewServer {
         };
         let (sender, receiver) = sync_channel(1);
         if !self.shared.add_job(ViewJob::Save(view_request, sender)) {
-            return HttpResponse::with_text(503, "too much is being done");
+            return HttpResponse::with_text(503, "too many jobs are waiting; try again later");
         }
         match receiver.recv_timeout(SAVE_TIMEOUT) {
             Ok((status, text)) => HttpResponse::with_text(status, &text),
-            Err(_) => HttpResponse::with_text(503, "the file is not written yet"),
+            Err(_) => HttpResponse::with_text(503, "the program is busy and writes the file later"),
         }
     }
 
     fn queue_measurement(&self) -> HttpResponse {
         match self.shared.add_job(ViewJob::Measure) {
             true => HttpResponse::with_body("application/json", "{}"),
-            false => HttpResponse::with_text(503, "too much is being done"),
+            false => HttpResponse::with_text(503, "too many jobs are waiting; try again later"),
         }
     }
 }
 
 fn parse_json<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, HttpResponse> {
-    serde_json::from_slice(body)
-        .map_err(|error| HttpResponse::with_text(400, &format!("this is not understood: {error}")))
+    serde_json::from_slice(body).map_err(|error| {
+        HttpResponse::with_text(400, &format!("the JSON of the request is invalid: {error}"))
+    })
 }
 
 #[cfg(test)]

@@ -162,11 +162,11 @@ impl ViewWorker {
         let is_same =
             change == SceneChange::Display && !self.view_request.1.anew && self.render.is_some();
         self.message = match change {
-            SceneChange::Display if is_same => "the same picture, shown anew".to_owned(),
-            SceneChange::Display => "rendered anew".to_owned(),
+            SceneChange::Display if is_same => "shown without a new render".to_owned(),
+            SceneChange::Display => "rendered again".to_owned(),
             SceneChange::Camera => format!("the camera was turned in {took}"),
-            SceneChange::Preparation => format!("prepared anew in {took}"),
-            SceneChange::Reading => format!("read and prepared in {took}"),
+            SceneChange::Preparation => format!("prepared again in {took}"),
+            SceneChange::Reading => format!("loaded and prepared in {took}"),
         };
         let Some(subject) = &self.viewed_scene else {
             return Ok(());
@@ -401,7 +401,7 @@ impl ViewWorker {
         let Some(subject) = &self.viewed_scene else {
             return;
         };
-        self.message = "measuring what effects cost".to_owned();
+        self.message = "measuring the costs of effects".to_owned();
         self.publish_status(None);
         let watch = RequestObserver::new(&self.shared, self.stop, Some(self.view_request.0));
         let mut steps = StepProgress::start(Verbosity::Quiet);
@@ -416,7 +416,7 @@ impl ViewWorker {
                     .iter()
                     .map(|cost| (cost.effect.to_owned(), cost.ratio.median - 1.0))
                     .collect();
-                "measured what effects cost".to_owned()
+                "measured the costs of effects".to_owned()
             }
             Err(_) => "measuring was interrupted".to_owned(),
         };

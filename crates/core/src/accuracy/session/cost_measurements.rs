@@ -38,7 +38,7 @@ impl MeasurementSession<'_> {
             for (choice, rung) in ladder.choices().zip(ladder.rungs()) {
                 let setting = self.setting_of_rung(choice);
                 let in_use = setting == self.baseline;
-                listener.report_step(&format!("time of {choice}"), self.spent_budget_share());
+                listener.report_step(&format!("timing {choice}"), self.spent_budget_share());
                 let rung_cost = measurements.measure_rung_cost(
                     &setting,
                     &self.baseline,

@@ -48,7 +48,7 @@ impl SettingMeasurer for SessionMeasurer<'_, '_, '_> {
             return None;
         }
         listener.report_step(
-            &format!("together: {setting}"),
+            &format!("combination: {setting}"),
             session.spent_budget_share(),
         );
         let tiles = session.setting_tile_count(setting, plan.tiles, measurements.sample);
@@ -123,7 +123,10 @@ impl MeasurementSession<'_> {
             .instant_of_budget_share(WALKS_END)
             .min((self.now)() + self.effort.budget.mul_f64(WALKS_END - RUNGS_END));
         for setting in self.unmeasured_pairs(measurements) {
-            listener.report_step(&format!("together: {setting}"), self.spent_budget_share());
+            listener.report_step(
+                &format!("combination: {setting}"),
+                self.spent_budget_share(),
+            );
             let tiles = self.setting_tile_count(&setting, plan.tiles, measurements.sample);
             let left = end.saturating_duration_since((self.now)()).as_secs_f64();
             let has_time = self.expected_seconds(&setting, tiles, &measurements.sample.grid) < left;
@@ -302,7 +305,10 @@ impl MeasurementSession<'_> {
                 ((tiles as f64 * GROWTH) as usize).clamp(tiles + 1, sample.drawable_tile_count());
             let before = (self.now)();
             listener.report_step(
-                &format!("more tiles: {next} of {}", sample.grid.count()),
+                &format!(
+                    "measuring promising settings on {next} of {} tiles",
+                    sample.grid.count()
+                ),
                 self.spent_budget_share(),
             );
             self.add_reference_tiles(exposure, measurements, next, end);
@@ -385,7 +391,10 @@ impl MeasurementSession<'_> {
                 && self.expected_seconds(setting, lacking, &grid)
                     < self.seconds_left(REFINEMENT_END)
             {
-                listener.report_step(&format!("more tiles: {setting}"), self.spent_budget_share());
+                listener.report_step(
+                    &format!("on more tiles: {setting}"),
+                    self.spent_budget_share(),
+                );
                 measurements.measure_setting(
                     setting,
                     (tiles, self.round_count(setting)),
@@ -402,8 +411,10 @@ impl MeasurementSession<'_> {
         for rounds in (ROUNDS + 1..=u64::from(self.effort.rounds)).rev() {
             if once * (rounds as f64) < self.seconds_left(REFINEMENT_END) {
                 for setting in settings {
-                    listener
-                        .report_step(&format!("once more: {setting}"), self.spent_budget_share());
+                    listener.report_step(
+                        &format!("in more rounds: {setting}"),
+                        self.spent_budget_share(),
+                    );
                     measurements.measure_setting(
                         setting,
                         (tiles, rounds),

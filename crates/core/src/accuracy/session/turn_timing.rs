@@ -41,7 +41,7 @@ impl MeasurementSession<'_> {
                 break;
             }
             listener.report_step(
-                &format!("times of {} settings in turns", contestants.len()),
+                &format!("timing {} settings alternately", contestants.len()),
                 self.spent_budget_share(),
             );
             let end = begun + Duration::from_secs_f64(share * all);

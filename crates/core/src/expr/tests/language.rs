@@ -156,12 +156,15 @@ fn values_must_be_finite() {
     assert_eq!(value("1/(1/0)"), 0.0);
     assert_eq!(
         refused("1/(t - 2)").0,
-        "the value of this expression is inf"
+        "the value of this expression is inf, not a finite number"
     );
-    assert_eq!(refused("0/0").0, "the value of this expression is NaN");
+    assert_eq!(
+        refused("0/0").0,
+        "the value of this expression is NaN, not a finite number"
+    );
     assert_eq!(
         refused("[1, 2, 3]").0,
-        "the value must be a number, and this is a vector"
+        "the value must be a number, not a vector"
     );
 }
 
@@ -173,7 +176,7 @@ fn errors_point_at_the_place() {
             "1 + sise",
             "unknown name `sise`",
             "sise",
-            "did you mean `size`? names that exist here: e, pi, tau, long_name, size, t",
+            "did you mean `size`? names that this expression may read: e, pi, tau, long_name, size, t",
         ),
         (
             "1 + sine(2)",
@@ -220,25 +223,25 @@ fn errors_point_at_the_place() {
         ),
         (
             "dot(1, [1, 2, 3])",
-            "an argument of `dot` must be a vector, and this is a number",
+            "an argument of `dot` must be a vector, not a number",
             "1",
             "a vector is written",
         ),
         (
             "[1, 2, [1, 2, 3]].x",
-            "a component of a vector must be a number, and this is a vector",
+            "a component of a vector must be a number, not a vector",
             "[1, 2, 3]",
             "",
         ),
         (
             "[1, 2]",
-            "a vector has three components, and this has 2",
+            "a vector has three components, not 2",
             "[1, 2]",
             "",
         ),
         (
             "1 < [1, 2, 3]",
-            "a number is needed here, and this is a vector",
+            "this operation needs numbers, but an operand is a vector",
             "[1, 2, 3]",
             "take a component",
         ),
@@ -249,10 +252,10 @@ fn errors_point_at_the_place() {
             "write `a < b && b < c`",
         ),
         ("(1 + 2", "`(` is never closed", "(", "add `)`"),
-        ("1 + 2)", "`)` closes nothing here", ")", ""),
+        ("1 + 2)", "`)` has no matching opening bracket", ")", ""),
         (
             "1, 5",
-            "a comma belongs between the arguments of a function or the parts of a vector",
+            "a comma may only separate arguments of a function or components of a vector",
             ",",
             "",
         ),
@@ -263,7 +266,12 @@ fn errors_point_at_the_place() {
             "a value is",
         ),
         ("1 + * 2", "expected a value, found `*`", "*", ""),
-        ("t ? 1", "`?` without `:`", "?", "a choice is written"),
+        (
+            "t ? 1",
+            "`?` has no matching `:`",
+            "?",
+            "a choice is written",
+        ),
         (
             "[1, 2, 3].w",
             "unknown component `.w`",
@@ -277,14 +285,24 @@ fn errors_point_at_the_place() {
             "**",
             "a power is written `^`",
         ),
-        ("t = 3", "unexpected character `=`", "=", "`==` compares"),
+        (
+            "t = 3",
+            "unexpected character `=`",
+            "=",
+            "write `==` to compare",
+        ),
         (
             "1 − 2",
             "unexpected character `−`",
             "−",
             "write the minus sign as `-`",
         ),
-        ("1e999", "this number is too large", "1e999", ""),
+        (
+            "1e999",
+            "this number is too large: the limit is about 1.8e308",
+            "1e999",
+            "",
+        ),
         ("  ", "this expression is empty", "  ", ""),
     ] {
         let (got, text, help) = refused(source);
@@ -300,7 +318,10 @@ fn errors_point_at_the_place() {
 #[test]
 fn an_ambiguous_name_is_refused() {
     let names = BTreeMap::from([("pi".to_owned(), 3.0)]);
-    assert!(evaluate("2*pi", &names).is_err_and(|e| e.message.contains("also a constant")));
+    assert!(
+        evaluate("2*pi", &names)
+            .is_err_and(|e| e.message.contains("has the same name as a constant"))
+    );
     assert_eq!(evaluate("2", &names), Ok(2.0));
 }
 
@@ -398,13 +419,13 @@ fn noise_functions() {
     }
     assert_eq!(
         refused("fbm([1, 2, 3], 0.5)").0,
-        "the octaves of `fbm` must be a constant whole number from 1 to 24"
+        "the number of octaves of `fbm` must be a constant whole number from 1 to 24"
     );
     assert_eq!(refused("fbm([1, 2, 3], 25)").1, "25");
     assert_eq!(refused("fbm([1, 2, 3], 0)").1, "0");
     assert_eq!(
         refused("noise(1)").0,
-        "a point of noise must be a vector, and this is a number"
+        "the point of a noise function must be a vector, not a number"
     );
     assert_eq!(
         refused("noise2([1, 2, 3])").0,

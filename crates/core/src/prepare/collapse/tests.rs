@@ -41,8 +41,7 @@ fn sizes_survive_single_precision() {
         min: [1e8; 3],
         max: [100_000_001.0, 1e9, 1e9],
     };
-    let message =
-        "the distance of `max` from `min` is lost in single precision, so there is nothing to see";
+    let message = "the distance between `min` and `max` rounds to zero in single precision, so nothing is visible";
     assert_eq!(one(wide), format!("objects[0].shape.box.max: {message}"));
     let unit = Shape::Box {
         min: HERE,
@@ -74,7 +73,7 @@ fn sizes_survive_single_precision() {
         minor_radius: 1.0,
     };
     assert!(one(torus.clone()).contains(
-        "torus.minor_radius: the difference of `minor_radius` from `major_radius` is lost"
+        "torus.minor_radius: the difference between `minor_radius` and `major_radius` rounds to zero"
     ));
     assert_eq!(
         alone(object(torus, Vec::new()))[0].hint.as_deref(),
@@ -89,12 +88,15 @@ fn sizes_survive_single_precision() {
     let triangle = |far: f64| Shape::Triangle {
         vertices: [[far, 0.0, 0.0], [far, 1.0, 0.0], [far + 1.0, 0.0, 0.0]],
     };
-    assert!(one(triangle(1e8)).contains("triangle.vertices: the distance of the corners is lost"));
+    assert!(
+        one(triangle(1e8))
+            .contains("triangle.vertices: the distance between the corners rounds to zero")
+    );
     assert_eq!(alone(object(triangle(1e6), Vec::new())), []);
     let hint = alone(object(quad, Vec::new())).remove(0).hint;
     assert_eq!(
         hint.as_deref(),
-        Some("move it nearer to the rest of the scene, or add --precision reference")
+        Some("move the object nearer to the rest of the scene, or add --precision reference")
     );
 }
 
@@ -114,12 +116,14 @@ fn doubles_lose_what_is_too_far_for_them() {
         ..Scene::default()
     });
     assert!(
-        lost[0].message.contains("is lost in double precision"),
+        lost[0]
+            .message
+            .contains("rounds to zero in double precision"),
         "{lost:?}"
     );
     assert_eq!(
         lost[0].hint.as_deref(),
-        Some("move it nearer to the rest of the scene")
+        Some("move the object nearer to the rest of the scene")
     );
 }
 
@@ -152,7 +156,7 @@ fn generated_shapes_are_judged_where_they_land() {
     assert_eq!(found[0].path, "generators[0].object.shape.box.max");
     assert_eq!(
         found[0].message,
-        "the distance of `max` from `min` is lost in single precision, so there is nothing to see of the generator's object 2, \
+        "the distance between `min` and `max` rounds to zero in single precision, so nothing is visible of the generator's object 2, \
          at [0, 0, 300000]"
     );
     assert!(

@@ -76,7 +76,7 @@ struct WeightVisitor;
 impl<'de> Visitor<'de> for WeightVisitor {
     type Value = ScalarFactor;
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a number, or an expression of the hit in quotes")
+        f.write_str("a number, or an expression in quotes")
     }
     fn visit_f64<E: de::Error>(self, v: f64) -> Result<ScalarFactor, E> {
         Ok(ScalarFactor::Number(v))
@@ -145,7 +145,7 @@ impl<'de, T: InputValue> Visitor<'de> for InputVisitor<T> {
         };
         match map.next_key::<String>()? {
             Some(extra) => Err(de::Error::custom(format!(
-                "an input has one key, `{key}`; `{extra}` is one too many"
+                "an input has a single key, but this input has `{key}` and `{extra}`: remove one of the two"
             ))),
             None => Ok(input),
         }

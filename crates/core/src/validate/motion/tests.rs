@@ -55,7 +55,7 @@ fn maps_are_invertible_at_every_time() {
             json!({}),
             end(flat),
             "objects[0].transform_end",
-            "nothing is left to see",
+            "the object has no extent",
         );
     }
     expect_problem(
@@ -147,7 +147,7 @@ fn cameras_look_somewhere_all_the_way() {
         from_to(start(), look([1.0; 3], [1.0; 3])),
         json!({}),
         "cameras[0].pose_end.look_at.target",
-        "looks nowhere",
+        "no viewing direction",
     );
 }
 
@@ -159,6 +159,11 @@ fn shutters_open_before_they_close() {
         assert_eq!(problems(with(fine), json!({})), []);
     }
     for wrong in [[0.5, 0.25], [-0.1, 1.0], [0.0, 1.1]] {
-        expect_problem(with(wrong), json!({}), "cameras[0].shutter", "must open");
+        expect_problem(
+            with(wrong),
+            json!({}),
+            "cameras[0].shutter",
+            "must hold an opening time",
+        );
     }
 }

@@ -37,7 +37,7 @@ macro_rules! extended {
                 impl<'de> serde::de::Visitor<'de> for ByName {
                     type Value = $name;
                     fn expecting(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-                        f.write_str("extensions by their names")
+                        f.write_str("an object with the data of each extension by the extension's name")
                     }
                     fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<$name, A::Error> {
                         let mut out = $name::default();

@@ -153,7 +153,8 @@ fn nesting_without_end_is_one_message() {
     for text in &toml {
         let message = refused(text, SceneNotation::Toml);
         assert!(
-            message.starts_with("error: ") && message.contains("nested too deeply"),
+            message.starts_with("error: ")
+                && message.contains("arrays and tables are nested too deeply"),
             "{message:.300}"
         );
         assert_eq!(message.matches("error: ").count(), 1, "{message:.300}");
@@ -161,7 +162,7 @@ fn nesting_without_end_is_one_message() {
     for text in [deep("[", "]"), "[".repeat(DEPTH), deep("{\"a\":", "}")] {
         let message = refused(&text, SceneNotation::Json);
         assert!(
-            message.starts_with("error: nested too deeply"),
+            message.starts_with("error: arrays and objects are nested too deeply"),
             "{message:.300}"
         );
     }

@@ -21,7 +21,7 @@ error: in the expression of `centre[1]`: unknown name `sped`
 6 | shape.sphere = { centre = [0, "sped * t", 0], radius = 1 }
   |                                ^^^^
   |
-  = help: did you mean `speed`? names that exist here: e, pi, tau, speed, t
+  = help: did you mean `speed`? names that this expression may read: e, pi, tau, speed, t
 "#,
     );
 }
@@ -41,7 +41,7 @@ error: in the expression of `t`: the expression ends where a value is expected
 2 | t = "2 *"
   |         ^
   |
-  = help: a value is a number, a name, a function or something in parentheses
+  = help: a value is a number, a name, a function call, an expression in parentheses or a vector in brackets
 "#,
     );
 }
@@ -55,7 +55,7 @@ fn an_expression_without_end() {
 t = "(((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((1)))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))"
 "#,
         r#"
-error: in the expression of `t`: this expression is nested more than 64 deep
+error: in the expression of `t`: this expression is nested more than 64 levels deep
  --> x.scene.toml:2:71
   |
 2 | t = "(((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((1))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))...
@@ -74,13 +74,13 @@ fn a_division_by_zero() {
 exposure = "1 / t"
 "#,
         r#"
-error: in the expression of `exposure`: the value of this expression is inf
+error: in the expression of `exposure`: the value of this expression is inf, not a finite number
  --> x.scene.toml:3:13
   |
 3 | exposure = "1 / t"
   |             ^^^^^
   |
-  = help: a number of the scene must be finite
+  = help: every number of a scene must be finite
 "#,
     );
 }
@@ -103,7 +103,7 @@ error: in the expression of `a`: unknown name `b`
 3 | a = "2 * b"
   |          ^
   |
-  = help: names that exist here: e, pi, tau, t
+  = help: names that this expression may read: e, pi, tau, t
 "#,
     );
 }
@@ -125,7 +125,7 @@ error: `t` cannot be the name of a parameter
 3 | t = 1
   | ^
   |
-  = help: `t` is the time
+  = help: `t` is the time of the scene
 "#,
     );
 }
@@ -148,7 +148,7 @@ error: in the expression of `radius`: `u` does not exist in a number of the scen
 4 | shape.sphere = { centre = [0, 0, 0], radius = "u" }
   |                                                ^
   |
-  = help: names that exist here: e, pi, tau, t
+  = help: names that this expression may read: e, pi, tau, t
 "#,
     );
 }
@@ -164,7 +164,7 @@ name = "m"
 model.classic.diffuse = "p"
 "#,
         r#"
-error: in the expression of `diffuse`: a weight must be a number, and this is a vector
+error: in the expression of `diffuse`: a weight must be a number, not a vector
  --> x.scene.toml:4:26
   |
 4 | model.classic.diffuse = "p"
@@ -189,7 +189,7 @@ error: in the expression of `expression`: `n` does not exist in the sky
 3 | expression = "mix(0.2, 1, n.y)"
   |                           ^
   |
-  = help: names that exist here: d, o, e, pi, tau, t
+  = help: names that this expression may read: d, o, e, pi, tau, t
 "#,
     );
 }

@@ -86,7 +86,7 @@ kind.directional.to_light = [0, 0, 0]
 colour = 1
 "#,
         r#"
-error: `to_light` has no length, so it is no direction
+error: `to_light` has length zero, so it gives no direction
  --> x.scene.toml:3:29
   |
 3 | kind.directional.to_light = [0, 0, 0]
@@ -109,7 +109,7 @@ eye = [1, 2, 3]
 target = [1, 2, 3]
 "#,
         r#"
-error: `target` is where `eye` is, so the camera looks nowhere
+error: `target` equals `eye`, so the camera has no viewing direction
  --> x.scene.toml:6:10
   |
 6 | target = [1, 2, 3]
@@ -129,13 +129,13 @@ pose.look_at = { eye = [0, 5, 0], target = [0, 0, 0] }
 projection.pinhole.vertical_fov = 40
 "#,
         r#"
-error: the camera looks along `up`, [0, 1, 0], so no direction of the picture is upwards
+error: `up`, [0, 1, 0], is parallel to the viewing direction, so the picture has no upward direction
  --> x.scene.toml:3:16
   |
 3 | pose.look_at = { eye = [0, 5, 0], target = [0, 0, 0] }
   |                ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
   |
-  = help: choose an `up` that does not point along the view, [0, 0, -1] for a camera that looks down
+  = help: choose an `up` that is not parallel to the viewing direction, such as [0, 0, -1] for a camera that looks down
 "#,
     );
 }
@@ -151,13 +151,13 @@ pose.look_at = { eye = [0, 0, 5], target = [0, 0, 0] }
 projection.pinhole = { vertical_fov = 40, focal_length = 1 }
 "#,
         r#"
-error: `vertical_fov` and `focal_length` both say how wide the pinhole opens
+error: `vertical_fov` and `focal_length` both set the opening angle of the pinhole camera
  --> x.scene.toml:4:58
   |
 4 | projection.pinhole = { vertical_fov = 40, focal_length = 1 }
   |                                                          ^
   |
-  = help: give one of `vertical_fov`, `horizontal_fov` (degrees) and `focal_length`
+  = help: give exactly one of `vertical_fov`, `horizontal_fov` (both in degrees) and `focal_length`
 "#,
     );
 }
@@ -229,7 +229,7 @@ indices = [[0, 1, 3]]
 normals = [[0, 0, 1]]
 "#,
         r#"
-error: this triangle names a vertex that does not exist: there are 3, counted from 0
+error: an index of this triangle is too large: the mesh has 3 vertices, whose indices begin at 0
  --> x.scene.toml:6:12
   |
 6 | indices = [[0, 1, 3]]
@@ -259,7 +259,7 @@ shape.sphere = { centre = [0, 0, 0], radius = 1 }
 transform = [{ scale = [1, 0, 1] }]
 "#,
         r#"
-error: no factor of `scale` may be zero, as in [1, 0, 1]: nothing would be left to see
+error: no factor of `scale` may be zero, as in [1, 0, 1]: the object would have no extent
  --> x.scene.toml:8:24
   |
 8 | transform = [{ scale = [1, 0, 1] }]

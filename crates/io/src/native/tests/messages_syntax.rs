@@ -24,7 +24,7 @@ fn message_for_no_format() {
         r#"title = "x"
 "#,
         r#"
-error: x.scene.toml: this is no scene: it has no `format`
+error: x.scene.toml: this is no scene file: the key `format` is missing
 help: a scene begins with `format = 1`, in JSON with `"format": 1`
 "#,
     );
@@ -39,7 +39,7 @@ fn a_later_format() {
 new_key = 1
 "#,
         r#"
-error: this program reads format 1 of scenes, and this is another
+error: this scene has another format than 1, the only format that this program reads
  --> x.scene.toml:1:10
   |
 1 | format = 2
@@ -63,7 +63,7 @@ error: not valid TOML: string values must be quoted, expected literal string
 2 | title = hello
   |         ^^^^^
   |
-  = help: text stands in quotes; numbers, true and false do not
+  = help: write texts in quotes, but numbers, true and false without quotes
 "#,
     );
 }
@@ -83,7 +83,7 @@ error: not valid TOML: invalid basic string, expected `"`
 2 | title = "hello
   |               ^
   |
-  = help: text ends with the quote it began with, in the same line
+  = help: a text must end on the line on which it starts, with the same quotation mark
 "#,
     );
 }
@@ -104,7 +104,7 @@ error: not valid TOML: duplicate key
 3 | title = "b"
   | ^^^^^
   |
-  = help: each key may be given once in a table
+  = help: a table may contain each key only once: remove or rename one of the two
 "#,
     );
 }
@@ -180,7 +180,7 @@ error: this number is too large
 3 | seed = 123456789012345678901234567890
   |        ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
   |
-  = help: whole numbers go up to 18446744073709551615; with a decimal point there is no such limit
+  = help: whole numbers go up to 18446744073709551615; numbers with a decimal point have no such limit
 "#,
     );
 }
@@ -259,7 +259,7 @@ fn an_array_as_a_scene() {
         "x.scene.json",
         r#"[1]"#,
         r#"
-error: x.scene.json: this is no scene: it has no `format`
+error: x.scene.json: this is no scene file: the key `format` is missing
 help: a scene begins with `format = 1`, in JSON with `"format": 1`
 "#,
     );

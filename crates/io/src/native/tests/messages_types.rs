@@ -109,7 +109,7 @@ error: `materials` must be an array, not a table
 2 | [materials]
   | ^^^^^^^^^^^
   |
-  = help: there may be several: write `[[materials]]` with double brackets
+  = help: `materials` is a list: write `[[materials]]` with double brackets
 "#,
     );
 }
@@ -125,13 +125,13 @@ fn many_tables_where_one_is_possible() {
 samples = 4
 "#,
         r#"
-error: `render` must be a table of keys, not an array
+error: `render` must be a table with keys, not an array
  --> x.scene.toml:2:1
   |
 2 | [[render]]
   | ^^^^^^^^^^
   |
-  = help: there is one of it: write `[render]` with single brackets
+  = help: `render` is a single table: write `[render]` with single brackets
 "#,
     );
 }
@@ -289,7 +289,7 @@ material = "m"
 shape = { mesh = "a", sphere = { centre = [0, 0, 0], radius = 1 } }
 "#,
         r#"
-error: `shape` must have exactly one key that says which kind it is, not 2
+error: `shape` must have exactly one key, which names its kind, not 2 keys
  --> x.scene.toml:4:23
   |
 4 | shape = { mesh = "a", sphere = { centre = [0, 0, 0], radius = 1 } }
@@ -331,7 +331,7 @@ name = "m"
 model.physical.alpha = { blend = 0.5 }
 "#,
         r#"
-error: `blend` has no value of its own
+error: `blend` takes no value
  --> x.scene.toml:4:34
   |
 4 | model.physical.alpha = { blend = 0.5 }
@@ -378,7 +378,7 @@ error: `colour`: unknown key `image`
 4 | model.classic.colour = { image = "wood" }
   |                          ^^^^^
   |
-  = help: the keys here: texture, checker
+  = help: allowed keys: texture, checker
 "#,
     );
 }

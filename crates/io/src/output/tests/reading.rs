@@ -208,7 +208,10 @@ fn windows_become_places() {
     let error = file(vec![[0, 0], [0, 1]], ([0, 0], [3, 3]))
         .unwrap_err()
         .to_string();
-    assert!(error.contains("parts in different places"), "{error}");
+    assert!(
+        error.contains("parts at different positions, which are not supported"),
+        "{error}"
+    );
     let picture = Picture {
         window: Some(DataWindow {
             origin: [-4, 5],

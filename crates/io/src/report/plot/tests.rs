@@ -142,7 +142,8 @@ fn bounds_and_names_are_drawn() {
     }
     .to_svg();
     assert!(
-        svg.matches("v18m-4").count() == 2 && svg.contains(">at most: lost in noise<"),
+        svg.matches("v18m-4").count() == 2
+            && svg.contains(">upper bound: the error is within the noise<"),
         "{svg}"
     );
     assert!(
@@ -168,7 +169,8 @@ fn bounds_and_names_are_drawn() {
     }
     .to_svg();
     assert!(
-        !plain.contains("at most") && plain.contains(&format!("height=\"{}\"", HEIGHT - BARE_TOP)),
+        !plain.contains("upper bound")
+            && plain.contains(&format!("height=\"{}\"", HEIGHT - BARE_TOP)),
         "{plain}"
     );
     assert!(!plain.contains("class=\"title\""), "{plain}");

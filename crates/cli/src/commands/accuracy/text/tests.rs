@@ -221,7 +221,7 @@ fn figures_of_rungs() {
     );
     assert_eq!(list_unmeasured_rungs("b", [("x", false)].into_iter()), None);
     assert!(
-        !text.contains("slower and worse") && !text.contains("below:"),
+        !text.contains("slower and less exact") && !text.contains("below:"),
         "{text}"
     );
     report.base = Some(BaselineReport {
@@ -239,8 +239,8 @@ fn figures_of_rungs() {
         "below: 16 samples 25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051"
     );
     assert_eq!(
-        words(&text, "slower and worse"),
-        "slower and worse than what is in use: a=quick"
+        words(&text, "slower and less exact"),
+        "slower and less exact than the rung in use: a=quick"
     );
     assert!(!text.contains("  quick"), "{text}");
     report.combinations = vec![FrontierSetting {
@@ -282,7 +282,7 @@ fn what_to_do_comes_first() {
     let text = format_report(&document);
     let lines: Vec<&str> = text.lines().collect();
     assert!(
-        lines[1].starts_with("In use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time."),
+        lines[1].starts_with("Setting in use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time."),
         "{text}"
     );
     let place = |words: &str| {
@@ -341,11 +341,11 @@ fn the_page_says_the_same() {
     let document = AccuracyDocument::new(&loaded, &[], &settings, 1, &report);
     let page = document.format_as(super::super::file::AccuracyFileKind::Html);
     for words in [
-        "<p class=\"answer\">In use: error 0.3 (0.2 to 0.4), ",
+        "<p class=\"answer\">Setting in use: error 0.3 (0.2 to 0.4), ",
         "<td>25.0 s ±10 %</td><td>1.75</td><td>0.300 (0.200 to 0.400)</td>",
         "<td>(1)</td><td class=\"text\"><code>--spp 4</code></td>",
-        "<p>Slower and worse than what is in use: a=slow.</p>",
-        "<p>No time for: a=exact.</p>",
+        "<p>Slower and less accurate than the rung in use: a=slow.</p>",
+        "<p>Not measured for lack of time: a=exact.</p>",
     ] {
         assert!(page.contains(words), "no {words} in {page}");
     }
@@ -354,7 +354,7 @@ fn the_page_says_the_same() {
     assert!(
         svg.contains(">(1)</text>")
             && svg.contains(">(1)  --spp 4<")
-            && svg.contains(">at most: lost in noise<"),
+            && svg.contains(">upper bound: the error is within the noise<"),
         "{svg}"
     );
     // All points lie between ten and a hundred seconds, which are the ends of the axis.
@@ -374,8 +374,8 @@ fn figures_of_prices_files_and_effects() {
     let report = report();
     let text = format_price_table(&report);
     assert_eq!(
-        words(&text, "no picture changes"),
-        "no picture changes time x in use preparing memory"
+        words(&text, "same picture"),
+        "same picture time x in use preparing memory"
     );
     assert_eq!(
         words(&text, "tree *"),
@@ -383,7 +383,7 @@ fn figures_of_prices_files_and_effects() {
     );
     assert_eq!(
         words(&text, "scan"),
-        "scan 2.00 s ±10 % 1.25 500 ms 3 MiB; OTHER PICTURE"
+        "scan 2.00 s ±10 % 1.25 500 ms 3 MiB; THE PICTURE DIFFERS"
     );
     assert_eq!(
         words(&text, "no time for"),
@@ -391,8 +391,8 @@ fn figures_of_prices_files_and_effects() {
     );
     let text = format_output_table(&report);
     assert_eq!(
-        words(&text, "what a file keeps"),
-        "what a file keeps bytes a pixel coding RMSE greatest FLIP clipped"
+        words(&text, "file contents"),
+        "file contents bytes a pixel coding RMSE greatest FLIP clipped"
     );
     assert_eq!(
         words(&text, "8 *"),
@@ -408,8 +408,8 @@ fn figures_of_prices_files_and_effects() {
         .map(format_effect_costs)
         .unwrap_or_default();
     assert_eq!(
-        words(&text, "what each adds"),
-        "what each adds to time and picture (64x36 pixels, 750 ms of all threads with all of them)"
+        words(&text, "change of time and picture"),
+        "change of time and picture by each effect (64x36 pixels; 750 ms of CPU time with all effects)"
     );
     assert_eq!(
         words(&text, "effect"),
@@ -419,7 +419,10 @@ fn figures_of_prices_files_and_effects() {
         words(&text, "shadows"),
         "shadows +50 % (+5 % to +140 %) +125 % 0.0125 0.25"
     );
-    assert_eq!(words(&text, "no time for"), "no time for: sky");
+    assert_eq!(
+        words(&text, "not measured"),
+        "not measured, because the time was too short: sky"
+    );
 }
 
 /// Protects: each figure is in the CSV column of its name, as measured.

@@ -43,7 +43,7 @@ impl CombinedFiles {
         if let Some(path) = &task.sheet {
             if PictureFormat::from_path(path)? != PictureFormat::Png {
                 return Err(Error::invalid_usage(format_args!(
-                    "{}: a sheet is a .png",
+                    "{}: --sheet writes a PNG file; use a name that ends in .png",
                     path.display()
                 ))
                 .into());

@@ -131,7 +131,7 @@ impl<'a> PictureSeries<'a> {
         let (stop, threads) = (interrupt::install_stop_flag()?, Threads::new(task.threads)?);
         if task.scenes.iter().filter(|name| *name == "-").count() > 1 {
             return Err(Error::invalid_usage(
-                "standard input is one scene, and `-` is named twice",
+                "`-` is named twice, and standard input holds a single scene",
             )
             .into());
         }
@@ -308,7 +308,7 @@ impl<'a> PictureSeries<'a> {
         let is_free = |path: &Path| self.outputs.is_free(path, &self.checked_inputs);
         match self.combined_files.write_partial(is_free) {
             Ok(kept) if !kept.is_empty() => failure.with_hint(format_args!(
-                "the pictures before it are in {}",
+                "the pictures finished before are in {}",
                 kept.join(", ")
             )),
             _ => failure,
@@ -339,7 +339,7 @@ impl<'a> PictureSeries<'a> {
             Some(moment) if !self.shows_object && self.task.refuses_empty() => {
                 Err(scene_input::empty_failure(
                     &moment.loaded.source.name,
-                    "no picture shows any of it",
+                    "no picture of the scene shows an object",
                 )
                 .with_hint(ALLOW_EMPTY))
             }

@@ -31,7 +31,7 @@ pub fn resolve_named_files(
             None if count == 1 => Ok(path.to_path_buf()),
             None => {
                 let error = Error::invalid_usage(format_args!(
-                    "{count} pictures cannot all be {}",
+                    "{count} pictures cannot all be written to {}",
                     path.display()
                 ));
                 let stem = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -39,7 +39,7 @@ pub fn resolve_named_files(
                     .with_file_name(format!("{stem}-%04d"))
                     .with_extension(path.extension().unwrap_or_default());
                 Err(error.with_hint(format!(
-                    "number them: -o {}; or have all on one sheet: --sheet {}",
+                    "number the files: -o {}; or put all pictures on one sheet: --sheet {}",
                     numbered.display(),
                     path.display()
                 )))
