@@ -137,6 +137,9 @@ mod tests {
         );
         assert_eq!(at(f32::INFINITY), None);
         assert_eq!(at(0.0), None);
+        // Pixels without light are no loss.
+        let unlit = display.clipping(&picture(vec![[0.0; 3], [0.5; 3]], None));
+        assert_eq!((unlit.black, unlit.clipped), (0.0, 0.0));
         assert_eq!(display.suitable_exposure(&picture(Vec::new(), None)), None);
     }
 

@@ -474,3 +474,29 @@ fn pages_show_what_a_background_shows() {
         }
     }
 }
+
+/// Protects: in a pixel of surfaces and shadow, the shadow dims only the background's light behind
+/// the shadow, by the share of the uncovered pixel that it covers.
+#[test]
+fn a_shadow_beside_surfaces_dims_its_share() {
+    for display in every_display() {
+        let on_white = Display {
+            background: Some([1.0; 3]),
+            ..display
+        };
+        for [surfaces, shadow] in [[0.5, 0.25], [0.25, 0.75], [0.75, 0.125]] {
+            let [surface, codes] = [[1.0, 0.0], [surfaces, shadow]]
+                .map(|coverage| on_white.to_codes(&pixel_of([0.9, 0.4, 0.05], coverage)));
+            let clear = 1.0 - f64::from(surfaces);
+            let left = curve::encode_transfer(display.curve, (clear - f64::from(shadow)) / clear);
+            for i in 0..3 {
+                let expected = f64::from(surfaces) * f64::from(surface[i]) + clear * left * 255.0;
+                assert!(
+                    (expected - f64::from(codes[i])).abs() <= 1.0,
+                    "{display:?} {surfaces} {shadow}, channel {i}: {} for {expected}",
+                    codes[i]
+                );
+            }
+        }
+    }
+}
