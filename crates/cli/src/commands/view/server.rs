@@ -310,6 +310,10 @@ mod tests {
             403
         );
         assert_eq!(
+            requested(&|request| request.path = format!("/{}0/", server.token)),
+            403
+        );
+        assert_eq!(
             requested(&|request| request.path.push_str("../../etc/passwd")),
             404
         );
