@@ -27,7 +27,11 @@ fn told(label: &str, scene: &Scene, settings: &Settings) -> [MemoryUse; 2] {
     let after = prepare(scene, settings, &())
         .unwrap_or_else(|e| panic!("{label}: {e}"))
         .memory();
-    for ((name, reported), (_, real)) in before.by_purpose().into_iter().zip(after.by_purpose()) {
+    for ((name, reported), (_, real)) in before
+        .bytes_by_purpose()
+        .into_iter()
+        .zip(after.bytes_by_purpose())
+    {
         let wide = name == "geometry" && matches!(settings.accelerator, AcceleratorKind::Tree(_));
         let maximum = if wide { 5 * real + 8192 } else { 2 * real };
         assert!(

@@ -29,7 +29,7 @@ impl BinaryTree {
         } else {
             PARTS
         };
-        let (mut sorted, next) = copy_levels(nodes, maximum);
+        let (mut sorted, next) = copy_top_levels(nodes, maximum);
         let mut parts = Vec::new();
         for root in next..sorted.len() {
             let start = sorted.len();
@@ -71,7 +71,7 @@ impl BinaryTree {
 /// Copies the top of a tree level by level, from the root until `maximum` copied nodes have no
 /// copied children yet. Returns the copies, and the index of the first node without copied
 /// children.
-fn copy_levels(nodes: &[BinaryNode], maximum: usize) -> (Vec<BinaryNode>, usize) {
+fn copy_top_levels(nodes: &[BinaryNode], maximum: usize) -> (Vec<BinaryNode>, usize) {
     let (mut sorted, mut next) = (Vec::with_capacity(nodes.len()), 0);
     sorted.extend(nodes.first());
     while next < sorted.len() && sorted.len() - next < maximum {

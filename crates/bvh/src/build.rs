@@ -74,9 +74,9 @@ pub(crate) struct BoxTree {
 
 impl BoxTree {
     /// Creates a linear scan over `places` primitives.
-    pub fn from_scan(places: usize, work: Option<BuildWork>) -> Self {
+    pub fn new_linear_scan(places: usize, work: Option<BuildWork>) -> Self {
         Self {
-            bvh: Bvh8::without_nodes(0, 0, places),
+            bvh: Bvh8::new_without_nodes(0, 0, places),
             order: None,
             work,
             spheres: 0,
@@ -97,7 +97,7 @@ pub(crate) enum LeafKind {
 impl LeafKind {
     /// Returns the greatest number of primitives for which a subtree always becomes a single leaf.
     /// Dividing it into smaller leaves would cost memory and save hardly any time.
-    pub fn max_shared_leaf(self) -> usize {
+    pub fn max_shared_leaf_size(self) -> usize {
         match self {
             Self::None => 1,
             Self::Triangles => 6,
@@ -108,11 +108,11 @@ impl LeafKind {
     /// Greatest number of primitives in a subtree that becomes one leaf of the binary tree, if all
     /// primitives of the set are of this kind. Larger leaves of spheres are then split into full
     /// leaves of eight, which saves memory.
-    fn max_collapsed_leaf(self) -> usize {
+    fn max_collapsed_leaf_size(self) -> usize {
         if self == Self::Spheres {
             4 * WIDTH
         } else {
-            self.max_shared_leaf()
+            self.max_shared_leaf_size()
         }
     }
 }
@@ -147,7 +147,7 @@ pub(crate) fn build_box_tree(
         }
     }
     // Fallback: a linear scan is slow but correct.
-    Some(BoxTree::from_scan(boxes.len(), Some(work)))
+    Some(BoxTree::new_linear_scan(boxes.len(), Some(work)))
 }
 
 /// Builds the binary tree over the boxes. Returns the tree and the number of visited boxes. Without
@@ -169,11 +169,11 @@ fn build_binary_tree(
     );
     let is_alike = (1..boxes.len() as u32).all(|index| kind(index) == kind(0));
     if let Some(quality) = quality {
-        (order, looks) = curve::order_along_curve(boxes);
+        (order, looks) = curve::order_along_morton_curve(boxes);
         // `obvhs` knows no leaf kinds. In a set of several kinds, leaves are therefore made in the
         // collapse to eight-wide nodes.
         let leaf = if is_alike {
-            kind(0).max_collapsed_leaf()
+            kind(0).max_collapsed_leaf_size()
         } else {
             1
         };

@@ -85,24 +85,24 @@ impl ChildRef {
     }
 
     #[inline(always)]
-    fn is_block(self) -> bool {
+    fn is_triangle_block(self) -> bool {
         self.0 & (Self::OTHER ^ Self::BLOCK) == 0
     }
 
     /// Whether a leaf is a row of spheres. Valid only for a leaf that is neither empty nor a block.
     #[inline(always)]
-    fn is_row(self) -> bool {
+    fn is_sphere_row(self) -> bool {
         self.0 & (Self::ROW ^ Self::OTHER) != 0
     }
 
     /// Returns the reference after the arrays of its tree were appended to those of another tree:
     /// its index grows by the number of nodes, blocks, positions or rows in front.
-    fn offset_by(self, [nodes, blocks, places, rows]: [u32; 4]) -> Self {
+    fn offset_index_by(self, [nodes, blocks, places, rows]: [u32; 4]) -> Self {
         let by = match self {
             Self::NONE => 0,
             child if !child.is_leaf() => nodes,
-            child if child.is_block() => blocks,
-            child if child.is_row() => rows,
+            child if child.is_triangle_block() => blocks,
+            child if child.is_sphere_row() => rows,
             _ => places,
         };
         Self(self.0 + by)
@@ -178,7 +178,7 @@ impl Bvh8 {
     /// Moves triangles into the blocks. `triangle_of` returns the triangle and the visibility of a
     /// slot. The slots from `first` on are in leaf order. Afterwards the index of a triangle's slot
     /// is its number in [`Bvh8::triangle`].
-    pub fn fill_blocks(
+    pub fn fill_triangle_blocks(
         &mut self,
         slots: &mut [PrimitiveSlot],
         first: usize,
@@ -207,7 +207,7 @@ impl Bvh8 {
 
     /// Fills the rows of leaves. `row` builds a row from the slots in a range. The tree's first
     /// slot is `first`.
-    pub fn fill_leaf_rows(&mut self, first: usize, row: impl Fn(Range<usize>) -> PrimitiveRow) {
+    pub fn fill_sphere_leaves(&mut self, first: usize, row: impl Fn(Range<usize>) -> PrimitiveRow) {
         for own in &mut self.rows[self.always_row_count..] {
             let start = first + own.leaf_header.first as usize;
             *own = row(start..start + usize::from(own.leaf_header.count));
@@ -216,7 +216,7 @@ impl Bvh8 {
 
     /// Creates a structure without nodes: rows of spheres, blocks of triangles, then other
     /// primitives, in this order of positions. Its rows and blocks are still empty.
-    pub fn without_nodes(spheres: usize, triangles: usize, others: usize) -> Self {
+    pub fn new_without_nodes(spheres: usize, triangles: usize, others: usize) -> Self {
         let end = spheres + triangles;
         let block = |first: usize| LeafHeader::new(first, (end - first).min(WIDTH));
         let leaf_headers: Vec<LeafHeader> = (spheres..end).step_by(WIDTH).map(block).collect();
@@ -229,7 +229,10 @@ impl Bvh8 {
     }
 
     /// Adds rows that every query tests before it traverses the tree.
-    pub fn add_always_tested_rows(&mut self, rows: impl IntoIterator<Item = PrimitiveRow>) {
+    pub fn add_always_tested_primitive_rows(
+        &mut self,
+        rows: impl IntoIterator<Item = PrimitiveRow>,
+    ) {
         let before = self.rows.len();
         self.rows
             .splice(self.always_row_count..self.always_row_count, rows);
@@ -238,7 +241,7 @@ impl Bvh8 {
 
     /// Whether the tree stores triangles in blocks.
     #[inline(always)]
-    pub fn has_blocks(&self) -> bool {
+    pub fn has_triangle_blocks(&self) -> bool {
         !self.blocks.is_empty()
     }
 
@@ -272,7 +275,7 @@ impl Bvh8 {
 
     /// Bytes of a structure without nodes: full rows for `spheres` spheres or planes, and full
     /// blocks for `triangles` triangles.
-    pub fn bytes_without_nodes(spheres: u64, triangles: u64) -> u64 {
+    pub fn memory_bytes_without_nodes(spheres: u64, triangles: u64) -> u64 {
         let eights =
             |count: u64, bytes: usize| count.div_ceil(WIDTH as u64).saturating_mul(bytes as u64);
         let blocks = eights(triangles, size_of::<Triangle8>() + size_of::<LeafHeader>());

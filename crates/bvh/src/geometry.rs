@@ -133,7 +133,10 @@ impl PrimitivePartition {
 
 /// Returns the numbers of spheres, triangles and other primitives if they are so few that nodes
 /// would cost more than they save; otherwise `None`. At most `few` primitives never make a tree.
-fn counts_without_nodes<R: Real>(bounded: &[PrimitiveSlot], few: usize) -> Option<[usize; 3]> {
+fn count_primitives_of_small_set<R: Real>(
+    bounded: &[PrimitiveSlot],
+    few: usize,
+) -> Option<[usize; 3]> {
     let is_few = bounded.len() <= few;
     if !R::IS_SINGLE || bounded.len() > few.max(Bvh8::MAX_WITHOUT_NODES) {
         return is_few.then_some([0, 0, bounded.len()]);
@@ -156,9 +159,9 @@ fn build_accelerator<R: Real>(
     stop: StopCheck<'_>,
 ) -> Option<BoxTree> {
     let AcceleratorKind::Tree(quality) = kind else {
-        return Some(BoxTree::from_scan(boxes.len(), None));
+        return Some(BoxTree::new_linear_scan(boxes.len(), None));
     };
-    if let Some([spheres, triangles, others]) = counts_without_nodes::<R>(bounded, few) {
+    if let Some([spheres, triangles, others]) = count_primitives_of_small_set::<R>(bounded, few) {
         if spheres + triangles > 0 {
             let place = |kind: PrimitiveKind| {
                 [PrimitiveKind::Sphere, PrimitiveKind::Triangle]
@@ -167,7 +170,7 @@ fn build_accelerator<R: Real>(
             };
             bounded.sort_by_key(|slot| place(slot.kind).unwrap_or(2));
         }
-        let bvh = Bvh8::without_nodes(spheres, triangles, others);
+        let bvh = Bvh8::new_without_nodes(spheres, triangles, others);
         return Some(BoxTree {
             bvh,
             order: None,
@@ -239,13 +242,13 @@ impl<R: Real> Geometry<R> {
         }
         drop(bounded);
         slots.append(&mut nothing);
-        let faces = group.has_faces();
+        let faces = group.has_triangles_or_quads();
         group.slots = slots;
         if has_lanes {
             group.move_triangles_to_blocks(&mut bvh, unbounded);
             group.build_primitive_rows(&mut bvh, planes, unbounded, spheres);
         }
-        group.sort_by_slot();
+        group.sort_primitives_by_slot();
         Some(Self {
             has_faces: faces,
             primitives: group,
@@ -297,7 +300,7 @@ impl<R: Real> Geometry<R> {
     /// from the set's array.
     #[inline(always)]
     pub(crate) fn triangle(&self, index: usize) -> Triangle<R> {
-        if R::IS_SINGLE && self.bvh.has_blocks() {
+        if R::IS_SINGLE && self.bvh.has_triangle_blocks() {
             return Triangle {
                 vertices: self
                     .bvh
@@ -313,7 +316,7 @@ impl<R: Real> Geometry<R> {
     /// primitives are tested one by one or stored in f64.
     #[inline(always)]
     pub(crate) fn simd_tree(&self) -> Option<&Bvh8> {
-        (R::IS_SINGLE && self.bvh.single_positions().is_none()).then_some(&self.bvh)
+        (R::IS_SINGLE && self.bvh.single_primitive_positions().is_none()).then_some(&self.bvh)
     }
 
     /// Returns the kernel that traverses the tree; `None` for a linear scan.

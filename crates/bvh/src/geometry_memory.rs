@@ -82,7 +82,7 @@ impl GeometryMemory {
         let few = max_scan_size(self.primitive_count() == self.spheres.saturating_add(self.planes));
         let wide = R::IS_SINGLE && matches!(kind, AcceleratorKind::Tree(_));
         let planes = if wide {
-            Bvh8::bytes_without_nodes(self.planes, 0)
+            Bvh8::memory_bytes_without_nodes(self.planes, 0)
         } else {
             0
         };
@@ -96,7 +96,7 @@ impl GeometryMemory {
         };
         let tree = match kind {
             _ if wide && Bvh8::prefers_no_nodes(self.spheres, self.triangles, others) => {
-                Bvh8::bytes_without_nodes(self.spheres, self.triangles)
+                Bvh8::memory_bytes_without_nodes(self.spheres, self.triangles)
             }
             AcceleratorKind::Tree(_) if bounded > few as u64 => Bvh8::max_tree_bytes(counts),
             _ => 0,

@@ -28,7 +28,12 @@ impl<R: Real> Geometry<R> {
                 .locate_surface_point(&self.prepare_ray(*ray), to_shape_hit(hit)),
             PrimitiveKind::Plane => self.primitives.planes[slot.index as usize]
                 .locate_surface_point(&self.prepare_ray(*ray), to_shape_hit(hit)),
-            _ => self.locate_in_slot(&self.prepare_ray(*ray), to_shape_hit(hit), hit.slots, None),
+            _ => self.locate_surface_point_in_slot(
+                &self.prepare_ray(*ray),
+                to_shape_hit(hit),
+                hit.slots,
+                None,
+            ),
         }
     }
 
@@ -100,7 +105,7 @@ impl<R: Real> Geometry<R> {
     /// a slot in the instanced geometry. `transform_chain` holds the maps from this geometry's
     /// space to the world.
     #[inline(never)]
-    fn locate_in_slot(
+    fn locate_surface_point_in_slot(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
@@ -110,21 +115,28 @@ impl<R: Real> Geometry<R> {
         let (group, slot) = (&self.primitives, &self.primitives.slots[slot as usize]);
         let index = slot.index as usize;
         match slot.kind {
-            PrimitiveKind::Sphere => {
-                group.spheres[index].locate_under_transforms(prepared_ray, hit, transform_chain)
-            }
-            PrimitiveKind::Triangle => {
-                self.triangle(index)
-                    .locate_under_transforms(prepared_ray, hit, transform_chain)
-            }
-            PrimitiveKind::Plane => {
-                group.planes[index].locate_under_transforms(prepared_ray, hit, transform_chain)
-            }
-            PrimitiveKind::Shape => {
-                group.shapes[index].locate_under_transforms(prepared_ray, hit, transform_chain)
-            }
+            PrimitiveKind::Sphere => group.spheres[index].locate_point_under_transforms(
+                prepared_ray,
+                hit,
+                transform_chain,
+            ),
+            PrimitiveKind::Triangle => self.triangle(index).locate_point_under_transforms(
+                prepared_ray,
+                hit,
+                transform_chain,
+            ),
+            PrimitiveKind::Plane => group.planes[index].locate_point_under_transforms(
+                prepared_ray,
+                hit,
+                transform_chain,
+            ),
+            PrimitiveKind::Shape => group.shapes[index].locate_point_under_transforms(
+                prepared_ray,
+                hit,
+                transform_chain,
+            ),
             PrimitiveKind::TransformedShape => group.transformed_shapes[index]
-                .locate_under_transforms(prepared_ray, hit, transform_chain),
+                .locate_point_under_transforms(prepared_ray, hit, transform_chain),
             PrimitiveKind::Instance => {
                 let mut moving_transform = None;
                 let (transform, part) = group.resolve_instance(
@@ -136,7 +148,7 @@ impl<R: Real> Geometry<R> {
                     map: transform,
                     outer: None,
                 };
-                transform.surface_point_to_world(&part.locate_in_slot(
+                transform.surface_point_to_world(&part.locate_surface_point_in_slot(
                     &transform.ray_to_object(prepared_ray),
                     hit,
                     [inner, inner],

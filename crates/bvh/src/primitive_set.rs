@@ -228,7 +228,7 @@ impl<R: Real> PrimitiveSet<R> {
     ///
     /// # Errors
     /// As [`PrimitiveSet::add_sphere`]; [`GeometryError::Singular`] for a map without an inverse.
-    pub fn add_transformed(
+    pub fn add_transformed_shape(
         &mut self,
         shape: AnyShape<R>,
         to_world: DAffine3,
@@ -270,7 +270,7 @@ impl<R: Real> PrimitiveSet<R> {
     /// that can be hit remain a property of the part's objects.
     ///
     /// # Errors
-    /// As [`PrimitiveSet::add_transformed`]; [`GeometryError::UnknownPart`] for an unknown part.
+    /// As [`PrimitiveSet::add_transformed_shape`]; [`GeometryError::UnknownPart`] for an unknown part.
     #[doc(alias("RTC_GEOMETRY_TYPE_INSTANCE", "ObjectInstance"))]
     pub fn add_instance(
         &mut self,

@@ -99,7 +99,11 @@ impl<R: Real> Geometry<R> {
     ) -> Option<SlotHit<R>> {
         let ray = self.prepare_ray(*ray);
         let closest = self
-            .run_query(&ray, ClosestHitQuery::new(range).adapt_to_ray(&ray), stats)
+            .run_query(
+                &ray,
+                ClosestHitQuery::new(range).adapt_to_mapped_ray(&ray),
+                stats,
+            )
             .1;
         let slot_hit = closest.slot_hit?;
         Some(if closest.is_contested {
@@ -205,7 +209,7 @@ impl<R: Real> Geometry<R> {
 
     /// Whether any triangle can be an end of a ray, see [`RayEnds`].
     pub fn has_triangle_ends(&self) -> bool {
-        self.bvh.has_blocks()
+        self.bvh.has_triangle_blocks()
     }
 
     /// Returns the triangles outside instances, with their object and primitive ids.
@@ -232,7 +236,7 @@ impl<R: Real> Geometry<R> {
 
     /// Intersects a ray with one primitive. Returns the nearest hit in the range.
     #[inline(always)]
-    fn intersect_slot<T: TraversalCounter>(
+    fn intersect_primitive_in_slot<T: TraversalCounter>(
         &self,
         (slot, own_slot): (u32, &PrimitiveSlot),
         ray: &PreparedRay,

@@ -118,7 +118,7 @@ impl Side {
     }
 
     /// Sides that a camera ray can hit. A light emits from the same sides.
-    pub fn visible_to_camera(self) -> Self {
+    pub fn sides_visible_to_camera(self) -> Self {
         self.resolve_for_ray(true)
     }
 

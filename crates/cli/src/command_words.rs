@@ -20,7 +20,7 @@ pub fn insert_command(mut words: Vec<OsString>) -> Vec<OsString> {
         .any(|command| words[index] == command.get_name());
     if has_command {
         words[1..=index].rotate_right(1);
-    } else if is_flag(&words[index]) || is_scene(&words[index]) {
+    } else if is_flag(&words[index]) || is_scene_name(&words[index]) {
         words.insert(1, "render".into());
     }
     words
@@ -48,7 +48,7 @@ fn is_flag(word: &OsStr) -> bool {
 }
 
 /// Whether a word is probably the name of a scene and not a misspelled command.
-fn is_scene(word: &OsStr) -> bool {
+fn is_scene_name(word: &OsStr) -> bool {
     let looks =
         |word: &str| word == "-" || word.starts_with("preset:") || word.contains(['.', '/']);
     word.to_str().is_none_or(looks) || Path::new(word).exists()

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::ValueEnum;
 pub use raywright_io::masking::mask_to_one_line;
-use raywright_io::masking::{mask_controls, mask_json};
+use raywright_io::masking::{escape_controls_in_json, mask_control_characters};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -32,7 +32,7 @@ static COLOURED: AtomicBool = AtomicBool::new(false);
 /// Decides whether later messages are coloured. The flag takes precedence, then NO_COLOR
 /// (<https://no-color.org>), then CLICOLOR_FORCE and CLICOLOR (<https://bixense.com/clicolors>),
 /// then whether standard error is a terminal.
-pub fn set_colour(choice: ColorChoice) {
+pub fn set_colour_choice(choice: ColorChoice) {
     let variable = |name| env::var(name).ok().filter(|value| !value.is_empty());
     let coloured = match choice {
         ColorChoice::Always => true,
@@ -96,7 +96,7 @@ const LEAST_WIDTH: usize = 40;
 /// Writes a result to standard output, with control characters masked. A reader that closes the
 /// pipe early (`raywright schema | head`) is no failure.
 pub fn print(text: impl AsRef<str>) -> Result<(), Failure> {
-    match write_stdout(mask_controls(text.as_ref()).as_bytes()) {
+    match write_stdout(mask_control_characters(text.as_ref()).as_bytes()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Failure::from_stdout_error(&error))
         }
@@ -106,7 +106,7 @@ pub fn print(text: impl AsRef<str>) -> Result<(), Failure> {
 
 /// Writes the bytes of a picture file to standard output, unchanged. A reader that closes the pipe
 /// before the last byte is a failure, because the picture is lost.
-pub fn print_picture(bytes: &[u8]) -> Result<(), Failure> {
+pub fn write_picture_to_stdout(bytes: &[u8]) -> Result<(), Failure> {
     write_stdout(bytes).map_err(|error| Failure::from_stdout_error(&error))
 }
 
@@ -121,13 +121,13 @@ pub fn format_json(value: &impl Serialize) -> String {
     // Serialization fails only for maps whose keys are no text, and no structure in this program
     // has such a map.
     let text = serde_json::to_string_pretty(value).unwrap_or_default() + "\n";
-    mask_json(&text).into_owned()
+    escape_controls_in_json(&text).into_owned()
 }
 
 /// Writes a message to standard error, with control characters masked. A failed write is ignored.
 pub fn print_message(message: impl fmt::Display) {
     let message = message.to_string();
-    let shown = mask_controls(&message);
+    let shown = mask_control_characters(&message);
     let shown = if COLOURED.load(Ordering::Relaxed) {
         Cow::Owned(colour_labels(&shown))
     } else {
@@ -150,28 +150,28 @@ pub enum Verbosity {
 
 impl Verbosity {
     /// Prints a warning, which may have several lines.
-    pub fn warn(self, message: impl fmt::Display) {
+    pub fn print_warning(self, message: impl fmt::Display) {
         if self > Self::Quiet {
             print_message(format_args!("warning: {message}"));
         }
     }
 
     /// Prints a note about an automatic choice of the program.
-    pub fn note(self, message: impl fmt::Display) {
+    pub fn print_note(self, message: impl fmt::Display) {
         if self > Self::Quiet {
             print_message(format_args!("note: {message}"));
         }
     }
 
     /// Prints a message about the result of the run, such as the names of written files.
-    pub fn print(self, message: impl fmt::Display) {
+    pub fn print_result_message(self, message: impl fmt::Display) {
         if self > Self::Quiet {
             print_message(message);
         }
     }
 
     /// Prints a message, in verbose runs only.
-    pub fn detail(self, message: impl fmt::Display) {
+    pub fn print_detail(self, message: impl fmt::Display) {
         if self == Self::Verbose {
             print_message(message);
         }

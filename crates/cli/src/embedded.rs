@@ -86,7 +86,7 @@ impl EmbeddedCommand {
     }
 
     /// Returns the requested number of threads; `None`: one for each processor.
-    pub fn threads(&self) -> Option<u32> {
+    pub fn thread_count(&self) -> Option<u32> {
         match &self.command {
             Command::Render(args) => args.machine.threads,
             Command::Accuracy(args) => args.threads,
@@ -102,11 +102,11 @@ impl EmbeddedCommand {
         observer: &dyn Observer,
     ) -> Result<FinishedPicture, Failure> {
         let command = self.equivalent_command_line("render", &loaded);
-        picture::render_to_memory(loaded, &self.render_task()?, command, observer)
+        picture::render_to_memory(loaded, &self.resolve_render_task()?, command, observer)
     }
 
     /// Resolves the flags of `render` to the work of a run.
-    pub(crate) fn render_task(&self) -> Result<RenderTask, Failure> {
+    pub(crate) fn resolve_render_task(&self) -> Result<RenderTask, Failure> {
         let Command::Render(args) = &self.command else {
             return Err(wrong_command_failure("a picture"));
         };

@@ -80,10 +80,10 @@ pub fn main_with(words: Vec<OsString>) -> Exit {
 
 fn run(words: Vec<OsString>) -> Result<(), Failure> {
     // The colour is chosen before the line is parsed, because errors of parsing are coloured too.
-    console::set_colour(command_words::find_colour_choice(&words));
+    console::set_colour_choice(command_words::find_colour_choice(&words));
     match Arguments::try_parse_from(command_words::insert_command(words)) {
         Ok(arguments) => {
-            console::set_colour(arguments.messages.color);
+            console::set_colour_choice(arguments.messages.color);
             commands::run(arguments.command, arguments.messages.verbosity())
         }
         Err(error) if error.use_stderr() => Err(usage_failure(&error)),

@@ -3,7 +3,7 @@
 use raywright_io::format_bytes;
 
 /// Formats the names and sizes of all parts above zero bytes: `geometry 1.2 MiB, picture 300 KiB`.
-pub fn format_parts(parts: &[(&str, u64)]) -> String {
+pub fn format_memory_parts(parts: &[(&str, u64)]) -> String {
     let taken = parts.iter().filter(|(_, bytes)| *bytes > 0);
     taken
         .map(|(name, bytes)| format!("{name} {}", format_bytes(*bytes)))
@@ -12,7 +12,7 @@ pub fn format_parts(parts: &[(&str, u64)]) -> String {
 }
 
 /// Returns the peak resident memory of the process in bytes; `None` on systems without `/proc`.
-pub fn peak_bytes() -> Option<u64> {
+pub fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status
         .lines()
@@ -27,7 +27,7 @@ mod tests {
     #[test]
     fn touched_memory_is_counted() {
         let block = vec![1_u8; 32 << 20];
-        let peak = super::peak_bytes().expect("Linux says it");
+        let peak = super::peak_memory_bytes().expect("Linux says it");
         assert!(
             peak > block.iter().map(|&byte| u64::from(byte)).sum(),
             "{peak}"

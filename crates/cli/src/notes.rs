@@ -75,34 +75,33 @@ impl Notes {
     }
 
     /// Adds a warning about a picture that is incomplete or wrong.
-    pub fn warn(&mut self, message: impl Into<String>) {
-        self.add(MessagePriority::Warning(Severity::LeftOut), message.into());
+    pub fn add_warning(&mut self, message: impl Into<String>) {
+        self.queue_message(MessagePriority::Warning(Severity::LeftOut), message.into());
     }
 
     /// Adds advice for a better picture.
-    pub fn hint(&mut self, message: impl Into<String>) {
-        self.add(MessagePriority::Hint, message.into());
+    pub fn add_hint(&mut self, message: impl Into<String>) {
+        self.queue_message(MessagePriority::Hint, message.into());
     }
 
     /// Adds a note on an automatic choice of the program.
-    pub fn note(&mut self, message: impl Into<String>) {
-        self.add(MessagePriority::Note, message.into());
+    pub fn add_note(&mut self, message: impl Into<String>) {
+        self.queue_message(MessagePriority::Note, message.into());
     }
 
     /// Prints a message at once, in verbose runs only.
-    pub fn detail(&self, message: impl std::fmt::Display) {
-        self.verbosity.detail(message);
+    pub fn print_detail(&self, message: impl std::fmt::Display) {
+        self.verbosity.print_detail(message);
     }
 
     /// Adds all warnings that the load of a scene gave.
     pub fn add_scene_warnings(&mut self, loaded: &LoadedScene) {
-        loaded
-            .warnings
-            .iter()
-            .for_each(|warning| self.add(warning.severity().into(), warning.message.clone()));
+        loaded.warnings.iter().for_each(|warning| {
+            self.queue_message(warning.severity().into(), warning.message.clone())
+        });
     }
 
-    fn add(&mut self, weight: MessagePriority, message: String) {
+    fn queue_message(&mut self, weight: MessagePriority, message: String) {
         let text = match &self.current_scene {
             Some(name) if !message.starts_with(name.as_str()) => format!("{name}: {message}"),
             _ => message,
@@ -128,9 +127,11 @@ impl Notes {
     }
 
     /// Prints the kept messages, a line for each file with a problem, and forgets them.
-    pub fn print_kept(&mut self) {
+    pub fn print_kept_messages(&mut self) {
         if self.verbosity == Verbosity::Normal {
-            self.format_lines().iter().for_each(console::print_message);
+            self.format_message_lines()
+                .iter()
+                .for_each(console::print_message);
         }
         (self.messages, self.texts) = (Vec::new(), HashSet::new());
     }
@@ -138,7 +139,7 @@ impl Notes {
     /// Formats a line for each file with a warning, worst file first: its worst message, and the
     /// number of its other messages. Without any warning, a single line sums up the messages of all
     /// files.
-    fn format_lines(&self) -> Vec<String> {
+    fn format_message_lines(&self) -> Vec<String> {
         let is_fine = !self
             .messages
             .iter()
@@ -198,19 +199,19 @@ mod tests {
     #[test]
     fn one_line_has_what_matters_most() {
         let mut notes = Notes::new(Verbosity::Normal);
-        assert!(notes.format_lines().is_empty());
-        notes.note("a sky is added");
-        assert_eq!(notes.format_lines(), ["note: a sky is added"]);
-        notes.warn("a is missing");
-        notes.hint("try this");
-        notes.warn("c is missing");
-        notes.warn("a is missing");
-        notes.add(
+        assert!(notes.format_message_lines().is_empty());
+        notes.add_note("a sky is added");
+        assert_eq!(notes.format_message_lines(), ["note: a sky is added"]);
+        notes.add_warning("a is missing");
+        notes.add_hint("try this");
+        notes.add_warning("c is missing");
+        notes.add_warning("a is missing");
+        notes.queue_message(
             MessagePriority::Warning(Severity::Empty),
             "nothing to see".into(),
         );
         assert_eq!(
-            notes.format_lines(),
+            notes.format_message_lines(),
             ["warning: nothing to see (and 4 more; -v lists them)"]
         );
     }
@@ -221,14 +222,14 @@ mod tests {
     fn each_file_with_a_problem_has_a_line() {
         let mut notes = Notes::new(Verbosity::Normal);
         notes.set_current_file("a.glb");
-        notes.note("shown at rest");
+        notes.add_note("shown at rest");
         notes.set_current_file("b.glb");
-        notes.warn("b.glb: c is missing");
-        notes.note("shown at rest");
+        notes.add_warning("b.glb: c is missing");
+        notes.add_note("shown at rest");
         notes.set_current_file("c.glb");
-        notes.add(Severity::Missing.into(), "d is missing".into());
+        notes.queue_message(Severity::Missing.into(), "d is missing".into());
         assert_eq!(
-            notes.format_lines(),
+            notes.format_message_lines(),
             [
                 "warning: c.glb: d is missing",
                 "warning: b.glb: c is missing (and 1 more; -v lists them)"
@@ -236,9 +237,9 @@ mod tests {
         );
         for file in 0..30 {
             notes.set_current_file(&format!("{file}.glb"));
-            notes.warn("e is missing");
+            notes.add_warning("e is missing");
         }
-        let lines = notes.format_lines();
+        let lines = notes.format_message_lines();
         assert_eq!(
             (lines.len(), lines.last().map(String::as_str)),
             (
@@ -249,10 +250,10 @@ mod tests {
         let mut fine = Notes::new(Verbosity::Normal);
         for file in ["a.glb", "b.glb"] {
             fine.set_current_file(file);
-            fine.note("shown at rest");
+            fine.add_note("shown at rest");
         }
         assert_eq!(
-            fine.format_lines(),
+            fine.format_message_lines(),
             ["note: a.glb: shown at rest (and 1 more; -v lists them)"]
         );
     }

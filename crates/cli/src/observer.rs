@@ -51,7 +51,7 @@ impl<'a> RunObserver<'a> {
     }
 
     /// Whether the deadline has passed.
-    pub fn is_late(&self) -> bool {
+    pub fn is_past_deadline(&self) -> bool {
         is_past(self.deadlines.deadline)
     }
 }
@@ -86,7 +86,7 @@ impl Observer for RunObserver<'_> {
             .deadlines
             .pause_at_samples
             .is_some_and(|maximum| self.finished_samples.load(Ordering::Relaxed) >= maximum);
-        everywhere && self.is_late() || has_most || is_past(self.deadlines.pause_at)
+        everywhere && self.is_past_deadline() || has_most || is_past(self.deadlines.pause_at)
     }
 }
 
@@ -131,6 +131,6 @@ mod tests {
             counted.has_enough_samples(false)
         };
         assert_eq!([9, 10, 11].map(with), [false, true, true]);
-        assert!(watch(now, None).is_late() && !watch(later, now).is_late());
+        assert!(watch(now, None).is_past_deadline() && !watch(later, now).is_past_deadline());
     }
 }

@@ -16,7 +16,7 @@ use raywright_io::{EnvironmentSource, LoadOptions, LoadedScene};
 use serde::Serialize;
 
 use crate::plan::{PicturePlan, RungChoices};
-use crate::table::format_significant;
+use crate::table::format_significant_digits;
 
 /// Name and version of the program.
 pub const SOFTWARE: &str = concat!("Raywright ", env!("CARGO_PKG_VERSION"));
@@ -52,7 +52,7 @@ pub fn format_error_metadata(
     };
     let value_of = |name: &str, estimate: ErrorEstimate| {
         let [value, low, high] = [estimate.value, estimate.low, estimate.high]
-            .map(|number| format_significant(number, 3));
+            .map(|number| format_significant_digits(number, 3));
         format!("{name}={value} {name}_low={low} {name}_high={high}")
     };
     let samples = film.sample_range(&film.full_part());
@@ -79,7 +79,7 @@ pub fn format_error_metadata(
 
 /// Returns a text that identifies a scene with all changes that flags make to it. The film files of
 /// a picture's parts have the same text; files with different texts are not merged.
-pub fn scene_identity(
+pub fn format_scene_identity(
     loaded: &LoadedScene,
     options: &LoadOptions,
     choices: &RungChoices,
@@ -208,7 +208,7 @@ fn format_settings(settings: &Settings, display: Display) -> String {
         Some(colour) => format!(
             " background={}",
             colour
-                .map(|value| format_significant(255.0 * value, 5))
+                .map(|value| format_significant_digits(255.0 * value, 5))
                 .join(",")
         ),
     };

@@ -49,13 +49,13 @@ fn memory_error(name: &str, needed: &MemoryUse, allowed: Option<u64>) -> Error {
         "textures" => "use smaller images",
         _ => "show fewer objects or coarser meshes",
     };
-    let mut parts = needed.by_purpose();
+    let mut parts = needed.bytes_by_purpose();
     parts.sort_by_key(|&(_, bytes)| Reverse(bytes));
     let [(most, _), ..] = parts;
     let needs = format!(
         "rendering needs about {} of memory ({})",
         format_bytes(needed.total()),
-        memory::format_parts(&parts)
+        memory::format_memory_parts(&parts)
     );
     match allowed {
         Some(allowed) => Error::over_limit(

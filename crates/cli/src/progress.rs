@@ -107,7 +107,7 @@ impl Progress {
     }
 
     /// Returns the number of finished pieces of the work and the number of all pieces.
-    pub fn pieces(&self) -> [u64; 2] {
+    pub fn piece_counts(&self) -> [u64; 2] {
         [
             self.finished_pieces.load(Ordering::Relaxed),
             self.piece_count,
@@ -201,7 +201,7 @@ impl StepProgress {
     }
 
     /// Shows the name of the current step and the finished share of the measurement, 0 to 1.
-    pub fn show(&mut self, label: &str, share: f64) {
+    pub fn show_step(&mut self, label: &str, share: f64) {
         self.bar.set_position((1000.0 * share) as u64);
         self.bar.set_message(console::mask_to_one_line(label));
         if self

@@ -1,7 +1,7 @@
 //! Scatter plot for a terminal: logarithmic on both axes, in plain characters, at most sixty
 //! columns wide.
 
-use crate::table::format_significant;
+use crate::table::format_significant_digits;
 
 const WIDTH: usize = 44;
 const HEIGHT: usize = 10;
@@ -28,7 +28,7 @@ pub fn draw_scatter_plot(points: &[(f64, f64)], vertical: &str, horizontal: &str
     for point in points {
         cells[HEIGHT - 1 - place(point.1, y, HEIGHT)][place(point.0, x, WIDTH)] = 'o';
     }
-    let [top, bottom] = [y.1, y.0].map(|v| format_significant(v, 2));
+    let [top, bottom] = [y.1, y.0].map(|v| format_significant_digits(v, 2));
     let margin = [&top, &bottom]
         .map(|label| label.chars().count())
         .into_iter()
@@ -46,7 +46,7 @@ pub fn draw_scatter_plot(points: &[(f64, f64)], vertical: &str, horizontal: &str
         text += format!("{label:>margin$} |{}", row.iter().collect::<String>()).trim_end();
         text.push('\n');
     }
-    let [left, right] = [x.0, x.1].map(|v| format_significant(v, 2) + " s");
+    let [left, right] = [x.0, x.1].map(|v| format_significant_digits(v, 2) + " s");
     let gap = WIDTH
         .saturating_sub(left.chars().count() + right.chars().count() + horizontal.chars().count())
         / 2;

@@ -116,7 +116,7 @@ pub fn note_added_parts(loaded: &LoadedScene, notes: &mut Notes) {
         .chain(up.as_deref())
         .collect();
     if !parts.is_empty() {
-        notes.note(parts.join("; "));
+        notes.add_note(parts.join("; "));
     }
 }
 
@@ -153,7 +153,7 @@ pub fn empty_scene_failure(loaded: &LoadedScene) -> Option<Failure> {
         (_, true) => "the file has only points and lines, which are not rendered",
         _ => "the scene has no object",
     };
-    Some(empty_failure(&loaded.source.name, reason))
+    Some(empty_picture_failure(&loaded.source.name, reason))
 }
 
 /// Describes why a rendered picture shows the background alone, which is rarely intended; `None`
@@ -177,7 +177,7 @@ pub fn describe_empty_picture(
 }
 
 /// Creates the failure for a picture that shows nothing.
-pub fn empty_failure(name: &str, why: impl std::fmt::Display) -> Failure {
+pub fn empty_picture_failure(name: &str, why: impl std::fmt::Display) -> Failure {
     let message = format!("{name}: there is nothing to see: {why}");
     Failure::new(Exit::Input, message)
 }

@@ -3,7 +3,7 @@
 
 use raywright_core::counters::Counters;
 use raywright_core::denoise::DenoiseOutput;
-use raywright_core::effects::EffectFinding;
+use raywright_core::effects::EffectAssessment;
 use raywright_core::film::Uncertainty;
 use raywright_core::{ReadyScene, RenderOutput};
 use raywright_io::{LoadedScene, Warning};
@@ -31,7 +31,7 @@ pub struct RenderStats<'a> {
     /// Number of rays that ended because they crossed the largest allowed number of surfaces
     /// without a change of direction.
     cut_short: u64,
-    effects: &'a [EffectFinding],
+    effects: &'a [EffectAssessment],
     memory: MemoryUse,
     accelerator: &'static str,
     /// Warnings about the scene, its files or the picture.
@@ -122,7 +122,7 @@ impl<'a> RenderStats<'a> {
             cut_short: rendered.counters.cut_short,
             effects: &ready.effects().effects,
             memory: MemoryUse {
-                peak_bytes: memory::peak_bytes(),
+                peak_bytes: memory::peak_memory_bytes(),
                 geometry_bytes: held.geometry,
                 texture_bytes: held.textures,
             },

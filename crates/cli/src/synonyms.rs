@@ -133,7 +133,9 @@ mod tests {
         };
         assert_eq!(
             message_of("--samples").as_deref(),
-            Some("error: there is no `--samples`\nhelp: use --spp N for the samples per pixel")
+            Some(
+                "error: there is no flag `--samples`\nhelp: use --spp N for the samples per pixel"
+            )
         );
         assert_eq!(
             message_of("--max_bounces"),

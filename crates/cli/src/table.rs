@@ -33,11 +33,11 @@ pub fn wrap_paragraph(text: &str) -> String {
 
 /// Formats a number with four significant digits.
 pub fn format_four_digits(value: f64) -> String {
-    format_significant(value, 4)
+    format_significant_digits(value, 4)
 }
 
 /// Formats a number with `digits` significant digits, without trailing zeros.
-pub fn format_significant(value: f64, digits: i32) -> String {
+pub fn format_significant_digits(value: f64, digits: i32) -> String {
     let magnitude = value.abs();
     if value == 0.0 {
         "0".to_owned()

@@ -84,7 +84,7 @@ impl OutputFiles {
     /// # Errors
     ///
     /// The file cannot be created, or is an output already.
-    pub fn add(&mut self, path: &Path, flag: &'static str) -> Result<(), Failure> {
+    pub fn add_output(&mut self, path: &Path, flag: &'static str) -> Result<(), Failure> {
         let place = OutputPath::resolve(path)?;
         let fingerprint = place.file_fingerprint();
         if let Some(other) = self.find_output(&place, fingerprint) {
@@ -158,7 +158,7 @@ impl OutputFiles {
 
     /// Whether a file name chosen by the program differs from all outputs and inputs of the run. A
     /// path where no file can be created passes; the later write reports the error.
-    pub fn is_free(&self, path: &Path, inputs: &InputFiles) -> bool {
+    pub fn is_free_path(&self, path: &Path, inputs: &InputFiles) -> bool {
         match OutputPath::resolve(path) {
             Ok(place) => {
                 inputs.find_clash(&place).is_none()
@@ -184,7 +184,7 @@ pub fn resolve_picture_targets(
                 (PictureFormat::Jpeg { .. }, Some(quality)) => PictureFormat::Jpeg { quality },
                 (format, _) => format,
             };
-            outputs.add(path, "-o")?;
+            outputs.add_output(path, "-o")?;
             OutputTarget::File(path.clone(), format)
         };
         if target == OutputTarget::Stdout && targets.contains(&target) {
@@ -211,7 +211,7 @@ pub fn resolve_default_target(
             "png"
         }
     ));
-    outputs.add(&path, "-o")?;
+    outputs.add_output(&path, "-o")?;
     outputs.check_against_inputs(inputs)?;
     if path.exists() && !is_own_picture(&path) {
         let name = path.display();
@@ -281,11 +281,11 @@ mod tests {
         let mut outputs = OutputFiles::default();
         resolve_picture_targets(&[at("a.png")], &mut outputs).expect("a name that is free");
         let free = ["a.png", "wood.png", "./wood.png", "b.png"]
-            .map(|name| outputs.is_free(&at(name), &inputs));
+            .map(|name| outputs.is_free_path(&at(name), &inputs));
         assert_eq!(free, [false, false, false, true]);
         outputs.check_against_inputs(&inputs).expect("another file");
         outputs
-            .add(&at("wood.png"), "-o")
+            .add_output(&at("wood.png"), "-o")
             .expect("a file like another");
         let refused = outputs.check_against_inputs(&inputs).expect_err("an input");
         assert_eq!(refused.exit, Exit::Usage);

@@ -163,7 +163,7 @@ fn focal_length(pinhole: &Pinhole, aspect: f64) -> f64 {
 /// Returns a copy of a ray, component by component. The result of a call that is not inlined lies
 /// in memory; without this copy the compiler would keep every ray of the caller in memory.
 #[inline(always)]
-fn copy_by_component<R: Real>(ray: Ray<R>) -> Ray<R> {
+fn copy_ray_by_component<R: Real>(ray: Ray<R>) -> Ray<R> {
     let vector = |v: R::Vec3| R::Vec3::new(v.x(), v.y(), v.z());
     Ray {
         origin: vector(ray.origin),
@@ -361,7 +361,7 @@ impl<R: Real> PreparedCamera<R> {
         match &self.shutter {
             None => self.generate_ray(x, y, lens),
             Some(shutter) => {
-                copy_by_component(self.generate_shutter_ray(shutter, [x, y], lens, share))
+                copy_ray_by_component(self.generate_shutter_ray(shutter, [x, y], lens, share))
             }
         }
     }
@@ -391,7 +391,7 @@ impl<R: Real> PreparedCamera<R> {
     pub fn generate_ray(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
         match &self.distant {
             None => self.generate_ray_from_eye(x, y, lens),
-            Some(far) => copy_by_component(far.generate_ray(x.to_f64(), y.to_f64(), lens)),
+            Some(far) => copy_ray_by_component(far.generate_ray(x.to_f64(), y.to_f64(), lens)),
         }
     }
 

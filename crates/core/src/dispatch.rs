@@ -250,7 +250,7 @@ impl ReadyScene {
                 halving,
                 is_over: AtomicBool::new(false),
             };
-            self.render_units(&mut film, &part, &stage);
+            self.render_film_part(&mut film, &part, &stage);
             if !stage.is_over.into_inner()
                 || observer.is_cancelled()
                 || film.unfinished_tiles(&part) == 0
@@ -366,20 +366,20 @@ impl ReadyScene {
     /// tiles, until the requested error is reached. A part of a film therefore ends with its round.
     fn render_rounds(&self, film: &mut Film, part: &FilmPart, observer: &dyn Observer) {
         loop {
-            self.render_units(film, part, observer);
+            self.render_film_part(film, part, observer);
             let requested_error = self
                 .settings
                 .max_error
                 .filter(|_| film.unfinished_tiles(&film.full_part()) == 0);
             if requested_error.is_none_or(|error| {
-                film.advance_to_error(error, observer) != ErrorProgress::NeedsSamples
+                film.plan_next_round(error, observer) != ErrorProgress::NeedsSamples
             }) {
                 return;
             }
         }
     }
 
-    fn render_units(&self, film: &mut Film, part: &FilmPart, observer: &dyn Observer) {
+    fn render_film_part(&self, film: &mut Film, part: &FilmPart, observer: &dyn Observer) {
         each!(&self.prepared, prepared => self.render_with_integrator((prepared, &prepared.camera), &self.settings, (film, part), observer));
     }
 
@@ -398,7 +398,7 @@ impl ReadyScene {
     }
 
     /// Returns the radiance of the studio's backdrop; `None` if camera rays do not see a backdrop.
-    pub fn backdrop(&self) -> Option<f64> {
+    pub fn backdrop_radiance(&self) -> Option<f64> {
         each!(&self.prepared, prepared => prepared.studio_backdrop)
     }
 

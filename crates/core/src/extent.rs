@@ -14,8 +14,8 @@ use crate::generate::objects_relative_to;
 use crate::lookup::SceneLookup;
 use crate::origin::StorageOrigin;
 use crate::scene::{MeshData, Scene, Shape};
-use crate::shape::{convert_in_own_space, convert_shape, map_relative_to};
-pub(crate) use uses::MeshUses;
+use crate::shape::{convert_shape, convert_shape_in_own_space, transform_relative_to};
+pub(crate) use uses::MeshUseCounts;
 
 /// Extent of a scene: the box of its bounded objects, and the number of unbounded objects.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +30,7 @@ pub struct SceneExtent {
 /// built geometry to the bit. Objects that cannot be built do not count.
 pub(crate) fn scene_extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> SceneExtent {
     let origin = StorageOrigin::from_scene::<R>(scene, lookup).origin;
-    let uses = MeshUses::from_scene(scene);
+    let uses = MeshUseCounts::from_scene(scene);
     let mut shared: HashMap<&str, Aabb> = HashMap::new();
     let mut extent = SceneExtent {
         bounds: Aabb::EMPTY,
@@ -45,9 +45,9 @@ pub(crate) fn scene_extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> 
         // A moving point stays on the segment between its ends, so the union of the boxes at both
         // ends contains it.
         let instance = |own_bounds: Aabb, origin: DVec3| match ends
-            .map(|ends| ends.map(|end| map_relative_to(end, origin)))
+            .map(|ends| ends.map(|end| transform_relative_to(end, origin)))
         {
-            None => transform_bounds(&map_relative_to(map, origin), &own_bounds),
+            None => transform_bounds(&transform_relative_to(map, origin), &own_bounds),
             Some([start, end]) => {
                 transform_bounds(&start, &own_bounds).union(transform_bounds(&end, &own_bounds))
             }
@@ -69,7 +69,7 @@ pub(crate) fn scene_extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> 
                 }
             }
             shape if ends.is_some() => {
-                let Some((shape, origin)) = convert_in_own_space::<R>(shape) else {
+                let Some((shape, origin)) = convert_shape_in_own_space::<R>(shape) else {
                     continue;
                 };
                 extent.include_box(shape.bounds().map(|bounds| instance(bounds, origin)));

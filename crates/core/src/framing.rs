@@ -127,7 +127,7 @@ impl Silhouette {
     /// Computes the silhouette of all bounded parts of a scene.
     pub fn from_scene(scene: &Scene) -> Self {
         let lookup = SceneLookup::new(scene);
-        let outlines = OutlinePoints::of(scene, &lookup);
+        let outlines = OutlinePoints::from_scene(scene, &lookup);
         let points =
             select_outermost_points(|visit| outlines.visit_points(scene, visit), FINE_CELLS);
         let middle = Aabb::from_points(points.iter().copied()).centre();

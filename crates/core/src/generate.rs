@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::affine::affine_from_steps;
 use crate::hash::splitmix64;
-use crate::motion::object_motion_ends;
+use crate::motion::object_transforms_at_ends;
 use crate::scene::{GeneratorKind, Object, Scene, TransformStep};
 
 /// An object of the scene: a listed object, or a generator's object with its offset. A million
@@ -29,7 +29,7 @@ impl PlacedObject<'_> {
     /// Returns the transforms from the object's own space to the world at the beginning and at the
     /// end of its motion; `None` for an object at rest. The generator's offset is part of both.
     pub fn object_to_world_at_ends(&self) -> Option<[DAffine3; 2]> {
-        object_motion_ends(self.object).map(|ends| ends.map(|end| self.apply_offset(end)))
+        object_transforms_at_ends(self.object).map(|ends| ends.map(|end| self.apply_offset(end)))
     }
 
     fn apply_offset(&self, own: DAffine3) -> DAffine3 {

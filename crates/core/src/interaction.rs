@@ -46,7 +46,7 @@ pub(crate) struct Interaction<R: Real> {
 /// the corners: equal attributes stay equal everywhere, and an alpha equal to a mask's cutoff is
 /// not rounded below it.
 #[inline(always)]
-pub(crate) fn interpolate<R: Real>([a, b, c]: [R; 3], [wa, wb, wc]: [R; 3]) -> R {
+pub(crate) fn interpolate_vertex_attribute<R: Real>([a, b, c]: [R; 3], [wa, wb, wc]: [R; 3]) -> R {
     let (minimum, maximum) = (Real::min(Real::min(a, b), c), Real::max(Real::max(a, b), c));
     Real::clamp(a * wa + b * wb + c * wc, minimum, maximum)
 }

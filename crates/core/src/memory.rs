@@ -37,13 +37,13 @@ pub fn can_allocate(bytes: u64) -> bool {
 impl MemoryUse {
     /// Returns the sum over all purposes in bytes.
     pub fn total(&self) -> u64 {
-        self.by_purpose()
+        self.bytes_by_purpose()
             .into_iter()
             .fold(0, |sum, (_, bytes)| sum.saturating_add(bytes))
     }
 
     /// Returns the name and the bytes of each purpose.
-    pub fn by_purpose(&self) -> [(&'static str, u64); 5] {
+    pub fn bytes_by_purpose(&self) -> [(&'static str, u64); 5] {
         let Self {
             geometry,
             meshes,

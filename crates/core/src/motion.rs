@@ -14,7 +14,7 @@ use crate::effects::{Effect, EffectSet};
 use crate::scene::{Camera, Object, Pose, Scene, TransformStep};
 
 /// Returns the affine maps of a moving object at time 0 and at time 1; `None` for a static object.
-pub(crate) fn object_motion_ends(object: &Object) -> Option<[DAffine3; 2]> {
+pub(crate) fn object_transforms_at_ends(object: &Object) -> Option<[DAffine3; 2]> {
     let end = affine_from_steps(object.transform_end.as_ref()?);
     let start = affine_from_steps(&object.transform);
     (start != end).then_some([start, end])
@@ -112,7 +112,7 @@ pub(crate) fn camera_at(camera: &Camera, time: f64) -> Camera {
 
 /// Returns the camera that preparation uses. Without simulated motion, it is the static camera at
 /// the opening time of the shutter.
-pub(crate) fn simulated_camera(camera: Camera, simulated: EffectSet) -> Camera {
+pub(crate) fn camera_with_simulated_motion(camera: Camera, simulated: EffectSet) -> Camera {
     if simulated.has(Effect::Motion) {
         camera
     } else {
@@ -122,7 +122,7 @@ pub(crate) fn simulated_camera(camera: Camera, simulated: EffectSet) -> Camera {
 
 /// Returns the scene that preparation uses. Without simulated motion, every object is static, at
 /// its position at the opening time of the shutter. A scene without motion is borrowed unchanged.
-pub(crate) fn simulated_scene<'a>(
+pub(crate) fn scene_with_simulated_motion<'a>(
     scene: &'a Scene,
     camera: Option<&Camera>,
     simulated: EffectSet,
@@ -153,7 +153,7 @@ pub(crate) fn simulated_scene<'a>(
 /// Makes an object static, at its position at a time. An object with a singular motion stays
 /// unchanged, and the construction of its geometry reports the error.
 fn freeze_object(object: &mut Object, time: f64) {
-    if let Some(ends) = object_motion_ends(object) {
+    if let Some(ends) = object_transforms_at_ends(object) {
         let Ok(motion) = Motion::new(ends) else {
             return;
         };

@@ -18,16 +18,16 @@ const PERIOD: usize = 289;
 /// Permutation table: (34 x² + x) mod 289 for every x that is the sum of two values below 289. The
 /// length is a power of two, so that a masked index needs no bounds check; the remaining entries
 /// are never read.
-static PERMUTATION: [u16; 1024] = permutation();
+static PERMUTATION: [u16; 1024] = permutation_table();
 
 /// Length-corrected gradient of each hash value, once in f32 and once in f64. The length of the
 /// tables is a power of two, as in [`PERMUTATION`].
 static GRADIENTS_F32: [[f32; 3]; 512] = narrow_to_f32(gradients());
 static GRADIENTS_F64: [[f64; 3]; 512] = gradients();
-static PLANE_GRADIENTS_F32: [[f32; 2]; 512] = narrow_to_f32(plane_gradients());
-static PLANE_GRADIENTS_F64: [[f64; 2]; 512] = plane_gradients();
+static PLANE_GRADIENTS_F32: [[f32; 2]; 512] = narrow_to_f32(plane_gradient_table());
+static PLANE_GRADIENTS_F64: [[f64; 2]; 512] = plane_gradient_table();
 
-const fn permutation() -> [u16; 1024] {
+const fn permutation_table() -> [u16; 1024] {
     let mut table = [0; 1024];
     let mut x = 0;
     while x < 2 * PERIOD {
@@ -81,7 +81,7 @@ const fn gradients() -> [[f64; 3]; 512] {
 
 /// Returns the gradients for noise in the plane: 41 points of a square, length-corrected. No
 /// gradient depends on rounding.
-const fn plane_gradients() -> [[f64; 2]; 512] {
+const fn plane_gradient_table() -> [[f64; 2]; 512] {
     let mut table = [[0.0; 2]; 512];
     let mut hash = 0;
     while hash < PERIOD {

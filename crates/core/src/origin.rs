@@ -11,7 +11,7 @@ use raywright_bvh::{Aabb, Real, Shape as _};
 use crate::affine::affine_from_steps;
 use crate::generate::all_objects;
 use crate::lookup::SceneLookup;
-use crate::motion::object_motion_ends;
+use crate::motion::object_transforms_at_ends;
 use crate::origin_grid::{SCENE_DISTANCE_LIMIT, storage_origin_near};
 use crate::scene::{Camera, Light, LightKind, Object, Pose, Scene, Shape, Triple};
 use crate::shape::convert_moved_shape;
@@ -35,13 +35,13 @@ impl StorageOrigin {
     /// objects. If only some objects are far and unresolved, the origin is near these objects,
     /// provided that it resolves more triangles and shapes.
     pub fn from_scene<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> Self {
-        let from_zero = ResolutionSurvey::survey::<R>(DVec3::ZERO, scene, lookup);
+        let from_zero = ResolutionSurvey::survey_objects::<R>(DVec3::ZERO, scene, lookup);
         let near_all = storage_origin_near(&from_zero.bounds, SCENE_DISTANCE_LIMIT);
         let origin_survey = match near_all == DVec3::ZERO {
-            false => ResolutionSurvey::survey::<R>(near_all, scene, lookup),
+            false => ResolutionSurvey::survey_objects::<R>(near_all, scene, lookup),
             true if from_zero.unresolved == 0 => from_zero,
             true => {
-                let near_far = ResolutionSurvey::survey::<R>(
+                let near_far = ResolutionSurvey::survey_objects::<R>(
                     storage_origin_near(&from_zero.unresolved_bounds, SCENE_DISTANCE_LIMIT),
                     scene,
                     lookup,
@@ -88,7 +88,7 @@ struct ResolutionSurvey {
 
 impl ResolutionSurvey {
     /// Surveys all objects of a scene for the scalar `R`.
-    fn survey<R: Real>(origin: DVec3, scene: &Scene, lookup: &SceneLookup<'_>) -> Self {
+    fn survey_objects<R: Real>(origin: DVec3, scene: &Scene, lookup: &SceneLookup<'_>) -> Self {
         let mut origin_survey = Self {
             origin,
             bounds: Aabb::EMPTY,
@@ -160,8 +160,8 @@ impl ObjectBox {
             }
             shape => (convert_moved_shape::<f64>(shape, DVec3::ZERO)?.bounds()?, 1),
         };
-        let [start, end] =
-            object_motion_ends(object).unwrap_or_else(|| [affine_from_steps(&object.transform); 2]);
+        let [start, end] = object_transforms_at_ends(object)
+            .unwrap_or_else(|| [affine_from_steps(&object.transform); 2]);
         let at = |map: DAffine3| {
             Some(transform_bounds(&map, &own_bounds)).filter(|bounds| bounds.to_padded().is_some())
         };

@@ -192,7 +192,7 @@ fn lock_ignoring_poison<'a, T>(mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
 /// Returns the coverage and the shadow of a sample, as whole numbers from 0 to 65536, which the
 /// film sums.
 #[inline(always)]
-fn quantise_shares<R: Real>(path_result: &PathResult<R>) -> [u32; 2] {
+fn quantise_coverage_and_shadow<R: Real>(path_result: &PathResult<R>) -> [u32; 2] {
     [
         quantise_coverage(path_result.coverage),
         quantise_coverage(path_result.shadow),
@@ -240,7 +240,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
         };
         match self.settings.sampling {
             Sampling::Pattern(SamplePattern::Corners) => {
-                (dropped, hit_count) = self.average_corners::<B>(tracer, &mut buffer, finish)
+                (dropped, hit_count) = self.average_corner_samples::<B>(tracer, &mut buffer, finish)
             }
             Sampling::Pattern(SamplePattern::Centre) | Sampling::General(_) => {
                 dropped = 0;
@@ -271,8 +271,10 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
                             let Some(path_result) = ahead.next_result(tracer, make) else {
                                 break;
                             };
-                            let entered = pixel
-                                .add_sample(path_result.radiance, quantise_shares(&path_result));
+                            let entered = pixel.add_sample(
+                                path_result.radiance,
+                                quantise_coverage_and_shadow(&path_result),
+                            );
                             dropped += u64::from(!entered);
                             firsts.add_sample(|| ahead.first_hit_and_emission(), entered);
                         }
@@ -322,7 +324,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
 
     /// Computes the tile's pixels as the means of samples at their four corners. Returns the number
     /// of dropped samples, and of samples that hit a surface.
-    fn average_corners<B: BlockAccumulator<R>>(
+    fn average_corner_samples<B: BlockAccumulator<R>>(
         &self,
         tracer: &mut T,
         buffer: &mut ReplicateBuffer,
@@ -399,7 +401,10 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
                 let Some(path_result) = ahead.next_result(tracer, make) else {
                     break;
                 };
-                corners.push((path_result.radiance, quantise_shares(&path_result)));
+                corners.push((
+                    path_result.radiance,
+                    quantise_coverage_and_shadow(&path_result),
+                ));
                 if requested {
                     let (first, direct) = ahead.first_hit_and_emission();
                     hits.push((first.copied(), direct));

@@ -111,7 +111,7 @@ impl SampleAddress {
     /// A branch is identified by a 64-bit hash of all vertices at which it left the main path.
     /// Among n vertices of one sample, two share an address with a probability of n²/2⁶⁵.
     #[must_use]
-    pub fn side_branch(self, branch: PathBranch) -> Self {
+    pub fn side_branch_address(self, branch: PathBranch) -> Self {
         let branch =
             splitmix64(self.branch ^ splitmix64(u64::from(self.bounce) << 8 | branch as u64));
         Self {
@@ -361,8 +361,8 @@ mod tests {
                         bounce: address.bounce + 1,
                         ..address
                     },
-                    address.side_branch(PathBranch::Reflected),
-                    address.side_branch(PathBranch::Behind),
+                    address.side_branch_address(PathBranch::Reflected),
+                    address.side_branch_address(PathBranch::Behind),
                 ]
             };
             level = level.iter().flat_map(children).collect();

@@ -236,7 +236,7 @@ impl Settings {
 
     /// Returns the radiance that is assumed behind a studio's ground in a picture with coverage: 1,
     /// as of a white page, or the clamp if that is lower.
-    pub(crate) fn page_radiance(&self) -> f64 {
+    pub(crate) fn radiance_behind_ground(&self) -> f64 {
         self.clamp.map_or(1.0, |maximum| maximum.min(1.0))
     }
 

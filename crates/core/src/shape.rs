@@ -22,13 +22,13 @@ pub(crate) fn convert_shape<R: Real>(
     if map.matrix3 == DMat3::IDENTITY {
         return Some((convert_moved_shape(shape, map.translation)?, None));
     }
-    let (stored, origin) = convert_in_own_space(shape)?;
-    Some((stored, Some(map_relative_to(map, origin))))
+    let (stored, origin) = convert_shape_in_own_space(shape)?;
+    Some((stored, Some(transform_relative_to(map, origin))))
 }
 
 /// Converts a shape to a primitive in the shape's own space, relative to an origin near the shape,
 /// and returns that origin too; `None` for a mesh.
-pub(crate) fn convert_in_own_space<R: Real>(shape: &Shape) -> Option<(AnyShape<R>, DVec3)> {
+pub(crate) fn convert_shape_in_own_space<R: Real>(shape: &Shape) -> Option<(AnyShape<R>, DVec3)> {
     let origin = shape_origin(shape);
     Some((convert_moved_shape(shape, -origin)?, origin))
 }
@@ -45,7 +45,7 @@ pub(crate) fn shape_origin(shape: &Shape) -> DVec3 {
 
 /// Returns the transform for points that are stored relative to an origin: the transform adds the
 /// origin to a point, and then applies `map`.
-pub(crate) fn map_relative_to(map: DAffine3, origin: DVec3) -> DAffine3 {
+pub(crate) fn transform_relative_to(map: DAffine3, origin: DVec3) -> DAffine3 {
     if origin == DVec3::ZERO {
         map
     } else {

@@ -10,7 +10,7 @@ mod microfacets;
 mod sampling;
 mod shading;
 
-pub use formula_cost::{CaseCost, formula_contest, time_case};
+pub use formula_cost::{CaseCost, formula_comparison, time_case_formulas};
 pub use raywright_bvh::stability::Measurement;
 pub use raywright_bvh::stability::cost_comparison::CostComparison;
 pub use raywright_bvh::stability::verdicts::{CaseOutcome, RayCount};
@@ -71,7 +71,7 @@ pub fn measure_case(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
         "M11" => sampling::measure_stratification(rays),
         "F01" => both!(cameras::measure_degenerate_views),
         "F02" => both!(cameras::measure_symmetric_views),
-        "F03" => both!(cameras::measure_lenses),
+        "F03" => both!(cameras::measure_degenerate_lenses),
         _ => return raywright_bvh::stability::measure_case(number, rays),
     })
 }

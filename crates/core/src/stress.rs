@@ -10,15 +10,15 @@
 //!
 //! let scene: Scene = serde_json::from_str(r#"{
 //!     "format": 1,
-//!     "render": { "size": [32, 18], "integrator": "path" },
+//!     "render_small_picture": { "size": [32, 18], "integrator": "path" },
 //!     "cameras": [{ "pose": { "look_at": { "eye": [0, 0, 5], "target": [0, 0, 0] } },
 //!                   "projection": { "pinhole": { "vertical_fov": 40 } } }],
 //!     "sky": { "constant": 1 },
 //!     "materials": [{ "name": "paint", "model": { "physical": { "base_colour": 1.5 } } }],
 //!     "objects": [{ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "paint" }]
 //! }"#)?;
-//! let sort_findings = stress(&scene, &Settings::from_scene(&scene), &StressEffort::default(), &())?;
-//! assert!(sort_findings.findings.iter().any(|finding| finding.code == FindingCode::EnergyMade && finding.severity == Severity::PictureWrong));
+//! let summarise_findings = stress(&scene, &Settings::from_scene(&scene), &StressEffort::default(), &())?;
+//! assert!(summarise_findings.findings.iter().any(|finding| finding.code == FindingCode::EnergyMade && finding.severity == Severity::PictureWrong));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -135,7 +135,7 @@ pub(crate) struct RayDeadline<'a> {
 }
 
 impl RayDeadline<'_> {
-    pub fn is_over(&self) -> bool {
+    pub fn has_passed(&self) -> bool {
         self.observer.is_cancelled() || self.end.is_some_and(|end| Instant::now() >= end)
     }
 }
@@ -146,7 +146,7 @@ impl Observer for RayDeadline<'_> {
     }
 
     fn has_enough_samples(&self, _everywhere: bool) -> bool {
-        self.is_over()
+        self.has_passed()
     }
 }
 
@@ -172,7 +172,7 @@ pub fn stress(
         observer,
         deadline,
     };
-    session.check()
+    session.run_all_checks()
 }
 
 struct StressSession<'a> {
@@ -183,12 +183,12 @@ struct StressSession<'a> {
 }
 
 impl StressSession<'_> {
-    fn check(&self) -> Result<StressSummary, PrepareError> {
+    fn run_all_checks(&self) -> Result<StressSummary, PrepareError> {
         let (scene, settings) = (self.scene, self.settings);
         let lost = find_collapsed_objects(scene, settings.precision);
         let size = settings.size;
         let scene_facts = SceneFacts::new(scene, measure_extent(scene, settings.precision).bounds);
-        let views = self.camera_pictures();
+        let views = self.camera_views();
         if !lost.is_empty() {
             // It can't be prepared, so that no ray can be sent.
             let mut findings = storage::lost_shape_findings(scene, &lost);
@@ -199,7 +199,7 @@ impl StressSession<'_> {
             );
             return Ok(StressSummary {
                 cameras: [0, scene.cameras.len().max(1)],
-                ..sort_findings(&scene_facts, &views, None, findings)
+                ..summarise_findings(&scene_facts, &views, None, findings)
             });
         }
         let steps = 2 + views.len() as u64 * 3;
@@ -213,7 +213,7 @@ impl StressSession<'_> {
         let doubles = DuplicateObjects::from_scene(&scene_facts);
         crate::prepare::check_cancelled(self.observer)?;
         progress(1);
-        let mut looks = CameraResults::default();
+        let mut looks = CameraCheckResults::default();
         let small = self.small_picture_settings(&views[0]);
         let mut ready = prepare(scene, &small, self.observer)?;
         let mut findings = Vec::new();
@@ -221,7 +221,7 @@ impl StressSession<'_> {
             if done > 0 && !ready.replace_camera(scene, &view.data) {
                 ready = prepare(scene, &self.small_picture_settings(view), self.observer)?;
             }
-            self.trace_camera(
+            self.run_camera_checks(
                 &ready,
                 (&scene_facts, &topologies, &overlaps),
                 view,
@@ -297,12 +297,12 @@ impl StressSession<'_> {
         Ok(StressSummary {
             checks: looks.merge_check_runs(furnaces),
             cameras: [views.len(), scene.cameras.len().max(1)],
-            ..sort_findings(&scene_facts, &views, Some(&ready), findings)
+            ..summarise_findings(&scene_facts, &views, Some(&ready), findings)
         })
     }
 
     /// The cameras that are checked, each with a picture of the size in the settings.
-    fn camera_pictures(&self) -> Vec<CameraView> {
+    fn camera_views(&self) -> Vec<CameraView> {
         let (scene, size) = (self.scene, self.settings.size);
         let cameras = scene.cameras.iter().enumerate().take(CAMERAS);
         let mut views: Vec<CameraView> = cameras
@@ -356,7 +356,7 @@ impl StressSession<'_> {
     }
 
     /// Sends rays of a camera.
-    fn trace_camera(
+    fn run_camera_checks(
         &self,
         ready: &ReadyScene,
         (scene_facts, topologies, overlaps): (
@@ -365,7 +365,7 @@ impl StressSession<'_> {
             &OverlapTable,
         ),
         view: &CameraView,
-        looks: &mut CameraResults,
+        looks: &mut CameraCheckResults,
     ) {
         let seed = self.settings.seed;
         let deadline = &self.deadline;
@@ -382,7 +382,7 @@ impl StressSession<'_> {
             seed,
             deadline,
         }));
-        let mut picture = SmallRender::render(ready, view.index, &self.deadline);
+        let mut picture = SmallRender::render_small_picture(ready, view.index, &self.deadline);
         if picture.is_black() {
             let seen = survey
                 .first
@@ -400,17 +400,17 @@ impl StressSession<'_> {
 
 /// What rays of each camera saw.
 #[derive(Default)]
-struct CameraResults {
+struct CameraCheckResults {
     rays: Vec<RaySurvey>,
     aimed: Vec<AimedRayResult>,
     pictures: Vec<SmallRender>,
 }
 
-impl CameraResults {
+impl CameraCheckResults {
     /// The checks of all cameras together.
     fn merge_check_runs(&self, furnaces: CheckRun) -> Vec<CheckRun> {
-        let rays = self.rays.iter().map(RaySurvey::check_run);
-        let aimed = self.aimed.iter().map(AimedRayResult::check_run);
+        let rays = self.rays.iter().map(RaySurvey::to_check_run);
+        let aimed = self.aimed.iter().map(AimedRayResult::to_check_run);
         let mut sums: Vec<CheckRun> = Vec::new();
         for run in rays
             .chain(aimed)
@@ -433,14 +433,14 @@ impl CameraResults {
 const KEPT: usize = 16;
 
 /// The findings, the worst first, each cause once, with the pixels in which they are.
-fn sort_findings(
+fn summarise_findings(
     scene_facts: &SceneFacts<'_>,
     views: &[CameraView],
     ready: Option<&ReadyScene>,
     mut findings: Vec<StressFinding>,
 ) -> StressSummary {
     findings.extend(empty_scene_finding(scene_facts));
-    let findings = consequences::remove_consequences(scene_facts, findings);
+    let findings = consequences::remove_consequent_findings(scene_facts, findings);
     let mut findings = merge_findings(views, findings);
     findings.sort_by(|a, b| {
         (a.severity, a.code, a.subject, &a.reason).cmp(&(b.severity, b.code, b.subject, &b.reason))

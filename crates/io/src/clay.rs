@@ -35,7 +35,7 @@ pub(crate) fn apply_clay(scene: &mut Scene) {
     for material in &mut scene.materials {
         let emission = material.uniform_emission().unwrap_or(Colour::BLACK).into();
         let cut = match &material.model {
-            MaterialModel::Physical(model) => cutouts.cut_out_settings(model),
+            MaterialModel::Physical(model) => cutouts.alpha_only_material(model),
             MaterialModel::Classic(_) => Physical::default(),
         };
         material.model = MaterialModel::Physical(Box::new(Physical {
@@ -56,7 +56,7 @@ impl CutoutTextures {
     /// Returns a default material that only cuts shapes out: alpha mode and opacity of `model`, and
     /// a white copy of its base colour texture, whose alpha decides. Without a mask or an alpha
     /// texture to blend by, the material is opaque.
-    fn cut_out_settings(&mut self, model: &Physical) -> Physical {
+    fn alpha_only_material(&mut self, model: &Physical) -> Physical {
         let texture = model.base_colour_texture.as_ref();
         let (alpha, opacity) = match (model.alpha, texture) {
             (AlphaMode::Mask { .. }, _) => (model.alpha, model.opacity.clone()),

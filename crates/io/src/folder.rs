@@ -93,7 +93,7 @@ impl Folder {
     /// [`ReadError::Refused`] for a reference that may not be followed, [`ReadError::Unreadable`]
     /// for a missing file.
     pub fn folder_of_reference(&self, reference: &str) -> Result<Self, ReadError> {
-        let root = match self.resolve(reference)? {
+        let root = match self.locate_reference(reference)? {
             FileLocation::Disk(path) => path.parent().map_or(self.root.clone(), |parent| {
                 FolderRoot::Disk(parent.to_owned())
             }),
@@ -159,7 +159,7 @@ impl Folder {
                 describe_io_error(&cause)
             ))
         };
-        let bytes = match self.resolve(reference)? {
+        let bytes = match self.locate_reference(reference)? {
             FileLocation::Disk(path) => {
                 self.inputs.borrow_mut().record_read(&path);
                 // A pipe or a device could block the reader for ever, a pipe even when it is
@@ -214,7 +214,7 @@ impl Folder {
 
     /// Adds bytes to the hash that were not read by [`Self::read`].
     pub fn add_to_hash(&self, bytes: &[u8]) {
-        self.hash.borrow_mut().add(bytes);
+        self.hash.borrow_mut().add_bytes(bytes);
     }
 
     /// Returns the hash of all bytes added since the last call, in order, and starts a new hash.
@@ -225,7 +225,7 @@ impl Folder {
 
     /// Finds the location of a file that the scene names, and refuses a reference that leads
     /// outside the folder.
-    fn resolve(&self, reference: &str) -> Result<FileLocation<'_>, ReadError> {
+    fn locate_reference(&self, reference: &str) -> Result<FileLocation<'_>, ReadError> {
         let refuse = |why: &str| Err(ReadError::Refused(format!("`{reference}` {why}")));
         if reference.is_empty() || reference.contains('\0') {
             return refuse("is not a valid file name");

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use sha2::{Digest, Sha256};
 
-/// Largest number of buffered bytes. If the bytes of an [`SceneHash::add`] call do not fit, the
+/// Largest number of buffered bytes. If the bytes of an [`SceneHash::add_bytes`] call do not fit, the
 /// buffer and these bytes are hashed immediately.
 const BUFFER_BYTES: usize = 1 << 20;
 
@@ -24,7 +24,7 @@ pub struct SceneHash {
 
 impl SceneHash {
     /// Adds a byte string.
-    pub(crate) fn add(&mut self, bytes: &[u8]) {
+    pub(crate) fn add_bytes(&mut self, bytes: &[u8]) {
         self.digits.take();
         let length = (bytes.len() as u64).to_le_bytes();
         if self.buffer.len() + length.len() + bytes.len() <= BUFFER_BYTES {
@@ -87,7 +87,7 @@ mod tests {
             let mut hash = SceneHash::default();
             for (i, piece) in pieces.iter().enumerate() {
                 assert_eq!(hash.to_string(), expected(&pieces[..i]));
-                hash.add(piece);
+                hash.add_bytes(piece);
                 assert!(hash.buffer.len() <= BUFFER_BYTES);
             }
             assert_eq!(hash.to_string(), expected(pieces));

@@ -9,13 +9,13 @@ use raywright_core::scene::{Image, MaterialFields, MaterialModel};
 
 use crate::Limits;
 use crate::image_file::{DecodedImage, decode};
-use crate::import::{ImportResult, tolerate_invalid};
+use crate::import::{ImportResult, catch_invalid_input};
 use crate::warning::WarningCode;
 
 /// Messages about decoded images, in the order in which the images were added. Each message states
 /// the image's position in the file.
 #[derive(Debug, Default)]
-pub(crate) struct DecodeReport {
+pub(crate) struct ImageDecodeReport {
     /// Errors of images that could not be decoded. Their textures are removed by
     /// [`drop_missing_images`], so that only the factors of the materials remain.
     pub errors: Vec<String>,
@@ -31,7 +31,7 @@ pub(crate) struct ImageDecodeQueue<'a>(Vec<(usize, String, Cow<'a, [u8]>)>);
 impl<'a> ImageDecodeQueue<'a> {
     /// Adds the encoded bytes of the scene's image with the index `image`. `place` is the image's
     /// position in the file, for messages.
-    pub fn add(&mut self, image: usize, place: String, bytes: Cow<'a, [u8]>) {
+    pub fn add_image(&mut self, image: usize, place: String, bytes: Cow<'a, [u8]>) {
         self.0.push((image, place, bytes));
     }
 
@@ -40,12 +40,12 @@ impl<'a> ImageDecodeQueue<'a> {
     ///
     /// # Errors
     /// A fault of kind limit for the first image beyond the limits.
-    pub fn decode(
+    pub fn decode_images(
         self,
         images: &mut [Image],
         limits: &Limits,
         done: &(dyn Fn() + Sync),
-    ) -> ImportResult<DecodeReport> {
+    ) -> ImportResult<ImageDecodeReport> {
         let decode_one = |(image, place, bytes): (usize, String, Cow<'a, [u8]>)| {
             let data = decode(&bytes, limits);
             done();
@@ -56,9 +56,9 @@ impl<'a> ImageDecodeQueue<'a> {
             0 | 1 => self.0.into_iter().map(decode_one).collect(),
             _ => self.0.into_par_iter().map(decode_one).collect(),
         };
-        let mut report = DecodeReport::default();
+        let mut report = ImageDecodeReport::default();
         for (image, place, data) in decoded {
-            match tolerate_invalid(data.map_err(|fault| fault.with_place(&place)))? {
+            match catch_invalid_input(data.map_err(|fault| fault.with_place(&place)))? {
                 Err(reason) => report.errors.push(reason),
                 Ok(data) => {
                     let code = WarningCode::from_repaired_texels(data.repaired_count);

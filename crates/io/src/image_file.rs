@@ -98,10 +98,16 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage
     match kind {
         ImageKind::Png => match decode_palette(bytes, limits) {
             Some(image) => Ok(image.into()),
-            None => decode_with(ImageFormat::Png, bytes, limits).map(DecodedImage::from),
+            None => {
+                decode_with_image_crate(ImageFormat::Png, bytes, limits).map(DecodedImage::from)
+            }
         },
-        ImageKind::Jpeg => decode_with(ImageFormat::Jpeg, bytes, limits).map(DecodedImage::from),
-        ImageKind::WebP => decode_with(ImageFormat::WebP, bytes, limits).map(DecodedImage::from),
+        ImageKind::Jpeg => {
+            decode_with_image_crate(ImageFormat::Jpeg, bytes, limits).map(DecodedImage::from)
+        }
+        ImageKind::WebP => {
+            decode_with_image_crate(ImageFormat::WebP, bytes, limits).map(DecodedImage::from)
+        }
         ImageKind::Hdr => radiance::decode(bytes, limits),
         ImageKind::Exr => open_exr::decode(bytes, limits),
         ImageKind::Ktx2 => ktx2::decode(bytes, limits).map(DecodedImage::from),
@@ -118,7 +124,7 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage
 ///
 /// # Errors
 /// As [`decode`], for all faults that a header shows; of kind limit when the budget is exceeded.
-pub(crate) fn reserve_memory(
+pub(crate) fn reserve_picture_memory(
     bytes: &[u8],
     limits: &Limits,
     budget: &mut DecodeBudget,
@@ -209,7 +215,11 @@ fn open_decoder<'b>(
     Ok(decoder)
 }
 
-fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> ImportResult<ImageData> {
+fn decode_with_image_crate(
+    format: ImageFormat,
+    bytes: &[u8],
+    limits: &Limits,
+) -> ImportResult<ImageData> {
     let decoder = open_decoder(format, bytes, limits)?;
     let (width, height) = decoder.dimensions();
     let picture = DynamicImage::from_decoder(decoder).map_err(decoder_fault)?;

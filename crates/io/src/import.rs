@@ -98,7 +98,7 @@ impl From<ReadError> for Fault {
 ///
 /// # Errors
 /// A fault of any other kind.
-pub(crate) fn tolerate_invalid<T>(outcome: ImportResult<T>) -> ImportResult<Result<T, String>> {
+pub(crate) fn catch_invalid_input<T>(outcome: ImportResult<T>) -> ImportResult<Result<T, String>> {
     match outcome {
         Ok(value) => Ok(Ok(value)),
         Err(Fault {
@@ -179,7 +179,7 @@ impl Warnings {
     }
 
     /// Clamps a number of a file to a range, with a warning if the number is outside.
-    pub fn clamp(
+    pub fn clamp_with_warning(
         &mut self,
         value: f64,
         [minimum, maximum]: [f64; 2],
@@ -203,7 +203,7 @@ impl Warnings {
     }
 
     /// Returns the warnings about a file. Omitted warnings are counted in a final warning.
-    pub fn into_list(mut self, file: impl fmt::Display) -> Vec<Warning> {
+    pub fn into_warnings(mut self, file: impl fmt::Display) -> Vec<Warning> {
         if self.left_out > 0 {
             self.list.push((
                 WarningCode::More,
@@ -349,13 +349,13 @@ mod tests {
         for i in 0..1000 {
             warnings.add(WarningCode::Format, format!("w{}", i % 500));
         }
-        assert_eq!(warnings.into_list("f").len(), Warnings::MOST + 1);
+        assert_eq!(warnings.into_warnings("f").len(), Warnings::MOST + 1);
         let mut warnings = Warnings::default();
         ["a", "b", "a", "b", "b"]
             .into_iter()
             .for_each(|message| warnings.add(WarningCode::Format, message));
         let messages: Vec<_> = warnings
-            .into_list("f")
+            .into_warnings("f")
             .into_iter()
             .map(|warning| warning.message)
             .collect();

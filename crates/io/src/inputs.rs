@@ -37,10 +37,10 @@ impl InputFiles {
     pub fn content_hash(&self) -> String {
         let mut hash = SceneHash::default();
         for path in self.files() {
-            hash.add(path.to_string_lossy().as_bytes());
+            hash.add_bytes(path.to_string_lossy().as_bytes());
             match std::fs::read(path) {
-                Ok(bytes) => hash.add(&bytes),
-                Err(cause) => hash.add(format!("unread: {:?}", cause.kind()).as_bytes()),
+                Ok(bytes) => hash.add_bytes(&bytes),
+                Err(cause) => hash.add_bytes(format!("unread: {:?}", cause.kind()).as_bytes()),
             }
         }
         hash.to_string()

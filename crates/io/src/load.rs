@@ -282,7 +282,7 @@ fn load_model(
                 .for_each(|text| folder.add_to_hash(text.as_bytes()))
         });
     }
-    if !format.has_choices() {
+    if !format.has_model_choices() {
         refuse_model_choices(&name, &options.model)?;
     }
     let time = options.overrides.time.or(animation.as_ref().map(|_| 0.0));
@@ -497,7 +497,7 @@ fn file_stem(path: &Path) -> String {
 
 /// Returns the format of an input, or the error for an unsupported format.
 fn detect_format(path: &Path, bytes: &[u8]) -> Result<SceneFormat, Error> {
-    SceneFormat::detect(path, bytes).ok_or_else(|| {
+    SceneFormat::detect_scene_format(path, bytes).ok_or_else(|| {
         if let Some((format, remedy)) = unsupported_format(path) {
             return Error::invalid_input(path.display(), format!("{format} is not supported"))
                 .with_hint(remedy);

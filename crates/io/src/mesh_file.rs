@@ -30,7 +30,7 @@ pub(crate) fn read_mesh(
             format!("meshes are read from {MODELS} files"),
         )
     })?;
-    if !format.has_choices() && *model != ModelSelection::default() {
+    if !format.has_model_choices() && *model != ModelSelection::default() {
         return Err(Error::invalid_input(
             file.display(),
             format!(

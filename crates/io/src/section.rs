@@ -137,7 +137,7 @@ pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -
             .iter()
             .map(|point| height(map.transform_point3(point)))
             .collect();
-        match MeshCutter::new(&data, &heights, map, section).cut() {
+        match MeshCutter::new(&data, &heights, map, section).clip_mesh() {
             MeshCutResult::Unchanged => {}
             MeshCutResult::Removed => continue,
             MeshCutResult::Partial(cut) => {
@@ -150,7 +150,7 @@ pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -
                 }
                 if !cap.indices.is_empty() {
                     let (shape, material) = (
-                        replace_mesh(scene, &object, cap),
+                        add_cut_mesh(scene, &object, cap),
                         materials.add_cap_material(scene, &object.material),
                     );
                     kept.push(Object {
@@ -159,7 +159,7 @@ pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -
                         ..object.clone()
                     });
                 }
-                object.shape = replace_mesh(scene, &object, mesh);
+                object.shape = add_cut_mesh(scene, &object, mesh);
             }
         }
         kept.push(object);
@@ -184,7 +184,7 @@ pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -
 
 /// Adds a cut mesh to the scene, under a name derived from the name of the object's mesh. Returns
 /// the shape that refers to the new mesh.
-fn replace_mesh(scene: &mut Scene, object: &Object, data: MeshData) -> Shape {
+fn add_cut_mesh(scene: &mut Scene, object: &Object, data: MeshData) -> Shape {
     let own = if let Shape::Mesh(own) = &object.shape {
         own
     } else {

@@ -106,7 +106,7 @@ impl SceneFormat {
 
     /// Whether files of the format can contain several scenes, variants and animations to choose
     /// from.
-    pub(crate) fn has_choices(self) -> bool {
+    pub(crate) fn has_model_choices(self) -> bool {
         matches!(self, Self::Gltf | Self::Glb)
     }
 
@@ -124,7 +124,7 @@ impl SceneFormat {
 
     /// Returns the format of an input, by its extension or otherwise by its content; `None` for an
     /// unknown format.
-    pub(crate) fn detect(file: &Path, bytes: &[u8]) -> Option<Self> {
+    pub(crate) fn detect_scene_format(file: &Path, bytes: &[u8]) -> Option<Self> {
         let ending = file
             .extension()
             .map(|ending| ending.to_string_lossy().to_ascii_lowercase())
@@ -133,11 +133,11 @@ impl SceneFormat {
             _ if bytes.starts_with(b"glTF") => Some(Self::Glb),
             "toml" => Some(Self::Native(SceneNotation::Toml)),
             "json" => Some(Self::Native(SceneNotation::Json)),
-            _ => Self::from_model_path(file).or_else(|| Self::detect_in_content(bytes)),
+            _ => Self::from_model_path(file).or_else(|| Self::detect_format_in_content(bytes)),
         }
     }
 
-    fn detect_in_content(bytes: &[u8]) -> Option<Self> {
+    fn detect_format_in_content(bytes: &[u8]) -> Option<Self> {
         let start = strip_byte_order_mark(bytes).trim_ascii_start();
         if ply::is_ply(bytes) {
             return Some(Self::Ply);
@@ -312,7 +312,7 @@ impl SourceInfo {
     /// `x.scene.toml:12:5`. For a model, which has no text, file and path are given, such as
     /// `duck.glb: materials[2]`. The path starts at the root: `objects[3].material`. A value that
     /// the text omits has the position of the enclosing value.
-    pub fn locate(&self, path: &str) -> String {
+    pub fn format_value_position(&self, path: &str) -> String {
         let (Some(text), SceneFormat::Native(_)) = (&self.text, self.format) else {
             return format!("{}: {path}", self.name);
         };
@@ -344,16 +344,20 @@ mod tests {
             )
         };
         assert_eq!(
-            native(Some(text.into())).locate("render.samples"),
+            native(Some(text.into())).format_value_position("render.samples"),
             "a.toml:3:13"
         );
-        assert_eq!(native(Some(text.into())).locate("sky"), "a.toml");
         assert_eq!(
-            native(None).locate("render.samples"),
+            native(Some(text.into())).format_value_position("sky"),
+            "a.toml"
+        );
+        assert_eq!(
+            native(None).format_value_position("render.samples"),
             "a.toml: render.samples"
         );
         assert_eq!(
-            SourceInfo::new("a.obj", "a", SceneFormat::Obj, None).locate("lights[0]"),
+            SourceInfo::new("a.obj", "a", SceneFormat::Obj, None)
+                .format_value_position("lights[0]"),
             "a.obj: lights[0]"
         );
     }

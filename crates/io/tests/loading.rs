@@ -486,14 +486,14 @@ fn parts_of_a_scene_are_located_in_its_text() {
     let loaded = SceneFolder::new(TEXTURED).load().expect("a scene");
     let name = &loaded.source.name;
     assert_eq!(
-        loaded.source.locate("images[0].path"),
+        loaded.source.format_value_position("images[0].path"),
         format!("{name}:4:8")
     );
     assert_eq!(
-        loaded.source.locate("images[0].data"),
+        loaded.source.format_value_position("images[0].data"),
         format!("{name}:2:1")
     );
-    assert_eq!(loaded.source.locate("sky.map"), *name);
+    assert_eq!(loaded.source.format_value_position("sky.map"), *name);
 }
 
 /// Protects: every preset loads and is found by its name.

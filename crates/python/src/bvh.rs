@@ -24,15 +24,15 @@ const RAYS_PER_CHECK: usize = 1024;
 /// "robust" stores positions in single precision and computes hits in double; "reference" does both
 /// in double. Watertight: no ray passes between triangles with common vertices.
 #[pyclass(frozen, module = "raywright")]
-pub struct Bvh(Arc<PrecisionTree>);
+pub struct Bvh(Arc<AnyPrecisionBvh>);
 
 /// A bounding volume hierarchy in single or double precision.
-enum PrecisionTree {
+enum AnyPrecisionBvh {
     Robust(Geometry<f32>),
     Reference(Geometry<f64>),
 }
 
-impl PrecisionTree {
+impl AnyPrecisionBvh {
     /// Returns the closest hit of each ray.
     fn closest(&self, rays: &RayBatch, watch: &WorkMonitor) -> Result<RayHits, Failure> {
         match self {
@@ -157,7 +157,11 @@ fn build_tree<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R
 }
 
 /// Checks that an array has the shape (n, 3). Returns its numbers as bytes, row by row.
-fn row_bytes<'py>(of: &Bound<'py, PyAny>, name: &str, kind: &str) -> PyResult<Bound<'py, PyBytes>> {
+fn rows_to_bytes<'py>(
+    of: &Bound<'py, PyAny>,
+    name: &str,
+    kind: &str,
+) -> PyResult<Bound<'py, PyBytes>> {
     let py = of.py();
     let shape: Vec<usize> = of.getattr("shape")?.extract()?;
     if shape.len() != 2 || shape[1] != 3 {
@@ -185,7 +189,7 @@ fn parse_doubles(bytes: &[u8]) -> Vec<f64> {
 
 /// Combines origins and directions to rays of six numbers. If only a single origin or direction is
 /// given, all rays have it.
-fn join_rays(
+fn combine_origins_and_directions(
     origins: &Bound<'_, PyAny>,
     directions: &Bound<'_, PyAny>,
     range: [f64; 2],
@@ -208,7 +212,7 @@ fn join_rays(
         )
     })?;
     let [origins, directions] = [(0, "origins"), (1, "directions")]
-        .map(|(i, name)| row_bytes(&pair.get_item(i)?, name, "float64"));
+        .map(|(i, name)| rows_to_bytes(&pair.get_item(i)?, name, "float64"));
     let [origins, directions] = [
         parse_doubles(origins?.as_bytes()),
         parse_doubles(directions?.as_bytes()),
@@ -243,9 +247,10 @@ impl Bvh {
                 .call_method1("asarray", (of,))
                 .map(Bound::unbind)
         };
-        let vertices =
-            parse_doubles(row_bytes(array(vertices)?.bind(py), "vertices", "float64")?.as_bytes());
-        let triangles = row_bytes(array(triangles)?.bind(py), "triangles", "int64")?;
+        let vertices = parse_doubles(
+            rows_to_bytes(array(vertices)?.bind(py), "vertices", "float64")?.as_bytes(),
+        );
+        let triangles = rows_to_bytes(array(triangles)?.bind(py), "triangles", "int64")?;
         let triangles: Vec<i64> = triangles
             .as_bytes()
             .as_chunks()
@@ -255,8 +260,10 @@ impl Bvh {
             .collect();
         let precision = precision.to_owned();
         let tree = work::run_work(py, threads, None, move |_| match precision.as_str() {
-            "robust" => Ok(PrecisionTree::Robust(build_tree(&vertices, &triangles)?)),
-            "reference" => Ok(PrecisionTree::Reference(build_tree(&vertices, &triangles)?)),
+            "robust" => Ok(AnyPrecisionBvh::Robust(build_tree(&vertices, &triangles)?)),
+            "reference" => Ok(AnyPrecisionBvh::Reference(build_tree(
+                &vertices, &triangles,
+            )?)),
             other => {
                 let failure = Failure::new(
                     Exit::Usage,
@@ -285,7 +292,7 @@ impl Bvh {
     ) -> PyResult<Bound<'py, PyTuple>> {
         let (py, rays, tree) = (
             origins.py(),
-            join_rays(origins, directions, [tmin, tmax])?,
+            combine_origins_and_directions(origins, directions, [tmin, tmax])?,
             Arc::clone(&self.0),
         );
         let RayHits { t, triangle, uv } =
@@ -311,7 +318,7 @@ impl Bvh {
     ) -> PyResult<Bound<'py, PyAny>> {
         let (py, rays, tree) = (
             origins.py(),
-            join_rays(origins, directions, [tmin, tmax])?,
+            combine_origins_and_directions(origins, directions, [tmin, tmax])?,
             Arc::clone(&self.0),
         );
         let hit = work::run_work(py, threads, None, move |watch| tree.occluded(&rays, watch))?;

@@ -64,7 +64,7 @@ impl Picture {
     }
 
     /// Picture and metadata for a comparison.
-    pub fn to_judged_picture(&self) -> ComparisonPicture {
+    pub fn to_comparison_picture(&self) -> ComparisonPicture {
         let FinishedPicture {
             display, metadata, ..
         } = &*self.inner;
@@ -176,7 +176,7 @@ impl Picture {
             low: relative.low,
             high: relative.high,
             rmse: (rmse.value, rmse.low, rmse.high),
-            doubt: self.inner.doubt(),
+            doubt: self.inner.describe_doubt(),
             converged: self.inner.converged,
         })
     }

@@ -76,7 +76,7 @@ fn load_scene(
         source.parse_command(py, "render", None)?,
         Arc::clone(&source),
     );
-    work::run_work(py, request.threads(), None, move |watch| {
+    work::run_work(py, request.thread_count(), None, move |watch| {
         own.load_cached(request.load_options(), watch)
     })?;
     Ok(Scene(source))
@@ -130,8 +130,8 @@ pub fn compare<'py>(
     let request = EmbeddedCommand::new("compare", keywords_to_flags(keywords)?)
         .map_err(|failure| to_exception(py, failure))?;
     let sides = [
-        comparison_side(picture, "the first picture")?,
-        comparison_side(reference, "the second picture")?,
+        comparison_picture(picture, "the first picture")?,
+        comparison_picture(reference, "the second picture")?,
     ];
     let compared = work::run_work(py, None, None, move |_| {
         let [(name, picture), (other, reference)] = sides;
@@ -146,12 +146,12 @@ pub fn compare<'py>(
 
 /// Returns one of the two pictures to compare: a rendered picture, which is called `name` in
 /// messages, or the picture in a file.
-fn comparison_side(
+fn comparison_picture(
     of: &Bound<'_, PyAny>,
     name: &str,
 ) -> PyResult<(PathBuf, Option<ComparisonPicture>)> {
     match of.cast::<Picture>() {
-        Ok(picture) => Ok((name.into(), Some(picture.get().to_judged_picture()))),
+        Ok(picture) => Ok((name.into(), Some(picture.get().to_comparison_picture()))),
         Err(_) => Ok((of.extract()?, None)),
     }
 }
@@ -172,7 +172,7 @@ impl Scene {
             self.0.parse_command(py, command, keywords)?,
             Arc::clone(&self.0),
         );
-        let report = work::run_work(py, request.threads(), None, move |watch| {
+        let report = work::run_work(py, request.thread_count(), None, move |watch| {
             let loaded = source.load_cached(request.load_options(), watch)?;
             request.report_json((*loaded).clone(), watch)
         })?;
@@ -214,10 +214,15 @@ impl Scene {
             self.0.parse_command(py, "render", Some(&own))?,
             Arc::clone(&self.0),
         );
-        let finished = work::run_work(py, request.threads(), progress.as_ref(), move |watch| {
-            let loaded = source.load_cached(request.load_options(), &())?;
-            request.render_picture((*loaded).clone(), watch)
-        })?;
+        let finished = work::run_work(
+            py,
+            request.thread_count(),
+            progress.as_ref(),
+            move |watch| {
+                let loaded = source.load_cached(request.load_options(), &())?;
+                request.render_picture((*loaded).clone(), watch)
+            },
+        )?;
         if let Some(progress) = progress {
             progress.call1((1.0,))?;
         }

@@ -32,7 +32,7 @@ pub struct WorkMonitor {
 }
 
 impl WorkMonitor {
-    fn share(&self) -> f64 {
+    fn finished_fraction(&self) -> f64 {
         f64::from_bits(self.share.load(Ordering::Relaxed))
     }
 }
@@ -83,7 +83,7 @@ pub fn run_work<T: Send + 'static>(
         }
         if let Err(interrupt) = py
             .check_signals()
-            .and_then(|()| report_progress(progress, watch.share(), &mut reported))
+            .and_then(|()| report_progress(progress, watch.finished_fraction(), &mut reported))
         {
             watch.stop.store(true, Ordering::Relaxed);
             // The result is dropped; only the end of the work matters.

@@ -11,8 +11,8 @@ use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH};
 use obvhs::ploc::{PlocBuilder, SortPrecision};
 use rayon::prelude::*;
 
-use super::curve::cell_extent;
-use super::piles::merge_piles;
+use super::curve::morton_grid_extent;
+use super::piles::merge_coincident_boxes;
 use super::reinsertion::reinsert_subtrees;
 use super::{BuildQuality, StopCheck};
 use crate::aabb::{PaddedBox, TASK_SIZE};
@@ -120,13 +120,13 @@ impl<'a> Clustering<'a> {
         let size = order.len().div_ceil(order.len().div_ceil(self.max_piece));
         let pieces: Vec<_> = order
             .par_chunks_mut(size)
-            .map(|order| self.cluster_piece(order))
+            .map(|order| self.cluster_curve_piece(order))
             .collect();
         let mut pieces = pieces.into_iter().collect::<Option<Vec<_>>>()?;
         if pieces.len() == 1 {
             return pieces.pop();
         }
-        self.join_pieces(pieces, size)
+        self.join_piece_trees(pieces, size)
     }
 
     /// Returns the scaled box with the given index, as a box of `obvhs`.
@@ -137,23 +137,24 @@ impl<'a> Clustering<'a> {
 
     /// Builds the tree over the boxes of one piece of the curve, by all four steps named at the top
     /// of this file; `None` if cancelled.
-    fn cluster_piece(&self, order: &mut [u32]) -> Option<ClusteredTree> {
+    fn cluster_curve_piece(&self, order: &mut [u32]) -> Option<ClusteredTree> {
         let leaf = |(position, &index): (usize, &u32)| {
             Bvh2Node::new(self.scaled_aabb(index), 1, position as u32)
         };
-        let leaves = merge_piles(&order.iter().enumerate().map(leaf).collect::<Vec<_>>());
+        let leaves =
+            merge_coincident_boxes(&order.iter().enumerate().map(leaf).collect::<Vec<_>>());
         let ClusteredTree {
             mut tree,
             boxes_visited: mut looks,
         } = self.cluster_leaves(leaves)?;
         let [before, after] = self.options.reinserted_shares;
-        looks += self.reinsert_unless_stopped(&mut tree, before)?;
+        looks += self.reinsert_subtrees_unless_stopped(&mut tree, before)?;
         tree.primitive_indices = order.to_vec();
         // With this cost of a node, every small subtree becomes a leaf. The collapse to eight-wide
         // nodes decides by ray cost which leaves share a block.
         collapse(&mut tree, self.max_leaf, self.max_leaf as f32);
         order.copy_from_slice(&tree.primitive_indices);
-        looks += self.reinsert_unless_stopped(&mut tree, after)?;
+        looks += self.reinsert_subtrees_unless_stopped(&mut tree, after)?;
         Some(ClusteredTree {
             tree,
             boxes_visited: looks,
@@ -169,7 +170,7 @@ impl<'a> Clustering<'a> {
             .iter()
             .fold(Aabb::INVALID, |all, leaf| all.union(leaf.aabb()));
         // A centre at the upper end would wrap around to the Morton code of the lower end.
-        let extent = cell_extent(around.diagonal().as_dvec3()).as_vec3a() * (1.0 + 1e-6)
+        let extent = morton_grid_extent(around.diagonal().as_dvec3()).as_vec3a() * (1.0 + 1e-6)
             + Vec3A::splat(f32::MIN_POSITIVE);
         let around = Aabb::new(around.min, around.min + extent);
         let mut builder = PlocBuilder::new();
@@ -195,12 +196,12 @@ impl<'a> Clustering<'a> {
 
     /// Reinserts a fraction of the nodes, and returns the number of nodes visited; `None` if
     /// cancelled.
-    fn reinsert_unless_stopped(&self, tree: &mut Bvh2, share: f32) -> Option<u64> {
+    fn reinsert_subtrees_unless_stopped(&self, tree: &mut Bvh2, share: f32) -> Option<u64> {
         (!(self.stop)()).then(|| reinsert_subtrees(tree, share))
     }
 
     /// Joins the trees of pieces of `size` boxes into one tree; `None` if cancelled.
-    fn join_pieces(&self, pieces: Vec<ClusteredTree>, size: usize) -> Option<ClusteredTree> {
+    fn join_piece_trees(&self, pieces: Vec<ClusteredTree>, size: usize) -> Option<ClusteredTree> {
         let tops: Vec<_> = pieces
             .iter()
             .map(|piece| select_top_nodes(&piece.tree))
@@ -218,7 +219,7 @@ impl<'a> Clustering<'a> {
             mut tree,
             boxes_visited: mut looks,
         } = self.cluster_leaves(all.collect())?;
-        looks += self.reinsert_unless_stopped(&mut tree, 1.0)?;
+        looks += self.reinsert_subtrees_unless_stopped(&mut tree, 1.0)?;
         let mut bases = Vec::with_capacity(pieces.len());
         let joined = tree.nodes.len();
         for (number, piece) in pieces.into_iter().enumerate() {
@@ -328,7 +329,7 @@ mod tests {
             .build()
             .unwrap();
         pool.install(|| {
-            let (mut order, _) = curve::order_along_curve(boxes);
+            let (mut order, _) = curve::order_along_morton_curve(boxes);
             let clusters = Clustering {
                 max_piece: maximum,
                 ..Clustering::new(boxes, quality, shared, &|| false)
@@ -396,7 +397,7 @@ mod tests {
             .map(|(_, own)| own)
             .collect();
         let cost = |maximum: usize| {
-            let (mut order, _) = curve::order_along_curve(&boxes);
+            let (mut order, _) = curve::order_along_morton_curve(&boxes);
             let clustering = Clustering {
                 max_piece: maximum,
                 ..Clustering::new(&boxes, BuildQuality::Medium, 1, &|| false)

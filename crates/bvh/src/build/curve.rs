@@ -23,18 +23,18 @@ struct CurvePosition {
 }
 
 /// Returns the indices of the boxes in the order of the curve, and the number of boxes visited.
-pub(super) fn order_along_curve(boxes: &[PaddedBox]) -> (Vec<u32>, u64) {
+pub(super) fn order_along_morton_curve(boxes: &[PaddedBox]) -> (Vec<u32>, u64) {
     let mut places: Vec<_> = (0..boxes.len() as u32)
         .into_par_iter()
         .map(|index| CurvePosition { code: 0, index })
         .collect();
-    let looks = sort_along_curve(&mut places, boxes);
+    let looks = sort_along_morton_curve(&mut places, boxes);
     (places.par_iter().map(|place| place.index).collect(), looks)
 }
 
 /// Returns, for each axis, the length that the curve divides into cells. `extent` is the extent of
 /// the box around all centres. A flat axis gets the longest extent.
-pub(super) fn cell_extent(extent: DVec3) -> DVec3 {
+pub(super) fn morton_grid_extent(extent: DVec3) -> DVec3 {
     let longest = DVec3::splat(extent.max_element());
     DVec3::select(extent.cmplt(longest * FLAT_RATIO), longest, extent)
 }
@@ -48,7 +48,7 @@ fn doubled_centre(bounds: &PaddedBox) -> DVec3 {
 /// Sorts boxes by the Morton codes of their centres, within the box around all centres. Boxes in
 /// the same cell of the curve are sorted again, within the box around their own centres. Boxes with
 /// the same centre are sorted by size. Returns the number of boxes visited.
-fn sort_along_curve(places: &mut [CurvePosition], boxes: &[PaddedBox]) -> u64 {
+fn sort_along_morton_curve(places: &mut [CurvePosition], boxes: &[PaddedBox]) -> u64 {
     let bounds = |place: &CurvePosition| &boxes[place.index as usize];
     let centre = |place: &CurvePosition| doubled_centre(bounds(place));
     let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
@@ -66,7 +66,7 @@ fn sort_along_curve(places: &mut [CurvePosition], boxes: &[PaddedBox]) -> u64 {
         places.par_sort_unstable_by(|a, b| size(a).total_cmp(&size(b)).then(a.index.cmp(&b.index)));
         return looks;
     }
-    let scale = MAX_CELL / cell_extent(high - low);
+    let scale = MAX_CELL / morton_grid_extent(high - low);
     places
         .par_iter_mut()
         .with_min_len(TASK_SIZE)
@@ -80,6 +80,6 @@ fn sort_along_curve(places: &mut [CurvePosition], boxes: &[PaddedBox]) -> u64 {
         .filter(|alike| alike.len() > 1);
     looks
         + alike
-            .map(|alike| sort_along_curve(alike, boxes))
+            .map(|alike| sort_along_morton_curve(alike, boxes))
             .sum::<u64>()
 }

@@ -14,16 +14,16 @@ const MIN_AREA_RATIO: f64 = 0.25;
 
 /// Replaces each pile among the leaves by one leaf. In a sequence of coincident boxes, fewer than
 /// 32 at either end may stay outside piles.
-pub(super) fn merge_piles(leaves: &[Bvh2Node]) -> Vec<Bvh2Node> {
+pub(super) fn merge_coincident_boxes(leaves: &[Bvh2Node]) -> Vec<Bvh2Node> {
     let mut kept = Vec::with_capacity(leaves.len());
-    append_merged(leaves, &mut kept);
+    append_merged_leaves(leaves, &mut kept);
     kept
 }
 
 /// Appends the leaves to `kept`, or a single leaf if they form a pile. Piles among parts of the
 /// leaves are replaced first. Returns the box around the leaves and the sum of half their surface
 /// areas.
-fn append_merged(leaves: &[Bvh2Node], kept: &mut Vec<Bvh2Node>) -> (Aabb, f64) {
+fn append_merged_leaves(leaves: &[Bvh2Node], kept: &mut Vec<Bvh2Node>) -> (Aabb, f64) {
     let start = kept.len();
     let join = |(a, sum): (Aabb, f64), (b, more): (Aabb, f64)| (a.union(&b), sum + more);
     let (bounds, sum) = if leaves.len() < 2 * MIN_BOXES {
@@ -34,8 +34,8 @@ fn append_merged(leaves: &[Bvh2Node], kept: &mut Vec<Bvh2Node>) -> (Aabb, f64) {
             .fold((Aabb::INVALID, 0.0), join)
     } else {
         let (left, right) = leaves.split_at(leaves.len() / 2);
-        let left = append_merged(left, kept);
-        join(left, append_merged(right, kept))
+        let left = append_merged_leaves(left, kept);
+        join(left, append_merged_leaves(right, kept))
     };
     if leaves.len() >= MIN_BOXES
         && sum >= MIN_AREA_RATIO * leaves.len() as f64 * f64::from(bounds.half_area())
@@ -68,18 +68,21 @@ mod tests {
     #[test]
     fn what_lies_on_one_another_is_one_leaf() {
         for step in [0.0, 1e-3] {
-            let piled = merge_piles(&leaves(100, |i| i as f32 * step));
+            let piled = merge_coincident_boxes(&leaves(100, |i| i as f32 * step));
             assert!(
                 piled.len() == 1 && (piled[0].prim_count, piled[0].first_index) == (100, 0),
                 "{piled:?}"
             );
         }
         assert_eq!(
-            merge_piles(&leaves(MIN_BOXES - 1, |_| 0.0)).len(),
+            merge_coincident_boxes(&leaves(MIN_BOXES - 1, |_| 0.0)).len(),
             MIN_BOXES - 1
         );
-        assert_eq!(merge_piles(&leaves(100, |i| i as f32)).len(), 100);
-        let some = merge_piles(&leaves(128, |i| if i < 64 { 0.0 } else { i as f32 }));
+        assert_eq!(
+            merge_coincident_boxes(&leaves(100, |i| i as f32)).len(),
+            100
+        );
+        let some = merge_coincident_boxes(&leaves(128, |i| if i < 64 { 0.0 } else { i as f32 }));
         assert_eq!(
             (some.len(), some[0].prim_count, some[1].first_index),
             (65, 64, 64)

@@ -26,7 +26,7 @@ pub(super) fn reinsert_subtrees(tree: &mut Bvh2, share: f32) -> u64 {
         return 0;
     }
     tree.init_parents_if_uninit();
-    let (share, steps) = limit_reinserted_share(tree, share);
+    let (share, steps) = limit_reinserted_fraction(tree, share);
     ReinsertionOptimizer::default().run(tree, share, Some(ROUND_SHARES.to_vec()));
     steps
 }
@@ -34,7 +34,7 @@ pub(super) fn reinsert_subtrees(tree: &mut Bvh2, share: f32) -> u64 {
 /// Returns the affordable fraction of nodes to reinsert, and its cost in visited nodes. It is the
 /// requested fraction if searches are short enough, otherwise less in proportion to their length.
 /// The tree's parents must be initialised.
-fn limit_reinserted_share(tree: &Bvh2, share: f32) -> (f32, u64) {
+fn limit_reinserted_fraction(tree: &Bvh2, share: f32) -> (f32, u64) {
     let nodes = tree.nodes.len();
     // The candidates are the largest of the first nodes, twice as many as will be reinserted.
     let candidates = ((nodes as f32 * share * 2.0) as usize).clamp(1, nodes) - 1;

@@ -16,7 +16,8 @@ use crate::bvh8::row::{PrimitiveRow, RowKind};
 use crate::bvh8::triangle8::{LeafHeader, Triangle8};
 use crate::memory::{filled_huge_page_vec, huge_page_vec};
 use costs::{
-    AS_INNER, AS_LEAF, FEWER, SubtreeCosts, compute_all_costs, leaf_test_cost, left_lane_range,
+    AS_INNER, AS_LEAF, FEWER, SubtreeCosts, compute_all_costs, leaf_test_cost,
+    left_child_lane_range,
 };
 
 /// Number of primitives below which a block is sparse: it is merged with a sibling if both fit into
@@ -69,17 +70,17 @@ struct SubtreeJob {
 
 impl TreeCollapse<'_> {
     /// Returns how many of `lanes` lanes (child positions) the left child gets for the least cost.
-    fn left_lane_count(&self, left: u32, lanes: usize) -> usize {
+    fn left_child_lane_count(&self, left: u32, lanes: usize) -> usize {
         let (l, r) = (&self.costs[left as usize], &self.costs[left as usize + 1]);
         let cost = |to_left: &usize| l.cost[to_left - 1] + r.cost[lanes - to_left - 1];
-        left_lane_range(l, r, lanes)
+        left_child_lane_range(l, r, lanes)
             .min_by(|a, b| cost(a).total_cmp(&cost(b)))
             .unwrap_or(1)
     }
 
     /// Appends at most `lanes` lanes (child positions) that together hold a subtree, by the choices
     /// of its costs.
-    fn append_subtree(&self, node: u32, mut lanes: usize, out: &mut NodeLanes) {
+    fn append_subtree_lanes(&self, node: u32, mut lanes: usize, out: &mut NodeLanes) {
         let (pick, bounds) = (
             &self.costs[node as usize].choices,
             self.binary.nodes[node as usize].bounds,
@@ -96,17 +97,17 @@ impl TreeCollapse<'_> {
                 bounds,
                 content: LaneRef::Inner(node),
             }),
-            _ => self.append_children(self.binary.nodes[node as usize].first, lanes, out),
+            _ => self.append_sibling_lanes(self.binary.nodes[node as usize].first, lanes, out),
         }
     }
 
     /// Appends the lanes of two siblings, `left` and the node after it.
-    fn append_children(&self, left: u32, lanes: usize, out: &mut NodeLanes) {
+    fn append_sibling_lanes(&self, left: u32, lanes: usize, out: &mut NodeLanes) {
         let leaves = self.costs[left as usize].leaves + self.costs[left as usize + 1].leaves;
         let lanes = lanes.min(leaves.into());
-        let to_left = self.left_lane_count(left, lanes);
-        self.append_subtree(left, to_left, out);
-        self.append_subtree(left + 1, lanes - to_left, out);
+        let to_left = self.left_child_lane_count(left, lanes);
+        self.append_subtree_lanes(left, to_left, out);
+        self.append_subtree_lanes(left + 1, lanes - to_left, out);
     }
 
     /// Returns the content of a lane that holds the subtree as a leaf.
@@ -152,7 +153,7 @@ impl TreeCollapse<'_> {
             }
             piece.deepest = piece.deepest.max(depth);
             let mut lanes = NodeLanes::new();
-            self.append_children(self.binary.nodes[root as usize].first, WIDTH, &mut lanes);
+            self.append_sibling_lanes(self.binary.nodes[root as usize].first, WIDTH, &mut lanes);
             let first = work.len();
             merge_sparse_blocks(&mut lanes);
             // Any-hit rays visit lanes from last to first. So the lanes most likely to end them
@@ -272,7 +273,7 @@ impl Bvh8 {
             bvh.nodes[job.node].children[job.lane] =
                 ChildRef::new(ChildRef::INNER, bvh.nodes.len());
             let moved = |mut source: Bvh8Node| {
-                source.children = source.children.map(|child| child.offset_by(bases));
+                source.children = source.children.map(|child| child.offset_index_by(bases));
                 source
             };
             bvh.nodes.extend(piece.nodes.into_iter().map(moved));

@@ -21,7 +21,7 @@ impl Bvh8 {
     /// Returns the positions of all primitives if the structure has neither nodes nor blocks nor
     /// rows, so that every primitive is tested alone.
     #[inline(always)]
-    pub fn single_positions(&self) -> Option<Range<usize>> {
+    pub fn single_primitive_positions(&self) -> Option<Range<usize>> {
         (self.nodes.is_empty() && self.blocks.is_empty() && self.always_row_count == 0)
             .then(|| self.single_positions.clone())
     }

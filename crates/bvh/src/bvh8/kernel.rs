@@ -12,11 +12,12 @@
 use super::Bvh8;
 use super::ChildRef;
 use super::leaf::{
-    intersect_all_blocks, intersect_always_rows, intersect_sphere_leaf, intersect_triangles,
+    intersect_all_triangle_blocks, intersect_always_tested_rows, intersect_sphere_leaf,
+    intersect_triangles,
 };
 use super::packet::{PacketResult, PacketState, PacketVisitor, traverse_packet};
 use super::projected_ray::{ProjectedRay, UncertainSign};
-use super::query::{HitVisitor, StaticMode, TraversalMode, TraversalQuery};
+use super::query::{HitVisitor, StaticTraversalMode, TraversalMode, TraversalQuery};
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traversal_simd::TraversalSimd;
 use super::traverse::{traverse, traverse_instance};
@@ -81,10 +82,10 @@ impl Default for AvailableKernel {
 macro_rules! dispatch_mode {
     ($query:expr, $mapped:literal, $counts:literal, $mode:ident => $call:expr) => {
         if $query.ends_at_any_hit {
-            type $mode = StaticMode<true, $mapped, $counts>;
+            type $mode = StaticTraversalMode<true, $mapped, $counts>;
             $call
         } else {
-            type $mode = StaticMode<false, $mapped, $counts>;
+            type $mode = StaticTraversalMode<false, $mapped, $counts>;
             $call
         }
     };
@@ -151,7 +152,7 @@ impl Bvh8 {
         visitor: &mut dyn HitVisitor,
     ) -> bool {
         if self.always_row_count > 0
-            && dispatch_kernel!(self.kernel, query, false, s, M => s.intersect_rows::<M>(self, ox, oy, oz, dx, dy, dz, query, visitor))
+            && dispatch_kernel!(self.kernel, query, false, s, M => s.intersect_always_tested_rows::<M>(self, ox, oy, oz, dx, dy, dz, query, visitor))
         {
             return true;
         }
@@ -162,7 +163,7 @@ impl Bvh8 {
             return false;
         }
         let leaf_ray = TraversalRay::new([ox, oy, oz], [dx, dy, dz], near).leaf_ray;
-        dispatch_kernel!(self.kernel, query, false, s, M => s.intersect_blocks::<M>(self, &leaf_ray, query, visitor))
+        dispatch_kernel!(self.kernel, query, false, s, M => s.intersect_triangle_blocks::<M>(self, &leaf_ray, query, visitor))
     }
 
     /// Passes hits as [`Self::visit_hits`], for a ray in an instance's space, which f32 does not
@@ -191,7 +192,7 @@ impl Bvh8 {
     ) -> bool {
         if self.always_row_count > 0 {
             let prepared_ray = *query.prepared_ray();
-            if dispatch_kernel!(self.kernel, query, true, s, M => s.intersect_rows_mapped::<M>(self, &prepared_ray, query, visitor))
+            if dispatch_kernel!(self.kernel, query, true, s, M => s.intersect_always_tested_rows_by_mapped_ray::<M>(self, &prepared_ray, query, visitor))
             {
                 return true;
             }
@@ -199,7 +200,7 @@ impl Bvh8 {
         if !self.nodes.is_empty() {
             return dispatch_kernel!(self.kernel, query, true, s, M => s.traverse_mapped::<M>(self, traversal_ray, query, visitor));
         }
-        dispatch_kernel!(self.kernel, query, true, s, M => s.intersect_blocks::<M>(self, &traversal_ray.leaf_ray, query, visitor))
+        dispatch_kernel!(self.kernel, query, true, s, M => s.intersect_triangle_blocks::<M>(self, &traversal_ray.leaf_ray, query, visitor))
     }
 
     /// Passes hits as [`Self::visit_hits`], for a world-space ray that reaches an instance of this
@@ -276,14 +277,14 @@ macro_rules! define_traversals {
                 s, bvh: &Bvh8, inverse: &ApproximateInverse, bounds: &BoundingSphere, ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { traverse_instance::<_, M>(s, bvh, inverse, bounds, ray, query, visitor) } -> Option<bool>;
             /// Intersects a world-space ray with the rows that every query tests.
-            pub(super) fn intersect_rows<M: TraversalMode>(
+            pub(super) fn intersect_always_tested_rows<M: TraversalMode>(
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
-            ) { intersect_always_rows::<_, M>(s, bvh, &PreparedRay::from_world_ray([ox, oy, oz], [dx, dy, dz]), query, visitor) } -> bool;
+            ) { intersect_always_tested_rows::<_, M>(s, bvh, &PreparedRay::from_world_ray([ox, oy, oz], [dx, dy, dz]), query, visitor) } -> bool;
             /// Intersects a ray in an instance's space with the rows that every query tests.
-            pub(super) fn intersect_rows_mapped<M: TraversalMode>(s, bvh: &Bvh8, prepared_ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_always_rows::<_, M>(s, bvh, prepared_ray, query, visitor) } -> bool;
+            pub(super) fn intersect_always_tested_rows_by_mapped_ray<M: TraversalMode>(s, bvh: &Bvh8, prepared_ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_always_tested_rows::<_, M>(s, bvh, prepared_ray, query, visitor) } -> bool;
             /// Intersects a ray with all blocks and other primitives, for a structure without
             /// nodes.
-            pub(super) fn intersect_blocks<M: TraversalMode>(s, bvh: &Bvh8, leaf_ray: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_all_blocks::<_, M>(s, bvh, leaf_ray, query, visitor) } -> bool;
+            pub(super) fn intersect_triangle_blocks<M: TraversalMode>(s, bvh: &Bvh8, leaf_ray: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_all_triangle_blocks::<_, M>(s, bvh, leaf_ray, query, visitor) } -> bool;
             /// Traverses the tree with a packet of rays.
             pub(super) fn traverse_packet(s, bvh: &Bvh8, packet_state: &mut PacketState, visitor: &mut dyn PacketVisitor) {
                 traverse_packet(s, bvh, packet_state, visitor)
@@ -297,7 +298,7 @@ macro_rules! define_traversals {
 macro_rules! define_leaf_tests {
     ($token:ident, $compiled:meta, $intersect_lane:expr) => {
         #[inline(always)]
-        fn intersect_lane(self, block: &Triangle8, lane: usize, projected_ray: &ProjectedRay) -> Result<Option<TriangleHit>, UncertainSign> {
+        fn intersect_triangle_in_lane(self, block: &Triangle8, lane: usize, projected_ray: &ProjectedRay) -> Result<Option<TriangleHit>, UncertainSign> {
             #[allow(unused_unsafe, reason = "the portable version needs no special instructions, so its call is safe")]
             // SAFETY: `self` exists, so the processor has what the function needs.
             unsafe {

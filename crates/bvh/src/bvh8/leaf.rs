@@ -58,7 +58,7 @@ pub(super) fn intersect_triangles<S: TraversalSimd, M: TraversalMode>(
     let (triangles, leaf_header) = (&bvh.blocks[number], &bvh.leaf_headers[number]);
     for lane in MaskLanes(lanes) {
         let triangle_hit = s
-            .intersect_lane(triangles, lane, keep_in_memory(&projected_ray))
+            .intersect_triangle_in_lane(triangles, lane, keep_in_memory(&projected_ray))
             .unwrap_or_else(|UncertainSign| intersect_single_triangle(triangles, lane, query));
         if triangle_hit.is_some_and(|triangle_hit| {
             query.visit_triangle_hit::<M>(leaf_header, lane, &triangle_hit, visitor)
@@ -85,7 +85,7 @@ fn intersect_single_triangle(
 
 /// Intersects one row of spheres or planes.
 #[inline(always)]
-fn intersect_row<S: Simd, M: TraversalMode>(
+fn intersect_primitive_row<S: Simd, M: TraversalMode>(
     s: S,
     row: &PrimitiveRow,
     prepared_ray: &PreparedRay,
@@ -118,7 +118,7 @@ pub(super) fn intersect_sphere_leaf<S: Simd, M: TraversalMode>(
             PreparedRay::from_world_ray(leaf_ray.origin, leaf_ray.direction)
         }
     });
-    intersect_row::<S, M>(
+    intersect_primitive_row::<S, M>(
         s,
         &bvh.rows[bvh.always_row_count + leaf.leaf_index()],
         prepared_ray,
@@ -129,7 +129,7 @@ pub(super) fn intersect_sphere_leaf<S: Simd, M: TraversalMode>(
 
 /// Intersects the rows that every query tests.
 #[inline(always)]
-pub(super) fn intersect_always_rows<S: Simd, M: TraversalMode>(
+pub(super) fn intersect_always_tested_rows<S: Simd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
     prepared_ray: &PreparedRay,
@@ -139,12 +139,12 @@ pub(super) fn intersect_always_rows<S: Simd, M: TraversalMode>(
     align_stack();
     bvh.rows[..bvh.always_row_count]
         .iter()
-        .any(|one| intersect_row::<S, M>(s, one, prepared_ray, query, visitor))
+        .any(|one| intersect_primitive_row::<S, M>(s, one, prepared_ray, query, visitor))
 }
 
 /// Intersects all blocks, then all other primitives, for a structure without nodes.
 #[inline(always)]
-pub(super) fn intersect_all_blocks<S: TraversalSimd, M: TraversalMode>(
+pub(super) fn intersect_all_triangle_blocks<S: TraversalSimd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
     leaf_ray: &LeafRay,
@@ -158,7 +158,7 @@ pub(super) fn intersect_all_blocks<S: TraversalSimd, M: TraversalMode>(
             bvh,
             number,
             leaf_ray,
-            [far, TraversalRay::widen_far(far)],
+            [far, TraversalRay::widen_far_distance(far)],
             query,
         ) {
             None => return true,
@@ -173,5 +173,5 @@ pub(super) fn intersect_all_blocks<S: TraversalSimd, M: TraversalMode>(
     }
     bvh.single_positions
         .clone()
-        .any(|index| visitor.visit_other_primitive(query, index))
+        .any(|index| visitor.visit_single_primitive(query, index))
 }

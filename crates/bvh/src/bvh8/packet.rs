@@ -26,7 +26,7 @@ mod triangles;
 use glam::Vec3;
 
 use self::bundle::RayBundle;
-use self::triangles::{Rays8, intersect_block};
+use self::triangles::{Rays8, intersect_triangle_block};
 use super::row::{PrimitiveRow, RaysF64};
 use super::stack::TraversalStack;
 use super::traversal_ray::TraversalRay;
@@ -120,7 +120,7 @@ impl PacketState {
     /// Replaces the hit of a ray by a hit within the range that is nearer, or equally near and
     /// lower in the order of ties.
     #[inline(always)]
-    pub fn update_hit(
+    pub fn record_hit(
         &mut self,
         ray: usize,
         [t, u, v]: [f32; 3],
@@ -167,10 +167,10 @@ impl PacketState {
 /// Receiver of the primitives that a packet traversal does not test itself.
 pub(crate) trait PacketVisitor {
     /// Whether a hit of `slot` wins against an equally distant hit of the slot `than`.
-    fn comes_before(&self, slot: u32, than: u32) -> bool;
+    fn wins_tie(&self, slot: u32, than: u32) -> bool;
     /// Tests all rays of the packet against a primitive that has no packet test. `index` is its
     /// position in the tree's order.
-    fn test_other_primitive(&mut self, index: usize, packet_state: &mut PacketState);
+    fn test_primitive_ray_by_ray(&mut self, index: usize, packet_state: &mut PacketState);
 }
 
 /// Outcome of a packet traversal.
@@ -208,13 +208,21 @@ pub(super) fn traverse_packet<S: TraversalSimd>(
         return PacketResult::Unsuitable;
     }
     if bvh.always_row_count > 0 {
-        intersect_rows(s, &bvh.rows[..bvh.always_row_count], packet_state, visitor);
+        intersect_primitive_rows(s, &bvh.rows[..bvh.always_row_count], packet_state, visitor);
     }
     if let Some(bundle) = bundle {
         let mut exact = None;
         if bvh.nodes.is_empty() {
             for number in 0..bvh.blocks.len() {
-                intersect_block(s, bvh, number, &bundle, packet_state, &mut exact, visitor);
+                intersect_triangle_block(
+                    s,
+                    bvh,
+                    number,
+                    &bundle,
+                    packet_state,
+                    &mut exact,
+                    visitor,
+                );
             }
         } else if !traverse_nodes(s, bvh, &bundle, packet_state, &mut exact, visitor) {
             return PacketResult::Abandoned;
@@ -222,13 +230,13 @@ pub(super) fn traverse_packet<S: TraversalSimd>(
     }
     bvh.single_positions
         .clone()
-        .for_each(|index| visitor.test_other_primitive(index, packet_state));
+        .for_each(|index| visitor.test_primitive_ray_by_ray(index, packet_state));
     PacketResult::Complete
 }
 
 /// Intersects a packet with rows of spheres or planes: each primitive with eight rays at a time.
 #[inline(always)]
-fn intersect_rows<S: Simd>(
+fn intersect_primitive_rows<S: Simd>(
     s: S,
     rows: &[PrimitiveRow],
     packet_state: &mut PacketState,
@@ -247,7 +255,13 @@ fn intersect_rows<S: Simd>(
         for row in rows {
             for lane in 0..usize::from(row.leaf_header.count) {
                 let far: [f32; WIDTH] = core::array::from_fn(|lane| packet_state.far[first + lane]);
-                let row_hits = row.intersect_lane(s, lane, &rays, packet_state.near, s.load(&far));
+                let row_hits = row.intersect_primitive_in_lane(
+                    s,
+                    lane,
+                    &rays,
+                    packet_state.near,
+                    s.load(&far),
+                );
                 if row_hits.hits == 0 {
                     continue;
                 }
@@ -259,11 +273,11 @@ fn intersect_rows<S: Simd>(
                         1.0
                     };
                     let slots = [row.leaf_header.first + lane as u32, u32::MAX];
-                    packet_state.update_hit(
+                    packet_state.record_hit(
                         first + ray,
                         [stored_row_hits.t[ray], 0.0, v],
                         slots,
-                        |a, b| visitor.comes_before(a, b),
+                        |a, b| visitor.wins_tie(a, b),
                     );
                 }
             }
@@ -273,12 +287,12 @@ fn intersect_rows<S: Simd>(
 
 /// Returns the greatest accepted distance of all rays, raised for box tests.
 #[inline(always)]
-fn max_far(packet_state: &PacketState) -> f32 {
+fn max_far_distance(packet_state: &PacketState) -> f32 {
     let mut far = f32::NEG_INFINITY;
     for &one in &packet_state.far {
         far = if one > far { one } else { far };
     }
-    TraversalRay::widen_far(far)
+    TraversalRay::widen_far_distance(far)
 }
 
 /// Traverses the nodes of the tree. Returns false if the packet was given up.
@@ -291,12 +305,12 @@ fn traverse_nodes<S: TraversalSimd>(
     exact: &mut Option<[Rays8; GROUPS]>,
     visitor: &mut dyn PacketVisitor,
 ) -> bool {
-    let (mut far, mut leaves) = (max_far(packet_state), 0);
+    let (mut far, mut leaves) = (max_far_distance(packet_state), 0);
     let (mut stack, mut top, mut current) = (TraversalStack::new(), 0, ChildRef(0));
     loop {
         if !current.is_leaf() {
             let node = &bvh.nodes[current.node_index()];
-            let (entered, entry) = bundle.intersect_children(s, node, s.splat(far));
+            let (entered, entry) = bundle.intersect_child_boxes(s, node, s.splat(far));
             if entered != 0 {
                 if entered & (entered - 1) == 0 {
                     current = node.children[entered.trailing_zeros() as usize & 7];
@@ -310,7 +324,7 @@ fn traverse_nodes<S: TraversalSimd>(
                 return false;
             }
             match () {
-                () if current.is_block() => intersect_block(
+                () if current.is_triangle_block() => intersect_triangle_block(
                     s,
                     bvh,
                     current.leaf_index(),
@@ -319,13 +333,13 @@ fn traverse_nodes<S: TraversalSimd>(
                     exact,
                     visitor,
                 ),
-                () if current.is_row() => {
+                () if current.is_sphere_row() => {
                     let row = bvh.always_row_count + current.leaf_index();
-                    intersect_rows(s, &bvh.rows[row..=row], packet_state, visitor);
+                    intersect_primitive_rows(s, &bvh.rows[row..=row], packet_state, visitor);
                 }
-                () => visitor.test_other_primitive(current.leaf_index(), packet_state),
+                () => visitor.test_primitive_ray_by_ray(current.leaf_index(), packet_state),
             }
-            far = max_far(packet_state);
+            far = max_far_distance(packet_state);
         }
         // SAFETY: every entry below the top was written.
         let Some(next) = (unsafe { stack.pop(&mut top, far) }) else {

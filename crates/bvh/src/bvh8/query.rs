@@ -25,10 +25,10 @@ pub(crate) trait TraversalMode {
 }
 
 /// Properties of a traversal as a type.
-pub(super) struct StaticMode<const ANY: bool, const MAPPED: bool, const COUNTS: bool>;
+pub(super) struct StaticTraversalMode<const ANY: bool, const MAPPED: bool, const COUNTS: bool>;
 
 impl<const ANY: bool, const MAPPED: bool, const COUNTS: bool> TraversalMode
-    for StaticMode<ANY, MAPPED, COUNTS>
+    for StaticTraversalMode<ANY, MAPPED, COUNTS>
 {
     const ANY: bool = ANY;
     const MAPPED: bool = MAPPED;
@@ -60,7 +60,7 @@ pub(crate) trait HitVisitor {
         v: f32,
     ) -> bool;
     /// Tests a primitive at position `index` that is not tested in SIMD lanes.
-    fn visit_other_primitive(&mut self, query: &mut TraversalQuery<'_>, index: usize) -> bool;
+    fn visit_single_primitive(&mut self, query: &mut TraversalQuery<'_>, index: usize) -> bool;
 }
 
 /// A query as the data of a traversal.
@@ -104,7 +104,7 @@ impl TraversalQuery<'_> {
     #[inline(always)]
     pub(super) fn max_distance<M: TraversalMode>(&self) -> f32 {
         if M::MAPPED {
-            self.reparametrisation.rebase_far(self.far)
+            self.reparametrisation.to_traversal_far_distance(self.far)
         } else {
             self.far
         }
@@ -183,7 +183,7 @@ impl TraversalQuery<'_> {
         hit: &TriangleHit,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
-        if !(leaf_header.accepts(lane, hit.from_outside, self.is_camera_ray)
+        if !(leaf_header.accepts_hit(lane, hit.from_outside, self.is_camera_ray)
             && self.range.contains(hit.t))
         {
             return false;

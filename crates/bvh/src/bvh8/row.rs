@@ -121,7 +121,7 @@ impl PrimitiveRow {
                     self.sphere_in_lane(lane).intersect(
                         &prepared_ray,
                         range,
-                        self.side_of_lane(lane, culls),
+                        self.accepted_side_in_lane(lane, culls),
                     )
                 })
             }
@@ -139,7 +139,7 @@ impl PrimitiveRow {
     /// Intersects eight rays with the primitive in one lane. Accepts distances from `near`,
     /// excluded, to `far`, included. Masks of the result have one bit per ray.
     #[inline(always)]
-    pub(super) fn intersect_lane<S: Simd>(
+    pub(super) fn intersect_primitive_in_lane<S: Simd>(
         &self,
         s: S,
         lane: usize,
@@ -177,7 +177,7 @@ impl PrimitiveRow {
                     self.sphere_in_lane(lane).intersect(
                         &lines.prepared_ray(ray),
                         range,
-                        self.side_of_lane(lane, lines.culls),
+                        self.accepted_side_in_lane(lane, lines.culls),
                     )
                 },
             ),
@@ -195,7 +195,7 @@ impl PrimitiveRow {
         }
     }
 
-    fn side_of_lane(&self, lane: usize, culls: bool) -> Side {
+    fn accepted_side_in_lane(&self, lane: usize, culls: bool) -> Side {
         match 1 << lane {
             bit if self.leaf_header.outside_only_lanes(culls) & bit != 0 => Side::Outside,
             bit if self.leaf_header.inside & bit != 0 => Side::Inside,

@@ -156,14 +156,14 @@ impl TraversalRay {
         let origin_error = moved.abs() * f64::from(U)
             + (origin.abs() + (direction * rebase.start).abs()) * (8.0 * f64::from(W))
             + farthest * (2.0 * MIN_COMPONENT);
-        let near = max_or_second(rebase.rebase_distance(near).next_down(), 0.0);
+        let near = max_or_second(rebase.to_traversal_distance(near).next_down(), 0.0);
         let traversal_ray = Self::new(
             moved.as_vec3().to_array(),
             scaled.as_vec3().to_array(),
             near,
         );
         (
-            traversal_ray.widen_bounds(
+            traversal_ray.widen_error_bounds(
                 origin_error.as_vec3().to_array(),
                 origin_error.element_sum() as f32,
             ),
@@ -176,7 +176,7 @@ impl TraversalRay {
     /// the rounding of the map. The error of the direction is larger too. It acts over the distance
     /// to the instanced geometry and through it, and is multiplied by E² in a determinant.
     #[inline(always)]
-    pub fn map_in_f32(
+    pub fn map_ray_in_f32(
         inverse: &ApproximateInverse,
         ray: &PreparedRay,
         near: f32,
@@ -220,7 +220,7 @@ impl TraversalRay {
             direction,
             max_or_second((near - start).next_down(), 0.0),
         )
-        .widen_bounds([ray_error; 3], 3.0 * ray_error);
+        .widen_error_bounds([ray_error; 3], 3.0 * ray_error);
         let determinant = traversal_ray.leaf_ray.determinant + 6.0 * direction_error;
         ApproximateRay::Hit(
             Self {
@@ -237,7 +237,7 @@ impl TraversalRay {
     /// Widens the error bounds of the ray for an origin that is off by up to `origin_error` in each
     /// axis. `total_error` is the sum over the axes.
     #[inline(always)]
-    fn widen_bounds(self, origin_error: [f32; 3], total_error: f32) -> Self {
+    fn widen_error_bounds(self, origin_error: [f32; 3], total_error: f32) -> Self {
         let Self { box_ray, leaf_ray } = self;
         let early: [f32; 3] =
             core::array::from_fn(|axis| origin_error[axis] * 2.01 * box_ray.inverse[axis].abs());
@@ -259,7 +259,7 @@ impl TraversalRay {
     /// Raises the far end of a range by the rounding error of box distances, so that box tests miss
     /// no hit before that end.
     #[inline(always)]
-    pub fn widen_far(far: f32) -> f32 {
+    pub fn widen_far_distance(far: f32) -> f32 {
         far + far.abs() * (8.0 * U)
     }
 }
@@ -301,15 +301,15 @@ impl RayReparametrisation {
     }
 
     /// Converts a distance along the ray to a distance of the traversal, rounded to nearest.
-    pub fn rebase_distance(&self, t: f64) -> f32 {
+    pub fn to_traversal_distance(&self, t: f64) -> f32 {
         ((t - self.start) * self.scale) as f32
     }
 
     /// Converts the far end of a range to a distance of the traversal. The result is beyond the
     /// converted distance of every hit whose distance rounds to at most `t`.
-    pub fn rebase_far(&self, t: f32) -> f32 {
+    pub fn to_traversal_far_distance(&self, t: f32) -> f32 {
         let t = f64::from(t);
-        self.rebase_distance(t + (t.abs() + self.start.abs()) * (2.0 * f64::from(U)))
+        self.to_traversal_distance(t + (t.abs() + self.start.abs()) * (2.0 * f64::from(U)))
             .next_up()
     }
 }

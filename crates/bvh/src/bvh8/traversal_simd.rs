@@ -65,7 +65,7 @@ pub(super) trait TraversalSimd: Simd {
     /// Intersects the triangle in a lane by the exact test of this instruction set. Returns
     /// [`UncertainSign`] if the single-triangle test must decide, or if the instruction set has no
     /// exact test of its own.
-    fn intersect_lane(
+    fn intersect_triangle_in_lane(
         self,
         block: &Triangle8,
         lane: usize,
@@ -211,7 +211,8 @@ mod tests {
                 .triangle(round % WIDTH)
                 .intersect_watertight(&PreparedRay::new(Ray::<f32>::new(origin, direction)));
             let projected_ray = ProjectedRay::new(origin.to_array(), direction.to_array());
-            let Ok(triangle_hit) = avx2.intersect_lane(&block, round % WIDTH, &projected_ray)
+            let Ok(triangle_hit) =
+                avx2.intersect_triangle_in_lane(&block, round % WIDTH, &projected_ray)
             else {
                 left += 1;
                 continue;

@@ -27,16 +27,16 @@ use crate::shapes::PreparedRay;
 /// Greatest accepted distance: `value` for triangles, `box_value` for box tests, which is raised by
 /// the rounding of box distances, and `box_lanes` with `box_value` in all lanes.
 #[derive(Clone, Copy)]
-struct FarEnd<S: Simd> {
+struct MaxDistance<S: Simd> {
     value: f32,
     box_value: f32,
     box_lanes: S::Floats,
 }
 
-impl<S: Simd> FarEnd<S> {
+impl<S: Simd> MaxDistance<S> {
     #[inline(always)]
     fn new(s: S, value: f32) -> Self {
-        let last = TraversalRay::widen_far(value);
+        let last = TraversalRay::widen_far_distance(value);
         Self {
             value,
             box_value: last,
@@ -76,7 +76,7 @@ impl<S: Simd, M: TraversalMode> SlabTest<S, M> {
     /// Returns the differences, along an axis, between the ray's origin and eight planes of a node
     /// from `index` on.
     #[inline(always)]
-    fn plane_offset(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
+    fn plane_offsets(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
         s.add(
             self.minus_origin[axis],
             s.load_from_index(&node.planes[axis], index),
@@ -85,8 +85,8 @@ impl<S: Simd, M: TraversalMode> SlabTest<S, M> {
 
     /// Distances along the ray at which it enters the slabs of eight children.
     #[inline(always)]
-    fn entry_distance(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
-        let offset = self.plane_offset(s, node, axis, index);
+    fn entry_distances(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
+        let offset = self.plane_offsets(s, node, axis, index);
         if M::MAPPED {
             s.mul_sub(offset, self.inverse[axis], self.early[axis])
         } else {
@@ -96,10 +96,10 @@ impl<S: Simd, M: TraversalMode> SlabTest<S, M> {
 
     /// Distances along the ray at which it leaves the slabs of eight children.
     #[inline(always)]
-    fn exit_distance(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
+    fn exit_distances(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
         let late = self.late[if M::MAPPED { axis } else { 0 }];
         s.mul_add(
-            self.plane_offset(s, node, axis, index),
+            self.plane_offsets(s, node, axis, index),
             self.widened[axis],
             late,
         )
@@ -114,7 +114,7 @@ fn prefetch_child(bvh: &Bvh8, child: ChildRef) {
         |start: *const u8| (0..4).for_each(|line| prefetch_line(start.wrapping_add(64 * line)));
     if !child.is_leaf() {
         lines(bvh.nodes.as_ptr().wrapping_add(child.node_index()).cast());
-    } else if child.is_block() {
+    } else if child.is_triangle_block() {
         lines(bvh.blocks.as_ptr().wrapping_add(child.leaf_index()).cast());
     }
 }
@@ -132,7 +132,7 @@ pub(super) fn traverse_instance<S: TraversalSimd, M: TraversalMode>(
     visitor: &mut dyn HitVisitor,
 ) -> Option<bool> {
     let (traversal_ray, start) =
-        match TraversalRay::map_in_f32(inverse, ray, query.range.min, bounds) {
+        match TraversalRay::map_ray_in_f32(inverse, ray, query.range.min, bounds) {
             ApproximateRay::Miss => return Some(false),
             ApproximateRay::Hit(traversal_ray, start) => (traversal_ray, start),
             ApproximateRay::Imprecise => return None,
@@ -159,7 +159,7 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
     let [sx, sy, sz] = traversal_ray.box_ray.side.map(|side| (side & 1) * WIDTH);
     // Only the values for leaves are copied to memory. The values for boxes stay in registers.
     let leaf_ray = traversal_ray.leaf_ray;
-    let mut far = FarEnd::new(s, query.max_distance::<M>());
+    let mut far = MaxDistance::new(s, query.max_distance::<M>());
     let (mut stack, mut prepared_ray) = (TraversalStack::new(), None);
     let (mut top, mut current) = (0, ChildRef(0));
     loop {
@@ -171,17 +171,17 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                 query.count_node::<M>();
                 let entry = s.max(
                     s.max(
-                        slabs.entry_distance(s, node, 0, sx),
-                        slabs.entry_distance(s, node, 1, sy),
+                        slabs.entry_distances(s, node, 0, sx),
+                        slabs.entry_distances(s, node, 1, sy),
                     ),
-                    s.max(slabs.entry_distance(s, node, 2, sz), slabs.near),
+                    s.max(slabs.entry_distances(s, node, 2, sz), slabs.near),
                 );
                 let exit = s.min(
                     s.min(
-                        slabs.exit_distance(s, node, 0, WIDTH - sx),
-                        slabs.exit_distance(s, node, 1, WIDTH - sy),
+                        slabs.exit_distances(s, node, 0, WIDTH - sx),
+                        slabs.exit_distances(s, node, 1, WIDTH - sy),
                     ),
-                    s.min(slabs.exit_distance(s, node, 2, WIDTH - sz), far.box_lanes),
+                    s.min(slabs.exit_distances(s, node, 2, WIDTH - sz), far.box_lanes),
                 );
                 let entered = s.at_most(entry, exit);
                 if entered & entered.wrapping_sub(1) == 0 {
@@ -211,7 +211,7 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                     prefetch_child(bvh, next);
                     continue;
                 }
-            } else if current.is_block() {
+            } else if current.is_triangle_block() {
                 // The tree's pointers are reloaded for each block: the traversal has no registers
                 // left for them.
                 let bvh = keep_in_memory(bvh);
@@ -238,7 +238,7 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
             current = next;
         };
         let ended = match candidate_lanes {
-            0 if current.is_row() => s.intersect_sphere_leaf::<M>(
+            0 if current.is_sphere_row() => s.intersect_sphere_leaf::<M>(
                 bvh,
                 current,
                 &leaf_ray,
@@ -246,7 +246,7 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                 query,
                 visitor,
             ),
-            0 => visitor.visit_other_primitive(query, current.leaf_index()),
+            0 => visitor.visit_single_primitive(query, current.leaf_index()),
             lanes => s.intersect_triangles::<M>(
                 bvh,
                 current.leaf_index(),
@@ -260,7 +260,7 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
             return true;
         }
         if !M::ANY && query.max_distance::<M>() != far.value {
-            far = FarEnd::new(s, query.max_distance::<M>());
+            far = MaxDistance::new(s, query.max_distance::<M>());
         }
         // SAFETY: every entry below the top was written.
         let Some(next) = (unsafe { stack.pop(&mut top, far.box_value) }) else {

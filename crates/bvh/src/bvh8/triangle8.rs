@@ -126,7 +126,7 @@ impl LeafHeader {
 
     /// Whether a hit of a lane counts, given the side from which the ray comes.
     #[inline(always)]
-    pub fn accepts(&self, lane: usize, from_outside: bool, culls: bool) -> bool {
+    pub fn accepts_hit(&self, lane: usize, from_outside: bool, culls: bool) -> bool {
         (if from_outside {
             self.inside
         } else {

@@ -32,7 +32,7 @@ impl TraversalSimd for Avx2 {
     define_leaf_tests!(
         Avx2,
         target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt"),
-        exact::intersect_lane
+        exact::intersect_triangle_in_lane
     );
 }
 
@@ -42,7 +42,7 @@ impl TraversalSimd for Avx512 {
         target_feature(
             enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"
         ),
-        exact::intersect_lane
+        exact::intersect_triangle_in_lane
     );
 
     #[inline(always)]

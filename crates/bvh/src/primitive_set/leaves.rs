@@ -27,7 +27,7 @@ impl<R: Real> PrimitiveSet<R> {
 
     /// Whether the set has triangles or quads, whose tests project corners onto the plane
     /// perpendicular to the ray.
-    pub(crate) fn has_faces(&self) -> bool {
+    pub(crate) fn has_triangles_or_quads(&self) -> bool {
         let is_face =
             |shape: &AnyShape<R>| matches!(shape, AnyShape::Quad(_) | AnyShape::Triangle(_));
         !self.triangles.is_empty()
@@ -38,7 +38,7 @@ impl<R: Real> PrimitiveSet<R> {
     /// Sorts the arrays of spheres and triangles in the order of the slots (the primitives'
     /// records), so that primitives tested in sequence are adjacent in memory. Does nothing for
     /// triangles that were moved to blocks.
-    pub(crate) fn sort_by_slot(&mut self) {
+    pub(crate) fn sort_primitives_by_slot(&mut self) {
         fn sort_list_by_slot<T: Copy>(
             list: &mut Vec<T>,
             slots: &mut [PrimitiveSlot],
@@ -65,11 +65,11 @@ impl<R: Real> PrimitiveSet<R> {
     /// Moves the triangles into the tree's blocks of eight, if the tree has blocks, which then hold
     /// the only copy. The slots (the primitives' records) from `first` on are in the tree's order.
     pub(crate) fn move_triangles_to_blocks(&mut self, bvh: &mut Bvh8, first: usize) {
-        if !bvh.has_blocks() {
+        if !bvh.has_triangle_blocks() {
             return;
         }
         let triangles = take(&mut self.triangles);
-        bvh.fill_blocks(&mut self.slots, first, |slot| {
+        bvh.fill_triangle_blocks(&mut self.slots, first, |slot| {
             let triangle = triangles[slot.index as usize];
             (
                 Triangle {
@@ -96,11 +96,11 @@ impl<R: Real> PrimitiveSet<R> {
             (RowKind::Spheres, first..first + spheres),
         ] {
             let firsts = slots.clone().step_by(WIDTH);
-            bvh.add_always_tested_rows(
+            bvh.add_always_tested_primitive_rows(
                 firsts.map(|first| self.build_row(kind, first..slots.end.min(first + WIDTH))),
             );
         }
-        bvh.fill_leaf_rows(first, |slots| self.build_row(RowKind::Spheres, slots));
+        bvh.fill_sphere_leaves(first, |slots| self.build_row(RowKind::Spheres, slots));
     }
 
     /// Builds the row of up to eight spheres or planes in the given slots.

@@ -62,7 +62,7 @@ impl PacketBackoff {
     }
 
     /// Adapts the number of groups to the outcome of a packet.
-    fn record_result(&mut self, packet_result: PacketResult) {
+    fn record_packet_result(&mut self, packet_result: PacketResult) {
         match packet_result {
             PacketResult::Complete => self.pause = 0,
             PacketResult::Abandoned => {
@@ -94,7 +94,7 @@ impl<R: Real> Geometry<R> {
                 } else {
                     PacketResult::Unsuitable
                 };
-            backoff.record_result(packet_result);
+            backoff.record_packet_result(packet_result);
             if packet_result != PacketResult::Complete {
                 hits.extend(directions.iter().map(|&direction| {
                     self.closest(&rays.build_ray(direction), rays.range, &mut ())
@@ -137,7 +137,7 @@ impl<R: Real> Geometry<R> {
             return packet_result;
         }
         for slot in self.planes..self.unbounded {
-            packet_query.test_ray_by_ray(slot, &mut packet_state);
+            packet_query.test_slot_ray_by_ray(slot, &mut packet_state);
         }
         let number = R::from_f32;
         hits.extend((0..packet_state.count).map(|ray| {
@@ -164,7 +164,7 @@ struct PacketQuery<'a, 'r, R: Real> {
 impl<R: Real> PacketQuery<'_, '_, R> {
     /// Tests all rays of the packet, one by one, against a primitive that has no packet test.
     #[inline(never)]
-    fn test_ray_by_ray(&self, slot: usize, packet_state: &mut PacketState) {
+    fn test_slot_ray_by_ray(&self, slot: usize, packet_state: &mut PacketState) {
         let geometry = self.geometry;
         for (ray, &direction) in self.directions.iter().enumerate() {
             let prepared_ray: PreparedRay = geometry.prepare_ray(self.rays.build_ray(direction));
@@ -179,10 +179,10 @@ impl<R: Real> PacketQuery<'_, '_, R> {
                 v,
                 slot,
                 inner,
-            }) = geometry.intersect_slot(own, &prepared_ray, range, &mut ())
+            }) = geometry.intersect_primitive_in_slot(own, &prepared_ray, range, &mut ())
             {
-                packet_state.update_hit(ray, [t, u, v].map(Real::to_f32), [slot, inner], |a, b| {
-                    self.comes_before(a, b)
+                packet_state.record_hit(ray, [t, u, v].map(Real::to_f32), [slot, inner], |a, b| {
+                    self.wins_tie(a, b)
                 });
             }
         }
@@ -191,13 +191,13 @@ impl<R: Real> PacketQuery<'_, '_, R> {
 
 impl<R: Real> PacketVisitor for PacketQuery<'_, '_, R> {
     #[inline(always)]
-    fn comes_before(&self, slot: u32, than: u32) -> bool {
+    fn wins_tie(&self, slot: u32, than: u32) -> bool {
         let order = |slot: u32| self.geometry.primitives.slots[slot as usize].tie_order();
         order(slot) < order(than)
     }
 
-    fn test_other_primitive(&mut self, index: usize, packet_state: &mut PacketState) {
-        self.test_ray_by_ray(self.geometry.unbounded + index, packet_state);
+    fn test_primitive_ray_by_ray(&mut self, index: usize, packet_state: &mut PacketState) {
+        self.test_slot_ray_by_ray(self.geometry.unbounded + index, packet_state);
     }
 }
 
@@ -217,18 +217,18 @@ mod tests {
         let mut backoff = PacketBackoff::default();
         for turns in [1, 2, 4, 8, 16, 32, 64, 64, 64] {
             assert!(backoff.should_try_packet());
-            backoff.record_result(PacketResult::Abandoned);
+            backoff.record_packet_result(PacketResult::Abandoned);
             for _ in 0..turns {
                 assert!(!backoff.should_try_packet());
-                backoff.record_result(PacketResult::Unsuitable);
+                backoff.record_packet_result(PacketResult::Unsuitable);
             }
         }
         assert!(backoff.should_try_packet());
-        backoff.record_result(PacketResult::Unsuitable);
+        backoff.record_packet_result(PacketResult::Unsuitable);
         assert!(backoff.should_try_packet());
-        backoff.record_result(PacketResult::Complete);
+        backoff.record_packet_result(PacketResult::Complete);
         assert!(backoff.should_try_packet());
-        backoff.record_result(PacketResult::Abandoned);
+        backoff.record_packet_result(PacketResult::Abandoned);
         assert!([backoff.should_try_packet(), backoff.should_try_packet()] == [false, true]);
     }
 

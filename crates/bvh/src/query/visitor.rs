@@ -27,7 +27,7 @@ pub(super) trait QueryKind<R: Real>: Sized {
     fn max_distance(&self) -> R;
     /// Adapts the query to a ray that was mapped into the space of an instance.
     #[inline(always)]
-    fn adapt_to_ray(self, _ray: &PreparedRay) -> Self {
+    fn adapt_to_mapped_ray(self, _ray: &PreparedRay) -> Self {
         self
     }
     /// Handles a hit within the range. Returns whether the query ends.
@@ -42,7 +42,7 @@ pub(super) trait QueryKind<R: Real>: Sized {
         stats: &mut T,
     ) -> bool {
         geometry
-            .intersect_slot(slot, ray, self.range(), stats)
+            .intersect_primitive_in_slot(slot, ray, self.range(), stats)
             .is_some_and(|slot_hit| self.accept_hit(geometry, slot_hit))
     }
 }
@@ -104,7 +104,7 @@ impl<R: Real> QueryKind<R> for ClosestHitQuery<R> {
             .map_or_else(|| self.range.max.next_down(), |slot_hit| slot_hit.t)
     }
     #[inline(always)]
-    fn adapt_to_ray(self, ray: &PreparedRay) -> Self {
+    fn adapt_to_mapped_ray(self, ray: &PreparedRay) -> Self {
         if R::IS_SINGLE {
             return self;
         }
@@ -201,7 +201,7 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHitQuery<'_, R, BY_
                 .0;
         }
         geometry
-            .intersect_slot(slot, ray, range, stats)
+            .intersect_primitive_in_slot(slot, ray, range, stats)
             .is_some_and(accepts)
     }
 }
@@ -237,7 +237,7 @@ impl<R: Real> Geometry<R> {
         };
         let ([(ox, dx), (oy, dy), (oz, dz)], near) = ([one(0), one(1), one(2)], query.range.min);
         let ended = bvh.visit_hits(ox, oy, oz, dx, dy, dz, near, &mut query, visitor);
-        visitor.add_counts(&query);
+        visitor.add_work_counts(&query);
         ended
     }
 
@@ -264,7 +264,7 @@ impl<R: Real> Geometry<R> {
         mut query: Q,
         stats: &mut T,
     ) -> (bool, Q) {
-        let single_positions = self.bvh.single_positions();
+        let single_positions = self.bvh.single_primitive_positions();
         for slot in self
             .unbounded_slots()
             .chain(self.bounded_slots(single_positions.clone().unwrap_or(0..0)))
@@ -309,7 +309,7 @@ impl<R: Real> Geometry<R> {
         let ended = self
             .bvh
             .visit_hits_of_mapped_ray(&traversal_ray, &mut query, &mut visitor);
-        visitor.add_counts(&query);
+        visitor.add_work_counts(&query);
         (ended, visitor.query)
     }
 
@@ -348,7 +348,7 @@ impl<R: Real> Geometry<R> {
                 &mut traversal,
                 &mut visitor,
             );
-            visitor.add_counts(&traversal);
+            visitor.add_work_counts(&traversal);
             if let Some(ended) = ended {
                 return (ended, visitor.query);
             }
@@ -371,7 +371,7 @@ impl<R: Real> Geometry<R> {
             self.primitives
                 .resolve_instance(instance, ray.time, &mut moving_transform);
         let ray = transform.ray_to_object(ray);
-        part.run_query(&ray, query.adapt_to_ray(&ray), stats)
+        part.run_query(&ray, query.adapt_to_mapped_ray(&ray), stats)
     }
 }
 
@@ -413,7 +413,7 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> QueryVisitor<'_, R, Q, T> {
     }
 
     #[inline(always)]
-    fn add_counts(&mut self, query: &TraversalQuery<'_>) {
+    fn add_work_counts(&mut self, query: &TraversalQuery<'_>) {
         if T::COUNTS {
             self.stats.count(query.stats);
         }
@@ -448,7 +448,7 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> HitVisitor for QueryVisitor<
         ended
     }
 
-    fn visit_other_primitive(&mut self, query: &mut TraversalQuery<'_>, index: usize) -> bool {
+    fn visit_single_primitive(&mut self, query: &mut TraversalQuery<'_>, index: usize) -> bool {
         let (geometry, ray) = (self.geometry, query.prepared_ray());
         let ended = geometry
             .bounded_slots(index..index + 1)

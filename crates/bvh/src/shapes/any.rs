@@ -89,13 +89,13 @@ impl<R: Real> Shape<R> for AnyShape<R> {
         each!(self, shape => shape.intersect(prepared_ray, range, side))
     }
 
-    fn locate_under_transforms(
+    fn locate_point_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
-        each!(self, shape => shape.locate_under_transforms(prepared_ray, hit, transform_chain))
+        each!(self, shape => shape.locate_point_under_transforms(prepared_ray, hit, transform_chain))
     }
 
     fn texture_coordinates(

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::frame::{eval_disk_support, length_2d, split_along_axis};
 use super::quadratic::{
-    Crossings, Quadratic, RaySpan, choose_reference_point, point_at_hit, uses_near_reference,
+    Crossings, Quadratic, RaySpan, choose_reference_point, point_at_hit, uses_near_reference_point,
 };
 use super::revolution::{SurfaceOfRevolution, WALL};
 use super::{
@@ -174,12 +174,12 @@ impl<R: Real> Shape<R> for Cone<R> {
     ) -> Option<ShapeHit<R>> {
         self.intersect_solid(
             prepared_ray,
-            uses_near_reference(prepared_ray, self.base, self.radius.max(self.top_radius)),
+            uses_near_reference_point(prepared_ray, self.base, self.radius.max(self.top_radius)),
         )?
         .nearest_hit(range, side)
     }
 
-    fn locate_under_transforms(
+    fn locate_point_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,

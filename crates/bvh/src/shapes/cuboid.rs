@@ -135,7 +135,7 @@ impl<R: Real> Cuboid<R> {
 }
 
 /// Decodes a face number into its axis and whether the face is at the greater coordinate.
-fn decode_face<R: Real>(number: R) -> (usize, bool) {
+fn decode_face_number<R: Real>(number: R) -> (usize, bool) {
     let face = number.to_f64() as usize;
     ((face / 2).min(2), face % 2 == 1)
 }
@@ -160,13 +160,13 @@ impl<R: Real> Shape<R> for Cuboid<R> {
         self.intersect_slabs(prepared_ray)?.nearest_hit(range, side)
     }
 
-    fn locate_under_transforms(
+    fn locate_point_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
-        let (axis, greater) = decode_face(hit.u);
+        let (axis, greater) = decode_face_number(hit.u);
         let span = if prepared_ray.is_mapped {
             self.intersect_slabs(prepared_ray)
         } else {
@@ -195,7 +195,7 @@ impl<R: Real> Shape<R> for Cuboid<R> {
     ) -> TextureCoordinates<R> {
         let point = self.surface(prepared_ray, hit).point;
         let size: R::Vec3 = self.max - self.min;
-        let (axis, greater) = decode_face(hit.u);
+        let (axis, greater) = decode_face_number(hit.u);
         // Axis of u, whether u decreases along it, axis of v, and whether v decreases along it.
         let (along_u, u_falls, along_v, v_falls) = [
             (2, greater, 1, true),

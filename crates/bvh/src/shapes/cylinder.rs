@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::frame::{eval_disk_support, split_along_axis};
-use super::quadratic::{point_at_hit, uses_near_reference};
+use super::quadratic::{point_at_hit, uses_near_reference_point};
 use super::revolution::{SurfaceOfRevolution, WALL};
-use super::spawn_offset::offset_for_curvature;
+use super::spawn_offset::offset_ray_origins_for_curvature;
 use super::{
     OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
     rounding_bound,
@@ -100,7 +100,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         let solid = self.to_surface_of_revolution();
         let wall = solid.intersect_infinite_tube(
             prepared_ray,
-            uses_near_reference(prepared_ray, self.base, self.radius),
+            uses_near_reference_point(prepared_ray, self.base, self.radius),
         )?;
         match self.ends {
             CylinderEnds::None => wall.nearest_hit(range, side, |_| true),
@@ -114,7 +114,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         }
     }
 
-    fn locate_under_transforms(
+    fn locate_point_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
@@ -162,7 +162,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         };
         let radius = self.radius.to_f64();
         if self.ends != CylinderEnds::Capped {
-            return offset_for_curvature::<R>(surface_point, transform_chain, || {
+            return offset_ray_origins_for_curvature::<R>(surface_point, transform_chain, || {
                 [f64::INFINITY, radius]
             });
         }

@@ -61,7 +61,7 @@ impl<R: Real> Shape<R> for Disk<R> {
             .then_some(ShapeHit::from_distance(t))
     }
 
-    fn locate_under_transforms(
+    fn locate_point_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         _: ShapeHit<R>,

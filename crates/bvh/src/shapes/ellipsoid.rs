@@ -78,7 +78,7 @@ impl<R: Real> Ellipsoid<R> {
 
     /// Returns the offset from a hit point to the point from which inward rays start. It is
     /// computed for the unit sphere whose image is this ellipsoid (see
-    /// [`super::spawn_offset::offset_for_curvature`]).
+    /// [`super::spawn_offset::offset_ray_origins_for_curvature`]).
     #[inline(never)]
     fn inward_ray_offset(
         &self,
@@ -125,7 +125,7 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
             .nearest_hit(range, side, |_| true)
     }
 
-    fn locate_under_transforms(
+    fn locate_point_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,

@@ -136,18 +136,18 @@ pub trait Shape<R: Real> {
     /// result is in f64, in the space of the ray. `transform_chain` holds the maps from that space
     /// to the world. The maps decide how far ray origins must keep away from edges and from curved
     /// surfaces.
-    fn locate_under_transforms(
+    fn locate_point_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint;
 
-    /// Computes the surface point as [`Shape::locate_under_transforms`], for a shape that is not
+    /// Computes the surface point as [`Shape::locate_point_under_transforms`], for a shape that is not
     /// mapped.
     #[inline(always)]
     fn locate_surface_point(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
-        self.locate_under_transforms(prepared_ray, hit, None)
+        self.locate_point_under_transforms(prepared_ray, hit, None)
     }
 
     /// Computes the texture coordinates at a hit that [`Shape::intersect`] returned for the same

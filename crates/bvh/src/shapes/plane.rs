@@ -72,7 +72,7 @@ impl<R: Real> Shape<R> for Plane<R> {
     }
 
     #[inline]
-    fn locate_under_transforms(
+    fn locate_point_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         _: ShapeHit<R>,

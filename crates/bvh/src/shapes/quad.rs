@@ -146,7 +146,7 @@ impl<R: Real> Shape<R> for Quad<R> {
         })
     }
 
-    fn locate_under_transforms(
+    fn locate_point_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,

@@ -134,7 +134,7 @@ pub(crate) fn choose_reference_point(
 /// as reference point ([`choose_reference_point`]). For shapes stored in f32 the ray's origin is
 /// faster, and precise enough up to [`FAR_RATIO`] sizes away.
 #[inline(always)]
-pub(crate) fn uses_near_reference<R: Real>(
+pub(crate) fn uses_near_reference_point<R: Real>(
     prepared_ray: &PreparedRay,
     centre: R::Vec3,
     size: R,

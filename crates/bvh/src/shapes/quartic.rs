@@ -31,7 +31,7 @@ impl Quartic {
 
     /// Cuts the interval [−reach, reach] at the extrema of the quartic. Returns up to five points
     /// in ascending order, which bound four monotone pieces.
-    fn split_monotone(&self, reach: f64) -> ArrayVec<f64, 5> {
+    fn split_into_monotone_pieces(&self, reach: f64) -> ArrayVec<f64, 5> {
         let mut pieces = ArrayVec::from_iter([-reach]);
         // The derivative has its extrema at ±`knee`, and no extrema if the quartic is convex.
         let knee = (-self.p / 6.0).max(0.0).sqrt().min(reach);
@@ -56,7 +56,7 @@ impl Quartic {
         reach: f64,
         mut take: impl FnMut(f64, bool) -> Option<T>,
     ) -> Option<T> {
-        let pieces = self.split_monotone(reach);
+        let pieces = self.split_into_monotone_pieces(reach);
         let mut at_from = 1.0;
         for (i, ends) in pieces.windows(2).enumerate() {
             let (from, to) = (ends[0], ends[1]);

@@ -111,7 +111,7 @@ impl<'a> SpawnOffset<'a> {
 /// from the point. After a move along the normal by r²/ρ, the origin lies in the ball of radius ρ,
 /// if r is below ρ: (ρ − r²/ρ)² + r² < ρ². A larger reach has no safe origin.
 #[inline(always)]
-pub(super) fn offset_for_curvature<R: Real>(
+pub(super) fn offset_ray_origins_for_curvature<R: Real>(
     surface_point: SurfacePoint,
     transform_chain: OuterTransforms<'_>,
     balls: impl FnOnce() -> [f64; 2],
@@ -124,7 +124,7 @@ pub(super) fn offset_for_curvature<R: Real>(
     }
 }
 
-/// Moves the base points of rays into the balls of [`offset_for_curvature`]: along the normal by
+/// Moves the base points of rays into the balls of [`offset_ray_origins_for_curvature`]: along the normal by
 /// reach²/radius on each side.
 #[inline(never)]
 fn offset_into_tangent_balls<R: Real>(

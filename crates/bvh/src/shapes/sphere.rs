@@ -2,7 +2,7 @@
 
 use super::prepared_ray::FAR_RATIO;
 use super::quadratic::{Crossings, call_cold, choose_reference_point};
-use super::spawn_offset::offset_for_curvature;
+use super::spawn_offset::offset_ray_origins_for_curvature;
 use super::{
     OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
     first_accepted_root, rounding_bound,
@@ -85,7 +85,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
     }
 
     #[inline]
-    fn locate_under_transforms(
+    fn locate_point_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
@@ -107,7 +107,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
             let surface_point =
                 self.eval_surface_point((l + prepared_ray.direction * (t - ahead)).normalize());
             // Mapped rays always take this branch, so no other branch needs the maps.
-            return offset_for_curvature::<R>(surface_point, transform_chain, || {
+            return offset_ray_origins_for_curvature::<R>(surface_point, transform_chain, || {
                 [f64::INFINITY, radius]
             });
         }

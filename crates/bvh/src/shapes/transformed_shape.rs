@@ -66,12 +66,12 @@ impl<R: Real> TransformedShape<R> {
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
     ) -> SurfacePoint {
-        self.locate_under_transforms(prepared_ray, hit, None)
+        self.locate_point_under_transforms(prepared_ray, hit, None)
     }
 
     /// Computes the surface point of a hit in the space of the ray. `outer` holds the maps from
     /// that space to the world.
-    pub(crate) fn locate_under_transforms(
+    pub(crate) fn locate_point_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
@@ -82,7 +82,7 @@ impl<R: Real> TransformedShape<R> {
             outer: outer.as_ref(),
         };
         self.transform
-            .surface_point_to_world(&self.shape.locate_under_transforms(
+            .surface_point_to_world(&self.shape.locate_point_under_transforms(
                 &self.transform.ray_to_object(prepared_ray),
                 hit,
                 Some(transform_chain),

@@ -127,7 +127,7 @@ impl<R: Real> Shape<R> for Triangle<R> {
     }
 
     #[inline]
-    fn locate_under_transforms(
+    fn locate_point_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,

@@ -17,7 +17,7 @@ use crate::{
 type BoxCorners = [DVec3; 2];
 
 /// Builds a geometry of solid boxes.
-fn build_boxes<R: Real>(boxes: &[BoxCorners], kind: AcceleratorKind) -> Geometry<R> {
+fn build_box_geometry<R: Real>(boxes: &[BoxCorners], kind: AcceleratorKind) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for &[min, max] in boxes {
         group
@@ -31,7 +31,7 @@ fn build_boxes<R: Real>(boxes: &[BoxCorners], kind: AcceleratorKind) -> Geometry
 }
 
 /// Returns the closest hit of a ray with solid boxes, at any positive distance.
-fn closest_box<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> Option<Hit<R>> {
+fn closest_box_hit<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> Option<Hit<R>> {
     geometry.closest(ray, Interval::positive(), &mut ())
 }
 
@@ -74,7 +74,7 @@ fn judge_target_hit<R: Real>(
     ray: &Ray<R>,
     aimed_at: BoxCorners,
 ) -> Verdict {
-    let (hit, expected) = (closest_box(tree, ray), closest_box(scan, ray));
+    let (hit, expected) = (closest_box_hit(tree, ray), closest_box_hit(scan, ray));
     let Some([_, leaves]) = intersect_slabs(ray, aimed_at) else {
         return Verdict::Skipped;
     };
@@ -118,12 +118,12 @@ pub fn measure_rays_along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     };
     let trees: Vec<_> = lengths
         .iter()
-        .map(|length| build_boxes::<R>(&boxes(length), AcceleratorKind::default()))
+        .map(|length| build_box_geometry::<R>(&boxes(length), AcceleratorKind::default()))
         .collect();
     let mut measured = measure_by_each_kernel(trees, |trees| {
         judge_rays("T01", 201, 400_000, rays, |rng| {
             let (index, axis, ray) = drawn(rng);
-            let hit = closest_box(&trees[index], &ray);
+            let hit = closest_box_hit(&trees[index], &ray);
             let is_found = hit
                 .is_some_and(|hit| hit.object as usize == axis && hit.t.to_f64() == lengths[index]);
             Verdict::from_condition(is_found, || {
@@ -161,9 +161,9 @@ pub fn measure_signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
         [min, min + ((rng.sample_cube() + 1.0) * 1.5).floor() + 1.0]
     };
     let boxes: Vec<BoxCorners> = (0..1000).map(whole).collect();
-    let scan = build_boxes::<R>(&boxes, AcceleratorKind::Linear);
+    let scan = build_box_geometry::<R>(&boxes, AcceleratorKind::Linear);
     measure_by_each_kernel(
-        vec![build_boxes(&boxes, AcceleratorKind::default())],
+        vec![build_box_geometry(&boxes, AcceleratorKind::default())],
         |trees| {
             judge_rays("T02", 202, 40_000, rays, |rng| {
                 let (origin, zeros) = (
@@ -183,10 +183,10 @@ pub fn measure_signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
                         DVec3::new(component(0), component(1), component(2)),
                     )
                 };
-                let expected = closest_box(&scan, &with(0));
+                let expected = closest_box_hit(&scan, &with(0));
                 let wrong = (0..8)
                     .map(with)
-                    .find(|ray| closest_box(&trees[0], ray) != expected);
+                    .find(|ray| closest_box_hit(&trees[0], ray) != expected);
                 wrong.map_or(Verdict::Right(0.0), |ray| {
                     Verdict::Wrong(format!(
                         "the sign of a zero changes the hit {expected:?}{}",
@@ -199,7 +199,7 @@ pub fn measure_signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
 }
 
 /// Measures case T04: rays along an axis whose other direction components are close to zero.
-pub fn measure_tiny_components<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_tiny_direction_components<R: Real>(rays: RayCount) -> Vec<Measurement> {
     measure_rays_at_boxes::<R>("T04", 204, rays, |rng, target| {
         let (axis, size) = (
             rng.next_bits() as usize % 3,
@@ -231,9 +231,9 @@ fn measure_rays_at_boxes<R: Real>(
     drawn: impl Fn(&mut CaseRng, DVec3) -> Ray<R> + Sync,
 ) -> Vec<Measurement> {
     let boxes = scatter_boxes(seed + 10, 300);
-    let scan = build_boxes::<R>(&boxes, AcceleratorKind::Linear);
+    let scan = build_box_geometry::<R>(&boxes, AcceleratorKind::Linear);
     measure_by_each_kernel(
-        vec![build_boxes(&boxes, AcceleratorKind::default())],
+        vec![build_box_geometry(&boxes, AcceleratorKind::default())],
         |trees| {
             judge_rays(case, seed, 80_000, rays, |rng| {
                 let [min, max] = rng.choose(&boxes);
@@ -257,9 +257,9 @@ pub fn measure_mixed_scales<R: Real>(rays: RayCount) -> Vec<Measurement> {
         [round_to_f32(centre - half), round_to_f32(centre + half)]
     };
     let boxes: Vec<BoxCorners> = (0..2000).map(one).collect();
-    let scan = build_boxes::<R>(&boxes, AcceleratorKind::Linear);
+    let scan = build_box_geometry::<R>(&boxes, AcceleratorKind::Linear);
     measure_by_each_kernel(
-        vec![build_boxes(&boxes, AcceleratorKind::default())],
+        vec![build_box_geometry(&boxes, AcceleratorKind::default())],
         |trees| {
             judge_rays("T08", 208, 40_000, rays, |rng| {
                 let [min, max] = rng.choose(&boxes);
@@ -278,9 +278,9 @@ pub fn measure_mixed_scales<R: Real>(rays: RayCount) -> Vec<Measurement> {
 /// inwards, outwards or along the face.
 pub fn measure_rays_from_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let boxes = scatter_boxes(216, 300);
-    let scan = build_boxes::<R>(&boxes, AcceleratorKind::Linear);
+    let scan = build_box_geometry::<R>(&boxes, AcceleratorKind::Linear);
     measure_by_each_kernel(
-        vec![build_boxes(&boxes, AcceleratorKind::default())],
+        vec![build_box_geometry(&boxes, AcceleratorKind::default())],
         |trees| {
             judge_rays("T16", 216, 200_000, rays, |rng| {
                 let corners = rng.choose(&boxes);
@@ -303,7 +303,10 @@ pub fn measure_rays_from_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 };
                 let either_way =
                     |geometry: &Geometry<R>| geometry.closest(&ray, everything, &mut ());
-                let (hit, expected) = (closest_box(&trees[0], &ray), closest_box(&scan, &ray));
+                let (hit, expected) = (
+                    closest_box_hit(&trees[0], &ray),
+                    closest_box_hit(&scan, &ray),
+                );
                 // Distance that the ray has left inside the box. A hit is required if this distance
                 // exceeds rounding.
                 let distance = intersect_slabs(&ray, corners)

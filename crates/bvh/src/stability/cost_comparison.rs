@@ -47,8 +47,8 @@ pub fn build_cost_comparison(number: &str) -> Option<CostComparison> {
         "P01" => compare_intersections(
             "intersection of a sphere",
             40,
-            unit_sphere::<f32>().into(),
-            unit_sphere::<f64>().into(),
+            build_unit_sphere::<f32>().into(),
+            build_unit_sphere::<f64>().into(),
         ),
         "P02" => compare_surfaces(20),
         "P13" => {
@@ -77,21 +77,21 @@ pub fn build_cost_comparison(number: &str) -> Option<CostComparison> {
         "P21" => compare_intersections(
             "intersection of a triangle",
             40,
-            sample_triangle::<f32>(),
-            sample_triangle::<f64>(),
+            build_test_triangle::<f32>(),
+            build_test_triangle::<f64>(),
         ),
         _ => return None,
     })
 }
 
-fn unit_sphere<R: Real>() -> Sphere<R> {
+fn build_unit_sphere<R: Real>() -> Sphere<R> {
     Sphere {
         centre: to_scalar::<R>(DVec3::ZERO),
         radius: R::ONE,
     }
 }
 
-fn sample_triangle<R: Real>() -> AnyShape<R> {
+fn build_test_triangle<R: Real>() -> AnyShape<R> {
     let corners = [
         DVec3::new(-1.0, -1.0, 0.2),
         DVec3::new(1.0, -0.8, 0.2),
@@ -102,7 +102,7 @@ fn sample_triangle<R: Real>() -> AnyShape<R> {
 
 /// Creates the rays of the comparison: from points at distance 5 from the origin, towards points
 /// near a shape of about unit size at the origin.
-fn random_rays<R: Real>() -> Vec<Ray<R>> {
+fn create_random_rays<R: Real>() -> Vec<Ray<R>> {
     let ray = |i: u32| {
         let rng = &mut CaseRng::new(1, i.into());
         let origin = rng.sample_direction() * 5.0;
@@ -115,8 +115,8 @@ fn random_rays<R: Real>() -> Vec<Ray<R>> {
 }
 
 /// Creates the rays of the comparison, prepared as the library's queries prepare them.
-fn prepared_rays<R: Real>() -> Vec<PreparedRay> {
-    random_rays::<R>()
+fn prepare_random_rays<R: Real>() -> Vec<PreparedRay> {
+    create_random_rays::<R>()
         .into_iter()
         .map(PreparedRay::new)
         .collect()
@@ -131,14 +131,15 @@ fn compare_intersections(
     double: AnyShape<f64>,
 ) -> CostComparison {
     fn all<R: Real>(turns: u32, shape: AnyShape<R>) -> TimedWork {
-        let rays = prepared_rays::<R>();
+        let rays = prepare_random_rays::<R>();
         Box::new(move || {
             for ray in (0..turns).flat_map(|_| &rays) {
                 black_box(black_box(&shape).intersect(ray, Interval::positive(), Side::Both));
             }
         })
     }
-    let (rays, by): (_, IntersectFunction<f32>) = (random_rays::<f32>(), textbook::intersect);
+    let (rays, by): (_, IntersectFunction<f32>) =
+        (create_random_rays::<f32>(), textbook::intersect);
     let by_textbook = move || {
         for ray in (0..turns).flat_map(|_| &rays) {
             black_box(by(black_box(&single), ray));
@@ -156,7 +157,7 @@ fn compare_intersections(
 /// Each run tests all rays `turns` times.
 fn compare_surfaces(turns: u32) -> CostComparison {
     fn all<R: Real>(turns: u32) -> TimedWork {
-        let (sphere, rays) = (unit_sphere::<R>(), prepared_rays::<R>());
+        let (sphere, rays) = (build_unit_sphere::<R>(), prepare_random_rays::<R>());
         Box::new(move || {
             for ray in (0..turns).flat_map(|_| &rays) {
                 let hit = black_box(&sphere).intersect(ray, Interval::positive(), Side::Both);
@@ -164,7 +165,7 @@ fn compare_surfaces(turns: u32) -> CostComparison {
             }
         })
     }
-    let (ball, shot) = (unit_sphere::<f32>(), random_rays::<f32>());
+    let (ball, shot) = (build_unit_sphere::<f32>(), create_random_rays::<f32>());
     let by_textbook = move || {
         for ray in (0..turns).flat_map(|_| &shot) {
             black_box(textbook::intersect_sphere_surface(black_box(&ball), ray));

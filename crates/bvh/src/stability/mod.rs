@@ -28,7 +28,7 @@ pub type IntersectFunction<R> = fn(&AnyShape<R>, &Ray<R>) -> Option<R>;
 
 /// Computes the distance of the closest hit by the library, in front of the origin and from either
 /// side.
-pub fn library_intersect<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>) -> Option<R> {
+pub fn intersect_by_library<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>) -> Option<R> {
     verdicts::nearest_hit(shape, ray).map(|hit| hit.t)
 }
 
@@ -64,7 +64,7 @@ fn precision_name<R: Real>() -> &'static str {
 
 /// Creates the measurement of a case in the precision of `R`, for shapes that are intersected
 /// without a tree.
-pub fn measurement_without_kernels<R: Real>(outcome: CaseOutcome) -> Measurement {
+pub fn create_measurement_without_kernels<R: Real>(outcome: CaseOutcome) -> Measurement {
     Measurement {
         setting: precision_name::<R>().to_owned(),
         outcome,
@@ -122,7 +122,7 @@ pub fn measure_case(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
         "T01" => both!(boxes::measure_rays_along_faces),
         "T02" => both!(boxes::measure_signed_zeros),
         "T03" => both!(closed_meshes::measure_lattices),
-        "T04" => both!(boxes::measure_tiny_components),
+        "T04" => both!(boxes::measure_tiny_direction_components),
         "T05" => both!(boxes::measure_direction_lengths),
         "T06" => both!(closed_meshes::measure_mesh_sizes),
         "T07" => both!(closed_meshes::measure_distant_meshes),

@@ -6,7 +6,7 @@ use super::verdicts::{
     CaseOutcome, RayCount, U, Verdict, format_ray_bits, judge_rays, nearest_hit, round_to_f32,
     to_scalar, ulp, unnormalised_ray,
 };
-use super::{Measurement, measurement_without_kernels};
+use super::{Measurement, create_measurement_without_kernels};
 use crate::shapes::Plane;
 use crate::{PreparedRay, Real, Shape, Vector};
 
@@ -63,7 +63,7 @@ pub fn measure_grazing_planes<R: Real>(rays: RayCount) -> Vec<Measurement> {
             }
         }
     });
-    vec![measurement_without_kernels::<R>(outcome)]
+    vec![create_measurement_without_kernels::<R>(outcome)]
 }
 
 /// Measures case P08: the cell of a checkerboard that a ray hits, at distances from a thousand to
@@ -124,5 +124,5 @@ pub fn measure_distant_checkerboard<R: Real>(rays: RayCount) -> Vec<Measurement>
         .into_iter()
         .reduce(CaseOutcome::merge)
         .expect("the list of distances is not empty");
-    vec![measurement_without_kernels::<R>(outcome)]
+    vec![create_measurement_without_kernels::<R>(outcome)]
 }

@@ -15,7 +15,7 @@ use super::verdicts::{
 /// error, which may be at most `bound`. `case` is `cone` or `hyperboloid`. The rays are parallel to
 /// a generator of the cone or an asymptote of the hyperboloid, except that two components of the
 /// direction are changed by `deviation`.
-pub fn judge_near_root<R: Real>(
+pub fn judge_near_root_of_quadric<R: Real>(
     case: &str,
     deviation: f64,
     bound: f64,

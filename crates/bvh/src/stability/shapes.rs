@@ -1,26 +1,26 @@
 //! Cases P01, P02, P13, P15, P17, P21 and P22: shapes for which textbook formulas fail, measured by
 //! these formulas and by the library on the same rays.
 
-use super::quadrics::{judge_extreme_distance, judge_near_root};
+use super::quadrics::{judge_extreme_distance, judge_near_root_of_quadric};
 use super::sphere::{eval_library_surface, judge_far_sphere, judge_surface_point};
 use super::torus::judge_far_torus;
 use super::triangles::{
     ClosedMesh, RayTarget, cube_mesh, icosphere, judge_leaks, judge_tree_leaks,
 };
 use super::verdicts::{CaseOutcome, RayCount};
-use super::{Measurement, library_intersect, measurement_without_kernels, textbook};
+use super::{Measurement, create_measurement_without_kernels, intersect_by_library, textbook};
 use crate::Real;
 
 /// Returns the measurements of a case in f32 and f64, each paired with the outcome of the textbook
 /// formulas.
-fn pair_with_textbook(
+fn pair_outcomes_with_textbook(
     textbook: CaseOutcome,
     robust: CaseOutcome,
     reference: CaseOutcome,
 ) -> Vec<Measurement> {
     [
-        measurement_without_kernels::<f32>(robust),
-        measurement_without_kernels::<f64>(reference),
+        create_measurement_without_kernels::<f32>(robust),
+        create_measurement_without_kernels::<f64>(reference),
     ]
     .map(|measurement| Measurement {
         textbook: Some(textbook.clone()),
@@ -45,15 +45,15 @@ const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
 /// Measures case P01: hits of spheres from 2 to 10⁶ radii away.
 pub fn measure_far_spheres(rays: RayCount) -> Vec<Measurement> {
-    pair_with_textbook(
+    pair_outcomes_with_textbook(
         sum_outcomes(RATIOS, |ratio| {
             judge_far_sphere(ratio, 8.0, rays, textbook::intersect)
         }),
         sum_outcomes(RATIOS, |ratio| {
-            judge_far_sphere::<f32>(ratio, 2.0, rays, library_intersect)
+            judge_far_sphere::<f32>(ratio, 2.0, rays, intersect_by_library)
         }),
         sum_outcomes(RATIOS, |ratio| {
-            judge_far_sphere::<f64>(ratio, 16.0, rays, library_intersect)
+            judge_far_sphere::<f64>(ratio, 16.0, rays, intersect_by_library)
         }),
     )
 }
@@ -66,7 +66,7 @@ pub fn measure_surface_points(rays: RayCount) -> Vec<Measurement> {
             .into_iter()
             .flat_map(|offset| RATIOS.map(|ratio| (offset, ratio)))
     };
-    pair_with_textbook(
+    pair_outcomes_with_textbook(
         sum_outcomes(parts(), |(offset, ratio)| {
             judge_surface_point(offset, ratio, rays, textbook::intersect_sphere_surface)
         }),
@@ -87,15 +87,15 @@ pub fn measure_vanishing_coefficients(rays: RayCount) -> Vec<Measurement> {
             .into_iter()
             .flat_map(|case| [1e-1, 1e-3, 1e-5, 1e-7, 0.0].map(|off| (case, off)))
     };
-    pair_with_textbook(
+    pair_outcomes_with_textbook(
         sum_outcomes(parts(), |(case, off)| {
-            judge_near_root(case, off, 1e-5, rays, textbook::intersect)
+            judge_near_root_of_quadric(case, off, 1e-5, rays, textbook::intersect)
         }),
         sum_outcomes(parts(), |(case, off)| {
-            judge_near_root::<f32>(case, off, 1e-5, rays, library_intersect)
+            judge_near_root_of_quadric::<f32>(case, off, 1e-5, rays, intersect_by_library)
         }),
         sum_outcomes(parts(), |(case, off)| {
-            judge_near_root::<f64>(case, off, 1e-5, rays, library_intersect)
+            judge_near_root_of_quadric::<f64>(case, off, 1e-5, rays, intersect_by_library)
         }),
     )
 }
@@ -103,15 +103,15 @@ pub fn measure_vanishing_coefficients(rays: RayCount) -> Vec<Measurement> {
 /// Measures case P15: hits of flat and of needle-like ellipsoids.
 pub fn measure_extreme_ellipsoids(rays: RayCount) -> Vec<Measurement> {
     const AXES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
-    pair_with_textbook(
+    pair_outcomes_with_textbook(
         sum_outcomes(AXES, |k| {
             judge_extreme_distance(k, 1e-3, rays, textbook::intersect)
         }),
         sum_outcomes(AXES, |k| {
-            judge_extreme_distance::<f32>(k, 1e-3, rays, library_intersect)
+            judge_extreme_distance::<f32>(k, 1e-3, rays, intersect_by_library)
         }),
         sum_outcomes(AXES, |k| {
-            judge_extreme_distance::<f64>(k, 1e-3, rays, library_intersect)
+            judge_extreme_distance::<f64>(k, 1e-3, rays, intersect_by_library)
         }),
     )
 }
@@ -124,15 +124,15 @@ pub fn measure_far_tori(rays: RayCount) -> Vec<Measurement> {
             .into_iter()
             .flat_map(|tube| [3.0, 10.0, 100.0, 1000.0].map(|far| (tube, far)))
     };
-    pair_with_textbook(
+    pair_outcomes_with_textbook(
         sum_outcomes(parts(), |(tube, far)| {
             judge_far_torus(tube, far, COUNT, rays, textbook::intersect)
         }),
         sum_outcomes(parts(), |(tube, far)| {
-            judge_far_torus::<f32>(tube, far, COUNT, rays, library_intersect)
+            judge_far_torus::<f32>(tube, far, COUNT, rays, intersect_by_library)
         }),
         sum_outcomes(parts(), |(tube, far)| {
-            judge_far_torus::<f64>(tube, far, COUNT, rays, library_intersect)
+            judge_far_torus::<f64>(tube, far, COUNT, rays, intersect_by_library)
         }),
     )
 }
@@ -157,7 +157,7 @@ pub fn measure_flipped_faces(rays: RayCount) -> Vec<Measurement> {
         let parts: Vec<_> = turned
             .flat_map(|(name, mesh)| AIMS.map(|ray_target| (name, mesh.clone(), ray_target)))
             .collect();
-        measurement_without_kernels::<R>(sum_outcomes(parts, |(name, mesh, ray_target)| {
+        create_measurement_without_kernels::<R>(sum_outcomes(parts, |(name, mesh, ray_target)| {
             judge_tree_leaks::<R>(name, &mesh, ray_target, count, rays)
         }))
     }
@@ -179,7 +179,7 @@ pub fn measure_shared_edges(rays: RayCount) -> Vec<Measurement> {
             textbook::hits_any(&triangles, ray)
         })
     };
-    pair_with_textbook(
+    pair_outcomes_with_textbook(
         sum_outcomes(parts(), by_textbook),
         sum_outcomes(parts(), |(name, mesh, ray_target)| {
             judge_tree_leaks::<f32>(name, mesh, ray_target, 1_000_000, rays)

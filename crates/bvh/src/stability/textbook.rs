@@ -14,12 +14,18 @@ type TextbookCrossings = [f32; 2];
 /// For a shape without a textbook formula.
 pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
     match shape {
-        AnyShape::Sphere(sphere) => nearest_ahead(self::intersect_sphere(sphere, ray)?, |_| true),
-        AnyShape::Ellipsoid(body) => nearest_ahead(intersect_ellipsoid(body, ray)?, |_| true),
-        AnyShape::Hyperboloid(sheet) => nearest_ahead(intersect_hyperboloid(sheet, ray)?, |t| {
-            (ray.at(t).y - sheet.centre.y).abs() <= sheet.half_height
-        }),
-        AnyShape::Cone(cone) => nearest_ahead(self::intersect_cone(cone, ray)?, |_| true),
+        AnyShape::Sphere(sphere) => {
+            nearest_crossing_ahead(self::intersect_sphere(sphere, ray)?, |_| true)
+        }
+        AnyShape::Ellipsoid(body) => {
+            nearest_crossing_ahead(intersect_ellipsoid(body, ray)?, |_| true)
+        }
+        AnyShape::Hyperboloid(sheet) => {
+            nearest_crossing_ahead(intersect_hyperboloid(sheet, ray)?, |t| {
+                (ray.at(t).y - sheet.centre.y).abs() <= sheet.half_height
+            })
+        }
+        AnyShape::Cone(cone) => nearest_crossing_ahead(self::intersect_cone(cone, ray)?, |_| true),
         AnyShape::Torus(ring) => intersect_torus(ring, ray),
         AnyShape::Triangle(face) => intersect_triangle(face, ray),
         // Only shapes that a case compares have a formula here.
@@ -30,7 +36,7 @@ pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
 }
 
 /// Returns the nearer crossing that is in front of the origin and satisfies `keep`.
-fn nearest_ahead(crossings: TextbookCrossings, keep: impl Fn(f32) -> bool) -> Option<f32> {
+fn nearest_crossing_ahead(crossings: TextbookCrossings, keep: impl Fn(f32) -> bool) -> Option<f32> {
     let ahead = crossings
         .into_iter()
         .filter(|&t| t > 0.0 && t < f32::INFINITY && keep(t));
@@ -56,7 +62,10 @@ fn intersect_sphere(sphere: &Sphere<f32>, ray: &Ray<f32>) -> Option<TextbookCros
 /// Computes the surface where a ray hits a sphere: the point at the hit distance, and the normal
 /// from the centre to it, without an error bound.
 pub fn intersect_sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<Surface<f32>> {
-    let point = ray.at(nearest_ahead(intersect_sphere(shape, ray)?, |_| true)?);
+    let point = ray.at(nearest_crossing_ahead(
+        intersect_sphere(shape, ray)?,
+        |_| true,
+    )?);
     let normal = (point - shape.centre).normalize();
     Some(Surface {
         point,

@@ -7,7 +7,7 @@ use super::verdicts::{
     CaseOutcome, CaseRng, RayCount, Verdict, format_ray_bits, judge_rays, ray_towards,
     round_to_f32, to_scalar,
 };
-use super::{Measurement, measure_by_each_kernel, measurement_without_kernels};
+use super::{Measurement, create_measurement_without_kernels, measure_by_each_kernel};
 use crate::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad,
     Sphere, Torus, Triangle,
@@ -71,7 +71,7 @@ fn random_ray<R: Real>(rng: &mut CaseRng, size: f64) -> Ray<R> {
 
 /// Judges whether tree and linear scan agree on the closest hit of a ray in a range of distances,
 /// and on occlusion.
-fn judge_agreement<R: Real>(
+fn judge_tree_against_scan<R: Real>(
     tree: &Geometry<R>,
     scan: &Geometry<R>,
     ray: &Ray<R>,
@@ -135,7 +135,7 @@ pub fn measure_nested_boxes<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let hits = judge_rays("T12", 240, 40_000, rays, |rng| {
             let index = rng.ray_index() as usize % 3;
             let size = rng.choose(&halves[index]) * rng.next_uniform(0.5, 2.0);
-            judge_agreement(
+            judge_tree_against_scan(
                 &trees[index],
                 &scans[index],
                 &random_ray::<R>(rng, size),
@@ -193,7 +193,7 @@ pub fn measure_plane_beside_tree<R: Real>(rays: RayCount) -> Vec<Measurement> {
             })
         });
         let hits = judge_rays("T14", 243, 40_000, rays, |rng| {
-            judge_agreement(
+            judge_tree_against_scan(
                 &trees[0],
                 &scan,
                 &random_ray::<R>(rng, 12.0),
@@ -216,7 +216,7 @@ pub fn measure_tiny_scenes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     measure_by_each_kernel(scenes.map(tree).collect(), |trees| {
         judge_rays("T15", 246, 40_000, rays, |rng| {
             let index = rng.ray_index() as usize % scans.len();
-            judge_agreement(
+            judge_tree_against_scan(
                 &trees[index],
                 &scans[index],
                 &random_ray::<R>(rng, 6.0),
@@ -259,7 +259,7 @@ pub fn measure_interval_ends<R: Real>(rays: RayCount) -> Vec<Measurement> {
                     })
                 };
                 let beyond = |min: R| {
-                    judge_agreement(
+                    judge_tree_against_scan(
                         &trees[0],
                         &scan,
                         &ray,
@@ -272,7 +272,7 @@ pub fn measure_interval_ends<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 before(first.t)
                     .and_then(|| before(below))
                     .and_then(found)
-                    .and_then(|| judge_agreement(&trees[0], &scan, &ray, within))
+                    .and_then(|| judge_tree_against_scan(&trees[0], &scan, &ray, within))
                     .and_then(|| beyond(first.t))
                     .and_then(|| beyond(below))
                     .and_then(|| beyond(above))
@@ -319,7 +319,7 @@ pub fn measure_distances_in_interval<R: Real>(rays: RayCount) -> Vec<Measurement
             ))
         })
     });
-    vec![measurement_without_kernels::<R>(outcome)]
+    vec![create_measurement_without_kernels::<R>(outcome)]
 }
 
 /// Measures case T20: 200 scenes of shapes of every kind, by trees and by linear scans.
@@ -339,7 +339,7 @@ pub fn measure_tree_against_scan<R: Real>(rays: RayCount) -> Vec<Measurement> {
             } else {
                 R::from_f64(rng.next_uniform(0.1, 10.0))
             };
-            judge_agreement(
+            judge_tree_against_scan(
                 &trees[index],
                 &scans[index],
                 &random_ray::<R>(rng, 6.0),

@@ -12,7 +12,7 @@ use super::verdicts::{
     CaseOutcome, RayCount, Verdict, format_ray_bits, judge_rays, nearest_hit, ray_towards,
     round_to_f32, to_scalar, ulp, unnormalised_ray,
 };
-use super::{Measurement, measurement_without_kernels};
+use super::{Measurement, create_measurement_without_kernels};
 
 /// A closed mesh of corners and triangles.
 #[derive(Clone, Debug)]
@@ -275,5 +275,5 @@ pub fn measure_nearly_parallel_rays<R: Real>(rays: RayCount) -> Vec<Measurement>
             })
         })
     });
-    vec![measurement_without_kernels::<R>(outcome)]
+    vec![create_measurement_without_kernels::<R>(outcome)]
 }

@@ -195,7 +195,7 @@ pub enum RayCount {
 
 impl RayCount {
     /// Returns the number of rays to trace for a case of `count` rays.
-    pub fn limit(self, count: u32) -> u32 {
+    pub fn limit_ray_count(self, count: u32) -> u32 {
         match self {
             Self::Quarter => (count / 4).max(10_000).min(count),
             Self::All => count,
@@ -274,7 +274,7 @@ pub fn judge_rays(
         first_wrong: None,
     };
     let none = || empty.clone();
-    let shot = rays.limit(count);
+    let shot = rays.limit_ray_count(count);
     let outcome = (0..shot)
         .into_par_iter()
         .with_min_len(512)

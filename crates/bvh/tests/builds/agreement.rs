@@ -117,7 +117,7 @@ fn scene<R: Real>(seed: u64, kind: AcceleratorKind) -> Geometry<R> {
         };
         let shape = shape::<R>(rng, index);
         match rng.below(5) {
-            0 => group.add_transformed(shape, map(rng), own_visibility),
+            0 => group.add_transformed_shape(shape, map(rng), own_visibility),
             1 => group.add_instance(mesh, map(rng), own_visibility),
             2 => group
                 .add_shape(shape, own_visibility)

@@ -42,7 +42,7 @@ fn starts<R: Real>(semi_axes: DVec3, own: f64, outer: f64) -> CaseOutcome {
         };
         let outside = flattening(rng, outer);
         let (mut part, mut group) = (PrimitiveSet::<R>::default(), PrimitiveSet::<R>::default());
-        part.add_transformed(round::<R>(semi_axes), inner, Visibility::default())
+        part.add_transformed_shape(round::<R>(semi_axes), inner, Visibility::default())
             .expect("an invertible map");
         let part = group
             .add_part(Geometry::new(part, AcceleratorKind::Linear))

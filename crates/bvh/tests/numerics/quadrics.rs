@@ -10,9 +10,10 @@ use super::support::{
     textbook_share, to_scalar, unnormalised_ray,
 };
 use raywright_bvh::stability::quadrics::{
-    intersect_ellipsoid_in_f64, judge_extreme_distance, judge_extreme_ellipsoid, judge_near_root,
+    intersect_ellipsoid_in_f64, judge_extreme_distance, judge_extreme_ellipsoid,
+    judge_near_root_of_quadric,
 };
-use raywright_bvh::stability::{library_intersect, textbook};
+use raywright_bvh::stability::{intersect_by_library, textbook};
 
 /// Protects: rays nearly along a cylinder, from inside and outside, hit the wall; rays exactly
 /// along it hit the cap.
@@ -164,7 +165,7 @@ fn p12_cone_tip_and_other_nappe() {
 fn p13_vanishing_leading_coefficient() {
     for case in ["cone", "hyperboloid"] {
         for deviation in [1e-1, 1e-3, 1e-5, 1e-7, 0.0] {
-            judge_near_root::<f32>(case, deviation, 1e-5, rays(), library_intersect)
+            judge_near_root_of_quadric::<f32>(case, deviation, 1e-5, rays(), intersect_by_library)
                 .expect_right(5_000);
         }
     }
@@ -178,7 +179,7 @@ const EXTREMES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
 #[test]
 fn p15_extreme_ellipsoids() {
     for k in EXTREMES {
-        judge_extreme_distance::<f32>(k, 1e-3, rays(), library_intersect).expect_right(190_000);
+        judge_extreme_distance::<f32>(k, 1e-3, rays(), intersect_by_library).expect_right(190_000);
     }
 }
 
@@ -239,17 +240,17 @@ fn p16_extreme_normals() {
 fn textbook_loses_vanishing_coefficients_and_extremes() {
     let [hyperboloid, cone] = ["hyperboloid", "cone"].map(|case| {
         textbook_share([
-            judge_near_root(case, 1e-7, 1e-5, rays(), textbook::intersect),
-            judge_near_root::<f32>(case, 1e-7, 1e-5, rays(), library_intersect),
-            judge_near_root::<f64>(case, 1e-7, 1e-5, rays(), library_intersect),
+            judge_near_root_of_quadric(case, 1e-7, 1e-5, rays(), textbook::intersect),
+            judge_near_root_of_quadric::<f32>(case, 1e-7, 1e-5, rays(), intersect_by_library),
+            judge_near_root_of_quadric::<f64>(case, 1e-7, 1e-5, rays(), intersect_by_library),
         ])
     });
     let worst = hyperboloid.max(cone);
     assert!(worst > 0.2, "P13 at 1e-7: only {worst} wrong");
     let extreme = textbook_share([
         judge_extreme_distance(1e-3, 1e-2, rays(), textbook::intersect),
-        judge_extreme_distance::<f32>(1e-3, 1e-2, rays(), library_intersect),
-        judge_extreme_distance::<f64>(1e-3, 1e-2, rays(), library_intersect),
+        judge_extreme_distance::<f32>(1e-3, 1e-2, rays(), intersect_by_library),
+        judge_extreme_distance::<f64>(1e-3, 1e-2, rays(), intersect_by_library),
     ]);
     assert!(extreme > 0.1, "P15 at 1e-3: only {extreme} wrong");
 }

@@ -145,7 +145,7 @@ fn family<R: Real>() -> PrimitiveSet<R> {
         let turned = DAffine3::from_translation(point)
             * DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0 + i as f64);
         group
-            .add_transformed(
+            .add_transformed_shape(
                 shape,
                 turned * DAffine3::from_scale(DVec3::new(1.0, 0.6, -1.2)),
                 ASKED,
@@ -226,7 +226,9 @@ fn family_agrees<R: Real>() {
         let mut group = PrimitiveSet::<R>::default();
         for i in 0..4 {
             let map = DAffine3::from_translation(DVec3::splat(f64::from(i) * 1.5));
-            group.add_transformed(shape, map, ASKED).expect("finite");
+            group
+                .add_transformed_shape(shape, map, ASKED)
+                .expect("finite");
         }
         agree(name, &group, 20_000, |rng| passing::<R>(rng, &[own_bounds]));
     }

@@ -10,7 +10,7 @@ use super::support::{
 use raywright_bvh::stability::sphere::{
     build_sphere, closest_approach, eval_library_surface, judge_far_sphere, judge_surface_point,
 };
-use raywright_bvh::stability::{library_intersect, textbook};
+use raywright_bvh::stability::{intersect_by_library, textbook};
 
 const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
@@ -19,8 +19,8 @@ const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 #[test]
 fn p01_far_sphere() {
     for ratio in RATIOS {
-        judge_far_sphere::<f32>(ratio, 2.0, rays(), library_intersect).expect_right(199_000);
-        judge_far_sphere::<f64>(ratio, 16.0, rays(), library_intersect).expect_right(199_000);
+        judge_far_sphere::<f32>(ratio, 2.0, rays(), intersect_by_library).expect_right(199_000);
+        judge_far_sphere::<f64>(ratio, 16.0, rays(), intersect_by_library).expect_right(199_000);
     }
 }
 
@@ -204,8 +204,8 @@ fn p05_tiny_and_giant_together() {
 fn textbook_misses_far_spheres() {
     let missed = textbook_share([
         judge_far_sphere(1e4, 8.0, rays(), textbook::intersect),
-        judge_far_sphere::<f32>(1e4, 8.0, rays(), library_intersect),
-        judge_far_sphere::<f64>(1e4, 8.0, rays(), library_intersect),
+        judge_far_sphere::<f32>(1e4, 8.0, rays(), intersect_by_library),
+        judge_far_sphere::<f64>(1e4, 8.0, rays(), intersect_by_library),
     ]);
     assert!(missed > 0.1, "P01 at 1e4: only {missed} wrong");
     let drifted = textbook_share([

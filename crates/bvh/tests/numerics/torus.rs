@@ -8,14 +8,14 @@ use super::support::{
     Expect, U, Verdict, format_ray_bits, judge, ray_towards, rays, textbook_share, to_scalar,
 };
 use raywright_bvh::stability::torus::{build_torus, judge_far_torus};
-use raywright_bvh::stability::{library_intersect, textbook};
+use raywright_bvh::stability::{intersect_by_library, textbook};
 
 /// Protects: thick and thin tori from 3 to 1000 radii away.
 #[test]
 fn p17_far_torus() {
     for tube in [0.3, 0.1, 0.01] {
         for far in [3.0, 10.0, 100.0, 1000.0] {
-            judge_far_torus::<f32>(tube, far, 40_000, rays(), library_intersect)
+            judge_far_torus::<f32>(tube, far, 40_000, rays(), intersect_by_library)
                 .expect_right(39_900);
         }
     }
@@ -133,8 +133,8 @@ fn p18_even_from_outside() {
 fn textbook_loses_far_tori() {
     let wrong = textbook_share([
         judge_far_torus(0.1, 100.0, 20_000, rays(), textbook::intersect),
-        judge_far_torus::<f32>(0.1, 100.0, 20_000, rays(), library_intersect),
-        judge_far_torus::<f64>(0.1, 100.0, 20_000, rays(), library_intersect),
+        judge_far_torus::<f32>(0.1, 100.0, 20_000, rays(), intersect_by_library),
+        judge_far_torus::<f64>(0.1, 100.0, 20_000, rays(), intersect_by_library),
     ]);
     assert!(wrong > 0.25, "P17 at 100: only {wrong} wrong");
 }

@@ -38,7 +38,7 @@ fn bytes_count_every_primitive() {
         more(&|g| g.add_plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default()))
             - size_of::<Plane<f32>>(),
         more(&|g| g.add_shape(disk(), Visibility::default())) - size_of::<AnyShape<f32>>(),
-        more(&|g| g.add_transformed(disk(), halved(), Visibility::default()))
+        more(&|g| g.add_transformed_shape(disk(), halved(), Visibility::default()))
             - size_of::<TransformedShape<f32>>(),
     ];
     // Common to all: a slot with object, primitive, flags and an index.
@@ -90,10 +90,10 @@ fn every_kind_casts_its_shadow() {
         ("disk", &|g, v| g.add_shape(disk(), v)),
         ("infinite cylinder", &|g, v| g.add_shape(pipe(), v)),
         ("mapped disk", &|g, v| {
-            g.add_transformed(disk(), halved(), v)
+            g.add_transformed_shape(disk(), halved(), v)
         }),
         ("mapped infinite cylinder", &|g, v| {
-            g.add_transformed(pipe(), halved(), v)
+            g.add_transformed_shape(pipe(), halved(), v)
         }),
         ("instance", &|g, v| {
             let mut inner = PrimitiveSet::default();

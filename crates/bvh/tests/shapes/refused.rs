@@ -117,7 +117,7 @@ fn numbers_that_are_none_are_refused() {
             let mut group = PrimitiveSet::<f64>::default();
             assert!(
                 group
-                    .add_transformed(shape, map, Visibility::default())
+                    .add_transformed_shape(shape, map, Visibility::default())
                     .is_ok(),
                 "{name}"
             );
@@ -131,7 +131,7 @@ fn numbers_that_are_none_are_refused() {
                         .expect("the same shape");
                     assert!(
                         group
-                            .add_transformed(shape, map, Visibility::default())
+                            .add_transformed_shape(shape, map, Visibility::default())
                             .is_err(),
                         "{name} with {wrong} as number {place}"
                     );

@@ -49,7 +49,7 @@ impl FrameTimes {
     pub const MOST_TIMES: f64 = 1e5;
 
     /// Returns the times of all pictures in seconds, in ascending order; at least one time.
-    pub fn times(self) -> impl Iterator<Item = f64> {
+    pub fn picture_times(self) -> impl Iterator<Item = f64> {
         let count = ((self.to - self.from) * self.rate - 1e-9).ceil().max(1.0) as u32;
         (0..count).map(move |i| self.from + f64::from(i) / self.rate)
     }

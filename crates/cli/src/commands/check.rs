@@ -47,7 +47,8 @@ pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
         let loaded =
             scene_input::load_with_notes(name, &options, &mut Notes::new(Verbosity::Quiet))
                 .and_then(refuse_collapsed_shapes);
-        let (checked, failure) = judge_file(name.to_string_lossy().into_owned(), loaded, args);
+        let (checked, failure) =
+            check_load_result(name.to_string_lossy().into_owned(), loaded, args);
         if !args.json {
             print_result(
                 &checked,
@@ -87,7 +88,7 @@ fn refuse_collapsed_shapes(loaded: LoadedScene) -> Result<LoadedScene, Failure> 
 
 /// Converts the result of loading a file to its entry in the report, and to the failure with which
 /// a check of this file alone ends.
-fn judge_file(
+fn check_load_result(
     file: String,
     loaded: Result<LoadedScene, Failure>,
     args: &CheckArgs,
@@ -177,9 +178,9 @@ fn print_result(
     for Warning { code, message, .. } in &checked.warnings {
         let message = format_args!("{message} [{}]", code.name());
         if code.severity() == Severity::Note {
-            verbosity.note(message)
+            verbosity.print_note(message)
         } else {
-            verbosity.warn(message)
+            verbosity.print_warning(message)
         }
     }
     if let Some(failure) = failure {

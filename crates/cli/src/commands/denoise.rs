@@ -57,16 +57,16 @@ pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
         &targets,
         display,
         &kept_film.metadata,
-        (&inputs, |path: &Path| outputs.is_free(path, &inputs)),
+        (&inputs, |path: &Path| outputs.is_free_path(path, &inputs)),
     )?;
     let mut notes = Notes::new(verbosity);
     messages::note_lost_samples(&rendered.counters, &mut notes);
     let error =
         messages::report_error(noisy.as_ref(), &kept_film.film, &rendered, None, &mut notes)
             .unwrap_or_else(|| "denoised (biased)".to_owned());
-    notes.print_kept();
+    notes.print_kept_messages();
     if !written.is_empty() {
-        verbosity.print(format_args!(
+        verbosity.print_result_message(format_args!(
             "wrote {} ({error}, {})",
             written.join(", "),
             format_duration(clock.total_seconds())

@@ -2,7 +2,7 @@
 //! lacks, and those left out; also the current rung (quality level) of each ladder.
 
 use raywright_core::accuracy::{EffectCosts, measure_effects};
-use raywright_core::effects::{EffectFinding, EffectReport, EffectStatus, detect};
+use raywright_core::effects::{EffectAssessment, EffectReport, EffectStatus, detect};
 use raywright_core::ladder::{CurrentRung, current_rungs};
 use raywright_core::{Observer, Settings};
 use raywright_io::{Limits, LoadedScene, SourceInfo};
@@ -17,7 +17,7 @@ use crate::observer::RunObserver;
 use crate::plan::{self, RungChoices};
 use crate::preparation::prepare_failure;
 use crate::progress::StepProgress;
-use crate::table::{format_columns, format_significant, wrap_paragraph, wrap_text};
+use crate::table::{format_columns, format_significant_digits, wrap_paragraph, wrap_text};
 use crate::threads::Threads;
 use crate::{interrupt, scene_input};
 
@@ -30,8 +30,8 @@ pub fn run(args: &ExplainArgs, verbosity: Verbosity) -> Result<(), Failure> {
         &mut notes,
     )?;
     scene_input::note_added_parts(&loaded, &mut notes);
-    notes.print_kept();
-    let found = EffectSummary::detect(args, &mut loaded)?;
+    notes.print_kept_messages();
+    let found = EffectSummary::detect_effects(args, &mut loaded)?;
     let costs = if args.measure {
         Some(measure_costs(args, &loaded, &found.settings, verbosity)?)
     } else {
@@ -58,7 +58,7 @@ pub fn run_embedded(
     mut loaded: LoadedScene,
     observer: &dyn Observer,
 ) -> Result<String, Failure> {
-    let found = EffectSummary::detect(args, &mut loaded)?;
+    let found = EffectSummary::detect_effects(args, &mut loaded)?;
     let mut steps = StepProgress::start(Verbosity::Quiet);
     let costs = args
         .measure
@@ -77,7 +77,7 @@ struct EffectSummary {
 }
 
 impl EffectSummary {
-    fn detect(args: &ExplainArgs, loaded: &mut LoadedScene) -> Result<Self, Failure> {
+    fn detect_effects(args: &ExplainArgs, loaded: &mut LoadedScene) -> Result<Self, Failure> {
         let mut settings = Settings::from_scene(&loaded.scene);
         RungChoices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
         let report = detect(&loaded.scene, &settings);
@@ -135,8 +135,8 @@ pub fn format_effect_costs(costs: &EffectCosts) -> String {
             percent(cost.ratio.max)
         );
         let (rmse, flip) = (
-            format_significant(cost.rmse, 3),
-            format_significant(cost.flip, 3),
+            format_significant_digits(cost.rmse, 3),
+            format_significant_digits(cost.flip, 3),
         );
         [
             format!("  {}", cost.effect),
@@ -214,7 +214,7 @@ pub fn format_effects(source: &SourceInfo, report: &EffectReport, in_full: bool)
         (EffectStatus::LeftOut, "left out"),
         (EffectStatus::Absent, ABSENT_LABEL),
     ] {
-        let effects: Vec<&EffectFinding> = report
+        let effects: Vec<&EffectAssessment> = report
             .effects
             .iter()
             .filter(|finding| finding.status == status)
@@ -242,7 +242,7 @@ pub fn format_effects(source: &SourceInfo, report: &EffectReport, in_full: bool)
             text += &format!("\n{title}\n");
             effects
                 .iter()
-                .for_each(|effect| text += &format_finding(effect, source, width));
+                .for_each(|effect| text += &format_effect_finding(effect, source, width));
         }
     }
     text
@@ -288,9 +288,9 @@ fn format_rungs(ladders: &[CurrentRung]) -> String {
 
 /// Formats an effect with its reason and, in lines below, its location in the scene file and
 /// advice. Names are padded to `width` characters.
-fn format_finding(finding: &EffectFinding, source: &SourceInfo, width: usize) -> String {
+fn format_effect_finding(finding: &EffectAssessment, source: &SourceInfo, width: usize) -> String {
     let from = finding.source.as_ref().map(|path| match source.text {
-        Some(_) => format!("from {path}, {}", source.locate(path)),
+        Some(_) => format!("from {path}, {}", source.format_value_position(path)),
         None => format!("from {path}"),
     });
     let hint = finding.hint.as_ref().map(|hint| format!("hint: {hint}"));

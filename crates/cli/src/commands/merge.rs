@@ -26,7 +26,7 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     );
     let targets = targets::resolve_picture_targets(&args.outputs, &mut outputs)?;
     if let Some(path) = &args.checkpoint {
-        outputs.add(path, "--checkpoint")?;
+        outputs.add_output(path, "--checkpoint")?;
     }
     args.parts.iter().for_each(|part| inputs.record_read(part));
     outputs.check_against_inputs(&inputs)?;
@@ -34,7 +34,7 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     kept_film.metadata.command = origin::command_line();
     let missing = kept_film.film.unfinished_pixels();
     if missing > 0 && !targets.is_empty() && !args.unfinished {
-        return Err(incomplete_failure(&kept_film.film, missing));
+        return Err(missing_samples_failure(&kept_film.film, missing));
     }
     // The picture is worth writing even if the film file cannot be written.
     let film_result = args
@@ -55,7 +55,7 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
         &targets,
         display,
         &kept_film.metadata,
-        (&inputs, |path: &Path| outputs.is_free(path, &inputs)),
+        (&inputs, |path: &Path| outputs.is_free_path(path, &inputs)),
     )?;
     written.extend(
         args.checkpoint
@@ -69,14 +69,14 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
         messages::report_error(noisy.as_ref(), &kept_film.film, &rendered, None, &mut notes)
             .map(|error| format!(", {error}"))
             .unwrap_or_default();
-    notes.print_kept();
+    notes.print_kept_messages();
     if !written.is_empty() {
         let parts = if args.parts.len() == 1 {
             "1 part".to_owned()
         } else {
             format!("{} parts", args.parts.len())
         };
-        verbosity.print(format_args!(
+        verbosity.print_result_message(format_args!(
             "wrote {} ({parts}{error}, {})",
             written.join(", "),
             format_duration(clock.total_seconds())
@@ -125,7 +125,7 @@ fn merge_failure(path: &Path, first: &Path, error: PartError) -> Failure {
 
 /// Creates the failure for missing samples. The message states how many tiles and pixels lack
 /// samples; which part of the picture lacks them is unknown.
-fn incomplete_failure(film: &Film, missing: u64) -> Failure {
+fn missing_samples_failure(film: &Film, missing: u64) -> Failure {
     let whole = film.full_part();
     let tiles = film.unfinished_tiles(&whole);
     let message = format!(

@@ -101,7 +101,7 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
                 .with_hint("name a file that ends in .png")
                 .into());
         }
-        outputs.add(path, "-o")?;
+        outputs.add_output(path, "-o")?;
     }
     let threads = Threads::new(args.threads)?;
     let (mut notes, options) = (
@@ -112,7 +112,7 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
         threads.run(|| scene_input::load_with_notes(&args.scene, &options, &mut notes))?;
     outputs.check_against_inputs(&loaded.inputs)?;
     scene_input::note_added_parts(&loaded, &mut notes);
-    notes.print_kept();
+    notes.print_kept_messages();
     let settings = resolve_settings(args, &mut loaded)?;
     let stop = interrupt::install_stop_flag()?;
     let progress = Progress::start("checking", args::ProgressStyle::Auto, verbosity);
@@ -135,7 +135,7 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
     reading::add_findings(&mut report, &loaded);
     if let Some(path) = &args.output {
         threads.run(|| write_marked_picture(path, (args, stop), &settings, &loaded, &report))?;
-        verbosity.print(path.display());
+        verbosity.print_result_message(path.display());
     }
     let seconds = start.elapsed().as_secs_f64();
     console::print(if args.json {
@@ -266,7 +266,7 @@ fn format_json(
             code: found.code.name(),
             severity: found.severity,
             about: found.subject.display_name(&loaded.scene),
-            at: loaded.source.locate(&path),
+            at: loaded.source.format_value_position(&path),
             path,
             primitive: found.primitive,
             place: found.place,

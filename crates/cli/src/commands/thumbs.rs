@@ -111,7 +111,7 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
         ));
     }
     if models.is_empty() {
-        verbosity.warn(format_args!(
+        verbosity.print_warning(format_args!(
             "{}: the folder contains no scene and no model",
             args.folder.display()
         ));
@@ -217,7 +217,7 @@ fn render_thumbnail(
     (threads, stop): (&Threads, &AtomicBool),
 ) -> Result<(), Failure> {
     let own_settings = Settings::from_scene(&loaded.scene);
-    let sampling = plan::quick_sampling(own_settings.sampling);
+    let sampling = plan::quick_preview_sampling(own_settings.sampling);
     let is_model = !matches!(loaded.source.format, SceneFormat::Native(_));
     let camera = is_model.then(|| {
         let silhouette = Silhouette::from_scene(&loaded.scene);
@@ -237,7 +237,10 @@ fn render_thumbnail(
         return Err(Failure::new(Exit::Interrupted, "interrupted"));
     }
     if let Some(reason) = scene_input::describe_empty_picture(loaded, &rendered, &settings) {
-        return Err(scene_input::empty_failure(&loaded.source.name, reason));
+        return Err(scene_input::empty_picture_failure(
+            &loaded.source.name,
+            reason,
+        ));
     }
     let metadata = PictureMetadata {
         software: origin::SOFTWARE.to_owned(),

@@ -149,7 +149,7 @@ impl RenderTask {
         let options = build_load_options(&changes, machine.max_memory);
         if let Some(frames) = view.frames.filter(|frames| frames.to == f64::INFINITY) {
             view.frames = Some(FrameTimes {
-                to: animation_length(&scenes, &options, frames.rate)?,
+                to: read_animation_length(&scenes, &options, frames.rate)?,
                 ..frames
             });
         }
@@ -200,7 +200,7 @@ impl RenderTask {
 
     /// Whether a picture that shows no object is refused. A crop, or the part of a picture that
     /// `--part` selects, may show no object.
-    pub fn refuses_empty(&self) -> bool {
+    pub fn refuses_empty_pictures(&self) -> bool {
         !self.allows_empty && self.overrides.view.crop.is_none() && self.part.is_none()
     }
 
@@ -278,7 +278,7 @@ impl RenderTask {
         let own_settings = Settings::from_scene(scene);
         let size = flags.size.unwrap_or_else(|| {
             if self.is_quick {
-                quick_size(own_settings.size)
+                quick_preview_size(own_settings.size)
             } else {
                 own_settings.size
             }
@@ -341,7 +341,7 @@ impl RenderTask {
         let open_ended = (self.budget.is_some() || self.replay.is_some()) && !named;
         match Sampling::from_spp(scene, spp) {
             Sampling::General(_) if open_ended => Sampling::General(MOST_SAMPLES),
-            own if self.is_quick => quick_sampling(own),
+            own if self.is_quick => quick_preview_sampling(own),
             _ if self.max_error.is_some() => Sampling::General(spp.unwrap_or(MOST_SAMPLES)),
             other => other,
         }
@@ -349,7 +349,11 @@ impl RenderTask {
 }
 
 /// Returns the length in seconds of the single scene's animation, for `--frames all`.
-fn animation_length(scenes: &[OsString], options: &LoadOptions, rate: f64) -> Result<f64, Failure> {
+fn read_animation_length(
+    scenes: &[OsString],
+    options: &LoadOptions,
+    rate: f64,
+) -> Result<f64, Failure> {
     let [name] = scenes else {
         return Err(Error::invalid_usage(
             "--frames all needs a single model, and several are named",
@@ -391,7 +395,7 @@ fn animation_length(scenes: &[OsString], options: &LoadOptions, rate: f64) -> Re
 
 /// Returns the samples per pixel of a quick preview, at most [`QUICK_SAMPLES`]. A fixed pattern has
 /// few samples and is kept.
-pub fn quick_sampling(own: Sampling) -> Sampling {
+pub fn quick_preview_sampling(own: Sampling) -> Sampling {
     match own {
         Sampling::General(samples) => Sampling::General(samples.min(QUICK_SAMPLES)),
         fixed => fixed,
@@ -400,7 +404,7 @@ pub fn quick_sampling(own: Sampling) -> Sampling {
 
 /// Returns the size of a quick preview: half the width and height, or the largest size of the same
 /// shape that fits [`QUICK_SIZE`].
-fn quick_size([width, height]: [u32; 2]) -> [u32; 2] {
+fn quick_preview_size([width, height]: [u32; 2]) -> [u32; 2] {
     let [most_width, most_height] = QUICK_SIZE.map(f64::from);
     let factor = 0.5_f64
         .min(most_width / f64::from(width))
@@ -546,7 +550,7 @@ mod tests {
             [16_384, 1],
         ];
         assert_eq!(
-            sizes.map(quick_size),
+            sizes.map(quick_preview_size),
             [
                 [32, 24],
                 [640, 360],

@@ -65,7 +65,7 @@ pub(super) fn list_shots(args: &ViewArgs) -> Vec<Shot> {
             })
             .collect()
     } else if let Some(frames) = args.frames {
-        let times = frames.times().enumerate();
+        let times = frames.picture_times().enumerate();
         times
             .map(|(i, time)| Shot {
                 at: Some(time),

@@ -33,7 +33,7 @@ pub fn resolve_camera(
         (None, None) => return Ok(None),
     };
     if args.eye.is_some() || args.target.is_some() || args.up.is_some() {
-        camera.pose = move_pose(&camera.pose, args)?;
+        camera.pose = apply_pose_flags(&camera.pose, args)?;
         // A pose given by flags does not move during the exposure time.
         camera.pose_end = None;
     }
@@ -92,7 +92,7 @@ fn find_camera(scene: &Scene, name: &str) -> Result<Camera, Failure> {
 
 /// Returns the pose with the eye, target and up vector of the flags. A camera given by its axes
 /// keeps its orientation if only its eye is moved.
-fn move_pose(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
+fn apply_pose_flags(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
     let (eye, target, up) = match *pose {
         Pose::LookAt { eye, target, up } => (eye, target, up),
         Pose::Orbit {

@@ -113,7 +113,7 @@ impl EffectBench<'_> {
             .collect();
         listener.report_step("timing a small trial render", 0.0);
         let settings = Settings {
-            size: self.choose_size(settings, measured.len())?,
+            size: self.choose_picture_size(settings, measured.len())?,
             crop: None,
             aovs: Vec::new(),
             ..settings.clone()
@@ -150,7 +150,7 @@ impl EffectBench<'_> {
             }
             match with.is_empty() {
                 true => late.push(effect.name()),
-                false => costs.push(self.summarise_cost(effect, &with, &without)),
+                false => costs.push(self.summarise_effect_cost(effect, &with, &without)),
             }
         }
         if own.is_empty() {
@@ -191,7 +191,11 @@ impl EffectBench<'_> {
     /// Returns the picture size in pixels, at most the scene's, at which all renders for this
     /// number of effects together take four fifths of the time budget. The time is extrapolated
     /// from a small trial render.
-    fn choose_size(&self, settings: &Settings, effects: usize) -> Result<[u32; 2], PrepareError> {
+    fn choose_picture_size(
+        &self,
+        settings: &Settings,
+        effects: usize,
+    ) -> Result<[u32; 2], PrepareError> {
         let minimum = (LEAST_WIDTH / f64::from(settings.size[0])).min(1.0);
         let scaled = |factor: f64| {
             settings
@@ -219,7 +223,7 @@ impl EffectBench<'_> {
 
     /// Returns the cost of an effect from renders with and without it. The renders at the same
     /// index share their random numbers.
-    fn summarise_cost(
+    fn summarise_effect_cost(
         &self,
         effect: Effect,
         with: &[TimedRender],

@@ -63,7 +63,7 @@ impl ConfidenceInterval {
 
     /// Returns the interval from zero to the value plus its uncertainty `error`. It suits a value
     /// that may be noise alone.
-    pub(super) fn from_insignificant(value: f64, error: f64) -> Self {
+    pub(super) fn from_value_within_noise(value: f64, error: f64) -> Self {
         let high = value.max(0.0) + error;
         Self {
             value: value.max(0.0),
@@ -228,7 +228,7 @@ impl ReferenceTile {
     /// Computes the errors of one or more renders of this tile by the same setting, each with other
     /// random numbers. `by_chance` is whether the setting uses random numbers. `beside` holds
     /// renders of another setting with the same random numbers, in the same order; it may be empty.
-    pub fn measure_errors(
+    pub fn measure_tile_errors(
         &self,
         renders: &[Picture],
         by_chance: bool,

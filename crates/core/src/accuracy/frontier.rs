@@ -75,7 +75,7 @@ pub(super) fn walk_frontier(
             let Some((ladder, rung)) = walk.choose_step(direction, &rejected_steps) else {
                 break;
             };
-            let setting = walk.setting_at(ladder, rung);
+            let setting = walk.setting_with_rung_at(ladder, rung);
             if !surveyor.is_valid_setting(&setting) {
                 rejected_steps.push((ladder, rung));
                 continue;
@@ -107,7 +107,7 @@ struct FrontierWalk<'a> {
 impl FrontierWalk<'_> {
     /// Returns the current setting with one ladder changed to the rung (quality level) of this
     /// index.
-    fn setting_at(&self, ladder: Ladder, rung: usize) -> RungSetting {
+    fn setting_with_rung_at(&self, ladder: Ladder, rung: usize) -> RungSetting {
         let choice = self
             .steps
             .iter()

@@ -13,7 +13,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 pub(super) use estimates::RelativeCost;
 
 use super::estimate::{ReferenceTile, TileErrors, total_radiance};
-use super::pilot::{PictureBlockErrors, PilotPair};
+use super::pilot::{PictureBlockErrors, PilotPicturePair};
 use super::renderer::{MARGIN, SettingRenderer, TimedRender, UnfinishedRender};
 use super::setting::RungSetting;
 use super::tiles::TileSample;
@@ -43,7 +43,7 @@ type TileRenderInput<'r> = (usize, Crop, f64, Vec<&'r TimedRender>);
 
 /// Returns the repeated renders of one crop. `renders` holds one list per repetition, with a render
 /// of each crop.
-fn renders_of_part(renders: &[Vec<TimedRender>], part: usize) -> Vec<&TimedRender> {
+fn renders_of_crop(renders: &[Vec<TimedRender>], part: usize) -> Vec<&TimedRender> {
     renders.iter().map(|all| &all[part]).collect()
 }
 
@@ -88,7 +88,7 @@ pub(super) struct Measurements<'a> {
     setting_measurements: Vec<SettingMeasurements>,
     /// Pair of noisy pictures of the full size, from which errors of denoised pictures are
     /// estimated.
-    pub pilots: Option<PilotPair>,
+    pub pilots: Option<PilotPicturePair>,
     /// Largest number of samples per pixel with which denoised settings are rendered as whole
     /// pictures.
     pub whole_samples: u32,
@@ -221,7 +221,7 @@ impl<'a> Measurements<'a> {
             let mut renders = std::mem::take(&mut self.setting_measurements[index].whole_renders);
             let is_new = renders.is_empty();
             if is_new {
-                let Some(taken_renders) = self.render_parts(&setting, &[], rounds, end)? else {
+                let Some(taken_renders) = self.render_crops(&setting, &[], rounds, end)? else {
                     return Ok(false);
                 };
                 renders = taken_renders.into_iter().flatten().collect();
@@ -232,7 +232,8 @@ impl<'a> Measurements<'a> {
                 .iter()
                 .map(|pilot_pass| pilot_pass.seconds)
                 .sum();
-            let looked = looked * grid.count() as f64 / self.sample.drawable_tile_count() as f64;
+            let looked =
+                looked * grid.tile_count() as f64 / self.sample.drawable_tile_count() as f64;
             let first = is_all.then(|| renders[0].picture.clone());
             let figures = &mut self.setting_measurements[index];
             if is_new {
@@ -246,7 +247,7 @@ impl<'a> Measurements<'a> {
                 if looked > 0.0 {
                     pilot_pass.seconds / looked
                 } else {
-                    grid.pixels(pilot_pass.tile) / area(whole_crop)
+                    grid.pixel_count_of_tile(pilot_pass.tile) / area(whole_crop)
                 }
             };
             let all = || renders.iter().collect::<Vec<_>>();
@@ -261,7 +262,7 @@ impl<'a> Measurements<'a> {
             if is_denoised && !is_all {
                 self.setting_measurements[index].whole_renders = renders;
                 if is_new {
-                    self.compare_with_pilots();
+                    self.estimate_errors_from_pilots();
                 }
             }
             return Ok(true);
@@ -269,7 +270,7 @@ impl<'a> Measurements<'a> {
         let parts: Vec<Crop> = (from..count)
             .map(|position| self.crop_for_tile(&setting, position))
             .collect();
-        let Some(renders) = self.render_parts(&setting, &parts, rounds, end)? else {
+        let Some(renders) = self.render_crops(&setting, &parts, rounds, end)? else {
             return Ok(false);
         };
         let renders = parts.iter().enumerate().map(|(i, &part)| {
@@ -277,7 +278,7 @@ impl<'a> Measurements<'a> {
                 from + i,
                 part,
                 self.tile_area_share(from + i, part),
-                renders_of_part(&renders, i),
+                renders_of_crop(&renders, i),
             )
         });
         self.record_tile_errors(index, renders.collect(), beside, keep);
@@ -286,7 +287,7 @@ impl<'a> Measurements<'a> {
 
     /// Estimates the errors of all denoised whole pictures from the pilots (two noisy pictures).
     /// The denominators of the relative error come from the denoised picture with the most samples.
-    fn compare_with_pilots(&mut self) {
+    fn estimate_errors_from_pilots(&mut self) {
         let samples = |figures: &SettingMeasurements| {
             figures
                 .setting
@@ -333,13 +334,15 @@ impl<'a> Measurements<'a> {
         if self.is_denoised(setting) {
             grid.tile_crop_with_margin(tile, MARGIN)
         } else {
-            grid.tile(tile)
+            grid.tile_crop(tile)
         }
     }
 
     /// Returns the share of a crop's pixels, 0 to 1, that belong to its tile.
     fn tile_area_share(&self, position: usize, part: Crop) -> f64 {
-        self.sample.grid.pixels(self.sample.passes[position].tile)
+        self.sample
+            .grid
+            .pixel_count_of_tile(self.sample.passes[position].tile)
             / (f64::from(part.width) * f64::from(part.height))
     }
 
@@ -359,7 +362,7 @@ impl<'a> Measurements<'a> {
 
     /// Renders crops of a setting several times with different random numbers. Returns one list of
     /// crops per repetition, or `None` if the time runs out.
-    fn render_parts(
+    fn render_crops(
         &self,
         setting: &RungSetting,
         parts: &[Crop],
@@ -368,7 +371,7 @@ impl<'a> Measurements<'a> {
     ) -> Result<Option<Vec<Vec<TimedRender>>>, PrepareError> {
         rounds
             .map(|round| {
-                UnfinishedRender::late_as_none(
+                UnfinishedRender::interrupted_as_none(
                     self.renderer.render_setting(setting, parts, round, end),
                 )
             })
@@ -422,7 +425,10 @@ impl<'a> Measurements<'a> {
         let judged: Vec<(TileMeasurement, Vec<Picture>)> = renders
             .into_par_iter()
             .map(|(position, part, share, renders)| {
-                let tile = self.sample.grid.tile(self.sample.passes[position].tile);
+                let tile = self
+                    .sample
+                    .grid
+                    .tile_crop(self.sample.passes[position].tile);
                 let pictures: Vec<Picture> = renders
                     .iter()
                     .map(|render| crop_picture(&render.picture, part, tile))
@@ -437,7 +443,7 @@ impl<'a> Measurements<'a> {
                     .zip(&renders)
                     .map(|(picture, render)| total_radiance(picture) / render.light_ratio);
                 let figures = TileMeasurement {
-                    errors: self.reference_tiles[position].measure_errors(
+                    errors: self.reference_tiles[position].measure_tile_errors(
                         &pictures,
                         by_chance,
                         other,

@@ -38,9 +38,9 @@ pub use effects::{EffectCost, EffectCosts, measure_effects};
 pub use estimate::{ConfidenceInterval, SettingErrors};
 pub use outputs::OutputFormatReport;
 pub use report::{
-    AccuracyReport, BaselineReport, FrontierSetting, LadderReport, MeasuredSetting, PriceReport,
-    Recommendation, Recommendations, ReferenceReport, ReportPicture, RungCost, RungPriceReport,
-    RungReport, TileReport,
+    AccuracyReport, BaselineReport, FrontierSetting, LadderCostReport, LadderReport,
+    MeasuredSetting, Recommendation, Recommendations, ReferenceReport, ReportPicture, RungCost,
+    RungCostReport, RungReport, TileReport,
 };
 pub use setting::RungSetting;
 
@@ -126,5 +126,5 @@ pub fn measure_accuracy(
         observer,
         (time_on_process, &Instant::now),
     )
-    .measure(start, listener)
+    .run_measurement(start, listener)
 }

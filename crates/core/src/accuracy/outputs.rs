@@ -114,7 +114,7 @@ pub(super) fn measure_output_formats(
             .max(1);
         let (mut squares, mut flips, mut greatest) = (0.0, 0.0, 0.0_f64);
         for ((weight, shown), codes) in shown.iter().zip(&codes) {
-            let stored = decode_codes(codes, kind, shown);
+            let stored = decode_display_codes(codes, kind, shown);
             let differences = stored
                 .rgb
                 .iter()
@@ -139,7 +139,7 @@ pub(super) fn measure_output_formats(
 
 /// Decodes the codes of an output format to a picture of display values, 0 to 1, with the width and
 /// height of the picture `like`.
-fn decode_codes(codes: &[u8], kind: OutputFormat, like: &Picture) -> Picture {
+fn decode_display_codes(codes: &[u8], kind: OutputFormat, like: &Picture) -> Picture {
     let bytes = kind.bytes_per_channel() as usize;
     let maximum = if bytes == 1 { 255.0 } else { 65535.0 };
     let value = |code: &[u8]| {

@@ -12,7 +12,7 @@ use crate::picture::Picture;
 
 /// Two noisy pictures of full size with different random numbers.
 #[derive(Clone, Debug)]
-pub(super) struct PilotPair(pub [Picture; 2]);
+pub(super) struct PilotPicturePair(pub [Picture; 2]);
 
 /// Squared errors of a picture, one sum per block of 8 × 8 pixels.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ pub(super) struct PictureBlockErrors {
     pixels: f64,
 }
 
-impl PilotPair {
+impl PilotPicturePair {
     /// Estimates the squared errors of one or more renders of a setting, averaged over the renders.
     /// All pictures have the same size. `best` is the most accurate picture known. It gives the
     /// denominators of the relative error, because the two noisy pictures of the pair are too noisy
@@ -101,7 +101,7 @@ fn mean_from_blocks(blocks: &[f64], pixels: f64) -> ConfidenceInterval {
     let freedom = (3.0 * steps(2) * steps(2) / steps(4).max(1e-300)).clamp(1.0, 1e6);
     let error = student_factor_95(freedom as u32) * variance_of_sum(blocks).sqrt() / pixels;
     if value <= error {
-        ConfidenceInterval::from_insignificant(value, error)
+        ConfidenceInterval::from_value_within_noise(value, error)
     } else {
         ConfidenceInterval::from_relative_error(value, error)
     }
@@ -146,8 +146,8 @@ mod tests {
             let noisy = |total: u64| {
                 picture(move |index| 1.0 + 1.732 * (uniform(2 * seed + total, index) - 0.5))
             };
-            let errors =
-                PilotPair([noisy(0), noisy(1)]).estimate_errors([&judged].into_iter(), &best);
+            let errors = PilotPicturePair([noisy(0), noisy(1)])
+                .estimate_errors([&judged].into_iter(), &best);
             let mse = errors.mse();
             relative += errors.relmse().value / 400.0;
             held += u32::from(mse.low <= truth && truth <= mse.high);

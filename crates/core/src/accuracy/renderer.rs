@@ -67,7 +67,7 @@ impl UnfinishedRender {
     }
 
     /// Converts a render that was stopped, or whose time ran out, to `None`; other errors stay.
-    pub fn late_as_none<T>(result: Result<T, Self>) -> Result<Option<T>, PrepareError> {
+    pub fn interrupted_as_none<T>(result: Result<T, Self>) -> Result<Option<T>, PrepareError> {
         match result {
             Ok(value) => Ok(Some(value)),
             Err(Self::Interrupted) => Ok(None),
@@ -159,8 +159,8 @@ impl<'a> SettingRenderer<'a> {
             seed: settings.seed.wrapping_add(round),
             ..settings
         };
-        self.run_prepared(setting, (&scene, &settings), end, |ready| {
-            self.render_timed(ready, (&settings, parts), 0.0, end)
+        self.run_on_prepared_scene(setting, (&scene, &settings), end, |ready| {
+            self.render_and_time(ready, (&settings, parts), 0.0, end)
         })?
     }
 
@@ -199,16 +199,16 @@ impl<'a> SettingRenderer<'a> {
             self.deadline_observer(end),
             tiles
                 .iter()
-                .map(|&tile| grid.tile(tile))
+                .map(|&tile| grid.tile_crop(tile))
                 .collect::<Vec<_>>(),
         );
-        self.run_prepared(
+        self.run_on_prepared_scene(
             &RungSetting::default(),
             (self.scene, &settings),
             end,
             |ready| {
                 let render = |settings: &Settings| ready.render_with_settings(settings, &until);
-                let films = self.render_parts_in_parallel(&parts, &settings, render, |film| {
+                let films = self.render_crops_in_parallel(&parts, &settings, render, |film| {
                     film.counters().ray_count()
                 });
                 if films.iter().any(|(film, _)| film.unfinished_pixels() > 0) {
@@ -250,8 +250,8 @@ impl<'a> SettingRenderer<'a> {
             seed,
             ..self.settings.clone()
         };
-        let render = |ready: &ReadyScene| self.render_timed(ready, (&settings, &[]), 0.0, end);
-        let mut renders = self.run_prepared(
+        let render = |ready: &ReadyScene| self.render_and_time(ready, (&settings, &[]), 0.0, end);
+        let mut renders = self.run_on_prepared_scene(
             &RungSetting::default(),
             (self.scene, &settings),
             end,
@@ -266,7 +266,7 @@ impl<'a> SettingRenderer<'a> {
     /// Renders crops in parallel and returns each result with its seconds. The total CPU time is
     /// divided among the crops in proportion to their rays. An empty list of crops stands for the
     /// whole picture.
-    fn render_parts_in_parallel<T: Send>(
+    fn render_crops_in_parallel<T: Send>(
         &self,
         parts: &[Crop],
         settings: &Settings,
@@ -315,7 +315,7 @@ impl<'a> SettingRenderer<'a> {
 
     /// Runs `work` on a scene prepared for the setting. A kept scene is reused if it was prepared
     /// in the same way.
-    fn run_prepared<T>(
+    fn run_on_prepared_scene<T>(
         &self,
         setting: &RungSetting,
         (scene, settings): (&Scene, &Settings),
@@ -336,7 +336,7 @@ impl<'a> SettingRenderer<'a> {
             None => PreparedSetting {
                 setting,
                 has_fixed_pattern: is_fixed,
-                ready: self.prepare_timed(scene, settings, end)?.0,
+                ready: self.prepare_and_time(scene, settings, end)?.0,
             },
         };
         let done = work(&latest.ready);
@@ -350,7 +350,7 @@ impl<'a> SettingRenderer<'a> {
 
     /// Prepares the scene again for a setting and renders crops of it, so that the preparation is
     /// timed too.
-    pub fn prepare_and_render_parts(
+    pub fn prepare_and_render_crops(
         &self,
         setting: &RungSetting,
         parts: &[Crop],
@@ -362,8 +362,8 @@ impl<'a> SettingRenderer<'a> {
             seed: settings.seed.wrapping_add(round),
             ..settings
         };
-        let (ready, preparing) = self.prepare_timed(&scene, &settings, end)?;
-        self.render_timed(&ready, (&settings, parts), preparing, end)
+        let (ready, preparing) = self.prepare_and_time(&scene, &settings, end)?;
+        self.render_and_time(&ready, (&settings, parts), preparing, end)
     }
 
     /// Prepares and renders the whole picture of any scene.
@@ -373,14 +373,14 @@ impl<'a> SettingRenderer<'a> {
         settings: &Settings,
         end: Instant,
     ) -> Result<TimedRender, UnfinishedRender> {
-        let (ready, preparing) = self.prepare_timed(scene, settings, end)?;
-        self.render_timed(&ready, (settings, &[]), preparing, end)?
+        let (ready, preparing) = self.prepare_and_time(scene, settings, end)?;
+        self.render_and_time(&ready, (settings, &[]), preparing, end)?
             .pop()
             .ok_or(UnfinishedRender::Interrupted)
     }
 
     /// Prepares a scene and returns it with the seconds of preparation, summed over all threads.
-    fn prepare_timed(
+    fn prepare_and_time(
         &self,
         scene: &Scene,
         settings: &Settings,
@@ -400,7 +400,7 @@ impl<'a> SettingRenderer<'a> {
 
     /// Renders and denoises crops of a prepared scene. An empty list of crops stands for the whole
     /// picture. `preparing` is the time of preparation in seconds, which is copied to every result.
-    fn render_timed(
+    fn render_and_time(
         &self,
         ready: &ReadyScene,
         (settings, parts): (&Settings, &[Crop]),
@@ -408,7 +408,7 @@ impl<'a> SettingRenderer<'a> {
         end: Instant,
     ) -> Result<Vec<TimedRender>, UnfinishedRender> {
         let until = self.deadline_observer(end);
-        let films = self.render_parts_in_parallel(
+        let films = self.render_crops_in_parallel(
             parts,
             settings,
             |settings| ready.render_with_settings(settings, &until),
@@ -479,7 +479,7 @@ impl<'a> SettingRenderer<'a> {
             ..settings
         };
         let (ready, _) = self
-            .prepare_timed(&scene, &settings, end)
+            .prepare_and_time(&scene, &settings, end)
             .map_err(|error| self.to_measure_error(error.into_error()))?;
         let mut film = ready.new_film(start.scene);
         if let Some(earlier) = start.reference {

@@ -33,7 +33,7 @@ pub struct AccuracyReport {
     /// Measured settings in which several rungs (quality levels) are changed.
     pub combinations: Vec<FrontierSetting>,
     /// Costs of each ladder (quality setting) that changes time and memory but not the picture.
-    pub prices: Vec<PriceReport>,
+    pub prices: Vec<LadderCostReport>,
     /// Error that each output format adds to the picture of the scene's own setting.
     pub outputs: Vec<OutputFormatReport>,
     /// Names of the ladders (quality settings) that do not affect the scene.
@@ -219,18 +219,18 @@ pub struct RungReport {
 /// Costs of the rungs (quality levels) of a ladder that changes time and memory but not the
 /// picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PriceReport {
+pub struct LadderCostReport {
     /// Name of the ladder.
     pub ladder: &'static str,
     /// Name of the rung (quality level) in the scene's own setting.
     pub in_use: String,
     /// Costs of the ladder's rungs (quality levels).
-    pub rungs: Vec<RungPriceReport>,
+    pub rungs: Vec<RungCostReport>,
 }
 
 /// Cost of one rung, a quality level that does not change the picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct RungPriceReport {
+pub struct RungCostReport {
     /// Name of the rung (quality level).
     pub rung: String,
     /// Description of the rung (quality level) for users.

@@ -153,7 +153,7 @@ impl<'a> MeasurementSession<'a> {
         }
     }
 
-    pub fn measure(
+    pub fn run_measurement(
         mut self,
         start: MeasurementStart<'_>,
         listener: &mut dyn ProgressListener,
@@ -227,7 +227,12 @@ impl<'a> MeasurementSession<'a> {
         }
         let own_errors = self.measure_rungs(&plan, &mut measurements, listener)?;
         let known_settings = self.measure_combinations(&plan, &mut measurements, listener)?;
-        self.refine_promising(&known_settings, &mut measurements, &mut exposure, listener)?;
+        self.measure_promising_on_more_tiles(
+            &known_settings,
+            &mut measurements,
+            &mut exposure,
+            listener,
+        )?;
         let setting = RungSetting::default();
         let pixels = f64::from(settings.size[0]) * f64::from(settings.size[1]);
         // Output formats are measured before the stages that end by the clock, because their
@@ -239,7 +244,7 @@ impl<'a> MeasurementSession<'a> {
             settings.output,
             self.stopwatch,
         );
-        self.time_recommended_in_turns(&known_settings, &mut measurements, listener)?;
+        self.time_recommended_alternately(&known_settings, &mut measurements, listener)?;
         let prices = self.measure_rung_costs(&measurements, listener)?;
         let costs = self.measure_effect_costs(listener)?;
         let Some(own_measured) = measurements.summarise_setting(&setting, &setting) else {
@@ -271,10 +276,10 @@ impl<'a> MeasurementSession<'a> {
             tiles: TileReport {
                 edge: grid.edge,
                 measured: own_measured.tiles,
-                all: grid.count(),
+                all: grid.tile_count(),
                 shown: [
-                    grid.tile(sample.passes[0].tile).x,
-                    grid.tile(sample.passes[0].tile).y,
+                    grid.tile_crop(sample.passes[0].tile).x,
+                    grid.tile_crop(sample.passes[0].tile).y,
                 ],
             },
             reference,
@@ -321,7 +326,7 @@ impl<'a> MeasurementSession<'a> {
             .collect();
         self.cut_short |= !exposure.render_tiles(&new, end);
         let tile = |&tile: &u32| {
-            let crop = sample.grid.tile(tile);
+            let crop = sample.grid.tile_crop(tile);
             let is_done = exposure.film.unfinished_tiles(&crate::film::FilmPart {
                 tiles: tile..tile + 1,
                 ..exposure.film.full_part()
@@ -346,7 +351,7 @@ impl<'a> MeasurementSession<'a> {
 
     /// Returns the wall-clock seconds until this share of the time budget is spent; zero if it is
     /// spent already.
-    fn seconds_left(&self, share: f64) -> f64 {
+    fn seconds_until_budget_share(&self, share: f64) -> f64 {
         self.instant_of_budget_share(share)
             .saturating_duration_since((self.now)())
             .as_secs_f64()
@@ -382,7 +387,7 @@ impl<'a> MeasurementSession<'a> {
     /// Returns the setting to which the rungs (quality levels) of a ladder are applied and
     /// compared: the scene's own setting for sample counts; for other ladders the baseline, the
     /// scene with fewer samples.
-    fn baseline_for(&self, ladder: Ladder) -> RungSetting {
+    fn baseline_for_ladder(&self, ladder: Ladder) -> RungSetting {
         if ladder == Ladder::Samples {
             RungSetting::default()
         } else {
@@ -393,7 +398,7 @@ impl<'a> MeasurementSession<'a> {
     /// Returns the setting by which a rung (quality level) is measured. For a rung that is in use,
     /// it is the unchanged baseline.
     fn setting_of_rung(&self, choice: RungChoice) -> RungSetting {
-        let beside = self.baseline_for(choice.ladder());
+        let beside = self.baseline_for_ladder(choice.ladder());
         if self.is_in_use(choice) {
             beside
         } else {
@@ -409,7 +414,7 @@ impl<'a> MeasurementSession<'a> {
         };
         let choice = self.applicable_rungs(ladder).rev().find(reached);
         choice.map_or_else(
-            || self.baseline_for(ladder),
+            || self.baseline_for_ladder(ladder),
             |choice| self.setting_of_rung(choice),
         )
     }

@@ -30,18 +30,18 @@ pub(super) struct TileGrid {
 }
 
 impl TileGrid {
-    fn columns(&self) -> u32 {
+    fn column_count(&self) -> u32 {
         self.size[0].div_ceil(self.edge)
     }
 
-    pub fn count(&self) -> usize {
-        (self.columns() * self.size[1].div_ceil(self.edge)) as usize
+    pub fn tile_count(&self) -> usize {
+        (self.column_count() * self.size[1].div_ceil(self.edge)) as usize
     }
 
-    pub fn tile(&self, index: u32) -> Crop {
+    pub fn tile_crop(&self, index: u32) -> Crop {
         let (x, y) = (
-            index % self.columns() * self.edge,
-            index / self.columns() * self.edge,
+            index % self.column_count() * self.edge,
+            index / self.column_count() * self.edge,
         );
         Crop {
             x,
@@ -51,8 +51,8 @@ impl TileGrid {
         }
     }
 
-    pub fn pixels(&self, index: u32) -> f64 {
-        let Crop { width, height, .. } = self.tile(index);
+    pub fn pixel_count_of_tile(&self, index: u32) -> f64 {
+        let Crop { width, height, .. } = self.tile_crop(index);
         f64::from(width) * f64::from(height)
     }
 
@@ -64,7 +64,7 @@ impl TileGrid {
             y,
             width,
             height,
-        } = self.tile(index);
+        } = self.tile_crop(index);
         let (left, top) = (x.saturating_sub(margin), y.saturating_sub(margin));
         let end = |position: u32, edge: u32, all: u32| (position + edge + margin).min(all);
         Crop {
@@ -80,15 +80,15 @@ impl TileGrid {
     fn ordering_keys(&self) -> Vec<f64> {
         let start = splitmix64(self.seed) as f64 / 2_f64.powi(64);
         let place = |index: u32| {
-            let (x, y) = (index % self.columns(), index / self.columns());
-            y * self.columns()
+            let (x, y) = (index % self.column_count(), index / self.column_count());
+            y * self.column_count()
                 + if y % 2 == 0 {
                     x
                 } else {
-                    self.columns() - 1 - x
+                    self.column_count() - 1 - x
                 }
         };
-        (0..self.count() as u32)
+        (0..self.tile_count() as u32)
             .map(|index| (start + f64::from(place(index)) * GOLDEN_RATIO).fract())
             .collect()
     }
@@ -97,7 +97,7 @@ impl TileGrid {
     /// spread evenly over the picture.
     pub fn spread_order(&self) -> Vec<u32> {
         let keys = self.ordering_keys();
-        let mut all: Vec<u32> = (0..self.count() as u32).collect();
+        let mut all: Vec<u32> = (0..self.tile_count() as u32).collect();
         all.sort_by(|&a, &b| keys[a as usize].total_cmp(&keys[b as usize]));
         all
     }
@@ -129,7 +129,7 @@ impl TileSample {
     /// [`TileGrid::spread_order`].
     pub fn new(grid: TileGrid, looks: &[PilotPass]) -> Self {
         let keys = grid.ordering_keys();
-        let area = |pilot_pass: &PilotPass| grid.pixels(pilot_pass.tile);
+        let area = |pilot_pass: &PilotPass| grid.pixel_count_of_tile(pilot_pass.tile);
         let [areas, noise] = [
             looks.iter().map(area).sum::<f64>(),
             looks.iter().map(|pilot_pass| pilot_pass.noise).sum(),
@@ -162,23 +162,23 @@ impl TileSample {
     /// Returns the number of pixels that a tile stands for: the number of pixels of all tiles times
     /// the tile's probability per draw. The error divided by this number differs less between tiles
     /// than the error per pixel, because error and probability both grow with noise.
-    pub fn represented_pixels(&self, position: usize) -> f64 {
+    pub fn represented_pixel_count(&self, position: usize) -> f64 {
         self.draw_probabilities[position]
             * self
                 .passes
                 .iter()
-                .map(|pilot_pass| self.grid.pixels(pilot_pass.tile))
+                .map(|pilot_pass| self.grid.pixel_count_of_tile(pilot_pass.tile))
                 .sum::<f64>()
     }
 
     /// Whether this number of tiles is the whole picture.
     pub fn covers_picture(&self, count: usize) -> bool {
-        count >= self.grid.count()
+        count >= self.grid.tile_count()
     }
 
     /// Returns the inclusion probabilities of the first `count` tiles.
     pub fn inclusion_probabilities(&self, count: usize) -> Vec<f64> {
-        let looked = self.drawable_tile_count() as f64 / self.grid.count() as f64;
+        let looked = self.drawable_tile_count() as f64 / self.grid.tile_count() as f64;
         let count = count.min(self.drawable_tile_count());
         if count == self.drawable_tile_count() {
             return vec![looked; count];
@@ -353,7 +353,7 @@ pub(super) fn ratio_interval(shares: &[RatioTerm<'_>]) -> ConfidenceInterval {
         .sqrt()
         / below;
     match value <= student_factor_95(u32::MAX) * doubt || value <= 0.0 {
-        true => ConfidenceInterval::from_insignificant(value, factor * error.max(doubt)),
+        true => ConfidenceInterval::from_value_within_noise(value, factor * error.max(doubt)),
         false => ConfidenceInterval::from_relative_error(value, factor * error),
     }
 }

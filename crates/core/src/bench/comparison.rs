@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::generated::HashedRandom;
 use super::measure::{
-    BenchMethod, BenchedGeometry, ScanTreePair, ScanTreeTiming, measure_row, time_builds,
+    BenchMethod, BenchedGeometry, ScanTreePair, ScanTreeTiming, measure_scan_and_tree, time_builds,
 };
 use super::{BenchError, BenchOptions, SEEDS};
 use crate::camera::PreparedCamera;
@@ -42,7 +42,7 @@ pub fn compare_scene(
     options: &BenchOptions,
     on_row: &mut dyn FnMut(&ScanTreeTiming),
 ) -> Result<SceneComparison, BenchError> {
-    compare_with_method(
+    compare_scene_with_method(
         scene,
         settings,
         &BenchMethod::with_thread_clock(options),
@@ -51,7 +51,7 @@ pub fn compare_scene(
 }
 
 /// Performs [`compare_scene`] with a given clock.
-fn compare_with_method(
+fn compare_scene_with_method(
     scene: &Scene,
     settings: &Settings,
     method: &BenchMethod,
@@ -84,12 +84,12 @@ fn compare_with_method(
             bytes: tree.geometry.memory_bytes(),
         },
     };
-    let camera = measure_row(&contest, &rays, method)?;
+    let camera = measure_scan_and_tree(&contest, &rays, method)?;
     on_row(&camera);
     let bounced = bounce_rays(&tree.geometry, &rays);
     let bounce = match bounced.as_slice() {
         [] => None,
-        rays => Some(measure_row(&contest, rays, method)?),
+        rays => Some(measure_scan_and_tree(&contest, rays, method)?),
     };
     bounce.iter().for_each(on_row);
     Ok(SceneComparison { camera, bounce })
@@ -167,7 +167,7 @@ mod tests {
         scene: &Scene,
         on_row: &mut dyn FnMut(&ScanTreeTiming),
     ) -> Result<SceneComparison, BenchError> {
-        compare_with_method(scene, &Settings::from_scene(scene), &HASTY, on_row)
+        compare_scene_with_method(scene, &Settings::from_scene(scene), &HASTY, on_row)
     }
 
     /// A sphere among `count` others on a plane, seen from the front.

@@ -120,7 +120,7 @@ pub struct HitMismatch {
 }
 
 /// Compares the hits of linear scan and BVH, then times both alternately. `rays` must not be empty.
-pub(super) fn measure_row(
+pub(super) fn measure_scan_and_tree(
     contest: &ScanTreePair<'_>,
     rays: &[Ray<f32>],
     method: &BenchMethod,
@@ -131,7 +131,7 @@ pub(super) fn measure_row(
     scan.compare_hits(tree.geometry)?;
     let mut of_tree = Vec::new();
     for _ in 0..method.options.repeats.max(1) {
-        let scanned = scan.time_sample();
+        let scanned = scan.time_ray_sample();
         let walked = tree_sample.time_per_ray(tree.geometry);
         of_tree.push(walked);
         scan.record_times(scanned, walked);
@@ -208,7 +208,7 @@ impl<'a> ScanTimer<'a> {
     }
 
     /// Returns the scan's seconds per ray for one sample; `None` if the scan is not timed.
-    fn time_sample(&self) -> Option<f64> {
+    fn time_ray_sample(&self) -> Option<f64> {
         self.sample
             .as_ref()
             .map(|sample| sample.time_per_ray(self.scan_geometry.geometry))

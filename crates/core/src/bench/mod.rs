@@ -17,7 +17,7 @@ use raywright_bvh::{Geometry, GeometryError, PrimitiveSet};
 use serde::Serialize;
 
 use crate::prepare::PrepareError;
-use measure::{BenchMethod, BenchedGeometry, ScanTreePair, measure_row, time_builds};
+use measure::{BenchMethod, BenchedGeometry, ScanTreePair, measure_scan_and_tree, time_builds};
 
 pub use comparison::{SceneComparison, compare_scene};
 pub use generated::{FILL, GeneratedPrimitive, generate_primitives, generate_rays, sphere_radius};
@@ -51,7 +51,7 @@ const FIT_FROM: f64 = 1e3;
 
 /// Costs of linear scan and BVH on generated scenes of growing size, and the growth of these costs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct BenchSeries {
+pub struct GeneratedSceneTimings {
     /// Kind of the primitives.
     pub kind: GeneratedPrimitive,
     /// Results by ascending number of primitives.
@@ -91,8 +91,8 @@ pub fn measure_generated(
     sizes: &[u32],
     options: &BenchOptions,
     on_row: &mut dyn FnMut(&ScanTreeTiming),
-) -> Result<BenchSeries, BenchError> {
-    measure_with_method(
+) -> Result<GeneratedSceneTimings, BenchError> {
+    measure_generated_with_method(
         kind,
         sizes,
         &BenchMethod::with_thread_clock(options),
@@ -101,12 +101,12 @@ pub fn measure_generated(
 }
 
 /// Performs [`measure_generated`] with a given clock.
-fn measure_with_method(
+fn measure_generated_with_method(
     kind: GeneratedPrimitive,
     sizes: &[u32],
     method: &BenchMethod,
     on_row: &mut dyn FnMut(&ScanTreeTiming),
-) -> Result<BenchSeries, BenchError> {
+) -> Result<GeneratedSceneTimings, BenchError> {
     let rays = generate_rays(RAYS, SEEDS[1]);
     let mut rows = Vec::with_capacity(sizes.len());
     for &size in sizes {
@@ -118,20 +118,20 @@ fn measure_with_method(
             scan: benched_geometry(&scan.0, scan.1),
             tree: benched_geometry(&tree.0, tree.1),
         };
-        let row = measure_row(&contest, &rays, method)?;
+        let row = measure_scan_and_tree(&contest, &rays, method)?;
         on_row(&row);
         rows.push(row);
     }
-    Ok(BenchSeries::from_rows(kind, rows))
+    Ok(GeneratedSceneTimings::from_timings(kind, rows))
 }
 
-impl BenchSeries {
+impl GeneratedSceneTimings {
     /// Determines crossover and growth from the results of all sizes.
-    fn from_rows(kind: GeneratedPrimitive, rows: Vec<ScanTreeTiming>) -> Self {
+    fn from_timings(kind: GeneratedPrimitive, rows: Vec<ScanTreeTiming>) -> Self {
         let ratios = rows
             .iter()
             .filter_map(|row| Some((row.primitives as f64, row.ratio?)));
-        let crossover = Crossover::from_ratios(&ratios.collect::<Vec<_>>());
+        let crossover = Crossover::from_time_ratios(&ratios.collect::<Vec<_>>());
         let growth = |cost: fn(&ScanTreeTiming) -> Option<QueryCost>| {
             let points = rows
                 .iter()
@@ -182,10 +182,11 @@ mod tests {
     fn a_series_of_each_kind() {
         for (_, kind) in GeneratedPrimitive::ALL {
             let mut seen = Vec::new();
-            let series = measure_with_method(kind, &[1, 14, 15, 200], &hasty(1e-4), &mut |row| {
-                seen.push(row.primitives)
-            })
-            .unwrap();
+            let series =
+                measure_generated_with_method(kind, &[1, 14, 15, 200], &hasty(1e-4), &mut |row| {
+                    seen.push(row.primitives)
+                })
+                .unwrap();
             assert_eq!(seen, [1, 14, 15, 200]);
             for row in &series.rows {
                 let scan = row.scan.expect("tiny scans are timed");
@@ -221,7 +222,7 @@ mod tests {
     /// ratio is reported.
     #[test]
     fn slow_scans_are_left_out() {
-        let series = measure_with_method(
+        let series = measure_generated_with_method(
             GeneratedPrimitive::Spheres,
             &[1000],
             &hasty(1e-9),
@@ -249,7 +250,7 @@ mod tests {
         let verdict = |scan| {
             let contestant =
                 |geometry| benched_geometry(geometry, SampleQuantiles::from_samples(&[1.0]));
-            measure_row(
+            measure_scan_and_tree(
                 &ScanTreePair {
                     scan: contestant(scan),
                     tree: contestant(&same),

@@ -150,7 +150,7 @@ impl Crossover {
     /// crossover is interpolated between the last size at which it is not faster and the next size.
     /// If the median ratio at that last size is at least one, the last size itself is the
     /// crossover. `None` without a measurement.
-    pub fn from_ratios(ratios: &[(f64, SampleQuantiles)]) -> Option<Self> {
+    pub fn from_time_ratios(ratios: &[(f64, SampleQuantiles)]) -> Option<Self> {
         let Some(last) = ratios
             .iter()
             .rposition(|(_, ratio)| ratio.lower_quartile <= 1.0)
@@ -254,7 +254,7 @@ mod tests {
     #[test]
     fn crossovers() {
         let value_of = |ratios: &[(f64, f64)]| {
-            Crossover::from_ratios(
+            Crossover::from_time_ratios(
                 &ratios
                     .iter()
                     .map(|&(n, r)| (n, level(r)))
@@ -275,7 +275,7 @@ mod tests {
             lower_quartile: 0.99,
             ..level(1.01)
         };
-        let Some(Crossover::At(n)) = Crossover::from_ratios(&[(8.0, tie), (16.0, level(2.0))])
+        let Some(Crossover::At(n)) = Crossover::from_time_ratios(&[(8.0, tie), (16.0, level(2.0))])
         else {
             panic!("no crossover")
         };

@@ -4,8 +4,10 @@
 use core::array::from_fn;
 
 use super::features::{distance_feature, surface_features};
-use super::filter::{FAR_OFFSETS, FilterOutput, NEAR_OFFSETS, Workspace, filter};
-use super::guide::{FilterTolerance, Guide};
+use super::filter::{
+    FAR_OFFSETS, FilterOutput, FilterWorkspace, NEAR_OFFSETS, filter_non_local_means,
+};
+use super::guide::{FilterGuide, FilterTolerance};
 use super::plane::{
     ColourPlanes, PixelPlane, Window, black_planes, brightest_channel, mean_colour,
     smooth_variance, variance_of_mean,
@@ -64,7 +66,7 @@ struct WindowReplicates {
 
 impl WindowReplicates {
     /// Reads the planes of a window from the film's four replicates.
-    fn load(four: &ReplicateQuad<'_>, window: Window, width: usize) -> Self {
+    fn from_replicates(four: &ReplicateQuad<'_>, window: Window, width: usize) -> Self {
         let all = || -> [ColourPlanes; REPLICATE_COUNT] {
             from_fn(|_| black_planes([window.width, window.height]))
         };
@@ -134,7 +136,7 @@ impl WindowReplicates {
 
 /// Computes the candidates of a band of rows, tile by tile. `top` is the band's first row in the
 /// picture.
-pub(super) fn filter_band(
+pub(super) fn filter_rows_in_tiles(
     four: &ReplicateQuad<'_>,
     size: [usize; 2],
     top: usize,
@@ -143,7 +145,7 @@ pub(super) fn filter_band(
 ) {
     let [width, _] = size;
     let height = pixels.len() / width;
-    let mut workspace = Workspace::default();
+    let mut workspace = FilterWorkspace::default();
     for x in (0..width).step_by(TILE[0]) {
         if observer.is_cancelled() {
             return;
@@ -155,7 +157,7 @@ pub(super) fn filter_band(
             height,
         };
         let window = core.grow(MARGIN, size);
-        let tile = WindowReplicates::load(four, window, width);
+        let tile = WindowReplicates::from_replicates(four, window, width);
         let mut out = vec![PixelCandidates::default(); core.pixels()];
         if tile.has_no_reflected_light() && !tile.has_noisy_emission() {
             tile.copy_emission(core.relative_to(window), &mut out);
@@ -182,7 +184,7 @@ impl WindowReplicates {
         &self,
         (filtered, by): ([usize; 2], [usize; 2]),
         (core, window, size): (Window, Window, [usize; 2]),
-        workspace: &mut Workspace,
+        workspace: &mut FilterWorkspace,
         out: &mut [PixelCandidates],
     ) {
         let places = [GUIDE_REACH, 0].map(|reach| core.grow(reach, size).relative_to(window));
@@ -217,7 +219,7 @@ impl WindowReplicates {
         let guides = guides.each_ref().map(|guide| over(guide, &floor));
         let divided: [ColourPlanes; 2] = from_fn(|k| over(&targets[k], &floors[k]));
         let of_light = surface_features(albedo, normal, &self.distance, false);
-        let light = filter_twice(
+        let light = run_both_filter_passes(
             guides.each_ref(),
             divided.each_ref(),
             &of_light,
@@ -227,7 +229,7 @@ impl WindowReplicates {
         let emission = self.has_noisy_emission().then(|| {
             let of_emission = surface_features(albedo, normal, &self.distance, true);
             let targets = filtered.map(|r| &self.emission[r]);
-            filter_twice(
+            run_both_filter_passes(
                 [&self.emission[one], &self.emission[other]],
                 targets,
                 &of_emission,
@@ -287,17 +289,17 @@ fn dim_fireflies(light: &ColourPlanes, limit: &PixelPlane) -> ColourPlanes {
 
 /// Runs both filter passes. The first pass filters the guides by themselves; the second filters the
 /// targets by the result of the first. `places` holds the windows that each pass computes.
-fn filter_twice(
+fn run_both_filter_passes(
     guides: [&ColourPlanes; 2],
     targets: [&ColourPlanes; 2],
     features: &[(PixelPlane, PixelPlane)],
     places: [Window; 2],
-    workspace: &mut Workspace,
+    workspace: &mut FilterWorkspace,
 ) -> FilterOutput {
     let colour = mean_colour(guides);
     let noise = smooth_variance(&variance_of_mean(guides));
     let inverse_noise = PixelPlane::map_planes([&noise], |[v]| 1.0 / (v + 1e-8));
-    let first = Guide {
+    let first = FilterGuide {
         colour: &colour,
         variance: &noise,
         noise: &noise,
@@ -305,14 +307,15 @@ fn filter_twice(
         features,
         strictness: FIRST_PASS,
     };
-    let [one, other] = filter(&first, guides, places[0], &NEAR_OFFSETS, workspace).means;
+    let [one, other] =
+        filter_non_local_means(&first, guides, places[0], &NEAR_OFFSETS, workspace).means;
     let colour = mean_colour([&one, &other]);
     let own = smooth_variance(&variance_of_mean([&one, &other]));
     let unsure = PixelPlane::map_planes(
         [&own, &colour[0], &colour[1], &colour[2]],
         |[v, r, g, b]| v + GUIDE_NOISE_SHARE * (r * r + g * g + b * b) + 1e-7,
     );
-    let second = Guide {
+    let second = FilterGuide {
         colour: &colour,
         variance: &unsure,
         noise: &noise,
@@ -320,5 +323,5 @@ fn filter_twice(
         features,
         strictness: SECOND_PASS,
     };
-    filter(&second, targets, places[1], &FAR_OFFSETS, workspace)
+    filter_non_local_means(&second, targets, places[1], &FAR_OFFSETS, workspace)
 }

@@ -282,7 +282,7 @@ fn pixel_standard_errors(size: [usize; 2], pixels: &[PixelCandidates]) -> Vec<[f
         .map(|i| {
             [
                 near(&|pixel| pixel.error_terms[0][i]),
-                near(&|pixel| pixel.error_terms[0][i] / relative_denominator(pixel, i)),
+                near(&|pixel| pixel.error_terms[0][i] / relative_error_denominator(pixel, i)),
             ]
         })
         .collect();
@@ -290,7 +290,7 @@ fn pixel_standard_errors(size: [usize; 2], pixels: &[PixelCandidates]) -> Vec<[f
         from_fn(|i| {
             let [absolute, relative] = channels[i].each_ref().map(|plane| plane.values[index]);
             absolute
-                .min(relative * relative_denominator(pixel, i))
+                .min(relative * relative_error_denominator(pixel, i))
                 .max(0.0)
                 .sqrt()
         })
@@ -300,7 +300,7 @@ fn pixel_standard_errors(size: [usize; 2], pixels: &[PixelCandidates]) -> Vec<[f
 
 /// Returns the denominator of a pixel's relative squared error in a channel: the product of its
 /// denoised and its leave-one-out colour, plus 0.01.
-fn relative_denominator(pixel: &PixelCandidates, channel: usize) -> f32 {
+fn relative_error_denominator(pixel: &PixelCandidates, channel: usize) -> f32 {
     pixel.changes[1][channel].max(0.0) * pixel.base_colour[channel].max(0.0) + FLOOR as f32
 }
 

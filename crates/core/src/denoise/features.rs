@@ -38,7 +38,7 @@ pub(super) fn surface_features(
         features.push((plane, tolerance));
     }
     for (i, plane) in mean_colour(normal).into_iter().enumerate() {
-        let of = [&noise(normal, i), &plane.slope()];
+        let of = [&noise(normal, i), &plane.squared_slope()];
         let tolerance = PixelPlane::map_planes(of, |[noise, slope]| {
             1.0 / NORMAL.max(TOLERANCE_FACTOR * noise.max(slope))
         });
@@ -58,7 +58,7 @@ pub(super) fn distance_feature(depth: &PixelPlane) -> (PixelPlane, PixelPlane) {
             MISS_LOG_DISTANCE
         }
     });
-    let tolerance = PixelPlane::map_planes([&log.slope()], |[slope]| {
+    let tolerance = PixelPlane::map_planes([&log.squared_slope()], |[slope]| {
         1.0 / DEPTH.max(TOLERANCE_FACTOR * slope)
     });
     (log, tolerance)

@@ -11,8 +11,10 @@ use std::sync::LazyLock;
 
 use raywright_bvh::{SimdTask, run_widest};
 
-use super::filter_rows::{GuideRow, LANES, PixelRow, ROW, TargetRow, WeightedSums, lit_window};
-use super::guide::{FilterTolerance, Guide};
+use super::filter_rows::{
+    GuideRow, LANES, PixelRow, ROW, TargetRow, WeightedSums, non_black_window,
+};
+use super::guide::{FilterGuide, FilterTolerance};
 use super::plane::{ColourPlanes, PixelPlane, Window, black_planes};
 use super::row_kernels;
 
@@ -25,18 +27,20 @@ pub(super) struct FilterOutput {
 
 /// Offsets (rows down, columns to the right) from a pixel to the neighbours that are averaged.
 /// Every offset has its opposite in the list, so that the filter does not shift the picture.
-pub(super) type Offsets = Vec<[isize; 2]>;
+pub(super) type NeighbourOffsets = Vec<[isize; 2]>;
 
 /// All offsets within a disc of two and a half pixels.
-pub(super) static NEAR_OFFSETS: LazyLock<Offsets> = LazyLock::new(|| offsets(2, 0.0, 2));
+pub(super) static NEAR_OFFSETS: LazyLock<NeighbourOffsets> =
+    LazyLock::new(|| neighbour_offsets(2, 0.0, 2));
 /// All offsets of a square of five by five pixels, and a fifth of the other offsets within eight
 /// and a half pixels.
-pub(super) static FAR_OFFSETS: LazyLock<Offsets> = LazyLock::new(|| offsets(8, 0.2, 2));
+pub(super) static FAR_OFFSETS: LazyLock<NeighbourOffsets> =
+    LazyLock::new(|| neighbour_offsets(8, 0.2, 2));
 
 /// Returns the offsets within `radius` plus half a pixel. All offsets of at most `dense` pixels to
 /// each side are included. Of the others only the given share, 0 to 1, is included, spread evenly
 /// (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
-fn offsets(radius: isize, share: f64, dense: isize) -> Offsets {
+fn neighbour_offsets(radius: isize, share: f64, dense: isize) -> NeighbourOffsets {
     let chosen = |y: isize, x: isize| {
         let (a, b) = if (y, x) > (-y, -x) { (y, x) } else { (-y, -x) };
         (0.754_877_666_2 * a as f64 + 0.569_840_291 * b as f64).rem_euclid(1.0) < share
@@ -52,7 +56,7 @@ const BLOCK: usize = 16;
 
 /// Buffers of a filter pass, reused by the next pass.
 #[derive(Default)]
-pub(super) struct Workspace {
+pub(super) struct FilterWorkspace {
     guide_rows: Vec<GuideRow>,
     target_rows: Vec<TargetRow>,
     sums: Vec<WeightedSums>,
@@ -79,12 +83,12 @@ impl RecentRows {
 /// If the planes are smaller than the picture, they must extend past `core` by the largest offset
 /// plus one pixel. Areas whose targets are black as far as the offsets reach are skipped and stay
 /// zero.
-pub(super) fn filter(
-    guide: &Guide<'_>,
+pub(super) fn filter_non_local_means(
+    guide: &FilterGuide<'_>,
     targets: [&ColourPlanes; 2],
     core: Window,
-    offsets: &Offsets,
-    workspace: &mut Workspace,
+    offsets: &NeighbourOffsets,
+    workspace: &mut FilterWorkspace,
 ) -> FilterOutput {
     let size = [guide.variance.width, guide.variance.height];
     let reach = offsets.last().map_or(0, |&[y, _]| y as usize);
@@ -98,7 +102,7 @@ pub(super) fn filter(
         Window { y, height, ..core }
     });
     let lit: Vec<Window> = blocks
-        .filter_map(|block| lit_window(&workspace.target_rows[..size[1]], block, reach))
+        .filter_map(|block| non_black_window(&workspace.target_rows[..size[1]], block, reach))
         .collect();
     let (Some(first), Some(last)) = (lit.first(), lit.last()) else {
         return out;
@@ -143,8 +147,8 @@ struct FilterPass<'a> {
     /// Width and height of the planes in pixels.
     size: [usize; 2],
     block: Window,
-    offsets: &'a Offsets,
-    workspace: &'a mut Workspace,
+    offsets: &'a NeighbourOffsets,
+    workspace: &'a mut FilterWorkspace,
 }
 
 impl SimdTask for FilterPass<'_> {
@@ -158,14 +162,14 @@ impl SimdTask for FilterPass<'_> {
         sums.clear();
         sums.resize(self.block.height, WeightedSums::NOTHING);
         for offsets in self.offsets.chunk_by(|a, b| a[0] == b[0]) {
-            self.add_offset_row(offsets);
+            self.add_neighbours_at_offsets(offsets);
         }
     }
 }
 
 /// Returns the range of indices from zero to `end` whose neighbour at distance `step` is also in
 /// that range.
-fn valid_range(step: isize, end: usize) -> (usize, usize) {
+fn indices_with_neighbour(step: isize, end: usize) -> (usize, usize) {
     (
         (-step).max(0) as usize,
         (end as isize - step.max(0)).max(0) as usize,
@@ -185,7 +189,7 @@ struct BlockColumns {
 
 impl BlockColumns {
     fn from_block(block: Window, step: isize, width: usize) -> Self {
-        let (left, right) = valid_range(step, width);
+        let (left, right) = indices_with_neighbour(step, width);
         let inner = block.x.max(left)..(block.x + block.width).min(right);
         let wide = inner.start.saturating_sub(1).max(left)..(inner.end + 1).min(right);
         Self {
@@ -199,11 +203,11 @@ impl FilterPass<'_> {
     /// Adds the neighbours at these offsets, which have the same vertical step, to the weighted
     /// sums of the block.
     #[inline(always)]
-    fn add_offset_row(&mut self, offsets: &[[isize; 2]]) {
+    fn add_neighbours_at_offsets(&mut self, offsets: &[[isize; 2]]) {
         let (block, [width, height], dy) = (self.block, self.size, offsets[0][0]);
         let lately = &mut self.workspace.recent_rows;
         lately.resize(offsets.len().max(lately.len()), RecentRows::NOTHING);
-        let (top, bottom) = valid_range(dy, height);
+        let (top, bottom) = indices_with_neighbour(dy, height);
         let lines = block.y.max(top)..(block.y + block.height).min(bottom);
         let mut next = lines.start.saturating_sub(1).max(top);
         for y in lines {
@@ -213,9 +217,19 @@ impl FilterPass<'_> {
                 let columns = BlockColumns::from_block(block, dx, width);
                 if !columns.inner.is_empty() {
                     for y in next..=last {
-                        self.compare_rows([y, shift_index(y, dy)], dx, &columns.with_margin, index);
+                        self.compare_guide_rows(
+                            [y, shift_index(y, dy)],
+                            dx,
+                            &columns.with_margin,
+                            index,
+                        );
                     }
-                    self.add_weighted_row([y, shift_index(y, dy)], dx, &columns, (index, around));
+                    self.add_weighted_neighbours(
+                        [y, shift_index(y, dy)],
+                        dx,
+                        &columns,
+                        (index, around),
+                    );
                 }
             }
             next = last + 1;
@@ -225,14 +239,14 @@ impl FilterPass<'_> {
     /// Computes the squared differences between the rows `y` and `other` of the guide, and the
     /// means of each difference and its two neighbours along the row.
     #[inline(always)]
-    fn compare_rows(
+    fn compare_guide_rows(
         &mut self,
         [y, other]: [usize; 2],
         dx: isize,
         columns: &Range<usize>,
         index: usize,
     ) {
-        let Workspace {
+        let FilterWorkspace {
             guide_rows: compared,
             recent_rows: lately,
             ..
@@ -249,19 +263,19 @@ impl FilterPass<'_> {
             [&own.variance[x..], &there.variance[beside..]],
             self.strictness.inverse_tolerance,
         );
-        row_kernels::average_three(means, differences, length);
+        row_kernels::average_with_neighbours(means, differences, length);
     }
 
     /// Computes the weights of a row of neighbours and adds the weighted colours to the sums.
     #[inline(always)]
-    fn add_weighted_row(
+    fn add_weighted_neighbours(
         &mut self,
         [y, other]: [usize; 2],
         dx: isize,
         columns: &BlockColumns,
         (index, around): (usize, [usize; 3]),
     ) {
-        let Workspace {
+        let FilterWorkspace {
             guide_rows: compared,
             target_rows: filtered,
             sums,

@@ -3,7 +3,7 @@
 
 use core::ops::Range;
 
-use super::guide::Guide;
+use super::guide::FilterGuide;
 use super::plane::{ColourPlanes, PixelPlane, Window};
 
 /// Multiple to which the length of a loop over pixels is rounded up, for vectorisation.
@@ -40,7 +40,7 @@ impl GuideRow {
     };
 
     /// Copies the rows `which` of a guide's planes.
-    pub fn copy_guide_rows(rows: &mut Vec<Self>, guide: &Guide<'_>, which: Range<usize>) {
+    pub fn copy_guide_rows(rows: &mut Vec<Self>, guide: &FilterGuide<'_>, which: Range<usize>) {
         rows.resize(guide.variance.height.max(rows.len()), Self::BLACK);
         for y in which {
             let row = &mut rows[y];
@@ -98,7 +98,7 @@ impl TargetRow {
 
 /// Returns the part of a block whose pixels are at most `reach` columns and rows from a pixel that
 /// is not black; `None` if all are black.
-pub(super) fn lit_window(rows: &[TargetRow], block: Window, reach: usize) -> Option<Window> {
+pub(super) fn non_black_window(rows: &[TargetRow], block: Window, reach: usize) -> Option<Window> {
     let around = block.y.saturating_sub(reach)..(block.y + block.height + reach).min(rows.len());
     let lit = rows[around].iter().filter_map(|row| row.lit);
     let (first, end) = lit.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
@@ -154,7 +154,7 @@ mod tests {
                 width: 50,
                 height: 4,
             };
-            lit_window(&rows, block, 3).map(|part| (part.x, part.x + part.width))
+            non_black_window(&rows, block, 3).map(|part| (part.x, part.x + part.width))
         };
         assert_eq!(part(&colours, 20), None);
         colours[1][2].values[20 * 60 + 30] = -1.0;

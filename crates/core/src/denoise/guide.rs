@@ -14,7 +14,7 @@ pub(super) struct FilterTolerance {
 }
 
 /// Pictures in which a filter pass compares pixels, one plane per quantity.
-pub(super) struct Guide<'a> {
+pub(super) struct FilterGuide<'a> {
     pub colour: &'a ColourPlanes,
     /// Variance of the guide's colour at each pixel, summed over channels.
     pub variance: &'a PixelPlane,

@@ -42,7 +42,10 @@ const LANES: usize = 8;
 
 /// Returns two colours of a pixel: the colour with all candidates applied in full, and the
 /// leave-one-out colour, clamped to a limited ratio to the first.
-pub(super) fn reference_colours(mean: [f64; 3], pixel: &PixelCandidates) -> [[f64; 3]; 2] {
+pub(super) fn full_and_leave_one_out_colours(
+    mean: [f64; 3],
+    pixel: &PixelCandidates,
+) -> [[f64; 3]; 2] {
     let whole = from_fn(|i| {
         mean[i]
             + pixel
@@ -88,7 +91,7 @@ pub(super) fn mix_candidates(
     let bands = (0..height.div_ceil(BAND)).into_par_iter();
     let rows = |band: usize| band * BAND..((band + 1) * BAND).min(height);
     let shares: Vec<Vec<[f32; CANDIDATES]>> = bands
-        .map(|band| solve_shares(four, [width, height], pixels, rows(band)))
+        .map(|band| solve_candidate_shares(four, [width, height], pixels, rows(band)))
         .collect();
     pixels
         .par_chunks_mut(width * BAND)
@@ -96,14 +99,14 @@ pub(super) fn mix_candidates(
         .enumerate()
         .for_each(|(band, (pixels, shares))| {
             for (k, (pixel, shares)) in pixels.iter_mut().zip(shares).enumerate() {
-                reduce_pixel(pixel, shares, four.radiance(band * BAND * width + k));
+                apply_shares_to_pixel(pixel, shares, four.radiance(band * BAND * width + k));
             }
         });
 }
 
 /// Applies the shares to the candidates of a pixel. Afterwards the pixel holds its total change,
 /// its leave-one-out colour and its estimated squared error.
-fn reduce_pixel(
+fn apply_shares_to_pixel(
     pixel: &mut PixelCandidates,
     shares: [f32; CANDIDATES],
     radiance: [[f64; 3]; REPLICATE_COUNT],
@@ -115,7 +118,7 @@ fn reduce_pixel(
             .map(|(of, share)| f64::from(share) * f64::from(of[i]))
             .sum::<f64>()
     };
-    let [whole, base] = reference_colours(mean, pixel);
+    let [whole, base] = full_and_leave_one_out_colours(mean, pixel);
     let added: [f64; 3] = from_fn(|i| sum(&pixel.changes, i));
     let error: [f64; 3] =
         from_fn(|i| added[i] * added[i] + 2.0 * sum(&pixel.error_terms, i) + error[i]);
@@ -168,7 +171,7 @@ impl CandidateMoments {
 }
 
 /// Returns the shares of the candidates in the pixels of these rows.
-fn solve_shares(
+fn solve_candidate_shares(
     four: &ReplicateQuad<'_>,
     [width, height]: [usize; 2],
     pixels: &[PixelCandidates],
@@ -176,7 +179,7 @@ fn solve_shares(
 ) -> Vec<[f32; CANDIDATES]> {
     let wide = rows.start.saturating_sub(REACH)..(rows.end + REACH).min(height);
     let moments = CandidateMoments::new(four, width, pixels, wide);
-    run_widest(ShareSolver {
+    run_widest(CandidateShareSolver {
         moments,
         height,
         rows,
@@ -185,13 +188,13 @@ fn solve_shares(
 
 /// Task for SIMD dispatch: computes the shares in some rows of pixels from the moments of their
 /// surroundings.
-struct ShareSolver {
+struct CandidateShareSolver {
     moments: CandidateMoments,
     height: usize,
     rows: Range<usize>,
 }
 
-impl SimdTask for ShareSolver {
+impl SimdTask for CandidateShareSolver {
     type Output = Vec<[f32; CANDIDATES]>;
 
     #[inline(always)]
@@ -271,7 +274,7 @@ fn candidate_moments(
     pixel: &PixelCandidates,
 ) -> [f64; MOMENTS] {
     let [mean, variance, _] = replicate_statistics(radiance);
-    let [_, base] = reference_colours(mean, pixel);
+    let [_, base] = full_and_leave_one_out_colours(mean, pixel);
     let over = |value: [f64; 3]| -> f64 {
         (0..3)
             .map(|i| value[i] / (base[i].max(0.0) * base[i].max(0.0) + FLOOR + variance[i]))
@@ -366,10 +369,10 @@ mod tests {
             error_terms: [[-value_of(k + 3) * 0.02; 3]; 3],
         };
         let mut pixels: Vec<PixelCandidates> = (0..12 * 9).map(pixel).collect();
-        let before = solve_shares(&four, [12, 9], &pixels, 0..9);
+        let before = solve_candidate_shares(&four, [12, 9], &pixels, 0..9);
         pixels[40].error_terms = [[-0.01; 3]; 3];
         pixels[40].changes = [[0.2; 3]; 3];
-        let after = solve_shares(&four, [12, 9], &pixels, 0..9);
+        let after = solve_candidate_shares(&four, [12, 9], &pixels, 0..9);
         let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
         assert!(
             close(before[40], after[40]),

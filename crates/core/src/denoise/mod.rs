@@ -106,7 +106,7 @@ impl DenoiseOutput {
     pub fn reaches_error(&self, error: f64, noisy: &Uncertainty) -> bool {
         let ErrorEstimate { value, high, .. } = self.error.root_relmse;
         let maximum = if high.is_finite() { high } else { value };
-        maximum <= error && (self.error.doubt.is_none() || noisy.reaches(error))
+        maximum <= error && (self.error.doubt.is_none() || noisy.is_error_below(error))
     }
 
     /// Returns the denoised colour and its standard errors as layers, for another picture of the
@@ -149,7 +149,7 @@ pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<DenoiseOutput, De
     );
     bands.for_each(|(band, pixels)| {
         let count = pixels.len() as u64;
-        candidates::filter_band(&four, [width, height], band * TILE[1], pixels, observer);
+        candidates::filter_rows_in_tiles(&four, [width, height], band * TILE[1], pixels, observer);
         observer.progress(
             done.fetch_add(count, Ordering::Relaxed) + count,
             (width * height) as u64,

@@ -126,7 +126,7 @@ impl PixelPlane {
 
     /// Returns the squared slope at each pixel. Along rows it is the square of the smaller
     /// difference to the left and right neighbour; the same along columns is added.
-    pub fn slope(&self) -> Self {
+    pub fn squared_slope(&self) -> Self {
         let (width, height) = (self.width, self.height);
         let mut slope = Self::zero(width, height);
         for (y, to) in slope.values.chunks_exact_mut(width).enumerate() {
@@ -243,17 +243,19 @@ mod tests {
             values: at.to_vec(),
         };
         assert_eq!(
-            plane(4, 1, &[0.0, 1.0, 3.0, 3.0]).slope().values,
+            plane(4, 1, &[0.0, 1.0, 3.0, 3.0]).squared_slope().values,
             [1.0, 1.0, 0.0, 0.0]
         );
         assert_eq!(
-            plane(1, 3, &[0.0, 2.0, 3.0]).slope().values,
+            plane(1, 3, &[0.0, 2.0, 3.0]).squared_slope().values,
             [4.0, 1.0, 1.0]
         );
         assert_eq!(
-            plane(2, 2, &[0.0, 1.0, 2.0, f32::NAN]).slope().values,
+            plane(2, 2, &[0.0, 1.0, 2.0, f32::NAN])
+                .squared_slope()
+                .values,
             [5.0, 1.0, 4.0, 0.0]
         );
-        assert_eq!(plane(1, 1, &[7.0]).slope().values, [0.0]);
+        assert_eq!(plane(1, 1, &[7.0]).squared_slope().values, [0.0]);
     }
 }

@@ -40,7 +40,7 @@ pub(super) fn noise_relative_distance(square: f32, own: f32, there: f32, inverse
 /// Writes the mean of each number and its two neighbours for the first `length` entries of a row.
 /// At the ends, the number itself replaces the missing neighbour.
 #[inline(always)]
-pub(super) fn average_three(to: &mut PixelRow, of: &PixelRow, length: usize) {
+pub(super) fn average_with_neighbours(to: &mut PixelRow, of: &PixelRow, length: usize) {
     const THIRD: f32 = 1.0 / 3.0;
     if length > 2 {
         let n = (length - 2).next_multiple_of(super::filter_rows::LANES);
@@ -153,7 +153,7 @@ mod tests {
         let row = random_row(1);
         for length in [1, 2, 3, 4, 15, 16, 17, 18, 19, 33, 100, ROW - 16, ROW - 14] {
             let mut means = [f32::NAN; ROW];
-            average_three(&mut means, &row, length);
+            average_with_neighbours(&mut means, &row, length);
             for i in 0..length {
                 let neighbours = [i.saturating_sub(1), i, (i + 1).min(length - 1)];
                 let mean = neighbours.map(|k| f64::from(row[k])).iter().sum::<f64>() / 3.0;

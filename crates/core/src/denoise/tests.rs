@@ -150,7 +150,7 @@ fn fireflies_do_not_confirm_themselves() {
     });
     let four = film.replicate_quad().expect("all that is read");
     let mut pixels = vec![PixelCandidates::default(); 40 * 32];
-    candidates::filter_band(&four, [40, 32], 0, &mut pixels, &());
+    candidates::filter_rows_in_tiles(&four, [40, 32], 0, &mut pixels, &());
     let taken = pixels[position].changes[2][1];
     assert!((-50.0..-49.0).contains(&taken), "{taken}");
     assert!(
@@ -174,7 +174,7 @@ fn a_pixel_has_no_part_in_its_own_base() {
         });
         let four = film.replicate_quad().expect("all that is read");
         let mut pixels = vec![PixelCandidates::default(); 40 * 32];
-        candidates::filter_band(&four, [40, 32], 0, &mut pixels, &());
+        candidates::filter_rows_in_tiles(&four, [40, 32], 0, &mut pixels, &());
         [
             pixels[position].base_colour[0],
             pixels[position + 1].base_colour[0],
@@ -233,7 +233,7 @@ fn claims_are_right_on_average() {
             });
             let four = film.replicate_quad().expect("all that is read");
             let mut pixels = vec![PixelCandidates::default(); 48 * 32];
-            candidates::filter_band(&four, [48, 32], 0, &mut pixels, &());
+            candidates::filter_rows_in_tiles(&four, [48, 32], 0, &mut pixels, &());
             mixture::mix_candidates(&four, [48, 32], &mut pixels);
             let claimed = pixels
                 .iter()
@@ -356,7 +356,7 @@ fn what_is_unlit_is_left_as_it_is() {
         });
         let four = film.replicate_quad().expect("all that is read");
         let mut pixels = vec![PixelCandidates::default(); 40 * 32];
-        candidates::filter_band(&four, [40, 32], 0, &mut pixels, &());
+        candidates::filter_rows_in_tiles(&four, [40, 32], 0, &mut pixels, &());
         for (position, pixel) in pixels.iter().enumerate().skip(12 * 40) {
             assert_eq!(
                 pixel.base_colour,
@@ -540,7 +540,7 @@ fn tiles_leave_no_seams() {
         });
         let four = film.replicate_quad().expect("all that is read");
         let mut pixels = vec![PixelCandidates::default(); 200 * 40];
-        candidates::filter_band(&four, [200, 40], 0, &mut pixels, &());
+        candidates::filter_rows_in_tiles(&four, [200, 40], 0, &mut pixels, &());
         pixels
     };
     let (one, other) = (value_of(0), value_of(45));

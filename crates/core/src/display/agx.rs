@@ -65,14 +65,14 @@ const LOG2_MAX: f64 = 4.026_069;
 
 /// AgX tone map with its two curves in tables, which save four powers per channel.
 #[derive(Clone, Debug)]
-pub(super) struct Agx {
+pub(super) struct AgxToneMap {
     /// Contrast curve, from values of the logarithmic encoding, 0 to 1, to display values.
     contrast: TabulatedCurve,
     /// Curve from display values with gamma 2.2 to display-linear values.
     linearise: TabulatedCurve,
 }
 
-impl Agx {
+impl AgxToneMap {
     pub(super) fn new() -> Self {
         Self {
             contrast: TabulatedCurve::tabulate(agx_contrast_curve),
@@ -185,7 +185,7 @@ mod tests {
     /// both ends.
     #[test]
     fn tabulated_curves_are_close_to_the_exact_ones() {
-        let agx = Agx::new();
+        let agx = AgxToneMap::new();
         for i in 0..=100_000 {
             let x = f64::from(i) / 100_000.0;
             assert!(
@@ -207,7 +207,7 @@ mod tests {
     #[test]
     fn middle_grey_lands_on_the_pivot() {
         let half = Real::powf(0.5, 2.2);
-        let grey = Agx::new().apply([0.18; 3]);
+        let grey = AgxToneMap::new().apply([0.18; 3]);
         assert!(
             grey.iter().all(|x: &f64| (x - half).abs() < 2e-4),
             "{grey:?} {half}"
@@ -217,7 +217,7 @@ mod tests {
     /// Protects: a strong red turns towards white as it brightens, the purpose of this map.
     #[test]
     fn bright_colours_lose_saturation() {
-        let agx = Agx::new();
+        let agx = AgxToneMap::new();
         let ratio = |x: f64| agx.apply([x, 0.0, 0.0])[1] / agx.apply([x, 0.0, 0.0])[0];
         assert!(ratio(0.2) < ratio(2.0) && ratio(2.0) < ratio(20.0) && ratio(20.0) > 0.3);
     }

@@ -1,7 +1,7 @@
 //! Tone maps from exposed linear radiance, non-negative and finite, to display-linear values in
 //! about 0..1.
 
-use super::agx::Agx;
+use super::agx::AgxToneMap;
 use super::matrix::multiply_matrix;
 use crate::scene::ToneMap;
 
@@ -11,7 +11,7 @@ pub(super) enum ToneOperator {
     Clip,
     Aces,
     AcesHill,
-    Agx(Agx),
+    Agx(AgxToneMap),
     KhronosNeutral,
 }
 
@@ -21,7 +21,7 @@ impl ToneOperator {
             ToneMap::None => Self::Clip,
             ToneMap::Aces => Self::Aces,
             ToneMap::AcesHill => Self::AcesHill,
-            ToneMap::Agx => Self::Agx(Agx::new()),
+            ToneMap::Agx => Self::Agx(AgxToneMap::new()),
             ToneMap::KhronosNeutral => Self::KhronosNeutral,
         }
     }

@@ -5,7 +5,7 @@ use self::EffectTreatment::{
 };
 use super::facts::EffectFacts;
 use super::table::effects;
-use super::{Effect, EffectFinding, EffectStatus};
+use super::{Effect, EffectAssessment, EffectStatus};
 use crate::scene::Integrator;
 use crate::settings::Settings;
 
@@ -42,23 +42,26 @@ struct EffectRule {
 
 /// Returns the same treatment for both integrators. `absent` is the reason given if the scene does
 /// not need the effect.
-const fn same_in_both(how: EffectTreatment, absent: &'static str) -> [IntegratorTreatment; 2] {
-    different_in_each(how, how, absent)
+const fn same_treatment_in_both(
+    how: EffectTreatment,
+    absent: &'static str,
+) -> [IntegratorTreatment; 2] {
+    treatment_in_each(how, how, absent)
 }
 
 /// Returns a treatment for each integrator. `absent` is the reason given if the scene does not need
 /// the effect.
-const fn different_in_each(
+const fn treatment_in_each(
     whitted: EffectTreatment,
     paths: EffectTreatment,
     absent: &'static str,
 ) -> [IntegratorTreatment; 2] {
-    different_with_reasons((whitted, absent), (paths, absent))
+    treatments_with_reasons((whitted, absent), (paths, absent))
 }
 
 /// Returns a treatment for each integrator, each with its own reason for scenes that do not need
 /// the effect.
-const fn different_with_reasons(
+const fn treatments_with_reasons(
     whitted: (EffectTreatment, &'static str),
     paths: (EffectTreatment, &'static str),
 ) -> [IntegratorTreatment; 2] {
@@ -70,11 +73,11 @@ const fn different_with_reasons(
 
 /// Returns the treatments of an effect that path tracing simulates and Whitted ray tracing leaves
 /// out. `present` and `absent` are the reasons given if the scene needs the effect or not.
-const fn path_tracing_only(
+const fn path_tracing_only_treatment(
     present: &'static str,
     absent: &'static str,
 ) -> [IntegratorTreatment; 2] {
-    different_in_each(LeftOut(present, PATH), Simulated(present), absent)
+    treatment_in_each(LeftOut(present, PATH), Simulated(present), absent)
 }
 
 /// Hint for effects that only path tracing simulates.
@@ -110,24 +113,24 @@ pub(super) fn choose_integrator(effect_facts: &EffectFacts) -> Integrator {
 
 /// Returns the finding for every effect, in the order of [`Effect::ALL`]. `paths` is whether path
 /// tracing is used.
-pub(super) fn find_effects(
+pub(super) fn evaluate_effects(
     effect_facts: &EffectFacts,
     settings: &Settings,
     paths: bool,
-) -> Vec<EffectFinding> {
+) -> Vec<EffectAssessment> {
     ROWS.iter()
-        .map(|row| row.evaluate(effect_facts, settings, paths))
+        .map(|row| row.evaluate_effect(effect_facts, settings, paths))
         .collect()
 }
 
 impl EffectRule {
     /// Returns the finding for this rule's effect. `paths` is whether path tracing is used.
-    fn evaluate(
+    fn evaluate_effect(
         &self,
         effect_facts: &EffectFacts,
         settings: &Settings,
         paths: bool,
-    ) -> EffectFinding {
+    ) -> EffectAssessment {
         let (source, IntegratorTreatment(how, absent)) = (
             (self.source)(effect_facts, paths).cloned(),
             &self.treatments[usize::from(paths)],
@@ -155,7 +158,7 @@ impl EffectRule {
             ),
             Conditional(_) => (EffectStatus::Absent, *absent, None),
         };
-        EffectFinding {
+        EffectAssessment {
             effect: self.effect,
             status,
             because: because.to_owned(),

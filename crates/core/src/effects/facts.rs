@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use crate::generate::count_generated_objects;
 use crate::lookup::SceneLookup;
-use crate::motion::{camera_moves, object_motion_ends, shutter_interval};
+use crate::motion::{camera_moves, object_transforms_at_ends, shutter_interval};
 use crate::scene::{
     AlphaMode, Camera, ClassicMaterial, ClassicRules, Colour, ColourInput, DepthLimit, FieldValue,
     MaterialFields, MaterialModel, Physical, Projection, ScalarFactor, Scene, Shape, Sky,
@@ -40,7 +40,7 @@ pub(super) struct EffectFacts {
     pub rough_reflection: FirstUsePath,
     pub rough_refraction: FirstUsePath,
     /// Layers of physical materials, such as a clear coat.
-    pub layers: LayerSources,
+    pub layers: LayerFirstUses,
     /// Surface with a physical material that light illuminates.
     pub lit_physical: FirstUsePath,
     pub diffuse_physical: FirstUsePath,
@@ -101,9 +101,9 @@ const LAYERS: [(&str, LayerPredicate); 9] = [
 
 /// Layers of a scene's materials, each with the path of its first use.
 #[derive(Clone, Debug, Default)]
-pub(super) struct LayerSources(BTreeMap<&'static str, String>);
+pub(super) struct LayerFirstUses(BTreeMap<&'static str, String>);
 
-impl LayerSources {
+impl LayerFirstUses {
     /// Records the layers of a material. `parts` holds the flags of [`LayerPredicate`]. `at`
     /// returns the path of a material's field in the scene file.
     fn add_material(&mut self, m: &Physical, parts: [bool; 2], at: &dyn Fn(&str) -> String) {
@@ -113,13 +113,13 @@ impl LayerSources {
     }
 
     /// Returns the path in the scene file at which a layer is first used, or `None`.
-    pub fn source(&self, key: &str) -> Option<&String> {
+    pub fn first_use(&self, key: &str) -> Option<&String> {
         self.0.get(key)
     }
 }
 
 /// Sets `slot` to `path` if the feature is present and `slot` is empty.
-fn record_first(slot: &mut FirstUsePath, present: bool, path: impl FnOnce() -> String) {
+fn record_first_use(slot: &mut FirstUsePath, present: bool, path: impl FnOnce() -> String) {
     if present && slot.is_none() {
         *slot = Some(path());
     }
@@ -158,7 +158,7 @@ impl EffectFacts {
         paths: bool,
     ) -> Option<&'a String> {
         own.as_ref()
-            .or_else(|| self.layers.source(layer).filter(|_| paths))
+            .or_else(|| self.layers.first_use(layer).filter(|_| paths))
     }
 
     /// Returns the path of a surface on which the light of emissive surfaces is visible.
@@ -197,7 +197,7 @@ impl EffectFacts {
         for (i, generator) in scene.generators.iter().enumerate() {
             let repeated = matches!(generator.object.shape, Shape::Mesh(_))
                 && count_generated_objects(&generator.kind) > 1;
-            record_first(&mut effect_facts.instance, repeated, || {
+            record_first_use(&mut effect_facts.instance, repeated, || {
                 format!("generators[{i}].object.shape.mesh")
             });
         }
@@ -237,12 +237,12 @@ impl EffectFacts {
             let mut textures = material.textures().filter(|texture| texture.uv.is_none());
             if let Some(filtered) = textures.find_map(|texture| reduced.get(texture.name.as_str()))
             {
-                record_first(&mut effect_facts.mip_maps, true, || {
+                record_first_use(&mut effect_facts.mip_maps, true, || {
                     format!("textures[{filtered}].filter")
                 });
             }
-            record_first(&mut effect_facts.even_emission, even, path);
-            record_first(
+            record_first_use(&mut effect_facts.even_emission, even, path);
+            record_first_use(
                 &mut effect_facts.varied_emission,
                 !even && material.emits(),
                 path,
@@ -256,40 +256,40 @@ impl EffectFacts {
             .filter(|(_, l)| l.colour != Colour::BLACK)
         {
             let path = || format!("lights[{i}]");
-            record_first(&mut effect_facts.light, true, path);
-            record_first(&mut effect_facts.shadowing_light, light.shadows, path);
-            record_first(&mut effect_facts.glossy_light, light.specular, path);
+            record_first_use(&mut effect_facts.light, true, path);
+            record_first_use(&mut effect_facts.shadowing_light, light.shadows, path);
+            record_first_use(&mut effect_facts.glossy_light, light.specular, path);
         }
         match &scene.sky {
             None => {}
             Some(Sky::Map(_)) => {
-                record_first(&mut effect_facts.sky_map, true, || "sky.map".to_owned())
+                record_first_use(&mut effect_facts.sky_map, true, || "sky.map".to_owned())
             }
-            Some(Sky::Expression(_)) => record_first(&mut effect_facts.program, true, || {
+            Some(Sky::Expression(_)) => record_first_use(&mut effect_facts.program, true, || {
                 "sky.expression".to_owned()
             }),
             // A studio has no ground below an unbounded object.
             Some(Sky::Studio(studio)) => {
                 let ground = studio.ground && effect_facts.unbounded_shape.is_none();
-                record_first(&mut effect_facts.ground, ground, || {
+                record_first_use(&mut effect_facts.ground, ground, || {
                     "sky.studio.ground".to_owned()
                 });
             }
             Some(Sky::Constant(_) | Sky::Gradient { .. }) => {}
         }
-        record_first(&mut effect_facts.sky, scene.sky.is_some(), || {
+        record_first_use(&mut effect_facts.sky, scene.sky.is_some(), || {
             "sky".to_owned()
         });
         let lens = |c: &Camera| matches!(&c.projection, Projection::ThinLens { aperture_radius, .. } if *aperture_radius > 0.0);
-        record_first(&mut effect_facts.lens, camera.is_some_and(lens), || {
+        record_first_use(&mut effect_facts.lens, camera.is_some_and(lens), || {
             "cameras".to_owned()
         });
-        record_first(
+        record_first_use(
             &mut effect_facts.motion,
             camera.is_some_and(camera_moves),
             || "cameras".to_owned(),
         );
-        record_first(
+        record_first_use(
             &mut effect_facts.exposure,
             camera.and_then(shutter_interval).is_some(),
             || "cameras".to_owned(),
@@ -353,25 +353,25 @@ impl EffectFacts {
         let mut shown = HashSet::new();
         for ((list, i, within), object) in listed.chain(repeated) {
             let path = || format!("{list}[{i}]{within}");
-            record_first(&mut self.occluder, object.casts_shadow, path);
+            record_first_use(&mut self.occluder, object.casts_shadow, path);
             let unbounded = matches!(
                 object.shape,
                 Shape::Plane { .. } | Shape::Cylinder { height: None, .. }
             );
-            record_first(&mut self.unbounded_shape, unbounded, || {
+            record_first_use(&mut self.unbounded_shape, unbounded, || {
                 format!("{}.shape", path())
             });
-            record_first(
+            record_first_use(
                 &mut self.motion,
-                object_motion_ends(object).is_some(),
+                object_transforms_at_ends(object).is_some(),
                 || format!("{}.transform_end", path()),
             );
             let Shape::Mesh(name) = &object.shape else {
                 continue;
             };
-            record_first(&mut self.mesh, true, || format!("{}.shape.mesh", path()));
+            record_first_use(&mut self.mesh, true, || format!("{}.shape.mesh", path()));
             // Only objects with the same rule for sides share a stored mesh.
-            record_first(
+            record_first_use(
                 &mut self.instance,
                 !shown.insert((name, object.side)),
                 || format!("{}.shape.mesh", path()),
@@ -379,16 +379,16 @@ impl EffectFacts {
             let smooth = lookup
                 .mesh_data(name)
                 .is_some_and(|data| !data.normals.is_empty());
-            record_first(&mut self.smooth_normals, smooth, || {
+            record_first_use(&mut self.smooth_normals, smooth, || {
                 format!("{}.shape.mesh", path())
             });
         }
     }
 
     fn gather_input(&mut self, input: &dyn FieldValue, path: impl Fn() -> String) {
-        record_first(&mut self.program, input.expression().is_some(), &path);
-        record_first(&mut self.image, input.texture().is_some(), &path);
-        record_first(
+        record_first_use(&mut self.program, input.expression().is_some(), &path);
+        record_first_use(&mut self.image, input.texture().is_some(), &path);
+        record_first_use(
             &mut self.checker,
             input.checker().is_some_and(|c| c.even != c.odd),
             &path,
@@ -396,7 +396,7 @@ impl EffectFacts {
     }
 
     fn gather_weight(&mut self, weight: &ScalarFactor, path: impl Fn() -> String) -> bool {
-        record_first(
+        record_first_use(
             &mut self.program,
             matches!(weight, ScalarFactor::Expression(_)),
             path,
@@ -412,7 +412,7 @@ impl EffectFacts {
         let local = self.gather_weight(&m.local, || at("local")) || alone;
         self.gather_input(&m.colour, || at("colour"));
         let diffuse = self.gather_weight(&m.diffuse, || at("diffuse"));
-        record_first(
+        record_first_use(
             &mut self.ambient,
             local && m.ambient.unwrap_or(rules.ambient) != Colour::BLACK,
             || match m.ambient {
@@ -420,10 +420,10 @@ impl EffectFacts {
                 None => "classic.ambient".to_owned(),
             },
         );
-        record_first(&mut self.lit_surface, local && diffuse, || at("diffuse"));
+        record_first_use(&mut self.lit_surface, local && diffuse, || at("diffuse"));
         if let Some(s) = &m.specular {
             let strong = self.gather_weight(&s.strength, || at("specular.strength"));
-            record_first(
+            record_first_use(
                 &mut self.highlight,
                 strong && (local || s.on_reflection),
                 || at("specular"),
@@ -431,18 +431,18 @@ impl EffectFacts {
         }
         if let Some(r) = &m.rim {
             let strong = self.gather_weight(&r.strength, || at("rim.strength"));
-            record_first(&mut self.rim, strong && local, || at("rim"));
+            record_first_use(&mut self.rim, strong && local, || at("rim"));
         }
         if let Some(r) = &m.reflection {
             let strong = self.gather_weight(&r.weight, || at("reflection.weight"));
-            record_first(&mut self.reflection, strong, || at("reflection"));
-            record_first(
+            record_first_use(&mut self.reflection, strong, || at("reflection"));
+            record_first_use(
                 &mut self.fuzz,
                 strong && r.fuzz.as_ref().is_some_and(|f| f.amount != 0.0),
                 || at("reflection.fuzz"),
             );
         }
-        record_first(&mut self.refraction, m.transmission.is_some(), || {
+        record_first_use(&mut self.refraction, m.transmission.is_some(), || {
             at("transmission")
         });
         if let Some(shadow) = &m.shadow {
@@ -450,8 +450,8 @@ impl EffectFacts {
         }
         if let Some(mixture) = &m.mixture {
             let bends = mixture.refraction_chance > 0.0;
-            record_first(&mut self.mixture, true, || at("mixture"));
-            record_first(
+            record_first_use(&mut self.mixture, true, || at("mixture"));
+            record_first_use(
                 &mut self.absorption,
                 bends && mixture.absorption != Colour::BLACK,
                 || at("mixture.absorption"),
@@ -459,7 +459,7 @@ impl EffectFacts {
         }
         if let Some(emission) = &m.emission {
             self.gather_input(emission, || at("emission"));
-            record_first(
+            record_first_use(
                 &mut self.emission,
                 *emission != ColourInput::Constant(Colour::BLACK),
                 || at("emission"),
@@ -469,20 +469,20 @@ impl EffectFacts {
 
     fn gather_physical(&mut self, m: &Physical, path: &str) {
         let at = |field: &str| format!("{path}.{field}");
-        record_first(&mut self.physical, true, || path.to_owned());
+        record_first_use(&mut self.physical, true, || path.to_owned());
         m.fields()
             .into_iter()
             .for_each(|field| self.gather_input(field.value, || at(&field.to_string())));
-        record_first(&mut self.vertex_colours, m.vertex_colours, || {
+        record_first_use(&mut self.vertex_colours, m.vertex_colours, || {
             at("vertex_colours")
         });
-        record_first(&mut self.alpha, m.alpha != AlphaMode::Opaque, || {
+        record_first_use(&mut self.alpha, m.alpha != AlphaMode::Opaque, || {
             at("alpha")
         });
-        record_first(&mut self.emission, m.active_emission().is_some(), || {
+        record_first_use(&mut self.emission, m.active_emission().is_some(), || {
             at("emission")
         });
-        record_first(&mut self.unlit_material, m.unlit, || at("unlit"));
+        record_first_use(&mut self.unlit_material, m.unlit, || at("unlit"));
         if m.unlit {
             return;
         }
@@ -498,30 +498,30 @@ impl EffectFacts {
         // A surface that transmits all light everywhere diffuses none.
         let all_passes =
             m.may_transmit() && m.transmission == 1.0.into() && m.transmission_texture.is_none();
-        record_first(&mut self.lit_surface, true, || path.to_owned());
-        record_first(
+        record_first_use(&mut self.lit_surface, true, || path.to_owned());
+        record_first_use(
             &mut self.normal_map,
             m.active_normal_map().is_some(),
             || at("normal_texture"),
         );
-        record_first(&mut self.lit_physical, true, || path.to_owned());
-        record_first(&mut self.highlight, true, || at("roughness"));
-        record_first(&mut self.reflection, smooth || varies || clear, || {
+        record_first_use(&mut self.lit_physical, true, || path.to_owned());
+        record_first_use(&mut self.highlight, true, || at("roughness"));
+        record_first_use(&mut self.reflection, smooth || varies || clear, || {
             at("roughness")
         });
-        record_first(&mut self.rough_reflection, !smooth, || at("roughness"));
-        record_first(&mut self.refraction, clear, || at("transmission"));
-        record_first(&mut self.rough_refraction, clear && !smooth, || {
+        record_first_use(&mut self.rough_reflection, !smooth, || at("roughness"));
+        record_first_use(&mut self.refraction, clear, || at("transmission"));
+        record_first_use(&mut self.rough_refraction, clear && !smooth, || {
             at("transmission")
         });
-        record_first(&mut self.absorption, m.absorption().is_some(), || {
+        record_first_use(&mut self.absorption, m.absorption().is_some(), || {
             at("attenuation_distance")
         });
-        record_first(&mut self.nested_body, m.has_priority() && plain, || {
+        record_first_use(&mut self.nested_body, m.has_priority() && plain, || {
             at("priority")
         });
         self.layers.add_material(m, [plain, clear], &at);
-        record_first(&mut self.diffuse_physical, plain && !all_passes, || {
+        record_first_use(&mut self.diffuse_physical, plain && !all_passes, || {
             at("base_colour")
         });
     }

@@ -40,7 +40,7 @@ pub enum EffectStatus {
 
 /// Status of an effect in a render, with the reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct EffectFinding {
+pub struct EffectAssessment {
     /// The effect.
     #[serde(rename = "name")]
     pub effect: Effect,
@@ -64,7 +64,7 @@ pub struct EffectReport {
     /// Reason for the choice of the integrator.
     pub because: String,
     /// One finding for each of [`Effect::ALL`], in that order.
-    pub effects: Vec<EffectFinding>,
+    pub effects: Vec<EffectAssessment>,
 }
 
 impl EffectReport {
@@ -83,7 +83,7 @@ impl EffectReport {
     }
 
     /// Iterates over the effects that are left out.
-    pub fn left_out(&self) -> impl Iterator<Item = &EffectFinding> {
+    pub fn left_out(&self) -> impl Iterator<Item = &EffectAssessment> {
         self.effects
             .iter()
             .filter(|f| f.status == EffectStatus::LeftOut)

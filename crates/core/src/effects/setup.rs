@@ -2,10 +2,10 @@
 
 use std::borrow::Cow;
 
-use super::detect::{choose_integrator, find_effects};
+use super::detect::{choose_integrator, evaluate_effects};
 use super::facts::EffectFacts;
 use super::switch::remove_effects;
-use super::{EffectFinding, EffectReport, EffectSet, EffectStatus};
+use super::{EffectAssessment, EffectReport, EffectSet, EffectStatus};
 use crate::scene::{Integrator, Scene};
 use crate::settings::Settings;
 
@@ -39,12 +39,12 @@ impl<'a> RenderSetup<'a> {
             integrator,
             ..settings.clone()
         };
-        let mut findings = find_effects(&effect_facts, &settings, paths);
+        let mut findings = evaluate_effects(&effect_facts, &settings, paths);
         let mut rest = Cow::Borrowed(scene);
         if !settings.without.is_empty() {
             let (scene, camera) = remove_effects(scene, &settings.camera, settings.without);
             settings.camera = camera;
-            let remaining = find_effects(
+            let remaining = evaluate_effects(
                 &EffectFacts::gather(&scene, settings.camera.as_ref()),
                 &settings,
                 paths,
@@ -93,7 +93,7 @@ pub(crate) fn chosen_integrator(scene: &Scene, settings: &Settings) -> Integrato
 fn integrator_reason(
     requested: Integrator,
     paths: bool,
-    findings: &[EffectFinding],
+    findings: &[EffectAssessment],
 ) -> &'static str {
     match requested {
         Integrator::Whitted | Integrator::Path => "requested by flag or scene",
@@ -108,7 +108,7 @@ fn integrator_reason(
 /// Changes the finding of an effect to left out if `off` contains the effect, or if the scene no
 /// longer needs the effect once all effects of `off` are removed. `left` is the effect's status in
 /// the scene without them.
-fn mark_switched_off(finding: &mut EffectFinding, left: EffectStatus, off: EffectSet) {
+fn mark_switched_off(finding: &mut EffectAssessment, left: EffectStatus, off: EffectSet) {
     let named = off.has(finding.effect);
     if finding.status == EffectStatus::Absent || !named && left != EffectStatus::Absent {
         return;

@@ -76,17 +76,17 @@ pub(crate) fn remove_effects(
 }
 
 fn remove_from_classic(m: &mut ClassicMaterial, off: EffectSet) {
-    clear_if(&mut m.rim, off.has(Effect::RimLight));
-    clear_if(&mut m.specular, off.has(Effect::Highlights));
-    clear_if(&mut m.emission, off.has(Effect::Emission));
-    clear_if(&mut m.reflection, off.has(Effect::MirrorReflection));
-    clear_if(&mut m.transmission, off.has(Effect::Refraction));
+    clear_field_if(&mut m.rim, off.has(Effect::RimLight));
+    clear_field_if(&mut m.specular, off.has(Effect::Highlights));
+    clear_field_if(&mut m.emission, off.has(Effect::Emission));
+    clear_field_if(&mut m.reflection, off.has(Effect::MirrorReflection));
+    clear_field_if(&mut m.transmission, off.has(Effect::Refraction));
     if let Some(mixture) = m.mixture.as_mut().filter(|_| off.has(Effect::Absorption)) {
         mixture.absorption = Colour::BLACK;
     }
-    clear_if(&mut m.ambient, off.has(Effect::AmbientLight));
+    clear_field_if(&mut m.ambient, off.has(Effect::AmbientLight));
     if let Some(reflection) = &mut m.reflection {
-        clear_if(&mut reflection.fuzz, off.has(Effect::FuzzyReflection));
+        clear_field_if(&mut reflection.fuzz, off.has(Effect::FuzzyReflection));
     }
     core::iter::once(&mut m.colour)
         .chain(&mut m.emission)
@@ -116,7 +116,7 @@ fn flatten_input(input: &mut dyn FieldValue, off: EffectSet) {
     );
 }
 
-fn clear_if<T>(slot: &mut Option<T>, off: bool) {
+fn clear_field_if<T>(slot: &mut Option<T>, off: bool) {
     if off {
         *slot = None;
     }

@@ -182,15 +182,17 @@ impl GraphBuilder<'_> {
                     self.expect_number(y, &label)?,
                 ];
                 self.graph
-                    .add_operation(octaves.operation_2d(count), operands)
+                    .add_operation(octaves.noise_operation_2d(count), operands)
             }
             (Function::Noise(_), [p]) => {
                 let p = self.expect_vector(p, "the point of a noise function")?;
-                self.graph.add_operation(octaves.operation_3d(count), [p])
+                self.graph
+                    .add_operation(octaves.noise_operation_3d(count), [p])
             }
             (Function::Noise(_), [_, _, _]) => {
                 let p = self.compose_vector(point)?;
-                self.graph.add_operation(octaves.operation_3d(count), [p])
+                self.graph
+                    .add_operation(octaves.noise_operation_3d(count), [p])
             }
             _ => {
                 return Err(argument_count_error(

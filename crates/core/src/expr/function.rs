@@ -60,7 +60,7 @@ pub(super) enum NoiseKind {
 impl NoiseKind {
     /// Returns the operation that evaluates the noise at a point in space, with a number of
     /// octaves.
-    pub const fn operation_3d(self, count: u32) -> Operation {
+    pub const fn noise_operation_3d(self, count: u32) -> Operation {
         match self {
             Self::One => Operation::Noise,
             Self::Sum => Operation::Sum(count),
@@ -70,7 +70,7 @@ impl NoiseKind {
 
     /// Returns the operation that evaluates the noise at a point in the plane, with a number of
     /// octaves.
-    pub const fn operation_2d(self, count: u32) -> Operation {
+    pub const fn noise_operation_2d(self, count: u32) -> Operation {
         match self {
             Self::One => Operation::PlaneNoise,
             Self::Sum => Operation::PlaneSum(count),

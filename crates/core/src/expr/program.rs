@@ -49,7 +49,7 @@ pub struct Program {
 impl Program {
     pub(super) fn new(graph: &ExprGraph, root: NodeId, span: Range<usize>) -> Result<Self> {
         let nodes = graph.nodes_up_to(root);
-        let last_uses = find_last_uses(nodes);
+        let last_uses = find_last_readers(nodes);
         let count = last_uses.iter().flatten().count();
         if count > MAX_OPERATIONS {
             let message = format!(
@@ -81,10 +81,12 @@ impl Program {
                     4 * (rows & ((1 << row) - 1)).count_ones() as u16 + u16::from(lane)
                 }
                 ExprNode::Number(bits) => layout.store_constant(f64::from_bits(bits)),
-                ExprNode::Vector([x, y, z]) => layout.reserve_row([x, y, z, 0].map(f64::from_bits)),
+                ExprNode::Vector([x, y, z]) => {
+                    layout.reserve_register_row([x, y, z, 0].map(f64::from_bits))
+                }
                 ExprNode::Component(of, axis) => places[of.index()] + u16::from(axis),
                 ExprNode::Operation(operation, operands) => {
-                    let to = layout.reserve_result_row(index, last_use);
+                    let to = layout.reserve_result_registers(index, last_use);
                     steps.push(Instruction {
                         operation,
                         destination: to,
@@ -148,7 +150,7 @@ struct RegisterLayout {
 
 impl RegisterLayout {
     /// Reserves a row with the given content and returns its first register.
-    fn reserve_row(&mut self, row: [f64; 4]) -> u16 {
+    fn reserve_register_row(&mut self, row: [f64; 4]) -> u16 {
         self.registers.push(row);
         4 * (self.registers.len() - 1) as u16
     }
@@ -158,7 +160,7 @@ impl RegisterLayout {
         let (count, row) = self.numbers;
         let lane = count % 4;
         let row = if lane == 0 {
-            usize::from(self.reserve_row([0.0; 4]) / 4)
+            usize::from(self.reserve_register_row([0.0; 4]) / 4)
         } else {
             row
         };
@@ -169,7 +171,7 @@ impl RegisterLayout {
 
     /// Reserves a row for the result of a node and returns its first register. The row of an
     /// operand that is read for the last time may be reused.
-    fn reserve_result_row(&mut self, index: usize, last_use: usize) -> u16 {
+    fn reserve_result_registers(&mut self, index: usize, last_use: usize) -> u16 {
         let Self { results, free, .. } = self;
         free.extend(
             results
@@ -179,7 +181,7 @@ impl RegisterLayout {
         let place = self
             .free
             .pop()
-            .unwrap_or_else(|| self.reserve_row([0.0; 4]));
+            .unwrap_or_else(|| self.reserve_register_row([0.0; 4]));
         self.results.push((place, last_use));
         place
     }
@@ -187,7 +189,7 @@ impl RegisterLayout {
 
 /// Returns, for each node, the index of the last node that reads it, directly or through a
 /// component; `None` for a node on which the value of the expression does not depend.
-fn find_last_uses(nodes: &[ExprNode]) -> Vec<Option<usize>> {
+fn find_last_readers(nodes: &[ExprNode]) -> Vec<Option<usize>> {
     let mut last_uses = vec![None; nodes.len()];
     if let Some(root) = last_uses.last_mut() {
         *root = Some(usize::MAX);

@@ -28,7 +28,7 @@ pub struct ProgramTable<R: Real> {
 
 /// Returns `count` entries of a table from `start` on.
 #[inline(always)]
-fn table_range<T>(table: &[T], [start, count]: [u32; 2]) -> &[T] {
+fn table_slice<T>(table: &[T], [start, count]: [u32; 2]) -> &[T] {
     &table[start as usize..][..count as usize]
 }
 
@@ -76,7 +76,7 @@ impl<R: Real> ProgramTable<R> {
         head: &ProgramHeader,
         inputs: &VariableValues<R>,
     ) -> RegisterRow<R> {
-        let Some(registers) = table_range(&self.registers, head.registers).first_chunk::<ROWS>()
+        let Some(registers) = table_slice(&self.registers, head.registers).first_chunk::<ROWS>()
         else {
             return [R::ZERO; 4];
         };
@@ -87,7 +87,7 @@ impl<R: Real> ProgramTable<R> {
         half.copy_from_slice(&registers[..ROWS / 2]);
         other.copy_from_slice(&registers[ROWS / 2..]);
         file.load_variables(inputs, head.variable_rows);
-        for step in table_range(&self.steps, head.steps) {
+        for step in table_slice(&self.steps, head.steps) {
             file.execute(*step);
         }
         if head.is_vector {

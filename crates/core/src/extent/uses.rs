@@ -4,13 +4,13 @@
 use std::collections::HashMap;
 
 use crate::generate::objects_with_counts;
-use crate::motion::object_motion_ends;
+use crate::motion::object_transforms_at_ends;
 use crate::scene::{Scene, Shape, SideRule};
 
 /// Number of objects that show each mesh with each side rule.
-pub(crate) struct MeshUses<'a>(HashMap<(&'a str, SideRule), u64>);
+pub(crate) struct MeshUseCounts<'a>(HashMap<(&'a str, SideRule), u64>);
 
-impl<'a> MeshUses<'a> {
+impl<'a> MeshUseCounts<'a> {
     /// Counts the uses in a scene.
     pub fn from_scene(scene: &'a Scene) -> Self {
         let mut uses = HashMap::new();
@@ -18,7 +18,7 @@ impl<'a> MeshUses<'a> {
             if let Shape::Mesh(name) = &object.shape {
                 let uses = uses.entry((name.as_str(), object.side)).or_insert(0_u64);
                 // A moving object is always an instance, so it counts as at least two uses.
-                *uses = uses.saturating_add(if object_motion_ends(object).is_some() {
+                *uses = uses.saturating_add(if object_transforms_at_ends(object).is_some() {
                     count.max(2)
                 } else {
                     count

@@ -72,11 +72,7 @@ fn round_to_count_grid(samples: f64) -> u32 {
 impl Film {
     /// Decides the sample counts of the next round, after a complete round. The aim is a root
     /// relMSE of the picture below `error`; for a picture to be denoised, of the denoised picture.
-    pub(crate) fn advance_to_error(
-        &mut self,
-        error: f64,
-        observer: &dyn Observer,
-    ) -> ErrorProgress {
+    pub(crate) fn plan_next_round(&mut self, error: f64, observer: &dyn Observer) -> ErrorProgress {
         if self.is_replayed {
             return ErrorProgress::Exhausted;
         }
@@ -91,7 +87,7 @@ impl Film {
         };
         let is_reached = noisy.is_some_and(|noisy| match &denoised {
             Some(denoised) => denoised.reaches_error(error, &noisy),
-            None => noisy.reaches(error),
+            None => noisy.is_error_below(error),
         });
         if is_reached {
             return ErrorProgress::Reached;

@@ -41,7 +41,7 @@ pub(crate) struct Rect {
 
 impl Rect {
     /// Returns the rectangle that covers a whole buffer.
-    pub fn whole_buffer(width: u32, height: u32) -> Self {
+    pub fn for_whole_buffer(width: u32, height: u32) -> Self {
         Self {
             start: 0,
             width: width as usize,
@@ -51,7 +51,7 @@ impl Rect {
     }
 
     /// Returns the rectangle of a tile in a film with rows of `stride` pixels.
-    pub fn tile_in_film(tile: Crop, stride: u32) -> Self {
+    pub fn for_film_tile(tile: Crop, stride: u32) -> Self {
         let start = tile.y as usize * stride as usize + tile.x as usize;
         Self {
             start,
@@ -62,7 +62,7 @@ impl Rect {
     }
 
     /// Iterates over the rows as ranges of the buffer.
-    pub fn rows(self) -> impl Iterator<Item = Range<usize>> {
+    pub fn row_ranges(self) -> impl Iterator<Item = Range<usize>> {
         (0..self.height)
             .map(move |row| self.start + row * self.stride)
             .map(move |start| start..start + self.width)
@@ -75,7 +75,7 @@ pub(crate) fn copy_rect<T: Copy>(into: &mut [T], to: Rect, of: &[T], from: Rect)
     if of.is_empty() {
         return;
     }
-    for (to, from) in to.rows().zip(from.rows()) {
+    for (to, from) in to.row_ranges().zip(from.row_ranges()) {
         into[to].copy_from_slice(&of[from]);
     }
 }
@@ -85,7 +85,7 @@ fn extract_rect<T: Copy>(of: &[T], from: Rect) -> Vec<T> {
     if of.is_empty() {
         Vec::new()
     } else {
-        from.rows()
+        from.row_ranges()
             .flat_map(|row| of[row].iter().copied())
             .collect()
     }
@@ -93,7 +93,7 @@ fn extract_rect<T: Copy>(of: &[T], from: Rect) -> Vec<T> {
 
 impl ReplicateBuffer {
     /// Returns a buffer of zeros for all pixels of a film.
-    pub fn zero(plan: &FilmPlan) -> Self {
+    pub fn zeroed(plan: &FilmPlan) -> Self {
         let n = plan.pixel_count();
         Self {
             sums: vec![[0.0; 3]; n],
@@ -184,7 +184,7 @@ impl ReplicateBuffer {
             false => copy_rect(&mut self.partial_blocks, to, &buffer.partial_blocks, from),
             true if self.partial_blocks.is_empty() => {}
             true => to
-                .rows()
+                .row_ranges()
                 .for_each(|row| self.partial_blocks[row].fill([0.0; 3])),
         }
         copy_rect(&mut self.samples, to, &buffer.samples, from);

@@ -70,7 +70,7 @@ impl Film {
         }) {
             return Err(PartError::Foreign { part: 0, label });
         }
-        if !self.plan.can_continue(&earlier.plan) {
+        if !self.plan.can_continue_film(&earlier.plan) {
             let (has, requested) = (earlier.plan.samples(), self.plan.samples());
             let minimum = self
                 .plan
@@ -179,7 +179,7 @@ impl Film {
     /// Copies the sums and layers of a part, and adds its counters.
     fn copy_part_samples(&mut self, part: &Film) {
         for tile in 0..self.plan.tile_count() {
-            let area = Rect::tile_in_film(self.plan.tile_rect(tile), self.plan.crop.width);
+            let area = Rect::for_film_tile(self.plan.tile_rect(tile), self.plan.crop.width);
             for replicate in (0..self.plan.replicates)
                 .filter(|&replicate| part.samples_drawn(tile, replicate) > 0)
             {

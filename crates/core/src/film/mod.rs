@@ -287,7 +287,7 @@ impl Film {
     /// Returns the sums of a tile in a replicate, from which sampling continues; empty before the
     /// first samples.
     pub(crate) fn tile_buffer(&self, tile: u32, replicate: u32) -> ReplicateBuffer {
-        let area = Rect::tile_in_film(self.plan.tile_rect(tile), self.plan.crop.width);
+        let area = Rect::for_film_tile(self.plan.tile_rect(tile), self.plan.crop.width);
         let buffer = self.buffers[replicate as usize]
             .as_ref()
             .filter(|_| self.samples_drawn(tile, replicate) > 0);
@@ -308,7 +308,7 @@ impl Film {
 
     /// Adds the light usage of a worker.
     pub(crate) fn add_light_usage(&mut self, usage: &LightUsage) {
-        self.usage.add_worker(usage);
+        self.usage.add_worker_counts(usage);
     }
 
     /// Returns the bytes of sums and layers.
@@ -328,8 +328,8 @@ impl Film {
     pub(crate) fn store_tile(&mut self, tile_update: &TileUpdate) {
         let tile = self.plan.tile_rect(tile_update.tile);
         let (from, to) = (
-            Rect::whole_buffer(tile.width, tile.height),
-            Rect::tile_in_film(tile, self.plan.crop.width),
+            Rect::for_whole_buffer(tile.width, tile.height),
+            Rect::for_film_tile(tile, self.plan.crop.width),
         );
         let spread = self.combine_deviations(tile_update, from, to);
         self.add_spread(&spread, from, to);
@@ -350,7 +350,7 @@ impl Film {
         let Some(before) = before.filter(|_| !tile_update.spread.is_empty()) else {
             return tile_update.spread.clone();
         };
-        let pixels = from.rows().flatten().zip(to.rows().flatten());
+        let pixels = from.row_ranges().flatten().zip(to.row_ranges().flatten());
         pixels
             .map(|(new, old)| {
                 let (n, all) = (
@@ -375,7 +375,7 @@ impl Film {
     fn place_buffer(&mut self, replicate: u32, buffer: &ReplicateBuffer, from: Rect, to: Rect) {
         let plan = &self.plan;
         self.buffers[replicate as usize]
-            .get_or_insert_with(|| ReplicateBuffer::zero(plan))
+            .get_or_insert_with(|| ReplicateBuffer::zeroed(plan))
             .copy_rect_from(to, buffer, from);
     }
 
@@ -399,7 +399,7 @@ impl Film {
             return;
         }
         self.spread.resize(self.plan.pixel_count(), [0.0; 3]);
-        for (into, of) in to.rows().zip(from.rows()) {
+        for (into, of) in to.row_ranges().zip(from.row_ranges()) {
             for (into, of) in self.spread[into].iter_mut().zip(&spread[of]) {
                 let join = |a: f32, b: f32| {
                     (f64::from(a) * f64::from(a) + f64::from(b) * f64::from(b)).sqrt() as f32

@@ -175,7 +175,7 @@ impl FilmPlan {
             random,
             alpha: settings.background == Background::Transparent,
             backdrop: (settings.background == Background::Transparent && grounded)
-                .then(|| settings.page_radiance()),
+                .then(|| settings.radiance_behind_ground()),
             layers: settings
                 .aovs
                 .iter()
@@ -284,7 +284,7 @@ impl FilmPlan {
 
     /// Whether this plan can continue a film of the plan `fewer`: each replicate has at least as
     /// many samples in this plan.
-    pub fn can_continue(&self, fewer: &Self) -> bool {
+    pub fn can_continue_film(&self, fewer: &Self) -> bool {
         fewer.replicates <= self.replicates
             && (0..fewer.replicates)
                 .all(|r| fewer.replicate_samples(r) <= self.replicate_samples(r))
@@ -303,7 +303,7 @@ impl FilmPlan {
         let mut samples = self.samples.max(fewer.samples);
         loop {
             let plan = self.with_samples(samples);
-            if plan.can_continue(fewer) {
+            if plan.can_continue_film(fewer) {
                 return Some(samples);
             }
             // The number of replicates never decreases, and a smaller sum than this does not

@@ -124,12 +124,12 @@ impl Film {
             (0..self.plan.replicates).flat_map(|r| (0..tiles).map(move |tile| (r, tile)))
         {
             if self.samples_drawn(tile, replicate) > 0 {
-                self.transfer_unit(tile, replicate, numbers)?;
+                self.transfer_tile_sums(tile, replicate, numbers)?;
             }
         }
         for tile in 0..self.plan.tile_count() {
             let (area, pixels) = (
-                Rect::tile_in_film(self.plan.tile_rect(tile), self.plan.crop.width),
+                Rect::for_film_tile(self.plan.tile_rect(tile), self.plan.crop.width),
                 self.plan.pixel_count(),
             );
             if self.plan.random
@@ -137,7 +137,7 @@ impl Film {
                     .any(|replicate| self.samples_drawn(tile, replicate) > 0)
             {
                 self.spread.resize(pixels, [0.0; 3]);
-                for row in area.rows() {
+                for row in area.row_ranges() {
                     numbers.transfer_f32(self.spread[row].as_flattened_mut())?;
                 }
             }
@@ -145,7 +145,7 @@ impl Film {
                 self.centre_layers
                     .resize_with(self.plan.layers.centre.len(), || vec![0.0; pixels]);
                 for layer in &mut self.centre_layers {
-                    area.rows()
+                    area.row_ranges()
                         .try_for_each(|row| numbers.transfer_f32(&mut layer[row]))?;
                 }
             }
@@ -154,7 +154,7 @@ impl Film {
     }
 
     /// Reads or writes the sums of one tile in one replicate.
-    fn transfer_unit<N: FilmDataStream>(
+    fn transfer_tile_sums<N: FilmDataStream>(
         &mut self,
         tile: u32,
         replicate: u32,
@@ -162,11 +162,11 @@ impl Film {
     ) -> Result<(), N::Error> {
         let size = self.plan.tile_rect(tile);
         let (from, to) = (
-            Rect::whole_buffer(size.width, size.height),
-            Rect::tile_in_film(size, self.plan.crop.width),
+            Rect::for_whole_buffer(size.width, size.height),
+            Rect::for_film_tile(size, self.plan.crop.width),
         );
         let mut buffer = self.buffers[replicate as usize]
-            .get_or_insert_with(|| ReplicateBuffer::zero(&self.plan))
+            .get_or_insert_with(|| ReplicateBuffer::zeroed(&self.plan))
             .extract_rect(to);
         let open = if has_partial_block(self.samples_drawn(tile, replicate)) {
             buffer.sums.len()

@@ -119,7 +119,7 @@ pub struct Uncertainty {
 impl Uncertainty {
     /// Whether the relative error is below `error`, by the upper end of the interval. If few pixels
     /// carry the error, the upper end has to be far below.
-    pub fn reaches(&self, error: f64) -> bool {
+    pub fn is_error_below(&self, error: f64) -> bool {
         let high = self.root_relmse.high;
         match self.doubt {
             None => high <= error,

@@ -35,7 +35,7 @@ pub(super) struct OutlinePoints<'a> {
 }
 
 impl<'a> OutlinePoints<'a> {
-    pub fn of(scene: &'a Scene, lookup: &SceneLookup<'_>) -> Self {
+    pub fn from_scene(scene: &'a Scene, lookup: &SceneLookup<'_>) -> Self {
         let mut uses: HashMap<&str, u64> = HashMap::new();
         let mut triangles = 0_u64;
         for (object, count) in objects_with_counts(scene) {

@@ -324,7 +324,7 @@ fn outlines_are_found_without_keeping_points() {
         let balls = (0..count).map(|i| ball(0.7 * f64::from(i), 0.3 + f64::from(i % 7)));
         let scene = scene(balls.chain([moving.clone()]).collect(), json!([]));
         let lookup = SceneLookup::new(&scene);
-        let outlines = OutlinePoints::of(&scene, &lookup);
+        let outlines = OutlinePoints::from_scene(&scene, &lookup);
         let mut kept = Vec::new();
         outlines.visit_points(&scene, &mut |point| kept.push(point));
         assert_eq!(

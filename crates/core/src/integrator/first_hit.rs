@@ -72,13 +72,13 @@ impl<R: Real> PacketHits<R> {
     /// Returns the hit of a ray of the packet (`Some(None)` for the sky); `None` if the rays were
     /// not intersected as a packet.
     #[inline(always)]
-    pub fn hit_of_ray(&self, ray: usize) -> Option<&Option<Hit<R>>> {
+    pub fn get_ray_hit(&self, ray: usize) -> Option<&Option<Hit<R>>> {
         self.hits.get(ray)
     }
 
     /// Intersects camera rays as a packet if they have a common origin and time; otherwise leaves
     /// the hits empty.
-    pub fn intersect(&mut self, scene: &PreparedScene<R>, rays: &[Ray<R>]) {
+    pub fn intersect_packet(&mut self, scene: &PreparedScene<R>, rays: &[Ray<R>]) {
         let Self {
             directions,
             hits,

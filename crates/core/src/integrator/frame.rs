@@ -8,7 +8,7 @@ use raywright_bvh::{Hit, Real, Vector};
 use super::PathSegment;
 use crate::interaction::Interaction;
 use crate::material::ShadingFrame;
-use crate::prepare::{MeshUse, PreparedScene};
+use crate::prepare::{ObjectMesh, PreparedScene};
 use crate::scene::MeshData;
 
 impl<R: Real> Interaction<R> {
@@ -53,7 +53,7 @@ impl<R: Real> Interaction<R> {
     }
 }
 
-impl<R: Real> MeshUse<R> {
+impl<R: Real> ObjectMesh<R> {
     /// Returns the columns of the 3 × 3 matrix that maps the mesh's normals to world space, at a
     /// hit.
     pub(super) fn normal_transform_at(
@@ -79,7 +79,7 @@ impl<R: Real> MeshUse<R> {
 impl<R: Real> PreparedScene<R> {
     /// Returns the tangent at a hit in the mesh's own space, not normalised, and whether a texture
     /// image appears mirrored at the hit when seen from outside.
-    fn mesh_tangent(&self, mesh: &MeshUse<R>, hit: &Hit<R>) -> (DVec3, bool) {
+    fn mesh_tangent(&self, mesh: &ObjectMesh<R>, hit: &Hit<R>) -> (DVec3, bool) {
         let data = &self.meshes[mesh.mesh as usize];
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
         let tangents = match mesh.tangents {

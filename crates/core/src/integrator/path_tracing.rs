@@ -219,7 +219,11 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Continues a path through a surface that is absent at the hit, because of alpha or nesting.
     /// Returns whether the path goes on.
-    fn pass_through(&mut self, path: &mut PathState<R>, interaction: &Interaction<R>) -> bool {
+    fn pass_through_surface(
+        &mut self,
+        path: &mut PathState<R>,
+        interaction: &Interaction<R>,
+    ) -> bool {
         path.address.bounce += 1;
         let rest = path.segment.direction_error;
         let ray = Ray {
@@ -228,13 +232,13 @@ impl<R: Real> PathTracer<'_, R> {
                 .scene
                 .spawn_ray(interaction, interaction.direction, -R::ONE)
         };
-        path.segment.advance(&ray, rest);
-        self.count_passage(path)
+        path.segment.advance_to_ray(&ray, rest);
+        self.count_passed_surface(path)
     }
 
     /// Counts a surface that a path passed unchanged. Returns whether the path may pass further
     /// surfaces.
-    fn count_passage(&mut self, path: &mut PathState<R>) -> bool {
+    fn count_passed_surface(&mut self, path: &mut PathState<R>) -> bool {
         path.passages += 1;
         let ends = path.passages > MOST_PASSAGES;
         self.counters.cut_short += u64::from(ends);

@@ -47,7 +47,7 @@ impl<R: Real> PhysicalInputs<R> {
 
     /// Returns the metallic-roughness model at a point.
     #[inline(always)]
-    pub fn model_at(&self, context: &ShadingContext<'_, R>) -> MetallicRoughness<R> {
+    pub fn metallic_roughness_at(&self, context: &ShadingContext<'_, R>) -> MetallicRoughness<R> {
         let (boundary, base) = (
             self.dielectric_boundary_at(context),
             self.base_colour_at(context),

@@ -59,7 +59,7 @@ impl<R: Real> PreparedScene<R> {
                 let max = if matches!(target, ShadowRayTarget::Infinity) {
                     rules.shadow_max_distance
                 } else {
-                    interaction.distance_to(target)
+                    interaction.distance_to_target(target)
                 };
                 Some((
                     Ray::new(interaction.surface.point + l * offset, l),
@@ -75,7 +75,7 @@ impl<R: Real> PreparedScene<R> {
     /// Returns a light sample, redirected to the lamp's centre if the lamp casts hard shadows;
     /// `None` if the lamp itself hides its sampled point.
     #[inline(always)]
-    pub(super) fn aim_at_centre(
+    pub(super) fn aim_at_lamp_centre(
         &self,
         light: LightId,
         light_sample: LightSample<R>,
@@ -158,7 +158,7 @@ impl<R: Real> PreparedScene<R> {
 
 impl<R: Real> Interaction<R> {
     /// Returns the distance to the target of a shadow ray; infinite for targets at infinity.
-    pub(super) fn distance_to(&self, target: &ShadowRayTarget<R>) -> R {
+    pub(super) fn distance_to_target(&self, target: &ShadowRayTarget<R>) -> R {
         match target {
             ShadowRayTarget::Infinity => R::INFINITY,
             ShadowRayTarget::Point(target)

@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
-use crate::interaction::{Interaction, interpolate};
+use crate::interaction::{Interaction, interpolate_vertex_attribute};
 use crate::material::ensure_reflection_above;
 use crate::prepare::{ObjectRecord, PreparedScene};
 use crate::scene::MOST_UV_SETS;
@@ -53,7 +53,7 @@ impl<R: Real> PathSegment<R> {
     /// rounding error of its direction. Updated in place, vector by vector: reading a copy would
     /// wait until its numbers are stored.
     #[inline(always)]
-    pub fn advance(&mut self, ray: &Ray<R>, rest: R::Vec3) {
+    pub fn advance_to_ray(&mut self, ray: &Ray<R>, rest: R::Vec3) {
         if self.length_before >= R::ZERO {
             self.length_before += (ray.origin - self.start_point()).length();
         }
@@ -233,7 +233,9 @@ impl<R: Real> Interaction<R> {
         }
         let uv = |set: usize| {
             let set = data.uvs.get(set).filter(|set| !set.is_empty())?;
-            let at = |k: usize| interpolate([a, b, c].map(|i| real(set[i][k])), [w, u, v]);
+            let at = |k: usize| {
+                interpolate_vertex_attribute([a, b, c].map(|i| real(set[i][k])), [w, u, v])
+            };
             Some([at(0), at(1)])
         };
         let mut sets = mesh.uv_sets;
@@ -250,7 +252,9 @@ impl<R: Real> Interaction<R> {
             sets &= sets - 1;
         }
         if !data.colours.is_empty() {
-            let at = |k: usize| interpolate([a, b, c].map(|i| real(data.colours[i][k])), [w, u, v]);
+            let at = |k: usize| {
+                interpolate_vertex_attribute([a, b, c].map(|i| real(data.colours[i][k])), [w, u, v])
+            };
             self.colour = core::array::from_fn(at);
         }
     }

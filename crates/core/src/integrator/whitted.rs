@@ -84,10 +84,10 @@ impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
         out: &mut PathResults<R>,
     ) {
         out.clear();
-        self.first_hits.intersect(self.scene, rays);
+        self.first_hits.intersect_packet(self.scene, rays);
         for (index, (ray, address)) in rays.iter().zip(addresses).enumerate() {
             let mut path = self.start_path(ray, address);
-            let hit = self.first_hits.hit_of_ray(index).copied();
+            let hit = self.first_hits.get_ray_hit(index).copied();
             self.trace_path(&mut path, hit);
             let veil = self.scene.veil;
             out.paths.push(PathResult {
@@ -142,7 +142,7 @@ impl<R: Real> WhittedTracer<'_, R> {
 
     /// Returns the closest hit of a path's ray.
     #[inline(always)]
-    fn intersect_path(&self, path: &WhittedState<R>) -> Option<Hit<R>> {
+    fn intersect_path_ray(&self, path: &WhittedState<R>) -> Option<Hit<R>> {
         let min = if path.is_camera_ray {
             self.min_distances.camera - path.segment.skipped_distance
         } else {
@@ -182,7 +182,7 @@ impl<R: Real> WhittedTracer<'_, R> {
                     .radiance(path.segment.start_point(), direction),
             };
             path.radiance += path.throughput * seen;
-            self.record_direct(path.is_camera_ray, path.throughput * seen);
+            self.record_direct_radiance(path.is_camera_ray, path.throughput * seen);
             path.remaining_segments = 0;
             return None;
         };
@@ -194,8 +194,8 @@ impl<R: Real> WhittedTracer<'_, R> {
             self.first_hit = Some(FirstHit::new(self.scene, &path.segment, hit));
         }
         match &self.scene.materials[interaction.material as usize] {
-            PreparedMaterial::Classic(m) => match self.edge_colour(path, hit, &interaction) {
-                Some(edge) => self.end_on_edge(path, edge),
+            PreparedMaterial::Classic(m) => match self.wireframe_colour(path, hit, &interaction) {
+                Some(edge) => self.end_on_wireframe_edge(path, edge),
                 None => self.shade_classic(m, path, hit, &interaction),
             },
             PreparedMaterial::Physical(m) => {
@@ -204,8 +204,8 @@ impl<R: Real> WhittedTracer<'_, R> {
                 {
                     return side_branch;
                 }
-                match self.edge_colour(path, hit, &interaction) {
-                    Some(edge) => self.end_on_edge(path, edge),
+                match self.wireframe_colour(path, hit, &interaction) {
+                    Some(edge) => self.end_on_wireframe_edge(path, edge),
                     None => self.shade_physical(m, path, hit, &interaction),
                 }
             }
@@ -215,7 +215,7 @@ impl<R: Real> WhittedTracer<'_, R> {
 
     /// Returns the wireframe's colour if a camera ray hits an edge.
     #[inline(always)]
-    fn edge_colour(
+    fn wireframe_colour(
         &self,
         path: &WhittedState<R>,
         hit: &Hit<R>,
@@ -229,14 +229,14 @@ impl<R: Real> WhittedTracer<'_, R> {
     }
 
     /// Ends the path of a camera ray on a wireframe edge, with the colour of the edge.
-    fn end_on_edge(
+    fn end_on_wireframe_edge(
         &mut self,
         path: &mut WhittedState<R>,
         edge: R::Vec3,
     ) -> Option<WhittedState<R>> {
         let shown = path.throughput * edge;
         path.radiance += shown;
-        self.record_direct(true, shown);
+        self.record_direct_radiance(true, shown);
         self.first_hit
             .iter_mut()
             .for_each(|first| first.albedo = [0.0; 3]);
@@ -246,7 +246,7 @@ impl<R: Real> WhittedTracer<'_, R> {
     /// Adds radiance to the directly visible radiance of a camera ray, if layers need it. `camera`:
     /// whether the radiance arrives along the camera ray.
     #[inline(always)]
-    fn record_direct(&mut self, camera: bool, radiance: R::Vec3) {
+    fn record_direct_radiance(&mut self, camera: bool, radiance: R::Vec3) {
         if camera && self.keeps_first {
             self.direct += radiance;
         }
@@ -258,7 +258,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         while path.remaining_segments > 0 || self.resume_waiting_path(path) {
             let hit = match known_hit.take() {
                 Some(hit) => hit,
-                None => path.known_hit.or_else(|| self.intersect_path(path)),
+                None => path.known_hit.or_else(|| self.intersect_path_ray(path)),
             };
             if let Some(side_branch) = self.advance_path(path, hit.as_ref()) {
                 self.defer_path(path, side_branch);
@@ -307,7 +307,7 @@ impl<R: Real> WhittedTracer<'_, R> {
 
     /// Continues a path in the same direction beyond a surface, with its new throughput. Takes no
     /// segment.
-    fn pass_through(
+    fn pass_through_surface(
         &mut self,
         path: &mut WhittedState<R>,
         interaction: &Interaction<R>,
@@ -315,10 +315,10 @@ impl<R: Real> WhittedTracer<'_, R> {
     ) {
         let rest = path.segment.direction_error;
         path.segment
-            .advance(&self.ray_behind_surface(path, interaction), rest);
+            .advance_to_ray(&self.ray_behind_surface(path, interaction), rest);
         path.throughput = throughput;
         path.address.bounce += 1;
-        self.count_passage(path);
+        self.count_passed_surface(path);
     }
 
     /// Continues a path beyond an index-matched boundary, which only tints its throughput.
@@ -331,7 +331,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         self.counters.refraction += 1;
         path.coverage += core::mem::replace(&mut path.share, R::ZERO);
         path.is_camera_ray = false;
-        self.pass_through(path, interaction, throughput);
+        self.pass_through_surface(path, interaction, throughput);
     }
 
     /// Returns the ray that continues a path's ray beyond a surface.
@@ -345,7 +345,7 @@ impl<R: Real> WhittedTracer<'_, R> {
     }
 
     /// Counts a surface that a path passed unchanged, and ends the path if it passed too many.
-    fn count_passage(&mut self, path: &mut WhittedState<R>) {
+    fn count_passed_surface(&mut self, path: &mut WhittedState<R>) {
         path.passages += 1;
         if path.passages > MOST_PASSAGES {
             path.remaining_segments = 0;
@@ -397,7 +397,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         if interaction.normal.dot(light_sample.direction) <= R::ZERO {
             return None;
         }
-        let aimed = self.scene.aim_at_centre(
+        let aimed = self.scene.aim_at_lamp_centre(
             LightId::Emitter(index),
             light_sample,
             interaction.surface.point,

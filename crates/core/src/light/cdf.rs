@@ -24,7 +24,7 @@ pub(super) fn push_cdf(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
 }
 
 /// Returns the probability of the entry `index` in a cumulative distribution.
-pub(super) fn probability_of<T: Copy + Into<f64>>(cumulative: &[T], index: usize) -> f64 {
+pub(super) fn entry_probability<T: Copy + Into<f64>>(cumulative: &[T], index: usize) -> f64 {
     let before = if index == 0 {
         0.0
     } else {
@@ -75,7 +75,7 @@ pub(super) fn sample_index_guided<T: Copy + Into<f64>>(
 }
 
 fn entry_at<T: Copy + Into<f64>>(cumulative: &[T], index: usize, at: f64) -> (usize, f64, f64) {
-    let share = probability_of(cumulative, index);
+    let share = entry_probability(cumulative, index);
     let before = cumulative[index].into() - share;
     (
         index,

@@ -4,7 +4,7 @@
 
 use raywright_bvh::{Real, Vector};
 
-use super::cdf::{probability_of, push_cdf, sample_index};
+use super::cdf::{entry_probability, push_cdf, sample_index};
 use super::tree::{LightLeaf, LightTree, ReceivingPoint};
 use super::{LightId, Lights};
 
@@ -165,7 +165,7 @@ impl LightSampler {
             // The sky is the last distant light. No path hits a delta light, so its probability is
             // never read.
             LightId::Sky if self.far.last() == Some(&LightId::Sky) => {
-                probability_of(&self.far_shares, self.far.len() - 1) * self.far_share
+                entry_probability(&self.far_shares, self.far.len() - 1) * self.far_share
             }
             LightId::Sky | LightId::Delta(_) => 0.0,
         }

@@ -144,7 +144,7 @@ impl<R: Real> DeltaLight<R> {
                 target: ShadowRayTarget::Infinity,
             }),
             DeltaLightKind::Point { position, fade } => {
-                self.sample_positioned(from, *position, fade, |_| R::ONE)
+                self.sample_point_or_spot(from, *position, fade, |_| R::ONE)
             }
             DeltaLightKind::Spot {
                 position,
@@ -152,7 +152,7 @@ impl<R: Real> DeltaLight<R> {
                 fade,
                 scale,
                 offset,
-            } => self.sample_positioned(from, *position, fade, |l| {
+            } => self.sample_point_or_spot(from, *position, fade, |l| {
                 let edge = Real::clamp(-(l.dot(*direction)) * *scale + *offset, R::ZERO, R::ONE);
                 edge * edge
             }),
@@ -160,7 +160,7 @@ impl<R: Real> DeltaLight<R> {
     }
 
     #[inline(always)]
-    fn sample_positioned(
+    fn sample_point_or_spot(
         &self,
         from: R::Vec3,
         position: R::Vec3,

@@ -15,7 +15,7 @@ use raywright_bvh::shapes::AnyShape;
 use raywright_bvh::{Geometry, Real, Shape, Side, Surface, TriangleSlot, Vector};
 
 use super::LightBounds;
-use super::cdf::{probability_of, push_cdf, sample_index};
+use super::cdf::{entry_probability, push_cdf, sample_index};
 
 pub(super) use lanes::EmitterLanes;
 pub use list::{EmissionEstimate, EmitterList};
@@ -168,7 +168,7 @@ impl<R: Real> Emitters<R> {
 
     /// Returns the probability with which [`Emitters::sample_emitter`] returns an emitter.
     pub fn probability(&self, index: u32) -> f64 {
-        probability_of(&self.cumulative, index as usize)
+        entry_probability(&self.cumulative, index as usize)
     }
 
     /// Bytes of the tables.

@@ -13,7 +13,8 @@ use glam::DVec3;
 use raywright_bvh::{Real, SimdTask, prefetch, run_widest};
 
 use super::cdf::{
-    guide_table_len, probability_of, push_cdf, push_guide_table, sample_index, sample_index_guided,
+    entry_probability, guide_table_len, push_cdf, push_guide_table, sample_index,
+    sample_index_guided,
 };
 use crate::number::sines_and_cosines;
 
@@ -94,7 +95,7 @@ impl SphereGrid {
                 .collect();
             grid.block_angles
                 .push(grid.angles[rows.clone()].iter().sum());
-            fluxes.push(grid.push_blocks(&weights, rows.start));
+            fluxes.push(grid.push_block_row(&weights, rows.start));
         }
         grid.flux = push_cdf(&mut grid.rows, &fluxes);
         push_guide_table(&mut grid.guides, &grid.rows);
@@ -106,7 +107,7 @@ impl SphereGrid {
 
     /// Appends a row of blocks from the radiance of its cells, and returns the flux of the row of
     /// blocks; `first` is its first row of cells.
-    fn push_blocks(&mut self, weights: &[f64], first: usize) -> f64 {
+    fn push_block_row(&mut self, weights: &[f64], first: usize) -> f64 {
         let (width, angles) = (self.width, &self.angles[first..]);
         let mut fluxes = Vec::with_capacity(BLOCKS[0]);
         for start in (0..width).step_by(self.block[0]) {
@@ -242,15 +243,15 @@ impl SphereGrid {
         let row = ((v * height as f64) as usize).min(height - 1);
         let (x, y) = (column / self.block[0], row / self.block[1]);
         let blocks = self.block_row_cdf(y);
-        let probability = probability_of(&self.rows, y) * probability_of(blocks, x);
+        let probability = entry_probability(&self.rows, y) * entry_probability(blocks, x);
         let ([left, top], [columns, rows]) = self.block_extent(x, y);
         let index = self.cell_starts[y * blocks.len() + x];
         if index == WHOLE {
             return probability / (self.block_angles[y] * columns as f64);
         }
         let (column, cells, line) = (column - left, &self.cells[index as usize..], row - top);
-        let within = probability_of(&cells[..rows], line)
-            * probability_of(&cells[rows + line * columns..][..columns], column);
+        let within = entry_probability(&cells[..rows], line)
+            * entry_probability(&cells[rows + line * columns..][..columns], column);
         probability * within / self.angles[row]
     }
 

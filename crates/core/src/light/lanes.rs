@@ -47,7 +47,7 @@ impl<R: Real> SurfaceLanes<R> {
     }
 
     #[inline(always)]
-    pub fn set_lane_vector(&mut self, lane: usize, surface: &Surface<R>) {
+    pub fn set_lane(&mut self, lane: usize, surface: &Surface<R>) {
         set_lane_vector::<R>(&mut self.point, lane, surface.point);
         set_lane_vector::<R>(&mut self.above, lane, surface.above);
         set_lane_vector::<R>(&mut self.below, lane, surface.below);
@@ -107,7 +107,7 @@ impl<R: Real> LightSampleLanes<R> {
 
     /// Sets the light sample in a lane.
     #[inline(always)]
-    pub fn set_lane_vector(&mut self, lane: usize, sample: &LightSample<R>) {
+    pub fn set_lane(&mut self, lane: usize, sample: &LightSample<R>) {
         set_lane_vector::<R>(&mut self.direction, lane, sample.direction);
         set_lane_vector::<R>(&mut self.arriving, lane, sample.arriving);
         self.density[lane] = match sample.density {
@@ -116,7 +116,7 @@ impl<R: Real> LightSampleLanes<R> {
         };
         self.target_kinds[lane] = match &sample.target {
             ShadowRayTarget::Surface(surface) => {
-                self.surface.set_lane_vector(lane, surface);
+                self.surface.set_lane(lane, surface);
                 ShadowRayTargetKind::Surface
             }
             ShadowRayTarget::Infinity => ShadowRayTargetKind::Infinity,

@@ -295,7 +295,7 @@ impl<R: Real> Lights<R> {
                 if matches!(light, LightId::Delta(_)) {
                     self.sample(light, from, position, probability)
                         .iter()
-                        .for_each(|sample| samples.set_lane_vector(lane, sample));
+                        .for_each(|sample| samples.set_lane(lane, sample));
                 }
             }
         }
@@ -329,7 +329,7 @@ impl<R: Real> Lights<R> {
                 sampler.light_sample_from_radiance(direction, sky_sample, chosen_light.probability);
             sample
                 .iter()
-                .for_each(|sample| samples[index / LANES].set_lane_vector(index % LANES, sample));
+                .for_each(|sample| samples[index / LANES].set_lane(index % LANES, sample));
         }
     }
 

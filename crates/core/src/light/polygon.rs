@@ -206,7 +206,7 @@ fn normalize_or_zero(v: DVec3) -> DVec3 {
 type PolygonColumns<const K: usize, const N: usize> = [[f64; N]; K];
 
 #[inline(always)]
-fn get_lane_row<const K: usize, const N: usize>(
+fn get_lane_numbers<const K: usize, const N: usize>(
     columns: &PolygonColumns<K, N>,
     lane: usize,
 ) -> [f64; K] {
@@ -218,7 +218,7 @@ fn get_lane_row<const K: usize, const N: usize>(
 }
 
 #[inline(always)]
-fn set_lane_row<const K: usize, const N: usize>(
+fn set_lane_numbers<const K: usize, const N: usize>(
     columns: &mut PolygonColumns<K, N>,
     lane: usize,
     row: [f64; K],
@@ -263,9 +263,9 @@ impl<const N: usize> PolygonLanes<N> {
             .iter_mut()
             .zip([from, a, b, c, d])
         {
-            set_lane_row(columns, lane, v.to_array());
+            set_lane_numbers(columns, lane, v.to_array());
         }
-        set_lane_row(&mut self.positions, lane, position);
+        set_lane_numbers(&mut self.positions, lane, position);
     }
 
     /// Samples a point in each lane, as [`Polygon::sample`] does.
@@ -274,14 +274,14 @@ impl<const N: usize> PolygonLanes<N> {
         let (mut sides, mut areas, mut seconds, mut solid_angle) =
             ([[0.0; N]; 16], [0.0; N], [0.0; N], [0.0; N]);
         for i in 0..N {
-            set_lane_row(
+            set_lane_numbers(
                 &mut sides,
                 i,
-                self::corner_directions_and_volumes(get_lane_row(&self.points_and_corners, i)),
+                self::corner_directions_and_volumes(get_lane_numbers(&self.points_and_corners, i)),
             );
         }
         for i in 0..N {
-            let [first, second] = triangle_solid_angles(&get_lane_row(&sides, i));
+            let [first, second] = triangle_solid_angles(&get_lane_numbers(&sides, i));
             solid_angle[i] = first + second;
             let at = self.positions[0][i] * solid_angle[i];
             let is_second = (second > 0.0) & (at >= first);
@@ -292,12 +292,12 @@ impl<const N: usize> PolygonLanes<N> {
         let mut directions = [[0.0; N]; 4];
         for i in 0..N {
             let choice = [seconds[i], sines[i], cosines[i], self.positions[1][i]];
-            set_lane_row(
+            set_lane_numbers(
                 &mut directions,
                 i,
                 offset_to_sample(
-                    get_lane_row(&self.points_and_corners, i),
-                    get_lane_row(&sides, i),
+                    get_lane_numbers(&self.points_and_corners, i),
+                    get_lane_numbers(&sides, i),
                     choice,
                 ),
             );
@@ -330,14 +330,14 @@ impl<const N: usize> PolygonSamples<N> {
 
     /// Returns the sampled point in a lane; valid if [`Self::has_point`].
     #[inline(always)]
-    pub fn at(&self, lane: usize) -> DVec3 {
+    pub fn point_unchecked(&self, lane: usize) -> DVec3 {
         let at = |axis: usize| self.from[axis][lane] + self.directions[axis][lane];
         DVec3::new(at(0), at(1), at(2))
     }
 
     #[inline(always)]
     fn point(&self, lane: usize) -> Option<DVec3> {
-        self.has_point(lane).then(|| self.at(lane))
+        self.has_point(lane).then(|| self.point_unchecked(lane))
     }
 }
 

@@ -195,7 +195,7 @@ impl<R: Real> SkyRadiance<R> {
 
 /// Calls `look` with batches of directions and the number of directions in each; the remaining
 /// lanes are meaningless.
-fn for_each_batch<R: Real>(
+fn for_each_direction_batch<R: Real>(
     directions: impl Iterator<Item = R::Vec3>,
     mut look: impl FnMut(&DirectionBatch<R>, usize),
 ) {

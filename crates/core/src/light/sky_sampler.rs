@@ -98,7 +98,7 @@ impl SkySampler {
             (SkySamplerKind::Lobes { lobes, shares }, _) => {
                 let fluxes = lobes.iter().enumerate().map(|(i, lobe)| match lobe {
                     SkyLobe::Linear { .. } => 0.0,
-                    SkyLobe::Power { .. } => super::cdf::probability_of(shares, i),
+                    SkyLobe::Power { .. } => super::cdf::entry_probability(shares, i),
                 });
                 Self::from_lobes(lobes.iter().copied().zip(fluxes))
             }
@@ -265,7 +265,7 @@ impl SkySampler {
                 let drawn = lobes
                     .iter()
                     .enumerate()
-                    .map(|(i, lobe)| (super::cdf::probability_of(shares, i), lobe));
+                    .map(|(i, lobe)| (super::cdf::entry_probability(shares, i), lobe));
                 // Lobes of zero probability add nothing.
                 drawn
                     .filter(|&(share, _)| share > 0.0)

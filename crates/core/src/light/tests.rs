@@ -56,21 +56,21 @@ fn surface<R: Real>(
         None => {
             list.add_shape(
                 shape,
-                EmissionEstimate::uniform(Vector::ONE),
+                EmissionEstimate::from_uniform_emission(Vector::ONE),
                 Side::Outside,
                 None,
             );
             group.add_shape(shape, visibility).expect("a shape");
         }
         Some(map) => {
-            list.add_transformed(
+            list.add_transformed_shape(
                 TransformedShape::new(shape, map).expect("a map"),
-                EmissionEstimate::uniform(Vector::ONE),
+                EmissionEstimate::from_uniform_emission(Vector::ONE),
                 Side::Outside,
                 None,
             );
             group
-                .add_transformed(shape, map, visibility)
+                .add_transformed_shape(shape, map, visibility)
                 .expect("a shape");
         }
     }

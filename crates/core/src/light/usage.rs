@@ -51,7 +51,7 @@ impl LightUsage {
     }
 
     /// Adds another worker's counts of the same lights.
-    pub fn add_worker(&mut self, other: &Self) {
+    pub fn add_worker_counts(&mut self, other: &Self) {
         if self.blocked.is_empty() {
             self.clone_from(other);
             return;
@@ -116,8 +116,8 @@ mod tests {
         ] {
             for (first, second) in [(a, b), (b, a)] {
                 let mut usage = LightUsage::default();
-                usage.add_worker(&of(first));
-                usage.add_worker(&of(second));
+                usage.add_worker_counts(&of(first));
+                usage.add_worker_counts(&of(second));
                 assert_eq!(usage.blocked, expected);
             }
         }

@@ -59,11 +59,11 @@ impl<N: Number> MicrofacetLayer<N> {
     /// Returns the layer viewed along `wo`, a unit direction of the given cosine to the normal.
     pub(super) fn with_view(self, wo: N::Vec3, cosine: N) -> Self {
         let albedo = Albedo::mean_anisotropic(self.energy_complement.roughness, &self.anisotropic);
-        let [mut base, lost] = self.energy_complement.remaining_energy(albedo);
+        let [mut base, lost] = self.energy_complement.unreflected_energy(albedo);
         if let Some(curve) = self.non_schlick {
             let mean = match &self.anisotropic {
                 None => {
-                    cosine_weighted_mean(|cosine| self.remaining_energy(N::Vec3::ZERO, cosine)[0])
+                    cosine_weighted_mean(|cosine| self.unreflected_energy(N::Vec3::ZERO, cosine)[0])
                 }
                 Some((_, ggx)) => {
                     let frame = ggx.frame();
@@ -76,7 +76,7 @@ impl<N: Number> MicrofacetLayer<N> {
                             frame.to_world(N::Vec3::new(sine * x, sine * y, cosine))
                         };
                         let value_of =
-                            |turn: &[N; 2]| self.remaining_energy(direction(*turn), cosine)[0];
+                            |turn: &[N; 2]| self.unreflected_energy(direction(*turn), cosine)[0];
                         turns
                             .iter()
                             .map(value_of)
@@ -88,28 +88,28 @@ impl<N: Number> MicrofacetLayer<N> {
             base = N::select(curve.mask, mean, base);
             base = N::select(
                 curve.tabulated_lanes,
-                self.remaining_energy_by_fresnel(&curve, albedo, None),
+                self.unreflected_energy_by_fresnel(&curve, albedo, None),
                 base,
             );
         }
         Self {
             energy_complement: self
                 .energy_complement
-                .with_view_energy(self.remaining_energy(wo, cosine), [base, lost]),
+                .with_view_energy(self.unreflected_energy(wo, cosine), [base, lost]),
             ..self
         }
     }
 
     /// Returns two shares of energy for a direction of the given cosine: the energy that passes the
     /// layer to the base, and the energy that white microfacets lose in a single reflection.
-    fn remaining_energy(&self, direction: N::Vec3, cosine: N) -> [N; 2] {
+    fn unreflected_energy(&self, direction: N::Vec3, cosine: N) -> [N; 2] {
         let albedo = Albedo::at_cosine_anisotropic(
             direction,
             cosine,
             self.energy_complement.roughness,
             &self.anisotropic,
         );
-        let [plain, lost] = self.energy_complement.remaining_energy(albedo);
+        let [plain, lost] = self.energy_complement.unreflected_energy(albedo);
         let Some(curve) = &self.non_schlick else {
             return [plain, lost];
         };
@@ -117,13 +117,13 @@ impl<N: Number> MicrofacetLayer<N> {
             || albedo.albedo_for_reflectance(|cosine| curve.reflectance.eval(cosine).max_element());
         let read = if (curve.mask & !curve.tabulated_lanes).any_lane() {
             self.energy_complement
-                .remaining_energy_for_albedo(sent(), lost)[0]
+                .unreflected_energy_for_albedo(sent(), lost)[0]
         } else {
             plain
         };
         let base = N::select(
             curve.tabulated_lanes,
-            self.remaining_energy_by_fresnel(curve, albedo, Some(cosine)),
+            self.unreflected_energy_by_fresnel(curve, albedo, Some(cosine)),
             N::select(curve.mask, read, plain),
         );
         [base, lost]
@@ -132,7 +132,7 @@ impl<N: Number> MicrofacetLayer<N> {
     /// Returns the share of energy that passes microfacets with Fresnel's equations to the base,
     /// from the table of rough boundaries. Without a cosine, the share is the mean over the
     /// hemisphere.
-    fn remaining_energy_by_fresnel(
+    fn unreflected_energy_by_fresnel(
         &self,
         curve: &NonSchlickReflectance<N>,
         albedo: Albedo<N>,
@@ -143,7 +143,7 @@ impl<N: Number> MicrofacetLayer<N> {
             return N::ZERO;
         };
         let sent = |lane: usize| {
-            let index = N::exact_lane(index, lane).max(1.0);
+            let index = N::f64_lane(index, lane).max(1.0);
             boundary::fresnel_albedo(
                 index,
                 roughness.lane(lane),
@@ -156,7 +156,7 @@ impl<N: Number> MicrofacetLayer<N> {
             albedo,
         );
         self.energy_complement
-            .remaining_energy_for_albedo(scattered, albedo.multiple_scattering_loss)[0]
+            .unreflected_energy_for_albedo(scattered, albedo.multiple_scattering_loss)[0]
     }
 
     /// Returns π times two BRDFs for a pair of directions: of a white base below the microfacets,
@@ -164,7 +164,7 @@ impl<N: Number> MicrofacetLayer<N> {
     fn diffuse_factors(&self, directions: &Directions<N>) -> [N; 2] {
         let into = directions.cos_wi.max(-directions.cos_wi);
         let ([base, lost], seen) = (
-            self.remaining_energy(directions.wi, into),
+            self.unreflected_energy(directions.wi, into),
             self.energy_complement.view_factors,
         );
         let literal = |[f0, f90]: [N; 2]| {
@@ -225,7 +225,7 @@ impl<N: Number> ScatteringLobe<N> for DiffuseBase<N> {
         self.reflectance * (self.microfacets.diffuse_factors(directions)[0] / N::from_f64(PI))
     }
 
-    fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
+    fn eval_transmission_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         if !self.transmits {
             return (N::Vec3::ZERO, N::ZERO);
         }

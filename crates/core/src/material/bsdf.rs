@@ -182,7 +182,7 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         if !self.is_transmissive() {
             return (value, over);
         }
-        let (through, sum) = self.sum_lobes(&directions, importances, L::eval_and_pdf_through);
+        let (through, sum) = self.sum_lobes(&directions, importances, L::eval_transmission_and_pdf);
         let below = zero.greater_than(self.normal.dot(wi));
         (
             N::Vec3::select(below, through, value),

@@ -107,7 +107,7 @@ impl<N: Number> ScatteringLobe<N> for Dielectric<N> {
 
     /// Evaluates the transmission by the microfacets.
     #[inline(always)]
-    fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
+    fn eval_transmission_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         let Some(roughness) = self.roughness else {
             return (N::Vec3::ZERO, N::ZERO);
         };
@@ -176,7 +176,7 @@ impl<N: Number> ScatteringLobe<N> for Dielectric<N> {
             let interface = SmoothInterface::new(
                 -wo.lane(lane),
                 normal.lane(lane),
-                N::exact_lane(self.eta, lane),
+                N::f64_lane(self.eta, lane),
             );
             // The probability is the Fresnel reflectance itself, so the weight is the tint.
             match interface.refracted {

@@ -121,24 +121,24 @@ impl<N: Number> EnergyComplement<N> {
     #[inline(always)]
     pub(super) fn with_view_cosine(self, cosine: N, mean: Albedo<N>) -> Self {
         self.with_view_energy(
-            self.remaining_energy(Albedo::at_cosine(cosine, self.roughness)),
-            self.remaining_energy(mean),
+            self.unreflected_energy(Albedo::at_cosine(cosine, self.roughness)),
+            self.unreflected_energy(mean),
         )
     }
 
     /// Returns the remaining energy 1 − E for an albedo: for the layer, and for white microfacets.
     #[inline(always)]
-    pub(super) fn remaining_energy(&self, albedo: Albedo<N>) -> [N; 2] {
-        self.remaining_energy_for_albedo(
+    pub(super) fn unreflected_energy(&self, albedo: Albedo<N>) -> [N; 2] {
+        self.unreflected_energy_for_albedo(
             albedo.schlick_albedo(self.layer[0], self.layer[1]),
             albedo.multiple_scattering_loss,
         )
     }
 
-    /// Returns the remaining energy 1 − E as [`Self::remaining_energy`] does, for a layer whose
+    /// Returns the remaining energy 1 − E as [`Self::unreflected_energy`] does, for a layer whose
     /// single-scattering albedo is `scattered`. `lost` is the loss of white microfacets.
     #[inline(always)]
-    pub(super) fn remaining_energy_for_albedo(&self, scattered: N, lost: N) -> [N; 2] {
+    pub(super) fn unreflected_energy_for_albedo(&self, scattered: N, lost: N) -> [N; 2] {
         [
             (N::ONE - (scattered + self.layer[2] * lost)).max(N::ZERO),
             lost,
@@ -169,7 +169,7 @@ impl<N: Number> EnergyComplement<N> {
     /// layer, and of the multiple scattering of white microfacets.
     #[inline(always)]
     pub(super) fn diffuse_factors(&self, cosine: N) -> [N; 2] {
-        let left = self.remaining_energy(Albedo::at_cosine(cosine, self.roughness));
+        let left = self.unreflected_energy(Albedo::at_cosine(cosine, self.roughness));
         [
             left[0] * self.view_factors[0],
             left[1] * self.view_factors[1],

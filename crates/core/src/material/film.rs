@@ -31,9 +31,9 @@ impl<N: Number> ThinFilm<N> {
     /// Returns the reflectance of microfacets under the film at a cosine of incidence in air.
     /// `bare` is the reflectance of the microfacets without the film at this cosine, `f0` their
     /// reflectance without the film at normal incidence.
-    pub(super) fn reflectance_over(&self, bare: N::Vec3, f0: N::Vec3, cosine: N) -> N::Vec3 {
+    pub(super) fn reflectance_with_film(&self, bare: N::Vec3, f0: N::Vec3, cosine: N) -> N::Vec3 {
         let filmed = N::Vec3::from_lanes(|lane| {
-            let ior = N::exact_lane(self.ior, lane);
+            let ior = N::f64_lane(self.ior, lane);
             thin_film_reflectance(
                 cosine.lane(lane),
                 ior,

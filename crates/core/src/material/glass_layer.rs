@@ -34,7 +34,7 @@ impl<N: Number> TintedFresnel<N> {
         let Some([outside, inside]) = cosines else {
             return [1.0; 3];
         };
-        let ior = N::exact_lane(self.ior, lane);
+        let ior = N::f64_lane(self.ior, lane);
         let f0 = ((ior - 1.0) / (ior + 1.0)).powi(2);
         let share = match self.rule {
             // Schlick's formula needs the angle on the side of lower index.
@@ -50,7 +50,7 @@ impl<N: Number> TintedFresnel<N> {
         let at_normal = (self.reflected.lane(lane) * f0).to_array();
         let filmed = super::film::thin_film_reflectance(
             outside,
-            N::exact_lane(film.ior, lane),
+            N::f64_lane(film.ior, lane),
             film.thickness.lane(lane),
             at_normal,
         );
@@ -70,7 +70,7 @@ impl<N: Number> TintedFresnel<N> {
             return [self.reflected; 2];
         }
         let over = |lane: usize, own: f64| {
-            let ior = N::exact_lane(self.ior, lane);
+            let ior = N::f64_lane(self.ior, lane);
             let beyond = (1.0 - (1.0 - own * own) / ior.max(1.0 / ior).powi(2)).sqrt();
             let [outside, inside] = if ior < 1.0 {
                 [beyond, own]
@@ -106,7 +106,7 @@ impl<N: Number> TintedDielectric<N> {
     /// Returns two reflectances of a lane's microfacet at a cosine of incidence: by channel with
     /// tint and film, and the Fresnel reflectance without them.
     fn tinted_and_fresnel_reflectance(&self, lane: usize, cosine: f64) -> (DVec3, f64) {
-        let (exact, beyond) = facet_fresnel(cosine, N::exact_lane(self.boundary.eta, lane));
+        let (exact, beyond) = facet_fresnel(cosine, N::f64_lane(self.boundary.eta, lane));
         let own = cosine.clamp(0.0, 1.0);
         let cosines = (beyond > 0.0).then_some(if self.outside.lane(lane) {
             [own, beyond]
@@ -169,7 +169,7 @@ impl<N: Number> ScatteringLobe<N> for TintedDielectric<N> {
         )
     }
 
-    fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
+    fn eval_transmission_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         let factor = |found: f64, exact: f64| {
             if exact < 1.0 {
                 (1.0 - found) / (1.0 - exact)
@@ -178,7 +178,7 @@ impl<N: Number> ScatteringLobe<N> for TintedDielectric<N> {
             }
         };
         self.apply_tint(
-            self.boundary.eval_and_pdf_through(directions),
+            self.boundary.eval_transmission_and_pdf(directions),
             self.boundary.refraction_half_vector(directions).1[0],
             factor,
         )
@@ -202,7 +202,7 @@ impl<N: Number> ScatteringLobe<N> for TintedDielectric<N> {
             let interface = SmoothInterface::new(
                 -wo.lane(lane),
                 normal.lane(lane),
-                N::exact_lane(self.boundary.eta, lane),
+                N::f64_lane(self.boundary.eta, lane),
             );
             let (found, _) = self.tinted_and_fresnel_reflectance(lane, interface.cos_incident);
             // The greatest reflectance of the channels is the probability of reflection, so that no
@@ -250,7 +250,7 @@ impl<N: Number> ThinDielectric<N> {
     /// incidence.
     fn lane_reflectance(&self, lane: usize, cosine: f64) -> [f64; 3] {
         let (ior, c) = (
-            N::exact_lane(self.tinted_fresnel.ior, lane),
+            N::f64_lane(self.tinted_fresnel.ior, lane),
             cosine.clamp(0.0, 1.0),
         );
         let inside = (1.0 - (1.0 - c * c) / (ior * ior)).max(0.0).sqrt();
@@ -323,7 +323,7 @@ impl<N: Number> ScatteringLobe<N> for ThinDielectric<N> {
 
     /// Evaluates the transmission: as [`Self::eval_and_pdf`], with the light's direction mirrored
     /// to the viewer's side.
-    fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
+    fn eval_transmission_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         let Some(ggx) = &self.ggx else {
             return (N::Vec3::ZERO, N::ZERO);
         };

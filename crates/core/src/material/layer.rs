@@ -282,10 +282,10 @@ impl<N: Number> ScatteringLobe<N> for CoatedLobe<N> {
         .0
     }
 
-    fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
+    fn eval_transmission_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         self.apply_coating(
             directions,
-            ask!(self.lobe, lobe => lobe.eval_and_pdf_through(directions)),
+            ask!(self.lobe, lobe => lobe.eval_transmission_and_pdf(directions)),
         )
     }
 

@@ -32,7 +32,7 @@ layer! {
 
 layer! {
     /// Diffuse transmission.
-    Diffused
+    DiffuseTransmissionLayer
     /// Share of the diffuse light that is transmitted instead of reflected, 0 to 1.
     share: Share by eval_share;
     /// Colour of the transmission.
@@ -56,7 +56,7 @@ pub struct LayeredSurface<S: LayerFieldTypes> {
     /// Whether glass is a thin wall, without refraction.
     pub thin: bool,
     /// Diffuse transmission.
-    pub diffuse_transmission: Option<Diffused<S>>,
+    pub diffuse_transmission: Option<DiffuseTransmissionLayer<S>>,
     /// Anisotropy of the microfacets.
     pub anisotropy: Option<Anisotropy<S>>,
     /// A thin film on the microfacets.
@@ -235,14 +235,15 @@ impl<N: Number> LayeredSurface<N> {
         over: N,
     ) {
         let (albedo, zero) = (self.base.albedo(), N::Vec3::ZERO);
-        let (back, through) =
-            self.diffuse_transmission
-                .map_or((albedo, zero), |Diffused { share, colour }| {
-                    (
-                        albedo * (N::ONE - share),
-                        colour * (self.base.opaque_dielectric_share() * share),
-                    )
-                });
+        let (back, through) = self.diffuse_transmission.map_or(
+            (albedo, zero),
+            |DiffuseTransmissionLayer { share, colour }| {
+                (
+                    albedo * (N::ONE - share),
+                    colour * (self.base.opaque_dielectric_share() * share),
+                )
+            },
+        );
         let roughness = self.base.roughness;
         // Anisotropic microfacets count as rough, even if the smoother of their axes is smooth.
         let (anisotropic, mut rough) = (
@@ -304,7 +305,7 @@ impl<N: Number> LayeredSurface<N> {
         );
         let indexed = exact.map_or(none, |ior| {
             let beyond_air = |lane| {
-                if N::exact_lane(ior, lane) >= 1.0 {
+                if N::f64_lane(ior, lane) >= 1.0 {
                     1.0
                 } else {
                     0.0

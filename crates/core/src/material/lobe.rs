@@ -148,11 +148,11 @@ impl<N: Number> ScatteringLobe<N> for Lobe<N> {
     }
 
     #[inline(always)]
-    fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
+    fn eval_transmission_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         match self {
-            Self::Dielectric(boundary) => boundary.eval_and_pdf_through(directions),
+            Self::Dielectric(boundary) => boundary.eval_transmission_and_pdf(directions),
             Self::MultipleScattering(interreflected) => {
-                interreflected.eval_and_pdf_through(directions)
+                interreflected.eval_transmission_and_pdf(directions)
             }
             _ => (N::Vec3::ZERO, N::ZERO),
         }

@@ -88,7 +88,7 @@ pub trait ScatteringLobe<N: Number> {
     }
     /// Returns the BTDF for light from `wi` below the surface, and the density by solid angle with
     /// which [`Self::sample`] returns `wi`.
-    fn eval_and_pdf_through(&self, _pair: &Directions<N>) -> (N::Vec3, N) {
+    fn eval_transmission_and_pdf(&self, _pair: &Directions<N>) -> (N::Vec3, N) {
         (N::Vec3::ZERO, N::ZERO)
     }
     /// Samples `wi` by three random numbers in [0, 1), `_choice` and `_point`; returns zero for a

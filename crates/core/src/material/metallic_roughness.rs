@@ -34,8 +34,8 @@ impl<N: Number> Glass<N> {
     /// the SIMD lanes whose ray comes from outside.
     #[inline(always)]
     pub fn eta(&self, outside: N::Mask) -> N::Exact {
-        let ior = |lane| N::exact_lane(self.ior, lane);
-        N::exact_from_lanes(|lane| {
+        let ior = |lane| N::f64_lane(self.ior, lane);
+        N::f64_from_lanes(|lane| {
             if outside.lane(lane) {
                 1.0 / ior(lane)
             } else {
@@ -48,7 +48,7 @@ impl<N: Number> Glass<N> {
     /// refract by negligible angles.
     #[inline(always)]
     pub(super) fn is_refractive(&self) -> N::Mask {
-        N::from_lanes(|lane| (N::exact_lane(self.ior, lane) - 1.0).abs())
+        N::from_lanes(|lane| (N::f64_lane(self.ior, lane) - 1.0).abs())
             .greater_than(N::from_f64(LEAST_BEND))
     }
 
@@ -64,7 +64,7 @@ impl<N: Number> Glass<N> {
         tint: [N::Vec3; 2],
     ) -> MultipleScattering<N> {
         let eta = self.eta(outside);
-        let eta = N::from_lanes(|lane| N::exact_lane(eta, lane));
+        let eta = N::from_lanes(|lane| N::f64_lane(eta, lane));
         MultipleScattering::for_boundary(eta, roughness, seen, tint, self.transmitted)
     }
 
@@ -87,7 +87,7 @@ impl<N: Number> Glass<N> {
         ) = (self.eta(outside), *self);
         Dielectric {
             eta,
-            facet_eta: N::from_lanes(|lane| N::exact_lane(eta, lane)),
+            facet_eta: N::from_lanes(|lane| N::f64_lane(eta, lane)),
             share,
             reflected,
             transmitted,
@@ -144,13 +144,13 @@ impl<N: Number> MetallicRoughness<N> {
     /// Returns the reflectance at normal incidence of the mixture of dielectric and metal.
     #[inline(always)]
     pub fn f0(&self) -> N::Vec3 {
-        self.facet_reflectance(N::ONE - self.metallic).0
+        self.microfacet_reflectances(N::ONE - self.metallic).0
     }
 
     /// Returns the reflectances at normal and at grazing incidence of microfacets, for a share of
     /// dielectric.
     #[inline(always)]
-    fn facet_reflectance(&self, dielectric: N) -> (N::Vec3, N) {
+    fn microfacet_reflectances(&self, dielectric: N) -> (N::Vec3, N) {
         (
             N::Vec3::splat(self.dielectric) * dielectric + self.base * self.metallic,
             self.grazing * dielectric + self.metallic,
@@ -216,7 +216,7 @@ impl<N: Number> MetallicRoughness<N> {
     /// Returns the glossy lobe of a nearly smooth surface, a mirror.
     #[inline(always)]
     pub fn mirror_lobe(&self) -> Lobe<N> {
-        let (f0, f90) = self.facet_reflectance(N::ONE - self.metallic);
+        let (f0, f90) = self.microfacet_reflectances(N::ONE - self.metallic);
         Lobe::Mirror {
             f0,
             f90: N::Vec3::splat(f90),
@@ -260,7 +260,7 @@ impl<N: Number> MetallicRoughness<N> {
             N::ONE
         };
         let painted = self.opaque_dielectric_share() * over;
-        let (f0, f90) = self.facet_reflectance(painted);
+        let (f0, f90) = self.microfacet_reflectances(painted);
         let (diffuse, some) = self.diffuse_lobe([painted, over], normal.dot(wo), compensated);
         let mut bsdf = if some.any_lane() {
             Bsdf::new(normal).with_lobe(diffuse)
@@ -318,7 +318,7 @@ impl<N: Number> MetallicRoughness<N> {
         compensated: bool,
     ) -> Bsdf<N, Lobe<N>, 2> {
         let dielectric = N::ONE - self.metallic;
-        let (f0, f90) = self.facet_reflectance(dielectric);
+        let (f0, f90) = self.microfacet_reflectances(dielectric);
         let (diffuse, _) = self.diffuse_lobe([dielectric, N::ONE], normal.dot(wo), compensated);
         Bsdf::new(normal).with_lobe(diffuse).with_lobe(Lobe::Rough {
             f0,

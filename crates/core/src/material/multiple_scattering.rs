@@ -202,7 +202,7 @@ impl<N: Number> ScatteringLobe<N> for MultipleScattering<N> {
         )
     }
 
-    fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
+    fn eval_transmission_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         let below = -directions.cos_wi;
         (
             self.transmission_factor * self.lost_energy(directions.wi, below, true),

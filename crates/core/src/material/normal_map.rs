@@ -35,14 +35,14 @@ impl<N: Number> NormalMap<N> {
         let turned =
             ensure_reflection_above::<N>(perturbed, self.geometric, self.outside, self.direction);
         // Invalid texels, such as zero, leave the normal unperturbed.
-        N::Vec3::select(is_unit::<N>(perturbed), turned, self.normal)
+        N::Vec3::select(has_unit_length::<N>(perturbed), turned, self.normal)
     }
 }
 
 /// Whether a vector has length 1 up to rounding. It is false for NaN, and after a normalisation
 /// whose squared length had too few digits.
 #[inline(always)]
-fn is_unit<N: Number>(v: N::Vec3) -> N::Mask {
+fn has_unit_length<N: Number>(v: N::Vec3) -> N::Mask {
     let squared = v.dot(v);
     N::from_f64(1.0 + 1e-5).greater_than(squared) & squared.greater_than(N::from_f64(1.0 - 1e-5))
 }
@@ -94,6 +94,6 @@ pub fn ensure_reflection_above<N: Number>(
     N::Vec3::select(
         kept,
         n,
-        N::Vec3::select(is_unit::<N>(perturbed), perturbed, facing),
+        N::Vec3::select(has_unit_length::<N>(perturbed), perturbed, facing),
     )
 }

@@ -42,7 +42,7 @@ impl<N: Number> MicrofacetReflectance<N> {
                 };
                 sum += self
                     .film
-                    .map_or(bare, |film| film.reflectance_over(bare, f0, cosine))
+                    .map_or(bare, |film| film.reflectance_with_film(bare, f0, cosine))
                     * share;
             }
         }
@@ -64,7 +64,7 @@ impl<N: Number> MicrofacetReflectance<N> {
                 1.0
             }
         };
-        let exact = N::from_lanes(|lane| value_of(N::exact_lane(ior, lane), cosine.lane(lane)));
+        let exact = N::from_lanes(|lane| value_of(N::f64_lane(ior, lane), cosine.lane(lane)));
         // Where a tint changes the reflectance at normal incidence, the difference fades as
         // Schlick's weight rises.
         let added = (normal - grazing * self.index_f0()) * (N::ONE - schlick);
@@ -76,7 +76,7 @@ impl<N: Number> MicrofacetReflectance<N> {
     /// Returns the Fresnel reflectance at normal incidence of the index [`Self::exact`]; zero
     /// without an index.
     pub(super) fn index_f0(&self) -> N {
-        let ior = |lane| self.exact.map_or(1.0, |ior| N::exact_lane(ior, lane));
+        let ior = |lane| self.exact.map_or(1.0, |ior| N::f64_lane(ior, lane));
         N::from_lanes(|lane| ((ior(lane) - 1.0) / (ior(lane) + 1.0)).powi(2))
     }
 

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{
     DEFAULT_PIXELS_PER_DEGREE, MetricsError, PictureErrors, Statistics, check_sizes, flip,
-    max_channel_differences, picture_errors, share_above, statistics,
+    max_channel_differences, picture_errors, share_of_pixels_above, statistics,
 };
 use crate::display::Display;
 use crate::picture::{Encoding, Picture};
@@ -111,14 +111,14 @@ pub fn compare(
     let differences = max_channel_differences(values[0], values[1])?;
     let beyond = THRESHOLDS.map(|codes| ExceedingPixels {
         codes,
-        share: share_above(&differences, threshold_of_codes(codes)),
+        share: share_of_pixels_above(&differences, threshold_of_codes(codes)),
     });
     let coverage = max_coverage_difference(picture.picture, reference.picture);
     Ok(Comparison {
         width: picture.picture.width,
         height: picture.picture.height,
         identical: coverage.is_none_or(|difference| difference == 0.0)
-            && same_bits(numbers[0], numbers[1]),
+            && has_same_bits(numbers[0], numbers[1]),
         encoding: if both_linear {
             Encoding::Linear
         } else {
@@ -145,7 +145,7 @@ fn threshold_of_codes(codes: u32) -> f64 {
     }
 }
 
-fn same_bits(a: &Picture, b: &Picture) -> bool {
+fn has_same_bits(a: &Picture, b: &Picture) -> bool {
     a.rgb
         .iter()
         .zip(&b.rgb)

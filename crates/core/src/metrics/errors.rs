@@ -158,7 +158,7 @@ pub fn max_channel_differences(
 
 /// Returns the share of the pixels, 0 to 1, whose difference is above a threshold.
 /// [`max_channel_differences`] computes the differences.
-pub fn share_above(differences: &[f32], threshold: f64) -> f64 {
+pub fn share_of_pixels_above(differences: &[f32], threshold: f64) -> f64 {
     let beyond = differences
         .iter()
         .filter(|&&difference| f64::from(difference) > threshold)
@@ -256,7 +256,7 @@ mod tests {
         let e = picture_errors(&picture, &reference).unwrap();
         assert_eq!((e.pixels, e.non_finite, e.rmse), (2, 2, 0.0));
         let differences = max_channel_differences(&picture, &reference).unwrap();
-        assert_eq!(share_above(&differences, 1e30), 0.5);
+        assert_eq!(share_of_pixels_above(&differences, 1e30), 0.5);
         let all = Picture {
             rgb: vec![[f32::NAN; 3]; 4],
             ..reference.clone()
@@ -271,8 +271,8 @@ mod tests {
         let mut picture = reference.clone();
         picture.rgb[1][2] = -0.25;
         let differences = max_channel_differences(&picture, &reference).unwrap();
-        assert_eq!(share_above(&differences, 0.25), 0.0);
-        assert_eq!(share_above(&differences, 0.2499), 0.5);
+        assert_eq!(share_of_pixels_above(&differences, 0.25), 0.0);
+        assert_eq!(share_of_pixels_above(&differences, 0.2499), 0.5);
     }
 
     /// Protects: pictures of different sizes and empty ones return errors that name the reason.

@@ -150,11 +150,11 @@ impl<const N: usize> Number for Lanes<N> {
         self.0[index].into()
     }
     #[inline(always)]
-    fn exact_from_lanes(value: impl FnMut(usize) -> f64) -> [f64; N] {
+    fn f64_from_lanes(value: impl FnMut(usize) -> f64) -> [f64; N] {
         from_fn(value)
     }
     #[inline(always)]
-    fn exact_lane(exact: [f64; N], index: usize) -> f64 {
+    fn f64_lane(exact: [f64; N], index: usize) -> f64 {
         exact[index]
     }
     #[inline(always)]

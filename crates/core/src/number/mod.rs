@@ -73,9 +73,9 @@ pub trait Number:
     /// Returns the value of a lane, exactly.
     fn lane(self, index: usize) -> f64;
     /// Returns `value(lane)` in each lane, exactly.
-    fn exact_from_lanes(value: impl FnMut(usize) -> f64) -> Self::Exact;
+    fn f64_from_lanes(value: impl FnMut(usize) -> f64) -> Self::Exact;
     /// Returns the value of a lane.
-    fn exact_lane(exact: Self::Exact, index: usize) -> f64;
+    fn f64_lane(exact: Self::Exact, index: usize) -> f64;
     /// Returns whether this number is greater than another, by lane; false for NaN.
     fn greater_than(self, other: Self) -> Self::Mask;
     /// Returns `yes` in lanes where the mask is set, `no` in the others.
@@ -187,11 +187,11 @@ impl<R: Real> Number for R {
         self.to_f64()
     }
     #[inline(always)]
-    fn exact_from_lanes(mut value: impl FnMut(usize) -> f64) -> f64 {
+    fn f64_from_lanes(mut value: impl FnMut(usize) -> f64) -> f64 {
         value(0)
     }
     #[inline(always)]
-    fn exact_lane(exact: f64, _: usize) -> f64 {
+    fn f64_lane(exact: f64, _: usize) -> f64 {
         exact
     }
     #[inline(always)]

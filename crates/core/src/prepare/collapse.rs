@@ -8,7 +8,7 @@ use raywright_bvh::Real;
 use crate::affine::affine_from_steps;
 use crate::generate::generator_offsets;
 use crate::lookup::SceneLookup;
-use crate::motion::object_motion_ends;
+use crate::motion::object_transforms_at_ends;
 use crate::origin::StorageOrigin;
 use crate::scene::{Generator, Object, Scene, Shape};
 use crate::shape::shape_origin;
@@ -93,21 +93,24 @@ pub(crate) fn round_to_scalar<R: Real>(x: f64) -> f64 {
 /// its own coordinates.
 fn pure_translation(object: &Object) -> Option<DVec3> {
     let map = affine_from_steps(&object.transform);
-    (map.matrix3 == DMat3::IDENTITY && object_motion_ends(object).is_none())
+    (map.matrix3 == DMat3::IDENTITY && object_transforms_at_ends(object).is_none())
         .then_some(map.translation)
 }
 
 /// Returns a problem for each listed object that collapses when stored, and for each generator's
 /// first such object; at most [`MAX_PROBLEMS`] problems.
 pub(crate) fn find_collapsed_objects<R: Real>(scene: &Scene) -> Vec<Problem> {
-    find_collapsed_objects_near::<R>(
+    find_collapsed_objects_relative_to::<R>(
         scene,
         StorageOrigin::from_scene::<R>(scene, &SceneLookup::new(scene)).origin,
     )
 }
 
 /// Returns the problems of [`find_collapsed_objects`] for coordinates relative to an origin.
-pub(super) fn find_collapsed_objects_near<R: Real>(scene: &Scene, origin: DVec3) -> Vec<Problem> {
+pub(super) fn find_collapsed_objects_relative_to<R: Real>(
+    scene: &Scene,
+    origin: DVec3,
+) -> Vec<Problem> {
     let objects = scene.objects.iter().enumerate();
     let listed = objects.filter_map(|(i, object)| {
         listed_object_problem::<R>(&format!("objects[{i}]"), object, origin)

@@ -8,7 +8,7 @@ use raywright_bvh::{PrimitiveSet, Real, Side, Surface, Vector, Visibility};
 use super::error::{PrepareError, check_cancelled};
 use super::geometry::{CANCEL_CHECK_INTERVAL, add_triangles, side_from_rule};
 use crate::generate::{objects_relative_to, objects_with_counts};
-use crate::interaction::{Interaction, interpolate};
+use crate::interaction::{Interaction, interpolate_vertex_attribute};
 use crate::light::{EmissionEstimate, EmitterList};
 use crate::lookup::SceneLookup;
 use crate::observer::Observer;
@@ -142,7 +142,7 @@ pub(super) fn list_emitters<R: Real>(
             None => continue,
         };
         let (side, map) = (
-            side_from_rule(object.side).visible_to_camera(),
+            side_from_rule(object.side).sides_visible_to_camera(),
             placed_object.object_to_world(),
         );
         if let Shape::Mesh(name) = &object.shape {
@@ -238,7 +238,7 @@ fn add_shape<R: Real>(
     area: Option<f64>,
 ) -> Option<f64> {
     let glow = |drawn: &dyn Fn([R; 2]) -> Option<Surface<R>>| match source {
-        EmissionSource::Uniform(radiance) => EmissionEstimate::uniform(*radiance),
+        EmissionSource::Uniform(radiance) => EmissionEstimate::from_uniform_emission(*radiance),
         EmissionSource::Varying(varied) => {
             let mut found = Vec::new();
             eval_on_grid(SHAPE_GRID_SIZE, &mut found, |uv| {
@@ -247,7 +247,7 @@ fn add_shape<R: Real>(
                     varied.eval(&surface, [uv; MOST_UV_SETS], [R::ONE; 4])
                 })
             });
-            EmissionEstimate::from_samples(&found, varied.partly_transparent)
+            EmissionEstimate::from_emission_samples(&found, varied.partly_transparent)
         }
     };
     let (shape, map) = convert_shape(shape, map)?;
@@ -257,7 +257,7 @@ fn add_shape<R: Real>(
     };
     let transformed_shape = TransformedShape::new(shape, map)?;
     let emission = glow(&|[u, v]| Some(transformed_shape.sample_area(u, v)?.0.to_scalar::<R>()));
-    Some(list.add_transformed(transformed_shape, emission, side, area))
+    Some(list.add_transformed_shape(transformed_shape, emission, side, area))
 }
 
 /// Adds the triangles of a transformed mesh as area lights. Two triangles that form a parallelogram
@@ -294,7 +294,7 @@ fn add_mesh<R: Real>(
                 }
                 list.add_shape(
                     AnyShape::Triangle(triangle),
-                    EmissionEstimate::uniform(*radiance),
+                    EmissionEstimate::from_uniform_emission(*radiance),
                     side,
                     None,
                 );
@@ -366,7 +366,8 @@ fn eval_on_triangle<R: Real>(
     let (b, c) = if flipped { (c, b) } else { (b, c) };
     // Barycentric weights of the sampled point.
     let weights = [root * (one - v), one - root, root * v];
-    let value_of = |values: [f32; 3]| interpolate(values.map(R::from_f32), weights);
+    let value_of =
+        |values: [f32; 3]| interpolate_vertex_attribute(values.map(R::from_f32), weights);
     let uv = core::array::from_fn(|set| {
         let read = |k: usize| {
             data.uvs

@@ -14,14 +14,14 @@ use super::material::{LayeredInputs, PreparedMaterial, count_layered_materials};
 use super::tangents;
 use crate::affine::affine_from_steps;
 use crate::effects::{Effect, RenderSetup};
-use crate::extent::MeshUses;
+use crate::extent::MeshUseCounts;
 use crate::film::FilmPlan;
 use crate::generate::{count_objects, objects_with_counts};
 use crate::light::max_table_bytes;
 use crate::light::{DeltaLight, EmitterList, LightSampler, LightUsage};
 use crate::lookup::SceneLookup;
 use crate::memory::MemoryUse;
-use crate::motion::{object_motion_ends, simulated_scene};
+use crate::motion::{object_transforms_at_ends, scene_with_simulated_motion};
 use crate::scene::{ImageData, Integrator, Projection, Scene, Shape, Sky, TextureFilter};
 use crate::settings::Settings;
 use crate::shape::convert_moved_shape;
@@ -33,7 +33,8 @@ use crate::texture::{TextureBinding, mipmap};
 /// the estimate uses upper bounds.
 pub(crate) fn estimate_memory<R: Real>(render_setup: &RenderSetup<'_>) -> MemoryUse {
     let (settings, simulated) = (&render_setup.settings, render_setup.effects.simulated());
-    let scene = &*simulated_scene(&render_setup.scene, settings.camera.as_ref(), simulated);
+    let scene =
+        &*scene_with_simulated_motion(&render_setup.scene, settings.camera.as_ref(), simulated);
     let lookup = SceneLookup::new(scene);
     let paths = render_setup.integrator() == Integrator::Path;
     let requested = EmitterFilter {
@@ -124,7 +125,7 @@ impl MemoryNeeds {
         lookup: &SceneLookup<'_>,
         requested: EmitterFilter,
     ) -> Self {
-        let (mut needs, uses) = (Self::default(), MeshUses::from_scene(scene));
+        let (mut needs, uses) = (Self::default(), MeshUseCounts::from_scene(scene));
         let (mut anisotropy, mut meshes, mut shared, mut used) = (
             HashSet::new(),
             HashSet::new(),
@@ -138,7 +139,7 @@ impl MemoryNeeds {
                 .map(|(_, material)| material);
             let glow = material.and_then(|material| requested.selected_emission(material));
             let glows = glow.is_some();
-            let (mut each, moves) = (1, object_motion_ends(object).is_some());
+            let (mut each, moves) = (1, object_transforms_at_ends(object).is_some());
             match &object.shape {
                 Shape::Mesh(name) => {
                     let Some(data) = lookup.mesh_data(name) else {

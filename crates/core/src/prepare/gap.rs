@@ -64,7 +64,8 @@ impl<R: Real> PreparedScene<R> {
             let [above, below] =
                 [surface.normal, -surface.normal].map(|side| surface.spawn_ray_origin(side));
             for [from, to] in [[above, below], [below, above]] {
-                let Some(other) = self.first_other_object([from, to], ray.time, object) else {
+                let Some(other) = self.find_first_object_except([from, to], ray.time, object)
+                else {
                     continue;
                 };
                 let gap = UnresolvedGap {
@@ -87,7 +88,7 @@ impl<R: Real> PreparedScene<R> {
 
     /// Returns the object of the closest hit between two points; `None` without a hit, or if the
     /// object is `own`.
-    fn first_other_object(&self, [from, to]: [R::Vec3; 2], time: R, own: u32) -> Option<u32> {
+    fn find_first_object_except(&self, [from, to]: [R::Vec3; 2], time: R, own: u32) -> Option<u32> {
         let across = to - from;
         let length = across.length();
         let range = Interval {

@@ -11,15 +11,15 @@ use raywright_bvh::{
     AcceleratorKind, Geometry, Occlusion, PrimitiveSet, Real, Side, Vector, Visibility,
 };
 
-use super::collapse::{find_collapsed_objects_near, round_to_scalar, shape_collapses};
+use super::collapse::{find_collapsed_objects_relative_to, round_to_scalar, shape_collapses};
 use super::error::{PrepareError, check_cancelled};
-use crate::extent::MeshUses;
+use crate::extent::MeshUseCounts;
 use crate::generate::{PlacedObject, all_objects, objects_relative_to};
 use crate::lookup::SceneLookup;
 use crate::observer::Observer;
 use crate::origin::StorageOrigin;
 use crate::scene::{MeshData, Object, Scene, Shape, SideRule};
-use crate::shape::{convert_in_own_space, convert_shape, map_relative_to};
+use crate::shape::{convert_shape, convert_shape_in_own_space, transform_relative_to};
 
 /// Data of an object that shading reads.
 #[derive(Clone, Copy, Debug)]
@@ -37,12 +37,12 @@ pub(crate) struct ObjectRecord<R: Real> {
     /// Whether the material needs tangents, for a normal map or anisotropy.
     pub needs_tangents: bool,
     /// The mesh; `None` for another shape.
-    pub mesh: Option<MeshUse<R>>,
+    pub mesh: Option<ObjectMesh<R>>,
 }
 
 /// The mesh of an object, with the object's transform of normals.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MeshUse<R: Real> {
+pub(crate) struct ObjectMesh<R: Real> {
     /// Index in the table of meshes.
     pub mesh: u32,
     /// Columns of the inverse transpose of the object's transform, which maps normals to world
@@ -174,7 +174,7 @@ pub(super) fn build_geometry_with_materials<R: Real>(
     (materials, geometry_needs): (&[u32], &[GeometryNeeds]),
     observer: &dyn Observer,
 ) -> Result<BuiltGeometry<R>, PrepareError> {
-    let problems = find_collapsed_objects_near::<R>(scene, origin.origin);
+    let problems = find_collapsed_objects_relative_to::<R>(scene, origin.origin);
     if !problems.is_empty() {
         return Err(PrepareError::Collapsed { problems });
     }
@@ -208,7 +208,7 @@ pub(super) fn build_geometry_with_materials<R: Real>(
 struct GeometryBuilder<'a, R: Real> {
     kind: AcceleratorKind,
     lookup: &'a SceneLookup<'a>,
-    uses: MeshUses<'a>,
+    uses: MeshUseCounts<'a>,
     primitives: PrimitiveSet<R>,
     /// Index of the shared geometry of each mesh and side rule.
     shared: HashMap<(&'a str, SideRule), u32>,
@@ -232,7 +232,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         Self {
             kind,
             lookup,
-            uses: MeshUses::from_scene(scene),
+            uses: MeshUseCounts::from_scene(scene),
             primitives: PrimitiveSet::default(),
             shared: HashMap::new(),
             meshes: Vec::new(),
@@ -295,7 +295,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         name: &'a str,
         visibility: Visibility,
         geometry_needs: &GeometryNeeds,
-    ) -> Result<MeshUse<R>, PrepareError> {
+    ) -> Result<ObjectMesh<R>, PrepareError> {
         let missing = || PrepareError::Missing {
             path: format!("objects[{index}].shape.mesh"),
             kind: "mesh",
@@ -336,12 +336,14 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             let added = match ends {
                 Some(ends) => self.primitives.add_moving_instance(
                     part,
-                    ends.map(|end| map_relative_to(end, local)),
+                    ends.map(|end| transform_relative_to(end, local)),
                     visibility,
                 ),
-                None => self
-                    .primitives
-                    .add_instance(part, map_relative_to(map, local), visibility),
+                None => self.primitives.add_instance(
+                    part,
+                    transform_relative_to(map, local),
+                    visibility,
+                ),
             };
             added.map_err(refused)?;
         } else {
@@ -365,7 +367,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             inverse_transpose.z_axis,
         ];
         let turns = ends.is_some_and(|[start, end]| start.matrix3 != end.matrix3);
-        Ok(MeshUse {
+        Ok(ObjectMesh {
             mesh,
             normals: columns.map(Vector::from_f64),
             rotates: turns,
@@ -444,7 +446,9 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
     ) -> Result<(), PrepareError> {
         let added = match convert_shape(shape, placed_object.object_to_world()) {
             Some((shape, None)) => self.primitives.add_shape(shape, visibility),
-            Some((shape, Some(map))) => self.primitives.add_transformed(shape, map, visibility),
+            Some((shape, Some(map))) => self
+                .primitives
+                .add_transformed_shape(shape, map, visibility),
             None => return Ok(()),
         };
         added.map(drop).map_err(|source| PrepareError::Geometry {
@@ -473,7 +477,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         let (part, local) = match self.last_moving_shape {
             Some((last, part, local)) if core::ptr::eq(last, object) => (part, local),
             _ => {
-                let Some((shape, local)) = convert_in_own_space(shape) else {
+                let Some((shape, local)) = convert_shape_in_own_space(shape) else {
                     return Ok(());
                 };
                 let mut alone = PrimitiveSet::default();
@@ -489,7 +493,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         self.primitives
             .add_moving_instance(
                 part,
-                ends.map(|end| map_relative_to(end, local)),
+                ends.map(|end| transform_relative_to(end, local)),
                 visibility,
             )
             .map(drop)

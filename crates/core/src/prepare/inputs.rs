@@ -146,18 +146,19 @@ impl<'a, R: Real> InputCompiler<'a, R> {
             .and_then(|image| image.data.as_ref());
         let Some(image) = image else { return Ok(None) };
         let (image, sampler) = (
-            self.image_index(image),
+            self.find_or_add_image(image),
             TextureSampler::new(texture, reference),
         );
         // Expressions stretch an image by an unknown factor, so they read it without mipmaps.
         let filtered = texture.filter == TextureFilter::Mipmaps
             && coordinates.is_none()
             && !self.ignore_mipmaps;
-        let pyramid =
-            filtered.then(|| self.mipmap_index(image, texture.colour_space == ColourSpace::Srgb));
+        let pyramid = filtered
+            .then(|| self.find_or_build_mipmaps(image, texture.colour_space == ColourSpace::Srgb));
         let set = reference.uv_set as usize;
         let depends = pyramid.is_some() || coordinates.is_some();
-        let footprint_of = (!depends).then(|| self.first_with_footprint(image, &sampler, set));
+        let footprint_of =
+            (!depends).then(|| self.first_texture_use_with_footprint(image, &sampler, set));
         self.dependencies.expressions |= coordinates.is_some();
         self.dependencies.coordinates |= coordinates.is_none();
         self.texture_tables.textures.push(TextureBinding {
@@ -177,7 +178,12 @@ impl<'a, R: Real> InputCompiler<'a, R> {
     /// Returns the index of the first texture use with the same footprint as a new texture use.
     /// Only the last 16 uses are searched, because a material's textures are added in sequence.
     /// Without a match, it is the index of the new use itself.
-    fn first_with_footprint(&self, image: u32, sampler: &TextureSampler<R>, set: usize) -> u32 {
+    fn first_texture_use_with_footprint(
+        &self,
+        image: u32,
+        sampler: &TextureSampler<R>,
+        set: usize,
+    ) -> u32 {
         const LAST: usize = 16;
         let InputTables {
             textures, images, ..
@@ -199,7 +205,7 @@ impl<'a, R: Real> InputCompiler<'a, R> {
     }
 
     /// Returns the index of an image in the table, to which it is added if missing.
-    fn image_index(&mut self, image: &Arc<ImageData>) -> u32 {
+    fn find_or_add_image(&mut self, image: &Arc<ImageData>) -> u32 {
         let images = &mut self.texture_tables.images;
         *self
             .image_indices
@@ -218,7 +224,7 @@ impl<'a, R: Real> InputCompiler<'a, R> {
     }
 
     /// Returns the index of an image's mipmap levels, which are built if missing.
-    fn mipmap_index(&mut self, image: u32, srgb: bool) -> u32 {
+    fn find_or_build_mipmaps(&mut self, image: u32, srgb: bool) -> u32 {
         let InputTables {
             images, pyramids, ..
         } = &mut self.texture_tables;

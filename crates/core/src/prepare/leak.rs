@@ -76,7 +76,7 @@ impl<R: Real> PreparedScene<R> {
                 leaks.extend(self.find_leak(&from, light, quasirandom_point(i), ray.time, faces));
             }
         }
-        merge_leaks(leaks)
+        merge_light_leaks(leaks)
     }
 
     /// Whether the material of an object is opaque.
@@ -128,7 +128,7 @@ impl<R: Real> PreparedScene<R> {
             min: R::ZERO,
             max: R::from_f64(resolved),
         };
-        let (own, cover) = self.find_cover(
+        let (own, cover) = self.find_covering_object(
             light,
             &Ray::new(start, -sample.direction).with_time(time),
             range,
@@ -146,7 +146,7 @@ impl<R: Real> PreparedScene<R> {
 
     /// Follows a ray that starts behind a lamp. Returns the lamp's own object, if the ray hits it,
     /// and the first other opaque object after the lamp.
-    fn find_cover(
+    fn find_covering_object(
         &self,
         light: LightId,
         ray: &Ray<R>,
@@ -184,7 +184,7 @@ fn quasirandom_point(i: u32) -> [f32; 2] {
 }
 
 /// Merges leaks of the same lamp and object to a single leak with the greatest distance.
-fn merge_leaks(mut leaks: Vec<LightLeak>) -> Vec<LightLeak> {
+fn merge_light_leaks(mut leaks: Vec<LightLeak>) -> Vec<LightLeak> {
     let key = |leak: &LightLeak| match leak.lamp {
         LampRef::Light(index) => (0, index, leak.cover),
         LampRef::Object(index) => (1, index, leak.cover),

@@ -108,7 +108,7 @@ impl<R: Real> PreparedMaterial<R> {
     }
 
     /// Whether the surface bounds a solid body, into which transmitted light enters.
-    pub fn bounds_body(&self) -> bool {
+    pub fn is_solid_boundary(&self) -> bool {
         !matches!(self, Self::Physical(m) if m.thin)
     }
 

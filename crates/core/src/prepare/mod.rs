@@ -25,7 +25,7 @@ use crate::light::{
     DeltaLight, EmitterList, EmitterStrategy, Emitters, Irradiance, Lights, prepare_sky,
 };
 use crate::lookup::SceneLookup;
-use crate::motion::{simulated_camera, simulated_scene};
+use crate::motion::{camera_with_simulated_motion, scene_with_simulated_motion};
 use crate::observer::Observer;
 use crate::origin::{StorageOrigin, camera_relative_to, light_relative_to};
 use crate::scene::{self, Integrator, Scene, ShadowRule, Sky, Studio};
@@ -37,7 +37,7 @@ pub(crate) use error::check_cancelled;
 pub(crate) use estimate::estimate_memory;
 pub use gap::UnresolvedGap;
 use geometry::GeometryNeeds;
-pub(crate) use geometry::{MeshUse, ObjectRecord, build_geometry};
+pub(crate) use geometry::{ObjectMesh, ObjectRecord, build_geometry};
 pub use leak::{LampRef, LightLeak};
 pub(crate) use material::{
     AnisotropyFrame, ClassicInputs, ConstantIor, FilmThickness, InputFieldTypes, LayeredInputs,
@@ -64,7 +64,7 @@ impl<R: Real> PreparedScene<R> {
     ) -> Result<Self, PrepareError> {
         check_cancelled(observer)?;
         let whole = scene;
-        let scene = &*simulated_scene(whole, settings.camera.as_ref(), simulated);
+        let scene = &*scene_with_simulated_motion(whole, settings.camera.as_ref(), simulated);
         if let Some((i, model)) = scene.models.iter().enumerate().next() {
             // The loader replaces models by their objects, and other creators of a scene must do
             // the same.
@@ -135,7 +135,8 @@ impl<R: Real> PreparedScene<R> {
             let silhouette = Silhouette::from_scene(whole);
             silhouette.frame_camera(silhouette.default_view(), FIELD_OF_VIEW, aspect)
         };
-        let view = simulated_camera(settings.camera.clone().unwrap_or_else(framed), simulated);
+        let view =
+            camera_with_simulated_motion(settings.camera.clone().unwrap_or_else(framed), simulated);
         let view = camera_relative_to(origin.origin, &view);
         let studio = scene_studio(scene);
         let lit_by = studio.map(|studio| crate::studio::studio_sky(&studio, &view));
@@ -263,7 +264,7 @@ impl<R: Real> PreparedScene<R> {
     ) -> bool {
         let view = camera_relative_to(
             self.origin.origin,
-            &simulated_camera(view.clone(), simulated),
+            &camera_with_simulated_motion(view.clone(), simulated),
         );
         let studio = scene_studio(scene);
         let lit_by = studio.map(|studio| crate::studio::studio_sky(&studio, &view));

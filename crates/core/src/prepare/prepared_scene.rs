@@ -159,7 +159,7 @@ impl<R: Real> PreparedScene<R> {
     /// sampled by light sampling alone, because a path that hits such a lamp by chance does not
     /// know whether the lamp's centre is visible.
     #[inline(always)]
-    pub(crate) fn sampling_strategy(&self, light: LightId) -> LightSampling {
+    pub(crate) fn light_sampling_strategy(&self, light: LightId) -> LightSampling {
         match light {
             LightId::Emitter(i)
                 if self.casts_hard_shadow(i) && self.light_sampling == LightSampling::Both =>

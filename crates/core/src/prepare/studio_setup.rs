@@ -21,7 +21,7 @@ use crate::studio::direction_from_angles;
 impl<R: Real> StudioGround<R> {
     /// Creates the ground below a scene, lit by a sky; `None` for a scene with unbounded objects or
     /// without objects, or if no light comes from above.
-    fn below_scene(scene: &PreparedScene<R>, sky: &SkyRadiance<R>) -> Option<Self> {
+    fn build_below_scene(scene: &PreparedScene<R>, sky: &SkyRadiance<R>) -> Option<Self> {
         const SIZE: [usize; 2] = [64, 32];
         let bounds = scene.geometry.bounded_primitives_box();
         if bounds.is_empty() || scene.geometry.unbounded_count() > 0 {
@@ -68,14 +68,14 @@ impl<R: Real> PreparedScene<R> {
         simulated: EffectSet,
     ) {
         self.ground = if simulated.has(Effect::GroundShadow) {
-            StudioGround::below_scene(self, &self.lights.sky)
+            StudioGround::build_below_scene(self, &self.lights.sky)
         } else {
             None
         };
         if settings.background == Background::Transparent {
             if self.ground.is_some() {
                 self.backdrop = Some(Backdrop::Constant(Vector::splat(R::from_f64(
-                    settings.page_radiance(),
+                    settings.radiance_behind_ground(),
                 ))));
             }
             return;

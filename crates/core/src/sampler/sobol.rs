@@ -38,7 +38,7 @@ pub(super) struct SobolIndex {
 /// Returns the four numbers in [0, 1) of a point.
 #[inline]
 pub(super) fn eval_point(sobol_point: SobolIndex) -> [f32; 4] {
-    let [point] = compute_lanes(&SUMS, &[sobol_point]);
+    let [point] = compute_points(&SUMS, &[sobol_point]);
     point
 }
 
@@ -68,12 +68,12 @@ impl SimdTask for SobolTask<'_> {
     type Output = [[f32; 4]; LANES];
     #[inline(always)]
     fn run(self) -> Self::Output {
-        compute_lanes(self.0, self.1)
+        compute_points(self.0, self.1)
     }
 }
 
 #[inline(always)]
-fn compute_lanes<const N: usize>(
+fn compute_points<const N: usize>(
     sums: &[[[u32; 4]; 16]; 4],
     sobol_points: &[SobolIndex; N],
 ) -> [[f32; 4]; N] {

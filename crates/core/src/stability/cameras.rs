@@ -5,7 +5,9 @@ use glam::DVec3;
 use raywright_bvh::stability::verdicts::{
     CaseOutcome, CaseRng, RayCount, Verdict, format_ray_bits, judge_rays, to_scalar,
 };
-use raywright_bvh::stability::{Measurement, measure_by_each_kernel, measurement_without_kernels};
+use raywright_bvh::stability::{
+    Measurement, create_measurement_without_kernels, measure_by_each_kernel,
+};
 use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
 };
@@ -118,12 +120,12 @@ pub fn measure_degenerate_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
             })
         })
     });
-    vec![measurement_without_kernels::<R>(outcome)]
+    vec![create_measurement_without_kernels::<R>(outcome)]
 }
 
 /// Measures case F03, degenerate lenses. A lens without an aperture must equal a pinhole to the
 /// bit. A lens with a tiny or huge focus distance must give unit directions.
-pub fn measure_lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_degenerate_lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("F03", 502, 20_000, rays, |rng| {
         let eye = rng.sample_cube() * 10.0;
         let pose = Pose::LookAt {
@@ -173,7 +175,7 @@ pub fn measure_lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
             })
         })
     });
-    vec![measurement_without_kernels::<R>(outcome)]
+    vec![create_measurement_without_kernels::<R>(outcome)]
 }
 
 /// Measures case F02: views straight at the middle of a lattice of triangles. The ray directions

@@ -35,24 +35,24 @@ const TURNS: u32 = 40;
 
 /// Returns the formulas that are timed for a numerically hard case; `None` for a case without
 /// textbook formula.
-pub fn formula_contest(number: &str) -> Option<CostComparison> {
+pub fn formula_comparison(number: &str) -> Option<CostComparison> {
     Some(match number {
-        "S09" => frame_contest(),
-        "S11" => reflection_contest(),
-        "S13" => reflectance_contest(),
+        "S09" => frame_comparison(),
+        "S11" => reflection_comparison(),
+        "S13" => reflectance_comparison(),
         _ => return cost_comparison::build_cost_comparison(number),
     })
 }
 
 /// Times the textbook formula and the library's formulas for a numerically hard case; `None` for a
 /// case without textbook formula.
-pub fn time_case(number: &str) -> Option<CaseCost> {
+pub fn time_case_formulas(number: &str) -> Option<CaseCost> {
     let CostComparison {
         label,
         count,
         textbook,
         library: [robust, reference],
-    } = formula_contest(number)?;
+    } = formula_comparison(number)?;
     let works = [textbook, robust, reference];
     let mut rounds = Vec::with_capacity(ROUNDS);
     for round in 0..=ROUNDS {
@@ -79,7 +79,7 @@ pub fn time_case(number: &str) -> Option<CaseCost> {
 
 /// Returns the timing work of three formulas on random samples. `works` holds the textbook formula,
 /// then the library's formula in the precisions `robust` and `reference`.
-fn contest_over_samples<S: 'static>(
+fn comparison_over_samples<S: 'static>(
     label: &'static str,
     value_of: impl Fn(&mut CaseRng) -> S,
     works: [fn(&S); 3],
@@ -100,12 +100,12 @@ fn contest_over_samples<S: 'static>(
 }
 
 /// Returns the formulas of a shading frame about a normal.
-fn frame_contest() -> CostComparison {
+fn frame_comparison() -> CostComparison {
     let drawn = |rng: &mut CaseRng| {
         let n = rng.sample_direction();
         (n.as_vec3(), n)
     };
-    contest_over_samples(
+    comparison_over_samples(
         "a shading frame about a normal",
         drawn,
         [
@@ -123,8 +123,8 @@ fn frame_contest() -> CostComparison {
 }
 
 /// Returns the formulas of a mirrored direction: d − 2(d·n)n in f32 against the library's.
-fn reflection_contest() -> CostComparison {
-    fn mirrored<R: Real>([d, n]: [R::Vec3; 2]) {
+fn reflection_comparison() -> CostComparison {
+    fn reflect_direction<R: Real>([d, n]: [R::Vec3; 2]) {
         black_box(R::Vec3::from_f64(
             SmoothInterface::new(d.to_f64(), n.to_f64(), 1.0).reflected,
         ));
@@ -136,20 +136,20 @@ fn reflection_contest() -> CostComparison {
     let by_textbook = |&([d, n], _): &([Vec3; 2], [DVec3; 2])| {
         black_box(d - n * (2.0 * d.dot(n)));
     };
-    contest_over_samples(
+    comparison_over_samples(
         "a mirror-reflected direction",
         drawn,
         [
             by_textbook,
-            |&(pair, _)| mirrored::<f32>(pair),
-            |&(_, pair)| mirrored::<f64>(pair),
+            |&(pair, _)| reflect_direction::<f32>(pair),
+            |&(_, pair)| reflect_direction::<f64>(pair),
         ],
     )
 }
 
 /// Returns the formulas of a reflectance: Schlick's approximation in f32 against the library's
 /// Fresnel equations, which use f64 in both precisions.
-fn reflectance_contest() -> CostComparison {
+fn reflectance_comparison() -> CostComparison {
     let schlick = |&cosine: &f32| {
         let (r0, m) = (0.04_f32, 1.0 - cosine);
         black_box(r0 + (1.0 - r0) * (m * m * m * m * m));
@@ -159,7 +159,7 @@ fn reflectance_contest() -> CostComparison {
         let beyond = (1.0 - eta * eta * (1.0 - cosine) * (1.0 + cosine)).sqrt();
         black_box(fresnel_dielectric(cosine, Some(beyond), eta));
     };
-    contest_over_samples(
+    comparison_over_samples(
         "a reflectance of glass",
         |rng| rng.next_unit() as f32,
         [schlick, exact, exact],

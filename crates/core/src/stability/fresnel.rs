@@ -9,7 +9,7 @@ use crate::material::{SmoothInterface, fresnel_dielectric};
 
 /// Returns the measurements of the precisions `robust` and `reference`, which are equal because the
 /// computation always uses f64. Each is paired with the result of the textbook formula.
-fn precision_independent(
+fn precision_independent_measurements(
     outcome: &CaseOutcome,
     textbook: Option<&CaseOutcome>,
 ) -> Vec<Measurement> {
@@ -100,7 +100,7 @@ pub fn measure_matched_indices(rays: RayCount) -> Vec<Measurement> {
     });
     // Schlick's approximation approaches one at grazing angles for any indices.
     let textbook = judged(&|cosine, eta| interface_at_cosine(cosine, eta).schlick(cosine));
-    precision_independent(
+    precision_independent_measurements(
         &judged(&|cosine, eta| interface_at_cosine(cosine, eta).fresnel()).merge(straight),
         Some(&textbook),
     )
@@ -142,7 +142,7 @@ pub fn measure_fresnel(rays: RayCount) -> Vec<Measurement> {
             .and_then(|| Verdict::from_condition((0.0..=1.0).contains(&found), describe))
             .and_then(|| Verdict::from_error((found + through - 1.0).abs(), 1e-6, describe))
     });
-    precision_independent(&outcome, None)
+    precision_independent_measurements(&outcome, None)
 }
 
 /// Measures case S15: the difference between Schlick's approximation and the Fresnel equations,
@@ -173,5 +173,5 @@ pub fn measure_schlick(rays: RayCount) -> Vec<Measurement> {
             || format!("index {ior}"),
         )
     });
-    precision_independent(&outcome, Some(&textbook))
+    precision_independent_measurements(&outcome, Some(&textbook))
 }

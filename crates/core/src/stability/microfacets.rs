@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 
 use glam::DVec3;
 use raywright_bvh::stability::verdicts::{RayCount, Verdict, judge_rays, to_scalar};
-use raywright_bvh::stability::{Measurement, measurement_without_kernels};
+use raywright_bvh::stability::{Measurement, create_measurement_without_kernels};
 use raywright_bvh::{Real, Vector};
 
 use crate::material::{Bsdf, Lobe, ShadingFrame};
@@ -77,7 +77,7 @@ pub fn measure_narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     });
     vec![Measurement {
         textbook: Some(textbook),
-        ..measurement_without_kernels::<R>(outcome)
+        ..create_measurement_without_kernels::<R>(outcome)
     }]
 }
 
@@ -111,5 +111,5 @@ pub fn measure_visible_normals<R: Real>(rays: RayCount) -> Vec<Measurement> {
             Verdict::from_condition(weight >= 0.0 && is_above && is_sound && is_black, describe)
         })
     });
-    vec![measurement_without_kernels::<R>(outcome)]
+    vec![create_measurement_without_kernels::<R>(outcome)]
 }

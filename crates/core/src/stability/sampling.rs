@@ -7,7 +7,7 @@ use raywright_bvh::shapes::{
 use raywright_bvh::stability::verdicts::{
     CaseOutcome, RayCount, U, Verdict, judge_rays, to_scalar,
 };
-use raywright_bvh::stability::{Measurement, measurement_without_kernels};
+use raywright_bvh::stability::{Measurement, create_measurement_without_kernels};
 use raywright_bvh::{Real, Vector};
 
 use glam::DVec3;
@@ -30,7 +30,7 @@ const CORNERS: [f64; 5] = [
 
 /// Returns the measurements of the precisions `robust` and `reference`, which are equal because the
 /// random numbers do not depend on the precision.
-fn precision_independent(outcome: &CaseOutcome) -> Vec<Measurement> {
+fn precision_independent_measurements(outcome: &CaseOutcome) -> Vec<Measurement> {
     ["robust", "reference"]
         .map(|setting| Measurement {
             setting: setting.to_owned(),
@@ -84,11 +84,11 @@ pub fn measure_random_range(rays: RayCount) -> Vec<Measurement> {
             format!("{filter:?} of {:08x}", number.to_bits())
         })
     });
-    precision_independent(&drawn.merge(words).merge(filters))
+    precision_independent_measurements(&drawn.merge(words).merge(filters))
 }
 
 /// Returns a shape of each kind whose surface can be sampled.
-fn sampled_shapes<R: Real>() -> Vec<AnyShape<R>> {
+fn shapes_with_area_sampling<R: Real>() -> Vec<AnyShape<R>> {
     let (c, axis) = (DVec3::new(0.3, -0.2, 0.1), DVec3::new(0.6, 1.0, -0.3));
     let (x, y) = (DVec3::new(1.5, 0.5, 0.0), DVec3::new(0.25, 0.75, 1.0));
     vec![
@@ -111,7 +111,7 @@ fn sampled_shapes<R: Real>() -> Vec<AnyShape<R>> {
 /// the unit square and inside it. Directions must have unit length within two roundings, and
 /// densities must be positive.
 pub fn measure_warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let shapes = sampled_shapes::<R>();
+    let shapes = shapes_with_area_sampling::<R>();
     let roundoff = R::ROUNDOFF.to_f64();
     let outcome = judge_rays("M02", 310, 200_000, rays, |rng| {
         // Numbers are at most the greatest f32 below one, in every precision.
@@ -165,7 +165,7 @@ pub fn measure_warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
             }
         }
     });
-    vec![measurement_without_kernels::<R>(outcome)]
+    vec![create_measurement_without_kernels::<R>(outcome)]
 }
 
 /// Measures case M11: stratification of 65 536 points of the Sobol sequence in two dimensions. If
@@ -197,5 +197,5 @@ pub fn measure_stratification(rays: RayCount) -> Vec<Measurement> {
             format!("{pixel:?}: {twice:?} falls into a cell of 2^{columns} columns that is taken")
         })
     });
-    precision_independent(&outcome)
+    precision_independent_measurements(&outcome)
 }

@@ -7,7 +7,7 @@ use raywright_bvh::shapes::{AnyShape, Quad, Sphere};
 use raywright_bvh::stability::verdicts::{
     CaseOutcome, CaseRng, RayCount, Verdict, judge_rays, round_to_f32, to_scalar, unnormalised_ray,
 };
-use raywright_bvh::stability::{Measurement, measurement_without_kernels};
+use raywright_bvh::stability::{Measurement, create_measurement_without_kernels};
 use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
 };
@@ -85,7 +85,7 @@ pub fn measure_frames<R: Real>(rays: RayCount) -> Vec<Measurement> {
     });
     vec![Measurement {
         textbook: Some(textbook),
-        ..measurement_without_kernels::<R>(outcome)
+        ..create_measurement_without_kernels::<R>(outcome)
     }]
 }
 
@@ -134,7 +134,7 @@ pub fn measure_normalisation<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 }
             })
     });
-    vec![measurement_without_kernels::<R>(outcome)]
+    vec![create_measurement_without_kernels::<R>(outcome)]
 }
 
 /// Number of bounces of a ray between mirrors, and number of rays for each arrangement of mirrors.
@@ -256,6 +256,6 @@ pub fn measure_mirror_bounces<R: Real>(rays: RayCount) -> Vec<Measurement> {
         ("between walls", judged("between walls", &walls, 1, 1e-3)),
         ("in a ball", judged("in a ball", &ball, 1, 1e-3)),
     ]
-    .map(|(part, outcome)| measurement_without_kernels::<R>(outcome).with_part_name(part))
+    .map(|(part, outcome)| create_measurement_without_kernels::<R>(outcome).with_part_name(part))
     .to_vec()
 }

@@ -37,7 +37,7 @@ pub(crate) struct AimedRayResult {
 }
 
 impl AimedRayResult {
-    pub fn check_run(&self) -> CheckRun {
+    pub fn to_check_run(&self) -> CheckRun {
         CheckRun {
             name: "rays aimed at edges and corners",
             looked_at: self.sent,
@@ -90,11 +90,11 @@ fn trace_aimed_rays<R: Real>(
     };
     let half = prepared.camera.generate_ray(R::ZERO, R::ZERO, [0.5; 2]);
     let eye = half.origin.to_f64();
-    while found.sent < found.planned && (found.sent == 0 || !deadline.is_over()) {
+    while found.sent < found.planned && (found.sent == 0 || !deadline.has_passed()) {
         let until = (found.sent + BLOCK).min(found.planned);
         let leak = |index: u64| {
             let target = &targets[(index % targets.len() as u64) as usize];
-            trace_for_leak(prepared, target, eye, [seed, index])
+            find_leak_point(prepared, target, eye, [seed, index])
                 .map(|position| (target.object, position))
         };
         let leaks: Vec<_> = (found.sent..until)
@@ -197,7 +197,7 @@ impl MeshInstance<'_> {
 
 /// The place that a ray passes which is aimed at it; none where it meets something, or where
 /// rounding may lead it past all triangles there.
-fn trace_for_leak<R: Real>(
+fn find_leak_point<R: Real>(
     prepared: &PreparedScene<R>,
     target: &MeshInstance<'_>,
     eye: DVec3,

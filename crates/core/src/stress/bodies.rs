@@ -9,7 +9,7 @@ use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
 use super::finding::{
     FindingCode, FindingSubject, Severity, StressFinding, metres, round_up_to_digit, with_metres,
 };
-use super::ray_survey::{RaySurvey, Sighting};
+use super::ray_survey::{RaySurvey, SightingCount};
 use super::topology::Topology;
 use crate::prepare::{LampRef, LightLeak, UnresolvedGap};
 use crate::scene::{Material, MaterialModel, Shape};
@@ -33,7 +33,7 @@ impl BodyChecks<'_> {
     pub fn check_bodies(&self, aimed: &[AimedRayResult]) -> Vec<StressFinding> {
         let mut findings = self.check_open_bodies();
         findings.extend(self.check_nested_bodies());
-        findings.extend(self.check_flickering());
+        findings.extend(self.check_flickering_surfaces());
         findings.extend(self.check_ray_starts());
         let sent = aimed.iter().map(|rays| rays.sent).sum();
         for (&object, &(count, point)) in aimed.iter().flat_map(|rays| &rays.leaks) {
@@ -75,7 +75,7 @@ impl BodyChecks<'_> {
                     .with_place(finite_point(sighting.position)),
             );
         }
-        let many = |sighting: &Sighting| sighting.count as f64 > OF_ALL * survey.starts as f64;
+        let many = |sighting: &SightingCount| sighting.count as f64 > OF_ALL * survey.starts as f64;
         for (&object, sighting) in survey.beyond.iter().filter(|(_, sighting)| many(sighting)) {
             let reason = "rays that leave the surface start beyond another one: its shadow and its reflection are missing there";
             let remedy = "leave `classic.spawn` away, or give it a smaller `offset`";
@@ -91,7 +91,7 @@ impl BodyChecks<'_> {
 
     /// Bodies of glass that are not closed, and are no meshes whose edges say so.
     fn check_open_bodies(&self) -> Vec<StressFinding> {
-        let finding = |(&object, sighting): (&usize, &Sighting)| {
+        let finding = |(&object, sighting): (&usize, &SightingCount)| {
             let object_facts = &self.scene_facts.objects[object];
             let edges_tell = self
                 .scene_facts
@@ -123,7 +123,7 @@ impl BodyChecks<'_> {
         if used.iter().any(|(_, material)| is_nested(material)) {
             return Vec::new();
         }
-        let is_seen = |(pair, sighting): &(&[usize; 2], &Sighting)| {
+        let is_seen = |(pair, sighting): &(&[usize; 2], &SightingCount)| {
             let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &pair[1]);
             let is_few = sighting.count < 3 || (sighting.count as f64) < SEEN * hit_count as f64;
             !is_few && !self.doubles.are_duplicates(**pair)
@@ -177,8 +177,8 @@ impl BodyChecks<'_> {
     }
 
     /// Those of which that is so.
-    fn check_flickering(&self) -> Vec<StressFinding> {
-        let finding = |(pair, sighting): (&[usize; 2], &Sighting)| {
+    fn check_flickering_surfaces(&self) -> Vec<StressFinding> {
+        let finding = |(pair, sighting): (&[usize; 2], &SightingCount)| {
             let [a, b] = *pair;
             if a > b || !self.is_flickering_pair(*pair) || self.doubles.are_duplicates(*pair) {
                 return None;

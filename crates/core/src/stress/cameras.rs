@@ -65,7 +65,7 @@ impl CameraView {
     }
 
     /// Whether a ball is in view and smaller than a pixel.
-    pub fn sees_within_pixel(&self, centre: DVec3, radius: f64) -> bool {
+    pub fn is_sphere_below_pixel(&self, centre: DVec3, radius: f64) -> bool {
         2.0 * radius < self.pixel_width_at(centre) && self.project_point(centre).is_some()
     }
 }
@@ -87,7 +87,7 @@ pub(super) fn view_distance_key(views: &[CameraView], position: DVec3) -> (bool,
 }
 
 /// Of things in places the one that is nearest to a camera.
-pub(super) fn nearest_to_camera<T>(
+pub(super) fn item_nearest_to_camera<T>(
     views: &[CameraView],
     places: impl Iterator<Item = (T, DVec3)>,
 ) -> Option<(T, DVec3)> {

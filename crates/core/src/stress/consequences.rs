@@ -6,7 +6,7 @@ use crate::scene::Sky;
 
 /// What of a finding has to be the same in another one that follows from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum ConsequenceScope {
+enum ConsequentFindingScope {
     /// Nothing: it follows wherever it is.
     Scene,
     /// The subject.
@@ -16,35 +16,35 @@ enum ConsequenceScope {
 }
 
 /// Causes with what follows from them.
-const CONSEQUENCES: [(FindingCode, ConsequenceScope, &[FindingCode]); 10] = [
+const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 10] = [
     (
         FindingCode::DegenerateTriangles,
-        ConsequenceScope::Scene,
+        ConsequentFindingScope::Scene,
         &[FindingCode::NothingSeen],
     ),
     (
         FindingCode::EnergyMade,
-        ConsequenceScope::Scene,
+        ConsequentFindingScope::Scene,
         &[FindingCode::BrighterThanLights],
     ),
     (
         FindingCode::LightByChance,
-        ConsequenceScope::Scene,
+        ConsequentFindingScope::Scene,
         &[FindingCode::BrighterThanLights],
     ),
     (
         FindingCode::LightByChance,
-        ConsequenceScope::Subject,
+        ConsequentFindingScope::Subject,
         &[FindingCode::UnreachedLight, FindingCode::LampBelowPixel],
     ),
     (
         FindingCode::ValuesNotNumbers,
-        ConsequenceScope::Scene,
+        ConsequentFindingScope::Scene,
         &[FindingCode::SamplesNotFinite, FindingCode::BlackPicture],
     ),
     (
         FindingCode::ImageNotLight,
-        ConsequenceScope::Image,
+        ConsequentFindingScope::Image,
         &[
             FindingCode::ValuesNotNumbers,
             FindingCode::SamplesNotFinite,
@@ -54,28 +54,28 @@ const CONSEQUENCES: [(FindingCode, ConsequenceScope, &[FindingCode]); 10] = [
     ),
     (
         FindingCode::CameraInBody,
-        ConsequenceScope::Subject,
+        ConsequentFindingScope::Subject,
         &[FindingCode::BlackPicture],
     ),
     (
         FindingCode::SceneBelowPixel,
-        ConsequenceScope::Subject,
+        ConsequentFindingScope::Subject,
         &[FindingCode::NothingSeen],
     ),
     (
         FindingCode::UnresolvedObject,
-        ConsequenceScope::Subject,
+        ConsequentFindingScope::Subject,
         &[FindingCode::LostTriangles],
     ),
     (
         FindingCode::LightMissesScene,
-        ConsequenceScope::Subject,
+        ConsequentFindingScope::Subject,
         &[FindingCode::UnreachedLight],
     ),
 ];
 
 /// The findings without those that follow from others among them.
-pub(super) fn remove_consequences(
+pub(super) fn remove_consequent_findings(
     scene_facts: &SceneFacts<'_>,
     mut findings: Vec<StressFinding>,
 ) -> Vec<StressFinding> {
@@ -89,11 +89,13 @@ pub(super) fn remove_consequences(
             codes.contains(&finding.code)
                 && causes.iter().any(|&(subject, severity)| match scope {
                     // What is harmless makes nothing else wrong.
-                    ConsequenceScope::Scene => severity <= finding.severity,
-                    ConsequenceScope::Subject => {
+                    ConsequentFindingScope::Scene => severity <= finding.severity,
+                    ConsequentFindingScope::Subject => {
                         subject == finding.subject && severity <= finding.severity
                     }
-                    ConsequenceScope::Image => reads_image(scene_facts, finding.subject, subject),
+                    ConsequentFindingScope::Image => {
+                        reads_image(scene_facts, finding.subject, subject)
+                    }
                 })
         };
         findings.retain(|finding| !follows(finding));

@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::cameras::CameraView;
 use super::faces::{
-    ALL_MESH_FACES, FlatFace, clip_polygon, counter_clockwise_corners, flat_faces,
+    ALL_MESH_FACES, FlatFace, clip_polygon, counter_clockwise_corners, find_flat_faces,
     signed_double_area,
 };
 use super::facts::{SceneFacts, finite_point};
@@ -78,7 +78,7 @@ impl DepthResolution<'_> {
 
 impl CoplanarOverlap {
     /// Whether a point with this normal, or the opposite one, is where both are.
-    fn contains(&self, point: DVec3, normal: DVec3) -> bool {
+    fn contains_surface_point(&self, point: DVec3, normal: DVec3) -> bool {
         let within = |i: usize| {
             let (from, to) = (self.outline[i], self.outline[(i + 1) % self.outline.len()]);
             self.normal.cross(to - from).dot(point - from) >= 0.0
@@ -112,7 +112,7 @@ impl OverlapTable {
             .into_iter()
             .flatten()
             .map(|&index| &self.list[index]);
-        own.filter(move |overlap| overlap.contains(point, normal))
+        own.filter(move |overlap| overlap.contains_surface_point(point, normal))
             .map(move |overlap| {
                 let [a, b] = overlap.objects;
                 if a == object { b } else { a }
@@ -128,7 +128,7 @@ pub(super) fn find_overlaps(
 ) -> OverlapTable {
     let mut room = ALL_MESH_FACES;
     let mut all: Vec<FlatFace> = (0..scene_facts.scene.objects.len())
-        .flat_map(|object| flat_faces(object, scene_facts, topologies, &mut room))
+        .flat_map(|object| find_flat_faces(object, scene_facts, topologies, &mut room))
         .collect();
     let reach = all
         .iter()
@@ -148,7 +148,7 @@ pub(super) fn find_overlaps(
         parallel.sort_by(|a, b| a.plane_key()[1].total_cmp(&b.plane_key()[1]));
         for plane in parallel.chunk_by_mut(|a, b| b.plane_key()[1] - a.plane_key()[1] <= tolerance)
         {
-            sweep_faces(scene_facts, plane, tolerance, &mut found);
+            find_overlaps_in_plane(scene_facts, plane, tolerance, &mut found);
         }
     }
     for (index, overlap) in found.list.iter().enumerate() {
@@ -161,7 +161,7 @@ pub(super) fn find_overlaps(
 
 /// Compares the faces of a plane that are beside each other along the axis in which they reach
 /// furthest.
-fn sweep_faces(
+fn find_overlaps_in_plane(
     scene_facts: &SceneFacts<'_>,
     faces: &mut [FlatFace],
     tolerance: f64,
@@ -202,14 +202,14 @@ fn sweep_faces(
             }
             found
                 .list
-                .extend(intersect_faces(scene_facts, other, face, tolerance));
+                .extend(overlap_of_faces(scene_facts, other, face, tolerance));
         }
         open.push(face);
     }
 }
 
 /// What two faces have in common.
-fn intersect_faces(
+fn overlap_of_faces(
     scene_facts: &SceneFacts<'_>,
     a: &FlatFace,
     b: &FlatFace,

@@ -112,8 +112,8 @@ fn object_key(object_facts: &ObjectFacts<'_>, content: Option<u64>) -> ObjectKey
             object_facts.map.transform_point3(centre.into()),
             radius * scale,
         );
-        let mut place = quantise_values(&centre.to_array(), size);
-        place.extend(quantise_values(&[libm::log(size)], 1.0));
+        let mut place = quantise_coordinates(&centre.to_array(), size);
+        place.extend(quantise_coordinates(&[libm::log(size)], 1.0));
         return (format!("ball{side:?}"), place);
     }
     let label = match content {
@@ -123,18 +123,18 @@ fn object_key(object_facts: &ObjectFacts<'_>, content: Option<u64>) -> ObjectKey
     let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
     let mut place: Vec<i64> = columns
         .iter()
-        .flat_map(|column| quantise_values(&column.to_array(), scale.max(f64::MIN_POSITIVE)))
+        .flat_map(|column| quantise_coordinates(&column.to_array(), scale.max(f64::MIN_POSITIVE)))
         .collect();
     let size = object_facts
         .bounds
         .map_or(1.0, |bounds| bounds.extent().length());
     let origin = object_facts.map.translation.to_array();
-    place.extend(quantise_values(&origin, size.max(f64::MIN_POSITIVE)));
+    place.extend(quantise_coordinates(&origin, size.max(f64::MIN_POSITIVE)));
     (format!("{label}{side:?}{way:?}"), place)
 }
 
 /// Numbers in steps of a size. Where that is finer than their own digits, the digits count.
-fn quantise_values(values: &[f64], size: f64) -> Vec<i64> {
+fn quantise_coordinates(values: &[f64], size: f64) -> Vec<i64> {
     let step = |value: &f64| {
         let steps = (value / (STEP * size)).round();
         if steps.abs() < 1e15 {

@@ -35,7 +35,7 @@ impl FlatFace {
 }
 
 /// The flat faces of an object that stands still, of meshes of those with few triangles.
-pub(super) fn flat_faces(
+pub(super) fn find_flat_faces(
     object: usize,
     scene_facts: &SceneFacts<'_>,
     topologies: &BTreeMap<usize, Topology>,

@@ -13,7 +13,7 @@ pub(crate) struct TriangleFan {
 }
 
 /// Some corners at which no edge is open, by corners that are one for all vertices in a place.
-pub(super) fn triangle_fans(
+pub(super) fn find_triangle_fans(
     indices: &[[u32; 3]],
     corners: &[u32],
     kept: &[bool],

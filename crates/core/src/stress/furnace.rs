@@ -52,7 +52,7 @@ pub(super) fn measure_furnaces(
         .collect();
     let mut measured = Vec::new();
     for &(index, material) in &materials {
-        if deadline.is_over() {
+        if deadline.has_passed() {
             break;
         }
         measured.extend(

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use raywright_bvh::Aabb;
 
-use super::cameras::{CameraView, nearest_to_camera};
+use super::cameras::{CameraView, item_nearest_to_camera};
 use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, metres};
 use crate::display::curve::decode_transfer;
@@ -203,13 +203,13 @@ fn small_light_findings<'a>(
         total += 1;
         if views
             .iter()
-            .any(|view| view.sees_within_pixel(centre, radius))
+            .any(|view| view.is_sphere_below_pixel(centre, radius))
         {
             small.push((object_facts.subject, centre));
         }
     }
     let count = small.len() as u64;
-    let (subject, centre) = nearest_to_camera(views, small.into_iter())?;
+    let (subject, centre) = item_nearest_to_camera(views, small.into_iter())?;
     let reason = "lamps that are in view are smaller than a pixel: samples meet one here and there, as bright specks";
     let remedy =
         "make them larger, hide them from the camera, or light by a `lights` entry in their place";

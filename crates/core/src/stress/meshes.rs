@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, HashSet};
 
 use glam::DVec3;
 
-use super::cameras::{CameraView, nearest_to_camera};
+use super::cameras::{CameraView, item_nearest_to_camera};
 use super::count::CountAndFirst;
 use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding, format_decimal};
-use super::ray_survey::{RaySurvey, Sightings};
+use super::ray_survey::{RaySurvey, SightingCounts};
 use super::topology::{Topology, TriangleEdge};
 use super::triangles::TriangleDefects;
 use crate::scene::{MaterialModel, MeshData};
@@ -107,7 +107,7 @@ impl UsedMesh<'_> {
             .some
             .iter()
             .map(|&triangle| (triangle, self.triangle_centre(object_facts, triangle)));
-        let near = nearest_to_camera(self.views, places);
+        let near = item_nearest_to_camera(self.views, places);
         let finding = StressFinding::new(code, severity, object_facts.subject, reason, remedy)
             .with_count(tally.count, self.triangle_count(), "triangles", predicate);
         StressFinding {
@@ -132,7 +132,7 @@ impl UsedMesh<'_> {
                 self.corner_centroid(object_facts, &edge.ends),
             )
         });
-        let near = nearest_to_camera(self.views, places);
+        let near = item_nearest_to_camera(self.views, places);
         let finding = StressFinding::new(code, severity, object_facts.subject, reason, remedy);
         StressFinding {
             primitive: near.map(|(triangle, _)| triangle),
@@ -146,7 +146,11 @@ impl UsedMesh<'_> {
     }
 
     /// Whether more than a hundredth of the rays that see an object saw something of it.
-    fn is_visible_on(&self, sightings: &Sightings<usize>, object_facts: &ObjectFacts<'_>) -> bool {
+    fn is_visible_on(
+        &self,
+        sightings: &SightingCounts<usize>,
+        object_facts: &ObjectFacts<'_>,
+    ) -> bool {
         let value_of = |sightings| {
             RaySurvey::sighting_count(sightings, &object_facts.subject.list_index()) as f64
         };
@@ -395,8 +399,8 @@ impl UsedMesh<'_> {
                 );
                 let all = (0..self.triangle_count().min(1 << 10) as u32)
                     .map(|triangle| ((), self.triangle_centre(object_facts, triangle)));
-                let at =
-                    nearest_to_camera(self.views, all).and_then(|(_, point)| finite_point(point));
+                let at = item_nearest_to_camera(self.views, all)
+                    .and_then(|(_, point)| finite_point(point));
                 findings.push(finding.with_place(at));
                 return;
             }

@@ -18,14 +18,14 @@ pub(super) struct RayPoint {
 
 /// Rays that saw something, and the nearest place where one did.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sighting {
+pub(crate) struct SightingCount {
     pub count: u64,
     pub position: DVec3,
     ray: u64,
     distance: f64,
 }
 
-impl From<RayPoint> for Sighting {
+impl From<RayPoint> for SightingCount {
     fn from(at: RayPoint) -> Self {
         let RayPoint {
             ray,
@@ -42,16 +42,16 @@ impl From<RayPoint> for Sighting {
 }
 
 /// Sightings by what they are of.
-pub(crate) type Sightings<K> = BTreeMap<K, Sighting>;
+pub(crate) type SightingCounts<K> = BTreeMap<K, SightingCount>;
 
-pub(super) fn record_sighting<K: Ord>(sightings: &mut Sightings<K>, key: K, at: RayPoint) {
+pub(super) fn record_sighting<K: Ord>(sightings: &mut SightingCounts<K>, key: K, at: RayPoint) {
     merge_sighting(sightings, key, at.into());
 }
 
-fn merge_sighting<K: Ord>(sightings: &mut Sightings<K>, key: K, other: Sighting) {
+fn merge_sighting<K: Ord>(sightings: &mut SightingCounts<K>, key: K, other: SightingCount) {
     let sighting = sightings
         .entry(key)
-        .or_insert(Sighting { count: 0, ..other });
+        .or_insert(SightingCount { count: 0, ..other });
     let count = sighting.count + other.count;
     if (other.distance, other.ray) < (sighting.distance, sighting.ray) {
         *sighting = other;
@@ -60,7 +60,7 @@ fn merge_sighting<K: Ord>(sightings: &mut Sightings<K>, key: K, other: Sighting)
 }
 
 /// Keeps a value where it is the greatest of its key.
-pub(super) fn keep_maximum<K: Ord>(greatest: &mut BTreeMap<K, f64>, key: K, value: f64) {
+pub(super) fn record_maximum<K: Ord>(greatest: &mut BTreeMap<K, f64>, key: K, value: f64) {
     let known = greatest.entry(key).or_insert(value);
     *known = known.max(value);
 }
@@ -76,31 +76,31 @@ pub(crate) struct RaySurvey {
     /// Rays that met anything.
     pub hits: u64,
     /// Rays on whose way an object is, and rays that see it first.
-    pub sightings: Sightings<usize>,
-    pub first: Sightings<usize>,
+    pub sightings: SightingCounts<usize>,
+    pub first: SightingCounts<usize>,
     /// Rays that see it first from within.
-    pub first_within: Sightings<usize>,
+    pub first_within: SightingCounts<usize>,
     /// Rays that leave a body once more often than they enter it, of a camera within.
-    pub within: Sightings<usize>,
+    pub within: SightingCounts<usize>,
     /// Rays that enter a body and do not leave it, or leave it and did not enter it.
-    pub unbalanced: Sightings<usize>,
+    pub unbalanced: SightingCounts<usize>,
     /// Bodies that rays enter within another one.
-    pub nested: Sightings<[usize; 2]>,
+    pub nested: SightingCounts<[usize; 2]>,
     /// The first surface of a ray and the next one, where they are in one place and of two objects.
-    pub coincident: Sightings<[usize; 2]>,
+    pub coincident: SightingCounts<[usize; 2]>,
     /// How far apart these are at most, in metres.
     pub apart: BTreeMap<[usize; 2], f64>,
     /// Rays that see the first of two objects where both have a face in one plane.
-    pub coplanar: Sightings<[usize; 2]>,
+    pub coplanar: SightingCounts<[usize; 2]>,
     /// Backs that the camera looks through.
-    pub backs: Sightings<usize>,
+    pub backs: SightingCounts<usize>,
     /// Vertex normals that point to the other side than what is hit.
-    pub against: Sightings<usize>,
+    pub against: SightingCounts<usize>,
     pub starts: u64,
-    pub self_hits: Sightings<usize>,
-    pub beyond: Sightings<usize>,
-    pub not_numbers: Sightings<ValueKey>,
-    pub out_of_range: Sightings<ValueKey>,
+    pub self_hits: SightingCounts<usize>,
+    pub beyond: SightingCounts<usize>,
+    pub not_numbers: SightingCounts<ValueKey>,
+    pub out_of_range: SightingCounts<ValueKey>,
     /// The greatest of those that are out of range.
     pub greatest: BTreeMap<ValueKey, f64>,
 }
@@ -146,35 +146,35 @@ impl RaySurvey {
                 .for_each(|(key, sighting)| merge_sighting(own, key, sighting));
         }
         for (key, value) in other.greatest {
-            keep_maximum(&mut self.greatest, key, value);
+            record_maximum(&mut self.greatest, key, value);
         }
         for (pair, apart) in other.apart {
-            keep_maximum(&mut self.apart, pair, apart);
+            record_maximum(&mut self.apart, pair, apart);
         }
         self
     }
 
     /// How often something was seen.
-    pub fn sighting_count<K: Ord>(of: &Sightings<K>, key: &K) -> u64 {
+    pub fn sighting_count<K: Ord>(of: &SightingCounts<K>, key: &K) -> u64 {
         of.get(key).map_or(0, |sighting| sighting.count)
     }
 
     /// Of a camera's rays, tells those of a camera within a body, which nearly all leave it, from
     /// those that came into it unseen.
-    pub(super) fn discount_camera_body(&mut self) {
+    pub(super) fn separate_camera_body(&mut self) {
         const NEARLY: f64 = 0.9;
         let rays = self.rays as f64;
         let (within, unseen) = core::mem::take(&mut self.within)
             .into_iter()
             .partition(|(_, left)| left.count as f64 > NEARLY * rays);
         self.within = within;
-        let unseen: Sightings<usize> = unseen;
+        let unseen: SightingCounts<usize> = unseen;
         unseen
             .into_iter()
             .for_each(|(object, sighting)| merge_sighting(&mut self.unbalanced, object, sighting));
     }
 
-    pub fn check_run(&self) -> CheckRun {
+    pub fn to_check_run(&self) -> CheckRun {
         CheckRun {
             name: "rays of the cameras",
             looked_at: self.rays,

@@ -10,7 +10,7 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Surface, Vector};
 use super::RayDeadline;
 use super::coplanar::OverlapTable;
 use super::facts::{SceneFacts, SurfaceKind, unit_random};
-use super::ray_survey::{RayPoint, RaySurvey, keep_maximum, record_sighting};
+use super::ray_survey::{RayPoint, RaySurvey, record_maximum, record_sighting};
 use super::values::{MaterialValueClass, classify_values};
 use crate::dispatch::PreparedSceneTask;
 use crate::integrator::PathSegment;
@@ -70,13 +70,13 @@ fn survey_rays<R: Real>(prepared: &PreparedScene<R>, of: &RaySurveyTask<'_>) -> 
         ..RaySurvey::default()
     };
     for round in 0..ROUNDS {
-        if deadline.is_over() && round > 0 {
+        if deadline.has_passed() && round > 0 {
             break;
         }
         let row = |row: u64| {
             let first = (round * GRID[1] + row) * GRID[0];
             (0..GRID[0]).fold(RaySurvey::default(), |mut survey, column| {
-                walker.trace_through([column, row], first + column, &mut survey);
+                walker.trace_through_all_surfaces([column, row], first + column, &mut survey);
                 survey
             })
         };
@@ -86,7 +86,7 @@ fn survey_rays<R: Real>(prepared: &PreparedScene<R>, of: &RaySurveyTask<'_>) -> 
             .reduce(RaySurvey::default, RaySurvey::combine)
             .combine(survey);
     }
-    survey.discount_camera_body();
+    survey.separate_camera_body();
     survey
 }
 
@@ -108,7 +108,7 @@ struct RayCrossing<R: Real> {
 }
 
 impl<R: Real> SurveyRayTracer<'_, R> {
-    fn trace_through(&self, cell: [u64; 2], index: u64, survey: &mut RaySurvey) {
+    fn trace_through_all_surfaces(&self, cell: [u64; 2], index: u64, survey: &mut RaySurvey) {
         let at = |axis: usize| {
             let share = (cell[axis] as f64 + unit_random(self.seed, index, axis as u64))
                 / GRID[axis] as f64;
@@ -192,7 +192,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             }
             MaterialValueClass::OutOfRange { key, value } => {
                 record_sighting(&mut survey.out_of_range, (material, key), seen);
-                keep_maximum(&mut survey.greatest, (material, key), value);
+                record_maximum(&mut survey.greatest, (material, key), value);
             }
         }
         for start in 0..STARTS {
@@ -256,7 +256,9 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         let again = prepared.geometry.closest(&ray, range, &mut ());
         let is_same =
             |other: &Hit<R>| (other.tie_order(), other.instance) == (hit.tie_order(), hit.instance);
-        if again.as_ref().is_some_and(is_same) && self.is_hit_once(object, interaction.outside) {
+        if again.as_ref().is_some_and(is_same)
+            && self.cannot_be_hit_again(object, interaction.outside)
+        {
             record_sighting(&mut survey.self_hits, object, seen);
         }
         if matches!(prepared.rules.spawn, PreparedSpawnRule::Constant { .. }) {
@@ -282,7 +284,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
     }
 
     /// Whether a ray that leaves a primitive of an object on this side can't meet it again.
-    fn is_hit_once(&self, object: usize, outside: bool) -> bool {
+    fn cannot_be_hit_again(&self, object: usize, outside: bool) -> bool {
         match self.scene_facts.objects[object].object.shape {
             Shape::Mesh(_)
             | Shape::Triangle { .. }
@@ -305,7 +307,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         let mut hits: Vec<(usize, RayPoint)> = Vec::new();
         for step in 0..HITS {
             let Some(hit) = self.prepared.geometry.closest(ray, range, &mut ()) else {
-                return finish_ray(&depths, &hits, survey);
+                return record_unclosed_bodies(&depths, &hits, survey);
             };
             range.min = hit.t;
             let crossing = self.ray_crossing(ray, &hit);
@@ -325,7 +327,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             {
                 let pair = [first.object, crossing.object];
                 record_sighting(&mut survey.coincident, pair, seen);
-                keep_maximum(&mut survey.apart, pair, apart);
+                record_maximum(&mut survey.apart, pair, apart);
             }
             if step > 0 && !self.looks_through {
                 return;
@@ -376,7 +378,11 @@ fn coincident_distance<R: Real>(
 }
 
 /// The end of a ray that has met everything on its way: bodies that it entered and did not leave.
-fn finish_ray(depths: &BTreeMap<usize, i64>, hits: &[(usize, RayPoint)], survey: &mut RaySurvey) {
+fn record_unclosed_bodies(
+    depths: &BTreeMap<usize, i64>,
+    hits: &[(usize, RayPoint)],
+    survey: &mut RaySurvey,
+) {
     for (&object, &depth) in depths.iter().filter(|(_, depth)| **depth != 0) {
         let of = if depth == -1 {
             &mut survey.within

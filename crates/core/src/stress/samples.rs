@@ -24,7 +24,11 @@ pub(super) struct SmallRender {
 
 impl SmallRender {
     /// Renders it, as far as there is time.
-    pub fn render(ready: &ReadyScene, camera: usize, deadline: &RayDeadline<'_>) -> Self {
+    pub fn render_small_picture(
+        ready: &ReadyScene,
+        camera: usize,
+        deadline: &RayDeadline<'_>,
+    ) -> Self {
         let mut film = ready.new_film("");
         let part = film.full_part();
         let pixels = u64::from(film.size()[0]) * u64::from(film.size()[1]);
@@ -104,11 +108,11 @@ pub(super) fn check_samples(
     }
     findings.extend(unreached_light_findings(scene_facts, pictures));
     let cover = pictures.iter().find_map(|picture| picture.cover);
-    explain_black_pictures(scene_facts, cover, &mut findings);
+    merge_black_picture_findings(scene_facts, cover, &mut findings);
     findings.extend(
         pictures
             .iter()
-            .filter_map(|picture| chance_light_finding(scene_facts, picture)),
+            .filter_map(|picture| light_hit_by_chance_finding(scene_facts, picture)),
     );
     findings
 }
@@ -221,7 +225,7 @@ fn brightness_finding(
 }
 
 /// Where everything is black since lights are shut away, tells that as one.
-fn explain_black_pictures(
+fn merge_black_picture_findings(
     scene_facts: &SceneFacts<'_>,
     cover: Option<Cover>,
     findings: &mut Vec<StressFinding>,
@@ -321,7 +325,7 @@ fn unreached_light_findings(
 }
 
 /// Light that is found by chance alone, by what it comes from.
-fn chance_light_finding(
+fn light_hit_by_chance_finding(
     scene_facts: &SceneFacts<'_>,
     picture: &SmallRender,
 ) -> Option<StressFinding> {
@@ -357,21 +361,21 @@ fn chance_light_finding(
         };
         let remedy =
             format!("make {lamp} larger{thin} or mirrors and glass rough; or take more --spp");
-        light_by_chance_finding(FindingSubject::Scene, reason, remedy)
+        new_light_by_chance_finding(FindingSubject::Scene, reason, remedy)
     } else if matches!(scene_facts.scene.sky, Some(Sky::Studio(_))) {
         let reason =
             "the studio's lights are met by way of mirrors or glass, and hardly any path meets one";
         let remedy = "take more --spp, or another environment with --env, or make the mirrors or the glass rough";
-        light_by_chance_finding(FindingSubject::Sky, reason, remedy)
+        new_light_by_chance_finding(FindingSubject::Sky, reason, remedy)
     } else {
         let reason = "the sky has a small bright sun, and hardly any path by way of mirrors or glass meets it";
         let remedy = "take more --spp, or a sky with a larger sun or none";
-        light_by_chance_finding(FindingSubject::Sky, reason, remedy)
+        new_light_by_chance_finding(FindingSubject::Sky, reason, remedy)
     };
     Some(finding.with_count(unaided - found, unaided, "paths", "met no light"))
 }
 
-fn light_by_chance_finding(
+fn new_light_by_chance_finding(
     subject: FindingSubject,
     reason: impl Into<String>,
     remedy: impl Into<String>,
@@ -403,5 +407,5 @@ fn enclosed_light_finding(
     let at = object_facts
         .bounds
         .and_then(|bounds| finite_point(bounds.centre()));
-    light_by_chance_finding(object_facts.subject, reason, remedy).with_place(at)
+    new_light_by_chance_finding(object_facts.subject, reason, remedy).with_place(at)
 }

@@ -9,7 +9,7 @@ use super::facts::{SceneFacts, finite_point, largest_extent};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, metres};
 use super::ray_survey::RaySurvey;
 use crate::dispatch::ReadyScene;
-use crate::extent::MeshUses;
+use crate::extent::MeshUseCounts;
 use crate::prepare::round_to_scalar;
 use crate::scene::{MeshData, Scene, Shape};
 use crate::settings::PrecisionChoice;
@@ -118,7 +118,7 @@ fn lost_triangle_findings<R: Real>(
         crate::origin::StorageOrigin::from_scene::<R>(scene_facts.scene, &scene_facts.lookup)
             .origin;
     // What instances share is stored in its own space.
-    let uses = MeshUses::from_scene(scene_facts.scene);
+    let uses = MeshUseCounts::from_scene(scene_facts.scene);
     let mut findings = Vec::new();
     for object_facts in scene_facts
         .objects

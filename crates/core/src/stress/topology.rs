@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::count::CountAndFirst;
-use super::fans::{TriangleFan, triangle_fans};
+use super::fans::{TriangleFan, find_triangle_fans};
 use super::seams::seam_width;
 use super::windings::count_flipped_triangles;
 use crate::scene::MeshData;
@@ -64,7 +64,7 @@ impl Topology {
     pub fn from_mesh(data: &MeshData) -> Self {
         let corners = weld_vertices(data);
         let mut topology = Self::default();
-        let kept = topology.mark_duplicates(&data.indices, &corners);
+        let kept = topology.mark_duplicate_triangles(&data.indices, &corners);
         let edges = sorted_edges(&data.indices, &corners, &kept);
         let mut parents: Vec<u32> = (0..data.positions.len() as u32).collect();
         let mut irregular = IrregularEdges::default();
@@ -92,7 +92,7 @@ impl Topology {
         }
         topology.seam = seam_width(data, &irregular.open);
         let open = &irregular.corners;
-        topology.fans = triangle_fans(&data.indices, &corners, &kept, open);
+        topology.fans = find_triangle_fans(&data.indices, &corners, &kept, open);
         topology.components = connected_components(data, (&corners, &kept), &mut parents, open);
         topology
     }
@@ -126,7 +126,7 @@ impl Topology {
     }
 
     /// Triangles that have three corners and are no copies of earlier ones.
-    fn mark_duplicates(&mut self, indices: &[[u32; 3]], corners: &[u32]) -> Vec<bool> {
+    fn mark_duplicate_triangles(&mut self, indices: &[[u32; 3]], corners: &[u32]) -> Vec<bool> {
         let mut sorted: Vec<([u32; 3], bool, u32)> = Vec::with_capacity(indices.len());
         for (i, triangle) in indices.iter().enumerate() {
             let [a, b, c] = triangle.map(|corner| corners[corner as usize]);

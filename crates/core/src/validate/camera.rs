@@ -66,7 +66,7 @@ fn check_pose(check: &mut SceneCheck<'_>, pose: &Pose) {
                     .iter()
                     .all(|axis| unit(*axis) != DVec3::ZERO)
             {
-                check.report(
+                check.report_problem(
                     "`right`, `up` and `back` lie in a plane, so they define no orientation",
                 );
             }
@@ -81,7 +81,7 @@ fn check_look_at(check: &mut SceneCheck<'_>, eye: Triple, target: Triple, up: Tr
     let view = DVec3::from(target) - DVec3::from(eye);
     if view.length() < SMALLEST {
         check.with_key("target", |check| {
-            check.report("`target` equals `eye`, so the camera has no viewing direction")
+            check.report_problem("`target` equals `eye`, so the camera has no viewing direction")
         });
         return;
     }

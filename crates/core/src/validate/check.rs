@@ -83,7 +83,12 @@ impl<'a> SceneCheck<'a> {
     }
 
     /// Runs checks for each element of the array under a key.
-    pub fn check_each<T>(&mut self, key: &str, items: &[T], mut checks: impl FnMut(&mut Self, &T)) {
+    pub fn check_each_element<T>(
+        &mut self,
+        key: &str,
+        items: &[T],
+        mut checks: impl FnMut(&mut Self, &T),
+    ) {
         self.with_key(key, |check| {
             for (i, item) in items.iter().enumerate() {
                 check.with_element(i, |check| checks(check, item));
@@ -92,7 +97,7 @@ impl<'a> SceneCheck<'a> {
     }
 
     /// Reports a problem at the current path.
-    pub fn report(&mut self, message: impl Into<String>) {
+    pub fn report_problem(&mut self, message: impl Into<String>) {
         self.push_problem(message.into(), None, None);
     }
 
@@ -100,10 +105,10 @@ impl<'a> SceneCheck<'a> {
     /// `said`. An empty key stands for the value at the current path.
     fn report_value(&mut self, key: &str, said: impl Display) {
         if key.is_empty() {
-            self.report(format!("{} {said}", self.current_key()));
+            self.report_problem(format!("{} {said}", self.current_key()));
         } else {
             self.with_key(key, |check| {
-                check.report(format!("{} {said}", check.current_key()))
+                check.report_problem(format!("{} {said}", check.current_key()))
             });
         }
     }
@@ -154,7 +159,7 @@ impl<'a> SceneCheck<'a> {
             };
             self.with_key(key, |check| {
                 check.with_element(i, |check| {
-                    check.with_key("name", |check| check.report(problem))
+                    check.with_key("name", |check| check.report_problem(problem))
                 })
             });
         }
@@ -185,7 +190,7 @@ impl<'a> SceneCheck<'a> {
         };
         let Some(left) = left else {
             self.with_key(key, |check| {
-                check.report(format!("unknown {label} `{name}`"))
+                check.report_problem(format!("unknown {label} `{name}`"))
             });
             return;
         };

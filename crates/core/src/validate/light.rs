@@ -26,7 +26,7 @@ pub(super) fn check_light(check: &mut SceneCheck<'_>, light: &Light) {
             position, range, ..
         } => check.with_key("point", |check| {
             check.require_point("position", position);
-            check_range(check, range);
+            check_light_range(check, range);
         }),
         LightKind::Spot {
             position,
@@ -42,21 +42,21 @@ pub(super) fn check_light(check: &mut SceneCheck<'_>, light: &Light) {
             check.with_key("outer_angle", |check| {
                 check.require_within("", outer_angle, 0.0, 90.0);
                 if outer_angle < inner_angle {
-                    check.report(format!(
+                    check.report_problem(format!(
                         "`outer_angle` must not be below `inner_angle`, which is {inner_angle}"
                     ));
                 } else if outer_angle == 0.0 {
-                    check.report(
+                    check.report_problem(
                         "`outer_angle` must be above 0: a cone with the angle 0 emits no light",
                     );
                 }
             });
-            check_range(check, range);
+            check_light_range(check, range);
         }),
     });
 }
 
-fn check_range(check: &mut SceneCheck<'_>, range: Option<f64>) {
+fn check_light_range(check: &mut SceneCheck<'_>, range: Option<f64>) {
     if let Some(range) = range {
         check.require_length("range", range);
     }
@@ -68,7 +68,7 @@ pub(super) fn check_sky(check: &mut SceneCheck<'_>, sky: &Sky) {
         Sky::Gradient { bottom, top, suns } => check.with_key("gradient", |check| {
             check.require_not_negative_colour("bottom", *bottom);
             check.require_not_negative_colour("top", *top);
-            check.check_each("suns", suns, check_sun);
+            check.check_each_element("suns", suns, check_sun);
         }),
         Sky::Expression(input) => check.with_key("expression", |check| match input {
             ColourInput::Constant(colour) => check.require_not_negative_colour("", *colour),

@@ -8,7 +8,7 @@ use crate::scene::{
     TransmissionChoice,
 };
 
-pub(super) fn check_model(check: &mut SceneCheck<'_>, model: &MaterialModel) {
+pub(super) fn check_material_model(check: &mut SceneCheck<'_>, model: &MaterialModel) {
     match model {
         MaterialModel::Classic(material) => check.with_key("classic", |check| {
             check_classic_terms(check, material);
@@ -26,26 +26,26 @@ fn check_classic_terms(check: &mut SceneCheck<'_>, material: &ClassicMaterial) {
         check_colour_input(check, &material.colour)
     });
     check.with_key("local", |check| {
-        check_weight(check, &material.local, ExprScope::Surface)
+        check_weight_factor(check, &material.local, ExprScope::Surface)
     });
     if let Some(ambient) = material.ambient {
         check.require_not_negative_colour("ambient", ambient);
     }
     check.with_key("diffuse", |check| {
-        check_weight(check, &material.diffuse, ExprScope::Light)
+        check_weight_factor(check, &material.diffuse, ExprScope::Light)
     });
     if let Some(specular) = &material.specular {
         check.with_key("specular", |check| {
             check.require_count_within("exponent", specular.exponent, 1, 65536);
             check.with_key("strength", |check| {
-                check_weight(check, &specular.strength, ExprScope::Light)
+                check_weight_factor(check, &specular.strength, ExprScope::Light)
             });
         });
     }
     if let Some(rim) = &material.rim {
         check.with_key("rim", |check| {
             check.with_key("strength", |check| {
-                check_weight(check, &rim.strength, ExprScope::Surface)
+                check_weight_factor(check, &rim.strength, ExprScope::Surface)
             });
             check.require_count_within("exponent", rim.exponent, 1, 64);
         });
@@ -64,7 +64,7 @@ fn check_classic_terms(check: &mut SceneCheck<'_>, material: &ClassicMaterial) {
     );
     if let Some(shadow) = &material.shadow {
         check.with_key("shadow", |check| {
-            check_weight(check, shadow, ExprScope::Light)
+            check_weight_factor(check, shadow, ExprScope::Light)
         });
     }
 }
@@ -98,11 +98,11 @@ fn check_traced_terms(check: &mut SceneCheck<'_>, material: &ClassicMaterial) {
     if let Some(reflection) = &material.reflection {
         check.with_key("reflection", |check| {
             check.with_key("weight", |check| {
-                check_weight(check, &reflection.weight, ExprScope::Light)
+                check_weight_factor(check, &reflection.weight, ExprScope::Light)
             });
             if let Some(fuzz) = &reflection.fuzz {
                 check.require_finite("fuzz.amount", fuzz.amount);
-                check.check_each("fuzz.frequencies", &fuzz.frequencies, |check, row| {
+                check.check_each_element("fuzz.frequencies", &fuzz.frequencies, |check, row| {
                     check.require_point("", *row)
                 });
             }
@@ -124,12 +124,12 @@ fn check_physical(check: &mut SceneCheck<'_>, material: &Physical) {
     for field in material.fields() {
         check.with_key(field, |check| {
             check_varying_input(check, field.value);
-            check_bounds(check, field.value.constant_value(), field.bounds);
+            check_field_bounds(check, field.value.constant_value(), field.bounds);
         });
     }
     if material.priority > 0 && material.thin_walled {
         check.with_key("priority", |check| {
-            check.report("a thin wall has no inside, so it cannot have a `priority`: remove `priority` or `thin_walled`")
+            check.report_problem("a thin wall has no inside, so it cannot have a `priority`: remove `priority` or `thin_walled`")
         });
     }
     if let AlphaMode::Mask { cutoff } = material.alpha {
@@ -138,7 +138,11 @@ fn check_physical(check: &mut SceneCheck<'_>, material: &Physical) {
 }
 
 /// Checks the value of a constant field against the field's bounds.
-fn check_bounds(check: &mut SceneCheck<'_>, constant: Option<ConstantValue>, bounds: FieldBounds) {
+fn check_field_bounds(
+    check: &mut SceneCheck<'_>,
+    constant: Option<ConstantValue>,
+    bounds: FieldBounds,
+) {
     match (constant, bounds) {
         (Some(ConstantValue::Number(number)), FieldBounds::Range(minimum, maximum)) => {
             check.require_within("", number, minimum, maximum)
@@ -166,7 +170,7 @@ fn check_bounds(check: &mut SceneCheck<'_>, constant: Option<ConstantValue>, bou
     }
 }
 
-fn check_weight(check: &mut SceneCheck<'_>, weight: &ScalarFactor, scope: ExprScope) {
+fn check_weight_factor(check: &mut SceneCheck<'_>, weight: &ScalarFactor, scope: ExprScope) {
     match weight {
         ScalarFactor::Number(value) => check.require_not_negative("", *value),
         ScalarFactor::Expression(source) => check.check_weight_expression(source, scope),
@@ -216,11 +220,11 @@ fn check_texture_ref(check: &mut SceneCheck<'_>, texture: &TextureRef) {
     check.require_not_negative_colour("factor", texture.factor);
     check.require_count_within("uv_set", texture.uv_set, 0, MOST_UV_SETS as u32 - 1);
     if let Some(rows) = &texture.uv_transform {
-        check.check_each("uv_transform", rows, |check, row| {
+        check.check_each_element("uv_transform", rows, |check, row| {
             check.require_point("", *row)
         });
     }
     if let Some(coordinates) = &texture.uv {
-        check.check_each("uv", coordinates, check_coordinate);
+        check.check_each_element("uv", coordinates, check_coordinate);
     }
 }

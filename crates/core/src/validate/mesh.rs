@@ -9,7 +9,9 @@ use crate::scene::{Image, MOST_UV_SETS, Mesh, MeshData, MeshSource, Scene, Shape
 
 pub(super) fn check_image(check: &mut SceneCheck<'_>, image: &Image) {
     if image.path.is_empty() && image.data.is_none() {
-        check.with_key("path", |check| check.report("`path` must name a file"));
+        check.with_key("path", |check| {
+            check.report_problem("`path` must name a file")
+        });
     }
 }
 
@@ -19,13 +21,15 @@ pub(super) fn check_texture(check: &mut SceneCheck<'_>, texture: &Texture) {
 
 pub(super) fn check_mesh(check: &mut SceneCheck<'_>, mesh: &Mesh) {
     check.with_key("source", |check| match &mesh.source {
-        MeshSource::File(path) if path.is_empty() => {
-            check.with_key("file", |check| check.report("`file` must name a file"))
-        }
+        MeshSource::File(path) if path.is_empty() => check.with_key("file", |check| {
+            check.report_problem("`file` must name a file")
+        }),
         MeshSource::File(_) => {}
         MeshSource::Inline(data) => {
             for (path, message) in check_mesh_data(data) {
-                check.with_key(format_args!("inline.{path}"), |check| check.report(message));
+                check.with_key(format_args!("inline.{path}"), |check| {
+                    check.report_problem(message)
+                });
             }
         }
     });

@@ -64,40 +64,42 @@ pub fn validate(scene: &Scene) -> Vec<Problem> {
             "this program reads version {FORMAT} of the scene format, not version {}",
             scene.format
         );
-        check.with_key("format", |check| check.report(message));
+        check.with_key("format", |check| check.report_problem(message));
         return check.into_problems();
     }
     render::check_parameters(&mut check, scene);
-    check.with_key("render", |check| render::check_render(check, &scene.render));
+    check.with_key("render", |check| {
+        render::check_render_settings(check, &scene.render)
+    });
     check.with_key("classic", |check| {
         render::check_classic_rules(check, &scene.classic)
     });
     check.check_names("cameras", &scene.cameras, |camera| &camera.name, false);
-    check.check_each("cameras", &scene.cameras, camera::check_camera);
+    check.check_each_element("cameras", &scene.cameras, camera::check_camera);
     if let Some(sky) = &scene.sky {
         check.with_key("sky", |check| light::check_sky(check, sky));
     }
-    check.check_each("lights", &scene.lights, light::check_light);
+    check.check_each_element("lights", &scene.lights, light::check_light);
     check.check_names("images", &scene.images, |image| &image.name, true);
-    check.check_each("images", &scene.images, mesh::check_image);
+    check.check_each_element("images", &scene.images, mesh::check_image);
     check.check_names("textures", &scene.textures, |texture| &texture.name, true);
-    check.check_each("textures", &scene.textures, mesh::check_texture);
+    check.check_each_element("textures", &scene.textures, mesh::check_texture);
     check.check_names(
         "materials",
         &scene.materials,
         |material| &material.name,
         true,
     );
-    check.check_each("materials", &scene.materials, |check, material| {
+    check.check_each_element("materials", &scene.materials, |check, material| {
         check.with_key("model", |check| {
-            material::check_model(check, &material.model)
+            material::check_material_model(check, &material.model)
         });
     });
     check.check_names("meshes", &scene.meshes, |mesh| &mesh.name, true);
-    check.check_each("meshes", &scene.meshes, mesh::check_mesh);
-    check.check_each("models", &scene.models, object::check_model_file);
-    check.check_each("objects", &scene.objects, object::check_object);
-    check.check_each("generators", &scene.generators, object::check_generator);
+    check.check_each_element("meshes", &scene.meshes, mesh::check_mesh);
+    check.check_each_element("models", &scene.models, object::check_model_file);
+    check.check_each_element("objects", &scene.objects, object::check_object);
+    check.check_each_element("generators", &scene.generators, object::check_generator);
     check.into_problems()
 }
 

@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::Motion;
 
 use super::check::{SceneCheck, format_list};
-use crate::motion::object_motion_ends;
+use crate::motion::object_transforms_at_ends;
 use crate::scene::{Camera, Material, Object, Pose};
 
 /// Sine of the least permitted angle between a camera's view and its up direction.
@@ -18,7 +18,7 @@ const MOST_PIECES: usize = 4096;
 
 /// Checks the motion of an object whose transforms at time 0 and time 1 are valid.
 pub(super) fn check_object_motion(check: &mut SceneCheck<'_>, object: &Object) {
-    let Some(ends) = object_motion_ends(object) else {
+    let Some(ends) = object_transforms_at_ends(object) else {
         return;
     };
     if Motion::new(ends).is_err() {

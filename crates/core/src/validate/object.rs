@@ -21,9 +21,9 @@ pub(super) fn check_object(check: &mut SceneCheck<'_>, object: &Object) {
         &names.materials
     });
     let before = check.problem_count();
-    transform::check_steps(check, "transform", &object.transform);
+    transform::check_transform_steps(check, "transform", &object.transform);
     if let Some(end) = &object.transform_end {
-        transform::check_steps(check, "transform_end", end);
+        transform::check_transform_steps(check, "transform_end", end);
     }
     if check.problem_count() == before {
         motion::check_object_motion(check, object);
@@ -32,10 +32,12 @@ pub(super) fn check_object(check: &mut SceneCheck<'_>, object: &Object) {
 
 pub(super) fn check_model_file(check: &mut SceneCheck<'_>, model: &ModelFile) {
     if model.file.is_empty() {
-        check.with_key("file", |check| check.report("`file` must name a file"));
+        check.with_key("file", |check| {
+            check.report_problem("`file` must name a file")
+        });
     }
     check.require_finite("time", model.time.unwrap_or_default());
-    transform::check_steps(check, "transform", &model.transform);
+    transform::check_transform_steps(check, "transform", &model.transform);
     check.with_key("materials", |check| {
         model.materials.iter().for_each(|(own, name)| {
             check.check_reference(own, name, "material", |names| &names.materials)
@@ -50,7 +52,7 @@ pub(super) fn check_generator(check: &mut SceneCheck<'_>, generator: &Generator)
             origin,
             step,
         } => check.with_key("grid", |check| {
-            check.check_each("counts", &counts, |check, count| {
+            check.check_each_element("counts", &counts, |check, count| {
                 check.require_count_within("", *count, 1, u32::MAX)
             });
             check.require_point("origin", origin);
@@ -125,7 +127,7 @@ fn check_shape(check: &mut SceneCheck<'_>, shape: &Shape) {
         }),
         Shape::Ellipsoid { centre, semi_axes } => check.with_key("ellipsoid", |check| {
             check.require_point("centre", centre);
-            check.check_each("semi_axes", &semi_axes, |check, half| {
+            check.check_each_element("semi_axes", &semi_axes, |check, half| {
                 check.require_length("", *half)
             });
         }),
@@ -192,7 +194,7 @@ fn check_torus(
     if minor_radius >= major_radius {
         let message =
             format!("`minor_radius` must be below `major_radius`, which is {major_radius}");
-        check.with_key("minor_radius", |check| check.report(message));
+        check.with_key("minor_radius", |check| check.report_problem(message));
     }
 }
 
@@ -202,19 +204,19 @@ fn check_quad(check: &mut SceneCheck<'_>, corner: Triple, edge_u: Triple, edge_v
     check.require_direction("edge_v", edge_v);
     if spans_no_area(edge_u.into(), edge_v.into()) {
         check.with_key("edge_v", |check| {
-            check.report("`edge_u` and `edge_v` lie on one line, so the quad has no area")
+            check.report_problem("`edge_u` and `edge_v` lie on one line, so the quad has no area")
         });
     }
 }
 
 fn check_triangle(check: &mut SceneCheck<'_>, vertices: &[Triple; 3]) {
-    check.check_each("vertices", vertices, |check, vertex| {
+    check.check_each_element("vertices", vertices, |check, vertex| {
         check.require_point("", *vertex)
     });
     let [a, b, c] = vertices.map(DVec3::from);
     if a == b || b == c || c == a || spans_no_area(b - a, c - a) {
         check.with_key("vertices", |check| {
-            check.report("the corners lie on one line, so the triangle has no area")
+            check.report_problem("the corners lie on one line, so the triangle has no area")
         });
     }
 }
@@ -233,7 +235,7 @@ fn check_box_corners(check: &mut SceneCheck<'_>, min: Triple, max: Triple, may_t
             } else {
                 "be above"
             };
-            check.report(format!(
+            check.report_problem(format!(
                 "`max` must {words} `min` in every axis; `min` is {}",
                 format_list(&min)
             ));

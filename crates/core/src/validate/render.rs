@@ -21,8 +21,8 @@ pub(super) fn check_parameters(check: &mut SceneCheck<'_>, scene: &Scene) {
     });
 }
 
-pub(super) fn check_render(check: &mut SceneCheck<'_>, render: &RenderSettings) {
-    check.check_each("size", &render.size, |check, side| {
+pub(super) fn check_render_settings(check: &mut SceneCheck<'_>, render: &RenderSettings) {
+    check.check_each_element("size", &render.size, |check, side| {
         check.require_count_within("", *side, 1, Settings::MOST_EDGE)
     });
     check.require_count_within("samples", render.samples, 1, Settings::MOST_SAMPLES);

@@ -15,16 +15,20 @@ const SCALES: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
 const MIN_ROW_VOLUME: f64 = 1e-12;
 
 /// Checks the transform steps under a key of an object.
-pub(super) fn check_steps(check: &mut SceneCheck<'_>, key: &str, steps: &[TransformStep]) {
+pub(super) fn check_transform_steps(
+    check: &mut SceneCheck<'_>,
+    key: &str,
+    steps: &[TransformStep],
+) {
     let before = check.problem_count();
-    check.check_each(key, steps, |check, step| match *step {
+    check.check_each_element(key, steps, |check, step| match *step {
         TransformStep::Translate(offset) => check.require_point("translate", offset),
         TransformStep::Scale(factors) => check.with_key("scale", |check| {
             if factors.contains(&0.0) {
                 let factors = format_list(&factors);
-                check.report(format!("no factor of `scale` may be zero, as in {factors}: the object would have no extent"));
+                check.report_problem(format!("no factor of `scale` may be zero, as in {factors}: the object would have no extent"));
             } else if !factors.iter().all(|factor| SCALES.contains(&factor.abs())) {
-                check.report(format!("each factor of `scale` must have an absolute value from 1e-15 to 1e15, not {}", format_list(&factors)));
+                check.report_problem(format!("each factor of `scale` must have an absolute value from 1e-15 to 1e15, not {}", format_list(&factors)));
             }
         }),
         TransformStep::Rotate { axis, degrees } => check.with_key("rotate", |check| {
@@ -41,7 +45,7 @@ pub(super) fn check_steps(check: &mut SceneCheck<'_>, key: &str, steps: &[Transf
             && whole.translation.abs().max_element() <= FARTHEST)
     {
         check.with_key(key, |check| {
-            check.report(format!(
+            check.report_problem(format!(
                 "the steps of `{key}` together have no inverse, or move the object farther than 1e15: use less extreme factors"
             ))
         });
@@ -50,7 +54,7 @@ pub(super) fn check_steps(check: &mut SceneCheck<'_>, key: &str, steps: &[Transf
 
 fn check_matrix(check: &mut SceneCheck<'_>, rows: &[[f64; 4]; 3]) {
     if !rows.iter().flatten().all(|x| x.abs() <= 1e15) {
-        check.report("each entry of `matrix` must be finite and from -1e15 to 1e15");
+        check.report_problem("each entry of `matrix` must be finite and from -1e15 to 1e15");
         return;
     }
     let unit = |row: [f64; 4]| DVec3::new(row[0], row[1], row[2]).normalize_or_zero();

@@ -386,7 +386,10 @@ fn generated_things_move() {
                 prepare(&moving, &settings, &()).expect("a sound scene"),
             );
             let real = ready.memory();
-            let all = told.by_purpose().into_iter().zip(real.by_purpose());
+            let all = told
+                .bytes_by_purpose()
+                .into_iter()
+                .zip(real.bytes_by_purpose());
             // The filling of a tree's leaves is unknown before the tree is built.
             all.for_each(|((label, reported), (_, real))| {
                 assert!(

@@ -59,8 +59,8 @@ fn every_part_of_an_address_counts() {
     let glass = SampleAddress { bounce: 2, ..AT };
     seen.extend(
         [
-            glass.side_branch(PathBranch::Reflected),
-            glass.side_branch(PathBranch::Behind),
+            glass.side_branch_address(PathBranch::Reflected),
+            glass.side_branch_address(PathBranch::Behind),
         ]
         .map(|address| sample_2d(address, SamplePurpose::Pixel)),
     );

@@ -57,7 +57,7 @@ fn quad(corner: [f64; 3], edge_u: [f64; 3], edge_v: [f64; 3]) -> Value {
 }
 
 #[track_caller]
-fn sort_findings(scene: &Scene) -> StressSummary {
+fn summarise_findings(scene: &Scene) -> StressSummary {
     let effort = StressEffort {
         budget: core::time::Duration::from_secs(3600),
     };
@@ -80,7 +80,7 @@ fn expect_finding(
     severity: Severity,
     follows: &[FindingCode],
 ) -> StressFinding {
-    let report = sort_findings(scene);
+    let report = summarise_findings(scene);
     let all = listed(&report.findings);
     let finding = report.findings.iter().find(|finding| finding.code == code);
     let finding = finding
@@ -104,7 +104,7 @@ fn expect_finding(
 #[track_caller]
 fn alone(scene: &Scene, code: FindingCode, severity: Severity) -> StressFinding {
     let finding = expect_finding(scene, code, severity, &[]);
-    let all = sort_findings(scene).findings;
+    let all = summarise_findings(scene).findings;
     assert_eq!(all.len(), 1, "{:?}", listed(&all));
     finding
 }
@@ -114,14 +114,14 @@ fn alone(scene: &Scene, code: FindingCode, severity: Severity) -> StressFinding 
 #[test]
 fn a_scene_without_fault_has_no_findings() {
     let clean = scene(&json!({}));
-    let first = sort_findings(&clean);
+    let first = summarise_findings(&clean);
     assert_eq!(listed(&first.findings), []);
     assert!(
         first.checks.iter().all(|run| !run.is_cut_short()),
         "{:?}",
         first.checks
     );
-    assert_eq!(sort_findings(&clean), first);
+    assert_eq!(summarise_findings(&clean), first);
 }
 
 /// Protects: a scene of which reading has left no object shows nothing.
@@ -165,7 +165,7 @@ fn ten_faults_of_one_scene() {
         "meshes": [meshes::cube([0.0, -1.5, 0.0], |_, indices| indices.push([0, 0, 1]))],
     }));
     many.cameras[0].aspect = Some(3.0);
-    let findings = sort_findings(&many).findings;
+    let findings = summarise_findings(&many).findings;
     let expected = [
         FindingCode::EnergyMade,
         FindingCode::OpenBody,

@@ -279,7 +279,7 @@ impl Accessor<'_> {
 
     /// Treats integer components as normalised, even if the file does not mark the accessor as
     /// normalised.
-    pub fn normalise_integers(&mut self) {
+    pub fn mark_as_normalised(&mut self) {
         self.normalised = true;
     }
 

@@ -180,7 +180,7 @@ pub(super) fn parse_node_pointer(channel: &AnimationChannel) -> Option<(u32, &st
 /// # Errors
 /// A fault of kind input for a sampler whose keys do not fit its channel, and for a file that is
 /// invalid at this time; of kind limit beyond the limits.
-pub(super) fn apply_pointers(
+pub(super) fn apply_animation_pointers(
     time: f64,
     text: &[u8],
     reader: &AccessorReader<'_>,
@@ -188,7 +188,7 @@ pub(super) fn apply_pointers(
     budget: &mut DecodeBudget,
     warnings: &mut Warnings,
 ) -> ImportResult<Option<Document>> {
-    let values = evaluate_pointers(time, reader, warnings)?;
+    let values = evaluate_animation_pointers(time, reader, warnings)?;
     if values.is_empty() {
         return Ok(None);
     }
@@ -204,7 +204,7 @@ pub(super) fn apply_pointers(
     let mut file =
         file.map_err(|error| Fault::invalid_input(format!("is no valid glTF: {error}")))?;
     for (pointer, value) in values {
-        match find_slot(&mut file, &pointer) {
+        match find_json_property(&mut file, &pointer) {
             Some((holder, key)) => drop(holder.insert(key.to_owned(), value)),
             None => warnings.add(
                 WarningCode::Animation,
@@ -220,7 +220,7 @@ pub(super) fn apply_pointers(
 
 /// Evaluates all properties that are animated by pointers at a time in seconds. Returns the pointer
 /// of each property, without its first slash, and the property's value.
-fn evaluate_pointers(
+fn evaluate_animation_pointers(
     time: f64,
     reader: &AccessorReader<'_>,
     warnings: &mut Warnings,
@@ -303,7 +303,7 @@ fn to_json(kind: PropertyType, numbers: &[f64]) -> ImportResult<Value> {
 
 /// Finds the JSON object that holds a property, and the property's key. Creates a missing
 /// `pbrMetallicRoughness` object.
-fn find_slot<'v, 'p>(
+fn find_json_property<'v, 'p>(
     file: &'v mut Value,
     pointer: &'p str,
 ) -> Option<(&'v mut Map<String, Value>, &'p str)> {

@@ -98,7 +98,7 @@ impl<'a> Buffers<'a> {
     }
 
     /// Replaces the bytes of a compressed buffer view by the decoded bytes.
-    pub fn replace_view(&mut self, index: usize, bytes: Vec<u8>) {
+    pub fn set_decoded_view(&mut self, index: usize, bytes: Vec<u8>) {
         self.views.insert(index, bytes);
     }
 

@@ -47,7 +47,7 @@ pub(super) fn decode_compressed_data(
                 bytes.len()
             ))));
         }
-        buffers.replace_view(i, bytes);
+        buffers.set_decoded_view(i, bytes);
     }
     let primitives = document
         .meshes

@@ -38,7 +38,7 @@ pub(super) type DeformationKey = (Vec<u64>, Option<usize>, bool);
 
 impl MeshDeformation {
     /// Returns a key that is equal for equal deformations.
-    pub fn key(&self) -> DeformationKey {
+    pub fn deformation_key(&self) -> DeformationKey {
         (
             self.weights.iter().map(|weight| weight.to_bits()).collect(),
             self.skin.as_ref().map(|skin| skin.index),
@@ -118,12 +118,12 @@ impl GltfImport<'_> {
             return Ok(Rc::clone(known));
         }
         let skin = self
-            .compute_skin(index)
+            .compute_skin_transforms(index)
             .map_err(|fault| fault.with_place(format_args!("skins[{index}]")))?;
         Ok(Rc::clone(self.skins.entry(index).or_insert(Rc::new(skin))))
     }
 
-    fn compute_skin(&mut self, index: usize) -> ImportResult<SkinTransforms> {
+    fn compute_skin_transforms(&mut self, index: usize) -> ImportResult<SkinTransforms> {
         let Document { skins, nodes, .. } = self.document;
         let skin = skins
             .get(index)
@@ -179,7 +179,7 @@ impl GltfImport<'_> {
 
     /// Deforms the selected vertices of a primitive: morph targets first, then the skin. `count` is
     /// the number of vertices in the file.
-    pub(super) fn deform(
+    pub(super) fn deform_vertices(
         &mut self,
         primitive: &PrimitiveEntry,
         pose: &MeshDeformation,

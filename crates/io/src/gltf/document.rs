@@ -160,10 +160,10 @@ fn parse_typed(text: &[u8], warnings: &mut Warnings) -> ImportResult<Document> {
             }) = serde_json::from_slice(text)
             {
                 check_version(&asset, warnings)?;
-                super::extensions::check_required(&extensions_required)?;
+                super::extensions::check_required_extensions(&extensions_required)?;
             }
             let path = if error.is_data() {
-                json::path_at(text, error.line(), error.column())
+                json::json_path_at(text, error.line(), error.column())
             } else {
                 String::new()
             };
@@ -180,7 +180,7 @@ fn parse_typed(text: &[u8], warnings: &mut Warnings) -> ImportResult<Document> {
     json.end()
         .map_err(|error| Fault::invalid_input(format!("is no valid glTF: {error}")))?;
     check_version(&document.asset, warnings)?;
-    super::extensions::check_required(&document.extensions_required)?;
+    super::extensions::check_required_extensions(&document.extensions_required)?;
     Ok(document)
 }
 

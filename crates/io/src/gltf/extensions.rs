@@ -48,7 +48,7 @@ pub(super) fn is_supported(name: &str) -> bool {
 ///
 /// # Errors
 /// A fault of kind input that names the extensions.
-pub(super) fn check_required(required: &[String]) -> ImportResult<()> {
+pub(super) fn check_required_extensions(required: &[String]) -> ImportResult<()> {
     let missing: Vec<&str> = required
         .iter()
         .filter(|name| !is_supported(name))
@@ -70,7 +70,10 @@ pub(super) fn check_required(required: &[String]) -> ImportResult<()> {
 
 /// Warns about unsupported extensions among `named`. Unsupported extensions of materials are not
 /// included: they are reported for each material that they change.
-pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings: &mut Warnings) {
+pub(super) fn warn_unsupported_extensions<'a>(
+    named: impl Iterator<Item = &'a String>,
+    warnings: &mut Warnings,
+) {
     let of_materials =
         |name: &str| name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_");
     for name in named.filter(|name| !SUPPORTED.contains(&name.as_str()) && !of_materials(name)) {

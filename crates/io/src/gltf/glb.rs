@@ -58,7 +58,7 @@ pub(super) fn parse<'a>(
     let (mut json, mut binary) = (None, None);
     let mut number = 0_usize;
     while !rest.is_empty() {
-        let (kind, data, after) = split_chunk(rest)
+        let (kind, data, after) = split_off_chunk(rest)
             .map_err(|fault| fault.with_place(format_args!("GLB chunk {number}")))?;
         match kind {
             b"JSON" if number == 0 => json = Some(data),
@@ -88,7 +88,7 @@ pub(super) fn parse<'a>(
 
 /// Splits off the first chunk. Returns the type and the data of the chunk, and the bytes after the
 /// chunk.
-fn split_chunk(bytes: &[u8]) -> ImportResult<(&[u8], &[u8], &[u8])> {
+fn split_off_chunk(bytes: &[u8]) -> ImportResult<(&[u8], &[u8], &[u8])> {
     let (Some(length), Some(kind)) = (read_u32(bytes, 0), bytes.get(4..8)) else {
         return Err(Fault::invalid_input(
             "the file ends inside the chunk's header",
@@ -146,7 +146,7 @@ mod tests {
             (parts.json, parts.binary),
             (b"{}".as_slice(), Some(b"x".as_slice()))
         );
-        assert_eq!(warnings.into_list("x.glb").len(), 1);
+        assert_eq!(warnings.into_warnings("x.glb").len(), 1);
     }
 
     /// Protects: a length below the header's own size is refused; a subtraction from it would

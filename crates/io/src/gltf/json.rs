@@ -83,7 +83,7 @@ pub(super) fn rewrite_json(text: &[u8]) -> Option<RewrittenJson> {
                     .last_mut()
                     .filter(|holder| holder.is_object && holder.name.is_none())
                 {
-                    out.record_name(holder, token, line);
+                    out.record_member_name(holder, token, line);
                 }
                 out.text.extend_from_slice(token);
             }
@@ -110,7 +110,7 @@ pub(super) fn rewrite_json(text: &[u8]) -> Option<RewrittenJson> {
 
 impl RewrittenJson {
     /// Records the name of a member, and overwrites an earlier member of the same name with spaces.
-    fn record_name(&mut self, holder: &mut OpenBracket, token: &[u8], line: usize) {
+    fn record_member_name(&mut self, holder: &mut OpenBracket, token: &[u8], line: usize) {
         let name = decode_string(token);
         let start = self.text.len();
         if let Some([from, to]) = holder.members.insert(name.clone(), [start; 2]) {
@@ -188,7 +188,7 @@ fn string_length(text: &[u8]) -> usize {
 /// value parsed last, or the next value. `line` and `column` count from 1; columns are in bytes.
 ///
 /// The path is computed only after a failure, so that parsing need not track paths.
-pub(super) fn path_at(text: &[u8], line: usize, column: usize) -> String {
+pub(super) fn json_path_at(text: &[u8], line: usize, column: usize) -> String {
     let lines: usize = text
         .split_inclusive(|byte| *byte == b'\n')
         .take(line.saturating_sub(1))
@@ -326,12 +326,12 @@ mod tests {
             let end = text.find(before).expect(before) + before.len();
             let start = text[..end].rfind('\n').map_or(0, |position| position + 1);
             assert_eq!(
-                path_at(text.as_bytes(), 1 + usize::from(start > 0), end - start),
+                json_path_at(text.as_bytes(), 1 + usize::from(start > 0), end - start),
                 expected,
                 "{before}"
             );
         }
-        assert_eq!(path_at(b"[1]", 7, 900), "");
+        assert_eq!(json_path_at(b"[1]", 7, 900), "");
     }
 
     /// Protects: rewriting takes time and memory proportional to any text: endless brackets,

@@ -27,9 +27,12 @@ impl GltfImport<'_> {
         self.add_iridescence(extensions, label, out)?;
         self.add_diffuse_transmission(extensions, label, out)?;
         if let Some(data) = &extensions.dispersion {
-            out.dispersion =
-                self.warnings
-                    .clamp(data.dispersion, [0.0, 400.0], label, "dispersion");
+            out.dispersion = self.warnings.clamp_with_warning(
+                data.dispersion,
+                [0.0, 400.0],
+                label,
+                "dispersion",
+            );
         }
         self.add_volume(extensions, label, out);
         Ok(())
@@ -64,8 +67,12 @@ impl GltfImport<'_> {
             return;
         }
         out.attenuation_distance = distance.map(|distance| {
-            self.warnings
-                .clamp(distance, [SMALLEST, FARTHEST], label, "attenuationDistance")
+            self.warnings.clamp_with_warning(
+                distance,
+                [SMALLEST, FARTHEST],
+                label,
+                "attenuationDistance",
+            )
         });
     }
 
@@ -85,7 +92,7 @@ impl GltfImport<'_> {
             self.texture_channel(data.specular_texture.as_ref(), Channel::Alpha)?;
         let colour = data.specular_color_factor.map(|c| {
             self.warnings
-                .clamp(c, [0.0, 1e6], label, "specularColorFactor")
+                .clamp_with_warning(c, [0.0, 1e6], label, "specularColorFactor")
         });
         out.specular_colour = Colour(colour).into();
         out.specular_colour_texture =
@@ -198,19 +205,22 @@ impl GltfImport<'_> {
             factor: factor.into(),
             factor_texture: self
                 .texture_channel(data.iridescence_texture.as_ref(), Channel::Red)?,
-            ior: self
-                .warnings
-                .clamp(data.iridescence_ior, Physical::IOR, label, "iridescenceIor"),
+            ior: self.warnings.clamp_with_warning(
+                data.iridescence_ior,
+                Physical::IOR,
+                label,
+                "iridescenceIor",
+            ),
             thickness: self
                 .warnings
-                .clamp(
+                .clamp_with_warning(
                     data.iridescence_thickness_maximum,
                     [0.0, 1e6],
                     label,
                     "iridescenceThicknessMaximum",
                 )
                 .into(),
-            thinnest: self.warnings.clamp(
+            thinnest: self.warnings.clamp_with_warning(
                 data.iridescence_thickness_minimum,
                 [0.0, 1e6],
                 label,

@@ -29,10 +29,11 @@ pub(super) fn convert_light(
     } else {
         GREATEST_INTENSITY
     };
-    let intensity = warnings.clamp(light.intensity.into(), [0.0, maximum], &label, "intensity");
+    let intensity =
+        warnings.clamp_with_warning(light.intensity.into(), [0.0, maximum], &label, "intensity");
     let colour = light
         .color
-        .map(|c| warnings.clamp(c.into(), [0.0, maximum], &label, "color"));
+        .map(|c| warnings.clamp_with_warning(c.into(), [0.0, maximum], &label, "color"));
     let colour = colour.map(|c| (c * intensity).min(maximum));
     // Lights shine along their node's -z.
     let Some(back) = instance.world.matrix3.z_axis.try_normalize() else {
@@ -90,7 +91,7 @@ fn light_range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f
         );
         return None;
     }
-    Some(warnings.clamp(range, [SMALLEST, FARTHEST], label, "range"))
+    Some(warnings.clamp_with_warning(range, [SMALLEST, FARTHEST], label, "range"))
 }
 
 /// Returns the inner and the outer angle of a spotlight, in degrees from the axis; `None` for an
@@ -109,9 +110,9 @@ fn spot_angles(spot: Option<&SpotCone>, label: &str, warnings: &mut Warnings) ->
     if outer <= 0.0 {
         return None;
     }
-    let outer = warnings.clamp(outer, [0.0, 90.0], label, "outerConeAngle in degrees");
+    let outer = warnings.clamp_with_warning(outer, [0.0, 90.0], label, "outerConeAngle in degrees");
     Some([
-        warnings.clamp(inner, [0.0, outer], label, "innerConeAngle in degrees"),
+        warnings.clamp_with_warning(inner, [0.0, outer], label, "innerConeAngle in degrees"),
         outer,
     ])
 }

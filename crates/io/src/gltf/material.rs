@@ -19,7 +19,7 @@ const MOST_NORMAL_SCALE: f64 = 1e6;
 /// Name and index of a converted material, and the properties that a mesh of this material depends
 /// on.
 #[derive(Clone, Debug)]
-pub(super) struct UsedMaterial {
+pub(super) struct ConvertedMaterial {
     /// Name in the scene.
     pub name: String,
     /// Index in the scene's list of materials.
@@ -35,7 +35,10 @@ pub(super) struct UsedMaterial {
 impl GltfImport<'_> {
     /// Returns the material of a primitive, converted on first use; `None` selects the
     /// specification's default material.
-    pub(super) fn convert_material(&mut self, index: Option<usize>) -> ImportResult<UsedMaterial> {
+    pub(super) fn convert_material(
+        &mut self,
+        index: Option<usize>,
+    ) -> ImportResult<ConvertedMaterial> {
         if let Some(known) = self.materials.get(&index) {
             return Ok(known.clone());
         }
@@ -58,7 +61,7 @@ impl GltfImport<'_> {
             .fields()
             .into_iter()
             .filter_map(|field| field.value.texture());
-        let used = UsedMaterial {
+        let used = ConvertedMaterial {
             name: self
                 .names
                 .materials
@@ -72,7 +75,7 @@ impl GltfImport<'_> {
                 || model.active_anisotropy().is_some(),
             uv_sets: textures.map(|(_, texture)| texture.uv_set).collect(),
         };
-        self.record_unsupported(source, &used.name);
+        self.record_unsupported_extensions(source, &used.name);
         self.scene.materials.push(Material {
             name: used.name.clone(),
             model: MaterialModel::Physical(Box::new(model)),
@@ -82,7 +85,7 @@ impl GltfImport<'_> {
     }
 
     /// Enables vertex colours in a material, for a mesh that has vertex colours.
-    pub(super) fn enable_vertex_colours(&mut self, material: &UsedMaterial) {
+    pub(super) fn enable_vertex_colours(&mut self, material: &ConvertedMaterial) {
         if let Some(Material {
             model: MaterialModel::Physical(model),
             ..
@@ -93,7 +96,7 @@ impl GltfImport<'_> {
     }
 
     fn convert_physical(&mut self, source: &Source, label: &str) -> ImportResult<Physical> {
-        self.warn_unsupported(source, label);
+        self.warn_occlusion_texture(source, label);
         let pbr = &source.pbr_metallic_roughness;
         let extensions = &source.extensions;
         let [r, g, b, a] = pbr.base_color_factor.map(f64::from);
@@ -131,9 +134,12 @@ impl GltfImport<'_> {
                 // equivalent.
                 let cutoff = f64::from(source.alpha_cutoff.unwrap_or(0.5)).min(2.0);
                 AlphaMode::Mask {
-                    cutoff: self
-                        .warnings
-                        .clamp(cutoff, [0.0, 2.0], label, "alphaCutoff"),
+                    cutoff: self.warnings.clamp_with_warning(
+                        cutoff,
+                        [0.0, 2.0],
+                        label,
+                        "alphaCutoff",
+                    ),
                 }
             }
             Some("BLEND") => AlphaMode::Blend,
@@ -180,7 +186,7 @@ impl GltfImport<'_> {
 
     /// Records the unsupported extensions of a material in the scene. The effects report lists them
     /// if an object uses the material.
-    fn record_unsupported(&mut self, source: &Source, material: &str) {
+    fn record_unsupported_extensions(&mut self, source: &Source, material: &str) {
         let extensions = &source.extensions;
         let unread = |label: String| UnsupportedProperty {
             material: material.to_owned(),
@@ -193,7 +199,7 @@ impl GltfImport<'_> {
     }
 
     /// Warns about an occlusion texture, which is ignored.
-    fn warn_unsupported(&mut self, source: &Source, label: &str) {
+    fn warn_occlusion_texture(&mut self, source: &Source, label: &str) {
         if source.occlusion_texture.is_some() {
             self.warnings.add(
                 WarningCode::Conversion,
@@ -208,9 +214,9 @@ impl GltfImport<'_> {
             .emissive_strength
             .as_ref()
             .map_or(1.0, |s| f64::from(s.emissive_strength));
-        let strength = self
-            .warnings
-            .clamp(strength, [0.0, GREATEST], label, "emissiveStrength");
+        let strength =
+            self.warnings
+                .clamp_with_warning(strength, [0.0, GREATEST], label, "emissiveStrength");
         Colour(
             source
                 .emissive_factor
@@ -235,12 +241,13 @@ impl GltfImport<'_> {
             return 1.5;
         }
         self.warnings
-            .clamp(value, Physical::IOR, label, "the index of refraction")
+            .clamp_with_warning(value, Physical::IOR, label, "the index of refraction")
     }
 
     /// Clamps a factor to 0..1, with a warning, because a larger factor would add energy.
     pub(super) fn clamp_unit(&mut self, value: f64, label: &str, subject: &str) -> f64 {
-        self.warnings.clamp(value, [0.0, 1.0], label, subject)
+        self.warnings
+            .clamp_with_warning(value, [0.0, 1.0], label, subject)
     }
 
     /// Clamps the scale of a normal map to ±1e6, with a warning. At larger scales the normals would
@@ -252,7 +259,7 @@ impl GltfImport<'_> {
         subject: &str,
     ) -> f64 {
         normal.map_or(1.0, |normal| {
-            self.warnings.clamp(
+            self.warnings.clamp_with_warning(
                 normal.scale.into(),
                 [-MOST_NORMAL_SCALE, MOST_NORMAL_SCALE],
                 label,

@@ -8,7 +8,7 @@ use super::accessor::Accessor;
 use super::deform::{DeformingMesh, MeshDeformation, read_dvec3_list};
 use super::document::Document;
 use super::entries::PrimitiveEntry;
-use super::material::UsedMaterial;
+use super::material::ConvertedMaterial;
 use super::texture::MOST_UV_SETS;
 use super::vertices::{VertexSelection, map_in_parallel, select_used_vertices};
 use crate::import::{Fault, ImportResult};
@@ -20,7 +20,7 @@ impl<'a> GltfImport<'a> {
     pub(super) fn convert_primitive(
         &mut self,
         primitive: &PrimitiveEntry,
-        material: &UsedMaterial,
+        material: &ConvertedMaterial,
         pose: &MeshDeformation,
         (mesh, part): (usize, usize),
     ) -> ImportResult<Option<MeshData>> {
@@ -49,20 +49,22 @@ impl<'a> GltfImport<'a> {
         };
         let corners = self.read_triangles(primitive, mode, positions.count())?;
         self.work
-            .report_done(declared_counts(self.document, primitive)[1]);
+            .report_done(declared_vertex_and_index_counts(self.document, primitive)[1]);
         let (vertices, indices) = select_used_vertices(corners, positions.count());
         self.budget.reserve_memory(
             vertices.len(),
             size_of::<[f32; 3]>() * 2 + size_of::<[f32; 4]>(),
         )?;
         let mut data = MeshData {
-            positions: vertices.gather(|v| positions.read_vector::<3>(v)).into(),
+            positions: vertices
+                .map_selected_vertices(|v| positions.read_vector::<3>(v))
+                .into(),
             indices,
             ..MeshData::default()
         };
         let mut moving = DeformingMesh::default();
         if let Some(normals) = self.open_vertex_attribute(primitive, "NORMAL", &[3], &positions)? {
-            data.normals = vertices.gather(|v| normals.read_vector(v));
+            data.normals = vertices.map_selected_vertices(|v| normals.read_vector(v));
             moving.normals = if pose.is_identity() {
                 Vec::new()
             } else {
@@ -73,7 +75,7 @@ impl<'a> GltfImport<'a> {
             self.budget
                 .reserve_memory(vertices.len(), 2 * size_of::<DVec3>())?;
             moving.positions = read_dvec3_list(&positions, &vertices);
-            self.deform(primitive, pose, &vertices, positions.count(), &mut moving)?;
+            self.deform_vertices(primitive, pose, &vertices, positions.count(), &mut moving)?;
             let single =
                 |list: Vec<DVec3>| list.into_iter().map(|v| v.as_vec3().to_array()).collect();
             (data.positions, data.normals) = (moving.positions.into(), single(moving.normals));
@@ -97,9 +99,10 @@ impl<'a> GltfImport<'a> {
         if let Some(mut colours) =
             self.open_vertex_attribute(primitive, "COLOR_0", &[3, 4], &positions)?
         {
-            colours.normalise_integers();
+            colours.mark_as_normalised();
             let opaque = colours.element_arity() == 3;
-            data.colours = vertices.gather(|v| clamp_colour(colours.read_vector(v), opaque));
+            data.colours =
+                vertices.map_selected_vertices(|v| clamp_colour(colours.read_vector(v), opaque));
             self.enable_vertex_colours(material);
         }
         let dropped = mesh_tools::drop_non_finite_triangles(&mut data);
@@ -191,7 +194,7 @@ impl<'a> GltfImport<'a> {
     fn read_texture_coordinates(
         &mut self,
         primitive: &PrimitiveEntry,
-        material: &UsedMaterial,
+        material: &ConvertedMaterial,
         positions: &Accessor,
         vertices: &VertexSelection,
         place: &str,
@@ -207,7 +210,9 @@ impl<'a> GltfImport<'a> {
         )?;
         for set in 0..own.max(requested) {
             match self.open_vertex_attribute(primitive, &uv_attribute_name(set), &[2], positions)? {
-                Some(uv) => sets.push(vertices.gather(|v| uv.read_vector(v).map(finite_or_zero))),
+                Some(uv) => sets.push(
+                    vertices.map_selected_vertices(|v| uv.read_vector(v).map(finite_or_zero)),
+                ),
                 None => {
                     sets.push(vec![[0.0; 2]; vertices.len()]);
                     missing.push(set);
@@ -307,7 +312,10 @@ fn uv_attribute_name(set: u32) -> String {
 }
 
 /// Returns the number of vertices and the number of indices that a primitive declares.
-pub(super) fn declared_counts(document: &Document, primitive: &PrimitiveEntry) -> [u64; 2] {
+pub(super) fn declared_vertex_and_index_counts(
+    document: &Document,
+    primitive: &PrimitiveEntry,
+) -> [u64; 2] {
     let count = |index: u32| {
         document
             .accessors

@@ -48,7 +48,7 @@ use animation::AnimatedTransform;
 use buffers::{Buffers, missing_index_fault};
 use deform::{DeformationKey, SkinsByIndex};
 use document::Document;
-use material::UsedMaterial;
+use material::ConvertedMaterial;
 use nodes::NodeInstance;
 use specular_glossiness::RoughnessBaker;
 
@@ -132,7 +132,7 @@ impl ImportSource<'_> {
             .transpose()?;
         choice
             .animation
-            .map(|wish| model_choice::keep_animation(&mut document, wish))
+            .map(|wish| model_choice::select_animation(&mut document, wish))
             .transpose()?;
         // Images of unused materials are not read, but no output may replace them either.
         document
@@ -152,7 +152,7 @@ impl ImportSource<'_> {
         let moved = choice
             .time
             .map(|time| {
-                animation_pointer::apply_pointers(
+                animation_pointer::apply_animation_pointers(
                     time,
                     json,
                     &keyed,
@@ -166,7 +166,7 @@ impl ImportSource<'_> {
             document = moved;
             choice
                 .animation
-                .map(|wish| model_choice::keep_animation(&mut document, wish))
+                .map(|wish| model_choice::select_animation(&mut document, wish))
                 .transpose()?;
         }
         let reader = AccessorReader {
@@ -231,7 +231,7 @@ struct ImportedNames {
 
 /// A mesh that was added to the scene: its name and its index.
 #[derive(Clone, Debug)]
-struct UsedMesh {
+struct ConvertedMesh {
     name: String,
     /// Index in the scene's list of meshes.
     index: usize,
@@ -251,7 +251,7 @@ struct GltfImport<'a> {
     scene: Scene,
     names: ImportedNames,
     /// Converted materials, by index in the file; the key `None` is the default material.
-    materials: HashMap<Option<usize>, UsedMaterial>,
+    materials: HashMap<Option<usize>, ConvertedMaterial>,
     /// Names of textures in the scene, by texture index in the file and by whether the texture
     /// holds colours; the name is `None` if the image is unreadable.
     textures: HashMap<(usize, bool), Option<String>>,
@@ -264,7 +264,7 @@ struct GltfImport<'a> {
     work: ImportProgress<'a>,
     /// Converted meshes, by the indices of mesh and primitive and by the deformation; `None` for a
     /// primitive without triangles.
-    meshes: HashMap<(usize, usize, DeformationKey), Option<UsedMesh>>,
+    meshes: HashMap<(usize, usize, DeformationKey), Option<ConvertedMesh>>,
     /// Animated properties at the chosen time, by node index.
     animated_nodes: HashMap<usize, AnimatedTransform>,
     /// World transforms of nodes, by index.
@@ -282,7 +282,7 @@ impl GltfImport<'_> {
         scene: Option<usize>,
         time: Option<f64>,
     ) -> ImportResult<ImportedModel> {
-        extensions::warn_ignored(self.document.extensions(), &mut self.warnings);
+        extensions::warn_unsupported_extensions(self.document.extensions(), &mut self.warnings);
         let moved = match time {
             Some(time) => animation::evaluate_animations(
                 time,
@@ -320,7 +320,7 @@ impl GltfImport<'_> {
             );
         }
         let (waiting, work) = (core::mem::take(&mut self.image_queue), &self.work);
-        let report = waiting.decode(&mut self.scene.images, self.limits, &|| {
+        let report = waiting.decode_images(&mut self.scene.images, self.limits, &|| {
             work.report_done(ImportProgress::IMAGE_COST)
         })?;
         for reason in report.errors {
@@ -333,7 +333,8 @@ impl GltfImport<'_> {
             .remarks
             .into_iter()
             .for_each(|(code, remark)| self.warnings.add(code, remark));
-        core::mem::take(&mut self.roughness_baker).bake(&mut self.scene, &mut self.budget)?;
+        core::mem::take(&mut self.roughness_baker)
+            .bake_roughness_images(&mut self.scene, &mut self.budget)?;
         drop_missing_images(&mut self.scene);
         if self.scene.objects.is_empty() {
             self.warnings.add(
@@ -344,7 +345,7 @@ impl GltfImport<'_> {
         let contents = model_choice::list_contents(self.document, &self.reader);
         Ok(ImportedModel {
             scene: validate_scene(self.scene)?,
-            warnings: self.warnings.into_list(self.file.display()),
+            warnings: self.warnings.into_warnings(self.file.display()),
             contents,
         })
     }
@@ -362,7 +363,7 @@ impl GltfImport<'_> {
             .filter_map(|&mesh| self.document.meshes.get(mesh as usize))
             .flat_map(|mesh| &mesh.primitives);
         primitives
-            .flat_map(|primitive| mesh::declared_counts(self.document, primitive))
+            .flat_map(|primitive| mesh::declared_vertex_and_index_counts(self.document, primitive))
             .fold(0, u64::saturating_add)
     }
 

@@ -157,7 +157,7 @@ pub(super) fn find_scene(document: &Document, wish: &str) -> ImportResult<usize>
 ///
 /// # Errors
 /// A fault of kind choice that lists the animations.
-pub(super) fn keep_animation(document: &mut Document, wish: &str) -> ImportResult<()> {
+pub(super) fn select_animation(document: &mut Document, wish: &str) -> ImportResult<()> {
     let names: Vec<&str> = document
         .animations
         .iter()

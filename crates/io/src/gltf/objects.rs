@@ -9,9 +9,9 @@ use raywright_core::scene::{Mesh, MeshSource, Object, Shape, SideRule};
 use super::accessor::Accessor;
 use super::buffers::missing_index_fault;
 use super::entries::{MeshInstancing, NodeEntry, PrimitiveEntry};
-use super::material::UsedMaterial;
+use super::material::ConvertedMaterial;
 use super::nodes::NodeInstance;
-use super::{GltfImport, UsedMesh, mesh};
+use super::{ConvertedMesh, GltfImport, mesh};
 use crate::import::{Fault, ImportResult};
 use crate::mesh_tools;
 use crate::warning::WarningCode;
@@ -86,7 +86,7 @@ impl<'a> GltfImport<'a> {
 
     /// Returns the world transforms of a mesh's instances, each transform once. Repeated
     /// transforms, and transforms beyond the range of coordinates, are dropped with a warning.
-    fn distinct_transforms(
+    fn distinct_instance_transforms(
         &mut self,
         places: &InstanceTransforms<'_>,
         world: &DAffine3,
@@ -145,9 +145,9 @@ impl<'a> GltfImport<'a> {
         let shape = list
             .get(index)
             .ok_or_else(|| missing_index_fault("meshes", index, list.len()))?;
-        let key = pose.key();
+        let key = pose.deformation_key();
         let places = places
-            .map(|places| self.distinct_transforms(&places, &world, instance.node))
+            .map(|places| self.distinct_instance_transforms(&places, &world, instance.node))
             .transpose()?;
         for (i, primitive) in shape.primitives.iter().enumerate() {
             let place =
@@ -167,7 +167,7 @@ impl<'a> GltfImport<'a> {
                         .filter(|name| !name.is_empty())
                         .unwrap_or("mesh");
                     let used = data.map(|data| {
-                        let used = UsedMesh {
+                        let used = ConvertedMesh {
                             name: self.names.meshes.make_unique(wish),
                             index: self.scene.meshes.len(),
                         };
@@ -178,8 +178,9 @@ impl<'a> GltfImport<'a> {
                         });
                         used
                     });
-                    self.work
-                        .report_done(mesh::declared_counts(self.document, primitive)[0]);
+                    self.work.report_done(
+                        mesh::declared_vertex_and_index_counts(self.document, primitive)[0],
+                    );
                     self.meshes.insert((index, i, key.clone()), used.clone());
                     used
                 }
@@ -220,14 +221,14 @@ impl<'a> GltfImport<'a> {
     fn add_object(
         &mut self,
         name: &str,
-        mesh: &UsedMesh,
-        material: &UsedMaterial,
+        mesh: &ConvertedMesh,
+        material: &ConvertedMaterial,
         world: &DAffine3,
     ) -> ImportResult<()> {
         self.budget.reserve_object()?;
         let (mesh, transform) = match mesh_tools::is_invertible(world) {
             true => (mesh.name.clone(), mesh_tools::transform_steps(world)),
-            false => match self.flatten_mesh(mesh, world)? {
+            false => match self.copy_mesh_to_world_space(mesh, world)? {
                 Some(mesh) => (mesh, Vec::new()),
                 None => return Ok(()),
             },
@@ -252,7 +253,11 @@ impl<'a> GltfImport<'a> {
     /// Copies a mesh to world space, for a node whose transform is singular. The copy is needed
     /// because rays cannot be transformed to the space of that node. Returns the name of the copy,
     /// or `None` if no triangle is within the range of coordinates.
-    fn flatten_mesh(&mut self, mesh: &UsedMesh, world: &DAffine3) -> ImportResult<Option<String>> {
+    fn copy_mesh_to_world_space(
+        &mut self,
+        mesh: &ConvertedMesh,
+        world: &DAffine3,
+    ) -> ImportResult<Option<String>> {
         let source = self
             .scene
             .meshes

@@ -119,7 +119,11 @@ impl RoughnessBaker {
     ///
     /// # Errors
     /// A fault of kind limit when the budget is exceeded.
-    pub fn bake(self, scene: &mut Scene, budget: &mut DecodeBudget) -> ImportResult<()> {
+    pub fn bake_roughness_images(
+        self,
+        scene: &mut Scene,
+        budget: &mut DecodeBudget,
+    ) -> ImportResult<()> {
         if self.bakes.is_empty() {
             return Ok(());
         }

@@ -12,7 +12,7 @@ use raywright_core::validate::FARTHEST;
 use super::GltfImport;
 use super::buffers::missing_index_fault;
 use super::entries::{ImageEntry, TextureEntry, TextureInfo, TextureSampler, TextureTransform};
-use crate::import::{Fault, ImportResult, tolerate_invalid};
+use crate::import::{Fault, ImportResult, catch_invalid_input};
 use crate::warning::WarningCode;
 use crate::{image_file, uri};
 
@@ -38,7 +38,7 @@ impl<'a> GltfImport<'a> {
     ) -> ImportResult<Option<TextureRef>> {
         let Some(info) = info else { return Ok(None) };
         let index = info.index as usize;
-        let name = match tolerate_invalid(self.convert_texture(index, used_as))? {
+        let name = match catch_invalid_input(self.convert_texture(index, used_as))? {
             Ok(name) => name,
             Err(reason) => {
                 self.warnings.add(
@@ -168,10 +168,10 @@ impl<'a> GltfImport<'a> {
             .ok_or_else(|| missing_index_fault("images", index, list.len()))?;
         let place = |fault: Fault| fault.with_place(format_args!("images[{index}]"));
         let accepted = self.read_image_bytes(source).and_then(|bytes| {
-            image_file::reserve_memory(&bytes, self.limits, &mut self.budget)?;
+            image_file::reserve_picture_memory(&bytes, self.limits, &mut self.budget)?;
             Ok(bytes)
         });
-        let name = match tolerate_invalid(accepted.map_err(place))? {
+        let name = match catch_invalid_input(accepted.map_err(place))? {
             Ok(bytes) => {
                 let file = self
                     .file
@@ -190,8 +190,11 @@ impl<'a> GltfImport<'a> {
                         .filter(|name| !name.is_empty())
                         .unwrap_or(&path),
                 );
-                self.image_queue
-                    .add(self.scene.images.len(), format!("images[{index}]"), bytes);
+                self.image_queue.add_image(
+                    self.scene.images.len(),
+                    format!("images[{index}]"),
+                    bytes,
+                );
                 self.scene.images.push(SceneImage {
                     name: name.clone(),
                     path,

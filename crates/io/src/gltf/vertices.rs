@@ -23,7 +23,7 @@ impl VertexSelection {
 
     /// Calls `value_of` with the file index of each selected vertex. Returns the results in
     /// ascending order of the indices.
-    pub fn gather<T: Send>(&self, value_of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    pub fn map_selected_vertices<T: Send>(&self, value_of: impl Fn(usize) -> T + Sync) -> Vec<T> {
         match self {
             Self::All(count) => map_in_parallel(*count, value_of),
             Self::Some(list) => map_in_parallel(list.len(), |i| value_of(list[i] as usize)),

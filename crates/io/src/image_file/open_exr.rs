@@ -201,7 +201,7 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage
     pixels
         .as_flattened_mut()
         .iter_mut()
-        .for_each(|value| *value = unusable.repair(*value));
+        .for_each(|value| *value = unusable.repair_channel_value(*value));
     let (width, height) = (window.size.0 as u32, window.size.1 as u32);
     let remarks = remark.into_iter().chain(unusable.summary()).collect();
     Ok(DecodedImage {

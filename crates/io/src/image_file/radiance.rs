@@ -147,7 +147,7 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage
             let [r, g, b] = scan_lines
                 .get_pixel(x, y)
                 .0
-                .map(|value| unusable.repair(value));
+                .map(|value| unusable.repair_channel_value(value));
             pixels.push([r, g, b, 1.0]);
         }
     }

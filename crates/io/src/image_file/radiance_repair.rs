@@ -18,7 +18,7 @@ pub(super) struct InvalidRadianceCounts {
 impl InvalidRadianceCounts {
     /// Returns `value` if it is valid as radiance, otherwise the nearest valid value (0 for NaN).
     /// Replaced values are counted.
-    pub fn repair(&mut self, value: f32) -> f32 {
+    pub fn repair_channel_value(&mut self, value: f32) -> f32 {
         if (0.0..=GREATEST).contains(&value) {
             return value;
         }

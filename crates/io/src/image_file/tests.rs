@@ -95,7 +95,8 @@ fn palettes_agree_with_the_general_decoder() {
     for (width, height) in [(1, 1), (31, 17), (256, 3)] {
         for alphas in [&[][..], &[0, 128, 7], &[9; 200], &[9; 201]] {
             let file = written(width, height, alphas);
-            let general = decode_with(ImageFormat::Png, &file, &Limits::default()).unwrap();
+            let general =
+                decode_with_image_crate(ImageFormat::Png, &file, &Limits::default()).unwrap();
             let PixelData::Codes(expected) = general.pixels else {
                 panic!("codes")
             };
@@ -117,7 +118,7 @@ fn palettes_agree_with_the_general_decoder() {
             let cut = &file[..file.len() - 24];
             assert_eq!(
                 decode(cut, &Limits::default()).is_err(),
-                decode_with(ImageFormat::Png, cut, &Limits::default()).is_err()
+                decode_with_image_crate(ImageFormat::Png, cut, &Limits::default()).is_err()
             );
         }
     }
@@ -387,7 +388,7 @@ fn pictures_claim_what_they_become() {
                 memory_bytes,
                 ..Limits::default()
             };
-            reserve_memory(&bytes, &limits, &mut DecodeBudget::new(&limits))
+            reserve_picture_memory(&bytes, &limits, &mut DecodeBudget::new(&limits))
         };
         assert!(claimed(needed).is_ok(), "{needed}");
         assert_eq!(

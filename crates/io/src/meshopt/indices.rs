@@ -2,7 +2,7 @@
 //! vertices. A packet of an index sequence holds differences to one of two recent indices.
 
 use super::{
-    PacketFault, TOO_LONG, TOO_SHORT, WRONG_STRIDE, decode_zigzag, parse_header, take_bytes,
+    PacketFault, TOO_LONG, TOO_SHORT, WRONG_STRIDE, decode_zigzag, parse_header, split_off_bytes,
 };
 
 /// Ring buffer of the sixteen latest entries.
@@ -35,7 +35,7 @@ impl<T: Copy> RingBuffer<T> {
 fn read_varint(rest: &mut &[u8]) -> Result<u32, PacketFault> {
     let mut value = 0;
     for shift in (0..35).step_by(7) {
-        let byte = take_bytes(rest, 1)?[0];
+        let byte = split_off_bytes(rest, 1)?[0];
         value |= u32::from(byte & 127) << shift;
         if byte < 128 {
             break;
@@ -56,7 +56,7 @@ struct IndexDecoder<'p> {
 
 impl IndexDecoder<'_> {
     /// Returns the lowest unused vertex index, which counts as used from now on.
-    fn next_new_index(&mut self) -> u32 {
+    fn take_unused_index(&mut self) -> u32 {
         self.new = self.new.wrapping_add(1);
         self.new.wrapping_sub(1)
     }
@@ -65,7 +65,7 @@ impl IndexDecoder<'_> {
     /// and 15 a placeholder, which [`Self::read_explicit_corner`] replaces.
     fn decode_corner(&mut self, code: u8) -> u32 {
         if code == 0 {
-            self.next_new_index()
+            self.take_unused_index()
         } else {
             self.recent.nth_latest(code.into())
         }
@@ -101,7 +101,7 @@ impl IndexDecoder<'_> {
     /// Reads the third corner of a triangle that has a recent edge.
     fn decode_third_corner(&mut self, code: u8, version: u8) -> Result<u32, PacketFault> {
         let mut corner = match code {
-            0 => self.next_new_index(),
+            0 => self.take_unused_index(),
             13 if version > 0 => self.last.wrapping_sub(1),
             14 if version > 0 => self.last.wrapping_add(1),
             1..15 => return Ok(self.recent.nth_latest(usize::from(code) + 1)),
@@ -129,7 +129,7 @@ pub(crate) fn decode_triangles(
         return Err("the number of indices is not a multiple of 3");
     }
     let (version, mut rest) = parse_header(packet, 0xe0)?;
-    let codes = take_bytes(&mut rest, count / 3)?;
+    let codes = split_off_bytes(&mut rest, count / 3)?;
     let (rest, table) = rest.split_last_chunk::<16>().ok_or(TOO_SHORT)?;
     let mut edges = RingBuffer::new([u32::MAX; 2]);
     let mut corners = IndexDecoder {
@@ -147,7 +147,7 @@ pub(crate) fn decode_triangles(
         } else {
             let is_written = low >= 14;
             let two = if is_written {
-                take_bytes(&mut corners.rest, 1)?[0]
+                split_off_bytes(&mut corners.rest, 1)?[0]
             } else {
                 table[usize::from(low)]
             };

@@ -34,7 +34,7 @@ fn parse_header(packet: &[u8], kind: u8) -> Result<(u8, &[u8]), PacketFault> {
 }
 
 /// Removes `length` bytes from the front of `rest`, and returns them.
-fn take_bytes<'p>(rest: &mut &'p [u8], length: usize) -> Result<&'p [u8], PacketFault> {
+fn split_off_bytes<'p>(rest: &mut &'p [u8], length: usize) -> Result<&'p [u8], PacketFault> {
     rest.split_off(..length).ok_or(TOO_SHORT)
 }
 

@@ -3,7 +3,7 @@
 //! other bytes.
 
 use super::{
-    PacketFault, TOO_LONG, TOO_SHORT, WRONG_STRIDE, decode_zigzag, parse_header, take_bytes,
+    PacketFault, TOO_LONG, TOO_SHORT, WRONG_STRIDE, decode_zigzag, parse_header, split_off_bytes,
 };
 
 /// Number of vertices in a group. The differences of a group are coded with the same number of
@@ -43,12 +43,12 @@ pub(crate) fn decode_vertices(
         let here = maximum.min(count - start);
         out.resize((start + here) * stride, 0);
         let block = &mut out[start * stride..];
-        let controls = take_bytes(&mut rest, words)?;
+        let controls = split_off_bytes(&mut rest, words)?;
         for word in 0..stride / 4 {
             let control = controls.get(word).copied();
             let mut planes = [[0; BLOCK]; 4];
             for (byte, plane) in planes.iter_mut().enumerate() {
-                read_plane(
+                read_byte_plane(
                     &mut rest,
                     control.map(|control| control >> (2 * byte) & 3),
                     &mut plane[..here.next_multiple_of(GROUP)],
@@ -56,7 +56,7 @@ pub(crate) fn decode_vertices(
                 )?;
             }
             let rule = rules.get(word).copied().unwrap_or(0);
-            sum_differences(
+            decode_word_differences(
                 &planes,
                 rule,
                 &last[4 * word..][..4],
@@ -76,7 +76,7 @@ pub(crate) fn decode_vertices(
 /// Reads the differences of one byte position for each vertex in a block. In version 1, `control`
 /// selects the coding of the differences, such as the possible numbers of bits; `None` stands for
 /// version 0.
-fn read_plane(
+fn read_byte_plane(
     rest: &mut &[u8],
     control: Option<u8>,
     plane: &mut [u8],
@@ -88,13 +88,13 @@ fn read_plane(
         Some(1) => [1, 2, 4, 8],
         Some(2) => return Ok(()),
         Some(_) => {
-            plane[..count].copy_from_slice(take_bytes(rest, count)?);
+            plane[..count].copy_from_slice(split_off_bytes(rest, count)?);
             return Ok(());
         }
     };
-    let choices = take_bytes(rest, (plane.len() / GROUP).div_ceil(4))?;
+    let choices = split_off_bytes(rest, (plane.len() / GROUP).div_ceil(4))?;
     for (i, group) in plane.as_chunks_mut().0.iter_mut().enumerate() {
-        read_group(
+        read_byte_group(
             rest,
             widths[usize::from(choices[i / 4] >> (2 * (i % 4)) & 3)],
             group,
@@ -105,19 +105,23 @@ fn read_plane(
 
 /// Reads the differences of a group, coded with `bits` bits each. The largest code means that the
 /// difference follows the group as a whole byte.
-fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<(), PacketFault> {
+fn read_byte_group(
+    rest: &mut &[u8],
+    bits: usize,
+    group: &mut [u8; GROUP],
+) -> Result<(), PacketFault> {
     if matches!(bits, 0 | 8) {
-        group[..2 * bits].copy_from_slice(take_bytes(rest, 2 * bits)?);
+        group[..2 * bits].copy_from_slice(split_off_bytes(rest, 2 * bits)?);
         return Ok(());
     }
-    let (packed, largest) = (take_bytes(rest, 2 * bits)?, (1 << bits) - 1);
+    let (packed, largest) = (split_off_bytes(rest, 2 * bits)?, (1 << bits) - 1);
     for (i, value) in group.iter_mut().enumerate() {
         let index = i * bits % 8;
         // Codes of one bit start at the lowest bit of a byte, all other codes at the highest.
         let shift = if bits == 1 { index } else { 8 - bits - index };
         let code = packed[i * bits / 8] >> shift & largest;
         *value = if code == largest {
-            take_bytes(rest, 1)?[0]
+            split_off_bytes(rest, 1)?[0]
         } else {
             code
         };
@@ -128,7 +132,7 @@ fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<
 /// Adds up the differences of a 32-bit word from vertex to vertex, and stores the word in every
 /// vertex of a block. `rule` selects the kind of difference: of bytes, of 16-bit numbers, or the
 /// exclusive or of whole words, with rotated bits.
-fn sum_differences(
+fn decode_word_differences(
     planes: &[BytePlane; 4],
     rule: u8,
     last: &[u8],

@@ -89,12 +89,12 @@ impl<'a> TableEntries<'a> {
     }
 
     /// Returns the entry whose key was read last, and a reader of its value.
-    fn take_current(&mut self) -> Result<(&'a TableEntry, ValueReader<'a>), ReadFailure> {
+    fn take_current_entry(&mut self) -> Result<(&'a TableEntry, ValueReader<'a>), ReadFailure> {
         let entry = self
             .value
             .take()
             .ok_or_else(|| ReadFailure::new("a value without its key"))?;
-        Ok((entry, self.reader.enter(entry)))
+        Ok((entry, self.reader.enter_table_entry(entry)))
     }
 }
 
@@ -120,7 +120,7 @@ impl<'a> MapAccess<'a> for TableEntries<'a> {
         &mut self,
         seed: V,
     ) -> Result<V::Value, ReadFailure> {
-        let (entry, reader) = self.take_current()?;
+        let (entry, reader) = self.take_current_entry()?;
         seed.deserialize(reader)
             .map_err(|failure| add_key_to_path(failure, entry))
     }

@@ -66,7 +66,7 @@ impl<'a> ValueReader<'a> {
         }
     }
 
-    pub fn enter(self, entry: &'a TableEntry) -> Self {
+    pub fn enter_table_entry(self, entry: &'a TableEntry) -> Self {
         Self {
             node: &entry.node,
             name: &entry.key,
@@ -123,7 +123,7 @@ impl<'a> ValueReader<'a> {
 
     /// Creates the failure for an error in the value's expression, at the position of the error.
     fn expression_failure(&self, error: expr::ExprError) -> ReadFailure {
-        let span = self.node.span_within(self.context.text, &error.span);
+        let span = self.node.span_of_text_part(self.context.text, &error.span);
         let message = format!("in the expression of {self}: {}", error.message);
         let mut failure = ReadFailure::new(message).with_span(span);
         failure.hint = error.hint;
@@ -202,7 +202,7 @@ impl<'a> ValueReader<'a> {
     fn check_keys(&self, keys: &[&str]) -> Result<&'a [TableEntry], ReadFailure> {
         let entries = self
             .read_table()
-            .map_err(|failure| self.explain_header(failure))?;
+            .map_err(|failure| self.explain_header_brackets(failure))?;
         for entry in entries
             .iter()
             .filter(|entry| !keys.contains(&entry.key.as_str()))
@@ -226,7 +226,7 @@ impl<'a> ValueReader<'a> {
 
     /// Adds advice if a TOML header has double brackets for a single table, or single brackets for
     /// a list of tables.
-    fn explain_header(&self, failure: ReadFailure) -> ReadFailure {
+    fn explain_header_brackets(&self, failure: ReadFailure) -> ReadFailure {
         let header = self
             .context
             .text
@@ -344,7 +344,7 @@ impl<'a> Deserializer<'a> for ValueReader<'a> {
     fn deserialize_seq<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         let items = self
             .read_array()
-            .map_err(|failure| self.explain_header(failure))?;
+            .map_err(|failure| self.explain_header_brackets(failure))?;
         self.with_location(visitor.visit_seq(ArrayItems::new(self, items)))
     }
 

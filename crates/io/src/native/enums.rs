@@ -52,7 +52,7 @@ impl<'a> VariantReader<'a> {
     }
 
     /// Returns a reader of the content under the word, or a failure that shows the required syntax.
-    fn read_content(&self, keys: &[&str]) -> Result<ValueReader<'a>, ReadFailure> {
+    fn read_variant_content(&self, keys: &[&str]) -> Result<ValueReader<'a>, ReadFailure> {
         match self.content {
             Some(node) => Ok(ValueReader {
                 node,
@@ -112,7 +112,7 @@ impl<'a> VariantAccess<'a> for VariantReader<'a> {
         seed: T,
     ) -> Result<T::Value, ReadFailure> {
         let result = self
-            .read_content(&[])
+            .read_variant_content(&[])
             .and_then(|content| seed.deserialize(content));
         self.add_variant_to_path(result)
     }
@@ -123,7 +123,7 @@ impl<'a> VariantAccess<'a> for VariantReader<'a> {
         visitor: V,
     ) -> Result<V::Value, ReadFailure> {
         let result = self
-            .read_content(&[])
+            .read_variant_content(&[])
             .and_then(|content| content.deserialize_tuple(length, visitor));
         self.add_variant_to_path(result)
     }
@@ -134,7 +134,7 @@ impl<'a> VariantAccess<'a> for VariantReader<'a> {
         visitor: V,
     ) -> Result<V::Value, ReadFailure> {
         let result = self
-            .read_content(keys)
+            .read_variant_content(keys)
             .and_then(|content| content.read_struct(keys, visitor));
         self.add_variant_to_path(result)
     }

@@ -8,7 +8,7 @@ use raywright_core::scene::{Image, MeshSource, Sky, SkyMap};
 use raywright_core::suggest::closest_word;
 use raywright_core::validate::{check_mesh_data, find_missing_uv_sets};
 
-use super::models::read_error;
+use super::models::unreadable_file_error;
 use super::{ParsedScene, colours, models};
 use crate::error::Error;
 use crate::error_kind::ErrorKind;
@@ -35,7 +35,7 @@ pub(crate) fn read_files(
     for i in 0..parsed.scene.images.len() {
         match read_image(parsed, i, outer)? {
             Ok(bytes) => {
-                image_file::reserve_memory(&bytes, limits, &mut budget)
+                image_file::reserve_picture_memory(&bytes, limits, &mut budget)
                     .map_err(|fault| image_error(parsed, i, &fault))?;
                 waiting.push((i, bytes));
             }
@@ -76,10 +76,10 @@ pub(crate) fn read_files(
             let at = format!("meshes[{i}].source.file");
             let bytes = outer
                 .read(reference)
-                .map_err(|why| read_error(parsed, &at, &why))?;
+                .map_err(|why| unreadable_file_error(parsed, &at, &why))?;
             let folder = outer
                 .folder_of_reference(reference)
-                .map_err(|why| read_error(parsed, &at, &why))?;
+                .map_err(|why| unreadable_file_error(parsed, &at, &why))?;
             let part = parsed.scene.meshes[i].model.clone().unwrap_or_default();
             let (mesh, more) =
                 mesh_file::read_mesh(Path::new(reference), &bytes, &folder, limits, &part)
@@ -134,7 +134,7 @@ fn read_image(
             // A missing texture changes a detail of the picture, but a missing sky picture would
             // change all of it.
             Err(ReadError::Unreadable(reason)) if !is_sky(parsed, name) => Ok(Err(reason)),
-            Err(why) => Err(read_error(parsed, &at, &why)),
+            Err(why) => Err(unreadable_file_error(parsed, &at, &why)),
         },
     }
 }

@@ -38,14 +38,14 @@ struct LoadedModel {
 }
 
 /// Names that the scene uses already; names of models must differ from them.
-struct TakenNames {
+struct UsedSceneNames {
     images: UniqueNames,
     textures: UniqueNames,
     materials: UniqueNames,
     meshes: UniqueNames,
 }
 
-impl TakenNames {
+impl UsedSceneNames {
     fn from_scene(scene: &Scene) -> Self {
         fn collect_names<'a>(names: impl Iterator<Item = &'a String>) -> UniqueNames {
             let mut taken = UniqueNames::default();
@@ -74,7 +74,7 @@ pub(super) fn add_models(
 ) -> Result<Vec<Warning>, Error> {
     let models = core::mem::take(&mut parsed.scene.models);
     let (mut taken, mut parts) = (
-        TakenNames::from_scene(&parsed.scene),
+        UsedSceneNames::from_scene(&parsed.scene),
         HashMap::<ModelKey, Rc<LoadedModel>>::new(),
     );
     let mut warnings = Vec::new();
@@ -94,7 +94,7 @@ pub(super) fn add_models(
                 let part = Rc::new(merge_model(
                     &mut parsed.scene,
                     scene,
-                    &name_prefix(model),
+                    &model_name_prefix(model),
                     &mut taken,
                 ));
                 parts.insert(key, Rc::clone(&part));
@@ -128,7 +128,7 @@ fn lengths(scene: &Scene) -> [(&'static str, usize); 6] {
 
 /// Returns the prefix of all names of a model: the model's own name or, without a name, the file
 /// name without extension.
-fn name_prefix(model: &ModelFile) -> String {
+fn model_name_prefix(model: &ModelFile) -> String {
     let stem = || {
         Path::new(&model.file)
             .file_stem()
@@ -153,10 +153,10 @@ fn load_model_file(
     let at = |key: &str| format!("models[{index}].{key}");
     let bytes = outer
         .read(&model.file)
-        .map_err(|why| read_error(parsed, &at("file"), &why))?;
+        .map_err(|why| unreadable_file_error(parsed, &at("file"), &why))?;
     let folder = outer
         .folder_of_reference(&model.file)
-        .map_err(|why| read_error(parsed, &at("file"), &why))?;
+        .map_err(|why| unreadable_file_error(parsed, &at("file"), &why))?;
     let file = Path::new(&model.file);
     let images = parsed
         .scene
@@ -188,7 +188,7 @@ fn load_model_file(
     ];
     if let Some((key, _)) = asks
         .iter()
-        .find(|(_, requested)| *requested && !format.has_choices())
+        .find(|(_, requested)| *requested && !format.has_model_choices())
     {
         let message = format!(
             "{} has no scenes, variants or animations to choose from: remove this key",
@@ -223,7 +223,7 @@ fn merge_model(
     scene: &mut Scene,
     mut own_scene: Scene,
     label: &str,
-    taken: &mut TakenNames,
+    taken: &mut UsedSceneNames,
 ) -> LoadedModel {
     let wish = |name: &str| format!("{label}/{name}");
     let (mut images, mut textures, mut materials, mut meshes) = (
@@ -359,7 +359,7 @@ fn place_model(
 }
 
 /// Creates the error for an unreadable file, at the position of the path `at` in the scene's text.
-pub(super) fn read_error(parsed: &ParsedScene<'_>, at: &str, why: &ReadError) -> Error {
+pub(super) fn unreadable_file_error(parsed: &ParsedScene<'_>, at: &str, why: &ReadError) -> Error {
     let kind = match why {
         ReadError::Refused(_) => ErrorKind::Input,
         ReadError::Unreadable(_) => ErrorKind::File,

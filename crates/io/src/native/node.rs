@@ -75,7 +75,7 @@ impl ValueNode {
 
     /// Returns the byte range in `source` of a part of this text value. If escapes or line breaks
     /// make the value differ from its spelling in the source, returns the range of the whole value.
-    pub fn span_within(&self, source: &str, part: &Range<usize>) -> Range<usize> {
+    pub fn span_of_text_part(&self, source: &str, part: &Range<usize>) -> Range<usize> {
         let TextValue::Text(text) = &self.value else {
             return self.span.clone();
         };

@@ -118,7 +118,7 @@ fn evaluate_number(
             Ok(value) => return value,
             Err(error) => Diagnostic {
                 message: format!("in the expression of `{name}`: {}", error.message),
-                span: Some(node.span_within(text, &error.span)),
+                span: Some(node.span_of_text_part(text, &error.span)),
                 label: String::new(),
                 hint: error.hint,
             },

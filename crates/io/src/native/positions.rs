@@ -15,7 +15,7 @@ pub(crate) fn diagnostic_from_problem(
 ) -> Diagnostic {
     let (node, whole) = find_value(root, &problem.path);
     let span = match problem.span {
-        Some(part) if whole => node.span_within(text, &part),
+        Some(part) if whole => node.span_of_text_part(text, &part),
         _ => node.span.clone(),
     };
     // Problems of the root have no position; they belong to the file.

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use glam::{DVec3, Vec3};
 use raywright_core::scene::{MeshData, VertexPositions, choose_origin};
 
-use super::survey::{FaceRun, NormalSource};
+use super::survey::{FaceGroup, NormalSource};
 use crate::import::{Fault, ImportResult};
 use crate::mesh_tools::decode_vertex_colour;
 use crate::polygon::{self, EarClipper};
@@ -29,10 +29,10 @@ type PositionKey = (u32, [u32; 3]);
 /// # Errors
 /// A fault of kind limit for too many vertices or oversized concave polygons.
 pub(super) fn build_meshes(
-    runs: &[FaceRun],
+    runs: &[FaceGroup],
     models: Vec<tobj::Model>,
 ) -> ImportResult<Vec<MaterialMesh>> {
-    let models: Vec<(FaceRun, tobj::Mesh)> = models
+    let models: Vec<(FaceGroup, tobj::Mesh)> = models
         .into_iter()
         .filter_map(|model| Some((*runs.get(model.name.parse::<usize>().ok()?)?, model.mesh)))
         .collect();
@@ -90,12 +90,12 @@ fn split_polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = &[u32]> {
 }
 
 fn vertex_position(mesh: &tobj::Mesh, origin: DVec3, vertex: u32) -> [f32; 3] {
-    (DVec3::from(read_triple(&mesh.positions, vertex as usize)) - origin)
+    (DVec3::from(read_three_numbers(&mesh.positions, vertex as usize)) - origin)
         .as_vec3()
         .to_array()
 }
 
-fn read_triple(values: &[f64], i: usize) -> [f64; 3] {
+fn read_three_numbers(values: &[f64], i: usize) -> [f64; 3] {
     values
         .get(3 * i..)
         .and_then(|rest| rest.first_chunk())
@@ -120,7 +120,7 @@ fn position_key(group: u32, p: [f32; 3]) -> PositionKey {
 /// Returns the sum of the polygons' normals, weighted by area, for each smoothing group and
 /// position.
 fn sum_smooth_normals(
-    models: &[(FaceRun, tobj::Mesh)],
+    models: &[(FaceGroup, tobj::Mesh)],
     origin: DVec3,
 ) -> HashMap<PositionKey, DVec3> {
     let mut sums = HashMap::new();
@@ -151,7 +151,7 @@ fn sum_smooth_normals(
 /// Appends the vertices of a run of faces, which share material and kind of normals, to a mesh.
 fn append_vertices(
     out: &mut MeshData,
-    run: &FaceRun,
+    run: &FaceGroup,
     (mesh, origin): (&tobj::Mesh, DVec3),
     normals: &HashMap<PositionKey, DVec3>,
     scale: f32,
@@ -167,7 +167,7 @@ fn append_vertices(
         NormalSource::Flat => {}
         NormalSource::FromFile => out
             .normals
-            .extend((0..count).map(|i| to_f32(read_triple(&mesh.normals, i)))),
+            .extend((0..count).map(|i| to_f32(read_three_numbers(&mesh.normals, i)))),
         NormalSource::Group(group) => out.normals.extend(vertices().map(|p| {
             let sum = normals
                 .get(&position_key(group, p))
@@ -179,7 +179,9 @@ fn append_vertices(
     append_uvs(out, run, mesh, before, count);
     if !mesh.vertex_color.is_empty() {
         out.colours.extend((0..count).map(|i| {
-            decode_vertex_colour(to_f32(read_triple(&mesh.vertex_color, i)).map(|c| c * scale))
+            decode_vertex_colour(
+                to_f32(read_three_numbers(&mesh.vertex_color, i)).map(|c| c * scale),
+            )
         }));
     }
     Ok(())
@@ -212,7 +214,7 @@ fn append_triangles(
 
 /// Appends the texture coordinates of a run of faces to a mesh. If only some runs of the mesh have
 /// texture coordinates, the vertices of the other runs get zeros.
-fn append_uvs(out: &mut MeshData, run: &FaceRun, mesh: &tobj::Mesh, before: usize, count: usize) {
+fn append_uvs(out: &mut MeshData, run: &FaceGroup, mesh: &tobj::Mesh, before: usize, count: usize) {
     if run.has_uvs && out.uvs.is_empty() {
         out.uvs.push(vec![[0.0; 2]; before]);
     }

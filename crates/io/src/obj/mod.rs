@@ -32,7 +32,7 @@ use crate::{Error, Limits, mesh_tools};
 
 use mesh::MaterialMesh;
 use mtl::MaterialLibrary;
-use survey::ObjSurvey;
+use survey::RewrittenObj;
 use texture::TextureLoader;
 
 /// Imports an OBJ file from its bytes, with the material libraries and images beside the file.
@@ -58,7 +58,8 @@ fn import(
     let mut warnings = Warnings::default();
     let mut budget = DecodeBudget::new(limits);
     refuse_non_text(bytes)?;
-    let survey = survey::survey_obj(&lines::decode_text(bytes), &mut budget, &mut warnings)?;
+    let survey =
+        survey::check_and_rewrite_obj(&lines::decode_text(bytes), &mut budget, &mut warnings)?;
     let library = mtl::load(&survey.libraries, folder, &mut warnings)?;
     let models = parse_rewritten_text(&survey)?;
     let parts = mesh::build_meshes(&survey.runs, models)?;
@@ -169,12 +170,15 @@ fn build_scene(
             "the file has no triangles: nothing to see",
         );
     }
-    Ok((validate_scene(scene)?, warnings.into_list(file.display())))
+    Ok((
+        validate_scene(scene)?,
+        warnings.into_warnings(file.display()),
+    ))
 }
 
 /// Parses the rewritten text with `tobj`. Returns a model for each run of faces: its vertices and
 /// polygons.
-fn parse_rewritten_text(survey: &ObjSurvey) -> ImportResult<Vec<tobj::Model>> {
+fn parse_rewritten_text(survey: &RewrittenObj) -> ImportResult<Vec<tobj::Model>> {
     let options = tobj::LoadOptions {
         single_index: true,
         ..tobj::LoadOptions::default()
@@ -227,9 +231,9 @@ impl<'a> MaterialConverter<'a> {
     ) -> ImportResult<()> {
         let mut statements = Vec::new();
         for part in parts {
-            let source = self
-                .library
-                .get(self.name_in_file(part.material), false, warnings);
+            let source =
+                self.library
+                    .find_material(self.name_in_file(part.material), false, warnings);
             statements.extend(material::image_statements(&source).map(str::to_owned));
         }
         self.textures.load(
@@ -253,7 +257,9 @@ impl<'a> MaterialConverter<'a> {
             return name.clone();
         }
         let label = self.name_in_file(number).to_owned();
-        let source = self.library.get(&label, number.is_some(), warnings);
+        let source = self
+            .library
+            .find_material(&label, number.is_some(), warnings);
         let mut model =
             material::convert_material(source.as_ref(), &mut self.textures, scene, warnings);
         model.vertex_colours = coloured;

@@ -53,7 +53,7 @@ impl MaterialLibrary {
 
     /// Returns the material with this name, or the default material if no library has the name.
     /// `requested` states that the file uses the name, so that a missing material gives a warning.
-    pub fn get(
+    pub fn find_material(
         &self,
         name: &str,
         requested: bool,
@@ -244,7 +244,7 @@ mod tests {
         let mut warnings = Warnings::default();
         let safe = repair_text(text, &mut warnings);
         let (materials, _) = tobj::load_mtl_buf(&mut safe.as_bytes()).unwrap();
-        assert_eq!(warnings.into_list("f").len(), 4);
+        assert_eq!(warnings.into_warnings("f").len(), 4);
         let [unnamed, named] = materials.as_slice() else {
             panic!("{materials:?}")
         };

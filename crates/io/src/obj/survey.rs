@@ -5,7 +5,7 @@
 //! reject numbers of other programs, lose smoothing groups and the names of unknown materials,
 //! shift vertex colours when only some vertices have colours, take index 0 for "none", and compute
 //! with indices before checking their range; its errors name no line. The rewritten text has all
-//! vertices first. Then follows a group for each [`FaceRun`], named by the run's index, with valid
+//! vertices first. Then follows a group for each [`FaceGroup`], named by the run's index, with valid
 //! absolute indices.
 
 use std::collections::HashMap;
@@ -16,7 +16,7 @@ use crate::import::{DecodeBudget, Fault, ImportResult, Warnings, sanitise_text};
 use crate::text::{not_a_number_fault, parse_number_prefix};
 use crate::warning::WarningCode;
 
-/// Source of the normals for a run of faces (faces with the same properties, see [`FaceRun`]).
+/// Source of the normals for a run of faces (faces with the same properties, see [`FaceGroup`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum NormalSource {
     /// Flat facets.
@@ -30,8 +30,8 @@ pub(super) enum NormalSource {
 /// Properties that all faces of a run have in common. The faces of a run form a group of the
 /// rewritten text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct FaceRun {
-    /// Index into [`ObjSurvey::materials`]; `None` before the first `usemtl`.
+pub(super) struct FaceGroup {
+    /// Index into [`RewrittenObj::materials`]; `None` before the first `usemtl`.
     pub material: Option<usize>,
     /// Source of the normals.
     pub normal_source: NormalSource,
@@ -41,12 +41,12 @@ pub(super) struct FaceRun {
 
 /// Result of the first pass.
 #[derive(Debug, Default)]
-pub(super) struct ObjSurvey {
+pub(super) struct RewrittenObj {
     /// The rewritten text.
     pub text: String,
     /// Properties of the runs of faces, by index; the index is the name of the run's group in the
     /// rewritten text.
-    pub runs: Vec<FaceRun>,
+    pub runs: Vec<FaceGroup>,
     /// Names of materials in order of first use.
     pub materials: Vec<String>,
     /// Text after each `mtllib`.
@@ -56,8 +56,8 @@ pub(super) struct ObjSurvey {
 /// Number of positions, number of texture coordinates, number of normals.
 type VertexCounts = [usize; 3];
 
-struct SurveyPass<'s, 'a> {
-    survey: ObjSurvey,
+struct ObjRewriter<'s, 'a> {
+    survey: RewrittenObj,
     warnings: &'s mut Warnings,
     totals: VertexCounts,
     counts: VertexCounts,
@@ -65,7 +65,7 @@ struct SurveyPass<'s, 'a> {
     material: Option<usize>,
     smoothing: u32,
     material_numbers: HashMap<&'a str, usize>,
-    run_numbers: HashMap<FaceRun, usize>,
+    run_numbers: HashMap<FaceGroup, usize>,
     /// Text of the faces of each run, in the rewritten form.
     faces: Vec<String>,
     /// References to texture coordinates that do not exist, and to normals that do not exist.
@@ -83,11 +83,11 @@ struct DanglingReferences {
 ///
 /// # Errors
 /// A fault of kind input that names line and cause; of kind limit beyond any limit.
-pub(super) fn survey_obj(
+pub(super) fn check_and_rewrite_obj(
     text: &str,
     budget: &mut DecodeBudget,
     warnings: &mut Warnings,
-) -> ImportResult<ObjSurvey> {
+) -> ImportResult<RewrittenObj> {
     let (totals, coloured, corners) = count_elements(text);
     // The budget covers a second copy of the text, the data of `tobj` for each vertex and corner,
     // and the resulting meshes.
@@ -95,8 +95,8 @@ pub(super) fn survey_obj(
     budget.reserve_memory(totals.iter().sum::<usize>(), 48)?;
     budget.reserve_memory(corners, 128)?;
     budget.reserve_triangles(corners)?;
-    let mut walk = SurveyPass {
-        survey: ObjSurvey::default(),
+    let mut walk = ObjRewriter {
+        survey: RewrittenObj::default(),
         warnings,
         totals,
         counts: [0; 3],
@@ -131,7 +131,7 @@ pub(super) fn survey_obj(
     if !lost.is_empty() {
         walk.warnings.add(WarningCode::Geometry, lost.join("; "));
     }
-    let SurveyPass {
+    let ObjRewriter {
         mut survey, faces, ..
     } = walk;
     for (i, faces) in faces.iter().enumerate() {
@@ -160,12 +160,12 @@ fn count_elements(text: &str) -> (VertexCounts, bool, usize) {
     (counts, coloured, corners)
 }
 
-impl<'a> SurveyPass<'_, 'a> {
+impl<'a> ObjRewriter<'_, 'a> {
     fn read_statement(&mut self, statement: &Statement<'a>) -> ImportResult<()> {
         match statement.keyword {
             "v" => self.read_position(statement.rest)?,
-            "vt" => self.read_attribute(1, "vt", statement.rest, 1..=2)?,
-            "vn" => self.read_attribute(2, "vn", statement.rest, 3..=3)?,
+            "vt" => self.read_vertex_attribute(1, "vt", statement.rest, 1..=2)?,
+            "vn" => self.read_vertex_attribute(2, "vn", statement.rest, 3..=3)?,
             "f" | "fo" => self.read_face(statement)?,
             "usemtl" => {
                 let next = self.material_numbers.len();
@@ -232,7 +232,7 @@ impl<'a> SurveyPass<'_, 'a> {
     }
 
     /// Reads a texture coordinate or a normal; optional numbers default to zero.
-    fn read_attribute(
+    fn read_vertex_attribute(
         &mut self,
         kind: usize,
         keyword: &str,
@@ -292,7 +292,7 @@ impl<'a> SurveyPass<'_, 'a> {
             0 => NormalSource::Flat,
             group => NormalSource::Group(group),
         };
-        let run = FaceRun {
+        let run = FaceGroup {
             material: self.material,
             normal_source: shading,
             has_uvs: textured,

@@ -10,7 +10,9 @@ use raywright_core::scene::{
 use super::lines::normalise_path;
 use crate::folder::Folder;
 use crate::image_decode_queue::ImageDecodeQueue;
-use crate::import::{DecodeBudget, Fault, ImportResult, UniqueNames, Warnings, tolerate_invalid};
+use crate::import::{
+    DecodeBudget, Fault, ImportResult, UniqueNames, Warnings, catch_invalid_input,
+};
 use crate::text::parse_number_prefix;
 use crate::warning::WarningCode;
 use crate::{Limits, image_file};
@@ -196,13 +198,13 @@ impl<'f> TextureLoader<'f> {
                 .read(&path)
                 .map_err(Fault::from)
                 .and_then(|bytes| {
-                    image_file::reserve_memory(&bytes, self.limits, budget)
+                    image_file::reserve_picture_memory(&bytes, self.limits, budget)
                         .map_err(|fault| fault.with_place(format_args!("`{path}`")))?;
                     Ok(bytes)
                 });
-            match tolerate_invalid(accepted)? {
+            match catch_invalid_input(accepted)? {
                 Ok(bytes) => {
-                    waiting.add(scene.images.len(), format!("`{path}`"), bytes.into());
+                    waiting.add_image(scene.images.len(), format!("`{path}`"), bytes.into());
                     scene.images.push(Image {
                         name: path.clone(),
                         path,
@@ -213,7 +215,7 @@ impl<'f> TextureLoader<'f> {
                 Err(reason) => warnings.add(WarningCode::Picture, warn(reason)),
             }
         }
-        let report = waiting.decode(&mut scene.images, self.limits, &|| {})?;
+        let report = waiting.decode_images(&mut scene.images, self.limits, &|| {})?;
         report
             .errors
             .into_iter()

@@ -90,7 +90,7 @@ impl AnimationWriter {
     ///
     /// # Errors
     /// A picture of another size or transparency than the first picture, or a failed write.
-    pub fn add(&mut self, picture: &Picture, display: Display) -> io::Result<()> {
+    pub fn add_picture(&mut self, picture: &Picture, display: Display) -> io::Result<()> {
         let display = Display {
             output: OutputFormat::Eight,
             ..display
@@ -118,7 +118,7 @@ impl AnimationWriter {
         };
         let png = encode_png(&picture, display, &PictureMetadata::default())?;
         if self.spool.write_all(&png).is_err() {
-            self.move_spool()?;
+            self.move_temporary_file()?;
             self.spool.write_all(&png)?;
         }
         self.lengths.push(png.len());
@@ -127,7 +127,7 @@ impl AnimationWriter {
 
     /// Moves the added pictures from the folder of the output file, which is full, to the system's
     /// temporary folder.
-    fn move_spool(&mut self) -> io::Result<()> {
+    fn move_temporary_file(&mut self) -> io::Result<()> {
         let mut spool = tempfile::tempfile()?;
         self.spool.seek(SeekFrom::Start(0))?;
         let whole = self.lengths.iter().map(|&length| length as u64).sum();
@@ -274,7 +274,9 @@ mod tests {
                 alpha,
                 ..Picture::new(4, 3)
             };
-            animation.add(&picture, Display::PLAIN).expect("one size");
+            animation
+                .add_picture(&picture, Display::PLAIN)
+                .expect("one size");
         }
         animation.to_bytes().expect("all of them")
     }
@@ -327,7 +329,9 @@ mod tests {
                     rgb,
                     ..Picture::new(4, 3)
                 };
-                animation.add(&picture, Display::PLAIN).expect("room");
+                animation
+                    .add_picture(&picture, Display::PLAIN)
+                    .expect("room");
             }
             animation.to_bytes().expect("all of them")
         };
@@ -377,7 +381,7 @@ mod tests {
             )
             .expect("a spool");
             animation
-                .add(
+                .add_picture(
                     &picture,
                     Display {
                         background,

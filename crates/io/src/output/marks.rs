@@ -58,12 +58,12 @@ pub fn write_marked_picture(
     let letters: Vec<char> = note.chars().take(room).collect();
     let top = image.height().saturating_sub(LETTER_HEIGHT + 1);
     draw_outlined_text(&mut image, [1, top], &letters, NOTE_COLOUR);
-    let bytes =
-        encode_png(&image, display, metadata).map_err(|cause| Error::unwritable(path, &cause))?;
+    let bytes = encode_marked_png(&image, display, metadata)
+        .map_err(|cause| Error::unwritable(path, &cause))?;
     write_atomically(path, &bytes)
 }
 
-fn encode_png(
+fn encode_marked_png(
     image: &RgbImage,
     display: Display,
     metadata: &PictureMetadata,

@@ -47,12 +47,12 @@ impl PictureMetadata {
 
     /// Returns the value of a setting, such as `gamma`.
     pub fn setting(&self, name: &str) -> Option<&str> {
-        find_value(&self.settings, name)
+        find_named_value(&self.settings, name)
     }
 
     /// Returns the value of a name in the error entry, such as `root_relmse`.
     pub fn error_value(&self, name: &str) -> Option<&str> {
-        find_value(&self.error, name)
+        find_named_value(&self.error, name)
     }
 
     /// Returns the non-empty entries, each with its name in PNG, its name in OpenEXR, and its text.
@@ -91,7 +91,7 @@ pub(super) const SOFTWARE: &str = "software";
 
 /// Returns the value of `name` in an entry that consists of `name=value` words. A value may be in
 /// single quotes.
-fn find_value<'a>(entry: &'a str, name: &str) -> Option<&'a str> {
+fn find_named_value<'a>(entry: &'a str, name: &str) -> Option<&'a str> {
     let starts = entry
         .match_indices(name)
         .map(|(position, _)| position)

@@ -128,19 +128,19 @@ pub fn write_picture_as(
 }
 
 /// Writes a picture under a default name, not chosen by the user. Only a picture that this program
-/// wrote is replaced. If another file has the name, or `is_free` returns false for the name, the
+/// wrote is replaced. If another file has the name, or `is_free_path` returns false for the name, the
 /// next numbered name (`NAME-2.EXT`) is tried. Returns the path that was written.
 ///
 /// # Errors
 /// As [`write_picture`].
-pub fn write_unnamed_picture(
+pub fn write_picture_without_overwriting(
     path: &Path,
     picture: &Picture,
     display: Display,
     metadata: &PictureMetadata,
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<PathBuf, Error> {
-    write_unnamed_file(
+    write_file_without_overwriting(
         path,
         &encode_picture(
             path,
@@ -153,11 +153,11 @@ pub fn write_unnamed_picture(
     )
 }
 
-/// Writes the bytes of a file of any kind, otherwise as [`write_unnamed_picture`].
+/// Writes the bytes of a file of any kind, otherwise as [`write_picture_without_overwriting`].
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
-pub fn write_unnamed_file(
+pub fn write_file_without_overwriting(
     path: &Path,
     bytes: &[u8],
     is_free: impl Fn(&Path) -> bool,
@@ -187,7 +187,7 @@ fn numbered_path(path: &Path, number: u32) -> PathBuf {
     if number == 1 {
         path.to_owned()
     } else {
-        with_suffix(path, &format!("-{number}"))
+        insert_suffix_before_extension(path, &format!("-{number}"))
     }
 }
 
@@ -233,8 +233,8 @@ pub fn write_exr(path: &Path, picture: &Picture, metadata: &PictureMetadata) -> 
 }
 
 /// Returns the name for the unfinished picture of an interrupted render: `NAME.partial.EXT`.
-pub fn partial_name(path: &Path) -> PathBuf {
-    with_suffix(path, ".partial")
+pub fn partial_picture_path(path: &Path) -> PathBuf {
+    insert_suffix_before_extension(path, ".partial")
 }
 
 /// Longest file name in bytes on common file systems.
@@ -242,7 +242,7 @@ const LONGEST_NAME: usize = 255;
 
 /// Inserts a suffix between stem and extension of a file name. If the new name is too long for a
 /// file system, the stem is truncated.
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+fn insert_suffix_before_extension(path: &Path, suffix: &str) -> PathBuf {
     let mut end = OsString::from(suffix);
     if let Some(extension) = path.extension() {
         end.push(".");
@@ -281,7 +281,7 @@ pub fn pixel_hash(picture: &Picture) -> String {
 }
 
 /// Refuses a picture whose buffers do not match its width and height.
-fn check_consistent(picture: &Picture) -> std::io::Result<()> {
+fn check_buffer_sizes(picture: &Picture) -> std::io::Result<()> {
     if picture.pixel_count() == 0 {
         return Err(std::io::Error::other("the picture has no pixels"));
     }

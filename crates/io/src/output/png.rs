@@ -21,7 +21,7 @@ pub fn encode_png(
     display: Display,
     metadata: &PictureMetadata,
 ) -> io::Result<Vec<u8>> {
-    super::check_consistent(picture)?;
+    super::check_buffer_sizes(picture)?;
     let mut bytes = Vec::new();
     let encoder = create_encoder(
         &mut bytes,

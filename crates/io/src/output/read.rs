@@ -273,7 +273,7 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, PictureFai
     let headers = MetaData::read_from_buffered(Cursor::new(bytes), false)?.headers;
     let mut bytes_a_pixel = 0;
     for header in &headers {
-        check_part(header, &headers[0])?;
+        check_exr_part(header, &headers[0])?;
         let Vec2(width, height) = header.layer_size;
         bytes_a_pixel += 4 * header.channels.list.len() as u64;
         check_size(
@@ -291,12 +291,12 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, PictureFai
         .all_layers()
         .all_attributes()
         .from_buffered(Cursor::new(bytes))?;
-    assemble_picture(image)
+    assemble_exr_picture(image)
 }
 
 /// Refuses an OpenEXR part with unsupported features, and a part whose size or position differs
 /// from the first part.
-fn check_part(header: &Header, first: &Header) -> Result<(), PictureFailure> {
+fn check_exr_part(header: &Header, first: &Header) -> Result<(), PictureFailure> {
     let refuse = |label: &str| {
         Err(PictureFailure::Wrong(format!(
             "the OpenEXR file has {label}"
@@ -329,7 +329,7 @@ pub(crate) fn decoder_can_abort(compression: Compression) -> bool {
     matches!(compression, Compression::DWAA(_) | Compression::DWAB(_))
 }
 
-fn assemble_picture(image: FlatImage) -> Result<StoredPicture, PictureFailure> {
+fn assemble_exr_picture(image: FlatImage) -> Result<StoredPicture, PictureFailure> {
     let several = image.layer_data.len() > 1;
     let first = image
         .layer_data
@@ -381,7 +381,7 @@ fn assemble_picture(image: FlatImage) -> Result<StoredPicture, PictureFailure> {
             });
         }
     }
-    let has_colour = extract_colour(&mut picture);
+    let has_colour = move_colour_out_of_layers(&mut picture);
     if !picture.is_consistent() {
         return Err(PictureFailure::Wrong(
             "the OpenEXR file cannot be read: a channel does not match its width and height"
@@ -418,7 +418,7 @@ fn to_f32(samples: FlatSamples) -> Vec<f32> {
 
 /// Moves the colour channels (`R`, `G`, `B`, or `Y` alone as grey) and the coverage `A` from the
 /// layers to the picture's own buffers. Returns whether the file has colour.
-fn extract_colour(picture: &mut Picture) -> bool {
+fn move_colour_out_of_layers(picture: &mut Picture) -> bool {
     let mut take = |name: &str| {
         let index = picture.layers.iter().position(|layer| layer.name == name)?;
         Some(picture.layers.swap_remove(index).samples)

@@ -60,7 +60,7 @@ impl ContactSheet {
     }
 
     /// Adds a picture, converted for display, with its label.
-    pub fn add(&mut self, picture: &Picture, display: Display, label: impl Into<String>) {
+    pub fn add_picture(&mut self, picture: &Picture, display: Display, label: impl Into<String>) {
         let image = composite_over_background(
             picture,
             Display {
@@ -268,9 +268,9 @@ mod tests {
     #[test]
     fn pictures_lie_in_rows() {
         let mut sheet = ContactSheet::new(3);
-        sheet.add(&plain(960, 480, 1.0), Display::PLAIN, "first");
-        sheet.add(&plain(100, 50, 0.0), Display::PLAIN, "");
-        sheet.add(
+        sheet.add_picture(&plain(960, 480, 1.0), Display::PLAIN, "first");
+        sheet.add_picture(&plain(100, 50, 0.0), Display::PLAIN, "");
+        sheet.add_picture(
             &Picture {
                 alpha: Some(vec![0.0; 480 * 240]),
                 ..plain(480, 240, 0.0)
@@ -325,7 +325,7 @@ mod tests {
     #[test]
     fn high_pictures_fit_their_place() {
         let mut sheet = ContactSheet::new(4);
-        sheet.add(&plain(300, 1200, 1.0), Display::PLAIN, "high");
+        sheet.add_picture(&plain(300, 1200, 1.0), Display::PLAIN, "high");
         let image = sheet.draw_rows();
         assert_eq!(
             [image.width(), image.height()],

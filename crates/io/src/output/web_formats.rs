@@ -28,7 +28,7 @@ pub fn encode_jpeg(
         ));
     }
     let mut bytes = Vec::new();
-    encode_with(
+    encode_display_picture(
         JpegEncoder::new_with_quality(&mut bytes, quality),
         picture,
         display,
@@ -48,7 +48,7 @@ pub fn encode_webp(
     metadata: &PictureMetadata,
 ) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    encode_with(
+    encode_display_picture(
         WebPEncoder::new_lossless(&mut bytes),
         picture,
         display,
@@ -57,13 +57,13 @@ pub fn encode_webp(
     Ok(bytes)
 }
 
-fn encode_with(
+fn encode_display_picture(
     mut encoder: impl ImageEncoder,
     picture: &Picture,
     display: Display,
     metadata: &PictureMetadata,
 ) -> io::Result<()> {
-    super::check_consistent(picture)?;
+    super::check_buffer_sizes(picture)?;
     let exif = exif::encode_block(metadata);
     if !exif.is_empty() {
         encoder.set_exif_metadata(exif).map_err(io::Error::other)?;

@@ -112,7 +112,7 @@ impl PlyFaces {
         if let Some((red, _)) = red.filter(|_| coloured) {
             (self.has_colours, self.colours) = (true, VertexColours::from_number_type(red.number));
         }
-        self.fill_defaults(mapped);
+        self.fill_missing_attributes(mapped);
         let numbered = !strips && roles.contains(&FacePropertyRole::Texture);
         if numbered {
             self.image_numbers.resize(self.arities.len(), NO_TEXTURE);
@@ -143,7 +143,7 @@ impl PlyFaces {
                 })
             };
             if strips {
-                self.add_strip(&row.corners, budget)
+                self.add_triangle_strip(&row.corners, budget)
                     .map_err(|fault| place(fault, values))?;
                 continue;
             }
@@ -172,7 +172,7 @@ impl PlyFaces {
     /// Fills up the lists of colours and texture coordinates with defaults, for polygons that have
     /// no value of their own. Colours are filled if any face has a colour, texture coordinates if
     /// `mapped` is set.
-    fn fill_defaults(&mut self, mapped: bool) {
+    fn fill_missing_attributes(&mut self, mapped: bool) {
         if self.has_colours {
             self.colours.pad_with_white(self.arities.len());
         }
@@ -183,7 +183,11 @@ impl PlyFaces {
 
     /// Adds the triangles of a strip; the index −1 starts a new strip. Every second triangle of a
     /// strip is reversed, so that all triangles have the same orientation.
-    fn add_strip(&mut self, corners: &[i64], budget: &mut DecodeBudget) -> ImportResult<()> {
+    fn add_triangle_strip(
+        &mut self,
+        corners: &[i64],
+        budget: &mut DecodeBudget,
+    ) -> ImportResult<()> {
         budget.reserve_memory(corners.len(), 32)?;
         for run in corners.split(|&corner| corner == -1) {
             for (i, window) in run.windows(3).enumerate() {
@@ -216,7 +220,7 @@ impl PlyFaces {
         budget: &mut DecodeBudget,
         warnings: &mut Warnings,
     ) -> ImportResult<(MeshData, Vec<i64>)> {
-        self.fill_defaults(self.has_uvs());
+        self.fill_missing_attributes(self.has_uvs());
         let count = vertices.positions.len();
         if let Some(vertex) = self
             .corners

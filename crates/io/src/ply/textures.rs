@@ -77,7 +77,7 @@ fn extract_triangles(mesh: &MeshData, triangles: &[[u32; 3]]) -> MeshData {
         .iter()
         .map(|triangle| triangle.map(&mut number))
         .collect();
-    fn gather_used<T: Copy>(used: &[u32], of: &[T]) -> Vec<T> {
+    fn gather_by_index<T: Copy>(used: &[u32], of: &[T]) -> Vec<T> {
         used.iter()
             .filter_map(|&vertex| of.get(vertex as usize))
             .copied()
@@ -87,9 +87,13 @@ fn extract_triangles(mesh: &MeshData, triangles: &[[u32; 3]]) -> MeshData {
         positions: mesh
             .positions
             .subset(used.iter().map(|&vertex| vertex as usize)),
-        normals: gather_used(&used, &mesh.normals),
-        colours: gather_used(&used, &mesh.colours),
-        uvs: mesh.uvs.iter().map(|set| gather_used(&used, set)).collect(),
+        normals: gather_by_index(&used, &mesh.normals),
+        colours: gather_by_index(&used, &mesh.colours),
+        uvs: mesh
+            .uvs
+            .iter()
+            .map(|set| gather_by_index(&used, set))
+            .collect(),
         indices,
         ..MeshData::default()
     }

@@ -7,14 +7,14 @@ use crate::mesh_tools::decode_vertex_colour;
 
 /// Number of values read for each vertex: three of position, three of normal, three of colour, and
 /// two texture coordinates.
-const SLOTS: usize = 11;
+const VALUES_PER_VERTEX: usize = 11;
 const NORMAL: usize = 3;
 const COLOUR: usize = 6;
 const UV: usize = 9;
 
 /// Returns the index, among the 11 values of a vertex, at which a property is stored; `None` for an
 /// unknown property.
-fn property_slot(name: &str) -> Option<usize> {
+fn property_index(name: &str) -> Option<usize> {
     Some(match name {
         "x" => 0,
         "y" => 1,
@@ -114,7 +114,7 @@ impl PlyVertices {
         let slots: Vec<Option<usize>> = element
             .properties
             .iter()
-            .map(|property| property_slot(&property.name).filter(|_| property.count.is_none()))
+            .map(|property| property_index(&property.name).filter(|_| property.count.is_none()))
             .collect();
         let has = |slot: usize, count: usize| {
             (slot..slot + count).all(|slot| slots.contains(&Some(slot)))
@@ -142,7 +142,7 @@ impl PlyVertices {
         let mut painted = VertexColours::from_number_type(number(COLOUR));
         self.positions.reserve_exact(element.count as usize);
         for index in 0..element.count {
-            let (position, row) = read_row(&element.properties, &slots, values)
+            let (position, row) = read_vertex(&element.properties, &slots, values)
                 .map_err(|fault| fault.with_place(values.describe_position(element, index)))?;
             let [_, _, _, nx, ny, nz, r, g, b, u, v] = row;
             self.positions.push(position);
@@ -159,12 +159,12 @@ impl PlyVertices {
 
 /// Reads the values of a vertex. Returns the position in double precision, and all 11 values in
 /// single precision.
-fn read_row(
+fn read_vertex(
     properties: &[PlyProperty],
     slots: &[Option<usize>],
     values: &mut ValueStream<'_>,
-) -> ImportResult<([f64; 3], [f32; SLOTS])> {
-    let mut row = [0.0; SLOTS];
+) -> ImportResult<([f64; 3], [f32; VALUES_PER_VERTEX])> {
+    let mut row = [0.0; VALUES_PER_VERTEX];
     for (property, slot) in properties.iter().zip(slots) {
         match slot {
             Some(slot) => row[*slot] = values.read_number(property.number, &property.name)?,

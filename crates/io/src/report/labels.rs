@@ -15,11 +15,11 @@ const MARKER: f64 = 4.5;
 
 /// Boxes in a plot that points, labels or the legend occupy: left, top, right and bottom of each,
 /// in pixels of the SVG.
-pub(super) struct LabelBoxes {
+pub(super) struct OccupiedBoxes {
     boxes: Vec<[f64; 4]>,
 }
 
-impl LabelBoxes {
+impl OccupiedBoxes {
     pub(super) fn new(points: &[(f64, f64)], legend: [f64; 4]) -> Self {
         let marker = |&(x, y): &(f64, f64)| [x - MARKER, y - MARKER, x + MARKER, y + MARKER];
         Self {
@@ -69,7 +69,7 @@ mod tests {
     #[test]
     fn words_cover_nothing() {
         let legend = [600.0, 100.0, 800.0, 160.0];
-        let mut labels = LabelBoxes::new(&[(300.0, 300.0), (320.0, 300.0)], legend);
+        let mut labels = OccupiedBoxes::new(&[(300.0, 300.0), (320.0, 300.0)], legend);
         let (x, _) = labels.place_label("abc", 320.0, 300.0).expect("free");
         assert!(x > 320.0);
         let (x, _) = labels

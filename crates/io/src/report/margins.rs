@@ -9,7 +9,7 @@ use super::scale::DecadeScale;
 
 /// A plot of error margins, with a row for each case of a numerical test.
 #[derive(Clone, Debug, Default)]
-pub struct MarginPlot {
+pub struct ErrorMarginPlot {
     /// Title; empty for a plot inside a page with its own title.
     pub title: String,
     /// Conditions of the measurement, written in a line below the title.
@@ -19,12 +19,12 @@ pub struct MarginPlot {
     /// Meaning of each colour.
     pub legend: Vec<(ThemeColour, String)>,
     /// Rows of the plot, from top to bottom.
-    pub rows: Vec<MarginRow>,
+    pub rows: Vec<ErrorMarginRow>,
 }
 
 /// A row of the plot: a case of the numerical test with its margins.
 #[derive(Clone, Debug, Default)]
-pub struct MarginRow {
+pub struct ErrorMarginRow {
     /// Number of the case.
     pub name: String,
     /// Description in a sentence.
@@ -53,7 +53,7 @@ const BARE: f64 = 66.0;
 /// Height below the last row, in pixels of the SVG.
 const FOOT: f64 = 44.0;
 
-impl MarginPlot {
+impl ErrorMarginPlot {
     /// Formats the plot as an SVG file.
     pub fn to_svg(&self) -> String {
         let [_, left, right, _, edge] = COLUMNS;
@@ -102,7 +102,7 @@ impl MarginPlot {
                 TOP - 12.0
             );
             // Labels are written at every n-th decade, as many as fit.
-            if exponent % label_interval(&scale) == 0 {
+            if exponent % decades_between_labels(&scale) == 0 {
                 for y in [TOP - 22.0, bottom + 20.0] {
                     let _ = writeln!(
                         svg,
@@ -140,7 +140,7 @@ impl MarginPlot {
     }
 }
 
-impl MarginRow {
+impl ErrorMarginRow {
     fn draw(&self, svg: &mut String, scale: &DecadeScale, y: f64) {
         let [start, left, _, words, edge] = COLUMNS;
         let base = y + 4.5;
@@ -207,7 +207,7 @@ impl MarginRow {
 }
 
 /// Returns the number of decades from a labelled decade to the next labelled decade.
-fn label_interval(scale: &DecadeScale) -> i32 {
+fn decades_between_labels(scale: &DecadeScale) -> i32 {
     let [first, last] = scale.decades;
     (last - first + 5) / 6
 }
@@ -230,13 +230,13 @@ mod tests {
     /// escaped.
     #[test]
     fn cases_have_lines() {
-        let row = |name: &str, margins: &[(ThemeColour, f64)], is_broken: bool| MarginRow {
+        let row = |name: &str, margins: &[(ThemeColour, f64)], is_broken: bool| ErrorMarginRow {
             name: name.to_owned(),
             description: "Rays <that> miss.".to_owned(),
             margins: margins.to_vec(),
             message: "none of 5 wrong".to_owned(),
             is_broken,
-            ..MarginRow::default()
+            ..ErrorMarginRow::default()
         };
         let rows = vec![
             row(
@@ -246,10 +246,10 @@ mod tests {
             ),
             row("T01", &[], true),
         ];
-        let svg = MarginPlot {
+        let svg = ErrorMarginPlot {
             rows,
             legend: vec![(ThemeColour::First, "robust".to_owned())],
-            ..MarginPlot::default()
+            ..ErrorMarginPlot::default()
         }
         .to_svg();
         assert_eq!(svg.matches("<title>P01").count(), 2);

@@ -8,7 +8,7 @@ mod scale;
 mod table;
 mod tables;
 
-pub use margins::{MarginPlot, MarginRow};
+pub use margins::{ErrorMarginPlot, ErrorMarginRow};
 pub use page::{AccuracyPage, html_document, plot_accuracy};
 pub use plot::{Plot, PlotAxis, PlotLine, PlotMark, PlotPoint, ThemeColour, escape_xml};
 pub use table::{ColumnAlignment, Table, TableRow, format_uncertain, wrap_text};

@@ -275,7 +275,7 @@ impl AccuracyPage<'_> {
         let Some(reference) = self.report.pictures.first() else {
             return String::new();
         };
-        let full = self.heat_scale(&reference.picture);
+        let full = self.heat_map_maximum(&reference.picture);
         let (mut options, mut thumbs) = (String::new(), String::new());
         for shown in &self.report.pictures {
             let name = escape_xml(&shown.name);
@@ -332,7 +332,7 @@ impl AccuracyPage<'_> {
 
     /// Returns the error for which the brightest colour of all heat maps stands: the 99th
     /// percentile of the errors of the pixels, for the scene's own setting.
-    fn heat_scale(&self, reference: &Picture) -> f32 {
+    fn heat_map_maximum(&self, reference: &Picture) -> f32 {
         let own = self
             .report
             .pictures

@@ -3,10 +3,10 @@
 
 use std::fmt::Write;
 
-use super::labels::{AREA, LabelBoxes};
+use super::labels::{AREA, OccupiedBoxes};
 use super::scale::{DecadeScale, PlotScales};
 
-use crate::masking::mask_controls;
+use crate::masking::mask_control_characters;
 
 /// A double-logarithmic plot.
 #[derive(Clone, Debug, Default)]
@@ -122,15 +122,15 @@ impl Plot {
             ),
         };
         let mut svg = String::new();
-        self.draw_head(&mut svg);
+        self.draw_title(&mut svg);
         self.draw_grid(&mut svg, &frame);
         self.draw_marks(&mut svg, &frame);
         for line in &self.lines {
             line.draw(&mut svg, &frame);
         }
-        self.draw_names(&mut svg, &frame);
+        self.draw_point_names(&mut svg, &frame);
         self.draw_legend(&mut svg);
-        self.draw_key(&mut svg);
+        self.draw_explanations(&mut svg);
         svg.push_str("</svg>\n");
         svg
     }
@@ -144,7 +144,7 @@ impl Plot {
             }
     }
 
-    fn draw_head(&self, svg: &mut String) {
+    fn draw_title(&self, svg: &mut String) {
         let [title, subtitle, circumstances] =
             [&self.title, &self.subtitle, &self.circumstances].map(|text| escape_xml(text));
         let top = if title.is_empty() { BARE_TOP } else { 0.0 };
@@ -242,7 +242,7 @@ impl Plot {
         self.lines.iter().filter(|line| !line.points.is_empty())
     }
 
-    fn has_bounds(&self) -> bool {
+    fn has_upper_bounds(&self) -> bool {
         self.lines
             .iter()
             .flat_map(|line| &line.points)
@@ -256,7 +256,7 @@ impl Plot {
         } else {
             AREA[0] + 18.0
         };
-        let rows = self.nonempty_lines().count() + usize::from(self.has_bounds());
+        let rows = self.nonempty_lines().count() + usize::from(self.has_upper_bounds());
         [
             left,
             AREA[1] + 6.0,
@@ -266,14 +266,14 @@ impl Plot {
     }
 
     /// Writes the short names of points beside them, if there is room.
-    fn draw_names(&self, svg: &mut String, frame: &PlotScales) {
+    fn draw_point_names(&self, svg: &mut String, frame: &PlotScales) {
         let places: Vec<(f64, f64)> = self
             .lines
             .iter()
             .flat_map(|line| &line.points)
             .map(|p| (frame.x.map_value(p.x), frame.y.map_value(p.y)))
             .collect();
-        let mut labels = LabelBoxes::new(&places, self.legend_box());
+        let mut labels = OccupiedBoxes::new(&places, self.legend_box());
         for line in &self.lines {
             for point in line.points.iter().filter(|point| !point.name.is_empty()) {
                 let Some((x, y)) = labels.place_label(
@@ -293,7 +293,7 @@ impl Plot {
     }
 
     /// Writes the explanation of short names below the plot.
-    fn draw_key(&self, svg: &mut String) {
+    fn draw_explanations(&self, svg: &mut String) {
         for (i, line) in self.key.iter().enumerate() {
             let y = HEIGHT + KEY_START + KEY_LINE * (i as f64 + 0.2);
             let _ = writeln!(
@@ -308,12 +308,12 @@ impl Plot {
     fn draw_legend(&self, svg: &mut String) {
         let [left, ..] = self.legend_box();
         let row = |i: usize| AREA[1] + 20.0 + 23.0 * i as f64;
-        if self.has_bounds() {
+        if self.has_upper_bounds() {
             let (x, y) = (left, row(self.nonempty_lines().count()));
             let _ = writeln!(
                 svg,
                 "<path class=\"spread mark\" d=\"{}\"/>",
-                arrow_path(x + 20.0, y - 8.0)
+                down_arrow_path(x + 20.0, y - 8.0)
             );
             let _ = writeln!(
                 svg,
@@ -408,7 +408,7 @@ impl PlotLine {
             );
             let y = frame.y.map_value(point.y);
             let spread = if point.is_bound {
-                arrow_path(x, y)
+                down_arrow_path(x, y)
             } else {
                 format!("M{x:.1} {low:.1}V{high:.1}")
             };
@@ -434,13 +434,13 @@ impl PlotLine {
 }
 
 /// Returns the SVG path of a downward arrow from a point; the arrow marks an upper bound.
-fn arrow_path(x: f64, y: f64) -> String {
+fn down_arrow_path(x: f64, y: f64) -> String {
     format!("M{x:.1} {y:.1}v18m-4 -6l4 6l4 -6")
 }
 
 /// Escapes text for HTML and SVG, and replaces control characters.
 pub fn escape_xml(text: &str) -> String {
-    mask_controls(text)
+    mask_control_characters(text)
         .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

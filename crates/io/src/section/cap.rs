@@ -91,7 +91,7 @@ impl CapTrapezoids {
             edges,
             trapezoids: Vec::new(),
         };
-        cap.sweep(&heights);
+        cap.sweep_edges(&heights);
         cap
     }
 
@@ -99,7 +99,7 @@ impl CapTrapezoids {
     /// its two edges are neighbours. The time is proportional to the number of edges times the
     /// number of edges that cross the line. Of n edges, about the square root of n cross the line
     /// for a typical body, and all n for the teeth of a comb.
-    fn sweep(&mut self, heights: &[f64]) {
+    fn sweep_edges(&mut self, heights: &[f64]) {
         let (mut next, mut active) = (0, Vec::new());
         let mut open_trapezoids: BTreeMap<[usize; 2], f64> = BTreeMap::new();
         for pair in heights.windows(2) {

@@ -91,7 +91,7 @@ impl<'a> MeshCutter<'a> {
     }
 
     /// Clips the mesh, and builds the cap.
-    pub fn cut(mut self) -> MeshCutResult {
+    pub fn clip_mesh(mut self) -> MeshCutResult {
         let maximum = self
             .heights
             .iter()

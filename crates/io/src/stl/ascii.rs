@@ -118,7 +118,7 @@ impl StlAsciiReader {
                     ));
                 }
                 "vertex" => self.expected_token = ExpectedToken::Vertex(Vec::with_capacity(3)),
-                "endloop" => self.end_loop(budget, warnings)?,
+                "endloop" => self.finish_corner_loop(budget, warnings)?,
                 "endfacet" => self.in_facet = false,
                 other => {
                     return Err(Fault::invalid_input(format!(
@@ -132,7 +132,11 @@ impl StlAsciiReader {
     }
 
     /// Triangulates the current loop, and adds the triangles to the mesh.
-    fn end_loop(&mut self, budget: &mut DecodeBudget, warnings: &mut Warnings) -> ImportResult<()> {
+    fn finish_corner_loop(
+        &mut self,
+        budget: &mut DecodeBudget,
+        warnings: &mut Warnings,
+    ) -> ImportResult<()> {
         let before = self.positions.len();
         if self.corners.len() < 3 {
             warnings.add(

@@ -38,7 +38,7 @@ fn what_models_bring_is_located_at_their_entry() {
     let loaded = scene(folder.path(), lines).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(loaded.scene.objects.len(), 5);
     let line = |path: &str| {
-        let place = loaded.source.locate(path);
+        let place = loaded.source.format_value_position(path);
         place.rsplit(':').nth(1).map(str::to_owned)
     };
     let paths = ["objects[0]", "objects[2]", "objects[4]", "materials[1]"];

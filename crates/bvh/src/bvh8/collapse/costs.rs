@@ -55,7 +55,7 @@ impl SubtreeCosts {
 
 /// Returns the range of lanes that the left of two subtrees may get, so that neither subtree gets
 /// more lanes than it has leaves.
-pub(super) fn left_lane_range(
+pub(super) fn left_child_lane_range(
     left: &SubtreeCosts,
     right: &SubtreeCosts,
     lanes: usize,
@@ -72,14 +72,14 @@ fn compute_node_costs(
 ) -> SubtreeCosts {
     let area = half_area(&node.bounds);
     if node.count == 0 {
-        return inner_node_costs(
+        return compute_inner_node_costs(
             &below(node.first as usize),
             &below(node.first as usize + 1),
             area,
         );
     }
     let leaf_kind = leaf_kind(binary.order[node.first as usize]);
-    leaf_costs(
+    compute_leaf_costs(
         area,
         leaf_kind,
         if leaf_kind == LeafKind::None {
@@ -91,7 +91,7 @@ fn compute_node_costs(
 }
 
 /// Returns the costs of a leaf whose box has the surface area `area`.
-fn leaf_costs(area: f32, leaf_kind: LeafKind, alike: u8) -> SubtreeCosts {
+fn compute_leaf_costs(area: f32, leaf_kind: LeafKind, alike: u8) -> SubtreeCosts {
     let mut pick = [FEWER; WIDTH];
     pick[0] = AS_LEAF;
     SubtreeCosts {
@@ -113,14 +113,14 @@ pub(super) fn leaf_test_cost(leaf_kind: LeafKind, count: u8) -> f32 {
 }
 
 /// Computes the costs of an inner node from the costs of its two children.
-fn inner_node_costs(l: &SubtreeCosts, r: &SubtreeCosts, area: f32) -> SubtreeCosts {
+fn compute_inner_node_costs(l: &SubtreeCosts, r: &SubtreeCosts, area: f32) -> SubtreeCosts {
     let alike = if l.leaf_kind == r.leaf_kind {
         l.shared_count.saturating_add(r.shared_count)
     } else {
         u8::MAX
     };
-    if usize::from(alike) <= l.leaf_kind.max_shared_leaf() {
-        return leaf_costs(area, l.leaf_kind, alike);
+    if usize::from(alike) <= l.leaf_kind.max_shared_leaf_size() {
+        return compute_leaf_costs(area, l.leaf_kind, alike);
     }
     // Least total cost of the two children for each number of lanes, and the number of lanes for
     // the left child.
@@ -132,7 +132,7 @@ fn inner_node_costs(l: &SubtreeCosts, r: &SubtreeCosts, area: f32) -> SubtreeCos
         .take(usize::from(leaves) + 1)
         .skip(2)
     {
-        for to_left in left_lane_range(l, r, lanes) {
+        for to_left in left_child_lane_range(l, r, lanes) {
             let cost = l.cost[to_left - 1] + r.cost[lanes - to_left - 1];
             if cost < best.0 {
                 *best = (cost, to_left as u8);

@@ -23,7 +23,7 @@ pub(super) struct RayBundle<S: Simd> {
 
 /// Broadcasts the components of two vectors to all lanes, in pairs.
 #[inline(always)]
-fn splat_pairs<S: Simd>(s: S, a: [f32; 3], b: [f32; 3]) -> [[S::Floats; 2]; 3] {
+fn splat_component_pairs<S: Simd>(s: S, a: [f32; 3], b: [f32; 3]) -> [[S::Floats; 2]; 3] {
     [
         [s.splat(a[0]), s.splat(b[0])],
         [s.splat(a[1]), s.splat(b[1])],
@@ -41,12 +41,16 @@ impl<S: Simd> RayBundle<S> {
         );
         Some(Self {
             origin: splat_vector(s, packet_state.origin),
-            inverse: splat_pairs(s, short.box_ray.inverse, long.box_ray.inverse),
-            widened: splat_pairs(s, short.box_ray.exit_inverse, long.box_ray.exit_inverse),
+            inverse: splat_component_pairs(s, short.box_ray.inverse, long.box_ray.inverse),
+            widened: splat_component_pairs(
+                s,
+                short.box_ray.exit_inverse,
+                long.box_ray.exit_inverse,
+            ),
             late: s.splat(long.box_ray.exit_margin[0]),
             near: s.splat(packet_state.near),
             side: long.box_ray.side,
-            direction_bounds: splat_pairs(s, least, most),
+            direction_bounds: splat_component_pairs(s, least, most),
             // The longest direction's e_T holds for all rays. Its term 12 u E² R contains no
             // direction. Its other term is 14 u E² |d|² · 2R/|d|, or 14 u E² · 2R/|d| if |d| is
             // below one, which is at least twice as large for any |d|.
@@ -60,7 +64,7 @@ impl<S: Simd> RayBundle<S> {
     /// Returns the mask of the children that some ray may enter before `far`, and lower bounds of
     /// the entry distances.
     #[inline(always)]
-    pub fn intersect_children(&self, s: S, node: &Bvh8Node, far: S::Floats) -> (u32, S::Floats) {
+    pub fn intersect_child_boxes(&self, s: S, node: &Bvh8Node, far: S::Floats) -> (u32, S::Floats) {
         let (mut entry, mut exit) = (self.near, far);
         for axis in 0..3 {
             let (planes, side) = (&node.planes[axis], (self.side[axis] & 1) * WIDTH);

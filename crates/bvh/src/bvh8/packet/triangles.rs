@@ -4,7 +4,7 @@
 use glam::{DVec3, Vec3};
 
 use super::bundle::RayBundle;
-use super::{GROUPS, MAX_RAYS, PacketState, PacketVisitor, max_far};
+use super::{GROUPS, MAX_RAYS, PacketState, PacketVisitor, max_far_distance};
 use crate::bvh8::filter::{ErrorBounds, cross, dot, filter_lanes, load_corner, splat_vector, sub3};
 use crate::bvh8::triangle8::Triangle8;
 use crate::bvh8::{Bvh8, MaskLanes, WIDTH};
@@ -121,7 +121,7 @@ fn intersect_eight_rays<S: Simd>(
 
 /// Terms of the filter for eight triangles, in lanes. They depend only on the common origin of the
 /// rays.
-struct OriginTerms8 {
+struct CommonOriginTerms8 {
     u: [[f32; WIDTH]; 3],
     v: [[f32; WIDTH]; 3],
     normal: [[f32; WIDTH]; 3],
@@ -145,7 +145,7 @@ fn to_arrays<S: Simd>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
     [s.to_array(v[0]), s.to_array(v[1]), s.to_array(v[2])]
 }
 
-impl OriginTerms8 {
+impl CommonOriginTerms8 {
     /// Computes the terms of a block's triangles, for hits at distances up to `far`.
     #[inline(always)]
     fn new<S: Simd>(s: S, bundle: &RayBundle<S>, block: &Triangle8, far: f32) -> Self {
@@ -222,7 +222,7 @@ impl OriginTerms8 {
 /// Intersects the packet with the triangles of a block: first the filter, then the exact test of
 /// the remaining triangles.
 #[inline(always)]
-pub(super) fn intersect_block<S: Simd>(
+pub(super) fn intersect_triangle_block<S: Simd>(
     s: S,
     bvh: &Bvh8,
     number: usize,
@@ -231,7 +231,12 @@ pub(super) fn intersect_block<S: Simd>(
     exact: &mut Option<[Rays8; GROUPS]>,
     visitor: &mut dyn PacketVisitor,
 ) {
-    let origin_terms = OriginTerms8::new(s, bundle, &bvh.blocks[number], max_far(packet_state));
+    let origin_terms = CommonOriginTerms8::new(
+        s,
+        bundle,
+        &bvh.blocks[number],
+        max_far_distance(packet_state),
+    );
     for lane in MaskLanes(origin_terms.lanes) {
         for group in 0..GROUPS {
             let (first, [x, y, z]) = (group * WIDTH, &packet_state.directions);
@@ -245,7 +250,7 @@ pub(super) fn intersect_block<S: Simd>(
                 origin_terms.filter_rays(s, lane, directions, range) & packet_state.ray_mask(group);
             if candidate_rays != 0 {
                 let rays = exact.get_or_insert_with(|| prepare_rays(packet_state));
-                intersect_exactly(
+                intersect_triangle_exactly(
                     s,
                     bvh,
                     [number, lane, group],
@@ -262,7 +267,7 @@ pub(super) fn intersect_block<S: Simd>(
 /// Intersects the rays of a mask, in one group, with a triangle by the exact test, and records
 /// their hits.
 #[inline(always)]
-fn intersect_exactly<S: Simd>(
+fn intersect_triangle_exactly<S: Simd>(
     s: S,
     bvh: &Bvh8,
     [number, lane, group]: [usize; 3],
@@ -312,11 +317,11 @@ fn intersect_exactly<S: Simd>(
     for ray in MaskLanes(hits) {
         if packet_state.near < t[ray] {
             let slots = [leaf_header.first + lane as u32, u32::MAX];
-            packet_state.update_hit(
+            packet_state.record_hit(
                 group * WIDTH + ray,
                 [t[ray], u[ray], v[ray]],
                 slots,
-                |a, b| visitor.comes_before(a, b),
+                |a, b| visitor.wins_tie(a, b),
             );
         }
     }

@@ -49,7 +49,7 @@ fn max_of_three([a, b, c]: [f64; 3]) -> f64 {
 /// The processor must have AVX2. The function lacks that target feature so that it is inlined into
 /// functions with it: the result of a call would be returned in memory.
 #[inline(always)]
-pub(super) unsafe fn intersect_lane(
+pub(super) unsafe fn intersect_triangle_in_lane(
     block: &Triangle8,
     lane: usize,
     projected_ray: &ProjectedRay,

@@ -4,7 +4,7 @@
 
 use raywright_core::accuracy::{
     AccuracyReport, ConfidenceInterval, EffectCost, FrontierSetting, MeasuredSetting,
-    OutputFormatReport, RungPriceReport,
+    OutputFormatReport, RungCostReport,
 };
 use raywright_core::bench::SampleQuantiles;
 
@@ -104,7 +104,7 @@ impl CsvLine {
             .fold(line, |line, bias| line.with_interval("bias", bias))
     }
 
-    fn with_rung_price(self, of: &RungPriceReport) -> Self {
+    fn with_rung_cost(self, of: &RungCostReport) -> Self {
         of.rung_cost.iter().fold(self, |line, rung_cost| {
             line.with_seconds(&rung_cost.seconds)
                 .with_column("ratio", rung_cost.ratio.median)
@@ -160,7 +160,7 @@ pub fn format_csv(report: &AccuracyReport) -> String {
     }
     for ladder in &report.prices {
         lines.extend(ladder.rungs.iter().map(|price| {
-            CsvLine::new(ladder.ladder, &price.rung, price.in_use).with_rung_price(price)
+            CsvLine::new(ladder.ladder, &price.rung, price.in_use).with_rung_cost(price)
         }));
     }
     lines.extend(report.outputs.iter().map(CsvLine::from_output_report));

@@ -19,7 +19,7 @@ use crate::console;
 use crate::failure::Failure;
 use crate::machine::processor_name;
 use crate::origin::command_line;
-use crate::table::format_significant;
+use crate::table::format_significant_digits;
 
 /// Version of the layout of [`AccuracyDocument`]. Since version 3, all errors and times apply to
 /// the picture at its full size; they are estimated from tiles, with confidence intervals.
@@ -240,7 +240,7 @@ fn describe_conditions(
                 ""
             },
             reference.samples,
-            format_significant(reference.standard_error, 2),
+            format_significant_digits(reference.standard_error, 2),
         ),
         format!("measured in {}{cut}", format_duration(report.seconds)),
     ]

@@ -37,14 +37,14 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut files = Vec::new();
     for path in &args.output {
         files.push((path, AccuracyFileKind::from_path(path)?));
-        outputs.add(path, "-o")?;
+        outputs.add_output(path, "-o")?;
     }
     let name = args
         .scene
         .clone()
         .map_or_else(scene_input::default_scene_name, Ok)?;
     if let Some(path) = &args.reference {
-        outputs.add(path, "--reference")?;
+        outputs.add_output(path, "--reference")?;
     }
     let mut notes = Notes::new(verbosity);
     let options = plan::build_load_options(&args.changes, args.max_memory);
@@ -53,7 +53,7 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut loaded = threads.run(|| scene_input::load_with_notes(&name, &options, &mut notes))?;
     outputs.check_against_inputs(&loaded.inputs)?;
     scene_input::note_added_parts(&loaded, &mut notes);
-    notes.print_kept();
+    notes.print_kept_messages();
     let settings = resolve_settings(args, &mut loaded, &options)?;
     let reference = args
         .reference
@@ -61,7 +61,7 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
         .map(|path| reference::read_reference(path, &limits))
         .transpose()?
         .flatten();
-    let identity = origin::scene_identity(&loaded, &options, &choices);
+    let identity = origin::format_scene_identity(&loaded, &options, &choices);
     let start = MeasurementStart {
         scene: &identity,
         reference,
@@ -80,7 +80,7 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
         reference::write_reference(path, reference, &loaded)
     });
     if let Some(path) = requested.filter(|_| reference_result.is_ok()) {
-        verbosity.print(path.display());
+        verbosity.print_result_message(path.display());
     }
     let document = AccuracyDocument::new(
         &loaded,
@@ -89,16 +89,19 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
         threads.run(rayon::current_num_threads),
         &report,
     );
-    let is_free = |path: &Path| outputs.is_free(path, &loaded.inputs);
+    let is_free = |path: &Path| outputs.is_free_path(path, &loaded.inputs);
     for (path, kind) in files {
         let text = document.format_as(kind);
         if watch.was_stopped() {
-            let name =
-                output::write_unnamed_file(&output::partial_name(path), text.as_bytes(), is_free)?;
-            verbosity.print(name.display());
+            let name = output::write_file_without_overwriting(
+                &output::partial_picture_path(path),
+                text.as_bytes(),
+                is_free,
+            )?;
+            verbosity.print_result_message(name.display());
         } else {
             output::write_atomically(path, text.as_bytes())?;
-            verbosity.print(path.display());
+            verbosity.print_result_message(path.display());
         }
     }
     console::print(if args.json {
@@ -132,7 +135,8 @@ pub fn run_embedded(
     }
     let options = plan::build_load_options(&args.changes, args.max_memory);
     let settings = resolve_settings(args, &mut loaded, &options)?;
-    let identity = origin::scene_identity(&loaded, &options, &RungChoices::from(&args.choices));
+    let identity =
+        origin::format_scene_identity(&loaded, &options, &RungChoices::from(&args.choices));
     let start = MeasurementStart {
         scene: &identity,
         reference: None,
@@ -272,6 +276,6 @@ fn format_measurement_flags(args: &AccuracyArgs) -> Vec<String> {
 
 impl ProgressListener for StepProgress {
     fn report_step(&mut self, label: &str, share: f64) {
-        self.show(label, share);
+        self.show_step(label, share);
     }
 }

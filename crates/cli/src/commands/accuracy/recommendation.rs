@@ -6,7 +6,7 @@ use raywright_io::report::format_uncertain;
 
 use crate::clock::format_duration;
 use crate::origin::quote_for_shell;
-use crate::table::format_significant;
+use crate::table::format_significant_digits;
 
 /// Command line of `render` for a scene, in two parts: the part common to all settings, and the
 /// flags of a setting.
@@ -18,11 +18,11 @@ pub struct RenderCommand {
 }
 
 /// Returns the text `LADDER=RUNG` of a `--rung` flag; `None` for any other flag.
-fn rung_of_flag(flag: &str) -> Option<&str> {
+fn parse_rung_flag(flag: &str) -> Option<&str> {
     flag.strip_prefix("--rung ")
 }
 
-fn ladder_of_rung(rung: &str) -> Option<&str> {
+fn parse_ladder_name(rung: &str) -> Option<&str> {
     rung.split_once('=').map(|(ladder, _)| ladder)
 }
 
@@ -32,7 +32,7 @@ impl RenderCommand {
     pub fn new(scene: &str, requested: &[String]) -> Self {
         let others = requested
             .iter()
-            .filter(|flag| rung_of_flag(flag).is_none())
+            .filter(|flag| parse_rung_flag(flag).is_none())
             .cloned();
         let words: Vec<String> = ["raywright render".to_owned(), quote_for_shell(scene)]
             .into_iter()
@@ -42,7 +42,7 @@ impl RenderCommand {
             base: words.join(" "),
             measurement_rungs: requested
                 .iter()
-                .filter_map(|flag| rung_of_flag(flag))
+                .filter_map(|flag| parse_rung_flag(flag))
                 .map(str::to_owned)
                 .collect(),
         }
@@ -54,12 +54,12 @@ impl RenderCommand {
     pub fn format_flags(&self, setting: &[String]) -> String {
         let chosen: Vec<&str> = setting
             .iter()
-            .filter_map(|flag| rung_of_flag(flag))
+            .filter_map(|flag| parse_rung_flag(flag))
             .collect();
         let stays = |requested: &&str| {
             !chosen
                 .iter()
-                .any(|other| ladder_of_rung(other) == ladder_of_rung(requested))
+                .any(|other| parse_ladder_name(other) == parse_ladder_name(requested))
         };
         let all: Vec<&str> = self
             .measurement_rungs
@@ -97,14 +97,14 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
         return "The time was too short to measure the error of the setting in use: give a larger --budget.".to_owned();
     }
     if measured.errors.relmse.includes_zero() {
-        let most = format_significant(measured.errors.relmse.high.sqrt(), 2);
+        let most = format_significant_digits(measured.errors.relmse.high.sqrt(), 2);
         return format!(
             "Setting in use: {time}, and an error of at most {most}, which is too small to be distinguished from the noise of the reference."
         );
     }
     let about = |each_measured: &MeasuredSetting| {
         format_uncertain(&each_measured.errors.relmse.map(f64::sqrt), |value| {
-            format_significant(value, 2)
+            format_significant_digits(value, 2)
         })
     };
     let longer = |seconds: f64| {
@@ -113,12 +113,13 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
             format_budget_flag(seconds)
         )
     };
-    let times =
-        |of: &Recommendation| format_uncertain(&of.time, |value| format_significant(value, 2));
+    let times = |of: &Recommendation| {
+        format_uncertain(&of.time, |value| format_significant_digits(value, 2))
+    };
     let half = match (
         &report.recommendations.half_the_error,
         report.recommendations.half_needs,
-        quadruple_samples(report),
+        suggest_sample_count(report),
     ) {
         (Some(advice), ..) => {
             format!(
@@ -177,7 +178,7 @@ fn format_budget_flag(seconds: f64) -> String {
 
 /// Returns four times the current number of samples, which halve an error that is pure noise;
 /// `None` if a setting with as many samples was measured.
-fn quadruple_samples(report: &AccuracyReport) -> Option<u32> {
+fn suggest_sample_count(report: &AccuracyReport) -> Option<u32> {
     let samples = report
         .ladders
         .iter()

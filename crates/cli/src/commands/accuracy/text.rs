@@ -1,8 +1,8 @@
 //! Report of `accuracy` as tables for the terminal, with a small plot of the Pareto frontier.
 
 use raywright_core::accuracy::{
-    AccuracyReport, ConfidenceInterval, FrontierSetting, LadderReport, MeasuredSetting,
-    OutputFormatReport, PriceReport, RungPriceReport, RungReport,
+    AccuracyReport, ConfidenceInterval, FrontierSetting, LadderCostReport, LadderReport,
+    MeasuredSetting, OutputFormatReport, RungCostReport, RungReport,
 };
 use raywright_core::bench::SampleQuantiles;
 use raywright_io::format_bytes;
@@ -12,7 +12,9 @@ use super::file::AccuracyDocument;
 use crate::clock::format_duration;
 use crate::commands::explain::format_effect_costs;
 use crate::scatter::draw_scatter_plot;
-use crate::table::{ColumnAlignment, format_aligned_columns, format_significant, wrap_paragraph};
+use crate::table::{
+    ColumnAlignment, format_aligned_columns, format_significant_digits, wrap_paragraph,
+};
 
 const RIGHT: ColumnAlignment = ColumnAlignment::Right;
 const COLUMNS: [ColumnAlignment; 8] = [
@@ -35,14 +37,14 @@ pub fn format_report(document: &AccuracyDocument<'_>) -> String {
         document.scene,
         wrap_paragraph(&document.recommendation)
     );
-    text += &format_frontier(document);
+    text += &format_pareto_frontier(document);
     text += "\n";
     document
         .circumstances
         .iter()
         .for_each(|line| text += &(wrap_paragraph(line) + "\n"));
     text += &format_rung_table(report);
-    text += &format_price_table(report);
+    text += &format_cost_only_table(report);
     text += &format_output_table(report);
     text += &report
         .costs
@@ -79,21 +81,21 @@ fn format_rung_table(report: &AccuracyReport) -> String {
     ];
     let mut rows = vec![
         heads.map(str::to_owned),
-        setting_row("as it is".to_owned(), &report.own, None),
+        format_setting_row("as it is".to_owned(), &report.own, None),
     ];
     let (samples, others): (Vec<_>, Vec<_>) = report
         .ladders
         .iter()
         .partition(|ladder| ladder.ladder == "samples");
-    rows.extend(samples.iter().flat_map(|ladder| ladder_rows(ladder)));
+    rows.extend(samples.iter().flat_map(|ladder| format_ladder_rows(ladder)));
     if let Some(base) = &report.base {
-        rows.push(setting_row(
+        rows.push(format_setting_row(
             format!("below: {} samples", base.samples),
             &base.measured,
             None,
         ));
     }
-    rows.extend(others.iter().flat_map(|ladder| ladder_rows(ladder)));
+    rows.extend(others.iter().flat_map(|ladder| format_ladder_rows(ladder)));
     let notes = [
         "* in use",
         "error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01); bias: the part of the error that more samples do not reduce; light: change of the total light",
@@ -121,7 +123,7 @@ fn format_rung_table(report: &AccuracyReport) -> String {
         )
     });
     text += &format_name_list("no time for", late);
-    text + &format_combinations(&report.combinations)
+    text + &format_rung_combinations(&report.combinations)
 }
 
 /// Formats the names of a ladder's rungs that were not measured because the time was too short;
@@ -145,7 +147,7 @@ fn list_unmeasured_rungs<'a>(
 
 /// Formats a table of settings, each of which changes several rungs (quality levels) of the scene's
 /// own setting. Their flags are in the last column, because they may be long.
-fn format_combinations(all: &[FrontierSetting]) -> String {
+fn format_rung_combinations(all: &[FrontierSetting]) -> String {
     if all.is_empty() {
         return String::new();
     }
@@ -155,7 +157,7 @@ fn format_combinations(all: &[FrontierSetting]) -> String {
     .map(str::to_owned);
     let figures = |candidate: &FrontierSetting| {
         let [_, time, ratio, error, bias, light, flip, _] =
-            setting_row(String::new(), &candidate.measured, None);
+            format_setting_row(String::new(), &candidate.measured, None);
         [
             time,
             ratio,
@@ -186,7 +188,7 @@ fn format_combinations(all: &[FrontierSetting]) -> String {
 
 /// Builds the rows of a ladder in the table of errors: its title and its measured rungs (quality
 /// levels). Empty if only the current rung was measured.
-fn ladder_rows(ladder: &LadderReport) -> Vec<[String; 8]> {
+fn format_ladder_rows(ladder: &LadderReport) -> Vec<[String; 8]> {
     let rung_reports: Vec<&RungReport> = ladder
         .rungs
         .iter()
@@ -203,23 +205,23 @@ fn ladder_rows(ladder: &LadderReport) -> Vec<[String; 8]> {
     };
     let rows = rung_reports.into_iter().filter_map(|rung_report| {
         let mark = if rung_report.in_use { " *" } else { "" };
-        Some(setting_row(
+        Some(format_setting_row(
             format!("  {}{mark}", rung_report.rung),
             rung_report.measured.as_ref()?,
             rung_report.own_error.as_ref(),
         ))
     });
-    [title_row(title)].into_iter().chain(rows).collect()
+    [format_title_row(title)].into_iter().chain(rows).collect()
 }
 
 /// Builds a row of `N` cells with text in its first cell only.
-fn title_row<const N: usize>(title: String) -> [String; N] {
+fn format_title_row<const N: usize>(title: String) -> [String; N] {
     let mut row = std::array::from_fn(|_| String::new());
     row[0] = title;
     row
 }
 
-fn setting_row(
+fn format_setting_row(
     name: String,
     measured: &MeasuredSetting,
     own_error: Option<&ConfidenceInterval>,
@@ -228,9 +230,13 @@ fn setting_row(
     [
         name,
         format_uncertain(&measured.seconds, format_precise_duration),
-        format_uncertain(&measured.ratio, |value| format_significant(value, 3)),
-        format_root(&errors.relmse),
-        errors.bias.as_ref().map(format_root).unwrap_or_default(),
+        format_uncertain(&measured.ratio, |value| format_significant_digits(value, 3)),
+        format_root_mean_square(&errors.relmse),
+        errors
+            .bias
+            .as_ref()
+            .map(format_root_mean_square)
+            .unwrap_or_default(),
         format_light_change(&errors.light),
         format_interval(&measured.flip),
         own_error.map(format_interval).unwrap_or_default(),
@@ -238,14 +244,14 @@ fn setting_row(
 }
 
 fn format_interval(interval: &ConfidenceInterval) -> String {
-    format_uncertain(interval, |value| format_significant(value, 2))
+    format_uncertain(interval, |value| format_significant_digits(value, 2))
 }
 
 /// Formats a time in seconds: below a second with three digits in milliseconds, otherwise like
 /// [`format_duration`].
 fn format_precise_duration(seconds: f64) -> String {
     if seconds < 0.9995 {
-        format!("{} ms", format_significant(seconds * 1e3, 3))
+        format!("{} ms", format_significant_digits(seconds * 1e3, 3))
     } else {
         format_duration(seconds)
     }
@@ -257,7 +263,7 @@ fn format_spread(spread: &SampleQuantiles) -> String {
 
 /// Formats the table of ladders whose rungs (quality levels) change the time or the memory of a
 /// render, but not the picture.
-fn format_price_table(report: &AccuracyReport) -> String {
+fn format_cost_only_table(report: &AccuracyReport) -> String {
     let mut rows = vec![
         [
             "same picture",
@@ -269,7 +275,7 @@ fn format_price_table(report: &AccuracyReport) -> String {
         ]
         .map(str::to_owned),
     ];
-    for PriceReport {
+    for LadderCostReport {
         ladder,
         rungs,
         in_use,
@@ -285,8 +291,8 @@ fn format_price_table(report: &AccuracyReport) -> String {
         } else {
             format!("{ladder} (in use: {in_use})")
         };
-        rows.push(title_row(title));
-        rows.extend(rungs.iter().filter_map(price_row));
+        rows.push(format_title_row(title));
+        rows.extend(rungs.iter().filter_map(format_cost_only_row));
     }
     let columns = [ColumnAlignment::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
     let table = if rows.len() > 1 {
@@ -294,7 +300,7 @@ fn format_price_table(report: &AccuracyReport) -> String {
     } else {
         String::new()
     };
-    let rungs = |price_report: &PriceReport| {
+    let rungs = |price_report: &LadderCostReport| {
         list_unmeasured_rungs(
             price_report.ladder,
             price_report
@@ -306,7 +312,7 @@ fn format_price_table(report: &AccuracyReport) -> String {
     table + &format_name_list("no time for", report.prices.iter().filter_map(rungs))
 }
 
-fn price_row(of: &RungPriceReport) -> Option<[String; 6]> {
+fn format_cost_only_row(of: &RungCostReport) -> Option<[String; 6]> {
     let rung_cost = of.rung_cost.as_ref()?;
     let name = format!("  {}{}", of.rung, if of.in_use { " *" } else { "" });
     let bits = if rung_cost.same_bits {
@@ -318,7 +324,7 @@ fn price_row(of: &RungPriceReport) -> Option<[String; 6]> {
         name,
         format_precise_duration(rung_cost.seconds.median),
         format_spread(&rung_cost.seconds),
-        format_significant(rung_cost.ratio.median, 3),
+        format_significant_digits(rung_cost.ratio.median, 3),
         format_precise_duration(rung_cost.preparing.median),
         format!("{}{bits}", format_bytes(rung_cost.geometry)),
     ])
@@ -344,8 +350,8 @@ fn format_output_table(report: &AccuracyReport) -> String {
             .as_ref()
             .map(|spread| format_precise_duration(spread.median))
             .unwrap_or_default();
-        let errors =
-            [output.rmse, output.greatest, output.flip].map(|error| format_significant(error, 2));
+        let errors = [output.rmse, output.greatest, output.flip]
+            .map(|error| format_significant_digits(error, 2));
         let [rmse, greatest, flip] = errors;
         [
             name,
@@ -380,7 +386,7 @@ fn format_output_table(report: &AccuracyReport) -> String {
 
 /// Formats the settings on the Pareto frontier of error and time, as flags in a table and as points
 /// of a plot.
-fn format_frontier(document: &AccuracyDocument<'_>) -> String {
+fn format_pareto_frontier(document: &AccuracyDocument<'_>) -> String {
     let points: Vec<&MeasuredSetting> = document
         .report
         .frontier
@@ -400,8 +406,8 @@ fn format_frontier(document: &AccuracyDocument<'_>) -> String {
             let time = format_uncertain(&measured.seconds, format_precise_duration);
             [
                 time,
-                format_uncertain(&measured.ratio, |value| format_significant(value, 3)),
-                format_root(&measured.errors.relmse),
+                format_uncertain(&measured.ratio, |value| format_significant_digits(value, 3)),
+                format_root_mean_square(&measured.errors.relmse),
                 flags.clone(),
             ]
         });
@@ -429,7 +435,7 @@ fn format_frontier(document: &AccuracyDocument<'_>) -> String {
 }
 
 /// Formats the square root of a mean square error, and of the ends of its confidence interval.
-fn format_root(interval: &ConfidenceInterval) -> String {
+fn format_root_mean_square(interval: &ConfidenceInterval) -> String {
     format_interval(&interval.map(f64::sqrt))
 }
 

@@ -2,7 +2,7 @@
 //! the N from which the tree is faster.
 
 use raywright_core::bench::{
-    BenchSeries, Crossover, GeneratedPrimitive, PowerLaw, QueryCost, ScanTreeTiming,
+    Crossover, GeneratedPrimitive, GeneratedSceneTimings, PowerLaw, QueryCost, ScanTreeTiming,
 };
 
 use super::report::BenchReport;
@@ -10,12 +10,12 @@ use super::text::format_three_digits;
 use raywright_io::report::{Plot, PlotAxis, PlotLine, PlotMark, PlotPoint, ThemeColour};
 
 /// Draws the lines of all series in a plot and returns its SVG text.
-pub fn draw_bench_plot(series: &[BenchSeries], report: &BenchReport) -> String {
+pub fn draw_bench_plot(series: &[GeneratedSceneTimings], report: &BenchReport) -> String {
     let scans = series
         .iter()
-        .map(|s| series_line(s, "scan", ThemeColour::First, s.scan_growth, |row| row.scan));
+        .map(|s| build_series_line(s, "scan", ThemeColour::First, s.scan_growth, |row| row.scan));
     let trees = series.iter().map(|s| {
-        series_line(s, "tree", ThemeColour::Second, s.tree_growth, |row| {
+        build_series_line(s, "tree", ThemeColour::Second, s.tree_growth, |row| {
             Some(row.tree)
         })
     });
@@ -38,14 +38,14 @@ pub fn draw_bench_plot(series: &[BenchSeries], report: &BenchReport) -> String {
         },
         lines: scans.chain(trees).collect(),
         is_falling: false,
-        marks: series.iter().filter_map(crossover_mark).collect(),
+        marks: series.iter().filter_map(build_crossover_mark).collect(),
         key: Vec::new(),
     }
     .to_svg()
 }
 
-fn series_line(
-    series: &BenchSeries,
+fn build_series_line(
+    series: &GeneratedSceneTimings,
     name: &str,
     colour: ThemeColour,
     growth: Option<PowerLaw>,
@@ -72,7 +72,7 @@ fn series_line(
     }
 }
 
-fn crossover_mark(series: &BenchSeries) -> Option<PlotMark> {
+fn build_crossover_mark(series: &GeneratedSceneTimings) -> Option<PlotMark> {
     match series.crossover? {
         Crossover::At(n) => Some(PlotMark {
             x: n,

@@ -21,7 +21,7 @@ use crate::progress::StepProgress;
 use crate::targets::OutputFiles;
 use crate::threads::Threads;
 use crate::{plan, scene_input};
-use report::{BenchFigures, BenchReport, THREADS};
+use report::{BenchMeasurements, BenchReport, THREADS};
 
 /// Longest useful timing sample in seconds: in longer samples, the spread has other causes than the
 /// sample's length.
@@ -32,8 +32,8 @@ const SCENE_ROWS: usize = 2;
 /// Runs `bench`: measures, and prints a table or JSON.
 pub fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
-        require_svg(path)?;
-        OutputFiles::default().add(path, "-o")?;
+        require_svg_extension(path)?;
+        OutputFiles::default().add_output(path, "-o")?;
     }
     // Everything runs on one thread, so that build times do not depend on the machine's number of
     // processors.
@@ -41,9 +41,9 @@ pub fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<(), Failure> {
         Some(_) => measure_scene(args, verbosity),
         None => measure_generated_scenes(args, verbosity),
     })?;
-    if let (Some(path), BenchFigures::Generated(series)) = (&args.plot, &report.measured) {
+    if let (Some(path), BenchMeasurements::Generated(series)) = (&args.plot, &report.measured) {
         output::write_atomically(path, chart::draw_bench_plot(series, &report).as_bytes())?;
-        verbosity.print(path.display());
+        verbosity.print_result_message(path.display());
     }
     let text = match (args.json, args.markdown) {
         (true, _) => console::format_json(&report),
@@ -53,7 +53,7 @@ pub fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<(), Failure> {
     console::print(text)
 }
 
-fn require_svg(path: &Path) -> Result<(), Failure> {
+fn require_svg_extension(path: &Path) -> Result<(), Failure> {
     if path
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("svg"))
@@ -69,7 +69,7 @@ fn require_svg(path: &Path) -> Result<(), Failure> {
 
 /// Returns the options with a length of timing samples such that `rows` table rows, each with
 /// samples of two scans and the tree, together take the requested time.
-fn bench_options(args: &BenchArgs, rows: usize) -> BenchOptions {
+fn choose_bench_options(args: &BenchArgs, rows: usize) -> BenchOptions {
     let samples = f64::from(args.repeats) * 3.0 * rows as f64;
     BenchOptions {
         repeats: args.repeats as usize,
@@ -83,14 +83,14 @@ fn measure_generated_scenes(
     verbosity: Verbosity,
 ) -> Result<BenchReport, Failure> {
     let (kinds, sizes) = (args.shape.generated_kinds(), generated_sizes(args.max_n));
-    let bench_options = bench_options(args, kinds.len() * sizes.len());
+    let bench_options = choose_bench_options(args, kinds.len() * sizes.len());
     let (mut steps, mut rows) = (StepProgress::start(verbosity), 0.0);
     let all = (kinds.len() * sizes.len()) as f64;
     let mut series = Vec::with_capacity(kinds.len());
     for kind in kinds {
         let mut done = |row: &ScanTreeTiming| {
             rows += 1.0;
-            steps.show(&format!("{} {}", row.primitives, kind.name()), rows / all);
+            steps.show_step(&format!("{} {}", row.primitives, kind.name()), rows / all);
         };
         series.push(
             measure_generated(kind, &sizes, &bench_options, &mut done)
@@ -99,7 +99,7 @@ fn measure_generated_scenes(
     }
     Ok(BenchReport::new(
         bench_options,
-        BenchFigures::Generated(series),
+        BenchMeasurements::Generated(series),
     ))
 }
 
@@ -111,19 +111,19 @@ fn measure_scene(args: &BenchArgs, verbosity: Verbosity) -> Result<BenchReport, 
         &plan::build_load_options(&args.changes, None),
         &mut notes,
     )?;
-    notes.print_kept();
-    let bench_options = bench_options(args, SCENE_ROWS);
+    notes.print_kept_messages();
+    let bench_options = choose_bench_options(args, SCENE_ROWS);
     let settings = Settings::from_scene(&loaded.scene);
     let (mut steps, mut rows) = (StepProgress::start(verbosity), 0.0);
     let mut done = |_: &ScanTreeTiming| {
         rows += 1.0;
-        steps.show("rays measured", rows / SCENE_ROWS as f64);
+        steps.show_step("rays measured", rows / SCENE_ROWS as f64);
     };
     let rows = compare_scene(&loaded.scene, &settings, &bench_options, &mut done)
         .map_err(|error| bench_failure(error, &loaded.source.name))?;
     Ok(BenchReport::new(
         bench_options,
-        BenchFigures::Given {
+        BenchMeasurements::Given {
             scene: loaded.source.name,
             hash: loaded.hash.to_string(),
             rows: Box::new(rows),
@@ -162,7 +162,7 @@ mod tests {
             else {
                 panic!("a right command line")
             };
-            bench_options(&args, rows)
+            choose_bench_options(&args, rows)
         };
         // 0.75 s / (4 repeats · 3 samples · 2 rows)
         assert_eq!(

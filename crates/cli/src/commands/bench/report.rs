@@ -4,7 +4,7 @@
 use std::thread::available_parallelism;
 
 use raywright_core::bench::clock::CLOCK;
-use raywright_core::bench::{BenchOptions, BenchSeries, FILL, SceneComparison};
+use raywright_core::bench::{BenchOptions, FILL, GeneratedSceneTimings, SceneComparison};
 use raywright_core::ladder::build_quality_rung;
 use serde::Serialize;
 
@@ -38,15 +38,15 @@ pub struct BenchReport {
     pub sample_seconds: f64,
     /// Measured times, visits and memory.
     #[serde(flatten)]
-    pub measured: BenchFigures,
+    pub measured: BenchMeasurements,
 }
 
 /// Measured times, visits and memory.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum BenchFigures {
+pub enum BenchMeasurements {
     /// Time against the number of primitives, in generated scenes.
-    Generated(Vec<BenchSeries>),
+    Generated(Vec<GeneratedSceneTimings>),
     /// Time on a given scene, for camera rays and for bounces.
     Given {
         /// Name of the scene's file or preset.
@@ -62,7 +62,7 @@ pub enum BenchFigures {
 impl BenchReport {
     /// Combines measured times, visits and memory with the options of the measurement and the
     /// machine.
-    pub fn new(options: BenchOptions, measured: BenchFigures) -> Self {
+    pub fn new(options: BenchOptions, measured: BenchMeasurements) -> Self {
         Self {
             format: 1,
             version: env!("CARGO_PKG_VERSION"),
@@ -79,15 +79,15 @@ impl BenchReport {
     }
 
     /// Describes the rays, the query and the machine in sentences, for the lines above the table.
-    pub fn preamble(&self) -> Vec<String> {
+    pub fn format_preamble(&self) -> Vec<String> {
         let label = match &self.measured {
-            BenchFigures::Generated(_) => {
+            BenchMeasurements::Generated(_) => {
                 format!(
                     "Random rays through N primitives that together fill {} % of a unit cube for every N (size ∝ N^(−1/3)).",
                     FILL * 100.0
                 )
             }
-            BenchFigures::Given { scene, .. } => {
+            BenchMeasurements::Given { scene, .. } => {
                 format!("{scene}: camera rays, and a cosine-weighted bounce of each.")
             }
         };

@@ -1,11 +1,12 @@
 //! Tables of `bench`, as plain text and as Markdown.
 
 use raywright_core::bench::{
-    BenchSeries, Crossover, PowerLaw, QueryCost, SampleQuantiles, ScanTreeTiming, SceneComparison,
+    Crossover, GeneratedSceneTimings, PowerLaw, QueryCost, SampleQuantiles, ScanTreeTiming,
+    SceneComparison,
 };
 use raywright_io::format_bytes;
 
-use super::report::{BenchFigures, BenchReport};
+use super::report::{BenchMeasurements, BenchReport};
 use crate::console;
 use crate::table::{ColumnAlignment, Table, wrap_paragraph};
 
@@ -19,7 +20,7 @@ struct AnnotatedTable {
 /// Formats the report for a terminal.
 pub fn format_plain(report: &BenchReport) -> String {
     let preamble = report
-        .preamble()
+        .format_preamble()
         .into_iter()
         .map(|line| wrap_paragraph(&line) + "\n");
     preamble
@@ -29,7 +30,7 @@ pub fn format_plain(report: &BenchReport) -> String {
 
 /// Formats the report as Markdown.
 pub fn format_markdown(report: &BenchReport) -> String {
-    let preamble = report.preamble().into_iter().map(|line| line + "\n");
+    let preamble = report.format_preamble().into_iter().map(|line| line + "\n");
     preamble
         .chain(build_tables(report).iter().map(AnnotatedTable::to_markdown))
         .collect()
@@ -37,11 +38,11 @@ pub fn format_markdown(report: &BenchReport) -> String {
 
 fn build_tables(report: &BenchReport) -> Vec<AnnotatedTable> {
     match &report.measured {
-        BenchFigures::Generated(series) => series
+        BenchMeasurements::Generated(series) => series
             .iter()
             .flat_map(|s| [build_series_table(s, report), build_series_cost_table(s)])
             .collect(),
-        BenchFigures::Given { rows, .. } => vec![
+        BenchMeasurements::Given { rows, .. } => vec![
             build_scene_table(rows, report),
             build_scene_cost_table(rows),
         ],
@@ -51,7 +52,7 @@ fn build_tables(report: &BenchReport) -> Vec<AnnotatedTable> {
 /// Headings of the columns with times of scan and tree, and with their ratio.
 const TIME_HEADINGS: [&str; 3] = ["scan, ns/ray", "tree, ns/ray", "scan : tree"];
 
-fn build_series_table(series: &BenchSeries, report: &BenchReport) -> AnnotatedTable {
+fn build_series_table(series: &GeneratedSceneTimings, report: &BenchReport) -> AnnotatedTable {
     let [scan, tree, ratio] = TIME_HEADINGS;
     let names = [
         "N",
@@ -63,8 +64,8 @@ fn build_series_table(series: &BenchSeries, report: &BenchReport) -> AnnotatedTa
         "tests/ray",
     ];
     let cells = |row: &ScanTreeTiming| {
-        let [scan, tree, ratio] = time_cells(row);
-        let [hits, nodes, tests] = traversal_cells(row);
+        let [scan, tree, ratio] = format_time_cells(row);
+        let [hits, nodes, tests] = format_traversal_cells(row);
         [
             row.primitives.to_string(),
             hits,
@@ -110,7 +111,7 @@ fn describe_crossover(crossover: Option<Crossover>) -> String {
 }
 
 /// Builds the table of build times and memory of a series.
-fn build_series_cost_table(series: &BenchSeries) -> AnnotatedTable {
+fn build_series_cost_table(series: &GeneratedSceneTimings) -> AnnotatedTable {
     let names = [
         "N",
         "scan: build, ms",
@@ -120,7 +121,7 @@ fn build_series_cost_table(series: &BenchSeries) -> AnnotatedTable {
     ];
     let cells = |row: &ScanTreeTiming| {
         let per_primitive = |cost: Option<QueryCost>| {
-            build_cost_cells(cost, |bytes| {
+            format_build_cost_cells(cost, |bytes| {
                 format_three_digits(bytes as f64 / row.primitives as f64)
             })
         };
@@ -153,8 +154,8 @@ fn build_scene_table(comparison: &SceneComparison, report: &BenchReport) -> Anno
         "tests/ray",
     ];
     let cells = |name: &str, row: &ScanTreeTiming| {
-        let [scan, tree, ratio] = time_cells(row);
-        let [hits, nodes, tests] = traversal_cells(row);
+        let [scan, tree, ratio] = format_time_cells(row);
+        let [hits, nodes, tests] = format_traversal_cells(row);
         [
             name.to_owned(),
             row.tree.rays.to_string(),
@@ -193,7 +194,7 @@ fn build_scene_table(comparison: &SceneComparison, report: &BenchReport) -> Anno
 fn build_scene_cost_table(comparison: &SceneComparison) -> AnnotatedTable {
     let row = &comparison.camera;
     let cells = |(name, cost): (&str, Option<QueryCost>)| {
-        let [build, bytes] = build_cost_cells(cost, |bytes| format_bytes(bytes as u64));
+        let [build, bytes] = format_build_cost_cells(cost, |bytes| format_bytes(bytes as u64));
         [name.to_owned(), build, bytes].into_iter().collect()
     };
     let structures = [("scan", row.scan), ("tree", Some(row.tree))];
@@ -214,7 +215,7 @@ fn build_scene_cost_table(comparison: &SceneComparison) -> AnnotatedTable {
 }
 
 /// Formats the cells below the headings [`TIME_HEADINGS`].
-fn time_cells(row: &ScanTreeTiming) -> [String; 3] {
+fn format_time_cells(row: &ScanTreeTiming) -> [String; 3] {
     let time = |cost: Option<QueryCost>| {
         cost.map_or_else(
             || "not run".to_owned(),
@@ -244,7 +245,7 @@ fn time_cells(row: &ScanTreeTiming) -> [String; 3] {
 
 /// Formats the cells for the share of rays that hit, and for the nodes and primitive tests of the
 /// tree per ray.
-fn traversal_cells(row: &ScanTreeTiming) -> [String; 3] {
+fn format_traversal_cells(row: &ScanTreeTiming) -> [String; 3] {
     [
         format!("{:.1} %", row.hit_share * 100.0),
         format!("{:.1}", row.tree.nodes_per_ray),
@@ -254,7 +255,10 @@ fn traversal_cells(row: &ScanTreeTiming) -> [String; 3] {
 
 /// Formats two cells: the build time in milliseconds with its spread, and the memory in bytes as
 /// `memory` formats it.
-fn build_cost_cells(cost: Option<QueryCost>, memory: impl Fn(usize) -> String) -> [String; 2] {
+fn format_build_cost_cells(
+    cost: Option<QueryCost>,
+    memory: impl Fn(usize) -> String,
+) -> [String; 2] {
     cost.map_or_else(
         || ["not run".to_owned(), "-".to_owned()],
         |cost| {
@@ -412,10 +416,10 @@ mod tests {
             ratio: Some(format_spread(16.0)),
         };
         assert_eq!(
-            time_cells(&row),
+            format_time_cells(&row),
             ["800 ± 5.0 %", "50.0 ± 5.0 %", "16.0 ± 5.0 %"]
         );
-        assert_eq!(traversal_cells(&row), ["62.5 %", "7.2", "2.5"]);
+        assert_eq!(format_traversal_cells(&row), ["62.5 %", "7.2", "2.5"]);
         let comparison = SceneComparison {
             camera: row,
             bounce: None,
@@ -437,6 +441,9 @@ mod tests {
             ratio: None,
             ..row
         };
-        assert_eq!(time_cells(&untimed), ["not run", "50.0 ± 5.0 %", "-"]);
+        assert_eq!(
+            format_time_cells(&untimed),
+            ["not run", "50.0 ± 5.0 %", "-"]
+        );
     }
 }

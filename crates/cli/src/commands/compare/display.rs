@@ -45,7 +45,7 @@ impl ChosenDisplay {
     /// picture holds display values, the display recorded in its file takes precedence over the
     /// display in the other file. `with_flags` applies the flags to a display; `all_given` states
     /// whether flags give all its settings.
-    pub fn choose(
+    pub fn choose_display(
         (with_flags, all_given): (impl FnOnce(Display) -> Display, bool),
         picture: &ComparisonPicture,
         reference: &ComparisonPicture,
@@ -89,7 +89,7 @@ impl ChosenDisplay {
     }
 
     /// Formats the display as text for the table, with the name of its source.
-    pub fn format_row(&self, [picture, reference]: [&str; 2]) -> String {
+    pub fn format_display_row(&self, [picture, reference]: [&str; 2]) -> String {
         let DisplayReport {
             tone_map,
             gamma,

@@ -107,7 +107,7 @@ impl ComparisonResult {
             quality: None,
         };
         let all_given = args.exposure.is_some() && args.tonemap.is_some() && args.gamma.is_some();
-        let shown = ChosenDisplay::choose(
+        let shown = ChosenDisplay::choose_display(
             (
                 |own_display| plan::apply_display_flags(&flags, own_display),
                 all_given,
@@ -118,7 +118,7 @@ impl ComparisonResult {
         let display = shown.map(|shown| shown.display).unwrap_or_default();
         let verdict = args
             .noise
-            .then(|| noise::judge_by_noise(picture, reference, names, args.level))
+            .then(|| noise::test_against_noise(picture, reference, names, args.level))
             .transpose()?;
         let comparison = compare(
             to_compared_picture(&picture.stored_picture),
@@ -136,7 +136,7 @@ impl ComparisonResult {
             verdict
                 .as_ref()
                 .filter(|verdict| verdict.beyond > 0)
-                .map(|verdict| format!("noise: {}", noise::describe_verdict(verdict))),
+                .map(|verdict| format!("noise: {}", noise::describe_noise_test(verdict))),
         );
         Ok(Self {
             comparison,
@@ -161,11 +161,11 @@ impl ComparisonResult {
         let names = [&args.picture, &args.reference].map(|name| name.display().to_string());
         let shown = self
             .chosen_display
-            .map(|shown| shown.format_row(names.each_ref().map(String::as_str)));
+            .map(|shown| shown.format_display_row(names.each_ref().map(String::as_str)));
         let parts = [
-            describe_windows(data_windows(pair)),
+            describe_data_windows(data_windows(pair)),
             shown,
-            self.verdict.as_ref().map(noise::describe_verdict),
+            self.verdict.as_ref().map(noise::describe_noise_test),
         ];
         format_table(&self.comparison, parts.map(Option::unwrap_or_default))
     }
@@ -185,7 +185,7 @@ fn check_diff_target(path: &Path, args: &CompareArgs) -> Result<(), Failure> {
         .into());
     }
     let (mut outputs, mut inputs) = (OutputFiles::default(), InputFiles::default());
-    outputs.add(path, "--diff")?;
+    outputs.add_output(path, "--diff")?;
     inputs.record_read(&args.picture);
     inputs.record_read(&args.reference);
     outputs.check_against_inputs(&inputs)
@@ -204,7 +204,7 @@ fn refuse_different_windows(
     if one == other {
         return Ok(());
     }
-    let [one, other] = [one, other].map(format_window);
+    let [one, other] = [one, other].map(format_data_window);
     let names = names.map(|name| name.display().to_string());
     let error = Error::invalid_input(
         names.join(" and "),
@@ -216,22 +216,22 @@ fn refuse_different_windows(
 }
 
 /// Describes the data windows of two pictures; `None` if neither picture has a window.
-fn describe_windows(windows: [Option<DataWindow>; 2]) -> Option<String> {
+fn describe_data_windows(windows: [Option<DataWindow>; 2]) -> Option<String> {
     match windows {
         [None, None] => None,
-        [Some(one), Some(_)] => Some(format_window(one)),
+        [Some(one), Some(_)] => Some(format_data_window(one)),
         [Some(one), None] => Some(format!(
             "{} against a picture without data window",
-            format_window(one)
+            format_data_window(one)
         )),
         [None, Some(other)] => Some(format!(
             "a picture without data window against {}",
-            format_window(other)
+            format_data_window(other)
         )),
     }
 }
 
-fn format_window(
+fn format_data_window(
     DataWindow {
         origin: [x, y],
         full: [width, height],

@@ -11,7 +11,7 @@ use raywright_io::{Error, Limits};
 
 use crate::args::names;
 use crate::failure::Failure;
-use crate::table::{format_four_digits, format_significant};
+use crate::table::{format_four_digits, format_significant_digits};
 
 /// A picture of a comparison, with the standard errors of its pixels.
 pub struct ComparisonPicture {
@@ -68,7 +68,7 @@ pub fn read_with_errors(path: &Path) -> Result<ComparisonPicture, Failure> {
     let metadata = stored_picture.metadata();
     let errors = standard_errors(&stored_picture.picture, &metadata);
     Ok(ComparisonPicture {
-        display: recorded_display(&metadata),
+        display: read_recorded_display(&metadata),
         stored_picture,
         errors,
     })
@@ -110,7 +110,7 @@ fn degrees_of_freedom(metadata: &PictureMetadata) -> f64 {
 }
 
 /// Returns the display settings recorded in a picture's metadata; `None` if any setting is missing.
-fn recorded_display(metadata: &PictureMetadata) -> Option<Display> {
+fn read_recorded_display(metadata: &PictureMetadata) -> Option<Display> {
     Some(Display {
         tone_map: names::parse_variant(metadata.setting("tone_map")?).ok()?,
         curve: names::parse_variant(metadata.setting("gamma")?).ok()?,
@@ -161,7 +161,7 @@ impl ComparisonPicture {
 
 /// Tests whether two pictures differ by more than their noise. `level` is the probability of a
 /// false alarm.
-pub fn judge_by_noise(
+pub fn test_against_noise(
     picture: &ComparisonPicture,
     reference: &ComparisonPicture,
     names: [&Path; 2],
@@ -201,7 +201,7 @@ pub fn judge_by_noise(
 }
 
 /// Formats the result of the test for noise as text for the table.
-pub fn describe_verdict(verdict: &NoiseTestResult) -> String {
+pub fn describe_noise_test(verdict: &NoiseTestResult) -> String {
     let NoiseTestResult {
         level,
         blocks,
@@ -223,7 +223,7 @@ pub fn describe_verdict(verdict: &NoiseTestResult) -> String {
         let deviation = if block.deviation.is_finite() {
             format!(
                 "{} standard errors",
-                format_significant(block.deviation.abs(), 2)
+                format_significant_digits(block.deviation.abs(), 2)
             )
         } else {
             "although the block has no noise".to_owned()
@@ -241,7 +241,7 @@ pub fn describe_verdict(verdict: &NoiseTestResult) -> String {
     };
     format!(
         "{found} (a false alarm in {} of 100 comparisons){}{left}",
-        format_significant(100.0 * level, 2),
+        format_significant_digits(100.0 * level, 2),
         clearest.unwrap_or_default()
     )
 }

@@ -91,7 +91,7 @@ impl FileInfo {
             extensions: contents.extensions.iter().map(extension).collect(),
             bounds: (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
             memory: estimate_scene_memory(scene, &settings)
-                .by_purpose()
+                .bytes_by_purpose()
                 .into_iter()
                 .map(|(name, bytes)| (name.to_owned(), bytes.into()))
                 .collect(),

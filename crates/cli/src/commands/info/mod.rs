@@ -34,15 +34,15 @@ pub fn run(args: &InfoArgs, verbosity: Verbosity) -> Result<(), Failure> {
         &plan::build_load_options(&args.changes, None),
         &mut notes,
     )?;
-    notes.print_kept();
+    notes.print_kept_messages();
     console::print(if args.json {
         console::format_json(&json::FileInfo::from_loaded(&loaded))
     } else {
-        format_columns(&table_rows(&loaded))
+        format_columns(&format_table_rows(&loaded))
     })
 }
 
-fn table_rows(loaded: &LoadedScene) -> Vec<[String; 2]> {
+fn format_table_rows(loaded: &LoadedScene) -> Vec<[String; 2]> {
     let scene = &loaded.scene;
     let rows = [
         ("file", loaded.source.name.clone()),
@@ -66,7 +66,7 @@ fn table_rows(loaded: &LoadedScene) -> Vec<[String; 2]> {
             "lights",
             format_kind_counts(scene.lights.iter().map(|light| light_kind(&light.kind))),
         ),
-        ("sky", own_sky_kind(loaded)),
+        ("sky", describe_file_sky(loaded)),
         (
             "objects",
             format_kind_counts(scene.objects.iter().map(|object| shape_kind(&object.shape))),
@@ -84,7 +84,7 @@ fn table_rows(loaded: &LoadedScene) -> Vec<[String; 2]> {
         ),
         ("textures", format_count(scene.textures.len())),
         ("images", list_images(scene)),
-        ("scenes", list_with_index(&loaded.contents.scenes)),
+        ("scenes", format_indexed_names(&loaded.contents.scenes)),
         (
             "variants",
             join_items(loaded.contents.variants.iter().cloned()),
@@ -100,7 +100,7 @@ fn table_rows(loaded: &LoadedScene) -> Vec<[String; 2]> {
     ];
     let rows = rows
         .into_iter()
-        .chain(bounds_and_memory_rows(scene))
+        .chain(format_bounds_and_memory(scene))
         .chain([("hash", loaded.hash.to_string())]);
     rows.filter(|(_, text)| !text.is_empty())
         .map(|(name, text)| [name.to_owned(), text])
@@ -110,7 +110,7 @@ fn table_rows(loaded: &LoadedScene) -> Vec<[String; 2]> {
 /// Returns two rows: the bounds of the whole scene, and an upper bound of a render's memory. Both
 /// are computed from the scene's data without building an accelerator, which would be slow for
 /// models of millions of triangles.
-fn bounds_and_memory_rows(scene: &Scene) -> [(&'static str, String); 2] {
+fn format_bounds_and_memory(scene: &Scene) -> [(&'static str, String); 2] {
     let settings = Settings::from_scene(scene);
     let SceneExtent { bounds, unbounded } = measure_extent(scene, settings.precision);
     let corner = |point: DVec3| point.to_array().map(format_four_digits).join(", ");
@@ -130,7 +130,9 @@ fn bounds_and_memory_rows(scene: &Scene) -> [(&'static str, String); 2] {
         ("bounds", box_around + &unbounded_text),
         (
             "memory",
-            memory::format_parts(&estimate_scene_memory(scene, &settings).by_purpose()),
+            memory::format_memory_parts(
+                &estimate_scene_memory(scene, &settings).bytes_by_purpose(),
+            ),
         ),
     ]
 }
@@ -170,7 +172,7 @@ fn join_items(items: impl Iterator<Item = String>) -> String {
 }
 
 /// Formats the scenes of a file by index and name; empty for a file with a single scene.
-fn list_with_index(names: &[String]) -> String {
+fn format_indexed_names(names: &[String]) -> String {
     let numbered =
         |(index, name): (usize, &String)| format!("{index} {name}").trim_end().to_owned();
     if names.len() > 1 {
@@ -263,7 +265,7 @@ fn light_kind(kind: &LightKind) -> &'static str {
 
 /// Returns the kind of the sky in the scene file; empty if the file has none, even if the program
 /// adds a sky.
-fn own_sky_kind(loaded: &LoadedScene) -> String {
+fn describe_file_sky(loaded: &LoadedScene) -> String {
     let own = loaded
         .scene
         .sky

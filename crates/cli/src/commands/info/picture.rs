@@ -46,7 +46,7 @@ pub fn run(path: &Path, as_json: bool) -> Result<(), Failure> {
     console::print(if as_json {
         console::format_json(&picture_facts)
     } else {
-        format_columns(&picture_facts.table_rows())
+        format_columns(&picture_facts.format_table_rows())
     })
 }
 
@@ -54,7 +54,7 @@ impl PictureInfo {
     fn from_picture(path: &Path, stored_picture: &StoredPicture) -> Self {
         let picture = &stored_picture.picture;
         let metadata = stored_picture.metadata();
-        let error = error_json(&metadata);
+        let error = convert_error_to_json(&metadata);
         let PictureMetadata {
             software,
             scene_hash,
@@ -86,7 +86,7 @@ impl PictureInfo {
         }
     }
 
-    fn table_rows(&self) -> Vec<[String; 2]> {
+    fn format_table_rows(&self) -> Vec<[String; 2]> {
         let [width, height] = self.size;
         let rows = [
             ("file", self.file.clone()),
@@ -95,7 +95,10 @@ impl PictureInfo {
                 "picture",
                 format!(
                     "{width}x{height} pixels{}",
-                    self.window.as_ref().map(format_window).unwrap_or_default()
+                    self.window
+                        .as_ref()
+                        .map(format_data_window)
+                        .unwrap_or_default()
                 ),
             ),
             ("layers", self.layers.join(", ")),
@@ -120,7 +123,7 @@ impl PictureInfo {
 }
 
 /// Formats a data window, offset and full size in pixels: ` at 16, 8 of 320x180`.
-fn format_window(window: &Value) -> String {
+fn format_data_window(window: &Value) -> String {
     let number = |list: &str, i: usize| &window[list][i];
     format!(
         " at {}, {} of {}x{}",
@@ -133,7 +136,7 @@ fn format_window(window: &Value) -> String {
 
 /// Converts the error estimate in a file's metadata to JSON, with numbers as numbers; `None` if the
 /// file has no estimate.
-fn error_json(metadata: &PictureMetadata) -> Option<Value> {
+fn convert_error_to_json(metadata: &PictureMetadata) -> Option<Value> {
     let number = |name: &str| {
         metadata
             .error_value(name)

@@ -48,7 +48,7 @@ struct ErrorTracker {
 impl ErrorTracker {
     /// Makes a new error estimate if an estimate is due or `is_last`, and returns the latest
     /// estimate.
-    fn update(&mut self, film: &Film, is_last: bool) -> Option<Uncertainty> {
+    fn update_estimate(&mut self, film: &Film, is_last: bool) -> Option<Uncertainty> {
         if is_last
             || self
                 .last_estimate
@@ -129,7 +129,7 @@ pub fn check_film_flags(
     let Some(path) = &task.checkpoint else {
         return Ok(());
     };
-    outputs.add(path, "--checkpoint")?;
+    outputs.add_output(path, "--checkpoint")?;
     // The resumed file may be the checkpoint file itself, because the new checkpoint contains all
     // of its samples.
     let mut inputs = InputFiles::default();
@@ -237,7 +237,7 @@ impl<'a> FilmSession<'a> {
                 .then(|| last_checkpoint + checkpoint_interval);
             let progress_at = prints_progress.then(|| last_progress + PROGRESS_INTERVAL);
             let pause_at = checkpoint_at.into_iter().chain(progress_at).min();
-            let pause_with = self.previews.next_update(&self.kept_film.film);
+            let pause_with = self.previews.next_update_sample_count(&self.kept_film.film);
             let deadlines = Deadlines {
                 deadline,
                 pause_at,
@@ -251,11 +251,11 @@ impl<'a> FilmSession<'a> {
             };
             let rendered = ready.render_part(&mut self.kept_film.film, &self.part, &watch);
             rendered.map_err(Error::invalid_usage)?;
-            self.is_done =
-                !watch.was_stopped() && (self.unfinished_tiles() == 0 || watch.is_late());
+            self.is_done = !watch.was_stopped()
+                && (self.count_unfinished_tiles() == 0 || watch.is_past_deadline());
             let ends = self.is_done || watch.was_stopped();
             if prints_progress {
-                let error = error.update(&self.kept_film.film, ends);
+                let error = error.update_estimate(&self.kept_film.film, ends);
                 console::print_message(self.format_progress_line(progress, error));
                 last_progress = Instant::now();
             }
@@ -283,7 +283,7 @@ impl<'a> FilmSession<'a> {
         let done = watch.finished_samples.load(Ordering::Relaxed);
         if !self
             .previews
-            .next_update(film)
+            .next_update_sample_count(film)
             .is_some_and(|next| ends || done >= next)
         {
             return;
@@ -294,20 +294,20 @@ impl<'a> FilmSession<'a> {
         } else {
             &nothing
         };
-        if let Some(failed) = self
-            .previews
-            .update(film, (done, watch), (*display, metadata))
+        if let Some(failed) =
+            self.previews
+                .update_previews(film, (done, watch), (*display, metadata))
         {
             self.task
                 .verbosity
-                .warn(format_args!("{failed}; the render continues"));
+                .print_warning(format_args!("{failed}; the render continues"));
         }
     }
 
     /// Formats the progress as a line of JSON for `--progress json`.
     fn format_progress_line(&self, progress: &Progress, error: Option<Uncertainty>) -> String {
         let ([picture, pictures], (seconds, left)) =
-            (progress.pieces(), progress.elapsed_and_left());
+            (progress.piece_counts(), progress.elapsed_and_left());
         let samples = self.kept_film.film.sample_range(&self.part);
         let pass = ProgressLine {
             format: PROGRESS_FORMAT,
@@ -339,7 +339,7 @@ impl<'a> FilmSession<'a> {
             .as_ref()
             .filter(|_| !self.is_done && self.checkpoint_error.is_none())
         {
-            self.task.verbosity.warn(format_args!(
+            self.task.verbosity.print_warning(format_args!(
                 "the checkpoint is not written, and the render continues: {}",
                 error.message()
             ));
@@ -358,7 +358,7 @@ impl<'a> FilmSession<'a> {
         if let Some(budget) = self.task.budget.map(|budget| budget.as_secs_f64())
             && clock.total_seconds() > 1.1 * budget
         {
-            notes.hint(format!(
+            notes.add_hint(format!(
                 "the budget of {} is too short for one pass over the picture, which ended after {}; a smaller --size takes less time",
                 format_duration(budget),
                 format_duration(clock.total_seconds())
@@ -367,7 +367,7 @@ impl<'a> FilmSession<'a> {
     }
 
     /// Returns the number of tiles, among those that this run renders, that lack samples.
-    fn unfinished_tiles(&self) -> usize {
+    fn count_unfinished_tiles(&self) -> usize {
         self.kept_film.film.unfinished_tiles(&self.part)
     }
 

@@ -57,7 +57,7 @@ impl LivePreviews {
 
     /// Returns the sample count, summed over all pixels, at which the next update is due, first at
     /// one sample per pixel; `None` without previews.
-    pub fn next_update(&self, film: &Film) -> Option<u64> {
+    pub fn next_update_sample_count(&self, film: &Film) -> Option<u64> {
         let pixels = || film.size().into_iter().map(u64::from).product();
         (self.preview.is_some() || self.tev.is_some())
             .then(|| self.next_update.unwrap_or_else(pixels))
@@ -65,14 +65,14 @@ impl LivePreviews {
 
     /// Updates the previews. Returns the message of a failed update, which does not end the render.
     /// A viewer that closed its connection gets no further updates.
-    pub fn update(
+    pub fn update_previews(
         &mut self,
         film: &Film,
         (done, observer): (u64, &dyn Observer),
         (display, metadata): (Display, &PictureMetadata),
     ) -> Option<String> {
         self.next_update = self
-            .next_update(film)
+            .next_update_sample_count(film)
             .map(|next| next.max(done).saturating_mul(2));
         let rendered = RenderStage::from_film(film).into_output(observer);
         if rendered.counters.samples == 0 {

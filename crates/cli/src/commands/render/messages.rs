@@ -17,20 +17,20 @@ use crate::commands::explain;
 use crate::console::mask_to_one_line;
 use crate::notes::Notes;
 use crate::plan::PicturePlan;
-use crate::table::{format_columns, format_significant};
+use crate::table::{format_columns, format_significant_digits};
 use crate::targets::OutputTarget;
 use crate::{memory, origin};
 
 /// Warns of the effects that are left out, and prints all effects in verbose runs.
 pub(super) fn note_effects(loaded: &LoadedScene, report: &EffectReport, notes: &mut Notes) {
-    notes.detail(explain::format_effects(&loaded.source, report, false));
+    notes.print_detail(explain::format_effects(&loaded.source, report, false));
     let names: Vec<&str> = report
         .left_out()
         .map(|finding| finding.effect.name())
         .collect();
     if !names.is_empty() {
         let name = &loaded.source.name;
-        notes.warn(format!(
+        notes.add_warning(format!(
             "effects left out: {} (reasons and remedies: raywright explain {name})",
             names.join(", ")
         ));
@@ -55,7 +55,7 @@ pub(super) fn note_clamp_bias(
     } else {
         "--clamp has no effect: it dims samples of path tracing, and this scene is rendered without path tracing".to_owned()
     };
-    notes.warn(&message);
+    notes.add_warning(&message);
     loaded.warnings.push(Warning {
         code: WarningCode::Samples,
         message,
@@ -75,7 +75,7 @@ pub(super) fn note_lost_objects(loaded: &LoadedScene, ready: &ReadyScene, notes:
     } else {
         format!(" and {} more", others.len())
     };
-    notes.warn(format!(
+    notes.add_warning(format!(
         "{object}{more} cannot be seen: so far from the origin, the corners of such small triangles coincide in single \
          precision; move the mesh nearer to the origin, or add --precision reference"
     ));
@@ -90,7 +90,7 @@ pub(super) fn note_unresolved_objects(loaded: &LoadedScene, ready: &ReadyScene, 
         return;
     };
     let object = object_name(loaded, first as usize);
-    notes.warn(format!(
+    notes.add_warning(format!(
         "{object} is so far from the rest of the scene that single precision does not resolve a thousandth of its size; move the objects \
          nearer to each other, or add --precision reference"
     ));
@@ -115,7 +115,7 @@ pub(super) fn note_missing_edges(loaded: &LoadedScene, settings: &Settings, note
     } else {
         "the scene also has shapes"
     };
-    notes.hint(format!(
+    notes.add_hint(format!(
         "--wireframe draws the edges of triangles, and {which} without edges, such as spheres"
     ));
 }
@@ -154,9 +154,9 @@ pub(super) fn note_closed_gaps(
     let message = format!(
         "the gap between {object} and {other}{more} is closed: light passes from the first into the second without crossing the gap, since they touch or are \
          closer than rounding resolves; leave {} metres or more between them{exact}",
-        format_significant(*resolved, 2)
+        format_significant_digits(*resolved, 2)
     );
-    notes.warn(&message);
+    notes.add_warning(&message);
     loaded.warnings.push(Warning {
         code: WarningCode::Precision,
         message,
@@ -202,9 +202,9 @@ pub(super) fn note_light_leaks(
         "{lamp} shines through {}{more}, which is opaque but closer to the light than rounding resolves; leave {} metres or more between \
          them{exact}",
         object_name(loaded, *cover),
-        format_significant(*resolved, 2)
+        format_significant_digits(*resolved, 2)
     );
-    notes.warn(&message);
+    notes.add_warning(&message);
     loaded.warnings.push(Warning {
         code: WarningCode::Precision,
         message,
@@ -240,7 +240,7 @@ pub fn note_lost_samples(counters: &Counters, notes: &mut Notes) -> Vec<Warning>
         SampleLoss::NotFinite { dropped, of: total } => format!(
             "{dropped} of {total} samples ({} %) were not finite and were dropped, so that their pixels are wrong; look for numbers \
              that are too large or not defined in materials, lights and sky, or add --precision reference",
-            format_significant(100.0 * dropped as f64 / total as f64, 2)
+            format_significant_digits(100.0 * dropped as f64 / total as f64, 2)
         ),
         SampleLoss::CutShort {
             rays,
@@ -260,7 +260,7 @@ pub fn note_lost_samples(counters: &Counters, notes: &mut Notes) -> Vec<Warning>
         .collect();
     warnings
         .iter()
-        .for_each(|warning| notes.warn(&warning.message));
+        .for_each(|warning| notes.add_warning(&warning.message));
     warnings
 }
 
@@ -295,9 +295,9 @@ pub(super) fn note_exposure(
     };
     let message = format!("{:.0} % of the pixels are {label}; {advice}", 100.0 * share);
     if clipped > BAD {
-        notes.warn(message)
+        notes.add_warning(message)
     } else {
-        notes.hint(message)
+        notes.add_hint(message)
     }
 }
 
@@ -323,7 +323,7 @@ pub(super) fn note_unreached_lights(
     );
     match unreached_lights.as_slice() {
         [] => {}
-        [unreached_light] => notes.hint(format!(
+        [unreached_light] => notes.add_hint(format!(
             "nothing is lit by {}: {stopped}",
             light(unreached_light)
         )),
@@ -333,7 +333,7 @@ pub(super) fn note_unreached_lights(
             } else {
                 String::new()
             };
-            notes.hint(format!(
+            notes.add_hint(format!(
                 "nothing is lit by {}{others} and {}: {stopped}",
                 light(first),
                 light(last)
@@ -358,11 +358,11 @@ pub fn report_error(
         .filter(|&requested| is_met(requested))
         .and_then(|requested| describe_doubted_progress(film, requested))
     {
-        notes.hint(format!("{doubted}; more samples were therefore taken"));
+        notes.add_hint(format!("{doubted}; more samples were therefore taken"));
     }
     let noise = format_error_measures(noisy);
-    notes.detail(format_args!("noise: {noise}"));
-    let about = format_significant(noisy.root_relmse.value, 2);
+    notes.print_detail(format_args!("noise: {noise}"));
+    let about = format_significant_digits(noisy.root_relmse.value, 2);
     let reached_text = requested
         .filter(|&requested| is_met(requested))
         .map(|requested| format!(", below the requested {requested}"))
@@ -377,12 +377,12 @@ pub fn report_error(
     match noisy.doubt {
         None | Some(Doubt::FewSamples) => {}
         Some(Doubt::FewPixels) if noisy.root_relmse.high == 0.0 => {
-            notes.warn("not converged: rays were sent to lamps or to the sky, and no sample found light; a larger --spp may find some");
+            notes.add_warning("not converged: rays were sent to lamps or to the sky, and no sample found light; a larger --spp may find some");
         }
-        Some(Doubt::FewPixels | Doubt::WideInterval) => notes.warn(format!(
+        Some(Doubt::FewPixels | Doubt::WideInterval) => notes.add_warning(format!(
             "not converged: a few pixels have most of the noise ({noise}), as in places where light is rarely found; a larger --spp finds it more often"
         )),
-        Some(Doubt::LightByChance) => notes.warn(format!(
+        Some(Doubt::LightByChance) => notes.add_warning(format!(
             "not converged: lamps and suns that shine by mirrors or through glass are hit by chance, and only {} of {} such paths hit one ({noise}); \
              a larger --spp hits more",
             film.counters().found,
@@ -396,7 +396,7 @@ pub fn report_error(
 fn is_error_reached(requested: f64, noisy: &Uncertainty, rendered: &RenderOutput) -> bool {
     rendered
         .denoise_output()
-        .map_or(noisy.reaches(requested), |denoised| {
+        .map_or(noisy.is_error_below(requested), |denoised| {
             denoised.reaches_error(requested, noisy)
         })
 }
@@ -441,7 +441,7 @@ fn describe_doubted_progress(film: &Film, requested: f64) -> Option<String> {
     };
     Some(format!(
         "{samples} samples seemed to reach the error of {requested}, with an estimate of {}, but {reason}",
-        format_significant(first.error, 2)
+        format_significant_digits(first.error, 2)
     ))
 }
 
@@ -456,7 +456,7 @@ pub(super) fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &m
         && settings.sampling.samples_per_pixel() >= FEWEST_SAMPLES
         && settings.max_error.is_none();
     if can && !settings.denoise && noisy.root_relmse.value > NOTICEABLE_ERROR {
-        notes.hint(
+        notes.add_hint(
             "--denoise reduces such an error to 0.2 to 0.9 of its size, usually to half (docs/accuracy.md)",
         );
     }
@@ -473,13 +473,13 @@ fn format_error_measures(of: &Uncertainty) -> String {
 
 fn format_with_interval(estimate: ErrorEstimate) -> String {
     if estimate.value == 0.0 && estimate.high > 0.0 {
-        return format!("at most {}", format_significant(estimate.high, 3));
+        return format!("at most {}", format_significant_digits(estimate.high, 3));
     }
     format!(
         "{} ({} to {})",
-        format_significant(estimate.value, 3),
-        format_significant(estimate.low, 3),
-        format_significant(estimate.high, 3)
+        format_significant_digits(estimate.value, 3),
+        format_significant_digits(estimate.low, 3),
+        format_significant_digits(estimate.high, 3)
     )
 }
 
@@ -499,14 +499,14 @@ fn report_denoised_error(rendered: &RenderOutput, notes: &mut Notes) -> Option<S
     let denoised = match rendered.denoised.as_ref()? {
         Ok(denoised) => denoised,
         Err(error) => {
-            notes.warn(format!("not denoised: {error}"));
+            notes.add_warning(format!("not denoised: {error}"));
             return None;
         }
     };
     let light = format!(
         "{}{} % light",
         if denoised.light_change < 0.0 { "" } else { "+" },
-        format_significant(100.0 * denoised.light_change, 2)
+        format_significant_digits(100.0 * denoised.light_change, 2)
     );
     let root_relmse = denoised.error.root_relmse;
     let (error, figures) = match denoised.error.doubt {
@@ -515,7 +515,10 @@ fn report_denoised_error(rendered: &RenderOutput, notes: &mut Notes) -> Option<S
             format_error_measures(&denoised.error),
         ),
         Some(Doubt::WideInterval) if root_relmse.high.is_finite() => {
-            let most = format!("at most about {}", format_significant(root_relmse.high, 2));
+            let most = format!(
+                "at most about {}",
+                format_significant_digits(root_relmse.high, 2)
+            );
             (
                 format!("error {most}"),
                 format!("root relMSE not known, {most}"),
@@ -529,7 +532,7 @@ fn report_denoised_error(rendered: &RenderOutput, notes: &mut Notes) -> Option<S
             )
         }
     };
-    notes.detail(format_args!("denoised (biased): {figures}; {light}"));
+    notes.print_detail(format_args!("denoised (biased): {figures}; {light}"));
     Some(format!("denoised (biased), {error}"))
 }
 
@@ -570,7 +573,10 @@ pub(super) fn format_details(
                 .collect::<Vec<_>>()
                 .join(", "),
         ),
-        ("memory", memory::format_parts(&ready.memory().by_purpose())),
+        (
+            "memory",
+            memory::format_memory_parts(&ready.memory().bytes_by_purpose()),
+        ),
         (
             "method",
             format!(

@@ -38,7 +38,7 @@ const ALLOW_EMPTY: &str = "--allow-empty writes the picture nevertheless";
 /// Returns the error that the final message and the picture's file state: for path tracing, for
 /// denoised pictures and with a target error. `None` for a Whitted render without these, whose
 /// samples have no random error.
-fn claimed_error<'a>(
+fn select_reported_error<'a>(
     task: &RenderTask,
     (ready, rendered): (&ReadyScene, &RenderOutput),
     noisy: Option<&'a Uncertainty>,
@@ -66,7 +66,7 @@ fn picture_metadata(
 
 /// Prints the hash of a picture's pixels, where `--hash` requests it, before the name of each file
 /// that holds the pixels; before `name` if no file does.
-fn print_hash(
+fn print_pixel_hash(
     task: &RenderTask,
     (rendered, display): (&RenderOutput, Display),
     files: &[String],
@@ -90,7 +90,7 @@ fn print_hash(
 }
 
 /// Returns the file format of a picture whose file name the user did not give.
-fn default_format(task: &RenderTask) -> PictureFormat {
+fn default_picture_format(task: &RenderTask) -> PictureFormat {
     if wants_linear_output(task) {
         PictureFormat::Exr
     } else {
@@ -112,7 +112,7 @@ fn start_session<'a>(
     } else {
         format!("{stem}-{label}")
     };
-    let identity = origin::scene_identity(loaded, options, &task.choices);
+    let identity = origin::format_scene_identity(loaded, options, &task.choices);
     let metadata = origin::picture_metadata(loaded, plan, &task.choices);
     let onlookers = LivePreviews::from_task(task, &name, plan.has_auto_exposure)?;
     Ok(FilmSession::start(task, ready, identity, metadata, plan.display)?.with_previews(onlookers))
@@ -143,7 +143,7 @@ fn note_picture(
     notes: &mut Notes,
 ) {
     if let Some(reason) = scene_input::describe_empty_picture(loaded, rendered, &plan.settings) {
-        notes.warn(reason);
+        notes.add_warning(reason);
     }
     messages::note_exposure(rendered, plan, targets, notes);
 }
@@ -184,7 +184,7 @@ fn refuse_impossible_denoising(
         return Ok(());
     }
     if !ready.is_random() {
-        notes.hint(
+        notes.add_hint(
             "--denoise has no effect: no sample of this picture is random, so that it has no noise",
         );
     } else if settings.sampling.is_fixed() {
@@ -271,7 +271,7 @@ fn check_preview_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<
             ))
             .into());
     }
-    outputs.add(path, "--preview")
+    outputs.add_output(path, "--preview")
 }
 
 /// Checks that `--stats` names a JSON file that no other flag names, and adds it to the output
@@ -292,7 +292,7 @@ fn check_stats_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<()
             .with_hint(format!("--stats {}", path.with_extension("json").display()))
             .into());
     }
-    outputs.add(path, "--stats")
+    outputs.add_output(path, "--stats")
 }
 
 /// Starts the early stage of a run, loading and preparation, which the time budget and the memory

@@ -55,7 +55,7 @@ pub fn render_to_memory(
     notes.add_scene_warnings(&loaded);
     scene_input::note_added_parts(&loaded, &mut notes);
     if let Some(failure) =
-        scene_input::empty_scene_failure(&loaded).filter(|_| task.refuses_empty())
+        scene_input::empty_scene_failure(&loaded).filter(|_| task.refuses_empty_pictures())
     {
         return Err(failure.with_hint(ALLOW_EMPTY));
     }
@@ -77,9 +77,11 @@ pub fn render_to_memory(
         return Err(Failure::new(Exit::Interrupted, NOTHING_KEPT));
     }
     if let Some(reason) = scene_input::describe_empty_picture(&loaded, &rendered, &plan.settings)
-        .filter(|_| task.refuses_empty())
+        .filter(|_| task.refuses_empty_pictures())
     {
-        return Err(scene_input::empty_failure(&loaded.source.name, reason).with_hint(ALLOW_EMPTY));
+        return Err(
+            scene_input::empty_picture_failure(&loaded.source.name, reason).with_hint(ALLOW_EMPTY),
+        );
     }
     if plan.has_auto_exposure {
         plan.display = plan
@@ -90,7 +92,7 @@ pub fn render_to_memory(
     super::note_picture(&loaded, &rendered, &plan, &[], &mut notes);
     messages::note_unreached_lights(&loaded, &ready, &film, &mut notes);
     let noisy = rendered.error_before_denoising(&film);
-    let noisy = super::claimed_error(task, (&ready, &rendered), noisy.as_ref());
+    let noisy = super::select_reported_error(task, (&ready, &rendered), noisy.as_ref());
     messages::report_error(noisy, &film, &rendered, task.max_error, &mut notes);
     let shortfall = task
         .max_error
@@ -134,7 +136,7 @@ impl FinishedPicture {
 
     /// Writes the picture to a file in the format of its name, as `render -o` does.
     pub fn save(&self, path: &Path) -> Result<(), Failure> {
-        let picture = write::select_content(
+        let picture = write::select_picture_for_format(
             self.output_with_coverage(),
             PictureFormat::from_path(path)?,
             self.display,
@@ -149,7 +151,7 @@ impl FinishedPicture {
 
     /// Returns why the confidence interval of the error may be wrong, or `None` if there is no
     /// reason to doubt it.
-    pub fn doubt(&self) -> Option<String> {
+    pub fn describe_doubt(&self) -> Option<String> {
         self.error?.doubt.as_ref().map(origin::variant_name)
     }
 

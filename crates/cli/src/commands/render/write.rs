@@ -30,10 +30,15 @@ pub fn write_targets(
             Ok(name) => written.extend(name),
             Err(failure) => {
                 let fallback_path = target.path().and_then(|path| {
-                    let picture =
-                        select_content(rendered, PictureFormat::from_path(path).ok()?, display);
+                    let picture = select_picture_for_format(
+                        rendered,
+                        PictureFormat::from_path(path).ok()?,
+                        display,
+                    );
                     write_to_fallback(path, (inputs, &is_free), |path, is_free| {
-                        output::write_unnamed_picture(path, &picture, display, metadata, is_free)
+                        output::write_picture_without_overwriting(
+                            path, &picture, display, metadata, is_free,
+                        )
                     })
                 });
                 failed = Some(with_fallback_hint(
@@ -90,14 +95,14 @@ fn write_target(
         OutputTarget::Stdout => {
             let bytes = output::encode_png(rendered.final_picture(), display, metadata)
                 .map_err(|error| Failure::from_stdout_error(&error))?;
-            console::print_picture(&bytes)?;
+            console::write_picture_to_stdout(&bytes)?;
             None
         }
         OutputTarget::File(path, format) => {
             output::write_picture_as(
                 path,
                 *format,
-                &select_content(rendered, *format, display),
+                &select_picture_for_format(rendered, *format, display),
                 display,
                 metadata,
             )?;
@@ -107,8 +112,8 @@ fn write_target(
         // name.
         OutputTarget::Unnamed(path, format) => {
             let is_free = |other: &Path| other == path || is_free(other);
-            let picture = select_content(rendered, *format, display);
-            Some(printable_path(&output::write_unnamed_picture(
+            let picture = select_picture_for_format(rendered, *format, display);
+            Some(printable_path(&output::write_picture_without_overwriting(
                 path, &picture, display, metadata, is_free,
             )?))
         }
@@ -122,7 +127,7 @@ pub fn printable_path(path: &Path) -> String {
 
 /// Returns the content of a file in this format: for EXR the picture with all layers, over the
 /// linear background colour if any; for all other formats the displayed colours.
-pub fn select_content(
+pub fn select_picture_for_format(
     rendered: &RenderOutput,
     format: PictureFormat,
     display: Display,
@@ -171,7 +176,7 @@ pub fn interrupted_failure(
 
 /// Writes an interrupted picture, if it has samples, under new names that replace no file. Returns
 /// the new names.
-pub fn write_partial(
+pub fn write_partial_picture(
     rendered: &RenderOutput,
     targets: &[OutputTarget],
     display: Display,
@@ -187,11 +192,14 @@ pub fn write_partial(
         .iter()
         .filter_map(OutputTarget::path)
         .filter(|_| has_samples)
-        .map(output::partial_name);
+        .map(output::partial_picture_path);
     paths
         .map(|partial| {
-            let picture = select_content(&noisy, PictureFormat::from_path(&partial)?, display);
-            output::write_unnamed_picture(&partial, &picture, display, metadata, &is_free)
+            let picture =
+                select_picture_for_format(&noisy, PictureFormat::from_path(&partial)?, display);
+            output::write_picture_without_overwriting(
+                &partial, &picture, display, metadata, &is_free,
+            )
         })
         .map(|name| name.map(|name| printable_path(&name)))
         .collect()
@@ -235,7 +243,7 @@ mod tests {
             OutputTarget::Stdout,
         ];
         let end = |rendered: &RenderOutput| {
-            let kept = write_partial(
+            let kept = write_partial_picture(
                 rendered,
                 &targets,
                 Display::default(),

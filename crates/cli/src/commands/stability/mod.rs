@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use raywright_core::bench::SampleQuantiles;
 use raywright_core::stability::{
-    CaseCost, HardCase, Measurement, hard_cases, measure_case, time_case,
+    CaseCost, HardCase, Measurement, hard_cases, measure_case, time_case_formulas,
 };
 use raywright_io::{Error, output};
 use serde::Serialize;
@@ -23,7 +23,7 @@ use crate::targets::OutputFiles;
 /// Result of a numerically hard case in one setting: a precision, and a kernel (the instruction set
 /// of the traversal code).
 #[derive(Clone, Debug, Serialize)]
-struct CaseRow {
+struct HardCaseResult {
     /// Number of the case, such as `T01`.
     case: &'static str,
     /// Description of what is hard.
@@ -42,7 +42,7 @@ struct CaseRow {
     /// Share of results, 0 to 1, that the textbook's formulas get wrong.
     textbook_wrong: Option<f64>,
     /// Additional cost of the library's formula; `None` where the textbook has no such formula.
-    price: Option<RowCost>,
+    price: Option<FormulaCost>,
     /// Description of the first wrong result, with its bits.
     first_wrong: Option<String>,
 }
@@ -50,7 +50,7 @@ struct CaseRow {
 /// Cost of the library's formula and of the textbook's formula, in nanoseconds of CPU time per ray
 /// or sample.
 #[derive(Clone, Copy, Debug, Serialize)]
-struct RowCost {
+struct FormulaCost {
     /// Name of the timed operation, done once per ray or sample.
     what: &'static str,
     /// Time of the textbook's formula.
@@ -68,7 +68,7 @@ struct StabilityReport {
     /// Name of the processor; `None` where the system does not report it.
     processor: Option<String>,
     /// Results of each case in each setting.
-    rows: Vec<CaseRow>,
+    rows: Vec<HardCaseResult>,
     /// Numbers of the cases whose bounds only the test suite verifies.
     tested_only: Vec<&'static str>,
     /// Parts of cases that are not measured: number of the case, and reason.
@@ -118,7 +118,7 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
         .map(|path| Ok::<_, Failure>((path, StabilityFileKind::from_path(path)?)))
         .transpose()?;
     if let Some((path, _)) = target {
-        OutputFiles::default().add(path, "-o")?;
+        OutputFiles::default().add_output(path, "-o")?;
     }
     let report = measure_cases(args, select_cases(&args.cases)?, verbosity);
     if let Some((path, kind)) = target {
@@ -129,14 +129,14 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
             StabilityFileKind::Json => console::format_json(&report),
         };
         output::write_atomically(path, text.as_bytes())?;
-        verbosity.print(path.display());
+        verbosity.print_result_message(path.display());
     }
     console::print(if args.json {
         console::format_json(&report)
     } else {
         text::format_plain(&report)
     })?;
-    let broken: Vec<&CaseRow> = report.rows.iter().filter(|row| row.wrong > 0).collect();
+    let broken: Vec<&HardCaseResult> = report.rows.iter().filter(|row| row.wrong > 0).collect();
     match broken.first() {
         None => Ok(()),
         Some(row) => {
@@ -148,7 +148,8 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
                 row.case,
                 row.setting
             );
-            let known = |row: &&CaseRow| report.left_out.iter().any(|[case, _]| *case == row.case);
+            let known =
+                |row: &&HardCaseResult| report.left_out.iter().any(|[case, _]| *case == row.case);
             let known = if broken.iter().all(known) {
                 " (known: the report states the reason)"
             } else {
@@ -193,14 +194,14 @@ fn measure_cases(
     };
     let count = cases.len() as f64;
     for (index, case) in cases.into_iter().enumerate() {
-        steps.show(case.number, index as f64 / count);
+        steps.show_step(case.number, index as f64 / count);
         match measure_case(case.number, args.rays.into()) {
             Some(measurements) => {
-                let price = time_case(case.number);
+                let price = time_case_formulas(case.number);
                 report.rows.extend(
                     measurements
                         .into_iter()
-                        .map(|measurement| case_row(&case, measurement, price.as_ref())),
+                        .map(|measurement| build_case_result(&case, measurement, price.as_ref())),
                 );
             }
             None => report.tested_only.push(case.number),
@@ -213,7 +214,7 @@ fn measure_cases(
     report
 }
 
-fn case_row(
+fn build_case_result(
     &HardCase {
         number,
         difficulty: hard,
@@ -226,7 +227,7 @@ fn case_row(
         textbook,
     }: Measurement,
     price: Option<&CaseCost>,
-) -> CaseRow {
+) -> HardCaseResult {
     let price = price.map(
         |&CaseCost {
              label,
@@ -234,7 +235,7 @@ fn case_row(
              overhead: more,
          }| {
             let more: SampleQuantiles = more[usize::from(setting.starts_with("reference"))];
-            RowCost {
+            FormulaCost {
                 what: label,
                 textbook: textbook.median,
                 more: more.median,
@@ -242,7 +243,7 @@ fn case_row(
             }
         },
     );
-    CaseRow {
+    HardCaseResult {
         case: number,
         hard,
         bound,

@@ -1,11 +1,11 @@
 //! `stability` as a plot of margins, and as an HTML page with this plot and the table.
 
-use raywright_io::report::{MarginPlot, MarginRow, ThemeColour, html_document};
+use raywright_io::report::{ErrorMarginPlot, ErrorMarginRow, ThemeColour, html_document};
 
 use super::text::{
-    COLUMN_LEGEND, build_table, format_notes, format_percent, rows_by_case, rows_of_precision,
+    COLUMN_LEGEND, build_table, filter_by_precision, format_notes, format_percent, group_by_case,
 };
-use super::{CaseRow, StabilityReport};
+use super::{HardCaseResult, StabilityReport};
 use crate::origin::command_line;
 
 const TITLE: &str = "Margins of the hard cases: error bound over worst error";
@@ -17,13 +17,13 @@ const PRECISIONS: [(&str, ThemeColour); 2] = [
 ];
 
 /// Builds the plot of margins, with a line for each case.
-pub(super) fn build_margin_plot(report: &StabilityReport) -> MarginPlot {
+pub(super) fn build_margin_plot(report: &StabilityReport) -> ErrorMarginPlot {
     let machine = report
         .processor
         .as_ref()
         .map(|name| format!(" · {name}"))
         .unwrap_or_default();
-    MarginPlot {
+    ErrorMarginPlot {
         title: TITLE.to_owned(),
         circumstances: format!(
             "margin: error bound divided by worst error; a bound is kept where the margin is above 1{machine}"
@@ -32,16 +32,16 @@ pub(super) fn build_margin_plot(report: &StabilityReport) -> MarginPlot {
         legend: PRECISIONS
             .map(|(name, colour)| (colour, name.to_owned()))
             .to_vec(),
-        rows: rows_by_case(report).map(margin_row).collect(),
+        rows: group_by_case(report).map(build_margin_row).collect(),
     }
 }
 
 /// Builds the line of a case in the plot. The margin in a precision is the least of all kernels and
 /// parts; it is absent if a result exceeds the bound.
-fn margin_row(rows: &[CaseRow]) -> MarginRow {
+fn build_margin_row(rows: &[HardCaseResult]) -> ErrorMarginRow {
     let least = |precision: &str| {
-        let is_held = rows_of_precision(rows, precision).all(|row| row.wrong == 0);
-        rows_of_precision(rows, precision)
+        let is_held = filter_by_precision(rows, precision).all(|row| row.wrong == 0);
+        filter_by_precision(rows, precision)
             .filter_map(|row| row.margin)
             .reduce(f64::min)
             .filter(|_| is_held)
@@ -58,7 +58,7 @@ fn margin_row(rows: &[CaseRow]) -> MarginRow {
         0 => String::new(),
         _ => format!("{wrong} of {judged} beyond the bound"),
     };
-    MarginRow {
+    ErrorMarginRow {
         name: rows[0].case.to_owned(),
         description: rows[0].hard.trim_end_matches('.').to_owned(),
         margins,
@@ -73,7 +73,7 @@ fn margin_row(rows: &[CaseRow]) -> MarginRow {
 
 /// Builds the HTML page with plot and table.
 pub(super) fn build_page(report: &StabilityReport) -> String {
-    let plot = MarginPlot {
+    let plot = ErrorMarginPlot {
         title: String::new(),
         ..build_margin_plot(report)
     }
@@ -125,7 +125,7 @@ mod tests {
                 && plot.rows[0].right_text == "25 %"
         );
         report.rows[1].wrong = 3;
-        let broken = margin_row(&report.rows);
+        let broken = build_margin_row(&report.rows);
         assert!(
             broken.is_broken && broken.message == "3 of 3000 beyond the bound",
             "{}",

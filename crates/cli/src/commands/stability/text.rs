@@ -1,10 +1,12 @@
 //! Tables of `stability`, as plain text and as Markdown.
 
-use super::{CaseRow, RowCost, StabilityReport};
-use crate::table::{ColumnAlignment, Table, TableRow, format_aligned_columns, format_significant};
+use super::{FormulaCost, HardCaseResult, StabilityReport};
+use crate::table::{
+    ColumnAlignment, Table, TableRow, format_aligned_columns, format_significant_digits,
+};
 
 /// Formats a row of the plain table, without the case's description and bound.
-fn row_cells(row: &CaseRow) -> [String; 7] {
+fn format_result_cells(row: &HardCaseResult) -> [String; 7] {
     let number =
         |value: Option<f64>, of: &dyn Fn(f64) -> String| value.map_or_else(|| "-".to_owned(), of);
     [
@@ -12,7 +14,7 @@ fn row_cells(row: &CaseRow) -> [String; 7] {
         row.setting.clone(),
         row.judged.to_string(),
         row.wrong.to_string(),
-        number(row.margin, &|margin| format_significant(margin, 3)),
+        number(row.margin, &|margin| format_significant_digits(margin, 3)),
         number(row.textbook_wrong, &format_percent),
         row.price.as_ref().map_or_else(
             || "-".to_owned(),
@@ -22,11 +24,11 @@ fn row_cells(row: &CaseRow) -> [String; 7] {
 }
 
 pub(super) fn format_percent(share: f64) -> String {
-    format!("{} %", format_significant(100.0 * share, 3))
+    format!("{} %", format_significant_digits(100.0 * share, 3))
 }
 
 /// Formats the additional time of the library's formula with its spread, in nanoseconds.
-fn format_extra_time(price: &RowCost) -> String {
+fn format_extra_time(price: &FormulaCost) -> String {
     format!("{:+.1} ± {:.1}", price.more, price.spread)
 }
 
@@ -43,7 +45,7 @@ const HEADINGS: [&str; 7] = [
 /// Formats the report as plain text: a line for each case in each setting, and the notes.
 pub(super) fn format_plain(report: &StabilityReport) -> String {
     let rows: Vec<[String; 7]> = core::iter::once(HEADINGS.map(str::to_owned))
-        .chain(report.rows.iter().map(row_cells))
+        .chain(report.rows.iter().map(format_result_cells))
         .collect();
     let columns = [
         ColumnAlignment::Left,
@@ -78,37 +80,37 @@ pub(super) fn format_notes(report: &StabilityReport) -> String {
 }
 
 /// Splits the rows of a report into groups of the same case, in their order.
-pub(super) fn rows_by_case(report: &StabilityReport) -> impl Iterator<Item = &[CaseRow]> {
+pub(super) fn group_by_case(report: &StabilityReport) -> impl Iterator<Item = &[HardCaseResult]> {
     report.rows.chunk_by(|a, b| a.case == b.case)
 }
 
 /// Selects the rows of a case that were measured in a precision.
-pub(super) fn rows_of_precision<'a>(
-    rows: &'a [CaseRow],
+pub(super) fn filter_by_precision<'a>(
+    rows: &'a [HardCaseResult],
     precision: &'a str,
-) -> impl Iterator<Item = &'a CaseRow> + Clone {
+) -> impl Iterator<Item = &'a HardCaseResult> + Clone {
     rows.iter()
         .filter(move |row| row.setting.starts_with(precision))
 }
 
 /// Formats the results of a case in a precision: the number of wrong results, and the least margin.
-fn format_outcome(rows: &[CaseRow], precision: &str) -> String {
-    let of = rows_of_precision(rows, precision);
+fn format_case_results(rows: &[HardCaseResult], precision: &str) -> String {
+    let of = filter_by_precision(rows, precision);
     let wrong: u64 = of.clone().map(|row| row.wrong).sum();
     let judged: u64 = of.clone().map(|row| row.judged).sum();
     let margin = of.filter_map(|row| row.margin).reduce(f64::min);
     format!(
         "{wrong} of {judged}{}",
         margin
-            .map(|margin| format!(", {}", format_significant(margin, 3)))
+            .map(|margin| format!(", {}", format_significant_digits(margin, 3)))
             .unwrap_or_default()
     )
 }
 
 /// Formats the cost of a case in nanoseconds: the textbook's time in single precision, and the
 /// additional time of the library's formula in both precisions.
-fn format_costs(rows: &[CaseRow]) -> String {
-    let price = |precision| rows_of_precision(rows, precision).find_map(|row| row.price);
+fn format_costs(rows: &[HardCaseResult]) -> String {
+    let price = |precision| filter_by_precision(rows, precision).find_map(|row| row.price);
     let (Some(robust), Some(reference)) = (price("robust"), price("reference")) else {
         return String::new();
     };
@@ -138,11 +140,11 @@ pub(super) fn build_table(report: &StabilityReport) -> Table {
         "textbook",
         "ns",
     ];
-    let rows = rows_by_case(report).map(|rows| -> TableRow {
+    let rows = group_by_case(report).map(|rows| -> TableRow {
         let first = &rows[0];
         let textbook = first.textbook_wrong.map(format_percent).unwrap_or_default();
         let [robust, reference] =
-            ["robust", "reference"].map(|precision| format_outcome(rows, precision));
+            ["robust", "reference"].map(|precision| format_case_results(rows, precision));
         let words = format!("{} Bound: {}", first.hard, first.bound);
         [
             first.case.to_owned(),
@@ -184,13 +186,13 @@ pub(super) mod tests {
 
     /// Creates a report of a single case in both precisions, for tests.
     pub(crate) fn report() -> StabilityReport {
-        let price = RowCost {
+        let price = FormulaCost {
             what: "a test",
             textbook: 4.0,
             more: 1.25,
             spread: 0.5,
         };
-        let row = |setting: &str, margin| CaseRow {
+        let row = |setting: &str, margin| HardCaseResult {
             case: "P07",
             hard: "Planes.",
             bound: "4u/|n·d|",

@@ -124,7 +124,7 @@ impl StressText<'_> {
         let path = found.subject.scene_path(&self.loaded.scene);
         let mut places = Vec::new();
         if !path.is_empty() {
-            places.push(self.loaded.source.locate(&path));
+            places.push(self.loaded.source.format_value_position(&path));
         }
         places.extend(
             found

@@ -65,7 +65,7 @@ pub struct ViewCommand {
 impl ViewCommand {
     /// Splits the `render` flags of the program's command line into fixed flags, which become part
     /// of the command, and flags that the page may change, which are returned.
-    pub fn from_program(scene: OsString, words: Vec<OsString>) -> (Self, Vec<Flag>) {
+    pub fn from_command_line(scene: OsString, words: Vec<OsString>) -> (Self, Vec<Flag>) {
         let matches = Arguments::command().try_get_matches_from(words).ok();
         let typed = matches
             .as_ref()
@@ -105,7 +105,7 @@ impl ViewCommand {
     }
 
     /// Parses the `render` command with these flags of the page.
-    pub fn parse_request(&self, flags: &[Flag]) -> Result<EmbeddedCommand, Failure> {
+    pub fn parse_render_command(&self, flags: &[Flag]) -> Result<EmbeddedCommand, Failure> {
         let word = |(name, value): &Flag| match value {
             Some(value) => OsString::from(format!("--{name}={value}")),
             None => OsString::from(format!("--{name}")),
@@ -173,7 +173,7 @@ mod tests {
             .chain(words.split_whitespace())
             .map(OsString::from)
             .collect();
-        ViewCommand::from_program("a b.glb".into(), words)
+        ViewCommand::from_command_line("a b.glb".into(), words)
     }
 
     /// Protects: the page and its command start with the `render` flags that the user typed, lists
@@ -199,7 +199,7 @@ mod tests {
             assert!(text.contains(part), "{part}: {text}");
         }
         assert!(!text.contains("linger"), "{text}");
-        assert!(line.parse_request(&flags).is_ok());
+        assert!(line.parse_render_command(&flags).is_ok());
     }
 
     /// Protects: no page sets a flag that reads or writes a file, raises a limit or lets a scene

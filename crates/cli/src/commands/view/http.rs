@@ -108,7 +108,7 @@ pub fn read_request(stream: &mut TcpStream) -> Result<HttpRequest, HttpResponse>
     let deadline = Instant::now() + MOST_TIME;
     let mut bytes = Vec::new();
     let (mut request, head, length) = loop {
-        if let Some(parsed) = parse_head(&bytes)? {
+        if let Some(parsed) = parse_request_head(&bytes)? {
             break parsed;
         }
         if bytes.len() > MOST_HEAD {
@@ -161,7 +161,7 @@ fn receive_bytes(
 /// Parses the head of a request: its first line and its headers. Returns the request without its
 /// body, the length of the head and the length of the body in bytes, or `None` while the head is
 /// incomplete.
-fn parse_head(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpResponse> {
+fn parse_request_head(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpResponse> {
     let wrong = |reason: &str| HttpResponse::with_text(400, reason);
     let mut headers = [EMPTY_HEADER; MOST_HEADERS];
     let mut parsed = httparse::Request::new(&mut headers);
@@ -233,11 +233,11 @@ mod tests {
     #[test]
     fn requests_are_read_or_refused() {
         let status = |text: &str| {
-            parse_head(text.as_bytes())
+            parse_request_head(text.as_bytes())
                 .map(|parsed| parsed.is_some())
                 .map_err(|refusal| refusal.status)
         };
-        let Ok(Some((request, head, length))) = parse_head(
+        let Ok(Some((request, head, length))) = parse_request_head(
             b"POST /a/b?c=d HTTP/1.1\r\nhost: x:1\r\nOrigin: y\r\nContent-Length: 2\r\n\r\nok",
         ) else {
             panic!("a request")

@@ -68,11 +68,9 @@ pub fn encode_layer(picture: &Picture, layer: Aov) -> Vec<u8> {
         Aov::Position => {
             let places = three(["position.X", "position.Y", "position.Z"]);
             let ranges = [0, 1, 2].map(|axis| finite_range(places.iter().map(|place| place[axis])));
-            encode_pixels(
-                places
-                    .iter()
-                    .map(|place| std::array::from_fn(|axis| normalise(place[axis], ranges[axis]))),
-            )
+            encode_pixels(places.iter().map(|place| {
+                std::array::from_fn(|axis| normalise_to_range(place[axis], ranges[axis]))
+            }))
         }
         Aov::Depth => {
             let depth = layer_samples("depth.Z");
@@ -81,7 +79,7 @@ pub fn encode_layer(picture: &Picture, layer: Aov) -> Vec<u8> {
                 if distance < 0.0 {
                     0.0
                 } else {
-                    1.0 - 0.9 * normalise(distance, seen)
+                    1.0 - 0.9 * normalise_to_range(distance, seen)
                 }
             };
             encode_pixels(depth.iter().map(|distance| [near(distance); 3]))
@@ -132,11 +130,18 @@ fn heat_colour(share: f32) -> [f32; 3] {
 
 fn encode_pixels(pixels: impl Iterator<Item = [f32; 3]>) -> Vec<u8> {
     pixels
-        .flat_map(|[r, g, b]| [quantise(r), quantise(g), quantise(b), 255])
+        .flat_map(|[r, g, b]| {
+            [
+                quantise_to_8_bits(r),
+                quantise_to_8_bits(g),
+                quantise_to_8_bits(b),
+                255,
+            ]
+        })
         .collect()
 }
 
-fn quantise(value: f32) -> u8 {
+fn quantise_to_8_bits(value: f32) -> u8 {
     (255.0 * value.clamp(0.0, 1.0) + 0.5) as u8
 }
 
@@ -150,7 +155,7 @@ fn finite_range(numbers: impl Iterator<Item = f32>) -> [f32; 2] {
     )
 }
 
-fn normalise(number: f32, [minimum, maximum]: [f32; 2]) -> f32 {
+fn normalise_to_range(number: f32, [minimum, maximum]: [f32; 2]) -> f32 {
     if maximum > minimum {
         (number - minimum) / (maximum - minimum)
     } else {

@@ -51,7 +51,7 @@ pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
         interrupt::install_stop_flag()?,
         Threads::new(args.render.machine.threads)?,
     );
-    let (command, flags) = ViewCommand::from_program(
+    let (command, flags) = ViewCommand::from_command_line(
         scene.clone(),
         command_words::insert_command(origin::run_arguments().to_vec()),
     );
@@ -63,7 +63,7 @@ pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut worker = ViewWorker::new(scene, command, shared.clone(), threads, stop);
     worker.watches_files = args.watch;
     worker.linger = (!args.keep).then_some(args.linger);
-    worker.load_first()?;
+    worker.load_and_preview_scene()?;
     let server = ViewServer::start(args.port, shared).map_err(|cause| {
         Failure::new(
             Exit::Failed,
@@ -78,7 +78,7 @@ pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
         .spawn(move || server.serve())
         .map_err(|cause| thread_start_failure(&cause))?;
     console::print(format!("{address}\n"))?;
-    verbosity.print("open this address in a browser; Ctrl-C ends the viewer");
+    verbosity.print_result_message("open this address in a browser; Ctrl-C ends the viewer");
     if !args.no_open {
         open_browser(&address);
     }

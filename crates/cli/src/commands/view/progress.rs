@@ -96,12 +96,12 @@ impl Default for PreviewSpeed {
 impl PreviewSpeed {
     /// Returns the edge of the first preview's pixels, in pixels of the picture, with which the
     /// preview takes its target time.
-    pub fn preview_edge(&self, [width, height]: [u32; 2]) -> u32 {
+    pub fn choose_preview_pixel_edge(&self, [width, height]: [u32; 2]) -> u32 {
         let pixels = f64::from(width) * f64::from(height);
         ((pixels / (self.0 * PREVIEW_SECONDS)).sqrt().ceil() as u32).clamp(1, LARGEST_EDGE)
     }
 
-    fn update(&mut self, pixels: usize, time: Duration) {
+    fn record_preview(&mut self, pixels: usize, time: Duration) {
         // The mean dampens the effect of a preview that a slow tile or another program delayed.
         self.0 = 0.5 * self.0 + 0.5 * (pixels as f64 / time.as_secs_f64().max(1e-4)).min(1e8);
     }
@@ -169,10 +169,10 @@ impl LiveRender {
         speed: &mut PreviewSpeed,
         watch: &RequestObserver<'_>,
     ) -> (RenderOutput, u32) {
-        let edge = speed.preview_edge(ready.settings().size);
+        let edge = speed.choose_preview_pixel_edge(ready.settings().size);
         let began = Instant::now();
         let sketch = ready.render_preview(edge, 1, layers, watch);
-        speed.update(sketch.picture.pixel_count(), began.elapsed());
+        speed.record_preview(sketch.picture.pixel_count(), began.elapsed());
         self.next_edge = (edge > 1).then_some(edge / 2);
         (sketch, edge)
     }
@@ -198,7 +198,7 @@ impl LiveRender {
 
     /// Renders until the time of a slice is over or the samples of a stage are complete. Returns
     /// whether a new picture is ready to show.
-    pub fn render_piece(&mut self, ready: &ReadyScene, mut watch: RequestObserver<'_>) -> bool {
+    pub fn render_slice(&mut self, ready: &ReadyScene, mut watch: RequestObserver<'_>) -> bool {
         let began = Instant::now();
         watch.watch.deadlines = Deadlines {
             pause_at: Some(began + self.piece_duration),
@@ -263,7 +263,7 @@ impl LiveRender {
             self.progress.error = stage.error();
             self.last_estimate = Some((self.render_time, began.elapsed()));
             self.progress.error.iter().for_each(|error| {
-                record_estimate(&mut self.progress.history, self.render_time, &stage, error)
+                record_error_estimate(&mut self.progress.history, self.render_time, &stage, error)
             });
         }
         if !self.film.is_to_be_denoised() {
@@ -288,7 +288,7 @@ impl LiveRender {
 
 /// Adds an error estimate to the history, or replaces the last entry if it has as many samples. A
 /// full history drops every second entry.
-fn record_estimate(
+fn record_error_estimate(
     history: &mut Vec<[f64; 5]>,
     spent: Duration,
     stage: &RenderStage<'_>,
@@ -323,12 +323,15 @@ mod tests {
     /// and speed.
     #[test]
     fn sketches_take_their_time() {
-        assert_eq!(PreviewSpeed(1e9).preview_edge([640, 360]), 1);
-        assert_eq!(PreviewSpeed(1.0).preview_edge([640, 360]), LARGEST_EDGE);
+        assert_eq!(PreviewSpeed(1e9).choose_preview_pixel_edge([640, 360]), 1);
+        assert_eq!(
+            PreviewSpeed(1.0).choose_preview_pixel_edge([640, 360]),
+            LARGEST_EDGE
+        );
         let mut speed = PreviewSpeed::default();
-        let before = speed.preview_edge([1280, 720]);
-        (0..8).for_each(|_| speed.update(1000, Duration::from_millis(20)));
-        let edge = speed.preview_edge([1280, 720]);
+        let before = speed.choose_preview_pixel_edge([1280, 720]);
+        (0..8).for_each(|_| speed.record_preview(1000, Duration::from_millis(20)));
+        let edge = speed.choose_preview_pixel_edge([1280, 720]);
         assert!(edge > before, "{edge} {before}");
     }
 }

@@ -7,7 +7,7 @@ use raywright_core::RenderOutput;
 use raywright_core::display::Display;
 use raywright_io::InputFiles;
 use raywright_io::output::{
-    PictureFormat, PictureMetadata, write_picture_as, write_unnamed_picture,
+    PictureFormat, PictureMetadata, write_picture_as, write_picture_without_overwriting,
 };
 
 use super::shared::SaveRequest;
@@ -36,7 +36,7 @@ pub fn save_picture(
     };
     let mut outputs = OutputFiles::default();
     if let Err(failure) = outputs
-        .add(&path, "another name")
+        .add_output(&path, "another name")
         .and_then(|()| outputs.check_against_inputs(inputs))
     {
         return refused(failure);
@@ -52,13 +52,14 @@ pub fn save_picture(
         Ok(_) if !view_request.replace => return (409, format!("{name} exists already")),
         _ => {}
     }
-    let picture = write::select_content(rendered, format, display);
+    let picture = write::select_picture_for_format(rendered, format, display);
     let written = match view_request.replace {
         true => write_picture_as(&path, format, &picture, display, metadata),
         // A file created after the check is not replaced.
         false => {
             let is_free = |other: &Path| other == path && other.symlink_metadata().is_err();
-            write_unnamed_picture(&path, &picture, display, metadata, is_free).map(|_| ())
+            write_picture_without_overwriting(&path, &picture, display, metadata, is_free)
+                .map(|_| ())
         }
     };
     match written {

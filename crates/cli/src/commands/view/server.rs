@@ -94,7 +94,7 @@ impl ViewServer {
 
     fn handle_connection(&self, stream: &mut TcpStream) {
         let response = match read_request(stream) {
-            Ok(request) => self.respond(&request),
+            Ok(request) => self.respond_to_request(&request),
             Err(refusal) => refusal,
         };
         // A failed write means that the browser closed the connection.
@@ -104,7 +104,7 @@ impl ViewServer {
     /// Returns the response to a request. A page of another site can send requests to this server
     /// through a domain name that resolves to this machine. Therefore the host, the origin and the
     /// token are checked first.
-    fn respond(&self, request: &HttpRequest) -> HttpResponse {
+    fn respond_to_request(&self, request: &HttpRequest) -> HttpResponse {
         let is_own = |origin: &str| {
             self.hosts
                 .iter()
@@ -127,7 +127,7 @@ impl ViewServer {
             .path
             .strip_prefix('/')
             .and_then(|path| path.split_once('/'))
-            .filter(|(token, _)| self.is_token(token))
+            .filter(|(token, _)| self.matches_token(token))
         else {
             return HttpResponse::with_text(
                 403,
@@ -154,7 +154,7 @@ impl ViewServer {
     }
 
     /// Whether a word equals the token, compared in constant time.
-    fn is_token(&self, word: &str) -> bool {
+    fn matches_token(&self, word: &str) -> bool {
         let differs = word
             .bytes()
             .zip(self.token.bytes())
@@ -173,7 +173,7 @@ impl ViewServer {
         HttpResponse::with_body(
             "application/json",
             self.shared
-                .status_after(reported, STATUS_TIMEOUT)
+                .wait_for_newer_status(reported, STATUS_TIMEOUT)
                 .as_bytes(),
         )
     }
@@ -264,7 +264,7 @@ mod tests {
                 ..HttpRequest::default()
             };
             change(&mut request);
-            server.respond(&request).status
+            server.respond_to_request(&request).status
         };
         assert_eq!(requested(&|_| ()), 200);
         assert_eq!(

@@ -107,7 +107,7 @@ impl SharedView {
 
     /// Returns the page's current request and its number; `None` if that number equals `number`, so
     /// that the caller has the request already.
-    pub fn request_after(&self, number: u64) -> Option<(u64, ViewRequest)> {
+    pub fn request_newer_than(&self, number: u64) -> Option<(u64, ViewRequest)> {
         let state = self.lock_state();
         (state.request_count != number).then(|| (state.request_count, state.view_request.clone()))
     }
@@ -147,7 +147,11 @@ impl SharedView {
 
     /// Publishes a new picture, if any, and a new status. `status` formats the status, given its
     /// number and the picture's number.
-    pub fn publish(&self, frame: Option<ViewFrame>, status: impl FnOnce(u64, u64) -> String) {
+    pub fn publish_frame_and_status(
+        &self,
+        frame: Option<ViewFrame>,
+        status: impl FnOnce(u64, u64) -> String,
+    ) {
         let mut state = self.lock_state();
         if let Some(frame) = frame {
             let number = state.frame.number + 1;
@@ -165,7 +169,7 @@ impl SharedView {
 
     /// Returns the status as soon as its number differs from `reported`, the number that the page
     /// has; after `time`, the unchanged status.
-    pub fn status_after(&self, reported: u64, time: Duration) -> Arc<String> {
+    pub fn wait_for_newer_status(&self, reported: u64, time: Duration) -> Arc<String> {
         let mut state = self.lock_state();
         state.waiting_pages += 1;
         let waited = self
@@ -213,13 +217,18 @@ mod tests {
     #[test]
     fn news_come_at_once() {
         let shared = SharedView::default();
-        shared.publish(None, |reported, _| format!("told {reported}"));
+        shared.publish_frame_and_status(None, |reported, _| format!("told {reported}"));
         assert_eq!(
-            shared.status_after(0, Duration::from_secs(3600)).as_str(),
+            shared
+                .wait_for_newer_status(0, Duration::from_secs(3600))
+                .as_str(),
             "told 1"
         );
         let [first, second] = [(); 2].map(|()| shared.submit_request(ViewRequest::default()));
         assert!(first != second && shared.has_newer_work(first) && !shared.has_newer_work(second));
-        assert!(shared.request_after(first).is_some() && shared.request_after(second).is_none());
+        assert!(
+            shared.request_newer_than(first).is_some()
+                && shared.request_newer_than(second).is_none()
+        );
     }
 }

@@ -129,10 +129,10 @@ impl SceneStatus {
                 .source
                 .text
                 .as_deref()
-                .is_some_and(mentions_time)
+                .is_some_and(contains_time_variable)
                 .then_some(DEFAULT_LENGTH),
             _ => contents
-                .animation_seconds(subject.options().model.animation.as_deref())
+                .animation_seconds(subject.load_options().model.animation.as_deref())
                 .filter(|seconds| *seconds > 0.0),
         };
         Self {
@@ -151,7 +151,11 @@ impl SceneStatus {
                 .map(|animation| animation.name.clone())
                 .collect(),
             parameters: loaded.scene.parameters.clone(),
-            at: subject.options().overrides.time.unwrap_or(loaded.scene.t),
+            at: subject
+                .load_options()
+                .overrides
+                .time
+                .unwrap_or(loaded.scene.t),
             seconds: animation_seconds,
             camera: CameraStatus::from_camera(
                 plan.settings.camera.as_ref(),
@@ -170,7 +174,7 @@ impl SceneStatus {
 }
 
 /// Whether an expression in the text of a scene file contains the variable `t`.
-fn mentions_time(text: &str) -> bool {
+fn contains_time_variable(text: &str) -> bool {
     let formulas = text
         .lines()
         .filter(|line| !line.trim_start().starts_with('#'))
@@ -288,10 +292,10 @@ mod tests {
     #[test]
     fn scenes_that_move_are_told() {
         for text in ["a = \"0.15*sin(0.8*t)\"", "a = [0, \"t+1\", 0]"] {
-            assert!(mentions_time(text), "{text}");
+            assert!(contains_time_variable(text), "{text}");
         }
         for text in ["# \"2*t\"", "name = \"t\"", "a = \"sin(tilt)\"", "t = 5"] {
-            assert!(!mentions_time(text), "{text}");
+            assert!(!contains_time_variable(text), "{text}");
         }
     }
 }

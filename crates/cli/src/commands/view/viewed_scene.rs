@@ -61,7 +61,7 @@ impl ViewedScene {
             &watch,
         )?;
         if let Some(failure) =
-            scene_input::empty_scene_failure(&loaded).filter(|_| task.refuses_empty())
+            scene_input::empty_scene_failure(&loaded).filter(|_| task.refuses_empty_pictures())
         {
             return Err(failure);
         }
@@ -126,7 +126,7 @@ impl ViewedScene {
     }
 
     /// Returns the load options of the scene.
-    pub fn options(&self) -> &LoadOptions {
+    pub fn load_options(&self) -> &LoadOptions {
         &self.task.options
     }
 

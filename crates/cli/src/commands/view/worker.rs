@@ -92,8 +92,8 @@ impl ViewWorker {
 
     /// Loads the scene and shows a first preview. Called before the page is served, so that the
     /// program ends with the failure of a scene that cannot be loaded.
-    pub fn load_first(&mut self) -> Result<(), Failure> {
-        match self.shared.request_after(self.view_request.0) {
+    pub fn load_and_preview_scene(&mut self) -> Result<(), Failure> {
+        match self.shared.request_newer_than(self.view_request.0) {
             Some(view_request) => self.apply_request(view_request, false),
             None => Ok(()),
         }
@@ -107,7 +107,7 @@ impl ViewWorker {
                 .linger
                 .is_some_and(|linger| self.shared.is_abandoned(linger))
         {
-            if let Some(view_request) = self.shared.request_after(self.view_request.0) {
+            if let Some(view_request) = self.shared.request_newer_than(self.view_request.0) {
                 self.run_or_show_failure(|worker| worker.apply_request(view_request, false));
             } else if let Some(job) = self.shared.take_job() {
                 self.run_job(job);
@@ -140,8 +140,8 @@ impl ViewWorker {
         self.view_request = (number, view_request);
         let task = self
             .command
-            .parse_request(&self.view_request.1.flags)?
-            .render_task()?;
+            .parse_render_command(&self.view_request.1.flags)?
+            .resolve_render_task()?;
         let (scene, stop, threads) = (&self.scene, self.stop, &self.threads);
         let change = match &mut self.viewed_scene {
             Some(subject) if !anew => threads.run(|| subject.apply_task(scene, task, stop))?,
@@ -178,7 +178,7 @@ impl ViewWorker {
                 .as_mut()
                 .and_then(|render| render.rendered.take())
         {
-            self.show_output(rendered);
+            self.publish_output(rendered);
             return Ok(());
         }
         let mut render = match self.render.take().filter(|_| is_same) {
@@ -227,11 +227,11 @@ impl ViewWorker {
             self.render = Some(render);
             return false;
         }
-        let is_new = threads.run(|| render.render_piece(ready, watch()));
+        let is_new = threads.run(|| render.render_slice(ready, watch()));
         let rendered = render.rendered.take();
         self.render = Some(render);
         match rendered {
-            Some(rendered) if is_new => self.show_output(rendered),
+            Some(rendered) if is_new => self.publish_output(rendered),
             rendered => {
                 self.store_output(rendered);
                 self.publish_status(None);
@@ -247,7 +247,7 @@ impl ViewWorker {
     }
 
     /// Publishes the rendered picture and keeps it for later requests.
-    fn show_output(&mut self, rendered: RenderOutput) {
+    fn publish_output(&mut self, rendered: RenderOutput) {
         let is_done = self.render.as_ref().is_some_and(|render| render.is_done);
         if let Some(render) = self.render.as_mut().filter(|_| is_done) {
             render.progress.hash = Some(pixel_hash(rendered.final_picture()));
@@ -334,14 +334,15 @@ impl ViewWorker {
                 .map(|report| list_effect_switches(report, &self.costs))
                 .unwrap_or_default(),
         };
-        self.shared.publish(frame, |reported, picture| {
-            serde_json::to_string(&ViewStatus {
-                told: reported,
-                picture,
-                ..status
-            })
-            .unwrap_or_default()
-        });
+        self.shared
+            .publish_frame_and_status(frame, |reported, picture| {
+                serde_json::to_string(&ViewStatus {
+                    told: reported,
+                    picture,
+                    ..status
+                })
+                .unwrap_or_default()
+            });
     }
 
     fn run_job(&mut self, job: ViewJob) {

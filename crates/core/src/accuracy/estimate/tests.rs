@@ -34,7 +34,7 @@ fn truth(sigma: f64) -> ReferenceTile {
 }
 
 fn judged(sigma: f64, renders: &[Picture], by_chance: bool) -> TileErrors {
-    truth(sigma).measure_errors(renders, by_chance, &[], display())
+    truth(sigma).measure_tile_errors(renders, by_chance, &[], display())
 }
 
 /// Root of a mean over pixels.
@@ -101,13 +101,13 @@ fn pairs_share_their_noise() {
             .map(|seed| noisy(seed, 0.5, offset))
             .collect::<Vec<_>>()
     });
-    let errors = truth(0.0).measure_errors(&other, true, &own, display());
+    let errors = truth(0.0).measure_tile_errors(&other, true, &own, display());
     near((errors.paired_difference[0] / 4096.0).sqrt(), 0.01, 1e-4);
     near(errors.paired_difference[1] / 4096.0, 1e-4 / 0.26, 1e-3);
     near(errors.light, truth(0.0).total_radiance() * 1.02, 0.02);
     assert_eq!(
         truth(0.0)
-            .measure_errors(&own, true, &own, display())
+            .measure_tile_errors(&own, true, &own, display())
             .paired_difference,
         [0.0; 2]
     );

@@ -74,8 +74,11 @@ impl Measurements<'_> {
         value_of: impl Fn(usize) -> Vec<f64>,
     ) -> ConfidenceInterval {
         let weight = |position: usize| {
-            self.sample.represented_pixels(position)
-                / self.sample.grid.pixels(self.sample.passes[position].tile)
+            self.sample.represented_pixel_count(position)
+                / self
+                    .sample
+                    .grid
+                    .pixel_count_of_tile(self.sample.passes[position].tile)
         };
         self.estimate_weighted_mean(count, true, value_of, weight)
     }
@@ -93,7 +96,13 @@ impl Measurements<'_> {
         let sums: Vec<Vec<f64>> = (0..count).map(value_of).collect();
         let pixels = |position: usize| match sums[position].len() {
             1 => {
-                vec![weight(position) * self.sample.grid.pixels(self.sample.passes[position].tile)]
+                vec![
+                    weight(position)
+                        * self
+                            .sample
+                            .grid
+                            .pixel_count_of_tile(self.sample.passes[position].tile),
+                ]
             }
             _ => self.reference_tiles[position]
                 .block_pixel_counts()
@@ -124,7 +133,7 @@ impl Measurements<'_> {
             .iter()
             .map(|pilot_pass| pilot_pass.seconds)
             .sum::<f64>()
-            * self.sample.grid.count() as f64;
+            * self.sample.grid.tile_count() as f64;
         // The time of the pilot pass is divided evenly among the rounds, so that the variance
         // between rounds remains.
         let rounds = figures.tiles.first().map_or(1, |tile| tile.seconds.len());
@@ -150,7 +159,7 @@ impl Measurements<'_> {
             renders: figures.rounds as usize,
             seconds: seconds
                 .map(|ratio| ratio * looked / self.sample.drawable_tile_count() as f64)
-                .multiply(&self.setting_drift(figures)),
+                .multiply(&self.setting_time_drift(figures)),
             ratio: self
                 .relative_cost(setting, beside)
                 .map_or(ConfidenceInterval::from_exact(f64::NAN), |cost| cost.time),
@@ -180,7 +189,7 @@ impl Measurements<'_> {
                 figures.tiles[position].errors.squared.clone()
             }),
         ];
-        match self.pilot_errors(figures) {
+        match self.errors_from_pilots(figures) {
             Some(by_pilots)
                 if by_pilots[0].relative_half_width() < by_tiles[0].relative_half_width() =>
             {
@@ -193,7 +202,7 @@ impl Measurements<'_> {
     /// Returns the relative and the absolute mean squared error, estimated from the pilots, a pair
     /// of noisy pictures. `None` without pilots, or if the bias of the scene's own rungs, which the
     /// pilots share, is more than a tenth of the error.
-    fn pilot_errors(&self, figures: &SettingMeasurements) -> Option<[ConfidenceInterval; 2]> {
+    fn errors_from_pilots(&self, figures: &SettingMeasurements) -> Option<[ConfidenceInterval; 2]> {
         let whole = figures.whole_errors.as_ref()?;
         let noisy = self
             .find_setting_measurements(&RungSetting::default())
@@ -276,9 +285,9 @@ impl Measurements<'_> {
         let (own, others) = (times(each_figures), times(other));
         let time = self
             .estimate_ratio(count, false, |position| (&own[position], &others[position]))
-            .multiply(&self.relative_drift(each_figures, other));
+            .multiply(&self.relative_time_drift(each_figures, other));
         let by_pilots = |each_figures: &SettingMeasurements| {
-            self.pilot_errors(each_figures)
+            self.errors_from_pilots(each_figures)
                 .is_some_and(|by_pilots| by_pilots[0] == self.mean_squared_errors(each_figures)[0])
         };
         let error = match by_pilots(each_figures) || by_pilots(other) {

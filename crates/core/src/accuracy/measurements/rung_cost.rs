@@ -35,7 +35,7 @@ impl Measurements<'_> {
             .iter()
             .take(PRICE_TILES.min(self.measured_tile_count(beside)));
         let crops: Vec<Crop> = tiles
-            .map(|pilot_pass| self.sample.grid.tile(pilot_pass.tile))
+            .map(|pilot_pass| self.sample.grid.tile_crop(pilot_pass.tile))
             .collect();
         let now = self.renderer.now;
         let own_seconds = self
@@ -45,18 +45,18 @@ impl Measurements<'_> {
             (Vec::new(), Vec::new(), 0, true);
         for round in 0..PRICE_ROUNDS {
             let before = now();
-            let Some(renders) = UnfinishedRender::late_as_none(
+            let Some(renders) = UnfinishedRender::interrupted_as_none(
                 self.renderer
-                    .prepare_and_render_parts(beside, &crops, round, end),
+                    .prepare_and_render_crops(beside, &crops, round, end),
             )?
             else {
                 break;
             };
             let timeout = (now() - before).mul_f64(PATIENCE).max(LEAST_PATIENCE);
             let end = end.min(now() + timeout);
-            let Some(others) = UnfinishedRender::late_as_none(
+            let Some(others) = UnfinishedRender::interrupted_as_none(
                 self.renderer
-                    .prepare_and_render_parts(setting, &crops, round, end),
+                    .prepare_and_render_crops(setting, &crops, round, end),
             )?
             else {
                 break;

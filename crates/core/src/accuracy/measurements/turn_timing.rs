@@ -29,7 +29,7 @@ impl Measurements<'_> {
     /// as a whole picture. The times are relative to the first setting. If the first setting was
     /// timed in turns before, the new times are scaled to its earlier times. If time is lacking for
     /// three turns, the times are only marked as uncertain.
-    pub fn time_in_turns(
+    pub fn time_settings_alternately(
         &mut self,
         settings: &[RungSetting],
         tiles: usize,
@@ -40,7 +40,7 @@ impl Measurements<'_> {
         while turns.len() < MOST_TURNS {
             let turn = settings
                 .iter()
-                .map(|setting| self.time_drift(setting, tiles, end));
+                .map(|setting| self.render_time_drift(setting, tiles, end));
             let Some(turn) = turn.collect::<Result<Option<Vec<f64>>, PrepareError>>()? else {
                 break;
             };
@@ -64,7 +64,7 @@ impl Measurements<'_> {
             // The times of single tiles were derived from their numbers of rays. Only the time of
             // all tiles together was measured.
             let all = self
-                .time_drift(&settings[0], first.tiles.len(), end)?
+                .render_time_drift(&settings[0], first.tiles.len(), end)?
                 .unwrap_or(1.0);
             scale = all / median_with_interval(turns.iter().map(|turn| turn[0]).collect()).value;
         }
@@ -89,20 +89,20 @@ impl Measurements<'_> {
     }
 
     /// Whether a setting was timed in turns (alternately with other settings).
-    pub fn is_timed_in_turns(&self, setting: &RungSetting) -> bool {
+    pub fn has_alternating_times(&self, setting: &RungSetting) -> bool {
         self.find_setting_measurements(setting)
             .is_some_and(|figures| !figures.turn_ratios.is_empty())
     }
 
     /// Whether a setting was rendered as a whole picture, not in tiles.
-    pub fn is_rendered_whole(&self, setting: &RungSetting) -> bool {
+    pub fn is_rendered_as_whole_picture(&self, setting: &RungSetting) -> bool {
         self.find_setting_measurements(setting)
             .is_some_and(|figures| figures.whole_seconds.is_some())
     }
 
     /// Renders a setting again on its first tiles. Returns the new time divided by the time of its
     /// first render, or `None` if the time runs out.
-    fn time_drift(
+    fn render_time_drift(
         &self,
         setting: &RungSetting,
         tiles: usize,
@@ -127,8 +127,9 @@ impl Measurements<'_> {
                 )
             }
         };
-        let Some(renders) =
-            UnfinishedRender::late_as_none(self.renderer.render_setting(setting, &parts, 0, end))?
+        let Some(renders) = UnfinishedRender::interrupted_as_none(
+            self.renderer.render_setting(setting, &parts, 0, end),
+        )?
         else {
             return Ok(None);
         };
@@ -144,7 +145,7 @@ impl Measurements<'_> {
 
     /// Returns the factor that corrects the ratio of two settings' times for changes of the
     /// machine's speed, with its interval.
-    pub(super) fn relative_drift(
+    pub(super) fn relative_time_drift(
         &self,
         figures: &SettingMeasurements,
         other: &SettingMeasurements,
@@ -156,8 +157,8 @@ impl Measurements<'_> {
                 high: UNSURE,
             },
             ([], []) => ConfidenceInterval::from_exact(1.0),
-            ([], turns) => one_sided_drift(turns.iter().map(|drift| 1.0 / drift)),
-            (turns, []) => one_sided_drift(turns.iter().copied()),
+            ([], turns) => one_sided_time_drift(turns.iter().map(|drift| 1.0 / drift)),
+            (turns, []) => one_sided_time_drift(turns.iter().copied()),
             (turns, others) => median_with_interval(
                 turns
                     .iter()
@@ -171,7 +172,7 @@ impl Measurements<'_> {
     /// Returns the factor that corrects a setting's time for changes of the machine's speed. A
     /// setting that was not timed in turns (alternately with other settings) gets the factor of the
     /// scene's own setting.
-    pub(super) fn setting_drift(&self, figures: &SettingMeasurements) -> ConfidenceInterval {
+    pub(super) fn setting_time_drift(&self, figures: &SettingMeasurements) -> ConfidenceInterval {
         if !figures.turn_ratios.is_empty() {
             return median_with_interval(figures.turn_ratios.clone());
         }
@@ -181,7 +182,7 @@ impl Measurements<'_> {
         if own.is_empty() {
             return ConfidenceInterval::from_exact(1.0);
         }
-        let drift = one_sided_drift(own.iter().copied());
+        let drift = one_sided_time_drift(own.iter().copied());
         ConfidenceInterval {
             value: if drift.low < 1.0 {
                 drift.low
@@ -215,7 +216,7 @@ fn median_with_interval(mut turns: Vec<f64>) -> ConfidenceInterval {
 /// Returns the factor that corrects the ratio of two times if only one of them was measured in
 /// turns (alternately with other settings). The true factor lies between 1 and the median of the
 /// ratios in `turns`.
-fn one_sided_drift(turns: impl Iterator<Item = f64>) -> ConfidenceInterval {
+fn one_sided_time_drift(turns: impl Iterator<Item = f64>) -> ConfidenceInterval {
     let drift = median_with_interval(turns.collect()).value;
     ConfidenceInterval {
         value: 1.0,
@@ -244,7 +245,7 @@ mod tests {
             ConfidenceInterval::from_exact(0.5)
         );
         assert_eq!(
-            one_sided_drift([1.5, 1.25, 2.0].into_iter()),
+            one_sided_time_drift([1.5, 1.25, 2.0].into_iter()),
             ConfidenceInterval {
                 value: 1.0,
                 low: 1.0,
@@ -252,7 +253,7 @@ mod tests {
             }
         );
         assert_eq!(
-            one_sided_drift([0.5; 3].into_iter()),
+            one_sided_time_drift([0.5; 3].into_iter()),
             ConfidenceInterval {
                 value: 1.0,
                 low: 0.5,

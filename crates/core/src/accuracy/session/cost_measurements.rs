@@ -4,7 +4,7 @@
 use super::super::ProgressListener;
 use super::super::effects::{EffectBench, EffectCosts};
 use super::super::measurements::Measurements;
-use super::super::report::{PriceReport, RungPriceReport};
+use super::super::report::{LadderCostReport, RungCostReport};
 use super::{COSTS_END, MeasurementSession, PRICES_END};
 use crate::prepare::PrepareError;
 
@@ -30,7 +30,7 @@ impl MeasurementSession<'_> {
         &mut self,
         measurements: &Measurements<'_>,
         listener: &mut dyn ProgressListener,
-    ) -> Result<Vec<PriceReport>, PrepareError> {
+    ) -> Result<Vec<LadderCostReport>, PrepareError> {
         let mut reports = Vec::new();
         for &ladder in &self.cost_ladders {
             let in_use = ladder.current_rung_name(self.scene, &self.settings);
@@ -44,14 +44,14 @@ impl MeasurementSession<'_> {
                     &self.baseline,
                     self.instant_of_budget_share(PRICES_END),
                 )?;
-                rungs.push(RungPriceReport {
+                rungs.push(RungCostReport {
                     rung: rung.name.to_owned(),
                     about: rung.about,
                     in_use,
                     rung_cost,
                 });
             }
-            reports.push(PriceReport {
+            reports.push(LadderCostReport {
                 ladder: ladder.name(),
                 in_use,
                 rungs,

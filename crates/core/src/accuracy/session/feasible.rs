@@ -55,11 +55,14 @@ impl MeasurementSession<'_> {
         renderer
             .run_pilot_pass(grid, tiles, self.instant_of_budget_share(1.0))
             .map_err(UnfinishedRender::into_error)?;
-        let pixels: f64 = tiles.iter().map(|&tile| grid.pixels(tile)).sum();
+        let pixels: f64 = tiles
+            .iter()
+            .map(|&tile| grid.pixel_count_of_tile(tile))
+            .sum();
         self.seconds_per_sample = ((self.now)() - before).as_secs_f64()
             / (pixels * f64::from(renderer.pilot_pass_samples()));
         let is_long = |edge: &u32| {
-            *edge <= grid.edge && self.affordable_tiles(&value_of(*edge), 1.0) >= ENOUGH_TILES
+            *edge <= grid.edge && self.affordable_tile_count(&value_of(*edge), 1.0) >= ENOUGH_TILES
         };
         let shorter = EDGES
             .into_iter()
@@ -97,7 +100,7 @@ impl MeasurementSession<'_> {
         }
         let pixels: f64 = pilot_passes
             .iter()
-            .map(|pilot_pass| grid.pixels(pilot_pass.tile))
+            .map(|pilot_pass| grid.pixel_count_of_tile(pilot_pass.tile))
             .sum();
         let samples = f64::from(renderer.pilot_pass_samples());
         self.seconds_per_sample = ((self.now)() - begun).as_secs_f64() / (pixels * samples);
@@ -120,7 +123,7 @@ impl MeasurementSession<'_> {
             .max_by(|a, b| a.seconds.total_cmp(&b.seconds))
             .map_or(0, |pilot_pass| pilot_pass.tile);
         let (part, before, end) = (
-            [grid.tile(longest)],
+            [grid.tile_crop(longest)],
             (self.now)(),
             self.instant_of_budget_share(FEASIBLE_RUNGS_END),
         );
@@ -146,7 +149,7 @@ impl MeasurementSession<'_> {
                     return Ok(exact);
                 }
                 let end = end.min((self.now)() + timeout);
-                match UnfinishedRender::late_as_none(renderer.render_setting(
+                match UnfinishedRender::interrupted_as_none(renderer.render_setting(
                     &self.setting_of_rung(choice),
                     &part,
                     0,
@@ -170,7 +173,7 @@ impl MeasurementSession<'_> {
                 setting.with_rung(choice)
             });
         if let Some(reference) =
-            UnfinishedRender::late_as_none(renderer.render_setting(&all, &part, 0, end))?
+            UnfinishedRender::interrupted_as_none(renderer.render_setting(&all, &part, 0, end))?
         {
             let seconds = |each_renders: &[TimedRender]| {
                 each_renders

@@ -104,7 +104,7 @@ impl MeasurementSession<'_> {
             let Some(point) = self.frontier_point(&start, measurements) else {
                 continue;
             };
-            let steps = self.start_steps_at(&start, &steps);
+            let steps = self.ladder_steps_from(&start, &steps);
             let mut survey = SessionMeasurer {
                 session: self,
                 plan,
@@ -122,7 +122,7 @@ impl MeasurementSession<'_> {
         let end = self
             .instant_of_budget_share(WALKS_END)
             .min((self.now)() + self.effort.budget.mul_f64(WALKS_END - RUNGS_END));
-        for setting in self.unmeasured_pairs(measurements) {
+        for setting in self.unmeasured_rung_pairs(measurements) {
             listener.report_step(
                 &format!("combination: {setting}"),
                 self.spent_budget_share(),
@@ -149,7 +149,7 @@ impl MeasurementSession<'_> {
     /// measure, up to the largest number of settings. Recommendable rungs come first. The number of
     /// settings found by the search depends on noise; filled up with pairs, the number is always
     /// the same.
-    fn unmeasured_pairs(&self, measurements: &Measurements<'_>) -> Vec<RungSetting> {
+    fn unmeasured_rung_pairs(&self, measurements: &Measurements<'_>) -> Vec<RungSetting> {
         let settings = measurements.measured_settings();
         let is_paired =
             |ladder: &Ladder| *ladder != Ladder::Samples && !ladder.has_equal_accuracy();
@@ -185,7 +185,7 @@ impl MeasurementSession<'_> {
 
     /// Returns the rungs (quality levels) of each ladder for a search that starts at the setting
     /// `start`. A ladder is left out if its rung in `start` was not measured.
-    fn start_steps_at(&self, start: &RungSetting, steps: &[LadderSteps]) -> Vec<LadderSteps> {
+    fn ladder_steps_from(&self, start: &RungSetting, steps: &[LadderSteps]) -> Vec<LadderSteps> {
         let at = |steps: &LadderSteps| {
             let rung_choice = start.rung(steps.ladder);
             let index = steps
@@ -208,7 +208,10 @@ impl MeasurementSession<'_> {
     /// samples, it dominates the total error.
     fn ladder_steps(&self, ladder: Ladder, measurements: &Measurements<'_>) -> Option<LadderSteps> {
         let in_use = ladder.current_rung_name(self.scene, &self.settings);
-        let (exact, beside) = (self.most_exact_setting(ladder), self.baseline_for(ladder));
+        let (exact, beside) = (
+            self.most_exact_setting(ladder),
+            self.baseline_for_ladder(ladder),
+        );
         let point = |setting: &RungSetting| {
             let point = self.frontier_point(setting, measurements)?;
             if !ladder.shares_random_numbers() {
@@ -283,7 +286,7 @@ impl MeasurementSession<'_> {
     /// Measures promising settings on more tiles, in chunks of growing size, or with more renders
     /// per tile if all tiles were measured. More tiles reveal the settings that look good only by
     /// chance.
-    pub(super) fn refine_promising(
+    pub(super) fn measure_promising_on_more_tiles(
         &mut self,
         settings: &[RungSetting],
         measurements: &mut Measurements<'_>,
@@ -298,7 +301,7 @@ impl MeasurementSession<'_> {
         );
         let mut tiles = measurements.reference_tile_count();
         if sample.covers_picture(tiles) {
-            return self.refine_on_all_tiles(&chosen_settings, measurements, listener);
+            return self.measure_on_all_tiles(&chosen_settings, measurements, listener);
         }
         while tiles < sample.drawable_tile_count() {
             let next =
@@ -307,7 +310,7 @@ impl MeasurementSession<'_> {
             listener.report_step(
                 &format!(
                     "measuring promising settings on {next} of {} tiles",
-                    sample.grid.count()
+                    sample.grid.tile_count()
                 ),
                 self.spent_budget_share(),
             );
@@ -329,7 +332,7 @@ impl MeasurementSession<'_> {
             }
             tiles = next;
             if sample.covers_picture(tiles) {
-                return self.refine_on_all_tiles(&chosen_settings, measurements, listener);
+                return self.measure_on_all_tiles(&chosen_settings, measurements, listener);
             }
             // The time of the next chunk grows with its size.
             if (self.now)() + ((self.now)() - before).mul_f64(GROWTH) > end {
@@ -374,7 +377,7 @@ impl MeasurementSession<'_> {
 
     /// Measures each setting on the tiles that it lacks, then with more renders per tile. Slow
     /// settings have fewer tiles than fast settings.
-    fn refine_on_all_tiles(
+    fn measure_on_all_tiles(
         &self,
         settings: &[RungSetting],
         measurements: &mut Measurements<'_>,
@@ -389,7 +392,7 @@ impl MeasurementSession<'_> {
             let lacking = tiles - measurements.measured_tile_count(setting).min(tiles);
             if lacking > 0
                 && self.expected_seconds(setting, lacking, &grid)
-                    < self.seconds_left(REFINEMENT_END)
+                    < self.seconds_until_budget_share(REFINEMENT_END)
             {
                 listener.report_step(
                     &format!("on more tiles: {setting}"),
@@ -409,7 +412,7 @@ impl MeasurementSession<'_> {
         };
         let once: f64 = settings.iter().map(once).sum();
         for rounds in (ROUNDS + 1..=u64::from(self.effort.rounds)).rev() {
-            if once * (rounds as f64) < self.seconds_left(REFINEMENT_END) {
+            if once * (rounds as f64) < self.seconds_until_budget_share(REFINEMENT_END) {
                 for setting in settings {
                     listener.report_step(
                         &format!("in more rounds: {setting}"),

@@ -7,7 +7,7 @@
 
 use super::super::ProgressListener;
 use super::super::measurements::Measurements;
-use super::super::pilot::PilotPair;
+use super::super::pilot::PilotPicturePair;
 use super::super::renderer::{MARGIN, UnfinishedRender};
 use super::super::setting::RungSetting;
 use super::super::tiles::{TileGrid, TileSample};
@@ -76,7 +76,7 @@ impl MeasurementPlan {
         };
         format!(
             "plan: {settings} settings on {rest}{tiles} of {} tiles, reference of {reference_samples} samples",
-            sample.grid.count()
+            sample.grid.tile_count()
         )
     }
 }
@@ -92,7 +92,7 @@ struct PlannedSetting {
 impl PlannedSetting {
     /// Whether the setting belongs to one of the most important ladders, which are measured on more
     /// tiles.
-    fn is_important(&self) -> bool {
+    fn has_important_ladder(&self) -> bool {
         matches!(
             self.ladder,
             Ladder::Samples | Ladder::Reconstruction | Ladder::Integrator
@@ -109,14 +109,14 @@ impl MeasurementSession<'_> {
             self.effort.budget.as_secs_f64(),
         );
         let mut reference_samples = self.minimum_reference_samples();
-        let fitting = self.affordable_tiles(grid, 1.0);
+        let fitting = self.affordable_tile_count(grid, 1.0);
         // If nearly all tiles fit, all are measured.
         let is_all = fitting + fitting / 4 >= sample.drawable_tile_count();
         let enough = |tiles: usize| tiles.max(FEWEST).min(sample.drawable_tile_count());
         let tiles = if is_all {
             sample.drawable_tile_count()
         } else {
-            enough(self.affordable_tiles(grid, REST))
+            enough(self.affordable_tile_count(grid, REST))
         };
         let rest = if is_all {
             tiles
@@ -164,14 +164,14 @@ impl MeasurementSession<'_> {
         // Low-discrepancy sequences are most uniform at powers of two.
         let samples = 1 << maximum.ilog2();
         let render = |round| {
-            UnfinishedRender::late_as_none(measurements.renderer.render_pilot(
+            UnfinishedRender::interrupted_as_none(measurements.renderer.render_pilot(
                 samples,
                 round,
                 self.instant_of_budget_share(REFERENCE_END),
             ))
         };
         if let (Some(one), Some(other)) = (render(0)?, render(1)?) {
-            measurements.pilots = Some(PilotPair([one, other]));
+            measurements.pilots = Some(PilotPicturePair([one, other]));
         }
         Ok(())
     }
@@ -190,7 +190,7 @@ impl MeasurementSession<'_> {
     }
 
     /// Whether a setting is denoised and has so few samples that it is rendered as a whole picture.
-    fn renders_whole_denoised(&self, setting: &RungSetting) -> bool {
+    fn renders_denoised_whole_picture(&self, setting: &RungSetting) -> bool {
         let (_, settings) = setting.apply(self.scene, &self.settings);
         settings.denoise && settings.sampling.samples_per_pixel() <= self.whole_picture_samples()
     }
@@ -207,22 +207,26 @@ impl MeasurementSession<'_> {
     /// Returns the expected wall-clock seconds of one sample for each pixel of a tile.
     fn tile_sample_seconds(&self, grid: &TileGrid) -> f64 {
         self.seconds_per_sample * f64::from(grid.size[0]) * f64::from(grid.size[1])
-            / grid.count() as f64
+            / grid.tile_count() as f64
     }
 
     /// Returns the number of tiles for which the time suffices. Less important settings are
     /// measured on the share `rest`, 0 to 1, of these tiles.
-    pub(super) fn affordable_tiles(&self, grid: &TileGrid, rest: f64) -> usize {
+    pub(super) fn affordable_tile_count(&self, grid: &TileGrid, rest: f64) -> usize {
         let (items, maximum) = (self.planned_settings(), self.full_tile_cost_limit(grid));
         let cost = |item: &PlannedSetting| {
             self.samples_per_tile_pixel(&item.setting, grid)
                 .min(maximum)
-                * if item.is_important() { 1.0 } else { rest }
+                * if item.has_important_ladder() {
+                    1.0
+                } else {
+                    rest
+                }
         };
         let costs: f64 = items.iter().map(cost).sum();
         let whole = items
             .iter()
-            .filter(|item| self.renders_whole_denoised(&item.setting));
+            .filter(|item| self.renders_denoised_whole_picture(&item.setting));
         let whole: f64 = whole
             .map(|item| self.expected_seconds(&item.setting, 0, grid))
             .sum();
@@ -237,7 +241,7 @@ impl MeasurementSession<'_> {
     /// renders per tile, enlarged by the margin of a denoised tile. Zero for a setting that is
     /// rendered as a whole picture.
     pub(super) fn samples_per_tile_pixel(&self, setting: &RungSetting, grid: &TileGrid) -> f64 {
-        if self.renders_whole_denoised(setting) {
+        if self.renders_denoised_whole_picture(setting) {
             return 0.0;
         }
         let is_denoised = setting.apply(self.scene, &self.settings).1.denoise;
@@ -255,7 +259,7 @@ impl MeasurementSession<'_> {
     /// whole picture is rendered once if it takes long.
     pub(super) fn round_count(&self, setting: &RungSetting) -> u64 {
         let samples = self.sample_count(setting);
-        let is_long = self.renders_whole_denoised(setting)
+        let is_long = self.renders_denoised_whole_picture(setting)
             && self.whole_picture_samples() / samples < ROUNDS as u32;
         if samples > self.settings.sampling.samples_per_pixel() || is_long {
             1
@@ -271,7 +275,7 @@ impl MeasurementSession<'_> {
         tiles: usize,
         grid: &TileGrid,
     ) -> f64 {
-        match self.renders_whole_denoised(setting) {
+        match self.renders_denoised_whole_picture(setting) {
             true => {
                 self.round_count(setting) as f64
                     * self.whole_picture_seconds(self.sample_count(setting))
@@ -318,7 +322,8 @@ impl MeasurementSession<'_> {
                 .all(|choice| NUMBERS.contains(&choice.ladder()))
         };
         let is_cheap = |setting: &RungSetting| {
-            setting.rung(Ladder::Reconstruction).is_none() || self.renders_whole_denoised(setting)
+            setting.rung(Ladder::Reconstruction).is_none()
+                || self.renders_denoised_whole_picture(setting)
         };
         let all = self.planned_settings().into_iter().map(|item| item.setting);
         all.filter(|setting| is_one(setting) && is_near(setting) && is_cheap(setting))
@@ -375,7 +380,10 @@ impl MeasurementSession<'_> {
             .iter()
             .filter(|&&ladder| ladder != Ladder::Samples)
         {
-            let (exact, beside) = (self.most_exact_setting(ladder), self.baseline_for(ladder));
+            let (exact, beside) = (
+                self.most_exact_setting(ladder),
+                self.baseline_for_ladder(ladder),
+            );
             let is_paired = ladder.shares_random_numbers();
             let pair = |setting: &RungSetting| is_paired.then(|| setting.clone());
             let others = self
@@ -423,7 +431,7 @@ impl MeasurementSession<'_> {
                 0,
                 self.instant_of_budget_share(RUNGS_END),
             );
-            UnfinishedRender::late_as_none(first)?;
+            UnfinishedRender::interrupted_as_none(first)?;
         }
         for (i, item) in self.planned_settings().into_iter().enumerate() {
             let (
@@ -434,7 +442,7 @@ impl MeasurementSession<'_> {
                     compared_setting: beside,
                     keeps_pictures: is_kept,
                 },
-            ) = (item.is_important(), item);
+            ) = (item.has_important_ladder(), item);
             listener.report_step(&setting.to_string(), self.spent_budget_share());
             let tiles = if is_telling {
                 plan.tiles
@@ -442,7 +450,7 @@ impl MeasurementSession<'_> {
                 plan.secondary_tiles
             };
             let tiles = self.setting_tile_count(&setting, tiles, measurements.sample);
-            let left = self.seconds_left(RUNGS_END);
+            let left = self.seconds_until_budget_share(RUNGS_END);
             let expected = self.expected_seconds(&setting, tiles, &measurements.sample.grid);
             if i > 0 && expected > MOST_OF_REST * left {
                 // This setting would take the time of many others, and perhaps not finish.

@@ -23,7 +23,10 @@ impl MeasurementSession<'_> {
         own_errors: &[(RungSetting, Ladder)],
     ) -> LadderReport {
         let in_use = ladder.current_rung_name(self.scene, &self.settings);
-        let (exact, beside) = (self.most_exact_setting(ladder), self.baseline_for(ladder));
+        let (exact, beside) = (
+            self.most_exact_setting(ladder),
+            self.baseline_for_ladder(ladder),
+        );
         let rung = |choice: RungChoice| {
             let setting = self.setting_of_rung(choice);
             let is_in_use = setting == beside;

@@ -59,7 +59,7 @@ fn measured_by(
         (stopwatch, &Instant::now),
     );
     session
-        .measure(MeasurementStart::default(), listener)
+        .run_measurement(MeasurementStart::default(), listener)
         .expect("a report")
         .0
 }
@@ -115,7 +115,7 @@ fn times_are_what_the_clock_says() {
         reference.samples
     );
     assert!(
-        [&plan[..], "path-length=64", "time of accelerator=linear"]
+        [&plan[..], "path-length=64", "timing accelerator=linear"]
             .iter()
             .all(|words| heard.0.iter().any(|(label, _)| label == words)),
         "{:?}",
@@ -345,7 +345,7 @@ fn rungs_that_cannot_show_the_scene_are_left_out() {
         (stopwatch, &Instant::now),
     );
     let report = session
-        .measure(MeasurementStart::default(), &mut ())
+        .run_measurement(MeasurementStart::default(), &mut ())
         .expect("a report")
         .0;
     let precision = report
@@ -468,7 +468,7 @@ fn all_ends_with_the_time() {
         );
         (
             session
-                .measure(MeasurementStart::default(), &mut ())
+                .run_measurement(MeasurementStart::default(), &mut ())
                 .map(|(report, _)| report),
             clock.seconds(),
         )
@@ -534,7 +534,7 @@ fn more_time_shows_no_less() {
             (stopwatch, &now),
         );
         let (report, _) = session
-            .measure(MeasurementStart::default(), &mut ())
+            .run_measurement(MeasurementStart::default(), &mut ())
             .unwrap_or_else(|error| panic!("{budget}: {error}"));
         assert!(
             clock.seconds() <= 1.03 * budget,
@@ -617,7 +617,7 @@ fn a_tile_is_a_part_of_the_picture() {
             RungSetting::from_rung(RungChoice::parse("reconstruction=denoised").expect("a rung"));
         let filtered = take(&denoised, &[]);
         for tile in [7, 8, 12] {
-            let part = grid.tile(tile);
+            let part = grid.tile_crop(tile);
             assert!(
                 take(&RungSetting::default(), &[part]).rgb == crop_picture(&noisy, crop, part).rgb,
                 "tile {tile}"
@@ -692,7 +692,7 @@ fn denoised_tiles_take_what_noisy_ones_take() {
     assert!(exposure.render_tiles(&tiles, end));
     let mut measurements = Measurements::new(&renderer, &sample, display);
     measurements.add_reference_tiles(tiles.iter().map(|&tile| {
-        let crop = grid.tile(tile);
+        let crop = grid.tile_crop(tile);
         ReferenceTile::new(
             [crop.width, crop.height],
             &exposure
@@ -763,7 +763,7 @@ fn what_was_measured_is_kept_when_it_is_stopped() {
         );
         (
             session
-                .measure(MeasurementStart::default(), &mut ())
+                .run_measurement(MeasurementStart::default(), &mut ())
                 .map(|(report, _)| report),
             clock.seconds(),
         )

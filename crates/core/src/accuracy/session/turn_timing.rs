@@ -23,20 +23,20 @@ impl MeasurementSession<'_> {
     /// Times the scene's own setting, the recommended settings and their closest competitors by
     /// rendering them alternately. If the recommendation changes, the newly recommended settings
     /// are timed too.
-    pub(super) fn time_recommended_in_turns(
+    pub(super) fn time_recommended_alternately(
         &self,
         settings: &[RungSetting],
         measurements: &mut Measurements<'_>,
         listener: &mut dyn ProgressListener,
     ) -> Result<(), PrepareError> {
-        let (begun, all) = ((self.now)(), self.seconds_left(TURNS_END));
+        let (begun, all) = ((self.now)(), self.seconds_until_budget_share(TURNS_END));
         for (pass, share) in PASSES.into_iter().enumerate() {
             let mut contestants = self.recommended_and_pareto_settings(
                 settings,
                 measurements,
                 if pass == 0 { MOST } else { 0 },
             );
-            contestants.retain(|setting| !measurements.is_timed_in_turns(setting));
+            contestants.retain(|setting| !measurements.has_alternating_times(setting));
             if contestants.is_empty() {
                 break;
             }
@@ -45,14 +45,14 @@ impl MeasurementSession<'_> {
                 self.spent_budget_share(),
             );
             let end = begun + Duration::from_secs_f64(share * all);
-            self.time_affordable_in_turns(end, contestants, measurements)?;
+            self.time_affordable_alternately(end, contestants, measurements)?;
         }
         Ok(())
     }
 
     /// Times the first settings of the list by rendering them alternately, with as many settings
     /// and tiles as the time until `end` allows.
-    fn time_affordable_in_turns(
+    fn time_affordable_alternately(
         &self,
         end: Instant,
         settings: Vec<RungSetting>,
@@ -63,7 +63,7 @@ impl MeasurementSession<'_> {
             end.saturating_duration_since((self.now)()).as_secs_f64(),
         );
         let planned = |setting: &RungSetting, tiles: usize| {
-            let tiles = if measurements.is_rendered_whole(setting) {
+            let tiles = if measurements.is_rendered_as_whole_picture(setting) {
                 measurements.measured_tile_count(setting)
             } else {
                 tiles
@@ -94,7 +94,7 @@ impl MeasurementSession<'_> {
             .rev()
             .find(|&tiles| value_of(tiles) < left)
             .unwrap_or(1);
-        measurements.time_in_turns(&chosen_settings, tiles, end)
+        measurements.time_settings_alternately(&chosen_settings, tiles, end)
     }
 
     /// Returns the recommended settings and the first `maximum` settings of the Pareto front.

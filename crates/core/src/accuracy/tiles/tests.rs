@@ -23,13 +23,13 @@ fn exponential(seed: u64, index: u64) -> f64 {
 #[test]
 fn tiles_are_the_picture() {
     let mut covered = vec![0; 320 * 184];
-    for index in 0..GRID.count() as u32 {
+    for index in 0..GRID.tile_count() as u32 {
         let Crop {
             x,
             y,
             width,
             height,
-        } = GRID.tile(index);
+        } = GRID.tile_crop(index);
         (y..y + height)
             .for_each(|y| (x..x + width).for_each(|x| covered[(y * 320 + x) as usize] += 1));
         let around = GRID.tile_crop_with_margin(index, 20);
@@ -45,7 +45,7 @@ fn tiles_are_the_picture() {
         .spread_order()
         .into_iter()
         .take(24)
-        .map(|index| GRID.tile(index))
+        .map(|index| GRID.tile_crop(index))
         .collect();
     for (left, top) in [(0, 0), (160, 0), (0, 92), (160, 92)] {
         let here = first.iter().filter(|tile| {
@@ -58,7 +58,7 @@ fn tiles_are_the_picture() {
 /// Looks with uneven noise.
 fn looks(grid: TileGrid) -> Vec<PilotPass> {
     let noise = |tile: u32| if tile.is_multiple_of(9) { 8.0 } else { 1.0 };
-    (0..grid.count() as u32)
+    (0..grid.tile_count() as u32)
         .map(|tile| PilotPass {
             tile,
             seconds: 1.0,
@@ -71,7 +71,7 @@ fn looks(grid: TileGrid) -> Vec<PilotPass> {
 /// probabilities sum to the number of drawn tiles, and a larger sample contains the smaller one.
 #[test]
 fn chances_are_those_with_which_tiles_are_drawn() {
-    let (mut drawn, mut expected) = (vec![0.0; GRID.count()], vec![0.0; GRID.count()]);
+    let (mut drawn, mut expected) = (vec![0.0; GRID.tile_count()], vec![0.0; GRID.tile_count()]);
     let seeds = 2000;
     for seed in 0..seeds {
         let grid = TileGrid { seed, ..GRID };
@@ -89,8 +89,8 @@ fn chances_are_those_with_which_tiles_are_drawn() {
         );
     }
     assert!(expected[9] > 2.0 * expected[10] && (expected.iter().sum::<f64>() - 40.0).abs() < 2.0);
-    let all = TileSample::new(GRID, &looks(GRID)).inclusion_probabilities(GRID.count());
-    assert!(all.len() == GRID.count() && all.iter().all(|&chance| chance == 1.0));
+    let all = TileSample::new(GRID, &looks(GRID)).inclusion_probabilities(GRID.tile_count());
+    assert!(all.len() == GRID.tile_count() && all.iter().all(|&chance| chance == 1.0));
 }
 
 /// Returns the share of intervals that contain the true mean of errors, where tiles have different
@@ -99,8 +99,8 @@ fn held(count: usize, mean: impl Fn(u64, u32) -> f64, has_looks: bool) -> f64 {
     let runs = 3000;
     let holds = |seed: &u64| {
         let mean = |tile: u32| mean(*seed, tile);
-        let truth = (0..GRID.count() as u32)
-            .map(|tile| mean(tile) * GRID.pixels(tile))
+        let truth = (0..GRID.tile_count() as u32)
+            .map(|tile| mean(tile) * GRID.pixel_count_of_tile(tile))
             .sum::<f64>()
             / (320.0 * 184.0);
         let grid = TileGrid {
@@ -111,18 +111,18 @@ fn held(count: usize, mean: impl Fn(u64, u32) -> f64, has_looks: bool) -> f64 {
             tile,
             seconds: 1.0,
             noise: if has_looks {
-                mean(tile) * GRID.pixels(tile)
+                mean(tile) * GRID.pixel_count_of_tile(tile)
             } else {
                 0.0
             },
         };
         let sample = TileSample::new(
             grid,
-            &(0..GRID.count() as u32).map(look).collect::<Vec<_>>(),
+            &(0..GRID.tile_count() as u32).map(look).collect::<Vec<_>>(),
         );
         let blocks: Vec<[Vec<f64>; 2]> = (sample.passes.iter().take(count))
             .map(|pilot_pass| {
-                let pixels = grid.pixels(pilot_pass.tile) / 4.0;
+                let pixels = grid.pixel_count_of_tile(pilot_pass.tile) / 4.0;
                 // Sixteen squares make a block.
                 let noise = |block: u64| {
                     (0..16)

@@ -162,7 +162,8 @@ fn the_fewest_samples_that_go_on() {
                 .with_samples(n)
         };
         for (fewer, more) in (1..90).flat_map(|fewer| (1..90).map(move |more| (fewer, more))) {
-            let found = (fewer.max(more)..).find(|&n| value_of(n).can_continue(&value_of(fewer)));
+            let found =
+                (fewer.max(more)..).find(|&n| value_of(n).can_continue_film(&value_of(fewer)));
             assert_eq!(
                 value_of(more).least_samples_to_continue(&value_of(fewer)),
                 found,

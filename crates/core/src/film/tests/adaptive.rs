@@ -79,7 +79,7 @@ fn samples_go_where_the_error_is() {
             .expect("four replicates")
             .root_relmse
             .high;
-        match film.advance_to_error(0.05, &()) {
+        match film.plan_next_round(0.05, &()) {
             ErrorProgress::NeedsSamples => assert!(high > 0.05 && now > before),
             ErrorProgress::Reached => {
                 assert!(high <= 0.05 && claimed > 0.05);
@@ -108,10 +108,7 @@ fn nothing_is_left_behind() {
     let mut film = row(12, 65_536);
     for _ in 0..30 {
         add_samples(&mut film, known(|tile| if tile < 6 { 0.0 } else { 2.0 }));
-        assert_eq!(
-            film.advance_to_error(0.01, &()),
-            ErrorProgress::NeedsSamples
-        );
+        assert_eq!(film.plan_next_round(0.01, &()), ErrorProgress::NeedsSamples);
     }
     let (still, noisy) = (
         f64::from(film.sample_goal(0, 0)),
@@ -137,7 +134,7 @@ fn each_half_decides_for_the_other() {
             1.0 + if replicate < 2 { 1.0 } else { -1.0 } * if loud { 2.0 } else { 0.2 } / n.sqrt()
         });
         assert_eq!(
-            film.advance_to_error(0.005, &()),
+            film.plan_next_round(0.005, &()),
             ErrorProgress::NeedsSamples
         );
     }
@@ -159,7 +156,7 @@ fn samples_have_a_maximum() {
         loop {
             add_samples(&mut film, known(|_| 3.0));
             rounds += 1;
-            match film.advance_to_error(1e-6, &()) {
+            match film.plan_next_round(1e-6, &()) {
                 ErrorProgress::NeedsSamples => assert!(rounds < 60),
                 end => break assert_eq!(end, ErrorProgress::Exhausted),
             }
@@ -262,7 +259,7 @@ fn the_end_is_told_by_the_claim() {
         let claim = film.estimate_uncertainty().expect("four replicates");
         assert!(found == 1000 || claim.doubt.is_some());
         assert_eq!(
-            film.advance_to_error(0.1 * claim.root_relmse.high, &()),
+            film.plan_next_round(0.1 * claim.root_relmse.high, &()),
             ErrorProgress::NeedsSamples
         );
         let (done, all) = film.progress(&film.full_part());
@@ -279,11 +276,11 @@ fn doubted_errors_are_not_reached() {
     add_samples(&mut film, known(|_| 0.01));
     (film.counters.unaided, film.counters.found) = (1000, 39);
     assert_eq!(
-        (film.advance_to_error(1e-9, &()), film.rejected_stop()),
+        (film.plan_next_round(1e-9, &()), film.rejected_stop()),
         (ErrorProgress::NeedsSamples, None)
     );
     add_samples(&mut film, known(|_| 0.01));
-    assert_eq!(film.advance_to_error(0.5, &()), ErrorProgress::NeedsSamples);
+    assert_eq!(film.plan_next_round(0.5, &()), ErrorProgress::NeedsSamples);
     let first = film.rejected_stop().expect("a claim below");
     let samples = film.sample_range(&film.full_part());
     assert_eq!(
@@ -299,11 +296,11 @@ fn doubted_errors_are_not_reached() {
     );
     add_samples(&mut film, known(|_| 0.01));
     assert_eq!(
-        (film.advance_to_error(0.5, &()), film.rejected_stop()),
+        (film.plan_next_round(0.5, &()), film.rejected_stop()),
         (ErrorProgress::NeedsSamples, Some(first))
     );
     film.counters.found = 40;
-    assert_eq!(film.advance_to_error(0.5, &()), ErrorProgress::Reached);
+    assert_eq!(film.plan_next_round(0.5, &()), ErrorProgress::Reached);
 }
 
 /// Protects: no tile more than doubles its samples in a round, however noisy it looks.
@@ -313,10 +310,7 @@ fn tiles_grow_by_two_at_most() {
     for _ in 0..8 {
         add_samples(&mut film, known(|tile| if tile == 5 { 50.0 } else { 0.01 }));
         let before = film.samples_drawn(5, 0);
-        assert_eq!(
-            film.advance_to_error(1e-6, &()),
-            ErrorProgress::NeedsSamples
-        );
+        assert_eq!(film.plan_next_round(1e-6, &()), ErrorProgress::NeedsSamples);
         assert!(
             film.sample_goal(5, 0) <= 2 * before,
             "{before} to {}",
@@ -343,10 +337,7 @@ fn m14_black_tiles_are_not_given_up() {
                     loud(replicate, tile, n)
                 }
             });
-            assert_eq!(
-                film.advance_to_error(1e-3, &()),
-                ErrorProgress::NeedsSamples
-            );
+            assert_eq!(film.plan_next_round(1e-3, &()), ErrorProgress::NeedsSamples);
         }
         let [still, other] = [black.start, 7].map(|tile| f64::from(film.sample_goal(tile, 0)));
         assert!(
@@ -396,7 +387,7 @@ fn m14_rare_light_is_not_lost() {
             }
             film.samples_drawn
                 .copy_from_slice(&film.sample_goals.clone());
-            if film.advance_to_error(0.9, &()) != ErrorProgress::NeedsSamples {
+            if film.plan_next_round(0.9, &()) != ErrorProgress::NeedsSamples {
                 break;
             }
         }

@@ -285,7 +285,7 @@ fn small_lamps_do_not_go_on() {
                 0.0
             }
         });
-        film.advance_to_error(2.0, &())
+        film.plan_next_round(2.0, &())
     };
     assert_eq!(
         [advance(true), advance(false)],

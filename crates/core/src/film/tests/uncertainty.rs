@@ -468,14 +468,14 @@ fn doubts_of_few_pixels_fall_silent_far_below() {
     let high = uncertainty.root_relmse.high;
     assert_eq!(uncertainty.doubt, Some(Doubt::FewPixels));
     assert_eq!(
-        [9.99, 10.01].map(|times| uncertainty.reaches(times * high)),
+        [9.99, 10.01].map(|times| uncertainty.is_error_below(times * high)),
         [false, true]
     );
     let by_chance = crate::film::Uncertainty {
         doubt: Some(Doubt::LightByChance),
         ..uncertainty
     };
-    assert!(!by_chance.reaches(100.0 * high));
+    assert!(!by_chance.is_error_below(100.0 * high));
 }
 
 /// Protects: a black picture is not accepted where rays searched for lamps: it is doubted, reaches
@@ -488,7 +488,7 @@ fn a_black_picture_is_doubted_where_there_are_lamps() {
         let uncertainty = film.estimate_uncertainty().expect("four replicates");
         (
             uncertainty.doubt,
-            uncertainty.reaches(1.0),
+            uncertainty.is_error_below(1.0),
             film.standard_errors().expect("four replicates").0[0],
         )
     };

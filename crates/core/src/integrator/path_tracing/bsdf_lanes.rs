@@ -31,7 +31,7 @@ pub(super) struct BsdfResponse<N: Number> {
 /// Evaluates the BSDFs of surfaces for a light's direction and a view direction. `dull`: whether
 /// the light, or any of several lights, makes no highlights.
 #[inline(always)]
-pub(super) fn eval_for_light<N: Number, L: BsdfLobe<N>, const MOST: usize>(
+pub(super) fn eval_bsdf_for_light<N: Number, L: BsdfLobe<N>, const MOST: usize>(
     bsdf: &Bsdf<N, L, MOST>,
     view: N::Vec3,
     (direction, dull): (N::Vec3, bool),
@@ -82,10 +82,15 @@ impl<R: Real, const MATTE: bool> SimdTask for BsdfTask<'_, R, MATTE> {
     fn run(self) -> BsdfLanes<R> {
         let (mut bsdf_lanes, v, lights) = (BsdfLanes::NONE, self.vertices, &self.lights.direction);
         if R::IS_SINGLE {
-            bsdf_lanes.eval_lanes::<Lanes<LANES>, MATTE>(0, v, lights, self.energy_compensation);
+            bsdf_lanes.eval_bsdf_lanes::<Lanes<LANES>, MATTE>(
+                0,
+                v,
+                lights,
+                self.energy_compensation,
+            );
         } else {
             (0..v.len).for_each(|lane| {
-                bsdf_lanes.eval_lanes::<R, MATTE>(lane, v, lights, self.energy_compensation)
+                bsdf_lanes.eval_bsdf_lanes::<R, MATTE>(lane, v, lights, self.energy_compensation)
             });
         }
         for lane in 0..LANES {
@@ -113,14 +118,14 @@ impl<R: Real> BsdfLanes<R> {
     };
 
     /// Sets the BSDF values of the vertex in a lane.
-    pub fn put_response(&mut self, lane: usize, response: &BsdfResponse<R>) {
+    pub fn set_bsdf_values(&mut self, lane: usize, response: &BsdfResponse<R>) {
         set_lane_vector::<R>(&mut self.value, lane, response.value);
         set_lane_vector::<R>(&mut self.diffuse, lane, response.diffuse);
         self.light_density[lane] = response.density;
     }
 
     /// Sets the BSDF sample of the vertex in a lane.
-    pub fn put_sample(&mut self, lane: usize, bsdf_sample: &BsdfSample<R>) {
+    pub fn set_bsdf_sample(&mut self, lane: usize, bsdf_sample: &BsdfSample<R>) {
         self.is_valid[lane] = bsdf_sample.is_valid;
         set_lane_vector::<R>(&mut self.direction, lane, bsdf_sample.direction);
         set_lane_vector::<R>(&mut self.weight, lane, bsdf_sample.weight);
@@ -134,7 +139,7 @@ impl<R: Real> BsdfLanes<R> {
     /// Evaluates and samples as many vertices as the number type `N` has lanes, starting at the
     /// lane `from`.
     #[inline(always)]
-    fn eval_lanes<N: Number, const MATTE: bool>(
+    fn eval_bsdf_lanes<N: Number, const MATTE: bool>(
         &mut self,
         from: usize,
         v: &VertexLanes<R>,
@@ -223,7 +228,9 @@ impl<R: Real> LaneVertex<'_, R> {
 
     /// Returns the interaction at the vertex.
     pub fn interaction(&self) -> &Interaction<R> {
-        self.slice.of(self.vertices.hit_indices[self.lane]).1
+        self.slice
+            .path_and_interaction(self.vertices.hit_indices[self.lane])
+            .1
     }
 }
 
@@ -264,7 +271,7 @@ fn eval_and_sample<N: Number, L: BsdfLobe<N>, const MOST: usize>(
     numbers: [N; 3],
 ) -> (BsdfResponse<N>, BsdfSample<N>) {
     (
-        eval_for_light(bsdf, view, light),
+        eval_bsdf_for_light(bsdf, view, light),
         bsdf.sample(&ShadingFrame::from_normal(bsdf.normal()), view, numbers),
     )
 }

@@ -80,7 +80,7 @@ pub(super) fn build_classic_bsdf<R: Real>(
 /// Returns a matte classic surface as a metallic-roughness model without specular reflection, whose
 /// single lobe has the same numbers.
 #[inline(always)]
-pub(super) fn matte_model<R: Real>(
+pub(super) fn build_matte_model<R: Real>(
     m: &ClassicInputs<R>,
     context: &ShadingContext<'_, R>,
 ) -> MetallicRoughness<R> {

@@ -53,13 +53,13 @@ impl<R: Real> PathTracer<'_, R> {
         self.counters.found += u64::from(self.hits_lights_by_chance(path));
         let emitted = path.throughput * emission * share;
         path.radiance += emitted;
-        self.record_direct(path.segments_traced == 1, emitted);
+        self.record_direct_radiance(path.segments_traced == 1, emitted);
     }
 
     /// Adds radiance to the directly visible radiance of a camera ray, if layers need it. `camera`:
     /// whether the radiance arrives along the camera ray.
     #[inline(always)]
-    pub(super) fn record_direct(&mut self, camera: bool, radiance: R::Vec3) {
+    pub(super) fn record_direct_radiance(&mut self, camera: bool, radiance: R::Vec3) {
         if camera && self.keeps_first {
             self.direct += radiance;
         }
@@ -67,10 +67,10 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Ends the path of a camera ray on a wireframe edge, with the colour of the edge. The stored
     /// albedo is black there, so that denoising keeps the edge.
-    pub(super) fn end_on_edge(&mut self, path: &mut PathState<R>, edge: R::Vec3) {
+    pub(super) fn end_on_wireframe_edge(&mut self, path: &mut PathState<R>, edge: R::Vec3) {
         let shown = path.throughput * edge;
         path.radiance += shown;
-        self.record_direct(true, shown);
+        self.record_direct_radiance(true, shown);
         self.first_hit
             .iter_mut()
             .for_each(|first| first.albedo = [0.0; 3]);
@@ -127,7 +127,7 @@ impl<R: Real> PathTracer<'_, R> {
             return R::ONE;
         }
         let lights = &self.scene.lights;
-        let sampling = self.scene.sampling_strategy(light);
+        let sampling = self.scene.light_sampling_strategy(light);
         if sampling == LightSampling::Scattering {
             return R::ONE;
         }

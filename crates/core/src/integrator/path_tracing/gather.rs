@@ -7,7 +7,7 @@ use core::f64::consts::PI;
 use raywright_bvh::{Hit, Real};
 
 use super::bsdf_lanes::perturb_lane_normals;
-use super::classic::matte_model;
+use super::classic::build_matte_model;
 use super::general::GeneralSurfaces;
 use super::vertices::{LitSides, VertexList};
 use super::{PathState, PathTracer};
@@ -90,7 +90,7 @@ impl<R: Real> PathTracer<'_, R> {
         if path.segments_traced == 1
             && let Some(edge) = scene.edge_colour_at(&path.segment, hit, interaction)
         {
-            self.end_on_edge(path, edge);
+            self.end_on_wireframe_edge(path, edge);
             return false;
         }
         if material.emits() {
@@ -106,7 +106,7 @@ impl<R: Real> PathTracer<'_, R> {
         };
         // A matte surface does not depend on an index of refraction.
         if self.has_nested_dielectrics() && matches!(material, PreparedMaterial::Physical(_)) {
-            self.adapt_to_medium(
+            self.set_relative_ior(
                 path,
                 interaction,
                 &scene.texture_tables.shading_context(interaction),
@@ -125,7 +125,7 @@ impl<R: Real> PathTracer<'_, R> {
                 interaction.eval_normal_map(bump, scene, &path.segment, hit),
             ));
         }
-        let lanes = list.open_batch();
+        let lanes = list.batch_with_free_lane();
         let lane = lanes.push_vertex(
             index,
             (path, interaction),
@@ -145,13 +145,15 @@ impl<R: Real> PathTracer<'_, R> {
     ) -> Option<CommonSurface<'a, R>> {
         let context = self.scene.texture_tables.shading_context(interaction);
         let surface = match material {
-            PreparedMaterial::Physical(m) if m.is_common => {
-                (m.model_at(&context), R::ONE, m.normal_map.as_ref())
-            }
+            PreparedMaterial::Physical(m) if m.is_common => (
+                m.metallic_roughness_at(&context),
+                R::ONE,
+                m.normal_map.as_ref(),
+            ),
             // A delta light's unit is the radiance of a white classic surface facing it, not its
             // irradiance.
             PreparedMaterial::Classic(m) if m.matte => {
-                (matte_model(m, &context), R::from_f64(PI), None)
+                (build_matte_model(m, &context), R::from_f64(PI), None)
             }
             _ => return None,
         };
@@ -176,14 +178,14 @@ impl<R: Real> PathTracer<'_, R> {
                 && (alpha <= R::ZERO
                     || R::from_f32(sample_2d(path.address, SamplePurpose::Coverage)[0]) >= alpha);
             if absent {
-                return Some(self.pass_through(path, interaction));
+                return Some(self.pass_through_surface(path, interaction));
             }
         }
         if self.has_nested_dielectrics()
             && let Some(beyond) = self.media_behind_hidden_boundary(&path.media, interaction)
         {
             path.media = beyond;
-            return Some(self.pass_through(path, interaction));
+            return Some(self.pass_through_surface(path, interaction));
         }
         let tint = self.index_matched_tint(path, interaction)?;
         Some(self.pass_index_matched_boundary(path, interaction, tint))
@@ -203,7 +205,7 @@ impl<R: Real> PathTracer<'_, R> {
             let shown = path.throughput
                 * m.base_colour_at(&self.scene.texture_tables.shading_context(interaction));
             path.radiance += shown;
-            self.record_direct(path.segments_traced == 1, shown);
+            self.record_direct_radiance(path.segments_traced == 1, shown);
             return false;
         }
         !self.is_at_depth_limit(path)

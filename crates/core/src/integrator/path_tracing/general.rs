@@ -6,7 +6,7 @@ use core::f64::consts::PI;
 use raywright_bvh::{Hit, Real, Vector};
 
 use super::super::spawn::round_direction;
-use super::bsdf_lanes::{BsdfLanes, LaneVertex, eval_for_light};
+use super::bsdf_lanes::{BsdfLanes, LaneVertex, eval_bsdf_for_light};
 use super::mixture::MixtureSurface;
 use super::scatter::ScatteredRay;
 use super::vertices::{LitSides, VertexLanes, VertexList, WavefrontSlice};
@@ -127,9 +127,9 @@ impl<R: Real> PathTracer<'_, R> {
                         (bsdf.normal(), lit_sides(bsdf), R::ONE),
                     )
                 } else {
-                    let mut model = m.model_at(&context);
+                    let mut model = m.metallic_roughness_at(&context);
                     if self.has_nested_dielectrics() {
-                        self.adapt_to_medium(path, interaction, &context, &mut model);
+                        self.set_relative_ior(path, interaction, &context, &mut model);
                     }
                     let normal = if model.glass.is_some() {
                         interaction.facing_normal()
@@ -148,7 +148,7 @@ impl<R: Real> PathTracer<'_, R> {
             }
             PreparedMaterial::Unused => return false,
         };
-        vertices.open_batch().push_vertex(
+        vertices.batch_with_free_lane().push_vertex(
             position,
             (path, interaction),
             (normal, sides, gain),
@@ -160,7 +160,7 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Evaluates and samples the BSDFs of a batch of general vertices, and sets the properties of
     /// their scattered rays. `before` is the number of vertices in earlier batches of the queue.
-    pub(super) fn shade_general(
+    pub(super) fn shade_general_vertices(
         &self,
         slice: &WavefrontSlice<'_, R>,
         (surfaces, before): (&GeneralSurfaces<R>, usize),
@@ -205,7 +205,7 @@ impl<R: Real> PathTracer<'_, R> {
     ) -> ScatteredRay<R> {
         let (normal, view) = (bsdf.normal(), vertex.view_direction());
         if let Some(light) = vertex.light_direction() {
-            vertex_response.put_response(vertex.lane, &eval_for_light(bsdf, view, light));
+            vertex_response.set_bsdf_values(vertex.lane, &eval_bsdf_for_light(bsdf, view, light));
         }
         let [lobe, u, v, _] = vertex.random_numbers();
         let mut bsdf_sample = bsdf.sample(&ShadingFrame::from_normal(normal), view, [lobe, u, v]);
@@ -217,7 +217,7 @@ impl<R: Real> PathTracer<'_, R> {
             return ScatteredRay::REFLECTED;
         }
         let (index, mut rest) = (vertex.vertices.hit_indices[vertex.lane], Vector::ZERO);
-        let (path, interaction) = vertex.slice.of(index);
+        let (path, interaction) = vertex.slice.path_and_interaction(index);
         // A coat may mirror about its own normal, so its directions stay as sampled.
         if let Some(glass) = glass.filter(|_| bsdf_sample.delta && (through || !L::COATED))
             && let Some(hit) = &vertex.slice.hits[index as usize]
@@ -241,7 +241,7 @@ impl<R: Real> PathTracer<'_, R> {
             && through
             && material.is_thin()
             && material.blocks_straight_rays();
-        vertex_response.put_sample(vertex.lane, &bsdf_sample);
+        vertex_response.set_bsdf_sample(vertex.lane, &bsdf_sample);
         ScatteredRay {
             direction_error: rest,
             is_delta: bsdf_sample.delta,

@@ -61,9 +61,9 @@ impl<R: Real> PathTracer<'_, R> {
                 (ior == 1.0).then_some(glass.transmitted)
             }
             PreparedMaterial::Physical(m) if m.layers.is_none() && !m.unlit => {
-                let mut model = m.model_at(&context);
+                let mut model = m.metallic_roughness_at(&context);
                 if self.has_nested_dielectrics() {
-                    self.adapt_to_medium(path, interaction, &context, &mut model);
+                    self.set_relative_ior(path, interaction, &context, &mut model);
                 }
                 let glass = model.glass.filter(|_| model.glass_share() >= R::ONE)?;
                 (glass.ior == 1.0).then_some(glass.transmitted)
@@ -97,6 +97,6 @@ impl<R: Real> PathTracer<'_, R> {
             (&ray, Vector::ZERO),
             &scattered_ray,
         );
-        path.throughput != Vector::ZERO && self.count_passage(path)
+        path.throughput != Vector::ZERO && self.count_passed_surface(path)
     }
 }

@@ -30,7 +30,10 @@ impl<R: Real> PathTracer<'_, R> {
         bsdf: &mut LayeredBsdf<R>,
     ) -> Option<Glass<R>> {
         let context = self.scene.texture_tables.shading_context(interaction);
-        let (mut base, mut boundary) = (m.model_at(&context), m.dielectric_boundary_at(&context));
+        let (mut base, mut boundary) = (
+            m.metallic_roughness_at(&context),
+            m.dielectric_boundary_at(&context),
+        );
         let mut ior = boundary.ior;
         if self.has_nested_dielectrics() && !m.thin {
             boundary = ConstantIor::new(self.relative_ior(path, interaction, &context));

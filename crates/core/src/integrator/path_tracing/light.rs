@@ -53,7 +53,13 @@ impl<R: Real> PathTracer<'_, R> {
     ) {
         chosen_lights.clear();
         for vertices in &*vertices {
-            let numbers = |lane: usize| slice.of(vertices.hit_indices[lane]).0.samples.light;
+            let numbers = |lane: usize| {
+                slice
+                    .path_and_interaction(vertices.hit_indices[lane])
+                    .0
+                    .samples
+                    .light
+            };
             let point = |lane: usize| vertices.surface.get_lane(lane).point;
             let drawn = self
                 .scene
@@ -115,7 +121,7 @@ impl<R: Real> PathTracer<'_, R> {
                 shines: self.scene.lights.delta[i as usize].specular,
             },
             (LightDensity::Delta, _) => MisStrategy::Delta { shines: false },
-            (LightDensity::SolidAngle(_), _) => match self.scene.sampling_strategy(light) {
+            (LightDensity::SolidAngle(_), _) => match self.scene.light_sampling_strategy(light) {
                 LightSampling::Scattering => return None,
                 LightSampling::Lights => MisStrategy::Unweighted,
                 LightSampling::Both => MisStrategy::PowerHeuristic,

@@ -98,7 +98,7 @@ impl<R: Real> PathTracer<'_, R> {
                     around.insert(0, interaction.material);
                 }
             }
-            segment.advance(
+            segment.advance_to_ray(
                 &self
                     .scene
                     .spawn_ray(&interaction, interaction.direction, -R::ONE),
@@ -115,7 +115,7 @@ impl<R: Real> PathTracer<'_, R> {
         media: &MediumStack,
         interaction: &Interaction<R>,
     ) -> MediumStack {
-        let bounds = self.scene.materials[interaction.material as usize].bounds_body();
+        let bounds = self.scene.materials[interaction.material as usize].is_solid_boundary();
         if bounds {
             media.cross_boundary(interaction.material, interaction.outside)
         } else {
@@ -138,20 +138,20 @@ impl<R: Real> PathTracer<'_, R> {
             let around = self
                 .effective_medium(&path.media)
                 .or((!interaction.outside).then_some(interaction.material));
-            path.throughput *= self.body_transmittance(around, interaction.distance);
+            path.throughput *= self.single_medium_transmittance(around, interaction.distance);
         }
     }
 
     /// Returns the transmittance of the effective medium along an unoccluded shadow ray.
     pub(super) fn media_transmittance(&self, media: &MediumStack, distance: R) -> R::Vec3 {
-        self.body_transmittance(
+        self.single_medium_transmittance(
             self.effective_medium(media).filter(|_| self.scene.absorbs),
             distance,
         )
     }
 
     /// Returns the transmittance of a medium over a distance; 1 without a medium.
-    fn body_transmittance(&self, body: Option<u32>, distance: R) -> R::Vec3 {
+    fn single_medium_transmittance(&self, body: Option<u32>, distance: R) -> R::Vec3 {
         let absorption =
             body.and_then(|material| self.scene.materials[material as usize].absorption());
         absorption.map_or(Vector::ONE, |absorption| {

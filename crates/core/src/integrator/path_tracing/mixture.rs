@@ -6,7 +6,7 @@ use core::f64::consts::PI;
 use raywright_bvh::{Real, Vector};
 
 use super::PathTracer;
-use super::bsdf_lanes::{BsdfLanes, LaneVertex, eval_for_light};
+use super::bsdf_lanes::{BsdfLanes, LaneVertex, eval_bsdf_for_light};
 use super::scatter::ScatteredRay;
 use super::vertices::LitSides;
 use crate::interaction::Interaction;
@@ -101,9 +101,9 @@ impl<R: Real> PathTracer<'_, R> {
         if let Some(light) = vertex.light_direction() {
             let albedo = surface.albedo * R::from_f64(diffused);
             let matte = Bsdf::<R, Lambert<R>, 1>::new(normal).with_lobe(Lambert { albedo });
-            bsdf_lanes.put_response(
+            bsdf_lanes.set_bsdf_values(
                 vertex.lane,
-                &eval_for_light(&matte, vertex.view_direction(), light),
+                &eval_bsdf_for_light(&matte, vertex.view_direction(), light),
             );
         }
         let PreparedMaterial::Classic(classic) =
@@ -161,7 +161,7 @@ impl<R: Real> PathTracer<'_, R> {
                 weight *= one / largest;
             }
         }
-        bsdf_lanes.put_sample(
+        bsdf_lanes.set_bsdf_sample(
             vertex.lane,
             &BsdfSample {
                 is_valid: some,

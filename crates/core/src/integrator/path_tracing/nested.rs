@@ -132,7 +132,7 @@ impl<R: Real> PathTracer<'_, R> {
     /// Sets the dielectric reflectance and the glass's index of refraction of a physical surface
     /// without layers, relative to the medium around the surface.
     #[inline(never)]
-    pub(super) fn adapt_to_medium(
+    pub(super) fn set_relative_ior(
         &self,
         path: &mut PathState<R>,
         interaction: &Interaction<R>,

@@ -90,7 +90,8 @@ impl<R: Real> PathTracer<'_, R> {
             (true, false) => &mut self.counters.reflection,
             (false, false) => &mut self.counters.scatter,
         } += 1;
-        path.segment.advance(ray, scattered_ray.direction_error);
+        path.segment
+            .advance_to_ray(ray, scattered_ray.direction_error);
         path.throughput = throughput;
         path.address.bounce += 1;
         // Light samples taken before a thin wall still cover paths that pass straight through the

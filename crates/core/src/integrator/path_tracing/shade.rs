@@ -25,7 +25,7 @@ impl<R: Real> ShadedLanes<R> {
     /// Shades vertices from their BSDF values and samples. `reach` is the greatest length of a
     /// shadow ray to an infinitely distant delta light.
     #[inline]
-    pub fn of(
+    pub fn from_vertices(
         vertices: &VertexLanes<R>,
         lights: &LightSampleLanes<R>,
         bsdf_lanes: &BsdfLanes<R>,

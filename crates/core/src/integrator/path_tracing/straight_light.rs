@@ -67,7 +67,7 @@ impl<R: Real> PathTracer<'_, R> {
                     share
                 };
                 return transmitted
-                    * self.media_transmittance(&media, from.distance_to(&light.target));
+                    * self.media_transmittance(&media, from.distance_to_target(&light.target));
             };
             let interaction = Interaction::from_hit(self.scene, &segment, &hit);
             share *= self.media_transmittance(
@@ -81,7 +81,7 @@ impl<R: Real> PathTracer<'_, R> {
                     .emitters
                     .emitter_index_of(interaction.object, hit.primitive)
                     == emitter;
-            let is_target = is_own && (flat || is_at_target(&interaction, &light.target));
+            let is_target = is_own && (flat || is_at_light_sample(&interaction, &light.target));
             let (transmittance, counts) = if varied.is_some() && (hit.t >= before || is_target) {
                 // All surfaces before the light were passed: this hit is the light itself, or a
                 // surface that hides it.
@@ -164,7 +164,7 @@ impl<R: Real> PathTracer<'_, R> {
 }
 
 /// Whether a hit coincides with the sampled point of a lamp, within rounding.
-fn is_at_target<R: Real>(interaction: &Interaction<R>, target: &ShadowRayTarget<R>) -> bool {
+fn is_at_light_sample<R: Real>(interaction: &Interaction<R>, target: &ShadowRayTarget<R>) -> bool {
     let ShadowRayTarget::Surface(target) = target else {
         return false;
     };

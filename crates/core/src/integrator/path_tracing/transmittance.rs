@@ -127,7 +127,7 @@ impl<R: Real> PathTracer<'_, R> {
         let scene = self.scene;
         let lights = &scene.lights;
         let Some(light_sample) =
-            scene.aim_at_centre(light, light_sample, interaction.surface.point)
+            scene.aim_at_lamp_centre(light, light_sample, interaction.surface.point)
         else {
             return Vector::ZERO;
         };
@@ -157,8 +157,10 @@ impl<R: Real> PathTracer<'_, R> {
             };
         } else {
             if scene.absorbs {
-                scattered *= self
-                    .media_transmittance(&media(), interaction.distance_to(&light_sample.target));
+                scattered *= self.media_transmittance(
+                    &media(),
+                    interaction.distance_to_target(&light_sample.target),
+                );
             }
             if shadows {
                 let transmitted = self.light_visibility(&light_sample, interaction);

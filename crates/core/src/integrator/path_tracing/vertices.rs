@@ -21,7 +21,7 @@ pub(super) struct WavefrontSlice<'a, R: Real> {
 impl<R: Real> WavefrontSlice<'_, R> {
     /// Returns the path and the interaction of a vertex, by its index among the active paths.
     #[inline(always)]
-    pub fn of(&self, index: u32) -> (&PathState<R>, &Interaction<R>) {
+    pub fn path_and_interaction(&self, index: u32) -> (&PathState<R>, &Interaction<R>) {
         (
             &self.paths[self.active[index as usize] as usize],
             &self.interactions[index as usize],
@@ -123,7 +123,7 @@ impl<R: Real> VertexLanes<R> {
         let lane = self.len;
         self.len += 1;
         self.hit_indices[lane] = index;
-        self.surface.set_lane_vector(lane, &interaction.surface);
+        self.surface.set_lane(lane, &interaction.surface);
         set_lane_vector::<R>(
             &mut self.geometric,
             lane,
@@ -187,7 +187,7 @@ impl<R: Real> VertexList<R> {
 
     /// Returns the last batch if it has room for a vertex, else a new batch.
     #[inline(always)]
-    pub fn open_batch(&mut self) -> &mut VertexLanes<R> {
+    pub fn batch_with_free_lane(&mut self) -> &mut VertexLanes<R> {
         if self.used == 0 || self.lanes[self.used - 1].is_full() {
             if self.used == self.lanes.len() {
                 self.lanes.push(VertexLanes::new());

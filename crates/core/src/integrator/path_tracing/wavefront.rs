@@ -89,12 +89,12 @@ impl<R: Real> PathTracer<'_, R> {
         active.extend(0..rays.len() as u32);
         hits.clear();
         for (rays, paths) in rays.chunks(PACKET).zip(paths.chunks(PACKET)) {
-            first_hits.intersect(self.scene, rays);
+            first_hits.intersect_packet(self.scene, rays);
             hits.extend(paths.iter().enumerate().map(|(i, path)| {
                 first_hits
-                    .hit_of_ray(i)
+                    .get_ray_hit(i)
                     .copied()
-                    .unwrap_or_else(|| self.intersect_path(path))
+                    .unwrap_or_else(|| self.intersect_path_ray(path))
             }));
         }
     }
@@ -113,13 +113,13 @@ impl<R: Real> PathTracer<'_, R> {
         hits.extend(
             active
                 .iter()
-                .map(|&index| self.intersect_path(&paths[index as usize])),
+                .map(|&index| self.intersect_path_ray(&paths[index as usize])),
         );
     }
 
     /// Returns the closest hit of a path's ray.
     #[inline(always)]
-    fn intersect_path(&self, path: &PathState<R>) -> Option<Hit<R>> {
+    fn intersect_path_ray(&self, path: &PathState<R>) -> Option<Hit<R>> {
         let min = if path.segments_traced == 0 {
             self.min_distances.camera - path.segment.skipped_distance
         } else {
@@ -369,7 +369,7 @@ impl<R: Real> PathTracer<'_, R> {
             (general.batches(), requested),
             survives,
             |tracer, slice, before, lanes, scattered_rays| {
-                tracer.shade_general(slice, (surfaces, before), lanes, scattered_rays)
+                tracer.shade_general_vertices(slice, (surfaces, before), lanes, scattered_rays)
             },
         );
     }
@@ -402,7 +402,7 @@ impl<R: Real> PathTracer<'_, R> {
                 (vertices, lights),
                 &mut scattered_rays,
             );
-            let shaded = ShadedLanes::of(
+            let shaded = ShadedLanes::from_vertices(
                 vertices,
                 lights,
                 &bsdf_lanes,

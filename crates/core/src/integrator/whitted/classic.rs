@@ -55,7 +55,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         {
             let emitted = throughput * emission.eval_colour(&context);
             *radiance += emitted;
-            self.record_direct(path.is_camera_ray, emitted);
+            self.record_direct_radiance(path.is_camera_ray, emitted);
         }
         if is_local_only {
             return path.start_segment([None; 2]);

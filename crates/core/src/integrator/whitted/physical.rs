@@ -34,7 +34,7 @@ impl<R: Real> WhittedTracer<'_, R> {
             return None;
         }
         if alpha <= R::ZERO {
-            self.pass_through(path, interaction, path.throughput);
+            self.pass_through_surface(path, interaction, path.throughput);
             return Some(None);
         }
         let ray = self.ray_behind_surface(path, interaction);
@@ -53,9 +53,9 @@ impl<R: Real> WhittedTracer<'_, R> {
             is_camera_ray: camera,
             remaining_segments: segments,
             share,
-            ..path.branch_path(&next, PathBranch::Behind)
+            ..path.create_side_branch(&next, PathBranch::Behind)
         };
-        self.count_passage(&mut behind);
+        self.count_passed_surface(&mut behind);
         path.throughput *= alpha;
         path.share *= alpha;
         path.known_hit = Some(*hit);
@@ -87,15 +87,15 @@ impl<R: Real> WhittedTracer<'_, R> {
         {
             let emitted = emission.multiply_colour(&context, throughput);
             *radiance += emitted;
-            self.record_direct(path.is_camera_ray, emitted);
+            self.record_direct_radiance(path.is_camera_ray, emitted);
         }
         if m.unlit {
             let shown = throughput * m.base_colour_at(&context);
             *radiance += shown;
-            self.record_direct(path.is_camera_ray, shown);
+            self.record_direct_radiance(path.is_camera_ray, shown);
             return path.start_segment([None; 2]);
         }
-        let model = m.model_at(&context);
+        let model = m.metallic_roughness_at(&context);
         let mirror = m.mirrors && model.roughness <= R::from_f64(MIRROR_ROUGHNESS);
         *radiance += throughput * self.sum_local_light(&model, interaction, mirror, address);
         let dielectric = R::ONE - model.metallic;

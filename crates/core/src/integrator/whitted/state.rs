@@ -50,14 +50,14 @@ pub(crate) type SecondaryRays<R> = [Option<SecondaryRay<R>>; 2];
 
 impl<R: Real> WhittedState<R> {
     /// Returns the state of a side branch that starts at the path's current vertex.
-    pub fn branch_path(&self, next: &SecondaryRay<R>, branch: PathBranch) -> Self {
+    pub fn create_side_branch(&self, next: &SecondaryRay<R>, branch: PathBranch) -> Self {
         let mut segment = self.segment;
-        segment.advance(&next.ray, next.direction_error);
+        segment.advance_to_ray(&next.ray, next.direction_error);
         Self {
             segment,
             throughput: next.throughput,
             radiance: Vector::ZERO,
-            address: self.address.side_branch(branch),
+            address: self.address.side_branch_address(branch),
             remaining_segments: self.remaining_segments - 1,
             passages: self.passages,
             is_camera_ray: false,
@@ -71,14 +71,15 @@ impl<R: Real> WhittedState<R> {
     /// if any, which must be traced to its end first.
     #[inline(always)]
     pub fn start_segment(&mut self, [onward, side_branch]: SecondaryRays<R>) -> Option<Self> {
-        let side_branch = side_branch.map(|next| self.branch_path(&next, PathBranch::Reflected));
+        let side_branch =
+            side_branch.map(|next| self.create_side_branch(&next, PathBranch::Reflected));
         self.coverage += self.share;
         self.share = R::ZERO;
         self.address.bounce += 1;
         self.remaining_segments -= 1;
         match onward {
             Some(next) if self.remaining_segments > 0 => {
-                self.segment.advance(&next.ray, next.direction_error);
+                self.segment.advance_to_ray(&next.ray, next.direction_error);
                 self.throughput = next.throughput;
                 self.is_camera_ray = false;
             }

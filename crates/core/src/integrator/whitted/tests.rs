@@ -99,7 +99,11 @@ fn together_or_one_by_one() {
         active.rotate_left(turn);
         active.reverse();
         hits.clear();
-        hits.extend(active.iter().map(|&i| tracer.intersect_path(&ways[i].path)));
+        hits.extend(
+            active
+                .iter()
+                .map(|&i| tracer.intersect_path_ray(&ways[i].path)),
+        );
         for (&i, hit) in active.iter().zip(&hits) {
             let pixel_state = &mut ways[i];
             let closest_hit = pixel_state.path.known_hit.or(*hit);

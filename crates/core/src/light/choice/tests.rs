@@ -20,7 +20,7 @@ fn lights(balls: impl Iterator<Item = (DVec3, f64)>) -> Lights<f64> {
                 centre,
                 radius: 0.01,
             }),
-            EmissionEstimate::uniform(DVec3::splat(radiance)),
+            EmissionEstimate::from_uniform_emission(DVec3::splat(radiance)),
             Side::Outside,
             None,
         );

@@ -8,7 +8,7 @@
 use glam::DVec3;
 use raywright_bvh::allocate_fallibly;
 
-use crate::light::cdf::{probability_of, push_cdf, sample_index};
+use crate::light::cdf::{entry_probability, push_cdf, sample_index};
 
 /// Greatest ratio of the brightest to the darkest cell at which a triangle is sampled uniformly.
 const EVEN: f64 = 1.25;
@@ -44,7 +44,7 @@ impl EmissionCellTable {
 
     /// Adds the cells of a triangle; `found` is the emission in the middle of each cell, row by
     /// row, with `across` cells in a row. Returns `None` if the emission is nearly uniform.
-    pub fn push_triangle(&mut self, across: usize, found: &[f64]) -> Option<TriangleCells> {
+    pub fn push_triangle_cells(&mut self, across: usize, found: &[f64]) -> Option<TriangleCells> {
         let [darkest, brightest] = [
             found.iter().fold(f64::INFINITY, |a, &b| a.min(b)),
             found.iter().fold(0.0_f64, |a, &b| a.max(b)),
@@ -99,7 +99,7 @@ impl EmissionCellTable {
         let across = f64::from(cells.across);
         let at = |x: f64| ((x * across) as usize).min(cells.across as usize - 1);
         let [rows, row] = self.row_cdfs(cells, at(v));
-        probability_of(rows, at(v)) * probability_of(row, at(u)) * across * across
+        entry_probability(rows, at(v)) * entry_probability(row, at(u)) * across * across
     }
 
     pub fn bytes(&self) -> u64 {
@@ -150,9 +150,9 @@ mod tests {
     /// Cells after those of another triangle, the usual case.
     fn table(across: usize, found: &[f64]) -> (EmissionCellTable, TriangleCells) {
         let mut table = EmissionCellTable::default();
-        table.push_triangle(2, &[0.0, 0.0, 0.0, 1.0]);
+        table.push_triangle_cells(2, &[0.0, 0.0, 0.0, 1.0]);
         let cells = table
-            .push_triangle(across, found)
+            .push_triangle_cells(across, found)
             .expect("it is bright in parts");
         (table, cells)
     }
@@ -186,12 +186,16 @@ mod tests {
         let mut table = EmissionCellTable::default();
         table.reserve(1, 2);
         assert!(
-            table.push_triangle(4, &[0.3; 16]).is_none()
-                && table.push_triangle(4, &[0.0; 16]).is_none()
-                && table.push_triangle(1, &[1.0]).is_none()
+            table.push_triangle_cells(4, &[0.3; 16]).is_none()
+                && table.push_triangle_cells(4, &[0.0; 16]).is_none()
+                && table.push_triangle_cells(1, &[1.0]).is_none()
         );
         assert_eq!(table.bytes(), estimate_cell_bytes(1, 2));
-        assert!(table.push_triangle(2, &[1.0, 1.0, 1.0, 1.3]).is_some());
+        assert!(
+            table
+                .push_triangle_cells(2, &[1.0, 1.0, 1.0, 1.3])
+                .is_some()
+        );
         assert_eq!(table.bytes(), estimate_cell_bytes(1, 2));
     }
 

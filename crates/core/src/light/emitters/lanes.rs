@@ -102,7 +102,7 @@ impl<R: Real> SimdTask for EmitterSampleTask<'_, R> {
         let (mut density, mut weight) = ([0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
             let surface_point = SurfacePoint::new(
-                drawn.at(lane),
+                drawn.point_unchecked(lane),
                 get_lane_vector::<f64>(&emitters.normal, lane),
                 emitters.error[lane],
             );
@@ -117,7 +117,7 @@ impl<R: Real> SimdTask for EmitterSampleTask<'_, R> {
                 emitters.probability[lane],
                 even,
             );
-            surface.set_lane_vector(lane, &emitter_point.surface);
+            surface.set_lane(lane, &emitter_point.surface);
             set_lane_vector::<R>(
                 &mut direction,
                 lane,

@@ -84,7 +84,7 @@ impl<R: Real> Emitter<R> {
 
     /// Returns the emitter as a polygon, if it is an untransformed triangle or quad.
     #[inline(always)]
-    pub fn polygon(&self) -> Option<Polygon> {
+    pub fn to_polygon(&self) -> Option<Polygon> {
         self.plane?;
         // Component by component: `map` of an array is not always inlined.
         match &self.shape {
@@ -118,7 +118,7 @@ pub struct EmissionEstimate<R: Real> {
 
 impl<R: Real> EmissionEstimate<R> {
     /// Returns the estimate for uniform emission.
-    pub fn uniform(radiance: R::Vec3) -> Self {
+    pub fn from_uniform_emission(radiance: R::Vec3) -> Self {
         Self {
             radiance,
             varies: false,
@@ -128,7 +128,7 @@ impl<R: Real> EmissionEstimate<R> {
 
     /// Returns the estimate for varying emission: the mean of radiances at points spread uniformly
     /// over the surface. `passable`: whether a ray may pass through the surface.
-    pub fn from_samples(found: &[R::Vec3], passable: bool) -> Self {
+    pub fn from_emission_samples(found: &[R::Vec3], passable: bool) -> Self {
         let sum = found
             .iter()
             .fold(R::Vec3::ZERO, |sum, &radiance| sum + radiance);
@@ -224,7 +224,7 @@ impl<R: Real> EmitterList<R> {
     pub fn add_quad_halves(&mut self, quad: Quad<R>, radiance: R::Vec3, side: Side) {
         self.add_shape(
             AnyShape::Quad(quad),
-            EmissionEstimate::uniform(radiance),
+            EmissionEstimate::from_uniform_emission(radiance),
             side,
             None,
         );
@@ -250,21 +250,21 @@ impl<R: Real> EmitterList<R> {
     ) {
         self.add_shape(
             AnyShape::Triangle(triangle),
-            EmissionEstimate::from_samples(found, passable),
+            EmissionEstimate::from_emission_samples(found, passable),
             side,
             None,
         );
         let brightness = |radiance: &R::Vec3| radiance.to_f64().element_sum();
         let cells = self
             .cells
-            .push_triangle(across, &found.iter().map(brightness).collect::<Vec<_>>());
+            .push_triangle_cells(across, &found.iter().map(brightness).collect::<Vec<_>>());
         if let Some(emitter) = self.emitters.last_mut() {
             emitter.cells = cells;
         }
     }
 
     /// Adds a transformed shape and returns its area.
-    pub fn add_transformed(
+    pub fn add_transformed_shape(
         &mut self,
         transformed_shape: TransformedShape<R>,
         emission: EmissionEstimate<R>,

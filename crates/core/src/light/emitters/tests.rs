@@ -15,7 +15,7 @@ fn lights(powers: &[f64]) -> Emitters<f32> {
     for &power in powers {
         list.add_shape(
             ball.into(),
-            EmissionEstimate::uniform(Vec3::new(power as f32, 0.0, 0.0)),
+            EmissionEstimate::from_uniform_emission(Vec3::new(power as f32, 0.0, 0.0)),
             Side::Outside,
             Some(1.0),
         );
@@ -96,7 +96,12 @@ fn each_side_shines_or_does_not() {
         (Side::Both, [true, true]),
     ] {
         let mut list = EmitterList::<f32>::default();
-        list.add_shape(quad, EmissionEstimate::uniform(Vec3::X), side, None);
+        list.add_shape(
+            quad,
+            EmissionEstimate::from_uniform_emission(Vec3::X),
+            side,
+            None,
+        );
         let lamp = Emitters::new(list);
         let sides = f64::from(u8::from(shines[0]) + u8::from(shines[1]));
         assert!(
@@ -163,7 +168,7 @@ fn emitters_know_their_triangles() {
         centre: Vec3::ONE,
         radius: 0.5,
     };
-    let even = EmissionEstimate::uniform(Vec3::ONE);
+    let even = EmissionEstimate::from_uniform_emission(Vec3::ONE);
     let (mut group, mut list) = (PrimitiveSet::<f32>::default(), EmitterList::default());
     group.add_mesh(triangles, Visibility::default()).unwrap();
     list.begin_object();

@@ -3,7 +3,7 @@
 
 use raywright_bvh::{Real, SimdTask, Vector, run_widest};
 
-use super::{DirectionBatch, LANES, SkySample, for_each_batch};
+use super::{DirectionBatch, LANES, SkySample, for_each_direction_batch};
 use crate::number::{Lanes, Number, Vector3};
 
 /// A sky with a gradient from nadir to zenith, and suns.
@@ -50,7 +50,7 @@ impl<R: Real> GradientSky<R> {
         directions: impl Iterator<Item = R::Vec3>,
         out: &mut Vec<SkySample<R>>,
     ) {
-        for_each_batch::<R>(directions, |directions, count| {
+        for_each_direction_batch::<R>(directions, |directions, count| {
             let seen = run_widest(GradientTask {
                 gradient: self,
                 directions,

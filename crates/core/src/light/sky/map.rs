@@ -5,7 +5,7 @@ use std::sync::Arc;
 use raywright_bvh::shapes::equirectangular_coordinates;
 use raywright_bvh::{Real, SimdTask, Vector, run_widest};
 
-use super::{DirectionBatch, LANES, SkySample, for_each_batch};
+use super::{DirectionBatch, LANES, SkySample, for_each_direction_batch};
 use crate::scene::{ImageData, PixelData};
 use crate::texture::decode_srgb;
 
@@ -113,7 +113,7 @@ impl<R: Real> EquirectMap<R> {
         directions: impl Iterator<Item = R::Vec3>,
         out: &mut Vec<SkySample<R>>,
     ) {
-        for_each_batch::<R>(directions, |directions, count| {
+        for_each_direction_batch::<R>(directions, |directions, count| {
             let [u, v, r, g, b] = run_widest(MapLookupTask {
                 map: self,
                 directions,

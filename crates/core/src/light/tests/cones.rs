@@ -78,7 +78,7 @@ fn m04_within_a_ball_points_are_drawn_by_area() {
             radius: 1.0,
         }
         .into(),
-        EmissionEstimate::uniform(DVec3::ONE),
+        EmissionEstimate::from_uniform_emission(DVec3::ONE),
         Side::Inside,
         None,
     );

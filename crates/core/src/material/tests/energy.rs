@@ -155,7 +155,7 @@ const VARIANTS: [Variant; 15] = [
         ..model
     }),
     ("leaf", |model| LayeredSurface {
-        diffuse_transmission: Some(Diffused {
+        diffuse_transmission: Some(DiffuseTransmissionLayer {
             share: 0.5,
             colour: WHITE,
         }),
@@ -185,7 +185,7 @@ const VARIANTS: [Variant; 15] = [
     ("combed leaf under a coat", |model| LayeredSurface {
         coat: coat(0.2),
         anisotropy: anisotropy_of(1.0),
-        diffuse_transmission: Some(Diffused {
+        diffuse_transmission: Some(DiffuseTransmissionLayer {
             share: 0.5,
             colour: WHITE,
         }),

@@ -232,7 +232,7 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
         .for_each(|lane| outside.set_lane(lane));
     let glass = Glass {
         share: number(|c| c.drawn[2]),
-        ior: N::exact_from_lanes(|lane| at(lane).ior),
+        ior: N::f64_from_lanes(|lane| at(lane).ior),
         reflected: third,
         transmitted: fourth,
     };

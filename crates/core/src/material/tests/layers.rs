@@ -76,7 +76,7 @@ fn layers() -> Vec<(&'static str, LayeredSurface<f64>)> {
         ior: 1.8,
         thickness: 420.0,
     });
-    let diffused = Some(Diffused {
+    let diffused = Some(DiffuseTransmissionLayer {
         share: 0.4,
         colour: DVec3::new(0.9, 1.0, 0.2),
     });
@@ -502,7 +502,7 @@ fn factors_of_zero_are_absent() {
                 ..plain
             },
             LayeredSurface {
-                diffuse_transmission: Some(Diffused {
+                diffuse_transmission: Some(DiffuseTransmissionLayer {
                     share: 0.0,
                     colour: WHITE,
                 }),
@@ -771,7 +771,7 @@ fn outcome<N: Number>(index: usize, first: usize) -> Vec<Vec<u32>> {
         grazing: number(&|_| model.base.grazing),
         glass: model.base.glass.map(|glass| Glass {
             share: number(&|lane| glass.share * place(lane)[0]),
-            ior: N::exact_from_lanes(|_| glass.ior),
+            ior: N::f64_from_lanes(|_| glass.ior),
             reflected: vector(&|_| glass.reflected),
             transmitted: colour(glass.transmitted),
         }),
@@ -789,17 +789,19 @@ fn outcome<N: Number>(index: usize, first: usize) -> Vec<Vec<u32>> {
             .conductor
             .map(|[n, k]| [vector(&|_| n), vector(&|_| k)]),
         thin: model.thin,
-        diffuse_transmission: model.diffuse_transmission.map(|d| Diffused {
-            share: number(&|lane| d.share * place(lane)[1]),
-            colour: vector(&|_| d.colour),
-        }),
+        diffuse_transmission: model
+            .diffuse_transmission
+            .map(|d| DiffuseTransmissionLayer {
+                share: number(&|lane| d.share * place(lane)[1]),
+                colour: vector(&|_| d.colour),
+            }),
         anisotropy: model.anisotropy.map(|c| Anisotropy {
             strength: number(&|lane| c.strength * place(lane)[2]),
             frame: across,
         }),
         film: model.film.map(|f| ThinFilm {
             share: number(&|lane| f.share * place(lane)[2]),
-            ior: N::exact_from_lanes(|_| f.ior),
+            ior: N::f64_from_lanes(|_| f.ior),
             thickness: number(&|lane| f.thickness * place(lane)[0]),
         }),
         sheen: model.sheen.map(|s| Sheen {
@@ -812,7 +814,7 @@ fn outcome<N: Number>(index: usize, first: usize) -> Vec<Vec<u32>> {
             normal: vector(&|_| c.normal),
         }),
         rule: model.rule,
-        ..LayeredSurface::from_base(base, N::exact_from_lanes(|_| model.ior))
+        ..LayeredSurface::from_base(base, N::f64_from_lanes(|_| model.ior))
     };
     let bsdf = lobes(&layered, normal, wo, outside);
     let drawn = [

@@ -8,7 +8,8 @@ use super::super::inputs::InputCompiler;
 use super::prepare_optional;
 use crate::effects::EffectSet;
 use crate::material::{
-    Anisotropy, Coat, Diffused, FresnelRule, LayerFieldTypes, LayeredSurface, Sheen, ThinFilm,
+    Anisotropy, Coat, DiffuseTransmissionLayer, FresnelRule, LayerFieldTypes, LayeredSurface,
+    Sheen, ThinFilm,
 };
 use crate::scene::{Channel, MaterialModel, Physical as PhysicalData, Scene};
 use crate::texture::{InputProduct, NormalMapInput, PreparedInput};
@@ -117,7 +118,7 @@ pub(super) fn prepare_layers<R: Real>(
         .as_ref()
         .filter(|_| m.may_transmit_diffusely());
     let diffused = prepare_optional(diffused, |layer| {
-        Ok(Diffused {
+        Ok(DiffuseTransmissionLayer {
             share: inputs.compile_factor(
                 &layer.factor,
                 &layer.factor_texture,

@@ -6,7 +6,7 @@ use super::meshes::cube;
 use super::*;
 
 fn found(scene: &Scene, code: FindingCode) -> Vec<StressFinding> {
-    let all = sort_findings(scene).findings;
+    let all = summarise_findings(scene).findings;
     all.into_iter()
         .filter(|finding| finding.code == code)
         .collect()
@@ -131,7 +131,7 @@ fn a_black_picture_names_its_cover() {
     ] {
         let findings = found(&of, FindingCode::BlackPicture);
         let [finding] = &findings[..] else {
-            panic!("{name}: {:?}", sort_findings(&of).findings);
+            panic!("{name}: {:?}", summarise_findings(&of).findings);
         };
         assert!(
             finding.reason.contains(name) && finding.remedy.contains(name),

@@ -119,7 +119,7 @@ fn images() {
     let base = || json!({ "base_colour_texture": texture() });
     let varied = |i: u32| [(3 * i) as u8, 90, 200, 255];
     assert_eq!(
-        listed(&sort_findings(&with_image(base(), "srgb", codes(varied))).findings),
+        listed(&summarise_findings(&with_image(base(), "srgb", codes(varied))).findings),
         []
     );
     expect_finding(
@@ -143,7 +143,7 @@ fn images() {
     let normals = |i: u32| [120 + (i % 16) as u8, 128, 250, 255];
     let curved = || json!({ "normal_texture": texture() });
     assert_eq!(
-        listed(&sort_findings(&with_image(curved(), "linear", codes(normals))).findings),
+        listed(&summarise_findings(&with_image(curved(), "linear", codes(normals))).findings),
         []
     );
     let finding = alone(
@@ -221,7 +221,7 @@ fn skies() {
     };
     let varied = |i: u32| [0.1 + 1e-5 * i as f32, 0.1, 0.2, 1.0];
     assert_eq!(
-        listed(&sort_findings(&under(linear(256, varied))).findings),
+        listed(&summarise_findings(&under(linear(256, varied))).findings),
         []
     );
     let sun = |i: u32| if i == 9000 { [60000.0; 4] } else { varied(i) };

@@ -50,7 +50,10 @@ fn constant_offsets() {
         PictureWrong,
         &[],
     );
-    assert_eq!(listed(&sort_findings(&constant(1e-3, one)).findings), []);
+    assert_eq!(
+        listed(&summarise_findings(&constant(1e-3, one)).findings),
+        []
+    );
     let sheets = json!([
         object(
             "floor",

@@ -48,7 +48,7 @@ fn plain(
 #[test]
 fn a_closed_cube_has_no_findings() {
     for (material, side) in [("paint", "both"), ("glass", "both"), ("paint", "culled")] {
-        let findings = sort_findings(&plain(|_, _| {}, material, side)).findings;
+        let findings = summarise_findings(&plain(|_, _| {}, material, side)).findings;
         assert_eq!(listed(&findings), [], "{material} {side}");
     }
 }
@@ -111,7 +111,7 @@ fn bodies_of_glass_are_closed() {
     );
     assert_eq!(finding.count, 4);
     assert!(
-        sort_findings(&plain(open, "paint", "both"))
+        summarise_findings(&plain(open, "paint", "both"))
             .findings
             .is_empty()
     );
@@ -321,7 +321,7 @@ fn unlikely_sizes() {
     );
     expect_finding(&small, FindingCode::ExtremeScale, Harmless, &[]);
     small.objects[0].transform = vec![raywright_core::scene::TransformStep::Scale([1e5; 3])];
-    assert_eq!(listed(&sort_findings(&small).findings), []);
+    assert_eq!(listed(&summarise_findings(&small).findings), []);
 }
 
 /// Protects: nothing is said of bodies that are right: of glass in every closed shape, hollow, of
@@ -338,7 +338,7 @@ fn what_is_right_has_no_findings() {
         json!({ "plane": { "point": [0, -1, 0], "normal": [0, 1, 0] } }),
     ];
     let clean = |parts: &Value, label: &str| {
-        let findings = sort_findings(&scene(parts)).findings;
+        let findings = summarise_findings(&scene(parts)).findings;
         assert_eq!(listed(&findings), [], "{label}");
     };
     for shape in shapes {
@@ -518,12 +518,13 @@ fn surfaces_in_one_plane() {
         ]),
     ] {
         assert_eq!(
-            listed(&sort_findings(&value_of(clean.clone())).findings),
+            listed(&summarise_findings(&value_of(clean.clone())).findings),
             [],
             "{clean}"
         );
     }
-    let before = sort_findings(&value_of(json!([rug(-1.0, edges, "other"), floor()]))).findings;
+    let before =
+        summarise_findings(&value_of(json!([rug(-1.0, edges, "other"), floor()]))).findings;
     assert_eq!(
         before
             .iter()
@@ -548,7 +549,8 @@ fn many_surfaces_in_one_plane() {
     let mut tiles: Vec<Value> = (0..3600)
         .map(|i| tile(i, if i % 2 == 0 { "paint" } else { "other" }))
         .collect();
-    let value_of = |tiles: &[Value]| sort_findings(&scene(&json!({ "objects": tiles }))).findings;
+    let value_of =
+        |tiles: &[Value]| summarise_findings(&scene(&json!({ "objects": tiles }))).findings;
     assert_eq!(listed(&value_of(&tiles)), []);
     let rug = object(
         "rug",

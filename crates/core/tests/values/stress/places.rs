@@ -9,7 +9,7 @@ use super::*;
 /// The one finding of a kind.
 #[track_caller]
 fn one(scene: &Scene, code: FindingCode) -> StressFinding {
-    let all = sort_findings(scene).findings;
+    let all = summarise_findings(scene).findings;
     let mut found = all.iter().filter(|finding| finding.code == code);
     match (found.next(), found.next()) {
         (Some(finding), None) => finding.clone(),
@@ -150,7 +150,7 @@ fn a_rug_that_is_too_near() {
             "meshes": meshes,
             "objects": [object("floor", floor, "paint"), object("rug", rug, "other")],
         }));
-        let findings = sort_findings(&of).findings;
+        let findings = summarise_findings(&of).findings;
         let codes = [
             FindingCode::CoplanarSurfaces,
             FindingCode::FlickeringSurfaces,

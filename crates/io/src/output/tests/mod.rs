@@ -287,9 +287,13 @@ fn unnamed_pictures_make_way() {
     let at = |name: &str| folder.path().join(name);
     let put = |name: &str, width| {
         let picture = Picture::new(width, 1);
-        write_unnamed_picture(&at(name), &picture, Display::PLAIN, &metadata(), |path| {
-            path != at("b-2.png")
-        })
+        write_picture_without_overwriting(
+            &at(name),
+            &picture,
+            Display::PLAIN,
+            &metadata(),
+            |path| path != at("b-2.png"),
+        )
         .unwrap()
     };
     let width = |name: &str| {
@@ -317,12 +321,12 @@ fn unnamed_pictures_make_way() {
 #[test]
 fn partial_names_keep_folder_and_ending() {
     assert_eq!(
-        partial_name(Path::new("out/a.b.png")),
+        partial_picture_path(Path::new("out/a.b.png")),
         Path::new("out/a.b.partial.png")
     );
-    assert_eq!(partial_name(Path::new("a")), Path::new("a.partial"));
+    assert_eq!(partial_picture_path(Path::new("a")), Path::new("a.partial"));
     // The longest names stay within the limit of file systems, in whole characters.
-    let long = partial_name(Path::new(&("é".repeat(125) + ".png")));
+    let long = partial_picture_path(Path::new(&("é".repeat(125) + ".png")));
     assert_eq!(long, Path::new(&("é".repeat(121) + ".partial.png")));
 }
 

@@ -79,7 +79,7 @@ pub fn report() -> AccuracyReport {
         geometry: 3 << 20,
         same_bits: true,
     };
-    let price = |name: &str, rung_cost: Option<RungCost>| RungPriceReport {
+    let price = |name: &str, rung_cost: Option<RungCost>| RungCostReport {
         rung: name.to_owned(),
         about: "",
         in_use: name == "tree",
@@ -139,7 +139,7 @@ pub fn report() -> AccuracyReport {
             rungs,
         }],
         combinations: vec![],
-        prices: vec![PriceReport {
+        prices: vec![LadderCostReport {
             ladder: "accelerator",
             in_use: "tree".to_owned(),
             rungs: vec![
@@ -175,15 +175,18 @@ fn words(text: &str, start: &str) -> String {
 /// lost in noise is shown by its upper end.
 #[test]
 fn intervals_are_shown_by_root_and_end() {
-    assert_eq!(format_root(&interval(0.09, 0.04, 0.16)), "0.3 (0.2 to 0.4)");
+    assert_eq!(
+        format_root_mean_square(&interval(0.09, 0.04, 0.16)),
+        "0.3 (0.2 to 0.4)"
+    );
     assert_eq!(
         (
-            format_root(&interval(0.09, 0.08, 0.1)),
-            format_root(&interval(0.09, 0.0899, 0.0901))
+            format_root_mean_square(&interval(0.09, 0.08, 0.1)),
+            format_root_mean_square(&interval(0.09, 0.0899, 0.0901))
         ),
         ("0.3 ±6 %".to_owned(), "0.3".to_owned())
     );
-    assert_eq!(format_root(&interval(0.01, 0.0, 0.04)), "<0.2");
+    assert_eq!(format_root_mean_square(&interval(0.01, 0.0, 0.04)), "<0.2");
 }
 
 /// Protects: each figure of a rung is in its column: time, ratio, roots of relMSE and bias, light,
@@ -292,8 +295,8 @@ fn what_to_do_comes_first() {
             .unwrap_or_else(|| panic!("no {words} in {text}"))
     };
     assert!(
-        place("worth their time") < place("measured as it is rendered")
-            && place("measured as it is rendered") < place("* in use"),
+        place("worth their time") < place("measured at the size of the render")
+            && place("measured at the size of the render") < place("* in use"),
         "{text}"
     );
     assert_eq!(text.matches("raywright render").count(), 1, "{text}");
@@ -372,7 +375,7 @@ fn the_page_says_the_same() {
 #[test]
 fn figures_of_prices_files_and_effects() {
     let report = report();
-    let text = format_price_table(&report);
+    let text = format_cost_only_table(&report);
     assert_eq!(
         words(&text, "same picture"),
         "same picture time x in use preparing memory"

@@ -48,7 +48,7 @@ impl CombinedFiles {
                 ))
                 .into());
             }
-            outputs.add(path, "--sheet")?;
+            outputs.add_output(path, "--sheet")?;
             sheet = Some((path.clone(), ContactSheet::new(count)));
         }
         let mut animations = Vec::new();
@@ -57,7 +57,7 @@ impl CombinedFiles {
             .iter()
             .filter_map(|path| Some((path, AnimationFormat::from_path(path)?)))
         {
-            outputs.add(path, "-o")?;
+            outputs.add_output(path, "-o")?;
             animations.push((
                 path.clone(),
                 AnimationWriter::new(path, format, task.frame_rate, metadata.clone())?,
@@ -76,18 +76,18 @@ impl CombinedFiles {
     }
 
     /// Adds the next picture to the sheet and to each animation.
-    pub fn add(
+    pub fn add_picture(
         &mut self,
         picture: &Picture,
         display: Display,
         caption: &str,
     ) -> Result<(), Failure> {
         if let Some((_, sheet)) = &mut self.sheet {
-            sheet.add(picture, display, caption);
+            sheet.add_picture(picture, display, caption);
         }
         for (path, animation) in &mut self.animations {
             animation
-                .add(picture, display)
+                .add_picture(picture, display)
                 .map_err(|cause| Error::unwritable(path, &cause))?;
         }
         Ok(())
@@ -109,7 +109,7 @@ impl CombinedFiles {
                 };
                 let fallback_path = bytes().ok().and_then(|bytes: Vec<u8>| {
                     write::write_to_fallback(path, (inputs, &is_free), |path, is_free| {
-                        output::write_unnamed_file(path, &bytes, is_free)
+                        output::write_file_without_overwriting(path, &bytes, is_free)
                     })
                 });
                 let failure = failed.take().unwrap_or_else(|| Failure::from(error));
@@ -133,7 +133,10 @@ impl CombinedFiles {
 
     /// Writes sheet and animations of an interrupted run under new names, which replace no file.
     /// Returns the new names.
-    pub fn write_partial(&mut self, is_free: impl Fn(&Path) -> bool) -> Result<Vec<String>, Error> {
+    pub fn write_partial_files(
+        &mut self,
+        is_free: impl Fn(&Path) -> bool,
+    ) -> Result<Vec<String>, Error> {
         let sheet = self.sheet.as_ref().filter(|(_, sheet)| !sheet.is_empty());
         let sheet = sheet.map(|(path, sheet)| (path.clone(), sheet.to_png(&self.metadata)));
         let animations = self
@@ -146,8 +149,12 @@ impl CombinedFiles {
             .into_iter()
             .map(|(path, bytes)| {
                 let bytes = bytes.map_err(|cause| Error::unwritable(&path, &cause))?;
-                output::write_unnamed_file(&output::partial_name(&path), &bytes, &is_free)
-                    .map(|name| printable_path(&name))
+                output::write_file_without_overwriting(
+                    &output::partial_picture_path(&path),
+                    &bytes,
+                    &is_free,
+                )
+                .map(|name| printable_path(&name))
             })
             .collect()
     }

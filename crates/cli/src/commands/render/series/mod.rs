@@ -32,12 +32,12 @@ use crate::notes::Notes;
 use crate::plan::{PicturePlan, RenderTask, Shot};
 use crate::progress::Progress;
 use crate::stats::RenderStats;
-use crate::table::format_significant;
+use crate::table::format_significant_digits;
 use crate::targets::{OutputFiles, OutputTarget};
 use crate::threads::Threads;
 use crate::{interrupt, origin, scene_input};
 use combined::CombinedFiles;
-use moment::SceneMoment;
+use moment::SceneAtTime;
 
 /// Runs `render`: renders the scenes of a task and writes their pictures.
 pub fn run(task: &RenderTask) -> Result<(), Failure> {
@@ -45,8 +45,10 @@ pub fn run(task: &RenderTask) -> Result<(), Failure> {
     let mut series = PictureSeries::start(task)?;
     let done = series.render_all_scenes(&mut notes);
     series.progress.finish();
-    notes.print_kept();
-    done?.iter().for_each(|line| task.verbosity.print(line));
+    notes.print_kept_messages();
+    done?
+        .iter()
+        .for_each(|line| task.verbosity.print_result_message(line));
     series.into_result()
 }
 
@@ -176,17 +178,17 @@ impl<'a> PictureSeries<'a> {
         if !task.is_single {
             // Scene files are never overwritten by pictures. Other files that a scene names are
             // known only after it is loaded.
-            series.name_pictures(&InputFiles::default())?;
+            series.choose_file_names(&InputFiles::default())?;
             series.check_outputs_against_scenes()?;
         }
         Ok(series)
     }
 
     /// Chooses file names after the scenes, if the user named no output.
-    fn name_pictures(&mut self, inputs: &InputFiles) -> Result<(), Failure> {
+    fn choose_file_names(&mut self, inputs: &InputFiles) -> Result<(), Failure> {
         let has_own = self.targets.iter().any(|targets| !targets.is_empty());
         if !has_own && !self.combined_files.is_requested() && self.task.part.is_none() {
-            let format = super::default_format(self.task);
+            let format = super::default_picture_format(self.task);
             self.targets = names::resolve_default_files(
                 format,
                 &self.inputs,
@@ -276,7 +278,7 @@ impl<'a> PictureSeries<'a> {
                 .iter()
                 .for_each(|_| self.progress.finish_piece());
         }
-        let is_free = |path: &Path| self.outputs.is_free(path, &self.checked_inputs);
+        let is_free = |path: &Path| self.outputs.is_free_path(path, &self.checked_inputs);
         let together = self
             .combined_files
             .write_all((&self.checked_inputs, is_free))?;
@@ -285,7 +287,7 @@ impl<'a> PictureSeries<'a> {
             .join(", ");
         let error = self
             .error
-            .map(|error| format!(", errors up to {}", format_significant(error, 2)))
+            .map(|error| format!(", errors up to {}", format_significant_digits(error, 2)))
             .unwrap_or_default();
         let [one, all] = &self.description;
         let described = if self.finished == 1 {
@@ -305,8 +307,8 @@ impl<'a> PictureSeries<'a> {
 
     /// Keeps the unfinished sheet and animations in files, and adds their names to the failure.
     fn with_partial_files(&mut self, failure: Failure) -> Failure {
-        let is_free = |path: &Path| self.outputs.is_free(path, &self.checked_inputs);
-        match self.combined_files.write_partial(is_free) {
+        let is_free = |path: &Path| self.outputs.is_free_path(path, &self.checked_inputs);
+        match self.combined_files.write_partial_files(is_free) {
             Ok(kept) if !kept.is_empty() => failure.with_hint(format_args!(
                 "the pictures finished before are in {}",
                 kept.join(", ")
@@ -317,7 +319,7 @@ impl<'a> PictureSeries<'a> {
 
     /// Renders all pictures of the scene with index `scene`.
     fn render_scene(&mut self, scene: usize, notes: &mut Notes) -> Result<(), Failure> {
-        let mut moment: Option<SceneMoment> = None;
+        let mut moment: Option<SceneAtTime> = None;
         (self.exposure, self.shows_object) = (None, false);
         for (i, shot) in self.task.shots.iter().enumerate() {
             // Only the first picture of a scene has notes, because they usually apply to all its
@@ -326,7 +328,7 @@ impl<'a> PictureSeries<'a> {
             let notes = if i == 0 { &mut *notes } else { &mut silent };
             let now = match moment.take() {
                 Some(moment) if shot.at.is_none() => moment,
-                _ => self.load_moment(scene, i, notes)?,
+                _ => self.load_scene_at_time(scene, i, notes)?,
             };
             self.render_shot(
                 scene * self.task.shots.len() + i,
@@ -336,8 +338,8 @@ impl<'a> PictureSeries<'a> {
             )?;
         }
         match moment {
-            Some(moment) if !self.shows_object && self.task.refuses_empty() => {
-                Err(scene_input::empty_failure(
+            Some(moment) if !self.shows_object && self.task.refuses_empty_pictures() => {
+                Err(scene_input::empty_picture_failure(
                     &moment.loaded.source.name,
                     "no picture of the scene shows an object",
                 )
@@ -349,12 +351,12 @@ impl<'a> PictureSeries<'a> {
 
     /// Loads a scene at the time of its picture `i`, and checks that no output overwrites a file of
     /// the scene.
-    fn load_moment(
+    fn load_scene_at_time(
         &mut self,
         scene: usize,
         i: usize,
         notes: &mut Notes,
-    ) -> Result<SceneMoment, Failure> {
+    ) -> Result<SceneAtTime, Failure> {
         let early = if i == 0 {
             self.preloaded.remove(&scene)
         } else {
@@ -366,7 +368,7 @@ impl<'a> PictureSeries<'a> {
         }
         notes.add_scene_warnings(&loaded);
         if self.task.is_single {
-            self.name_pictures(&loaded.inputs)?;
+            self.choose_file_names(&loaded.inputs)?;
         }
         // Outputs are checked again only for new input files: an animation loads the same files
         // thousands of times.
@@ -375,7 +377,7 @@ impl<'a> PictureSeries<'a> {
             self.checked_inputs = loaded.inputs.clone();
         }
         if let Some(failure) =
-            scene_input::empty_scene_failure(&loaded).filter(|_| self.task.refuses_empty())
+            scene_input::empty_scene_failure(&loaded).filter(|_| self.task.refuses_empty_pictures())
         {
             return Err(failure.with_hint(ALLOW_EMPTY));
         }
@@ -384,7 +386,7 @@ impl<'a> PictureSeries<'a> {
         if let Some(Sky::Studio(studio)) = &mut loaded.scene.sky {
             studio.backdrop = studio.backdrop.or(self.backdrop);
         }
-        Ok(SceneMoment::new(loaded))
+        Ok(SceneAtTime::new(loaded))
     }
 
     /// Renders a picture and writes it. `number` is the index of the picture in the run.
@@ -392,23 +394,23 @@ impl<'a> PictureSeries<'a> {
         &mut self,
         number: usize,
         shot: &Shot,
-        moment: &mut SceneMoment,
+        moment: &mut SceneAtTime,
         notes: &mut Notes,
     ) -> Result<(), Failure> {
         let plan = moment.resolve_plan(self.task, shot)?;
         let load = self.clock.lap();
         match moment.prepare_picture(&plan, &self.threads, self.stop) {
             Err(failure) if failure.exit == Exit::Interrupted && !self.task.is_single => {
-                let is_free = |path: &Path| self.outputs.is_free(path, &moment.loaded.inputs);
+                let is_free = |path: &Path| self.outputs.is_free_path(path, &moment.loaded.inputs);
                 return Err(write::interrupted_failure(
-                    self.combined_files.write_partial(is_free),
+                    self.combined_files.write_partial_files(is_free),
                     Some([self.finished, self.targets.len()]),
                 ));
             }
             prepared => prepared?,
         }
         let prepare = self.clock.lap();
-        let SceneMoment {
+        let SceneAtTime {
             loaded,
             ready: Some(ready),
             ..
@@ -416,7 +418,7 @@ impl<'a> PictureSeries<'a> {
         else {
             return Ok(());
         };
-        self.backdrop = self.backdrop.or(ready.backdrop());
+        self.backdrop = self.backdrop.or(ready.backdrop_radiance());
         super::note_preparation(loaded, ready, &plan.settings, notes);
         super::refuse_impossible_denoising(self.task, &plan.settings, ready, notes)?;
         let mut session = super::start_session(
@@ -461,7 +463,7 @@ impl<'a> PictureSeries<'a> {
             (1, caption) => caption.to_owned(),
             (_, caption) => format!("{} {caption}", loaded.source.stem),
         };
-        self.finish_picture(
+        self.write_rendered_frame(
             number,
             &caption,
             (loaded, ready),
@@ -477,7 +479,7 @@ impl<'a> PictureSeries<'a> {
     }
 
     /// Writes a picture, finished or interrupted, and records its messages.
-    fn finish_picture(
+    fn write_rendered_frame(
         &mut self,
         number: usize,
         caption: &str,
@@ -496,21 +498,22 @@ impl<'a> PictureSeries<'a> {
             self.refuse_empty_picture(loaded, &rendered, &plan)?;
         }
         if plan.has_auto_exposure {
-            plan.display.exposure_stops = self.scene_exposure(&rendered, plan.display);
+            plan.display.exposure_stops = self.choose_scene_exposure(&rendered, plan.display);
             session.set_display(
                 plan.display,
                 origin::picture_metadata(loaded, &plan, &self.task.choices),
             );
         }
         let (task, targets) = (self.task, &self.targets[number]);
-        let claimed = super::claimed_error(task, (ready, &rendered), noisy.as_ref());
+        let claimed = super::select_reported_error(task, (ready, &rendered), noisy.as_ref());
         let metadata = super::picture_metadata(task, &session, &rendered, claimed);
-        let is_free = |path: &Path| self.outputs.is_free(path, &loaded.inputs);
+        let is_free = |path: &Path| self.outputs.is_free_path(path, &loaded.inputs);
         if !session.is_done() || matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled))) {
-            let own = write::write_partial(&rendered, targets, plan.display, &metadata, is_free);
+            let own =
+                write::write_partial_picture(&rendered, targets, plan.display, &metadata, is_free);
             let kept = own.and_then(|own| {
                 Ok(session.with_checkpoint_path(
-                    [own, self.combined_files.write_partial(is_free)?].concat(),
+                    [own, self.combined_files.write_partial_files(is_free)?].concat(),
                 ))
             });
             let of = (!task.is_single).then_some([self.finished, self.targets.len()]);
@@ -523,10 +526,10 @@ impl<'a> PictureSeries<'a> {
             &metadata,
             (&loaded.inputs, is_free),
         )?;
-        super::print_hash(task, (&rendered, plan.display), &names, caption)?;
+        super::print_pixel_hash(task, (&rendered, plan.display), &names, caption)?;
         self.written_files.push(session.with_checkpoint_path(names));
         self.combined_files
-            .add(rendered.final_picture(), plan.display, caption)?;
+            .add_picture(rendered.final_picture(), plan.display, caption)?;
         (seconds.write, seconds.total) = (self.clock.lap(), self.clock.total_seconds());
         loaded
             .warnings
@@ -547,7 +550,7 @@ impl<'a> PictureSeries<'a> {
         });
         self.shortfalls.extend(shortfall);
         if task.is_single {
-            notes.detail(messages::format_details(ready, &rendered, &seconds).trim_end());
+            notes.print_detail(messages::format_details(ready, &rendered, &seconds).trim_end());
         }
         self.description = [
             description,
@@ -577,17 +580,18 @@ impl<'a> PictureSeries<'a> {
     ) -> Result<(), Failure> {
         let reason = scene_input::describe_empty_picture(loaded, rendered, &plan.settings);
         self.shows_object |= reason.is_none();
-        match reason.filter(|_| self.task.shots.len() == 1 && self.task.refuses_empty()) {
-            Some(reason) => {
-                Err(scene_input::empty_failure(&loaded.source.name, reason).with_hint(ALLOW_EMPTY))
-            }
+        match reason.filter(|_| self.task.shots.len() == 1 && self.task.refuses_empty_pictures()) {
+            Some(reason) => Err(
+                scene_input::empty_picture_failure(&loaded.source.name, reason)
+                    .with_hint(ALLOW_EMPTY),
+            ),
             None => Ok(()),
         }
     }
 
     /// Returns the automatic exposure in stops. It is chosen from the scene's first picture, and
     /// used for all its pictures.
-    fn scene_exposure(&mut self, rendered: &RenderOutput, display: Display) -> f64 {
+    fn choose_scene_exposure(&mut self, rendered: &RenderOutput, display: Display) -> f64 {
         *self.exposure.get_or_insert_with(|| {
             display
                 .with_suitable_exposure(rendered.final_picture())

@@ -14,7 +14,7 @@ use crate::preparation::prepare_loaded;
 use crate::threads::Threads;
 
 /// A scene at a fixed time of its animation.
-pub struct SceneMoment {
+pub struct SceneAtTime {
     /// The loaded scene, changed by the rungs (quality levels) that were chosen for the last
     /// picture.
     pub loaded: LoadedScene,
@@ -24,7 +24,7 @@ pub struct SceneMoment {
     pub ready: Option<ReadyScene>,
 }
 
-impl SceneMoment {
+impl SceneAtTime {
     /// Wraps a loaded scene that is not prepared yet.
     pub fn new(loaded: LoadedScene) -> Self {
         Self {

@@ -124,7 +124,7 @@ impl Vertices {
         );
         self.vertices.set_model(lane, model);
         if let Some((sample, strategy)) = light {
-            self.lights.set_lane_vector(lane, sample);
+            self.lights.set_lane(lane, sample);
             self.vertices.strategy[lane] = strategy;
         }
     }
@@ -142,7 +142,7 @@ impl Vertices {
         }
         .run();
         ShadedVertices {
-            lanes: ShadedLanes::of(vertices, lights, &bsdf_lanes, 70.0),
+            lanes: ShadedLanes::from_vertices(vertices, lights, &bsdf_lanes, 70.0),
             bsdf_lanes,
         }
     }
