@@ -282,8 +282,8 @@ impl<R: Real> PrimitiveSet<R> {
     }
 
     /// Adds a moving instance of a part, otherwise as [`PrimitiveSet::add_instance`]. Each entry of
-    /// the map is interpolated linearly, from the first map at ray time 0 to the second map at time
-    /// 1. Equal maps give an instance at rest. So each point moves along a straight line at
+    /// the map is interpolated linearly, from the first map at ray time 0 to the second at ray time 1.
+    /// Equal maps give an instance at rest. So each point moves along a straight line at
     /// constant speed. A rotating part shrinks during the motion: at half time, perpendicular to
     /// the axis, by the cosine of half the angle.
     ///

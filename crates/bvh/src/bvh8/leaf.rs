@@ -95,7 +95,7 @@ fn intersect_primitive_row<S: Simd, M: TraversalMode>(
     query.count_leaf::<M>(|| row.leaf_header.count);
     let row_hits = row.intersect(s, prepared_ray, query.range, query.is_camera_ray);
     row_hits.hits != 0
-        && query.visit_row_hits::<M>(&row.leaf_header, &row_hits.to_arrays(s), visitor)
+        && query.visit_row_hits::<M>(&row.leaf_header, &row_hits.store_lanes(s), visitor)
 }
 
 /// Intersects a leaf of spheres.

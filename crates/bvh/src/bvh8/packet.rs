@@ -265,7 +265,7 @@ fn intersect_primitive_rows<S: Simd>(
                 if row_hits.hits == 0 {
                     continue;
                 }
-                let stored_row_hits = row_hits.to_arrays(s);
+                let stored_row_hits = row_hits.store_lanes(s);
                 for ray in MaskLanes(row_hits.hits) {
                     let v = if stored_row_hits.exits >> ray & 1 == 0 {
                         0.0

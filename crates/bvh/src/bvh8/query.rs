@@ -104,7 +104,7 @@ impl TraversalQuery<'_> {
     #[inline(always)]
     pub(super) fn max_distance<M: TraversalMode>(&self) -> f32 {
         if M::MAPPED {
-            self.reparametrisation.to_traversal_far_distance(self.far)
+            self.reparametrisation.traversal_far_distance(self.far)
         } else {
             self.far
         }

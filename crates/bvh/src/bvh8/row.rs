@@ -45,7 +45,7 @@ pub(crate) struct RowHits<T> {
 impl<T: Copy> RowHits<T> {
     /// Copies the hits from registers to arrays.
     #[inline(always)]
-    pub(super) fn to_arrays<S: Simd<Floats = T>>(&self, s: S) -> RowHits<[f32; WIDTH]> {
+    pub(super) fn store_lanes<S: Simd<Floats = T>>(&self, s: S) -> RowHits<[f32; WIDTH]> {
         RowHits {
             hits: self.hits,
             exits: self.exits,
@@ -271,7 +271,7 @@ fn intersect_spheres<S: Simd>(
         hits,
         exits: leaving,
         t,
-    } = retest_far_spheres(far_away, hits.to_arrays(s), test_single);
+    } = retest_far_spheres(far_away, hits.store_lanes(s), test_single);
     RowHits {
         hits,
         exits: leaving,

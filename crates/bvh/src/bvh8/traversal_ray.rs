@@ -156,7 +156,7 @@ impl TraversalRay {
         let origin_error = moved.abs() * f64::from(U)
             + (origin.abs() + (direction * rebase.start).abs()) * (8.0 * f64::from(W))
             + farthest * (2.0 * MIN_COMPONENT);
-        let near = max_or_second(rebase.to_traversal_distance(near).next_down(), 0.0);
+        let near = max_or_second(rebase.traversal_distance(near).next_down(), 0.0);
         let traversal_ray = Self::new(
             moved.as_vec3().to_array(),
             scaled.as_vec3().to_array(),
@@ -301,15 +301,15 @@ impl RayReparametrisation {
     }
 
     /// Converts a distance along the ray to a distance of the traversal, rounded to nearest.
-    pub fn to_traversal_distance(&self, t: f64) -> f32 {
+    pub fn traversal_distance(&self, t: f64) -> f32 {
         ((t - self.start) * self.scale) as f32
     }
 
     /// Converts the far end of a range to a distance of the traversal. The result is beyond the
     /// converted distance of every hit whose distance rounds to at most `t`.
-    pub fn to_traversal_far_distance(&self, t: f32) -> f32 {
+    pub fn traversal_far_distance(&self, t: f32) -> f32 {
         let t = f64::from(t);
-        self.to_traversal_distance(t + (t.abs() + self.start.abs()) * (2.0 * f64::from(U)))
+        self.traversal_distance(t + (t.abs() + self.start.abs()) * (2.0 * f64::from(U)))
             .next_up()
     }
 }

@@ -99,7 +99,7 @@ impl<R: Real> Cone<R> {
     /// [`Self::intersect_wall`].
     #[inline(always)]
     fn intersect_solid(&self, prepared_ray: &PreparedRay, close: bool) -> Option<RaySpan> {
-        let solid = self.to_surface_of_revolution();
+        let solid = self.surface_of_revolution();
         // Equal radii have no nappe, and a ray along the axis has no crossing.
         let wall = if self.radius == self.top_radius {
             solid.intersect_infinite_tube(prepared_ray, close)?
@@ -110,7 +110,7 @@ impl<R: Real> Cone<R> {
     }
 
     #[inline(always)]
-    fn to_surface_of_revolution(&self) -> SurfaceOfRevolution {
+    fn surface_of_revolution(&self) -> SurfaceOfRevolution {
         SurfaceOfRevolution::new(self.base, self.axis, [self.radius, self.top_radius])
     }
 
@@ -136,7 +136,7 @@ impl<R: Real> Cone<R> {
         SurfacePoint::new(
             point,
             normal.normalize(),
-            rounding_bound(self.to_surface_of_revolution().error_scale(point)),
+            rounding_bound(self.surface_of_revolution().error_scale(point)),
         )
     }
 
@@ -197,9 +197,9 @@ impl<R: Real> Shape<R> for Cone<R> {
         let surface_point = if part == WALL {
             self.eval_wall_point(along, out)
         } else {
-            self.to_surface_of_revolution().eval_cap_point(part, out)
+            self.surface_of_revolution().eval_cap_point(part, out)
         };
-        self.to_surface_of_revolution().move_inward_ray_base::<R>(
+        self.surface_of_revolution().move_inward_ray_base::<R>(
             surface_point,
             part,
             (along, out),
@@ -214,7 +214,7 @@ impl<R: Real> Shape<R> for Cone<R> {
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
     ) -> TextureCoordinates<R> {
-        self.to_surface_of_revolution().texture_coordinates(
+        self.surface_of_revolution().texture_coordinates(
             self.locate_surface_point(prepared_ray, hit).point,
             hit.u.to_f64() as u8,
             1.0,
@@ -241,7 +241,7 @@ impl<R: Real> SampleArea<R> for Cone<R> {
         };
         let area = self.area();
         (
-            self.to_surface_of_revolution().sample_surface(
+            self.surface_of_revolution().sample_surface(
                 self.part_areas(),
                 area,
                 [u, v].map(Real::to_f64),

@@ -55,7 +55,7 @@ impl<R: Real> Cylinder<R> {
     }
 
     #[inline(always)]
-    fn to_surface_of_revolution(&self) -> SurfaceOfRevolution {
+    fn surface_of_revolution(&self) -> SurfaceOfRevolution {
         SurfaceOfRevolution::new(self.base, self.axis, [self.radius; 2])
     }
 
@@ -67,7 +67,7 @@ impl<R: Real> Cylinder<R> {
         SurfacePoint::new(
             point,
             normal,
-            rounding_bound(self.to_surface_of_revolution().error_scale(point)),
+            rounding_bound(self.surface_of_revolution().error_scale(point)),
         )
     }
 
@@ -97,7 +97,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
-        let solid = self.to_surface_of_revolution();
+        let solid = self.surface_of_revolution();
         let wall = solid.intersect_infinite_tube(
             prepared_ray,
             uses_near_reference_point(prepared_ray, self.base, self.radius),
@@ -122,8 +122,8 @@ impl<R: Real> Shape<R> for Cylinder<R> {
     ) -> SurfacePoint {
         let part = hit.u.to_f64() as u8;
         let (solid, wall) = (
-            self.to_surface_of_revolution(),
-            self.to_surface_of_revolution()
+            self.surface_of_revolution(),
+            self.surface_of_revolution()
                 .intersect_infinite_tube(prepared_ray, true),
         );
         let span = || {
@@ -186,7 +186,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         } else {
             1.0
         };
-        self.to_surface_of_revolution().texture_coordinates(
+        self.surface_of_revolution().texture_coordinates(
             self.locate_surface_point(prepared_ray, hit).point,
             hit.u.to_f64() as u8,
             top,
@@ -206,7 +206,7 @@ impl<R: Real> SampleArea<R> for Cylinder<R> {
         let ((wall, cap), area) = (self.wall_and_cap_areas(), self.area());
         let on_wall = |along, out| self.eval_wall_point(along, out);
         (
-            self.to_surface_of_revolution().sample_surface(
+            self.surface_of_revolution().sample_surface(
                 [wall, cap, cap],
                 area,
                 [u, v].map(Real::to_f64),

@@ -154,13 +154,12 @@ mod tests {
         for length in [1, 2, 3, 4, 15, 16, 17, 18, 19, 33, 100, ROW - 16, ROW - 14] {
             let mut means = [f32::NAN; ROW];
             average_with_neighbours(&mut means, &row, length);
-            for i in 0..length {
+            for (i, &found) in means[..length].iter().enumerate() {
                 let neighbours = [i.saturating_sub(1), i, (i + 1).min(length - 1)];
                 let mean = neighbours.map(|k| f64::from(row[k])).iter().sum::<f64>() / 3.0;
                 assert!(
-                    (f64::from(means[i]) - mean).abs() < 1e-6,
-                    "pixel {i} of {length}: {} for {mean}",
-                    means[i]
+                    (f64::from(found) - mean).abs() < 1e-6,
+                    "pixel {i} of {length}: {found} for {mean}"
                 );
             }
         }

@@ -108,7 +108,7 @@ impl ChosenDisplay {
     }
 
     /// Converts the display to the form of the JSON report.
-    pub fn to_report(&self) -> DisplayReport {
+    pub fn to_report(self) -> DisplayReport {
         let Display {
             tone_map,
             curve,

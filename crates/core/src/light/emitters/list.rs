@@ -84,7 +84,7 @@ impl<R: Real> Emitter<R> {
 
     /// Returns the emitter as a polygon, if it is an untransformed triangle or quad.
     #[inline(always)]
-    pub fn to_polygon(&self) -> Option<Polygon> {
+    pub fn light_polygon(&self) -> Option<Polygon> {
         self.plane?;
         // Component by component: `map` of an array is not always inlined.
         match &self.shape {

@@ -65,7 +65,7 @@ impl<R: Real> Emitters<R> {
         if !self.is_sampled_by_solid_angle(emitter) {
             return self.sample_by_area(&query);
         }
-        if let Some(polygon) = emitter.to_polygon() {
+        if let Some(polygon) = emitter.light_polygon() {
             return self.sample_polygon(&query, polygon.sample(from, position));
         }
         match sphere_and_cone(emitter, from) {
@@ -97,7 +97,7 @@ impl<R: Real> Emitters<R> {
             {
                 let emitter = &self.list.emitters[*emitter as usize];
                 if self.is_sampled_by_solid_angle(emitter)
-                    && let Some(polygon) = emitter.to_polygon()
+                    && let Some(polygon) = emitter.light_polygon()
                 {
                     waiting.set_lane(lane, (&polygon, emitter), *from, *position, *probability);
                     (flat[lane], any) = (true, true);
@@ -272,7 +272,7 @@ impl<R: Real> Emitters<R> {
         if !self.is_sampled_by_solid_angle(emitter) {
             return None;
         }
-        match emitter.to_polygon() {
+        match emitter.light_polygon() {
             Some(polygon) => polygon.solid_angle(from),
             None => sphere_and_cone(emitter, from).map(|(_, cone)| cone.solid_angle()),
         }
