@@ -156,7 +156,7 @@ impl Verbosity {
         }
     }
 
-    /// Prints a note about an automatic choice of the program.
+    /// Prints a note about a choice that the program made automatically.
     pub fn print_note(self, message: impl fmt::Display) {
         if self > Self::Quiet {
             print_message(format_args!("note: {message}"));

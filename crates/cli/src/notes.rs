@@ -11,7 +11,7 @@ use crate::console::{self, Verbosity};
 /// Importance of a message; greater values are printed first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum MessagePriority {
-    /// An automatic choice of the program.
+    /// Information without a defect, such as a choice that the program made automatically.
     Note,
     /// Advice for a better picture.
     Hint,
@@ -68,7 +68,7 @@ impl Notes {
         }
     }
 
-    /// Sets the scene file that later messages belong to.
+    /// Sets the scene file to which all later messages belong.
     pub fn set_current_file(&mut self, name: &str) {
         self.current_scene = Some(name.to_owned());
         self.file += 1;
@@ -84,7 +84,7 @@ impl Notes {
         self.queue_message(MessagePriority::Hint, message.into());
     }
 
-    /// Adds a note on an automatic choice of the program.
+    /// Adds a note on a choice that the program made automatically, such as an added sky.
     pub fn add_note(&mut self, message: impl Into<String>) {
         self.queue_message(MessagePriority::Note, message.into());
     }

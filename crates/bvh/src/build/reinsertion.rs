@@ -1,26 +1,29 @@
-//! Optimisation of a tree by the reinsertion of `obvhs`, limited to an affordable time. For each
-//! node, reinsertion searches the tree for a better parent, and prunes the search by cost. Among
-//! long crossing boxes hardly any subtree is pruned, and for many nodes the time is quadratic. So
-//! the cost of the search is first measured on a few nodes.
+//! Optimisation of a tree by reinsertion with `obvhs`, within a limit on the time. For each node,
+//! reinsertion searches the tree for a better parent, and prunes the search by cost. Among long
+//! crossing boxes the search prunes hardly any subtree, so the time for many nodes is quadratic.
+//! Therefore the length of the search is first measured on a few nodes.
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 
-/// Number of nodes on which the cost of the search is measured.
+/// Greatest number of nodes on which the length of the search is measured.
 const TRIAL_NODES: usize = 64;
-/// Greatest mean number of steps per search for which the requested fraction of nodes is
-/// reinserted. Measured: 31 to 76 steps among random spheres and on grids, 59 to 121 among
-/// axis-aligned sticks, 200 to 2500 and more among crossing sticks.
+/// Greatest mean number of steps (visited nodes) of a search with which the requested fraction of
+/// nodes is reinserted; longer searches reduce the fraction. Measured means: 31 to 76 steps among
+/// random spheres and on grids, 59 to 121 among axis-aligned sticks, 200 to 2500 and more among
+/// crossing sticks.
 const MAX_MEAN_STEPS: u64 = 150;
 
-/// Fraction of the requested nodes that each round reinserts, those with the largest boxes first.
-/// The last rounds repeat the largest boxes, some of which earlier rounds left at costly positions.
+/// Number of nodes that each round reinserts, as a fraction of the requested number; large boxes
+/// are preferred. The later rounds repeat the largest boxes, some of which earlier rounds left at
+/// costly positions.
 const ROUND_SHARES: [f32; 6] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125];
 
-/// Reinserts the fraction `share` of the nodes, the largest first, and fewer in each later round.
-/// Returns the number of nodes visited.
+/// Reinserts the fraction `share` of the nodes, or less if the searches are long. Large boxes are
+/// preferred, and each round after the first takes fewer nodes. Returns the estimated number of
+/// nodes that the searches visit; zero for trees too small for an estimate.
 pub(super) fn reinsert_subtrees(tree: &mut Bvh2, share: f32) -> u64 {
     if tree.nodes.len() < 3 || share <= 0.0 {
         return 0;
@@ -31,12 +34,14 @@ pub(super) fn reinsert_subtrees(tree: &mut Bvh2, share: f32) -> u64 {
     steps
 }
 
-/// Returns the affordable fraction of nodes to reinsert, and its cost in visited nodes. It is the
-/// requested fraction if searches are short enough, otherwise less in proportion to their length.
-/// The tree's parents must be initialised.
+/// Returns the fraction of the nodes to reinsert, and the estimated number of nodes that the
+/// searches visit. The fraction is `share` if a search takes at most [`MAX_MEAN_STEPS`] steps on
+/// average; otherwise it is `share` times the ratio of this limit to the average. A tree too small
+/// for the measurement keeps `share`, with an estimate of zero. `tree.parents` must be initialised.
 fn limit_reinserted_fraction(tree: &Bvh2, share: f32) -> (f32, u64) {
     let nodes = tree.nodes.len();
-    // The candidates are the largest of the first nodes, twice as many as will be reinserted.
+    // `obvhs` takes its candidates from the start of the node list, twice as many as it reinserts,
+    // and reinserts the largest of them.
     let candidates = ((nodes as f32 * share * 2.0) as usize).clamp(1, nodes) - 1;
     let tried = TRIAL_NODES.min(candidates / 16);
     if tried == 0 {
@@ -55,8 +60,8 @@ fn limit_reinserted_fraction(tree: &Bvh2, share: f32) -> (f32, u64) {
     (affordable, steps + searches(affordable) * mean)
 }
 
-/// Counts the steps of the search for a better parent of a node, by the rules of `obvhs`, up to a
-/// limit.
+/// Returns the number of nodes that the search of `obvhs` for a better parent of `node` visits, at
+/// most `MOST`.
 fn count_search_steps(tree: &Bvh2, node: usize) -> u64 {
     const MOST: u64 = 4096;
     let area = |aabb: &Aabb| aabb.half_area();

@@ -51,24 +51,32 @@ use super::traversal_ray::LeafRay;
 use super::triangle8::Triangle8;
 use crate::math::simd::Simd;
 
-/// Multiple of its error bound that a determinant must exceed before the filter decides about the
-/// distance, in the symbols of this module. A triangle that the exact test treats as edge-on
-/// ([`crate::shapes::EDGE_ON_RATIO`]) stays below: its D is below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|, and
-/// including the error of f32 below 24 u E² |d|, while the filter requires 2 · 14 u E² |d|.
+/// Factor on the error bound e_D in the filter's rule for distances: only if |D| in f32 exceeds
+/// this factor times e_D, the filter decides whether a hit lies before, within or beyond the range.
+/// D is the determinant; all symbols are those of the module documentation. With a factor of two,
+/// the filter never takes this decision for a triangle that the exact test treats as edge-on
+/// ([`crate::shapes::EDGE_ON_RATIO`]):
+///
+/// - Such a triangle has an exact |D| below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|.
+/// - The error of f32 is below 12 u E² |d|, so |D| in f32 is below 24 u E² |d|.
+/// - The bound e_D in use is at least 14 u E² |d|, so the filter requires |D| above 28 u E² |d|.
 ///
 /// With a factor of one, *beyond the range* would still be correct if the range ends above zero:
-/// |T| in f32 is below (12 + 12) u E² R for such a triangle, and e_T is 28 u E² R. A factor of two
-/// needs no such argument.
+/// |T| in f32 is below (12 + 12) u E² R for an edge-on triangle, and e_T is 28 u E² R. A factor of
+/// two needs no such argument.
 const EDGE_ON_FACTOR: f32 = 2.0;
 
-/// Upper bound of the errors from underflow, the constant `least` above.
+/// Upper bound of the errors from underflow: the constant `least` of the module documentation.
 const UNDERFLOW: f32 = 512.0 * f32::MIN_POSITIVE;
 
-/// Mask of the lanes that need the exact test, and intermediate results for [`find_certain_hits`].
+/// Result of the filter for eight triangles, one per lane, with intermediate results for
+/// [`find_certain_hits`].
 #[derive(Clone, Copy)]
 pub(super) struct FilterCandidates<S: Simd> {
+    /// Mask of the lanes that need the exact test.
     pub lanes: u32,
-    /// Lanes whose determinant has a certain sign.
+    /// Mask of the lanes in which |D| exceeds [`EDGE_ON_FACTOR`] times its error bound, so that the
+    /// sign of the determinant D is certain.
     pub is_signed: u32,
     least: S::Floats,
     greatest: S::Floats,
@@ -110,8 +118,10 @@ pub(super) fn load_corner<S: Simd>(s: S, block: &Triangle8, index: usize) -> [S:
     ]
 }
 
-/// Error bounds as derived above: of weights, of determinants, of distances times determinants, and
-/// of the comparisons with the near and with the far end of the range.
+/// Error bounds of the filter for eight triangles, in the symbols of the module documentation: e of
+/// the weights, e_D of the determinant D, e_T of the distance times the determinant, and e_T +
+/// |tmin| e_D and e_T + |far| e_D for the comparisons with the near and with the far end of the
+/// range.
 #[derive(Clone, Copy)]
 pub(super) struct ErrorBounds<S: Simd> {
     pub weight: S::Floats,
@@ -122,8 +132,9 @@ pub(super) struct ErrorBounds<S: Simd> {
 }
 
 impl<S: Simd> ErrorBounds<S> {
-    /// Computes the bounds for eight triangles, from their first corners relative to the origin and
-    /// their longest edges.
+    /// Computes the bounds for eight triangles. `from` holds their first corners relative to the
+    /// origin of the ray, `longest` the longer of the two edges at each of these corners, and `far`
+    /// is the far end of the range.
     #[inline(always)]
     pub fn new(s: S, ray: &LeafRay, from: [S::Floats; 3], longest: &[f32; 8], far: f32) -> Self {
         let longest = s.load(longest);
@@ -147,9 +158,9 @@ impl<S: Simd> ErrorBounds<S> {
     }
 }
 
-/// Filters a block: returns the lanes that the exact test may hit before `far`. The ray is read
-/// from memory, one number at a time. Each load broadcasts the number to all lanes, so the
-/// traversal keeps its registers.
+/// Filters the eight triangles of a block: finds the lanes that the exact test may hit before
+/// `far`. The ray is read from memory, one number at a time. Each load broadcasts the number to all
+/// lanes, so the traversal keeps its registers.
 #[inline(always)]
 pub(super) fn filter_block<S: Simd>(
     s: S,
@@ -178,8 +189,9 @@ pub(super) fn filter_block<S: Simd>(
     )
 }
 
-/// Filters eight triangles by U, V, D and T, defined above: returns the mask of the triangles that
-/// are neither certainly missed nor certainly outside the range.
+/// Filters eight triangles by U (`u`), V (`v`), D (`along`) and T (`distance`) of the module
+/// documentation: finds the triangles that are neither certainly missed nor certainly outside the
+/// range.
 #[inline(always)]
 pub(super) fn filter_lanes<S: Simd>(
     s: S,
@@ -211,7 +223,8 @@ pub(super) fn filter_lanes<S: Simd>(
     }
 }
 
-/// Returns the candidate lanes that the exact test certainly hits within the range.
+/// Returns the mask of the lanes in which the exact test certainly finds a hit between `near` and
+/// `far`.
 #[inline(always)]
 pub(super) fn find_certain_hits<S: Simd>(
     s: S,

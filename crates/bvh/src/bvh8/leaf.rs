@@ -16,8 +16,8 @@ use crate::math::simd::Simd;
 use crate::shapes::{PreparedRay, TriangleHit};
 
 /// Filters a block of triangles: returns the mask of the lanes that need the exact test; `None` if
-/// a certain hit ended the traversal. `far` is the greatest accepted distance, and `last` the same
-/// distance raised for box tests.
+/// a certain hit ended the traversal. `far` is the greatest accepted distance, and `last` is `far`
+/// enlarged by the rounding error of box tests.
 #[inline(always)]
 pub(super) fn filter_block_lanes<S: Simd, M: TraversalMode>(
     s: S,

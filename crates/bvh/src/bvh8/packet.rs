@@ -2,18 +2,19 @@
 //! camera.
 //!
 //! Boxes are tested once for the whole packet, by the intervals of the inverse directions. Rounding
-//! is monotonic. So if a box test passes for any ray, it passes for the packet too, with an entry
-//! distance no later.
+//! is monotonic. So if a box test passes for any ray of the packet, it passes for the packet too,
+//! and the packet's entry distance is not greater than the ray's.
 //!
-//! In blocks, terms that depend only on the common origin are computed once, for eight triangles in
-//! lanes. Each triangle that the intervals of directions may hit is then tested against eight rays
-//! at a time. The error bounds of [`super::filter`] also hold for these tests: with f the first
-//! corner relative to the origin, U = e₂·(f × d) is (e₂ × f)·d, with as many roundings. For the
-//! intervals, W is computed as (N − A − B)·d. The components of that vector have errors of 23 u E
-//! R, so W has an error of 42 u E R |d|, within the bound of 46 u E R |d|.
+//! In a block of eight triangles, terms that depend only on the common origin are computed once,
+//! for all lanes. Each triangle that the intervals of directions may hit is then tested against
+//! eight rays at a time. The error bounds of [`super::filter`] also hold for these tests: with f
+//! the first corner relative to the origin, U = e₂·(f × d) is (e₂ × f)·d, with as many roundings.
+//! For the intervals, W is computed as (N − A − B)·d. The components of that vector have errors of
+//! 23 u E R, so W has an error of 42 u E R |d|, within the bound of 46 u E R |d|.
 //!
 //! The remaining triangles go through the operations of the exact test, for eight rays at once in
-//! f64. So each ray finds the same bits as alone.
+//! f64. So the hit of each ray equals, to the bit, the hit that a traversal with this ray alone
+//! finds.
 
 #![expect(
     unsafe_code,
@@ -39,8 +40,8 @@ use crate::ray::Ray;
 const GROUPS: usize = 2;
 /// Greatest number of rays in a packet.
 pub(crate) const MAX_RAYS: usize = GROUPS * WIDTH;
-/// Least absolute value of a direction component. Below it, the packet may not lie on one side of
-/// the axis.
+/// Absolute value that every direction component of a packet must exceed. With a smaller component,
+/// the packet may not lie on one side of the axis.
 const MIN_COMPONENT: f32 = 1e-30;
 
 /// A packet of rays, with the hits found so far.
@@ -117,8 +118,9 @@ impl PacketState {
         Ray::new(self.origin.into(), [d(0), d(1), d(2)].into())
     }
 
-    /// Replaces the hit of a ray by a hit within the range that is nearer, or equally near and
-    /// lower in the order of ties.
+    /// Records a hit within the range if it is nearer than the ray's hit so far, or equally near
+    /// and preferred. `lower` compares the slots of the new and of the recorded hit, and returns
+    /// whether the new hit is preferred.
     #[inline(always)]
     pub fn record_hit(
         &mut self,
@@ -166,7 +168,8 @@ impl PacketState {
 
 /// Receiver of the primitives that a packet traversal does not test itself.
 pub(crate) trait PacketVisitor {
-    /// Whether a hit of `slot` wins against an equally distant hit of the slot `than`.
+    /// Whether a hit of the primitive in `slot` is preferred to an equally distant hit in the slot
+    /// `than`.
     fn wins_tie(&self, slot: u32, than: u32) -> bool;
     /// Tests all rays of the packet against a primitive that has no packet test. `index` is its
     /// position in the tree's order.
@@ -181,7 +184,8 @@ pub(crate) enum PacketResult {
     /// The traversal was given up, since the rays diverge and single traversals would cost less.
     /// The hits found so far are incomplete.
     Abandoned,
-    /// The tree was not traversed, since the directions differ too much for a packet.
+    /// The tree was not traversed, since on some axis the directions have both signs or are close
+    /// to zero.
     Unsuitable,
 }
 
@@ -285,7 +289,8 @@ fn intersect_primitive_rows<S: Simd>(
     }
 }
 
-/// Returns the greatest accepted distance of all rays, raised for box tests.
+/// Returns the greatest of the rays' accepted distances, enlarged by the rounding error of box
+/// tests, so that these miss no hit up to that distance.
 #[inline(always)]
 fn max_far_distance(packet_state: &PacketState) -> f32 {
     let mut far = f32::NEG_INFINITY;
@@ -295,7 +300,8 @@ fn max_far_distance(packet_state: &PacketState) -> f32 {
     TraversalRay::widen_far_distance(far)
 }
 
-/// Traverses the nodes of the tree. Returns false if the packet was given up.
+/// Traverses the nodes of the tree. Returns false if the traversal was given up after
+/// [`MAX_LEAVES`] leaves.
 #[inline(always)]
 fn traverse_nodes<S: TraversalSimd>(
     s: S,

@@ -71,8 +71,8 @@ pub(super) trait TraversalSimd: Simd {
         lane: usize,
         projected_ray: &ProjectedRay,
     ) -> Result<Option<TriangleHit>, UncertainSign>;
-    /// Runs [`super::leaf::intersect_triangles`], compiled for this instruction set. It is a
-    /// separate function, so that it takes no registers of the traversal.
+    /// Runs [`super::leaf::intersect_triangles`], compiled for this instruction set as a separate
+    /// function, which takes no registers of the traversal.
     fn intersect_triangles<M: TraversalMode>(
         self,
         bvh: &Bvh8,
@@ -116,9 +116,9 @@ mod tests {
     /// integers of 24 bits, with products of 47 bits.
     const ALONG: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 
-    /// Creates a triangle with an edge whose distance from the origin is zero, or below the
-    /// rounding of a product. A quarter of the triangles also have their third corner on the line
-    /// of that edge, so that they are edge-on.
+    /// Creates a triangle whose first edge passes through the origin in the x-y plane, exactly or
+    /// but for one rounding step of each coordinate. A quarter of the triangles also have their
+    /// third corner on the line of that edge, so that they are edge-on for a ray along z.
     fn triangle(state: &mut u64) -> [Vec3; 3] {
         let mut corner = || ((next(state) >> 41) as i64 - (1 << 22)) as f32;
         let (a, c, scale) = (
@@ -185,9 +185,10 @@ mod tests {
         (corners, Vec3::new(origin[0], origin[1], 0.0))
     }
 
-    /// Protects: the exact test in registers equals the single-triangle test to the bit, or defers
-    /// to it. The cases are edges whose sign rounding alone would change, edge-on triangles and
-    /// others, for each longest axis of the direction.
+    /// Protects: the exact triangle test in SIMD registers gives the hit of the single-triangle
+    /// test, equal to the bit, or leaves the decision to that test. Cases: edge functions that are
+    /// zero or so close to zero that rounding could change their sign, edge-on triangles, and
+    /// ordinary triangles, with the largest component of the direction on each axis.
     #[test]
     fn registers_are_as_exact_as_single_triangles() {
         let Some(avx2) = Avx2::detect() else { return };

@@ -1,5 +1,5 @@
 //! Cost of each effect of a scene: how much render time it adds, and how much the picture changes
-//! without it. Renders with and without the effect alternate.
+//! without it. Each round renders the picture once with the effect and once without it.
 
 use core::time::Duration;
 use std::time::Instant;
@@ -19,10 +19,10 @@ use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// Number of renders with an effect, and of renders without it.
+/// Number of rounds for each effect: pairs of a render with the effect and a render without it.
 const ROUNDS: u64 = 3;
-/// Least width in pixels of the trial render. The size of all further renders follows from the time
-/// of this render.
+/// Width in pixels of the trial render, or the width of the picture if that is less. The size of
+/// all further renders follows from the time of this render.
 const LEAST_WIDTH: f64 = 40.0;
 
 /// Cost of one effect: render time, number of rays and picture with the effect, compared with a
@@ -316,8 +316,8 @@ mod tests {
         "objects": [{"shape": {"plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}}, "material": "m"}]}"#;
 
     /// Protects: costs follow the clock, which here counts rays. A mirror that fills the picture
-    /// and reflects half of a sky of 0.5 doubles the rays and adds 0.25. The sky itself costs no
-    /// ray and adds as much; the emission adds 1 and costs none.
+    /// and reflects half of a sky of 0.5 doubles the rays and adds 0.25. The sky itself also adds
+    /// 0.25, and the emission adds 1, both without additional rays.
     #[test]
     fn effects_cost_what_the_clock_says() {
         let costs = measured(MIRROR, Duration::from_secs(600)).expect("a small picture");
@@ -407,9 +407,9 @@ mod tests {
         assert!(bare.effects.is_empty() && bare.late.is_empty());
     }
 
-    /// Protects: noise common to all rounds counts as the effect's, noise that differs between
-    /// rounds is subtracted: differences of 1, 2, 3 in one number have the mean 2 with variance
-    /// 1/3.
+    /// Protects: noise common to all rounds counts as a difference that the effect makes; noise
+    /// that differs between rounds is subtracted. Differences of 1, 2 and 3 in one number have the
+    /// mean 2 with variance 1/3.
     #[test]
     fn noise_is_no_change() {
         let picture = |value: f32| Picture {

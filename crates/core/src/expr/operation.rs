@@ -1,5 +1,5 @@
-//! Operations of the language. A node of the graph and an instruction of a program each hold an
-//! operation. The module [`run`](super::run) defines the results.
+//! Operations of the expression language. Each node of the graph and each instruction of a program
+//! holds an operation. The module [`run`](super::run) defines the results.
 
 /// An operation on one to four operands a, b, c, d, which are numbers unless vectors are named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -25,11 +25,11 @@ pub(super) enum Operation {
     Subtract,
     Multiply,
     Divide,
-    /// Remainder a − b ⌊a/b⌋, with the sign of the divisor as in GLSL, and with a smaller
-    /// magnitude.
+    /// Remainder a − b ⌊a/b⌋, as `mod` in GLSL: zero or a number between zero and the divisor b, so
+    /// the sign is that of b.
     Modulo,
     Power,
-    /// a to this whole power; zero where the magnitude of a is below b, the
+    /// The number a to this whole power; zero where the magnitude of a is below b, the
     /// [`vanishing_limit`](super::semantics::vanishing_limit).
     WholePower(u32),
     Min,
@@ -70,8 +70,8 @@ pub(super) enum Operation {
     PlaneSum(u32),
     PlaneTurbulence(u32),
 
-    /// The vector (a, b, c). This operation and all following operations yield vectors, all
-    /// preceding operations numbers.
+    /// The vector (a, b, c). This operation and all following operations yield vectors; all
+    /// preceding operations yield numbers.
     Compose,
     /// Componentwise sum of vectors.
     AddVectors,

@@ -86,8 +86,8 @@ impl FilmIdentity {
         }
     }
 
-    /// Returns the name of the first setting that differs between two pictures, or "scene"; `None`
-    /// for equal identities.
+    /// Returns the name of the first setting in which the pictures of two identities differ, or
+    /// "scene"; `None` for equal identities.
     pub fn find_difference(&self, other: &Self) -> Option<String> {
         let named = |(name, value): &(String, String)| {
             other.settings.iter().any(|(n, v)| n == name && v == value)

@@ -46,21 +46,21 @@ pub enum PartError {
 }
 
 impl Film {
-    /// Returns the name of the first difference between the pictures of two films; `None` if both
-    /// are parts of one picture.
+    /// Returns the name of the first property in which the pictures of two films differ, such as
+    /// "camera" or "scene"; `None` if both films are parts of one picture.
     pub(crate) fn find_difference(&self, other: &Film) -> Option<String> {
         self.identity
             .find_difference(&other.identity)
             .or_else(|| self.plan.find_difference(&other.plan).map(str::to_owned))
     }
 
-    /// Takes over the samples of an earlier film of this picture, whose replicates may have at most
-    /// as many samples as this picture's. A render then continues from these samples, and the
-    /// result equals an uninterrupted render to the bit.
+    /// Takes over the samples of an earlier film of this picture. No replicate of the earlier film
+    /// may have more samples than the plan of this film has for it. A render then continues from
+    /// these samples, and the result equals an uninterrupted render to the bit.
     ///
     /// # Errors
-    /// [`PartError::Foreign`] for the film of another picture, [`PartError::Samples`] where its
-    /// replicates have more samples than this picture's.
+    /// [`PartError::Foreign`] for the film of another picture, [`PartError::Samples`] if a
+    /// replicate of the earlier film has too many samples.
     pub fn continue_from(&mut self, earlier: Film) -> Result<(), PartError> {
         let foreign = self.identity.find_difference(&earlier.identity);
         if let Some(label) = foreign.or_else(|| {
@@ -102,9 +102,9 @@ impl Film {
         Ok(())
     }
 
-    /// Empties the film, and sets the sample counts of another film of this picture, `map`, as
-    /// goals of its tiles. A render then repeats, to the bit, a picture that was stopped or ended
-    /// by a time limit.
+    /// Empties this film, and sets the goals of its tiles to the sample counts of `map`, another
+    /// film of the same picture. A render then repeats, to the bit, a picture that was stopped or
+    /// ended by a time limit.
     ///
     /// # Errors
     /// [`PartError::Foreign`] for the film of another picture.
@@ -144,7 +144,8 @@ impl Film {
             }
             film.record_part_samples(part, index)?;
         }
-        // Whatever the order of the parts, their spreads are joined in the order of the replicates.
+        // The spreads are joined in the order of the replicates, so that the order of the parts
+        // does not matter.
         let mut parts: Vec<&Film> = parts.iter().collect();
         parts.sort_by_key(|part| part.samples_drawn.iter().position(|&drawn| drawn > 0));
         parts

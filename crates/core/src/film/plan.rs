@@ -253,8 +253,8 @@ impl FilmPlan {
         }
     }
 
-    /// Returns the name of the first difference between two plans, apart from the number of
-    /// samples; `None` without a difference.
+    /// Returns the name of the first property in which two plans differ, such as "crop", the number
+    /// of samples excepted; `None` without another difference.
     pub fn find_division_difference(&self, other: &Self) -> Option<&'static str> {
         let differs = [
             (self.crop != other.crop, "crop"),
@@ -276,7 +276,8 @@ impl FilmPlan {
             .map(|(_, label)| label)
     }
 
-    /// Returns the name of the first difference between two plans; `None` without a difference.
+    /// Returns the name of the first property in which two plans differ, such as "number of
+    /// samples"; `None` for equal plans.
     pub fn find_difference(&self, other: &Self) -> Option<&'static str> {
         let samples = (self.samples != other.samples).then_some("number of samples");
         samples.or_else(|| self.find_division_difference(other))

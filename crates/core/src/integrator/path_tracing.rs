@@ -48,7 +48,7 @@ pub(crate) struct PathTracer<'a, R: Real> {
     scene: &'a PreparedScene<R>,
     counters: Counters,
     usage: LightUsage,
-    /// Whether first hits of camera rays are kept, because layers need them.
+    /// Whether first hits of camera rays are kept, because picture layers (AOVs) need them.
     keeps_first: bool,
     /// First hit of the current path.
     first_hit: Option<FirstHit>,
@@ -56,7 +56,8 @@ pub(crate) struct PathTracer<'a, R: Real> {
     direct: R::Vec3,
     max_depth: u32,
     min_distances: MinHitDistances<R>,
-    /// Whether queries get the triangles at the ends of rays, see
+    /// Whether ray queries receive the triangle on which a ray starts and the triangles before
+    /// which a shadow ray ends, so that these need no exact test, see
     /// [`RayEnds`](raywright_bvh::RayEnds).
     has_triangle_ends: bool,
     /// Media around the camera.
@@ -124,7 +125,7 @@ const MIRROR_DENSITY: f64 = 1e5;
 struct PathState<R: Real> {
     /// The next ray.
     segment: PathSegment<R>,
-    /// The triangle that it leaves.
+    /// Triangle that the next ray leaves, for [`RayEnds`](raywright_bvh::RayEnds).
     start: TriangleSlot,
     /// Throughput of the path (beta).
     throughput: R::Vec3,
@@ -138,7 +139,7 @@ struct PathState<R: Real> {
     segments_traced: u32,
     /// Number of segments that end at index-matched boundaries.
     matched_segments: u32,
-    /// Number of surfaces passed unchanged.
+    /// Number of surfaces that the path passed without scattering.
     passages: u32,
     /// Whether the path has hit a surface.
     has_hit: bool,
@@ -209,7 +210,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Records the first hit of a path's camera ray, if layers need it.
+    /// Records the first hit of a path's camera ray, if picture layers (AOVs) need it.
     #[inline(always)]
     fn record_first_hit(&mut self, path: &PathState<R>, hit: &Hit<R>) {
         if self.keeps_first && path.segments_traced == 0 && path.passages == 0 {

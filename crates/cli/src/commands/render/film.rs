@@ -25,8 +25,8 @@ use crate::plan::RenderTask;
 use crate::progress::Progress;
 use crate::targets::{OutputFiles, OutputTarget};
 
-/// Shortest interval between checkpoints. The interval is longer where writing the checkpoint takes
-/// more than a twentieth of the time.
+/// Least interval between checkpoints. The interval is raised to twenty times the duration of
+/// writing the last checkpoint, if that is longer.
 const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(60);
 
 /// Interval between the lines of `--progress json`.
@@ -326,8 +326,9 @@ impl<'a> FilmSession<'a> {
         serde_json::to_string(&pass).unwrap_or_default()
     }
 
-    /// Writes the film to the file of `--checkpoint`. After a failure the next checkpoint is tried
-    /// again, because the disk may have room by then.
+    /// Writes the film to the file of `--checkpoint`. Of successive failures during the render, the
+    /// first gives a warning. The next checkpoint is written even after a failure, because the disk
+    /// may have room by then.
     fn write_checkpoint(&mut self) {
         let Some(path) = &self.task.checkpoint else {
             return;

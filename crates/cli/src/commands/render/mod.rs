@@ -35,9 +35,9 @@ pub use series::run;
 /// Advice in the message about a scene with nothing visible.
 const ALLOW_EMPTY: &str = "--allow-empty writes the picture nevertheless";
 
-/// Returns the error that the final message and the picture's file state: for path tracing, for
-/// denoised pictures and with a target error. `None` for a Whitted render without these, whose
-/// samples have no random error.
+/// Selects the estimated error that the final message and the picture's file report: for path
+/// tracing, for denoised pictures and with a target error. `None` for a Whitted render without
+/// these, whose samples have no random error.
 fn select_reported_error<'a>(
     task: &RenderTask,
     (ready, rendered): (&ReadyScene, &RenderOutput),
@@ -48,7 +48,8 @@ fn select_reported_error<'a>(
     })
 }
 
-/// Returns the metadata of a picture's file, origin and error; empty with `--no-metadata`.
+/// Returns the metadata for a picture's file: origin and estimated error; empty with
+/// `--no-metadata`.
 fn picture_metadata(
     task: &RenderTask,
     session: &FilmSession,
@@ -64,8 +65,8 @@ fn picture_metadata(
     }
 }
 
-/// Prints the hash of a picture's pixels, where `--hash` requests it, before the name of each file
-/// that holds the pixels; before `name` if no file does.
+/// Prints the hash of a picture's pixels if `--hash` is set: a line for each file that holds the
+/// pixels, with its name, or a line with `name` if no file holds them.
 fn print_pixel_hash(
     task: &RenderTask,
     (rendered, display): (&RenderOutput, Display),
@@ -172,8 +173,9 @@ fn refuse_terminal(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Fa
     Ok(())
 }
 
-/// Refuses `--denoise` for a fixed sample pattern and for too few samples. A quick preview is then
-/// not denoised, without a failure.
+/// Refuses `--denoise` for a fixed sample pattern and for too few samples, and adds a hint if no
+/// sample is random. A quick preview, which requests denoising by itself, is not refused: where
+/// denoising is impossible, the preview is rendered without it.
 fn refuse_impossible_denoising(
     task: &RenderTask,
     settings: &Settings,

@@ -26,11 +26,11 @@ use crate::targets::OutputFiles;
 struct HardCaseResult {
     /// Number of the case, such as `T01`.
     case: &'static str,
-    /// Description of what is hard.
+    /// Description of the numerical difficulty.
     hard: &'static str,
     /// Description of the error bound.
     bound: &'static str,
-    /// Precision, and kernel or part of the case.
+    /// Precision, followed by the kernel or by the part of the case, such as `robust, avx2`.
     setting: String,
     /// Number of results that were compared with exact results.
     judged: u64,
@@ -41,7 +41,7 @@ struct HardCaseResult {
     margin: Option<f64>,
     /// Share of results, 0 to 1, that the textbook's formulas get wrong.
     textbook_wrong: Option<f64>,
-    /// Additional cost of the library's formula; `None` where the textbook has no such formula.
+    /// Cost of both formulas; `None` where the textbook has no formula for the case.
     price: Option<FormulaCost>,
     /// Description of the first wrong result, with its bits.
     first_wrong: Option<String>,
@@ -51,13 +51,14 @@ struct HardCaseResult {
 /// or sample.
 #[derive(Clone, Copy, Debug, Serialize)]
 struct FormulaCost {
-    /// Name of the timed operation, done once per ray or sample.
+    /// Name of the timed operation, such as an intersection.
     what: &'static str,
-    /// Time of the textbook's formula.
+    /// Median time of the textbook's formula, in nanoseconds of CPU time per ray or sample.
     textbook: f64,
-    /// Additional time of the library's formula over the textbook's.
+    /// Median of the additional time of the library's formula over the textbook's, in nanoseconds
+    /// of CPU time per ray or sample.
     more: f64,
-    /// Half the interquartile range of the additional time.
+    /// Half the interquartile range of the additional time, in nanoseconds.
     spread: f64,
 }
 
@@ -83,7 +84,7 @@ enum StabilityFileKind {
     Markdown,
     /// An HTML page with plot and table.
     Html,
-    /// The plot of margins.
+    /// An SVG plot of the margins: ratios of the error bound to the worst error.
     Svg,
     Json,
 }
@@ -110,7 +111,7 @@ impl StabilityFileKind {
 
 /// Runs `stability`: measures, writes the requested file, and prints a table or JSON.
 ///
-/// A failure if a result exceeds its bound.
+/// Fails if a result exceeds its bound.
 pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let target = args
         .output
@@ -160,7 +161,8 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
 }
 
-/// Selects the hard cases with these numbers; all cases for an empty list.
+/// Returns the hard cases with these numbers, or all cases for an empty list. Fails on an unknown
+/// number.
 fn select_cases(numbers: &[String]) -> Result<Vec<HardCase>, Failure> {
     let known =
         |number: &String| hard_cases().find(|case| case.number.eq_ignore_ascii_case(number.trim()));

@@ -1,5 +1,5 @@
-//! The viewer's current view as a `render` command: the flags of the program's start, and the flags
-//! changed by the page.
+//! The viewer's current view as a `render` command: the flags with which the program was started,
+//! and the flags changed on the viewer's web page.
 
 use std::ffi::{OsStr, OsString};
 
@@ -14,7 +14,8 @@ use crate::origin;
 /// A flag: its long name, and its value if the flag takes one.
 pub type Flag = (String, Option<String>);
 
-/// Flags that the page may set. No such flag names a file, raises a limit or grants access.
+/// Flags that the viewer's web page may set. No such flag names a file, raises a limit or grants
+/// access.
 const PAGE_FLAGS: [&str; 31] = [
     "animation",
     "at",
@@ -49,22 +50,24 @@ const PAGE_FLAGS: [&str; 31] = [
     "zoom",
 ];
 
-/// Largest number of flags that the page may set, and largest length of a value in bytes.
+/// Largest number of flags that the web page may set.
 const MOST_FLAGS: usize = 200;
+/// Largest length in bytes of a flag's value that the web page may set.
 const MOST_FLAG_BYTES: usize = 1000;
 
-/// The `render` command of the current view: a scene, and flags that the page cannot change.
+/// The `render` command of the current view: a scene, and the flags that the web page cannot
+/// change.
 #[derive(Clone, Debug)]
 pub struct ViewCommand {
     /// Name of the scene on the command line.
     scene: OsString,
-    /// Flags of the program's command line that the page cannot change.
+    /// Flags of the program's command line that the web page cannot change.
     fixed_flags: Vec<Flag>,
 }
 
 impl ViewCommand {
     /// Splits the `render` flags of the program's command line into fixed flags, which become part
-    /// of the command, and flags that the page may change, which are returned.
+    /// of the command, and flags that the web page may change, which are returned.
     pub fn from_command_line(scene: OsString, words: Vec<OsString>) -> (Self, Vec<Flag>) {
         let matches = Arguments::command().try_get_matches_from(words).ok();
         let typed = matches
@@ -84,7 +87,7 @@ impl ViewCommand {
         )
     }
 
-    /// Refuses flags and values that a page may not set.
+    /// Refuses flags and values that the web page may not set.
     pub fn check_page_flags(flags: &[Flag]) -> Result<(), Failure> {
         let refuse = |reason: String| Err(Failure::new(Exit::Usage, reason));
         if flags.len() > MOST_FLAGS {
@@ -104,7 +107,8 @@ impl ViewCommand {
         Ok(())
     }
 
-    /// Parses the `render` command with these flags of the page.
+    /// Parses the `render` command that consists of the fixed flags and the flags set on the web
+    /// page, `flags`.
     pub fn parse_render_command(&self, flags: &[Flag]) -> Result<EmbeddedCommand, Failure> {
         let word = |(name, value): &Flag| match value {
             Some(value) => OsString::from(format!("--{name}={value}")),
@@ -116,7 +120,8 @@ impl ViewCommand {
         )
     }
 
-    /// Formats the command with these flags of the page, quoted for a shell.
+    /// Formats the `render` command for a shell, quoted: the scene, the fixed flags and the flags
+    /// set on the web page, `flags`.
     pub fn to_shell_text(&self, flags: &[Flag]) -> String {
         let mut words = vec![OsString::from("render"), self.scene.clone()];
         for (name, value) in self.fixed_flags.iter().chain(flags) {
@@ -176,8 +181,8 @@ mod tests {
         ViewCommand::from_command_line("a b.glb".into(), words)
     }
 
-    /// Protects: the page and its command start with the `render` flags that the user typed, lists
-    /// and switches included. The page cannot change flags that name files or raise limits.
+    /// Protects: the web page and its command start with the `render` flags that the user typed,
+    /// lists and switches included. The page cannot change flags that name files or raise limits.
     #[test]
     fn a_command_is_what_was_typed() {
         let (line, flags) = command(
@@ -202,8 +207,8 @@ mod tests {
         assert!(line.parse_render_command(&flags).is_ok());
     }
 
-    /// Protects: no page sets a flag that reads or writes a file, raises a limit or lets a scene
-    /// read elsewhere.
+    /// Protects: the web page cannot set a flag that reads or writes a file, raises a limit or lets
+    /// a scene read elsewhere.
     #[test]
     fn a_page_has_no_files() {
         for name in [

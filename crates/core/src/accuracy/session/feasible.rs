@@ -1,5 +1,6 @@
-//! Start of a measurement. A pilot pass measures time and noise of the tiles. A trial finds the
-//! most exact rungs (quality levels) that the reference can afford.
+//! Start of a measurement. A pilot pass measures time and noise of the tiles. A trial on the
+//! slowest tile finds the most exact rungs (quality levels) whose render ends within a time limit;
+//! the reference uses these rungs.
 
 use std::time::Duration;
 
@@ -10,24 +11,30 @@ use super::{FEASIBLE_RUNGS_END, MeasurementSession, PILOT_PASS_END};
 use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 
-/// Time limit of a rung (quality level) on the trial tile: this multiple of the time of the scene's
-/// own setting, but at least the duration below.
+/// Time limit of a render of the slowest tile with a changed rung (quality level), as a multiple of
+/// the time that the tile takes with the unchanged setting. The limit is at least
+/// [`LEAST_PATIENCE`].
 const PATIENCE: f64 = 20.0;
+/// Least time limit of a render of the slowest tile with a changed rung.
 const LEAST_PATIENCE: Duration = Duration::from_secs(2);
 
-/// Tile edges in pixels to choose from. The longest edge at which the time suffices for
-/// [`ENOUGH_TILES`] is used, else the last.
+/// Tile edges in pixels to choose from, the longest first. The first edge is used at which the time
+/// budget suffices for [`ENOUGH_TILES`] tiles, else the last.
 const EDGES: [u32; 2] = [32, 16];
+/// Number of tiles for which the time budget should suffice, and number of tiles in the first pilot
+/// pass.
 const ENOUGH_TILES: usize = 24;
-/// Number of tiles with which the render time of a tile is first estimated.
+/// Greatest number of tiles that are rendered for the first estimate of the time per sample.
 const FIRST_LOOK: usize = 8;
 /// Least number of tiles into which a picture is divided, unless the tile edge would be less than
 /// eight pixels.
 const FEWEST_TILES: f64 = 48.0;
 
 impl MeasurementSession<'_> {
-    /// Divides the picture into tiles that are small enough for enough of them to be measured.
-    /// `edge` is the tile edge in pixels of a reused reference, which is kept.
+    /// Chooses the division of the picture into tiles, and makes the first estimate of the time per
+    /// sample. `edge` is the tile edge in pixels of a reused reference, which is kept. Without
+    /// `edge`, tiles are small enough for the time budget to suffice for [`ENOUGH_TILES`] tiles, as
+    /// far as [`EDGES`] allows.
     pub(super) fn choose_tile_grid(
         &mut self,
         renderer: &SettingRenderer<'_>,
@@ -76,8 +83,9 @@ impl MeasurementSession<'_> {
         })
     }
 
-    /// Renders tiles with few samples, more tiles per pass while time remains. Returns time and
-    /// noise of each tile.
+    /// Renders tiles with few samples, until all tiles are rendered or the time for pilot passes is
+    /// spent. The first pass renders [`ENOUGH_TILES`] tiles, and each further pass doubles the
+    /// number of rendered tiles. Returns time and noise of each rendered tile.
     pub fn run_pilot_passes(
         &mut self,
         renderer: &SettingRenderer<'_>,
@@ -107,11 +115,12 @@ impl MeasurementSession<'_> {
         Ok(pilot_passes)
     }
 
-    /// Returns, for each ladder but samples, the most exact rung (quality level) that renders the
-    /// slowest tile within its time limit. The limit matters for Whitted ray tracing, in which rays
-    /// split at glass and mirrors, so that their number doubles per bounce. A ladder that is not
-    /// tested in time keeps the scene's rung. The function also stores the time of a reference
-    /// sample divided by that of a sample of the scene's own setting.
+    /// Returns the rungs (quality levels) for the reference: for each ladder, the most exact rung
+    /// whose render of the slowest tile ends within the time limit. The limit matters for Whitted
+    /// ray tracing, in which rays split at glass and mirrors, so that their number doubles per
+    /// bounce. Sample counts, ladders without bias or with equally accurate rungs, and ladders that
+    /// are not tried in time keep the scene's rung. The function also stores the render time per
+    /// sample of the reference, divided by that of the unchanged setting; at least 1.
     pub fn find_feasible_rungs(
         &mut self,
         renderer: &SettingRenderer<'_>,

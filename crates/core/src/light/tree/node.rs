@@ -17,12 +17,14 @@ pub(super) const WIDTH: usize = 8;
 
 /// Bound on the rounding of a cosine in `f32`: some ten roundings of 2⁻²⁴.
 const MARGIN: f32 = 4e-6;
-/// Enlargement of the cosine to a group's axis. With it, the sine computed from the cosine never
-/// belongs to a greater angle; without it, the angle is up to 10⁻³ too great at cosines of ±1.
+/// Enlargement of the cosine of the angle to a group's axis. With the enlargement, the sine
+/// computed from the cosine never belongs to a greater angle than the true one; without it, that
+/// angle is up to 10⁻³ too great at cosines of ±1.
 const SLACK: f32 = 2e-6;
-/// Bound on the rounding of a position, as a share of the node's radius.
+/// Bound on the rounding of a position, in radii of the node.
 const MOVED: f64 = 5e-7;
-/// Least share of power, so that no product of shares, cosines and distances underflows `f32`.
+/// Least share of a child in the power of its node, so that no product of shares, cosines and
+/// distances underflows `f32`.
 const FAINTEST: f64 = 1e-20;
 /// Distance from the node, in radii of the node, from which on the point and the node are scaled
 /// down together, because squared distances would overflow `f32`.
@@ -49,13 +51,13 @@ pub(super) struct LightNode {
     axis_x: [f32; WIDTH],
     axis_y: [f32; WIDTH],
     axis_z: [f32; WIDTH],
-    /// Sine of the greatest angle between a child's axis and its normals.
+    /// Sine, for each child, of the greatest angle between its cone's axis and its normals.
     sin_normals: [f32; WIDTH],
-    /// Cosine of the same angle.
+    /// Cosine, for each child, of the greatest angle between its cone's axis and its normals.
     cos_normals: [f32; WIDTH],
-    /// Cosine of a child's greatest angle of emission, less [`MARGIN`].
+    /// Cosine of each child's greatest angle of emission, less [`MARGIN`].
     emission: [f32; WIDTH],
-    /// Share of a child in the node's power.
+    /// Power of each child as a share of the node's power, 0 to 1.
     power: [f32; WIDTH],
 }
 
