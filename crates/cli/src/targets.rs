@@ -127,7 +127,7 @@ impl OutputFiles {
             .all
             .iter()
             .map(|output| (&output.place, output.fingerprint));
-        let Some((i, clash)) = inputs.first_clash(places) else {
+        let Some((i, clash)) = inputs.find_conflicting_output(places) else {
             return Ok(());
         };
         let OutputFile {

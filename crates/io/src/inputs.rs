@@ -69,7 +69,7 @@ impl InputFiles {
     /// Returns the index of the first output path that would overwrite an input, and the reason.
     /// Each output path comes with the fingerprint of the file that exists at the path, if any. All
     /// output paths are checked in one call, so that each input is opened only once.
-    pub fn first_clash<'a>(
+    pub fn find_conflicting_output<'a>(
         &self,
         places: impl IntoIterator<Item = (&'a OutputPath, Option<u64>)>,
     ) -> Option<(usize, PathClash)> {
@@ -208,7 +208,9 @@ mod tests {
         inputs.record_named(&at("named.png"));
         let clash = |name: &str| {
             let places = [input_place(&at("free.png")), input_place(&at(name))];
-            inputs.first_clash(places.iter().map(|place| (place, place.file_fingerprint())))
+            inputs.find_conflicting_output(
+                places.iter().map(|place| (place, place.file_fingerprint())),
+            )
         };
         assert_eq!(clash("other.png"), None);
         assert_eq!(

@@ -8,7 +8,7 @@ use raywright_core::validate::Problem;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, TextPosition};
 use crate::error::Error;
-use crate::native::{self, SceneNotation};
+use crate::native::{self, ModelEntries, SceneNotation};
 use crate::text::{split_lines, strip_byte_order_mark};
 use crate::{ply, stl};
 
@@ -205,16 +205,6 @@ pub fn is_scene_or_model(file: &Path) -> bool {
     name.ends_with(".scene.toml")
         || name.ends_with(".scene.json")
         || SceneFormat::from_model_path(file).is_some()
-}
-
-/// Entries of a list of the scene that a model has brought.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct ModelEntries {
-    /// Key of the list in the scene: `objects`.
-    pub list: &'static str,
-    pub range: Range<usize>,
-    /// Index of the model in the text.
-    pub model: usize,
 }
 
 /// Origin of a scene.

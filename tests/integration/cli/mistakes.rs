@@ -166,7 +166,7 @@ fn habits_from_elsewhere_are_understood() {
     sandbox
         .run(&["a.glb", "--samples", "4"])
         .exits_with(2)
-        .prints("error: there is no `--samples`\nhelp: use --spp N for the samples per pixel");
+        .prints("error: there is no flag `--samples`\nhelp: use --spp N for the samples per pixel");
 }
 
 /// Protects: messages for work beyond the limits.

@@ -102,7 +102,7 @@ fn pages_have_their_formats() {
     sandbox.run(&["compare", "a.webp", "a.png"]).exits_with(0);
     let refused = sandbox.run(&small(&["-o", "b.jpg", "--background", "transparent"]));
     refused.exits_with(2).prints_like(
-        "a JPEG cannot store transparency; write a .png, or choose a colour with --background",
+        "error: --background transparent: a JPEG has no transparency\nhelp: name a picture that ends in .png or .webp, or choose a colour",
     );
     sandbox
         .run(&small(&["-o", "b.jpg", "--quality", "0"]))

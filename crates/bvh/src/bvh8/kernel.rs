@@ -12,7 +12,7 @@
 use super::Bvh8;
 use super::ChildRef;
 use super::leaf::{
-    intersect_all_triangle_blocks, intersect_always_tested_rows, intersect_sphere_leaf,
+    intersect_all_triangle_blocks, intersect_rows_outside_tree, intersect_sphere_leaf,
     intersect_triangles,
 };
 use super::packet::{PacketResult, PacketState, PacketVisitor, traverse_packet};
@@ -152,7 +152,7 @@ impl Bvh8 {
         visitor: &mut dyn HitVisitor,
     ) -> bool {
         if self.always_row_count > 0
-            && dispatch_kernel!(self.kernel, query, false, s, M => s.intersect_always_tested_rows::<M>(self, ox, oy, oz, dx, dy, dz, query, visitor))
+            && dispatch_kernel!(self.kernel, query, false, s, M => s.intersect_rows_outside_tree::<M>(self, ox, oy, oz, dx, dy, dz, query, visitor))
         {
             return true;
         }
@@ -192,7 +192,7 @@ impl Bvh8 {
     ) -> bool {
         if self.always_row_count > 0 {
             let prepared_ray = *query.prepared_ray();
-            if dispatch_kernel!(self.kernel, query, true, s, M => s.intersect_always_tested_rows_by_mapped_ray::<M>(self, &prepared_ray, query, visitor))
+            if dispatch_kernel!(self.kernel, query, true, s, M => s.intersect_rows_outside_tree_by_mapped_ray::<M>(self, &prepared_ray, query, visitor))
             {
                 return true;
             }
@@ -277,11 +277,11 @@ macro_rules! define_traversals {
                 s, bvh: &Bvh8, inverse: &ApproximateInverse, bounds: &BoundingSphere, ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { traverse_instance::<_, M>(s, bvh, inverse, bounds, ray, query, visitor) } -> Option<bool>;
             /// Intersects a world-space ray with the rows that every query tests.
-            pub(super) fn intersect_always_tested_rows<M: TraversalMode>(
+            pub(super) fn intersect_rows_outside_tree<M: TraversalMode>(
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
-            ) { intersect_always_tested_rows::<_, M>(s, bvh, &PreparedRay::from_world_ray([ox, oy, oz], [dx, dy, dz]), query, visitor) } -> bool;
+            ) { intersect_rows_outside_tree::<_, M>(s, bvh, &PreparedRay::from_world_ray([ox, oy, oz], [dx, dy, dz]), query, visitor) } -> bool;
             /// Intersects a ray in an instance's space with the rows that every query tests.
-            pub(super) fn intersect_always_tested_rows_by_mapped_ray<M: TraversalMode>(s, bvh: &Bvh8, prepared_ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_always_tested_rows::<_, M>(s, bvh, prepared_ray, query, visitor) } -> bool;
+            pub(super) fn intersect_rows_outside_tree_by_mapped_ray<M: TraversalMode>(s, bvh: &Bvh8, prepared_ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_rows_outside_tree::<_, M>(s, bvh, prepared_ray, query, visitor) } -> bool;
             /// Intersects a ray with all blocks and other primitives, for a structure without
             /// nodes.
             pub(super) fn intersect_triangle_blocks<M: TraversalMode>(s, bvh: &Bvh8, leaf_ray: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_all_triangle_blocks::<_, M>(s, bvh, leaf_ray, query, visitor) } -> bool;

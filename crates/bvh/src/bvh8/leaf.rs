@@ -129,7 +129,7 @@ pub(super) fn intersect_sphere_leaf<S: Simd, M: TraversalMode>(
 
 /// Intersects the rows that every query tests.
 #[inline(always)]
-pub(super) fn intersect_always_tested_rows<S: Simd, M: TraversalMode>(
+pub(super) fn intersect_rows_outside_tree<S: Simd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
     prepared_ray: &PreparedRay,

@@ -71,8 +71,8 @@ macro_rules! each_finite {
 }
 
 impl<R: Real> Shape<R> for AnyShape<R> {
-    fn eval_support(&self, direction: DVec3) -> Option<f64> {
-        each!(self, shape => shape.eval_support(direction))
+    fn support_function(&self, direction: DVec3) -> Option<f64> {
+        each!(self, shape => shape.support_function(direction))
     }
 
     fn bounds(&self) -> Option<Aabb> {

@@ -157,7 +157,7 @@ impl<R: Real> Cone<R> {
 }
 
 impl<R: Real> Shape<R> for Cone<R> {
-    fn eval_support(&self, direction: DVec3) -> Option<f64> {
+    fn support_function(&self, direction: DVec3) -> Option<f64> {
         let (base, axis) = (self.base.to_f64(), self.axis.to_f64());
         let end =
             |centre: DVec3, radius: R| eval_disk_support(centre, axis, radius.to_f64(), direction);

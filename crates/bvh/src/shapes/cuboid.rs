@@ -141,7 +141,7 @@ fn decode_face_number<R: Real>(number: R) -> (usize, bool) {
 }
 
 impl<R: Real> Shape<R> for Cuboid<R> {
-    fn eval_support(&self, direction: DVec3) -> Option<f64> {
+    fn support_function(&self, direction: DVec3) -> Option<f64> {
         let (min, max) = (self.min.to_f64(), self.max.to_f64());
         Some((0.5 * (min + max)).dot(direction) + (0.5 * (max - min)).dot(direction.abs()))
     }

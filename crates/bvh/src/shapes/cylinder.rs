@@ -84,7 +84,7 @@ impl<R: Real> Cylinder<R> {
 }
 
 impl<R: Real> Shape<R> for Cylinder<R> {
-    fn eval_support(&self, direction: DVec3) -> Option<f64> {
+    fn support_function(&self, direction: DVec3) -> Option<f64> {
         let (base, axis, radius) = (self.base.to_f64(), self.axis.to_f64(), self.radius.to_f64());
         let end = |centre: DVec3| eval_disk_support(centre, axis, radius, direction);
         (self.ends != CylinderEnds::None).then(|| end(base) + axis.dot(direction).max(0.0))

@@ -34,7 +34,7 @@ impl<R: Real> Disk<R> {
 }
 
 impl<R: Real> Shape<R> for Disk<R> {
-    fn eval_support(&self, direction: DVec3) -> Option<f64> {
+    fn support_function(&self, direction: DVec3) -> Option<f64> {
         Some(eval_disk_support(
             self.centre.to_f64(),
             self.normal.to_f64(),

@@ -110,7 +110,7 @@ impl<R: Real> Ellipsoid<R> {
 }
 
 impl<R: Real> Shape<R> for Ellipsoid<R> {
-    fn eval_support(&self, direction: DVec3) -> Option<f64> {
+    fn support_function(&self, direction: DVec3) -> Option<f64> {
         Some(self.centre.to_f64().dot(direction) + (self.semi_axes.to_f64() * direction).length())
     }
 

@@ -99,7 +99,7 @@ impl<R: Real> Hyperboloid<R> {
 
 impl<R: Real> Shape<R> for Hyperboloid<R> {
     /// Support function, from the two rims alone, since the surface curves inwards between them.
-    fn eval_support(&self, direction: DVec3) -> Option<f64> {
+    fn support_function(&self, direction: DVec3) -> Option<f64> {
         let height = self.half_height.to_f64();
         let rim = eval_disk_support(
             self.centre.to_f64(),

@@ -115,12 +115,12 @@ pub type OuterTransforms<'a> = Option<TransformChain<'a>>;
 pub trait Shape<R: Real> {
     /// Support function: the maximum of p·direction over all points p of the shape. `None` for an
     /// unbounded shape; NaN if a parameter of the shape is NaN.
-    fn eval_support(&self, direction: DVec3) -> Option<f64>;
+    fn support_function(&self, direction: DVec3) -> Option<f64>;
 
     /// Returns the smallest axis-aligned box around the shape; `None` for an unbounded shape, which
     /// no tree holds.
     fn bounds(&self) -> Option<Aabb> {
-        Aabb::from_support(|direction| self.eval_support(direction))
+        Aabb::from_support(|direction| self.support_function(direction))
     }
 
     /// Returns the nearest hit with a distance in the open interval `range`, by a ray from an

@@ -76,7 +76,7 @@ impl<R: Real> Paraboloid<R> {
 }
 
 impl<R: Real> Shape<R> for Paraboloid<R> {
-    fn eval_support(&self, direction: DVec3) -> Option<f64> {
+    fn support_function(&self, direction: DVec3) -> Option<f64> {
         let (apex, radius, height) = (
             self.apex.to_f64(),
             self.radius.to_f64(),

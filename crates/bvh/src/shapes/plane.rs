@@ -51,7 +51,7 @@ pub(super) fn intersect_plane(
 }
 
 impl<R: Real> Shape<R> for Plane<R> {
-    fn eval_support(&self, _: DVec3) -> Option<f64> {
+    fn support_function(&self, _: DVec3) -> Option<f64> {
         None
     }
 

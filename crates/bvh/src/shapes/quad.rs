@@ -120,7 +120,7 @@ impl<R: Real> Quad<R> {
 }
 
 impl<R: Real> Shape<R> for Quad<R> {
-    fn eval_support(&self, direction: DVec3) -> Option<f64> {
+    fn support_function(&self, direction: DVec3) -> Option<f64> {
         // Written so that NaN propagates.
         let [a, b, c, d] = self.corners.map(|p| p.to_f64().dot(direction));
         Some((a + b + c + d) * 0.0 + a.max(b).max(c).max(d))

@@ -118,7 +118,7 @@ pub(super) fn offset_ray_origins_for_curvature<R: Real>(
 ) -> SurfacePoint {
     match transform_chain {
         Some(transform_chain) => {
-            offset_into_tangent_balls::<R>(&surface_point, transform_chain, balls())
+            offset_base_points_for_curvature::<R>(&surface_point, transform_chain, balls())
         }
         None => surface_point,
     }
@@ -127,7 +127,7 @@ pub(super) fn offset_ray_origins_for_curvature<R: Real>(
 /// Moves the base points of rays into the balls of [`offset_ray_origins_for_curvature`]: along the normal by
 /// reach²/radius on each side.
 #[inline(never)]
-fn offset_into_tangent_balls<R: Real>(
+fn offset_base_points_for_curvature<R: Real>(
     surface_point: &SurfacePoint,
     transform_chain: TransformChain<'_>,
     balls: [f64; 2],

@@ -22,7 +22,7 @@ pub struct Sphere<R: Real> {
 }
 
 impl<R: Real> Shape<R> for Sphere<R> {
-    fn eval_support(&self, direction: DVec3) -> Option<f64> {
+    fn support_function(&self, direction: DVec3) -> Option<f64> {
         Some(self.centre.to_f64().dot(direction) + self.radius.to_f64() * direction.length())
     }
 

@@ -120,7 +120,7 @@ impl<R: Real> Torus<R> {
 }
 
 impl<R: Real> Shape<R> for Torus<R> {
-    fn eval_support(&self, direction: DVec3) -> Option<f64> {
+    fn support_function(&self, direction: DVec3) -> Option<f64> {
         let (centre, axis) = (self.centre.to_f64(), self.axis.to_f64());
         let ring = eval_disk_support(centre, axis, self.major_radius.to_f64(), direction);
         Some(ring + self.minor_radius.to_f64() * direction.length())

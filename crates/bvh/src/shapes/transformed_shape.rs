@@ -34,18 +34,22 @@ impl<R: Real> TransformedShape<R> {
     }
 
     /// Support function of the mapped shape in world space.
-    pub fn eval_support(&self, direction: DVec3) -> Option<f64> {
+    pub fn support_function(&self, direction: DVec3) -> Option<f64> {
         let DAffine3 {
             matrix3: matrix,
             translation,
         } = self.transform.to_world;
-        Some(self.shape.eval_support(matrix.transpose() * direction)? + translation.dot(direction))
+        Some(
+            self.shape
+                .support_function(matrix.transpose() * direction)?
+                + translation.dot(direction),
+        )
     }
 
     /// Returns the smallest axis-aligned box around the mapped shape; `None` for an unbounded
     /// shape.
     pub fn bounds(&self) -> Option<Aabb> {
-        Aabb::from_support(|d| self.eval_support(d))
+        Aabb::from_support(|d| self.support_function(d))
     }
 
     /// Returns the nearest hit of a world-space ray, as [`Shape::intersect`].

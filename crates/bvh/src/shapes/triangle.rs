@@ -96,7 +96,7 @@ impl<R: Real> Triangle<R> {
 }
 
 impl<R: Real> Shape<R> for Triangle<R> {
-    fn eval_support(&self, direction: DVec3) -> Option<f64> {
+    fn support_function(&self, direction: DVec3) -> Option<f64> {
         // Written so that NaN propagates.
         let [a, b, c] = self.vertices.map(|p| p.to_f64().dot(direction));
         Some((a + b + c) * 0.0 + a.max(b).max(c))

@@ -226,7 +226,7 @@ fn write_marked_picture(
     if !unmarked.is_empty() {
         notes.push(format!("no mark: {}", unmarked.join(", ")));
     }
-    let overlaid = overlaid(report).into_iter();
+    let overlaid = group_overlaid_marks(report).into_iter();
     notes.extend(overlaid.map(|numbers| format!("in one place: {}", numbers.join(", "))));
     let note = notes.join("; ");
     output::write_marked_picture(
@@ -311,7 +311,7 @@ fn format_json(
 }
 
 /// Numbers of the findings whose marks lie over each other, by their places.
-fn overlaid(report: &StressSummary) -> Vec<Vec<String>> {
+fn group_overlaid_marks(report: &StressSummary) -> Vec<Vec<String>> {
     let radius = output::mark_radius(report.size);
     let mut places: Vec<([f64; 2], Vec<String>)> = Vec::new();
     let marks = report.findings.iter().enumerate();

@@ -84,7 +84,7 @@ impl SkySampler {
                 })
             }
         };
-        sampler.map(|sampler| sampler.with_small_part_detected(sky))
+        sampler.map(|sampler| sampler.detect_small_bright_part(sky))
     }
 
     /// Restricts the sampler to the excess of the sky: to suns without the gradient, or to the
@@ -117,7 +117,7 @@ impl SkySampler {
             // The choice among lights needs the flux of the whole sky.
             Some(excess) => Self {
                 flux: self.flux,
-                ..excess.with_small_part_detected(sky)
+                ..excess.detect_small_bright_part(sky)
             },
             None => self,
         }
@@ -137,7 +137,7 @@ impl SkySampler {
     /// Detects a small bright part of the sky. The mean density of sampled directions is ∫p² for
     /// the density p. It measures the concentration of the light, and so the noise of paths that
     /// hit the bright part by chance.
-    fn with_small_part_detected<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
+    fn detect_small_bright_part<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         const SIDE: u16 = 16;
         let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(SIDE);
         let drawn = (0..SIDE * SIDE)

@@ -120,7 +120,7 @@ impl<N: Number> ScatteringLobe<N> for Dielectric<N> {
         let seen = N::from_f64(2.0) * out
             / (directions.cos_wo + ggx.smith_root(directions.wo, directions.cos_wo));
         let denominator = self.facet_eta * out + into;
-        let spread = seen * -into / (ggx.inverse_d(facet) * denominator * denominator);
+        let spread = seen * -into / (ggx.reciprocal_d(facet) * denominator * denominator);
         let density = (N::ONE - fresnel(out, self.facet_eta).0) * spread;
         let below = -directions.cos_wi;
         // The factor after the density is Smith's G₁ of the far side over its cosine: masking on

@@ -81,7 +81,7 @@ impl<N: Number> Ggx<N> {
     /// Returns 1/D, the inverse of the distribution's density at a microfacet normal. The isotropic
     /// form uses (hx² + hy²)/α² + hz², which keeps its digits at low roughness.
     #[inline(always)]
-    pub(super) fn inverse_d(&self, half: N::Vec3) -> N {
+    pub(super) fn reciprocal_d(&self, half: N::Vec3) -> N {
         let (hz, [wide, fine], pi) = (self.normal.dot(half), self.alpha, N::from_f64(PI));
         let (slope, area) = match self.axes {
             None => {
@@ -120,7 +120,7 @@ impl<N: Number> Ggx<N> {
     #[inline(always)]
     pub(super) fn eval_and_pdf(&self, directions: &Directions<N>) -> (N, N) {
         let (d, root) = (
-            N::ONE / self.inverse_d(directions.half),
+            N::ONE / self.reciprocal_d(directions.half),
             self.smith_root(directions.wo, directions.cos_wo),
         );
         let visibility = N::from_f64(0.5)

@@ -280,7 +280,7 @@ mod tests {
     fn sizes_must_agree() {
         let error = picture_errors(&grey(2, 3, 0.0), &grey(3, 2, 0.0)).unwrap_err();
         assert_eq!(error, MetricsError::Size(2, 3, 3, 2));
-        assert!(error.to_string().contains("2 × 3 against 3 × 2"));
+        assert!(error.to_string().contains("2 × 3 and 3 × 2 pixels"));
         assert_eq!(
             picture_errors(&grey(0, 3, 0.0), &grey(0, 3, 0.0)),
             Err(MetricsError::Pixels)

@@ -244,7 +244,7 @@ pub fn test_against_noise(
         clearest: None,
     };
     for &edge in &edges {
-        found.test_blocks(&cells, [columns, rows], edge, edges.len());
+        found.test_block_differences(&cells, [columns, rows], edge, edges.len());
     }
     Ok(NoiseTestResult {
         level,
@@ -312,7 +312,7 @@ struct NoiseTests {
 impl NoiseTests {
     /// Tests all blocks with this edge length in pixels and adds the results. `edges` is the number
     /// of different edge lengths, among which the level is divided.
-    fn test_blocks(
+    fn test_block_differences(
         &mut self,
         cells: &[([BlockSums; 3], usize)],
         [columns, rows]: [u32; 2],

@@ -73,7 +73,13 @@ impl<R: Real> PreparedScene<R> {
                 |direction: R::Vec3| !opaque || (from.normal.dot(direction) > R::ZERO) == seen;
             for k in 0..LIGHTS_PER_HIT.min(lights.len()) {
                 let light = lights[(i as usize * LIGHTS_PER_HIT + k) % lights.len()];
-                leaks.extend(self.find_leak(&from, light, quasirandom_point(i), ray.time, faces));
+                leaks.extend(self.find_light_leak(
+                    &from,
+                    light,
+                    quasirandom_point(i),
+                    ray.time,
+                    faces,
+                ));
             }
         }
         merge_light_leaks(leaks)
@@ -87,7 +93,7 @@ impl<R: Real> PreparedScene<R> {
     /// Returns the leak through which a sampled point of a light reaches the surface point `from`,
     /// if any. `place` holds two random numbers in [0, 1) that select the light's point. `faces`
     /// tells whether light from a direction falls on the visible side of the surface.
-    fn find_leak(
+    fn find_light_leak(
         &self,
         from: &Surface<R>,
         light: LightId,

@@ -36,8 +36,10 @@ pub(super) fn check(
     views: &[CameraView],
 ) -> (Vec<StressFinding>, Vec<FindingSubject>) {
     let groups = match ready.settings().precision {
-        PrecisionChoice::Robust => coarse::<f32>(scene_facts, ready, survey, views),
-        PrecisionChoice::Reference => coarse::<f64>(scene_facts, ready, survey, views),
+        PrecisionChoice::Robust => measure_coarse_objects::<f32>(scene_facts, ready, survey, views),
+        PrecisionChoice::Reference => {
+            measure_coarse_objects::<f64>(scene_facts, ready, survey, views)
+        }
     };
     let exact = match ready.settings().precision {
         PrecisionChoice::Reference => "",
@@ -55,7 +57,7 @@ pub(super) fn check(
     (findings, subjects)
 }
 
-fn coarse<R: Real>(
+fn measure_coarse_objects<R: Real>(
     scene_facts: &SceneFacts<'_>,
     ready: &ReadyScene,
     survey: &RaySurvey,
@@ -91,7 +93,7 @@ fn coarse<R: Real>(
             .flatten();
         let coarse = CoarseObjects {
             objects: vec![index],
-            far: farther(scene_facts, views, index).unwrap_or(index),
+            far: find_farther_object(scene_facts, views, index).unwrap_or(index),
             is_seen,
             is_mesh,
             spacing: object_facts
@@ -120,7 +122,11 @@ fn in_doubles(scene_facts: &SceneFacts<'_>, ready: &ReadyScene) -> Option<ReadyS
 }
 
 /// The object that is farthest from all cameras, where that is much farther than this one.
-fn farther(scene_facts: &SceneFacts<'_>, views: &[CameraView], index: usize) -> Option<usize> {
+fn find_farther_object(
+    scene_facts: &SceneFacts<'_>,
+    views: &[CameraView],
+    index: usize,
+) -> Option<usize> {
     let distance = |object_facts: &ObjectFacts<'_>| {
         let centre = object_facts.bounds?.centre();
         let distances = views.iter().map(|view| view.distance_from_eye(centre));

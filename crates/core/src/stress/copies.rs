@@ -20,7 +20,7 @@ pub(super) fn check(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
                 generator_offsets(&other.kind).eq(generator_offsets(&generator.kind))
                     && is_same(other, generator)
             })?;
-            Some(twin(scene_facts, [first, index]))
+            Some(twin_generator_finding(scene_facts, [first, index]))
         })
     };
     generators.iter().enumerate().filter_map(finding).collect()
@@ -95,7 +95,10 @@ fn own_copies(
 }
 
 /// The finding that a generator makes the copies of another one again.
-fn twin(scene_facts: &SceneFacts<'_>, [before, index]: [usize; 2]) -> StressFinding {
+fn twin_generator_finding(
+    scene_facts: &SceneFacts<'_>,
+    [before, index]: [usize; 2],
+) -> StressFinding {
     let listed = scene_facts.scene.objects.len();
     let [other, own] = [before, index].map(|generator| &scene_facts.objects[listed + generator]);
     let (severity, label) = match judged(scene_facts, index, 2) {

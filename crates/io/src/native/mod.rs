@@ -22,6 +22,7 @@ use raywright_core::validate::{Problem, validate};
 use serde::Deserialize;
 
 pub use parameters::ParameterOverrides;
+pub(crate) use positions::ModelEntries;
 
 use self::de::{ReadContext, ValueReader};
 use self::failure::{PathStep, ReadFailure};
@@ -30,7 +31,6 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::error::Error;
 use crate::error_kind::ErrorKind;
 use crate::limits::format_bytes;
-use crate::source::ModelEntries;
 use crate::text::strip_byte_order_mark;
 use crate::warning::{Warning, WarningCode};
 

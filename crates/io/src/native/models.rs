@@ -13,6 +13,7 @@ use raywright_core::suggest::closest_word;
 use raywright_core::validate::FARTHEST;
 
 use super::ParsedScene;
+use super::positions::ModelEntries;
 use crate::error::Error;
 use crate::error_kind::ErrorKind;
 use crate::folder::{Folder, ReadError};
@@ -20,7 +21,7 @@ use crate::gltf::ModelChoice;
 use crate::import::{MODELS, UniqueNames, sanitise_text};
 use crate::limits::Limits;
 use crate::model_file;
-use crate::source::{ModelEntries, SceneFormat};
+use crate::source::SceneFormat;
 use crate::up_axis::transform_light;
 use crate::warning::Warning;
 

@@ -7,6 +7,16 @@ use raywright_core::validate::Problem;
 use super::node::{TextValue, ValueNode};
 use crate::diagnostic::Diagnostic;
 
+/// Entries of a list of the scene that a model has brought.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct ModelEntries {
+    /// Key of the list in the scene: `objects`.
+    pub list: &'static str,
+    pub range: Range<usize>,
+    /// Index of the model in the text.
+    pub model: usize,
+}
+
 /// Creates a diagnostic at the position of a problem.
 pub(crate) fn diagnostic_from_problem(
     root: &ValueNode,

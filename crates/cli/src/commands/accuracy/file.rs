@@ -232,7 +232,7 @@ fn describe_conditions(
             "{machine}{threads} {plural}; times are {clock} without preparation; intervals have 95 % confidence"
         ),
         format!(
-            "reference picture{}: double precision (f64), every ladder on its most exact rung that is not too slow, {} samples a pixel; its standard error of {} is \
+            "reference picture{}: double precision (f64), the most exact rung of every ladder that is fast enough, {} samples a pixel; standard error {}, \
              subtracted",
             if reference.kept {
                 " (of an earlier run)"

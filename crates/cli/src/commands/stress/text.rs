@@ -7,7 +7,7 @@ use raywright_core::stress::{
 };
 use raywright_io::{LoadedScene, Warning};
 
-use super::{list_unmarked, overlaid};
+use super::{group_overlaid_marks, list_unmarked};
 use crate::console::{self, Verbosity, mask_to_one_line};
 use crate::table::{wrap_paragraph, wrap_text};
 
@@ -158,7 +158,7 @@ impl StressText<'_> {
                 unmarked.join(", ")
             ),
         };
-        for numbers in overlaid(self.report) {
+        for numbers in group_overlaid_marks(self.report) {
             text += &format!("; the marks of {} lie over each other", numbers.join(", "));
         }
         Some(text)

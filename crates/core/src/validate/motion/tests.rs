@@ -76,7 +76,7 @@ fn maps_are_invertible_at_every_time() {
         json!({}),
         glowing("lamp"),
         "objects[0].transform_end",
-        "gives off light",
+        "emits light cannot move",
     );
     assert_eq!(problems(json!({}), glowing("screen")), []);
     assert!(
