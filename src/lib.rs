@@ -8,10 +8,10 @@
 //!     let loaded = load(&Input::Preset("cornell".into()), &LoadOptions::default())?; // or Input::Path("model.glb".into())
 //!     let settings = Settings { size: [64, 64], sampling: Sampling::General(16), denoise: true, ..Settings::from_scene(&loaded.scene) };
 //!     let rendered = prepare(&loaded.scene, &settings, &())?.render(&());
-//!     let denoised = rendered.denoised().expect("it was asked for");
+//!     let denoised = rendered.denoise_output().expect("it was asked for");
 //!     println!("root relMSE {:.3}", denoised.error.root_relmse.value);
 //!     let path = std::env::temp_dir().join("cornell.png");
-//!     write_picture(&path, rendered.shown_picture(), Display::from_render(&loaded.scene.render), &PictureMetadata::default())?;
+//!     write_picture(&path, rendered.final_picture(), Display::from_render(&loaded.scene.render), &PictureMetadata::default())?;
 //!     Ok(())
 //! }
 //! ```

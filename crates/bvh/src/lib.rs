@@ -21,7 +21,7 @@
 //! assert_eq!(geometry.surface(&down, &hit).normal, Vec3::Y);
 //!
 //! // Any hit: both objects are opaque, so either occludes the ray, and the filter is not called.
-//! assert!(geometry.any(&down, Interval::positive(), &mut |_| false, &mut ()));
+//! assert!(geometry.occluded(&down, Interval::positive(), &mut |_| false, &mut ()));
 //! # Ok::<(), raywright_bvh::GeometryError>(())
 //! ```
 //!

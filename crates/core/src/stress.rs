@@ -10,15 +10,15 @@
 //!
 //! let scene: Scene = serde_json::from_str(r#"{
 //!     "format": 1,
-//!     "render_small_picture": { "size": [32, 18], "integrator": "path" },
+//!     "render": { "size": [32, 18], "integrator": "path" },
 //!     "cameras": [{ "pose": { "look_at": { "eye": [0, 0, 5], "target": [0, 0, 0] } },
 //!                   "projection": { "pinhole": { "vertical_fov": 40 } } }],
 //!     "sky": { "constant": 1 },
 //!     "materials": [{ "name": "paint", "model": { "physical": { "base_colour": 1.5 } } }],
 //!     "objects": [{ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "paint" }]
 //! }"#)?;
-//! let summarise_findings = stress(&scene, &Settings::from_scene(&scene), &StressEffort::default(), &())?;
-//! assert!(summarise_findings.findings.iter().any(|finding| finding.code == FindingCode::EnergyMade && finding.severity == Severity::PictureWrong));
+//! let summary = stress(&scene, &Settings::from_scene(&scene), &StressEffort::default(), &())?;
+//! assert!(summary.findings.iter().any(|finding| finding.code == FindingCode::EnergyMade && finding.severity == Severity::PictureWrong));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
