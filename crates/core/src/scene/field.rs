@@ -173,7 +173,7 @@ impl FieldValue for Colour {
     }
 }
 
-/// A struct whose fields the macro [`fields`] lists.
+/// A struct whose fields the macro `fields!` lists.
 pub trait MaterialFields {
     /// Returns the fields of the struct and of its layers.
     fn fields(&self) -> Vec<MaterialField<'_>>;
