@@ -98,7 +98,7 @@ fn format_rung_table(report: &AccuracyReport) -> String {
     rows.extend(others.iter().flat_map(|ladder| format_ladder_rows(ladder)));
     let notes = [
         "* in use",
-        "error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01); bias: the part of the error that more samples do not reduce; light: change of the total light",
+        "error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01); bias: the part of the error that more samples do not reduce; light: change of total light",
         "alone: root mean square difference from the ladder's most exact rung, with the same random numbers",
         "<: too small to be distinguished from the reference's noise; the number is the upper end of the interval",
         "-o FILE.csv writes RMSE and the ends of all intervals",
