@@ -7,7 +7,7 @@ use super::cameras::{CameraView, is_box_in_view};
 use super::facts::{ObjectFacts, SceneFacts, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, metres};
 use super::ray_survey::RaySurvey;
-use super::rounding::{RoundingEffect, effect};
+use super::rounding::{RoundingEffect, measure_effects};
 use crate::dispatch::{ReadyScene, prepare};
 use crate::origin::{StorageOrigin, resolves, spacing};
 use crate::scene::Shape;
@@ -75,36 +75,54 @@ fn measure_coarse_objects<R: Real>(
         (coarse_bounds || index == scene_facts.facts_index(first))
             && !lost.contains(&(index as u32))
     };
-    // Doubles are prepared once, and only where a shape that is seen is stored coarsely.
-    let mut exact: Option<Option<ReadyScene>> = None;
+    let coarse: Vec<_> = scene_facts
+        .objects
+        .iter()
+        .enumerate()
+        .filter(is_coarse)
+        .map(|(index, object_facts)| {
+            let is_seen = RaySurvey::sighting_count(&survey.sightings, &index) > 0
+                || object_facts
+                    .bounds
+                    .is_none_or(|bounds| is_box_in_view(views, &bounds));
+            (index, object_facts, is_seen)
+        })
+        .collect();
+    let is_mesh =
+        |object_facts: &ObjectFacts<'_>| matches!(object_facts.object.shape, Shape::Mesh(_));
+    let measured: Vec<usize> = coarse
+        .iter()
+        .filter(|(_, object_facts, is_seen)| *is_seen && !is_mesh(object_facts) && R::IS_SINGLE)
+        .map(|(index, ..)| *index)
+        .collect();
+    // Doubles are prepared only where a shape that is seen is stored coarsely.
+    let exact = (!measured.is_empty())
+        .then(|| in_doubles(scene_facts, ready))
+        .flatten();
+    let effects = exact
+        .map(|exact| measure_effects(scene_facts, [ready, &exact], views, &measured))
+        .unwrap_or_default();
+    let distances = ObjectDistances::new(scene_facts, views);
     let mut groups: Vec<CoarseObjects> = Vec::new();
-    for (index, object_facts) in scene_facts.objects.iter().enumerate().filter(is_coarse) {
-        let is_seen = RaySurvey::sighting_count(&survey.sightings, &index) > 0
-            || object_facts
-                .bounds
-                .is_none_or(|bounds| is_box_in_view(views, &bounds));
-        let is_mesh = matches!(object_facts.object.shape, Shape::Mesh(_));
-        let measured = (is_seen && !is_mesh && R::IS_SINGLE)
-            .then(|| {
-                let exact = exact.get_or_insert_with(|| in_doubles(scene_facts, ready));
-                let exact = exact.as_ref()?;
-                Some(effect(scene_facts, [ready, exact], views, index))
-            })
-            .flatten();
+    for (index, object_facts, is_seen) in coarse {
         let coarse = CoarseObjects {
             objects: vec![index],
-            far: find_farther_object(scene_facts, views, index).unwrap_or(index),
+            far: distances.find_farther_object(index).unwrap_or(index),
             is_seen,
-            is_mesh,
+            is_mesh: is_mesh(object_facts),
             spacing: object_facts
                 .bounds
                 .map_or(0.0, |bounds| spacing::<R>(&bounds, origin)),
-            effect: measured,
+            effect: effects.get(&index).copied(),
         };
         let is_alike = |group: &&mut CoarseObjects| {
-            group.far == coarse.far && group.severity() == coarse.severity() && coarse.far != index
+            group.far == coarse.far && group.severity() == coarse.severity()
         };
-        match groups.iter_mut().find(is_alike) {
+        // An object that is far away itself has a group of its own.
+        let alike = (coarse.far != index)
+            .then(|| groups.iter_mut().find(is_alike))
+            .flatten();
+        match alike {
             Some(group) => group.add(coarse),
             None => groups.push(coarse),
         }
@@ -121,23 +139,37 @@ fn in_doubles(scene_facts: &SceneFacts<'_>, ready: &ReadyScene) -> Option<ReadyS
     prepare(scene_facts.scene, &settings, &()).ok()
 }
 
-/// The object that is farthest from all cameras, where that is much farther than this one.
-fn find_farther_object(
-    scene_facts: &SceneFacts<'_>,
-    views: &[CameraView],
-    index: usize,
-) -> Option<usize> {
-    let distance = |object_facts: &ObjectFacts<'_>| {
-        let centre = object_facts.bounds?.centre();
-        let distances = views.iter().map(|view| view.distance_from_eye(centre));
-        Some(distances.fold(f64::INFINITY, f64::min))
-    };
-    let own = distance(&scene_facts.objects[index])?;
-    let all = scene_facts.objects.iter().enumerate();
-    all.filter_map(|(other, object_facts)| Some((distance(object_facts)?, other)))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .filter(|(farthest, _)| *farthest > FARTHER * own)
-        .map(|(_, other)| other)
+/// Distance of each object from the nearest camera in metres; `None` for an unbounded one.
+struct ObjectDistances {
+    distances: Vec<Option<f64>>,
+    farthest: Option<usize>,
+}
+
+impl ObjectDistances {
+    fn new(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Self {
+        let distance = |object_facts: &ObjectFacts<'_>| {
+            let centre = object_facts.bounds?.centre();
+            let distances = views.iter().map(|view| view.distance_from_eye(centre));
+            Some(distances.fold(f64::INFINITY, f64::min))
+        };
+        let distances: Vec<_> = scene_facts.objects.iter().map(distance).collect();
+        let known = distances.iter().enumerate();
+        let farthest = known
+            .filter_map(|(index, distance)| Some(((*distance)?, index)))
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, index)| index);
+        Self {
+            distances,
+            farthest,
+        }
+    }
+
+    /// Returns the object that is farthest from all cameras, if it is much farther than this one.
+    fn find_farther_object(&self, index: usize) -> Option<usize> {
+        let own = self.distances[index]?;
+        self.farthest
+            .filter(|&other| self.distances[other].is_some_and(|far| far > FARTHER * own))
+    }
 }
 
 impl CoarseObjects {
@@ -185,8 +217,11 @@ impl CoarseObjects {
         };
         let end = match (self.is_seen, self.effect) {
             (false, _) => format!("; no camera has {what} in view"),
+            (true, Some(effect)) if effect.rays == 0 => {
+                format!("; no ray of the cameras hits {what}")
+            }
             (true, Some(effect)) => format!(
-                "; {} of {} rays of the cameras to {what} meet something else or another direction of the surface than with --precision reference",
+                "; {} of {} rays of the cameras to {what} hit another object or a differently turned surface than with --precision reference",
                 effect.changed, effect.rays
             ),
             (true, None) if self.is_mesh => {

@@ -1,6 +1,9 @@
 //! Copies of a generator that stand in one place.
 
 use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use glam::DVec3;
 
 use super::facts::{SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding};
@@ -11,28 +14,35 @@ use crate::scene::Generator;
 const MANY: u64 = 64;
 
 /// Generators of which copies are in one place with another copy, of their own or of a generator
-/// before them.
+/// before them. The time grows with the number of copies, not with pairs of generators.
 pub(super) fn check(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
-    let generators = &scene_facts.scene.generators;
-    let finding = |(index, generator): (usize, &Generator)| {
-        own_copies(scene_facts, index, generator).or_else(|| {
-            let first = generators[..index].iter().position(|other| {
-                generator_offsets(&other.kind).eq(generator_offsets(&generator.kind))
-                    && is_same(other, generator)
-            })?;
-            Some(twin_generator_finding(scene_facts, [first, index]))
-        })
-    };
-    generators.iter().enumerate().filter_map(finding).collect()
+    let mut first_by_key: HashMap<(u64, String), usize> = HashMap::new();
+    let mut findings = Vec::new();
+    for (index, generator) in scene_facts.scene.generators.iter().enumerate() {
+        let first = *first_by_key
+            .entry(generator_key(generator))
+            .or_insert(index);
+        findings.extend(own_copies(scene_facts, index, generator).or_else(|| {
+            (first < index).then(|| twin_generator_finding(scene_facts, [first, index]))
+        }));
+    }
+    findings
 }
 
-/// Whether two generators make copies of one shape in one pose.
-fn is_same(a: &Generator, b: &Generator) -> bool {
-    let of = |generator: &Generator| {
-        let object = &generator.object;
-        format!("{:?}{:?}{:?}", object.shape, object.transform, object.side)
-    };
-    of(a) == of(b)
+/// Returns the same key for generators that make copies of one shape in one pose at the same
+/// places: a hash of the places, and the object.
+fn generator_key(generator: &Generator) -> (u64, String) {
+    let mut hasher = DefaultHasher::new();
+    for offset in generator_offsets(&generator.kind) {
+        // Adding zero makes both zeros one.
+        (offset + DVec3::ZERO)
+            .to_array()
+            .map(f64::to_bits)
+            .hash(&mut hasher);
+    }
+    let object = &generator.object;
+    let label = format!("{:?}{:?}{:?}", object.shape, object.transform, object.side);
+    (hasher.finish(), label)
 }
 
 /// How bad copies in one place are, and what they do.
@@ -67,7 +77,7 @@ fn own_copies(
     let (mut first, mut total) = (None, 0);
     for position in generator_offsets(&generator.kind) {
         // Adding zero makes both zeros one.
-        let key = (position + glam::DVec3::ZERO).to_array().map(f64::to_bits);
+        let key = (position + DVec3::ZERO).to_array().map(f64::to_bits);
         let count = counts.entry(key).or_insert(0);
         (*count, total) = (*count + 1, total + 1);
         if *count == 2 {

@@ -1,6 +1,8 @@
 //! How much of an object is seen otherwise for the rounding of its coordinates: rays of the cameras
 //! that meet it in the precision of the settings and in doubles.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 use raywright_bvh::{Aabb, Interval, Ray, Real, Vector};
 
@@ -11,6 +13,10 @@ use crate::prepare::PreparedScene;
 
 /// Rays along the width and the height of the part of a picture in which an object is.
 const GRID: usize = 96;
+/// Largest number of objects that have rays of their own, and the rays along the width and the
+/// height of a picture whose objects share them.
+const FOCUSED: usize = 32;
+const SHARED_GRID: usize = 512;
 /// Cosine of the angle between two normals that look alike: two degrees.
 const ALIKE: f64 = 0.9994;
 /// Share of its rays, and area in pixels, up to which what is seen otherwise is not seen.
@@ -44,53 +50,85 @@ impl RoundingEffect {
     }
 }
 
-/// Compares what the cameras see of an object.
-pub(super) fn effect(
+/// Compares what the cameras see of each of these objects. The time of many does not grow with their
+/// number: then rays of the whole picture are shared.
+pub(super) fn measure_effects(
+    scene_facts: &SceneFacts<'_>,
+    ready: [&ReadyScene; 2],
+    views: &[CameraView],
+    objects: &[usize],
+) -> BTreeMap<usize, RoundingEffect> {
+    let none = |&object: &usize| (object, RoundingEffect::default());
+    let mut effects: BTreeMap<_, _> = objects.iter().map(none).collect();
+    for view in views {
+        if objects.len() > FOCUSED {
+            let whole = [[0.0; 2], view.size.map(f64::from)];
+            add_view(scene_facts, ready, (view, whole, SHARED_GRID), &mut effects);
+            continue;
+        }
+        for &object in objects {
+            let part = rectangle(view, scene_facts.objects[object].bounds);
+            let mut own = BTreeMap::from([none(&object)]);
+            add_view(scene_facts, ready, (view, part, GRID), &mut own);
+            for (object, effect) in own {
+                let sum = effects.entry(object).or_default();
+                *sum = sum.plus(effect);
+            }
+        }
+    }
+    effects
+}
+
+/// Adds what a grid of rays through a part of a picture meets to the effects of the objects.
+fn add_view(
     scene_facts: &SceneFacts<'_>,
     [robust, exact]: [&ReadyScene; 2],
-    views: &[CameraView],
-    object: usize,
-) -> RoundingEffect {
-    let mut effect = RoundingEffect::default();
-    for view in views {
-        let [low, high] = rectangle(view, scene_facts.objects[object].bounds);
-        let at = |index: usize| {
-            let share = [index % GRID, index / GRID].map(|i| (i as f64 + 0.5) / GRID as f64);
-            view.ray_through_pixel(
-                [0, 1].map(|axis| low[axis] + share[axis] * (high[axis] - low[axis])),
-            )
-        };
-        let rays = PrimaryRays {
-            scene_facts,
-            rays: (0..GRID * GRID).map(at).collect(),
-        };
-        let pairs = robust
-            .run_task(&rays)
-            .into_iter()
-            .zip(exact.run_task(&rays));
-        let (mut met, mut changed) = (0_u64, 0_u64);
-        for (a, b) in pairs {
-            let meets = |hit: &Option<(usize, DVec3)>| hit.is_some_and(|(of, _)| of == object);
-            if !meets(&a) && !meets(&b) {
-                continue;
+    (view, [low, high], grid): (&CameraView, [[f64; 2]; 2], usize),
+    effects: &mut BTreeMap<usize, RoundingEffect>,
+) {
+    let at = |index: usize| {
+        let share = [index % grid, index / grid].map(|i| (i as f64 + 0.5) / grid as f64);
+        view.ray_through_pixel(
+            [0, 1].map(|axis| low[axis] + share[axis] * (high[axis] - low[axis])),
+        )
+    };
+    let rays = PrimaryRays {
+        scene_facts,
+        rays: (0..grid * grid).map(at).collect(),
+    };
+    let pixels = (high[0] - low[0]) * (high[1] - low[1]) / (grid * grid) as f64;
+    let mut areas: BTreeMap<usize, f64> = BTreeMap::new();
+    let pairs = robust
+        .run_task(&rays)
+        .into_iter()
+        .zip(exact.run_task(&rays));
+    for (a, b) in pairs {
+        let is_same = match (a, b) {
+            (Some((object, normal)), Some((other, exact_normal))) => {
+                object == other && normal.dot(exact_normal) >= ALIKE
             }
-            met += 1;
-            let is_same = match (a, b) {
-                (Some((of, normal)), Some((other, exact_normal))) => {
-                    of == other && normal.dot(exact_normal) >= ALIKE
-                }
-                _ => false,
+            _ => false,
+        };
+        let [first, second] = [a, b].map(|hit| hit.map(|(object, _)| object));
+        for object in [first, second.filter(|_| first != second)]
+            .into_iter()
+            .flatten()
+        {
+            let Some(effect) = effects.get_mut(&object) else {
+                continue;
             };
-            changed += u64::from(!is_same);
+            effect.rays += 1;
+            if !is_same {
+                effect.changed += 1;
+                *areas.entry(object).or_default() += pixels;
+            }
         }
-        let pixels = (high[0] - low[0]) * (high[1] - low[1]);
-        effect.rays += met;
-        effect.changed += changed;
-        effect.area = effect
-            .area
-            .max(pixels * changed as f64 / (GRID * GRID) as f64);
     }
-    effect
+    for (object, area) in areas {
+        if let Some(effect) = effects.get_mut(&object) {
+            effect.area = effect.area.max(area);
+        }
+    }
 }
 
 /// The part of a picture in which a box is, all of it where a corner is out of view.

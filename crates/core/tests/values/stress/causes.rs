@@ -28,6 +28,43 @@ fn a_far_ball_that_is_seen_as_in_doubles_is_harmless() {
     assert!(finding.reason.contains("steps of"), "{finding:?}");
 }
 
+/// Protects: more far balls than have rays of their own are judged as few are: harmless where they
+/// are seen as in doubles, wrong where they are not.
+#[test]
+fn many_far_balls_are_judged_as_few_are() {
+    for (distance, severity) in [(1e6, Harmless), (1e9, PictureWrong)] {
+        for count in [3, 40] {
+            let far = (0..count).map(|i| {
+                let place = [
+                    distance + f64::from(i % 8) - 3.5,
+                    f64::from(i / 8) - 2.0,
+                    0.0,
+                ];
+                object(&format!("far {i}"), ball(place, 0.4), "paint")
+            });
+            let near = (0..100).map(|i| {
+                object(
+                    &format!("near {i}"),
+                    ball([f64::from(i), 0.0, 0.0], 0.4),
+                    "other",
+                )
+            });
+            let balls = scene(&json!({
+                "cameras": [{ "pose": { "look_at": { "eye": [distance, 1, 14], "target": [distance, 0, 0] } },
+                              "projection": { "pinhole": { "vertical_fov": 40 } } }],
+                "objects": far.chain(near).collect::<Vec<_>>(),
+            }));
+            let findings = found(&balls, FindingCode::UnresolvedObject);
+            assert!(
+                !findings.is_empty()
+                    && findings.iter().all(|finding| finding.severity == severity
+                        && !finding.reason.contains("no ray of the cameras")),
+                "{count} at {distance}: {findings:?}"
+            );
+        }
+    }
+}
+
 /// Protects: where objects far away make the program store those before the camera coarsely, one of
 /// them is named and none of those before the camera.
 #[test]
