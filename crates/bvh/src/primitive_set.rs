@@ -270,7 +270,8 @@ impl<R: Real> PrimitiveSet<R> {
     /// that can be hit remain a property of the part's objects.
     ///
     /// # Errors
-    /// As [`PrimitiveSet::add_transformed_shape`]; [`GeometryError::UnknownPart`] for an unknown part.
+    /// As [`PrimitiveSet::add_transformed_shape`]; [`GeometryError::UnknownPart`] for an unknown
+    /// part.
     #[doc(alias("RTC_GEOMETRY_TYPE_INSTANCE", "ObjectInstance"))]
     pub fn add_instance(
         &mut self,

@@ -163,8 +163,8 @@ impl<R: Real> Geometry<R> {
         self.occluded_between(ray, range, &RayEnds::NONE, filter, stats)
     }
 
-    /// Whether the ray is occluded, as [`Self::occluded`] says, for a ray that leaves a triangle and
-    /// ends before others.
+    /// Whether the ray is occluded, as [`Self::occluded`] says, for a ray that leaves a triangle
+    /// and ends before others.
     #[inline(never)]
     pub fn occluded_between<T: TraversalCounter>(
         &self,

@@ -13,8 +13,8 @@ impl TriangleSlot {
         Self(slot)
     }
 
-    /// Returns the mask of the triangle's lane in a block of slots from `first` on; no lane below eight if
-    /// the triangle is in another block.
+    /// Returns the mask of the triangle's lane in a block of slots from `first` on; no lane below
+    /// eight if the triangle is in another block.
     #[inline(always)]
     pub(crate) fn lane_mask(self, first: u32) -> u32 {
         1_u32
@@ -41,8 +41,8 @@ impl TriangleSlot {
 /// are farther from the triangle's plane, so every distance of that test is beyond the end.
 ///
 /// Elsewhere the ray may cross the triangle, and the exact test decides. Distances below zero must
-/// not be accepted, and the origin must be that of [`Surface::spawn_ray_origin`](crate::Surface::spawn_ray_origin): not
-/// one at a constant offset.
+/// not be accepted, and the origin must be that of
+/// [`Surface::spawn_ray_origin`](crate::Surface::spawn_ray_origin): not one at a constant offset.
 #[derive(Clone, Copy, Debug)]
 pub struct RayEnds {
     /// The triangle that the ray leaves.

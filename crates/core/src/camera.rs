@@ -238,8 +238,8 @@ impl<R: Real> PreparedCamera<R> {
     }
 
     /// Prepares a camera as [`Self::new`], for a scene whose bounded part lies within `bounds`.
-    /// Rays of a distant camera start at a distance of [`PreparedCamera::skipped_distance`] from the eye, in
-    /// front of the sphere around `bounds`.
+    /// Rays of a distant camera start at a distance of [`PreparedCamera::skipped_distance`] from
+    /// the eye, in front of the sphere around `bounds`.
     pub fn for_scene_bounds(data: &CameraData, size: [u32; 2], bounds: &Aabb) -> Self {
         let camera = Self::new(data, size);
         let radius = bounds.extent().length() * 0.5;
@@ -385,8 +385,9 @@ impl<R: Real> PreparedCamera<R> {
     }
 
     /// Generates the ray through a film position, given in pixels from the top left corner of the
-    /// picture. The ray starts at a distance of [`PreparedCamera::skipped_distance`] from the eye. `lens`
-    /// holds two uniform numbers in [0, 1), which are read only if [`PreparedCamera::has_lens`].
+    /// picture. The ray starts at a distance of [`PreparedCamera::skipped_distance`] from the eye.
+    /// `lens` holds two uniform numbers in [0, 1), which are read only if
+    /// [`PreparedCamera::has_lens`].
     #[inline(always)]
     pub fn generate_ray(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
         match &self.distant {

@@ -223,8 +223,8 @@ impl Silhouette {
     }
 
     /// Returns the camera that shows everything from a view, with a vertical field of view in
-    /// degrees. The silhouette is centred and fills [`FRAMED_SHARE`] of the picture's tighter side, for
-    /// every field of view and aspect ratio.
+    /// degrees. The silhouette is centred and fills [`FRAMED_SHARE`] of the picture's tighter side,
+    /// for every field of view and aspect ratio.
     pub fn frame_camera(&self, view: ViewAngles, vertical_fov: f64, aspect: f64) -> Camera {
         let corners = Aabb::from_centre(DVec3::ZERO, DVec3::ONE).corners();
         let points = if self.points.is_empty() {

@@ -8,8 +8,8 @@ use raywright_bvh::Aabb;
 /// scenes are nearer, so their coordinates keep every bit.
 pub(crate) const SCENE_DISTANCE_LIMIT: f64 = 4.0;
 /// Distance of a mesh or shape from the origin of its own space, in sizes of its box, beyond which
-/// it counts as far. A nearer mesh loses at most six of 24 bits. The limit is larger than [`SCENE_DISTANCE_LIMIT`],
-/// because a mesh may stand anywhere in its scene.
+/// it counts as far. A nearer mesh loses at most six of 24 bits. The limit is larger than
+/// [`SCENE_DISTANCE_LIMIT`], because a mesh may stand anywhere in its scene.
 pub(crate) const MESH_DISTANCE_LIMIT: f64 = 64.0;
 
 /// Returns an origin near a box. Along each axis on which the box's centre is at most `far` sizes

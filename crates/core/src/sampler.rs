@@ -137,7 +137,8 @@ impl SampleSequence {
         Self::from_sample_hash(address.sample_hash(), address, purpose)
     }
 
-    /// Returns the sequence as [`Self::from_address`] does, with a known [`SampleAddress::sample_hash`].
+    /// Returns the sequence as [`Self::from_address`] does, with a known
+    /// [`SampleAddress::sample_hash`].
     #[inline(always)]
     pub fn from_sample_hash(
         SampleHash(hash): SampleHash,

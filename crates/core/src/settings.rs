@@ -216,8 +216,8 @@ pub struct Settings {
     pub aovs: Vec<Aov>,
     /// Edge of a tile in pixels; pictures do not depend on it.
     pub tile_size: u32,
-    /// Largest memory in bytes (see [`MemoryUse`](crate::MemoryUse)). A scene with a larger estimate is
-    /// refused before preparation. `None` sets no limit.
+    /// Largest memory in bytes (see [`MemoryUse`](crate::MemoryUse)). A scene with a larger
+    /// estimate is refused before preparation. `None` sets no limit.
     pub max_memory: Option<u64>,
 }
 

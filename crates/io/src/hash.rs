@@ -6,8 +6,8 @@ use std::sync::OnceLock;
 
 use sha2::{Digest, Sha256};
 
-/// Largest number of buffered bytes. If the bytes of an [`SceneHash::add_bytes`] call do not fit, the
-/// buffer and these bytes are hashed immediately.
+/// Largest number of buffered bytes. If the bytes of an [`SceneHash::add_bytes`] call do not fit,
+/// the buffer and these bytes are hashed immediately.
 const BUFFER_BYTES: usize = 1 << 20;
 
 /// SHA-256 of a sequence of byte strings, each preceded by its length; displayed as 64 hexadecimal

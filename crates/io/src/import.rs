@@ -152,8 +152,8 @@ pub(crate) struct Warnings {
 impl Warnings {
     const MOST: usize = 100;
 
-    /// Adds a warning, unless the list has a warning with the same message. If the list is full, the
-    /// warning is only counted.
+    /// Adds a warning, unless the list has a warning with the same message. If the list is full,
+    /// the warning is only counted.
     pub fn add(&mut self, code: WarningCode, message: impl Into<String>) {
         let message = message.into();
         if self.list.iter().any(|(_, text)| *text == message) {

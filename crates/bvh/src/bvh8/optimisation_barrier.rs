@@ -1,5 +1,6 @@
 //! Barriers against compiler optimisations that slow the traversal: vectorisation of a few scalars,
-//! copies of fields in registers that the traversal needs, and spilled registers across cache lines.
+//! copies of fields in registers that the traversal needs, and spilled registers across cache
+//! lines.
 #![expect(
     unsafe_code,
     reason = "empty inline assembly; each block states why it is sound"

@@ -15,10 +15,10 @@ use crate::stats::TraversalStats;
 pub(crate) trait TraversalMode {
     /// Whether any accepted hit ends the query. Children are then visited in any order.
     const ANY: bool;
-    /// Whether the ray was mapped and rounded, see [`super::TraversalRay::from_f64_ray`]. Exact tests
-    /// then use [`TraversalQuery::prepared_ray`]. The primitives belong to an instance, or are stored
-    /// in f64 without lanes, so every hit is passed to the visitor. Otherwise an opaque hit ends an
-    /// any-hit query without a call.
+    /// Whether the ray was mapped and rounded, see [`super::TraversalRay::from_f64_ray`]. Exact
+    /// tests then use [`TraversalQuery::prepared_ray`]. The primitives belong to an instance, or
+    /// are stored in f64 without lanes, so every hit is passed to the visitor. Otherwise an opaque
+    /// hit ends an any-hit query without a call.
     const MAPPED: bool;
     /// Whether the traversal counts its work.
     const COUNTS: bool;

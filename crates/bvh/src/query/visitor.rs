@@ -207,8 +207,8 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHitQuery<'_, R, BY_
 }
 
 impl<R: Real> Geometry<R> {
-    /// Runs a query by a ray in f32, the scalar of the tree, with the triangles at its ends. Returns
-    /// whether a hit ended the query.
+    /// Runs a query by a ray in f32, the scalar of the tree, with the triangles at its ends.
+    /// Returns whether a hit ended the query.
     #[inline(always)]
     pub(super) fn visit_f32_ray<Q: QueryKind<R>, T: TraversalCounter>(
         &self,

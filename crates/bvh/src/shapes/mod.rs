@@ -143,8 +143,8 @@ pub trait Shape<R: Real> {
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint;
 
-    /// Computes the surface point as [`Shape::locate_point_under_transforms`], for a shape that is not
-    /// mapped.
+    /// Computes the surface point as [`Shape::locate_point_under_transforms`], for a shape that is
+    /// not mapped.
     #[inline(always)]
     fn locate_surface_point(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
         self.locate_point_under_transforms(prepared_ray, hit, None)

@@ -124,8 +124,8 @@ pub(super) fn offset_ray_origins_for_curvature<R: Real>(
     }
 }
 
-/// Moves the base points of rays into the balls of [`offset_ray_origins_for_curvature`]: along the normal by
-/// reach²/radius on each side.
+/// Moves the base points of rays into the balls of [`offset_ray_origins_for_curvature`]: along the
+/// normal by reach²/radius on each side.
 #[inline(never)]
 fn offset_base_points_for_curvature<R: Real>(
     surface_point: &SurfacePoint,

@@ -214,9 +214,9 @@ fn unbounded_shapes_are_hit_through_instances() {
     }
 }
 
-/// Protects: an opaque object ends a query without a call of the filter, an `Filtered` object is passed
-/// hit by hit, and an object without occlusion is ignored; for an instance, its own occlusion
-/// decides.
+/// Protects: an opaque object ends a query without a call of the filter, an `Filtered` object is
+/// passed hit by hit, and an object without occlusion is ignored; for an instance, its own
+/// occlusion decides.
 #[test]
 fn occlusion_belongs_to_objects() {
     let flat = |z: f32| {

@@ -20,7 +20,8 @@ pub fn encode_transfer(curve: TransferCurve, linear: f64) -> f64 {
     }
 }
 
-/// Decodes a display value in 0..1 to a display-linear value in 0..1: the inverse of [`encode_transfer`].
+/// Decodes a display value in 0..1 to a display-linear value in 0..1: the inverse of
+/// [`encode_transfer`].
 pub fn decode_transfer(curve: TransferCurve, value: f64) -> f64 {
     match curve {
         TransferCurve::Srgb if value <= 12.92 * SRGB_JOINT => value / 12.92,

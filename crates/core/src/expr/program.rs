@@ -16,7 +16,8 @@ pub const MAX_OPERATIONS: usize = 1024;
 /// least one operation, so a program has no more rows than operations.
 pub(super) const SIZES: [usize; 4] = [8, 16, 64, MAX_OPERATIONS];
 
-/// Position of a program in the tables of [`ProgramTable`](super::ProgramTable), and its properties.
+/// Position of a program in the tables of [`ProgramTable`](super::ProgramTable), and its
+/// properties.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ProgramHeader {
     /// Index of the first instruction, and number of instructions.

@@ -6,8 +6,8 @@ use super::program::{MAX_OPERATIONS, Program, ProgramHeader};
 use super::run::{Instruction, RegisterFile, RegisterRow};
 use super::scope::{Variable, VariableValues};
 
-/// Table of programs. [`ProgramTable::add`] returns the index of a program. By this index, any thread
-/// can evaluate the program, without allocation.
+/// Table of programs. [`ProgramTable::add`] returns the index of a program. By this index, any
+/// thread can evaluate the program, without allocation.
 ///
 /// ```
 /// use std::collections::BTreeMap;

@@ -67,7 +67,8 @@ impl<R: Real, const ROWS: usize> RegisterFile<R, ROWS> {
     }
 
     /// Stores the rows of variables in the first rows of the file. The bits of `rows` select the
-    /// rows, whose order is that of [`Variable::register_position`](super::scope::Variable::register_position).
+    /// rows, whose order is that of
+    /// [`Variable::register_position`](super::scope::Variable::register_position).
     #[inline(always)]
     pub fn load_variables(&mut self, inputs: &VariableValues<R>, rows: u8) {
         const RARE: u8 = !0b111;

@@ -87,8 +87,8 @@ pub(super) fn is_odd_checker_cell<R: Real>(x: R, y: R) -> bool {
 }
 
 /// Returns the same bits as [`Real::powi`], but without its last squaring, whose result is unused
-/// and may be a slow subnormal. `limit` is [`vanishing_limit`] of the exponent; an `f32` of a smaller
-/// magnitude gives zero.
+/// and may be a slow subnormal. `limit` is [`vanishing_limit`] of the exponent; an `f32` of a
+/// smaller magnitude gives zero.
 #[inline(always)]
 pub(super) fn integer_power<R: Real>(mut base: R, exponent: u32, limit: R) -> R {
     if size_of::<R>() == size_of::<f32>() && base.abs() < limit {

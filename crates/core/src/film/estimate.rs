@@ -105,8 +105,9 @@ impl<'a> ReplicateStats<'a> {
     /// is compared, not the variance of a mean, because neighbours may have other sample counts.
     ///
     /// m ± t·error contains the true mean m in 95 % of pixels, with the quantile t of Student's
-    /// distribution for R − 1 degrees of freedom ([`student_factor_95`](crate::metrics::student_factor_95)): 3.18
-    /// for four replicates. With fewer than two replicates the error is unknown: −1.
+    /// distribution for R − 1 degrees of freedom
+    /// ([`student_factor_95`](crate::metrics::student_factor_95)): 3.18 for four replicates. With
+    /// fewer than two replicates the error is unknown: −1.
     pub fn standard_errors(&self, pixels: usize, width: usize) -> Vec<[f32; 3]> {
         let means: Vec<ReplicateDeviations> = (0..pixels)
             .map(|pixel| self.replicate_deviations(pixel))

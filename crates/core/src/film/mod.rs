@@ -2,10 +2,10 @@
 //!
 //! A picture with random sampling takes its samples in a few *replicates* (their number:
 //! [`default_replicates`](crate::settings::default_replicates)), each with independent random
-//! numbers. Points within a replicate are correlated, so their spread overestimates the error of their mean. The
-//! means of replicates are independent, and the spread of these means estimates the error of the
-//! picture. The film therefore keeps the sums of each replicate separate, and adds them last, in
-//! ascending order.
+//! numbers. Points within a replicate are correlated, so their spread overestimates the error of
+//! their mean. The means of replicates are independent, and the spread of these means estimates the
+//! error of the picture. The film therefore keeps the sums of each replicate separate, and adds
+//! them last, in ascending order.
 //!
 //! A unit of work is a range of samples of one tile in one replicate, which continues the samples
 //! in the film. A film may hold any tiles and replicates, each with its first samples. The union of
@@ -15,8 +15,8 @@
 //! A pixel takes 128 bytes in four replicates without layers, the finished picture included, and 24
 //! more for each replicate whose last block of samples is not full. Without random sampling a pixel
 //! takes 38 bytes, because it has a single replicate and no spread. A picture to be denoised always
-//! keeps four replicates and four layers. [`MemoryUse`](crate::MemoryUse) estimates the bytes before the
-//! render.
+//! keeps four replicates and four layers. [`MemoryUse`](crate::MemoryUse) estimates the bytes
+//! before the render.
 
 mod adaptive;
 mod buffer;

@@ -110,7 +110,8 @@ impl<R: Real> Interaction<R> {
         interaction
     }
 
-    /// Creates an interaction with the geometric data of a hit; [`Self::fill_attributes`] completes it.
+    /// Creates an interaction with the geometric data of a hit; [`Self::fill_attributes`] completes
+    /// it.
     #[inline(always)]
     pub fn with_hit_geometry(
         scene: &PreparedScene<R>,

@@ -5,9 +5,9 @@
 //! [`Lights::sample`] samples a light from a point. The sample holds a direction, the radiance from
 //! that direction over its sampling density, the density by solid angle, and the target of a shadow
 //! ray. [`Lights::density`] returns the same density for a point of a light that a ray hit, and
-//! [`Emitters::emitter_index_of`] finds the light of such a hit. [`Lights::power`] and [`Lights::bounds`]
-//! serve the choice among lights. A delta light has no density ([`LightDensity::Delta`]): no ray can hit
-//! it.
+//! [`Emitters::emitter_index_of`] finds the light of such a hit. [`Lights::power`] and
+//! [`Lights::bounds`] serve the choice among lights. A delta light has no density
+//! ([`LightDensity::Delta`]): no ray can hit it.
 //!
 //! Whitted's integrator samples every delta light in scene order, and one emitter chosen by power.
 //! It never samples the sky, so no sky sampler is built for it. The path tracer chooses one light

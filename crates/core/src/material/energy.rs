@@ -34,9 +34,10 @@ pub(super) fn multiple_scattering_factor<N: Number>(f0: N, f90: N, lost: N) -> N
     mean * mean * (N::ONE - lost) / (N::ONE - mean * lost)
 }
 
-/// Returns two factors as [`multiple_scattering_factor`] does: for the dielectric microfacets alone, and for
-/// the mixture of dielectric and metal by `shares`. `[f0, f90]` are the dielectric reflectances at
-/// normal and grazing incidence, `metal` is the metal's reflectance at normal incidence.
+/// Returns two factors as [`multiple_scattering_factor`] does: for the dielectric microfacets
+/// alone, and for the mixture of dielectric and metal by `shares`. `[f0, f90]` are the dielectric
+/// reflectances at normal and grazing incidence, `metal` is the metal's reflectance at normal
+/// incidence.
 #[inline(always)]
 pub(super) fn multiple_scattering_factors<N: Number>(
     [f0, f90]: [N; 2],

@@ -59,7 +59,8 @@ impl<N: Number> TintedFresnel<N> {
     }
 }
 
-/// Cosines on the side of lower index at which [`TintedFresnel::fresnel_ratio_bounds`] compares reflectances.
+/// Cosines on the side of lower index at which [`TintedFresnel::fresnel_ratio_bounds`] compares
+/// reflectances.
 const COMPARED_COSINES: [f64; 5] = [1.0, 0.8, 0.5, 0.25, 0.1];
 
 impl<N: Number> TintedFresnel<N> {

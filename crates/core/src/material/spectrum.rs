@@ -42,8 +42,8 @@ fn step_wavelength(step: usize) -> f64 {
 static OBSERVER_WEIGHTS: LazyLock<Vec<[f64; 3]>> =
     LazyLock::new(|| normalise_channels(|step| observer_response(step_wavelength(step))));
 
-/// The responses of [`OBSERVER_WEIGHTS`] without negative channels, so that they can weight a path. Each
-/// channel sums to 1.
+/// The responses of [`OBSERVER_WEIGHTS`] without negative channels, so that they can weight a path.
+/// Each channel sums to 1.
 static GAMUT_WEIGHTS: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     normalise_channels(|step| observer_response(step_wavelength(step)).map(|c| c.max(0.0)))
 });
@@ -112,7 +112,8 @@ const COHERENCE_STEP: f64 = 4.0;
 /// Number of entries of the table [`COHERENCE`].
 const ENTRIES: usize = 3000;
 
-/// Mean of cos(2π·path/λ) over white light, by channel, for optical paths in steps of [`COHERENCE_STEP`].
+/// Mean of cos(2π·path/λ) over white light, by channel, for optical paths in steps of
+/// [`COHERENCE_STEP`].
 pub(super) static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     let mut table = vec![[0.0; 3]; ENTRIES];
     for (step, shares) in OBSERVER_WEIGHTS.iter().enumerate() {

@@ -30,8 +30,8 @@ pub enum UnreachedLight {
 }
 
 impl<R: Real> PreparedScene<R> {
-    /// Returns the lights without a contribution to which at least [`MIN_BLOCKED_RAYS`] shadow rays were
-    /// blocked.
+    /// Returns the lights without a contribution to which at least [`MIN_BLOCKED_RAYS`] shadow rays
+    /// were blocked.
     pub(crate) fn find_unreached_lights(&self, usage: &LightUsage) -> Vec<UnreachedLight> {
         let in_vain = |light| usage.blocked_rays(light).map(u64::from);
         let lights = (0..self.lights.delta.len()).filter_map(|index| {

@@ -83,8 +83,8 @@ fn without_emission(material: &Material) -> Material {
     material
 }
 
-/// Mean radiance of a ball of the material under a uniform white sky of radiance 1, in the brightest
-/// channel; none if the scene cannot be prepared.
+/// Mean radiance of a ball of the material under a uniform white sky of radiance 1, in the
+/// brightest channel; none if the scene cannot be prepared.
 fn furnace_albedo(scene: &Scene, material: &Material, settings: &Settings) -> Option<f64> {
     let camera = Camera {
         name: String::new(),

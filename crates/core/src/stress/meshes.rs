@@ -210,8 +210,8 @@ impl UsedMesh<'_> {
         );
     }
 
-    /// How bad triangles without area are, why and what to do: nothing is left of a mesh all of whose
-    /// triangles are such, and of a picture in which nothing else is met.
+    /// How bad triangles without area are, why and what to do: nothing is left of a mesh all of
+    /// whose triangles are such, and of a picture in which nothing else is met.
     fn words_of_degenerate(
         &self,
         counts: &TriangleDefects,

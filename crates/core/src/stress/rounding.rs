@@ -50,8 +50,8 @@ impl RoundingEffect {
     }
 }
 
-/// Compares what the cameras see of each of these objects. The time of many does not grow with their
-/// number: then rays of the whole picture are shared.
+/// Compares what the cameras see of each of these objects. The time of many does not grow with
+/// their number: then rays of the whole picture are shared.
 pub(super) fn measure_effects(
     scene_facts: &SceneFacts<'_>,
     ready: [&ReadyScene; 2],

@@ -330,8 +330,8 @@ impl<R: Real> PreparedInput<R> {
         }
     }
 
-    /// Evaluates the input as a texture coordinate. Unlike [`Self::eval_number`], an expression may be
-    /// negative here.
+    /// Evaluates the input as a texture coordinate. Unlike [`Self::eval_number`], an expression may
+    /// be negative here.
     #[inline(always)]
     fn eval_coordinate(&self, context: &ShadingContext<'_, R>) -> R {
         match *self {

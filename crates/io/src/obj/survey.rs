@@ -5,8 +5,8 @@
 //! reject numbers of other programs, lose smoothing groups and the names of unknown materials,
 //! shift vertex colours when only some vertices have colours, take index 0 for "none", and compute
 //! with indices before checking their range; its errors name no line. The rewritten text has all
-//! vertices first. Then follows a group for each [`FaceGroup`], named by the run's index, with valid
-//! absolute indices.
+//! vertices first. Then follows a group for each [`FaceGroup`], named by the run's index, with
+//! valid absolute indices.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;

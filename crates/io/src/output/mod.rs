@@ -128,8 +128,8 @@ pub fn write_picture_as(
 }
 
 /// Writes a picture under a default name, not chosen by the user. Only a picture that this program
-/// wrote is replaced. If another file has the name, or `is_free_path` returns false for the name, the
-/// next numbered name (`NAME-2.EXT`) is tried. Returns the path that was written.
+/// wrote is replaced. If another file has the name, or `is_free_path` returns false for the name,
+/// the next numbered name (`NAME-2.EXT`) is tried. Returns the path that was written.
 ///
 /// # Errors
 /// As [`write_picture`].

@@ -1,8 +1,8 @@
 //! `view`: a page on the loopback interface that shows a scene while it renders.
 //!
 //! A thread computes (`worker`). It takes the page's latest request, which is a set of flags, and
-//! does only the work that the request needs (`viewed_scene`). It shows a coarse preview at once, and
-//! then renders in slices of time (`progress`). Other threads serve HTTP requests (`server`,
+//! does only the work that the request needs (`viewed_scene`). It shows a coarse preview at once,
+//! and then renders in slices of time (`progress`). Other threads serve HTTP requests (`server`,
 //! `http`). All threads communicate through `shared` only.
 
 mod flags;

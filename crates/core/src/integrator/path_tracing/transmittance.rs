@@ -198,8 +198,8 @@ impl<R: Real> PathTracer<'_, R> {
         )
     }
 
-    /// Returns the transmittance along a shadow ray with these triangles at its ends, 0 to 1. `target` is given if the light may be
-    /// its own occluder.
+    /// Returns the transmittance along a shadow ray with these triangles at its ends, 0 to 1.
+    /// `target` is given if the light may be its own occluder.
     #[inline(always)]
     fn shadow_transmittance(
         &mut self,

@@ -112,9 +112,9 @@ impl<R: Real> WhittedTracer<'_, R> {
         ])
     }
 
-    /// Returns the local term of a classic surface: the sum of
-    /// colour·(ambient + Σ diffuse·light), Σ specular, and rim. Stores the direction and the shadow of the first light in `context`, for expressions
-    /// of reflection weights.
+    /// Returns the local term of a classic surface: the sum of colour·(ambient + Σ diffuse·light),
+    /// Σ specular, and rim. Stores the direction and the shadow of the first light in `context`,
+    /// for expressions of reflection weights.
     #[inline(always)]
     fn eval_local_term(
         &mut self,
