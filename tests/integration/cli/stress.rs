@@ -137,7 +137,7 @@ fn numbers_say_what_they_count() {
     let run = sandbox.run(&["stress", "faults.scene.toml", "--budget", "10min", "-q"]);
     let text = run.text();
     for words in [
-        "rays that meet it only enter it or only leave it",
+        "rays enter it without leaving, or leave it without entering",
         "objects[1] - duplicate-object",
         "energy of materials (2)",
         " metres, pixel ",

@@ -67,7 +67,7 @@ impl BodyChecks<'_> {
         let mut findings = Vec::new();
         for (&object, sighting) in &survey.self_hits {
             let reason = "rays that leave the surface meet it again where they start, which shows as dark speckles";
-            let remedy = "leave `classic.spawn` away, or give it a larger `offset`";
+            let remedy = "remove `classic.spawn`, or give it a larger `offset`";
             let predicate = "that start from a surface met it again";
             findings.push(
                 self.wrong_picture_finding(FindingCode::SelfHit, object, reason, remedy)
@@ -78,7 +78,7 @@ impl BodyChecks<'_> {
         let many = |sighting: &SightingCount| sighting.count as f64 > OF_ALL * survey.starts as f64;
         for (&object, sighting) in survey.beyond.iter().filter(|(_, sighting)| many(sighting)) {
             let reason = "rays that leave the surface start beyond another one: its shadow and its reflection are missing there";
-            let remedy = "leave `classic.spawn` away, or give it a smaller `offset`";
+            let remedy = "remove `classic.spawn`, or give it a smaller `offset`";
             let predicate = "that start from a surface started beyond another";
             findings.push(
                 self.wrong_picture_finding(FindingCode::StartBeyondSurface, object, reason, remedy)
@@ -105,9 +105,14 @@ impl BodyChecks<'_> {
             if edges_tell || is_endless || is_few || self.doubles.has_duplicate(object) {
                 return None;
             }
-            let reason = "rays go into a body of glass and do not come out of it, or the other way round: it is open, and they are bent and tinted wrongly";
-            let remedy = "close it (a tube by `caps`), or set `thin_walled` where it is to be a pane without an inside";
-            let predicate = "that meet it only enter it or only leave it";
+            let reason = "rays enter this body of glass without leaving it, or leave it without entering, so that they are bent and tinted wrongly: it is open, or it touches another surface";
+            let remedy = format!(
+                "close it (a tube by `caps`); where it touches another surface, leave {} or more between them; or set `thin_walled` where it is to be a pane without an inside",
+                with_metres(&round_up_to_digit(
+                    self.resolution.min_separation_at(sighting.position)
+                ))
+            );
+            let predicate = "enter it without leaving, or leave it without entering";
             Some(
                 self.wrong_picture_finding(FindingCode::OpenBody, object, reason, remedy)
                     .with_count(sighting.count, hit_count, "rays", predicate)
@@ -152,7 +157,7 @@ impl BodyChecks<'_> {
         let finding = self.wrong_picture_finding(FindingCode::NestedGlass, inner, reason, remedy);
         let finding = if others.is_empty() {
             let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &inner);
-            let predicate = "on whose way it lies came into it within the other body";
+            let predicate = "that enter it were inside the other body";
             finding.with_count(sighting.count, hit_count, "rays", predicate)
         } else {
             let all = &self.scene_facts.objects;

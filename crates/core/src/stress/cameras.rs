@@ -147,7 +147,7 @@ pub(super) fn check_cameras(
                 "its `aspect` is {aspect:.3} and the picture's {:.3}, so that everything is stretched",
                 width / height
             );
-            let remedy = "leave `aspect` away, or give the picture that shape with --size";
+            let remedy = "remove `aspect`, or give the picture that shape with --size";
             findings.push(StressFinding::new(
                 FindingCode::StretchedPicture,
                 Severity::Harmless,

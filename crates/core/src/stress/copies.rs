@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use glam::DVec3;
 
-use super::facts::{SceneFacts, SurfaceKind, finite_point};
+use super::facts::{SceneFacts, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding};
 use crate::generate::generator_offsets;
 use crate::scene::Generator;
@@ -48,23 +48,18 @@ fn generator_key(generator: &Generator) -> (u64, String) {
 /// How bad copies in one place are, and what they do.
 fn judged(scene_facts: &SceneFacts<'_>, generator: usize, most: u64) -> (Severity, &'static str) {
     let object_facts = &scene_facts.objects[scene_facts.scene.objects.len() + generator];
-    match object_facts.matter {
-        SurfaceKind::Body | SurfaceKind::Veil => (
-            Severity::PictureWrong,
-            "light that passes is bent or dimmed by each of them",
-        ),
-        SurfaceKind::Opaque if object_facts.emits_light() => (
-            Severity::PictureWrong,
-            "each of them shines, so that they light more than they are seen to",
-        ),
-        SurfaceKind::Opaque if most > MANY => (
-            Severity::SlowOrNoisy,
-            "only one of them is seen, and rays are tested against all",
-        ),
-        SurfaceKind::Opaque => (
-            Severity::Harmless,
-            "of the same material, so that nothing of it is seen",
-        ),
+    if object_facts.is_blended() {
+        let label = "light that passes is dimmed by each of them";
+        (Severity::PictureWrong, label)
+    } else if object_facts.emits_light() {
+        let label = "each of them shines, so that they give more light than their look suggests";
+        (Severity::PictureWrong, label)
+    } else if most > MANY {
+        let label = "only one of them is seen, and rays are tested against all";
+        (Severity::SlowOrNoisy, label)
+    } else {
+        let label = "of the same material, so that nothing of it is seen";
+        (Severity::Harmless, label)
     }
 }
 

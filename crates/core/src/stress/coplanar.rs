@@ -352,7 +352,7 @@ fn overlap_finding(
     let lies = match covered.gap {
         0.0 => format!("it lies in one plane with {others}"),
         gap => format!(
-            "it lies {} from {others}, and only what is {} apart is told apart there for certain",
+            "it lies {} from {others}, and surfaces less than {} apart cannot be told apart there for certain",
             metres(gap),
             with_metres(&round_up_to_digit(minimum))
         ),
@@ -373,7 +373,7 @@ fn overlap_finding(
         ),
         (.., 0) => "; no ray of the cameras has met that place".to_owned(),
         _ => format!(
-            "; it is seen nevertheless: {own} of the {rays} rays that met both see this one, and {elsewhere} see it elsewhere"
+            "; it is seen nevertheless: {own} of the {rays} rays that hit both show this one there, and {elsewhere} rays show it elsewhere"
         ),
     };
     let remedy = match severity {
@@ -393,12 +393,13 @@ fn overlap_finding(
     counted_finding.with_place(finite_point(covered.position))
 }
 
-/// What to do about surfaces so far apart, where only those of another distance are told apart.
+/// Returns the remedy for two surfaces with this gap between them, where `minimum` is the least
+/// distance at which surfaces are told apart, both in metres.
 pub(super) fn separation_remedy(minimum: f64, gap: f64, precision: PrecisionChoice) -> String {
     let exact = match precision {
         PrecisionChoice::Robust if gap > 0.0 => ", or add --precision reference",
         _ => "",
     };
     let least = with_metres(&round_up_to_digit(minimum));
-    format!("move one of them {least} or more away, or take it away{exact}")
+    format!("move one of them by {least} or more, or remove it{exact}")
 }

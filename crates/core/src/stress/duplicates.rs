@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
 
-use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
+use super::facts::{ObjectFacts, SceneFacts, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding};
 use super::ray_survey::RaySurvey;
 use crate::scene::{MeshData, Object, Shape};
@@ -164,14 +164,11 @@ fn duplicate_finding(
     let sightings =
         [before, index].map(|object| RaySurvey::sighting_count(&survey.sightings, &object));
     let is_seen = sightings.iter().sum::<u64>() > 0;
-    let (severity, label) = if pair
-        .iter()
-        .any(|object_facts| object_facts.matter != SurfaceKind::Opaque)
-    {
-        let label = "light that passes is bent or dimmed twice";
+    let (severity, label) = if pair.iter().any(|object_facts| object_facts.is_blended()) {
+        let label = "light that passes is dimmed twice";
         (Severity::PictureWrong, label)
     } else if pair.iter().all(|object_facts| object_facts.emits_light()) {
-        let label = "both shine, so that it lights twice as much as it is seen to";
+        let label = "both shine, so that it gives twice the light that its look suggests";
         (Severity::PictureWrong, label)
     } else if pair[0].object.material == pair[1].object.material {
         (

@@ -72,6 +72,14 @@ impl ObjectFacts<'_> {
         self.object.side != SideRule::Both
     }
 
+    /// Whether a share of the light passes the surface straight, so that two in one place hide more
+    /// than one. Of two boundaries of glass in one place, and of two thin walls, rays meet only one.
+    pub fn is_blended(&self) -> bool {
+        self.material.is_some_and(|(_, material)| {
+            matches!(&material.model, MaterialModel::Physical(m) if m.alpha == AlphaMode::Blend)
+        })
+    }
+
     pub fn emits_light(&self) -> bool {
         self.material.is_some_and(|(_, material)| material.emits())
     }

@@ -237,20 +237,18 @@ impl UsedMesh<'_> {
     fn check_duplicates(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {
         let [same, turned] = &topology.duplicates;
         let tally = if same.count > 0 { same } else { turned };
-        let is_transmissive = self
+        let blended = self
             .objects
             .iter()
-            .find(|object_facts| object_facts.matter != SurfaceKind::Opaque && same.count > 0);
-        let Some(&object_facts) = is_transmissive
-            .or(self.objects.first())
-            .filter(|_| tally.count > 0)
+            .find(|object_facts| object_facts.is_blended() && same.count > 0);
+        let Some(&object_facts) = blended.or(self.objects.first()).filter(|_| tally.count > 0)
         else {
             return;
         };
-        let (severity, reason) = match is_transmissive {
+        let (severity, reason) = match blended {
             Some(_) => (
                 Severity::PictureWrong,
-                "triangles are there twice, and light that passes them is bent or dimmed twice",
+                "triangles are there twice, and light that passes them is dimmed twice",
             ),
             None => (
                 Severity::Harmless,
@@ -314,6 +312,10 @@ impl UsedMesh<'_> {
             return;
         }
         let is_wrong = |object_facts: &&&ObjectFacts<'_>| match object_facts.matter {
+            // Rays leave a body before they enter it, but do so in pairs.
+            SurfaceKind::Body if !inside_out.is_empty() => {
+                self.is_visible_on(&self.survey.sightings, object_facts)
+            }
             SurfaceKind::Body => self.is_visible_on(&self.survey.unbalanced, object_facts),
             _ => {
                 object_facts.hides_back_faces()

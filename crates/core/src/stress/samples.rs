@@ -178,7 +178,7 @@ fn black_picture_finding(
                     "everything that is seen is black: {cover} is in the way of the light of {}",
                     words(light)
                 ),
-                format!("open {cover} or take it away, or add a light on this side of it"),
+                format!("open or remove {cover}, or add a light on this side of it"),
             )
         }
     };
@@ -264,7 +264,7 @@ fn merge_black_picture_findings(
     let is_black = |finding: &&mut StressFinding| finding.code == FindingCode::BlackPicture;
     for black in findings.iter_mut().filter(is_black) {
         black.reason = format!("everything that is seen is black: {lights} {why}");
-        black.remedy = format!("open {what} or take it away, or add a light or a sky");
+        black.remedy = format!("open or remove {what}, or add a light or a sky");
     }
 }
 
@@ -300,8 +300,7 @@ fn unreached_light_findings(
             return Some(enclosed_light_finding(scene_facts, index, glass));
         }
         let reason = "it lights nothing that is seen: it is shut away, or turned from all of that";
-        let remedy =
-            "open its cover or take it away; if it is meant to be hidden, it only costs noise";
+        let remedy = "open or remove its cover; if it is meant to be hidden, it only costs noise";
         // Of a generator's lamps some may well be hidden.
         let is_one = subject.list_index() < scene_facts.scene.objects.len()
             || matches!(subject, FindingSubject::Light(_));
@@ -317,7 +316,7 @@ fn unreached_light_findings(
                 in_vain(unreached_light),
                 in_vain(unreached_light),
                 "rays",
-                "to it ended on their way",
+                "towards it were blocked",
             )
         })
     };

@@ -27,7 +27,8 @@ fn scene(parts: &Value) -> Scene {
                       "projection": { "pinhole": { "vertical_fov": 40 } } }],
         "sky": { "constant": 0.5 },
         "materials": [paint("paint", json!({ "base_colour": 0.6 })), paint("other", json!({ "base_colour": [0.2, 0.5, 0.6] })),
-                      paint("glass", json!({ "transmission": 1, "roughness": 0 }))],
+                      paint("glass", json!({ "transmission": 1, "roughness": 0 })),
+                      paint("veil", json!({ "alpha": "blend", "opacity": 0.5 }))],
         "objects": [object("ball", ball([-1.2, 0.0, 0.0], 1.0), "paint"),
                     object("block", json!({ "box": { "min": [0.3, -1, -0.5], "max": [1.3, 0.4, 0.5] } }), "other")],
     });

@@ -83,7 +83,7 @@ fn single_triangles() {
     expect_finding(
         &plain(|_, i| i.push(i[4]), "glass", "both"),
         FindingCode::DuplicateTriangles,
-        PictureWrong,
+        Harmless,
         &[],
     );
     let sliver = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
@@ -169,6 +169,12 @@ fn flipped_meshes() {
         Harmless,
         &[],
     );
+    expect_finding(
+        &plain(all, "glass", "both"),
+        FindingCode::InsideOut,
+        PictureWrong,
+        &[],
+    );
     let mut cube = cube([0.0; 3], |_, _| {});
     let inwards: Vec<[f64; 3]> = (0..8)
         .map(|i| core::array::from_fn(|axis| if i >> axis & 1 == 1 { -0.577 } else { 0.577 }))
@@ -202,6 +208,13 @@ fn bodies_of_shapes() {
     );
     expect_finding(
         &alone(json!([glass(1.2), glass(1.2)])),
+        FindingCode::DuplicateObject,
+        Harmless,
+        &[],
+    );
+    let veil = || object("veil", ball([0.0; 3], 1.2), "veil");
+    expect_finding(
+        &alone(json!([veil(), veil()])),
         FindingCode::DuplicateObject,
         PictureWrong,
         &[],
