@@ -1,5 +1,5 @@
-//! Normal maps for every integrator, applied when an interaction is created, so that integrators
-//! need not check for them.
+//! Normal maps. They are applied when an interaction is created, and integrators need no code for
+//! them.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -10,8 +10,8 @@ use crate::prepare::{PreparedMaterial, PreparedScene};
 use crate::texture::NormalMapInput;
 
 impl<R: Real> Interaction<R> {
-    /// Perturbs the shading normal by the material's normal map. Not inlined, so that surfaces
-    /// without a normal map pay for a check alone.
+    /// Perturbs the shading normal by the material's normal map. Not inlined: surfaces without a
+    /// normal map cost a check alone.
     #[inline(never)]
     pub(super) fn perturb_normal(
         &mut self,
@@ -29,8 +29,8 @@ impl<R: Real> Interaction<R> {
         }
     }
 
-    /// Returns the value of a normal map at an interaction, with the tangent frame to which the
-    /// value refers.
+    /// Returns the value of a normal map at an interaction, with the tangent frame for its
+    /// components.
     #[inline(always)]
     pub(super) fn eval_normal_map(
         &self,

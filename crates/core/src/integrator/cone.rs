@@ -1,9 +1,9 @@
-//! Texture footprint of a ray: the size of the ray cone's spot on a surface, in texture
-//! coordinates. Used only for textures with mip maps.
+//! Texture footprint of a ray: the width of the ray cone on a surface, in texture coordinates. Used
+//! only for textures with mip maps.
 //!
-//! A ray cone widens with the length of its path alone. Rough and curved surfaces would widen it
-//! further, but this spread is left to the samples: too coarse a mip level mixes neighbouring parts
-//! of an atlas, and too fine a level only costs noise.
+//! The width of a ray cone depends on the length of its path alone. The spread by rough and curved
+//! surfaces is ignored: samples average it. Too coarse a mip level would mix neighbouring parts of
+//! an atlas, while too fine a level only costs noise.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -15,9 +15,11 @@ use crate::prepare::PreparedScene;
 impl<R: Real> Interaction<R> {
     /// Computes the footprint for each set of texture coordinates that the material reads
     /// (Akenine-Möller et al., "Texture Level of Detail Strategies for Real-Time Ray Tracing",
-    /// 2019). The scale from lengths in the world to texture coordinates follows from the areas of
-    /// the triangle in both for a mesh, and from dp/du for other shapes. The spot on a slanted
-    /// surface counts as a square with the edge of its longer side.
+    /// 2019).
+    ///
+    /// The ratio of texture coordinates to world lengths is, for a mesh, the square root of the
+    /// ratio of the triangle's areas in both spaces; for other shapes it is 1 / |dp/du|. On a
+    /// slanted surface the footprint is a square with the longer side of the cone's ellipse.
     #[inline(never)]
     pub(super) fn compute_footprints(
         &mut self,

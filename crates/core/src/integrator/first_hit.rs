@@ -1,5 +1,5 @@
-//! First hits of camera rays: intersected as packets if the rays share an origin, and stored for
-//! the layers beside the colour (albedo, normal, depth and others).
+//! First hits of camera rays. Rays of a common origin are intersected as packets. Picture layers
+//! besides the colour (albedo, normal, depth and others) store the data of first hits.
 
 use raywright_bvh::{Hit, Interval, PacketBackoff, Ray, RayPacket, Real, Vector};
 
@@ -7,7 +7,7 @@ use super::PathSegment;
 use crate::interaction::Interaction;
 use crate::prepare::{PreparedMaterial, PreparedScene};
 
-/// Data of a first hit for the layers beside the colour.
+/// Data of a first hit for the picture layers besides the colour.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FirstHit {
     pub albedo: [f64; 3],
@@ -19,9 +19,10 @@ pub(crate) struct FirstHit {
 }
 
 impl FirstHit {
-    /// Computes the data of a first hit. Not inlined, so that a picture without these layers pays
-    /// for a check alone. Computes a surface point of its own, so that the caller's surface point
-    /// stays in registers.
+    /// Computes the data of a first hit.
+    ///
+    /// Not inlined: a picture without these layers costs a check alone. The function computes the
+    /// surface point again; the caller's surface point then stays in registers.
     #[inline(never)]
     pub(super) fn new<R: Real>(
         scene: &PreparedScene<R>,
@@ -45,7 +46,7 @@ impl FirstHit {
         }
     }
 
-    /// Traces a camera ray to its first hit, without a further path; `None` for the sky.
+    /// Traces a camera ray to its first hit only; `None` for the sky.
     pub(super) fn from_ray<R: Real>(scene: &PreparedScene<R>, ray: Ray<R>) -> Option<Self> {
         let segment = PathSegment {
             ray,
@@ -60,7 +61,7 @@ impl FirstHit {
     }
 }
 
-/// Closest hits of a packet of camera rays; empty if the rays were not intersected as a packet.
+/// Closest hits of a packet of camera rays. Empty if the rays were intersected one by one.
 #[derive(Default)]
 pub(super) struct PacketHits<R: Real> {
     directions: Vec<R::Vec3>,
@@ -69,15 +70,15 @@ pub(super) struct PacketHits<R: Real> {
 }
 
 impl<R: Real> PacketHits<R> {
-    /// Returns the hit of a ray of the packet (`Some(None)` for the sky); `None` if the rays were
-    /// not intersected as a packet.
+    /// Returns the hit of a camera ray of the packet, `Some(None)` for the sky. Returns `None` if
+    /// the rays were not intersected as a packet.
     #[inline(always)]
     pub fn get_ray_hit(&self, ray: usize) -> Option<&Option<Hit<R>>> {
         self.hits.get(ray)
     }
 
-    /// Intersects camera rays as a packet if they have a common origin and time; otherwise leaves
-    /// the hits empty.
+    /// Intersects camera rays as a packet, if all have the same origin and time. Otherwise the hits
+    /// stay empty.
     pub fn intersect_packet(&mut self, scene: &PreparedScene<R>, rays: &[Ray<R>]) {
         let Self {
             directions,

@@ -1,6 +1,6 @@
-//! Integrators, which compute radiance along camera rays: Whitted ray tracing (Whitted, "An
-//! Improved Illumination Model for Shaded Display", 1980) in [`whitted`], and path tracing in
-//! [`path_tracing`]. Both implement one small trait; the files beside them hold their shared code.
+//! Integrators: they compute the radiance along camera rays. [`whitted`] is Whitted ray tracing
+//! (Whitted, "An Improved Illumination Model for Shaded Display", 1980), [`path_tracing`] path
+//! tracing. Both implement the trait [`LightTransport`]. The other files hold code that both share.
 
 mod bump;
 mod cone;
@@ -28,7 +28,7 @@ use crate::observer::Observer;
 use crate::prepare::PreparedScene;
 use crate::sampler::SampleAddress;
 
-/// Greatest number of camera rays that are intersected together.
+/// Greatest number of camera rays in a packet.
 pub(crate) const PACKET: usize = 16;
 
 /// Result of tracing a camera ray.
@@ -37,12 +37,12 @@ pub(crate) struct PathResult<R: Real> {
     pub radiance: R::Vec3,
     /// Coverage (alpha) of the ray.
     pub coverage: R,
-    /// Share of the studio's light that the scene blocks at the ray's point on the ground, 0 to 1;
-    /// for rays that no surface covers.
+    /// Share of the studio's light that the scene blocks where the ray reaches the ground, 0 to 1.
+    /// Meaningful only for rays that no surface covers.
     pub shadow: R,
 }
 
-/// Camera rays with the addresses of their samples.
+/// Camera rays, and the addresses of their samples in the sample sequence.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CameraRays<'a, R: Real> {
     pub rays: &'a [Ray<R>],
@@ -55,7 +55,8 @@ pub(crate) struct PathResults<R: Real> {
     pub paths: Vec<PathResult<R>>,
     /// First hit of each ray, `None` for the sky; empty if no layer needs first hits.
     pub first_hits: Vec<Option<FirstHit>>,
-    /// Directly visible radiance of each ray, without reflected light; empty if no layer needs it.
+    /// Emission and sky that each ray sees directly, without reflected light; empty if no layer
+    /// needs this radiance.
     pub direct: Vec<R::Vec3>,
 }
 
@@ -66,8 +67,7 @@ impl<R: Real> PathResults<R> {
         self.direct.clear();
     }
 
-    /// Returns the first hit of a ray, and the ray's directly visible radiance, without reflected
-    /// light.
+    /// Returns the first hit of the ray at `index`, and the emission that the ray sees directly.
     pub fn first_hit_and_emission(&self, index: usize) -> (Option<&FirstHit>, R::Vec3) {
         let direct = self.direct.get(index).copied().unwrap_or(Vector::ZERO);
         (self.first_hits.get(index).and_then(Option::as_ref), direct)
@@ -80,7 +80,7 @@ pub(crate) trait LightTransport<'a, R: Real> {
     const MAX_BATCH: usize;
 
     /// Creates an integrator for paths of at most `max_depth` segments. `keeps_first`: whether
-    /// layers need the first hits of camera rays.
+    /// picture layers need the first hits of camera rays.
     fn new(
         scene: &'a PreparedScene<R>,
         max_depth: u32,
@@ -88,13 +88,13 @@ pub(crate) trait LightTransport<'a, R: Real> {
         observer: &'a dyn Observer,
     ) -> Self;
 
-    /// Computes the results of camera rays, and overwrites `out` with them.
+    /// Traces the paths of camera rays, and overwrites `out` with their results.
     fn trace(&mut self, rays: CameraRays<'_, R>, out: &mut PathResults<R>);
 
-    /// Traces a camera ray to its first hit, without a further path; `None` for the sky.
+    /// Traces a camera ray to its first hit only; `None` for the sky.
     fn trace_first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit>;
 
-    /// Returns the counters of rays traced since the last call, and resets them.
+    /// Returns the numbers of rays traced since the last call, and resets them.
     fn take_counters(&mut self) -> Counters;
 
     /// Whether the observer cancelled a path midway, so that the results are invalid.
@@ -102,8 +102,8 @@ pub(crate) trait LightTransport<'a, R: Real> {
         false
     }
 
-    /// Returns the usage of lights after all rays are traced; empty for an integrator that does not
-    /// count usage.
+    /// Returns how much each light was used, once all rays are traced. Empty for an integrator that
+    /// does not count usage.
     fn into_light_usage(self) -> LightUsage
     where
         Self: Sized,

@@ -1,10 +1,11 @@
-//! Path tracing (Kajiya, "The Rendering Equation", 1986). Each vertex samples one light and one
-//! scattered direction, and multiple importance sampling combines both (Veach, Guibas, "Optimally
-//! Combining Sampling Techniques for Monte Carlo Rendering", 1995). The estimate is unbiased,
-//! except for paths beyond the depth limit.
+//! Path tracing (Kajiya, "The Rendering Equation", 1986).
+//!
+//! Each vertex samples one light and one scattered direction. Multiple importance sampling combines
+//! both techniques (Veach, Guibas, "Optimally Combining Sampling Techniques for Monte Carlo
+//! Rendering", 1995). The estimate is unbiased, except for paths beyond the depth limit.
 //!
 //! The state of a path is plain numbers ([`PathState`]). The next segment of a path does not depend
-//! on the other paths in the same wavefront.
+//! on the other paths in the wavefront.
 
 mod bsdf_lanes;
 mod classic;
@@ -40,7 +41,7 @@ use crate::observer::Observer;
 use crate::prepare::{PreparedScene, PreparedSpawnRule};
 use crate::sampler::{SampleAddress, SampleHash};
 
-/// Number of paths traced side by side: their state fits in a core's own cache.
+/// Number of paths in a wavefront. Their state fits in a core's own cache.
 const BATCH_PATHS: usize = 256;
 
 /// The path tracer.
@@ -52,13 +53,13 @@ pub(crate) struct PathTracer<'a, R: Real> {
     keeps_first: bool,
     /// First hit of the current path.
     first_hit: Option<FirstHit>,
-    /// Directly visible radiance of the current path, without reflected light.
+    /// Emission and sky that the camera sees directly along the current path, without reflected
+    /// light.
     direct: R::Vec3,
     max_depth: u32,
     min_distances: MinHitDistances<R>,
-    /// Whether ray queries receive the triangle on which a ray starts and the triangles before
-    /// which a shadow ray ends, so that these need no exact test, see
-    /// [`RayEnds`](raywright_bvh::RayEnds).
+    /// Whether ray queries are given the triangles at the ends of a ray
+    /// ([`RayEnds`](raywright_bvh::RayEnds)). These triangles then need no exact intersection test.
     has_triangle_ends: bool,
     /// Media around the camera.
     media: MediumStack,
@@ -115,9 +116,9 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
     }
 }
 
-/// Density by solid angle, per steradian, from which on a lobe counts as a mirror: the lobe is then
-/// seven times narrower than the sun's disc of 1/14,700 sr, and hardly any direction sampled
-/// towards a light falls into it.
+/// Density per steradian from which on a lobe counts as a mirror. A lobe of this density is seven
+/// times narrower than the sun's disc of 1/14,700 sr. Hardly any direction sampled towards a light
+/// falls into it.
 const MIRROR_DENSITY: f64 = 1e5;
 
 /// State of a path: all data on which its next segment depends.
@@ -125,13 +126,13 @@ const MIRROR_DENSITY: f64 = 1e5;
 struct PathState<R: Real> {
     /// The next ray.
     segment: PathSegment<R>,
-    /// Triangle that the next ray leaves, for [`RayEnds`](raywright_bvh::RayEnds).
+    /// Triangle from which the next ray starts, see [`RayEnds`](raywright_bvh::RayEnds).
     start: TriangleSlot,
     /// Throughput of the path (beta).
     throughput: R::Vec3,
     /// Radiance collected so far.
     radiance: R::Vec3,
-    /// Address of the next vertex, for random numbers.
+    /// Address of the next vertex in the sample sequence.
     address: SampleAddress,
     sample_hash: SampleHash,
     samples: VertexSamples,
@@ -139,21 +140,22 @@ struct PathState<R: Real> {
     segments_traced: u32,
     /// Number of segments that end at index-matched boundaries.
     matched_segments: u32,
-    /// Number of surfaces that the path passed without scattering.
+    /// Number of surfaces that the path passed straight, without scattering.
     passages: u32,
     /// Whether the path has hit a surface.
     has_hit: bool,
-    /// Share of the studio's light that the scene blocks at the camera ray's point on the ground, 0
+    /// Share of the studio's light that the scene blocks where the camera ray reaches the ground, 0
     /// to 1.
     shadow: R,
-    /// Least density by solid angle among the path's scattered directions, the latest direction
-    /// excepted; small if the path was reflected diffusely.
+    /// Least density by solid angle of the path's scattered directions, except the latest. Small if
+    /// a surface reflected the path diffusely.
     min_pdf: f64,
-    /// Media around the path.
+    /// Media that contain the next ray's origin.
     media: MediumStack,
-    /// Origin of the ray: the previous vertex.
+    /// The vertex at which the next ray starts.
     previous: PreviousVertex<R>,
-    /// Wavelength in nanometres after dispersion; `None` for a white path.
+    /// Wavelength in nanometres, sampled at the first dispersive surface; `None` as long as the
+    /// path carries all wavelengths.
     wavelength: Option<f64>,
 }
 
@@ -166,13 +168,14 @@ struct VertexSamples {
     scatter: [f32; 4],
 }
 
-/// The previous vertex of a path: the data that give the density with which light sampling would
-/// have chosen the ray's direction.
+/// The vertex where the current ray starts: all data needed to compute with which density light
+/// sampling would have chosen the ray's direction.
 #[derive(Clone, Copy, Debug)]
 struct PreviousVertex<R: Real> {
     /// Position of the vertex.
     from: R::Vec3,
-    /// Unit normal on the receiving side; zero if both sides receive light.
+    /// Unit normal of the side on which the vertex receives light; zero if the vertex receives
+    /// light on both sides.
     normal: R::Vec3,
     /// Density by solid angle of the scattered direction. Infinite for camera rays and delta lobes,
     /// whose directions light sampling cannot choose.
@@ -218,8 +221,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Continues a path through a surface that is absent at the hit, because of alpha or nesting.
-    /// Returns whether the path goes on.
+    /// Continues a path straight through a surface that does not exist at the hit, because of its
+    /// alpha or because a nested dielectric hides it. Returns whether the path goes on.
     fn pass_through_surface(
         &mut self,
         path: &mut PathState<R>,
@@ -237,8 +240,8 @@ impl<R: Real> PathTracer<'_, R> {
         self.count_passed_surface(path)
     }
 
-    /// Counts a surface that a path passed unchanged. Returns whether the path may pass further
-    /// surfaces.
+    /// Counts a surface that a path passed straight. Returns whether the limit on such surfaces
+    /// permits the path to go on.
     fn count_passed_surface(&mut self, path: &mut PathState<R>) -> bool {
         path.passages += 1;
         let ends = path.passages > MOST_PASSAGES;
@@ -246,8 +249,8 @@ impl<R: Real> PathTracer<'_, R> {
         !ends
     }
 
-    /// Whether a path has reached its depth limit. Segments between index-matched boundaries count
-    /// as a single segment.
+    /// Whether a path has reached its depth limit. Segments that end at index-matched boundaries do
+    /// not count.
     #[inline(always)]
     fn is_at_depth_limit(&self, path: &PathState<R>) -> bool {
         path.segments_traced - path.matched_segments >= self.max_depth

@@ -8,7 +8,7 @@ use crate::scene::{AlphaMode, Physical as PhysicalData};
 use crate::texture::ShadingContext;
 
 impl<R: Real> PhysicalTransmission<R> {
-    /// Returns the transmissive share of the surface at a point, 0 to 1.
+    /// Returns the transmissive share of a surface at a point, 0 to 1.
     #[inline(always)]
     fn transmissive_share_at(&self, context: &ShadingContext<'_, R>) -> R {
         Real::clamp(self.share.eval_number(context), R::ZERO, R::ONE)
@@ -73,8 +73,8 @@ impl<R: Real> PhysicalInputs<R> {
         }
     }
 
-    /// Returns the transmittance for shadow rays at a point, 0 to 1: the share that is absent by
-    /// alpha or transmissive.
+    /// Returns the transmittance at a point for shadow rays, 0 to 1. Light passes where the surface
+    /// is absent by alpha or transmissive.
     pub fn shadow_transmittance_at(&self, context: &ShadingContext<'_, R>) -> R {
         let through = self.transmission.as_ref().map_or(R::ZERO, |transmission| {
             transmission.shadow_transmittance(transmission.transmissive_share_at(context))
@@ -82,7 +82,7 @@ impl<R: Real> PhysicalInputs<R> {
         R::ONE - self.alpha_at(context) * (R::ONE - through)
     }
 
-    /// Returns the coverage (alpha) at a point, 0 to 1; 0 or 1 alone for a mask.
+    /// Returns the coverage (alpha) at a point, 0 to 1. An alpha mask gives only 0 or 1.
     pub fn alpha_at(&self, context: &ShadingContext<'_, R>) -> R {
         let alpha = || {
             let alpha = self.opacity.eval_number(context);

@@ -1,5 +1,5 @@
-//! Visibility of lights: shadow rays, their origins and lengths under the scene's spawn rule, and
-//! their transmittance.
+//! Visibility of lights: shadow rays and their transmittance. The scene's spawn rule sets the
+//! origins and lengths of shadow rays.
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
@@ -19,8 +19,8 @@ pub(crate) struct ShadowResult<R> {
 }
 
 impl<R: Real> PreparedScene<R> {
-    /// Returns the shadow ray from a surface to a light sample, with the range of distances in
-    /// which occluders count; `None` if both points coincide.
+    /// Returns the shadow ray from a surface to a light sample, and the range of distances in which
+    /// occluders count. `None` if the surface point and the light sample coincide.
     #[inline(always)]
     pub(super) fn shadow_ray(
         &self,
@@ -72,8 +72,8 @@ impl<R: Real> PreparedScene<R> {
         }
     }
 
-    /// Returns a light sample, redirected to the lamp's centre if the lamp casts hard shadows;
-    /// `None` if the lamp itself hides its sampled point.
+    /// Returns a light sample; for a lamp with hard shadows, its shadow ray ends at the lamp's
+    /// centre. `None` if the lamp itself hides the sampled point.
     #[inline(always)]
     pub(super) fn aim_at_lamp_centre(
         &self,
@@ -90,15 +90,18 @@ impl<R: Real> PreparedScene<R> {
         }
     }
 
-    /// Whether a hit of a shadow ray to a lamp's centre is the lamp itself.
+    /// Whether a shadow ray to a lamp's centre hit that lamp itself.
     #[inline(always)]
     pub(super) fn is_target_emitter(&self, target: &ShadowRayTarget<R>, hit: &Hit<R>) -> bool {
         matches!(*target, ShadowRayTarget::EmitterCentre { emitter, .. } if self.lights.emitters.emitter_index_of(hit.outermost_id(), hit.primitive) == Some(emitter))
     }
 
-    /// Traces a shadow ray, and returns its transmittance and the distance of its nearest occluder.
-    /// Without `want_distance`, the distance may be that of a farther occluder, because an opaque
-    /// occluder may end the traversal. Callers count the ray.
+    /// Traces a shadow ray. Callers count the ray.
+    ///
+    /// - Transmittance: the product over all occluders, or that of the first occluder alone if the
+    ///   scene's rules demand this.
+    /// - Distance: that of the nearest occluder. Without `want_distance`, an opaque occluder may
+    ///   end the traversal early, and the distance may be too large.
     #[inline]
     pub(super) fn trace_shadow(
         &self,
@@ -157,7 +160,8 @@ impl<R: Real> PreparedScene<R> {
 }
 
 impl<R: Real> Interaction<R> {
-    /// Returns the distance to the target of a shadow ray; infinite for targets at infinity.
+    /// Returns the distance from a surface to the target of a shadow ray; infinite for targets at
+    /// infinity.
     pub(super) fn distance_to_target(&self, target: &ShadowRayTarget<R>) -> R {
         match target {
             ShadowRayTarget::Infinity => R::INFINITY,
@@ -170,14 +174,14 @@ impl<R: Real> Interaction<R> {
     }
 }
 
-/// Product of transmittances in [0, 1], whose bits do not depend on the order of the factors,
-/// because the accelerator visits occluders in any order. With more than one factor, logarithms are
-/// summed as integers.
+/// Product of transmittances in [0, 1]. Its bits do not depend on the order of the factors: a
+/// traversal visits occluders in any order. The logarithms of several factors are summed as
+/// integers.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct TransmittanceProduct {
     pub opaque: bool,
     single_factor: Option<f64>,
-    /// Sum of the logarithms, in units of 2⁻⁴⁰.
+    /// Sum of the logarithms of all factors, in units of 2⁻⁴⁰.
     logarithm: i64,
     count: u32,
 }
@@ -207,8 +211,8 @@ impl TransmittanceProduct {
     }
 }
 
-/// Returns the transmittance of an occluder for shadow rays, by the alpha and the transmission of
-/// its material.
+/// Returns the transmittance of an occluder for shadow rays, from its material's alpha and
+/// transmission.
 #[inline]
 fn occluder_transmittance<R: Real>(scene: &PreparedScene<R>, ray: &Ray<R>, hit: &Hit<R>) -> R {
     let material = &scene.materials[scene.objects[hit.outermost_id() as usize].material as usize];

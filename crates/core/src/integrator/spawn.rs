@@ -1,4 +1,4 @@
-//! Rays that leave a surface: their origins, and exact directions of reflected and refracted rays.
+//! Rays that leave a surface: their origins, and the exact directions of reflection and refraction.
 
 use glam::DVec3;
 use raywright_bvh::{Hit, Ray, Real, Vector};
@@ -8,7 +8,7 @@ use crate::interaction::Interaction;
 use crate::material::{Glass, SmoothInterface};
 use crate::prepare::{PreparedScene, PreparedSpawnRule};
 
-/// Least distances at which a hit counts, from the ray's origin.
+/// Least distances from the ray's origin at which hits count.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MinHitDistances<R> {
     /// For camera rays.
@@ -18,7 +18,8 @@ pub(crate) struct MinHitDistances<R> {
 }
 
 impl<R: Real> PreparedScene<R> {
-    /// Returns the least distances at which hits count, under the scene's spawn rule.
+    /// Returns the least distances from the ray's origin at which hits count, as the scene's spawn
+    /// rule sets them.
     pub(crate) fn min_hit_distances(&self) -> MinHitDistances<R> {
         match self.rules.spawn {
             PreparedSpawnRule::ErrorBound => MinHitDistances {
@@ -36,9 +37,8 @@ impl<R: Real> PreparedScene<R> {
         }
     }
 
-    /// Returns the ray that leaves a surface in a unit direction. `side` is the side to which a
-    /// constant offset along the normal shifts the origin: 1 for the side from which the incoming
-    /// ray arrived, −1 for the other side.
+    /// Returns the ray that leaves a surface in a unit direction. Only a spawn rule that offsets
+    /// origins along the shading normal reads `side`: 1 offsets along the normal, −1 against it.
     #[inline(always)]
     pub(crate) fn spawn_ray(
         &self,
@@ -60,14 +60,14 @@ impl<R: Real> PreparedScene<R> {
         Ray::new(origin, direction)
     }
 
-    /// Whether the side of a surface that a ray hit emits light.
+    /// Whether the hit side of an emissive surface emits light.
     #[inline(always)]
     pub(super) fn is_emissive_side(&self, interaction: &Interaction<R>) -> bool {
         interaction.outside || !self.objects[interaction.object as usize].is_culled
     }
 
-    /// Returns the dielectric interface at a hit, from directions and normals in `f64` before
-    /// rounding.
+    /// Returns the reflection and refraction at a smooth dielectric surface. They are computed in
+    /// `f64`, from the ray's direction before its rounding.
     #[inline(always)]
     pub(super) fn dielectric_interface(
         &self,
@@ -99,7 +99,8 @@ impl<R: Real> PreparedScene<R> {
     }
 }
 
-/// Rounds a direction to the precision; returns the rounded direction and its rounding error.
+/// Rounds a direction to the renderer's precision. Returns the rounded direction and its rounding
+/// error (exact minus rounded).
 #[inline(always)]
 pub(super) fn round_direction<R: Real>(exact: DVec3) -> (R::Vec3, R::Vec3) {
     let stored = R::Vec3::from_f64(exact);
@@ -107,8 +108,8 @@ pub(super) fn round_direction<R: Real>(exact: DVec3) -> (R::Vec3, R::Vec3) {
 }
 
 impl<R: Real> Interaction<R> {
-    /// Returns the sign, ±1, that turns the shading normal to the ray's side, also for objects
-    /// whose normal always points outwards.
+    /// Returns 1 if the shading normal lies on the side from which the ray arrived, else −1. The
+    /// shading normal of some objects always points outwards.
     #[inline(always)]
     pub(super) fn facing_sign(&self) -> R {
         if self.direction.dot(self.normal) > R::ZERO {

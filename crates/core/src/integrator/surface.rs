@@ -7,21 +7,22 @@ use crate::material::ensure_reflection_above;
 use crate::prepare::{ObjectRecord, PreparedScene};
 use crate::scene::MOST_UV_SETS;
 
-/// A segment of a path: its ray, and data that one ray passes to the next.
+/// A segment of a path: its ray, and data carried from segment to segment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathSegment<R: Real> {
     pub ray: Ray<R>,
-    /// Rounding error of the stored direction.
+    /// Rounding error of the ray's direction: the exact direction minus the stored one.
     pub direction_error: R::Vec3,
-    /// Distance from the eye to the ray's origin for rays of a distant camera; zero otherwise.
+    /// Distance from the eye to the ray's origin. Zero except for camera rays of a distant camera,
+    /// which start near the scene.
     pub skipped_distance: R,
-    /// Length of the path before this segment, for the width of the camera's ray cone; negative if
-    /// unused, as for shadow rays.
+    /// Length of the path before this segment, for the width of the camera's ray cone. Negative if
+    /// no ray cone is needed, as for shadow rays.
     pub length_before: R,
 }
 
 impl<R: Real> PathSegment<R> {
-    /// Creates a segment from an exact ray, for which no ray cone is needed.
+    /// Creates a segment from a ray without rounding error and without a ray cone.
     pub fn from_ray(ray: Ray<R>) -> Self {
         Self {
             ray,
@@ -31,7 +32,7 @@ impl<R: Real> PathSegment<R> {
         }
     }
 
-    /// Creates the segment of a camera ray; the caller sets the ray itself.
+    /// Creates the first segment of a path. The caller sets its ray.
     #[inline(always)]
     pub fn from_camera(scene: &PreparedScene<R>) -> Self {
         let before = if scene.cone.is_some() {
@@ -49,9 +50,10 @@ impl<R: Real> PathSegment<R> {
         }
     }
 
-    /// Replaces the segment by the next segment of the path, at the same time; `rest` is the
-    /// rounding error of its direction. Updated in place, vector by vector: reading a copy would
-    /// wait until its numbers are stored.
+    /// Replaces this segment by the next segment of the path, along `ray`. `rest` is the rounding
+    /// error of the new direction. The time stays.
+    ///
+    /// Each vector is updated in place: reading a copy would wait until the vectors are stored.
     #[inline(always)]
     pub fn advance_to_ray(&mut self, ray: &Ray<R>, rest: R::Vec3) {
         if self.length_before >= R::ZERO {
@@ -64,7 +66,7 @@ impl<R: Real> PathSegment<R> {
         self.skipped_distance = R::ZERO;
     }
 
-    /// Returns the beginning of the segment: the ray's origin, or the eye of a distant camera.
+    /// Returns the start of the segment: the ray's origin, or the eye of a distant camera.
     #[inline(always)]
     pub fn start_point(&self) -> R::Vec3 {
         if self.skipped_distance == R::ZERO {
@@ -98,7 +100,7 @@ impl<R: Real> Interaction<R> {
         }
     }
 
-    /// Creates the interaction of a hit without applying the material's normal map.
+    /// Creates the interaction of a hit; the material's normal map is not applied.
     #[inline(always)]
     pub fn from_hit_without_normal_map(
         scene: &PreparedScene<R>,
@@ -110,8 +112,8 @@ impl<R: Real> Interaction<R> {
         interaction
     }
 
-    /// Creates an interaction with the geometric data of a hit; [`Self::fill_attributes`] completes
-    /// it.
+    /// Creates an interaction with only the geometric data of a hit. [`Self::fill_attributes`]
+    /// completes the interaction.
     #[inline(always)]
     pub fn with_hit_geometry(
         scene: &PreparedScene<R>,
@@ -123,7 +125,7 @@ impl<R: Real> Interaction<R> {
         interaction
     }
 
-    /// Fills in the geometric data of a hit, in place.
+    /// Sets the geometric data of a hit in place.
     #[inline(always)]
     pub fn fill_geometry(
         &mut self,
@@ -135,8 +137,8 @@ impl<R: Real> Interaction<R> {
         self.fill_geometry_from_surface(scene, &segment.ray, hit);
     }
 
-    /// Fills in the geometric data of a hit for which `surface` is already set. Field by field,
-    /// because an interaction is large and would be copied.
+    /// Sets the geometric data of a hit, except `surface`, which the caller has set. Fields are set
+    /// one by one: an interaction is large, and a new value would be copied.
     #[inline(always)]
     pub fn fill_geometry_from_surface(
         &mut self,
@@ -158,8 +160,8 @@ impl<R: Real> Interaction<R> {
         self.colour = [R::ONE; 4];
     }
 
-    /// Fills in the data that depend on the object, the camera and the mesh: texture coordinates,
-    /// footprints and shading normal, except the normal map.
+    /// Sets the data that depend on object, camera and mesh: texture coordinates, footprints and
+    /// shading normal. The normal map is not applied.
     #[inline(always)]
     pub fn fill_attributes(
         &mut self,
@@ -196,7 +198,7 @@ impl<R: Real> Interaction<R> {
         }
     }
 
-    /// Interpolates normals, texture coordinates and colours of the mesh's vertices at a hit.
+    /// Interpolates normals, texture coordinates and colours of a mesh's vertices at a hit.
     fn interpolate_attributes(
         &mut self,
         scene: &PreparedScene<R>,

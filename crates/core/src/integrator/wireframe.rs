@@ -1,8 +1,8 @@
-//! Wireframe: lines along the edges of triangles at first hits of camera rays, one pixel wide,
-//! unlit, and antialiased by samples.
+//! Wireframe: lines along the edges of triangles at first hits of camera rays. Lines are one pixel
+//! wide, unlit, and antialiased by the pixel's samples.
 //!
-//! On each side of an edge the line is half a pixel wide. On triangles of a few pixels its width is
-//! limited to a share of the triangle, so that a dense mesh becomes grey instead of black.
+//! On triangles of a few pixels the width is limited to a fraction of the triangle: a dense mesh
+//! becomes grey instead of black.
 
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
@@ -12,19 +12,20 @@ use crate::display::curve::luminance;
 use crate::interaction::Interaction;
 use crate::prepare::{PreparedMaterial, PreparedScene};
 
-/// Greatest width of a line, as a share of the distance from its edge to the opposite corner.
+/// Greatest width of a line on one triangle, relative to the distance from the edge to the opposite
+/// corner.
 const WIDEST: f64 = 1.0 / 12.0;
 
 /// Radiance of lines on bright surfaces.
 const DARK: f64 = 0.01;
 /// Radiance of lines on dark surfaces.
 const BRIGHT: f64 = 0.6;
-/// Luminance of the base colour that separates dark surfaces from bright surfaces.
+/// Threshold of the base colour's luminance: surfaces above it are bright, others dark.
 const BETWEEN: f64 = 0.12;
 
 impl<R: Real> PreparedScene<R> {
-    /// Returns the line's colour if a camera ray hits an edge; `None` beside edges, on shapes
-    /// without triangles, and if the scene draws no edges.
+    /// Returns the colour of an edge at a hit. `None` beside edges, on shapes without triangles, on
+    /// the caps of a section, and if the scene draws no edges.
     #[inline(always)]
     pub(super) fn edge_colour_at(
         &self,
@@ -49,8 +50,8 @@ impl<R: Real> PreparedScene<R> {
             .is_some_and(|mesh| self.meshes[mesh.mesh as usize].is_cap)
     }
 
-    /// Whether a ray passes an edge of its triangle at a distance below half a pixel, measured by
-    /// the width of the ray's cone at the hit.
+    /// Whether a ray passes an edge of the hit triangle at less than half a pixel. A pixel is the
+    /// width of the camera's ray cone at the hit.
     #[inline(never)]
     fn is_on_edge(&self, segment: &PathSegment<R>, hit: &Hit<R>) -> bool {
         let Some(corners) = self.geometry.triangle_corners(&segment.ray, hit) else {

@@ -1,6 +1,7 @@
-//! Evaluation and sampling of BSDFs at vertices. The same source serves a single vertex of any
-//! surface and several vertices of common surfaces side by side; this file also moves numbers
-//! between columns and SIMD lanes.
+//! Evaluation and sampling of BSDFs at vertices.
+//!
+//! The number type decides whether the code treats a single vertex or several vertices of common
+//! surfaces in SIMD lanes. This file also copies numbers between columns and SIMD registers.
 
 use core::array::from_fn;
 
@@ -17,19 +18,21 @@ use crate::material::{
 };
 use crate::number::{Lanes, Mask, Number, Vector3};
 
-/// BSDF values of surfaces for the direction of a sampled light.
+/// BSDF values for the direction to a sampled light; numbers may be SIMD registers of several
+/// surfaces.
 #[derive(Clone, Copy)]
 pub(super) struct BsdfResponse<N: Number> {
     /// BSDF value.
     pub value: N::Vec3,
-    /// Diffuse part of the value, for lights that make no highlights; zero for other lights.
+    /// Diffuse part of the value, for lights that make no highlights. Zero if not requested, see
+    /// [`eval_bsdf_for_light`].
     pub diffuse: N::Vec3,
     /// Density by solid angle with which the BSDF samples the light's direction.
     pub density: N,
 }
 
-/// Evaluates the BSDFs of surfaces for a light's direction and a view direction. `dull`: whether
-/// the light, or any of several lights, makes no highlights.
+/// Evaluates BSDFs for the direction to a light. `view` points back along the incoming ray. `dull`:
+/// whether the diffuse part is needed, because the light of at least one lane makes no highlights.
 #[inline(always)]
 pub(super) fn eval_bsdf_for_light<N: Number, L: BsdfLobe<N>, const MOST: usize>(
     bsdf: &Bsdf<N, L, MOST>,
@@ -54,7 +57,7 @@ pub(super) fn eval_bsdf_for_light<N: Number, L: BsdfLobe<N>, const MOST: usize>(
 pub(super) struct BsdfLanes<R: Real> {
     pub value: Vec3Column<R>,
     pub diffuse: Vec3Column<R>,
-    /// Densities with which the BSDFs sample the lights' directions.
+    /// Density by solid angle with which the BSDF samples the direction to the light.
     pub light_density: LaneColumn<R>,
     /// Whether the BSDF sample is valid.
     pub is_valid: LaneColumn<bool>,
@@ -67,12 +70,13 @@ pub(super) struct BsdfLanes<R: Real> {
 }
 
 /// SIMD task: evaluates and samples the BSDFs of common surfaces (rough, opaque, without layers).
-/// `MATTE` selects surfaces without specular reflection: their single diffuse lobe gives the same
-/// numbers as the full model.
+///
+/// `MATTE` selects surfaces without specular reflection. Their BSDF is a single diffuse lobe, with
+/// the same numbers as the full model.
 pub(super) struct BsdfTask<'a, R: Real, const MATTE: bool> {
     pub vertices: &'a VertexLanes<R>,
     pub lights: &'a LightSampleLanes<R>,
-    /// Whether multiple scattering among microfacets is included.
+    /// Whether the BSDF includes multiple scattering among microfacets.
     pub energy_compensation: bool,
 }
 
@@ -136,8 +140,7 @@ impl<R: Real> BsdfLanes<R> {
         };
     }
 
-    /// Evaluates and samples as many vertices as the number type `N` has lanes, starting at the
-    /// lane `from`.
+    /// Evaluates and samples the vertices of `N::LANES` lanes, starting at the lane `from`.
     #[inline(always)]
     fn eval_bsdf_lanes<N: Number, const MATTE: bool>(
         &mut self,
@@ -234,7 +237,7 @@ impl<R: Real> LaneVertex<'_, R> {
     }
 }
 
-/// Loads the SIMD lanes of a number from a column, starting at the lane `from`.
+/// Loads a SIMD register from a column, starting at the lane `from`.
 #[inline(always)]
 fn load_lanes<N: Number, R: Real>(column: &LaneColumn<R>, from: usize) -> N {
     N::from_lanes(|lane| Real::to_f64(column[from + lane]))
@@ -296,8 +299,8 @@ fn mask_from_lanes<N: Number>(yes: impl Fn(usize) -> bool) -> N::Mask {
     mask
 }
 
-/// Returns the perturbed normals of at most [`LANES`] vertices; `these` returns the value of the
-/// normal map at the vertex in a lane.
+/// Returns the perturbed normals of the vertices in all [`LANES`] lanes. `these` returns the value
+/// of the normal map for a lane.
 #[inline(always)]
 pub(super) fn perturb_lane_normals<'a, R: Real>(
     these: impl Fn(usize) -> &'a NormalMap<R>,

@@ -1,4 +1,5 @@
-//! BSDFs of classic materials for path tracing.
+//! Conversion of classic materials (highlight exponents, constant reflection weights) to BSDFs for
+//! path tracing.
 
 use raywright_bvh::{Real, Vector};
 
@@ -8,12 +9,16 @@ use crate::prepare::{ClassicInputs, SpecularInputs};
 use crate::scene::SpecularModel;
 use crate::texture::ShadingContext;
 
-/// Returns the BSDF of a classic surface. The albedo of its Lambertian lobe is
-/// `local`·`colour`·`diffuse`. Its highlight, `specular`, becomes a microfacet lobe with the
-/// roughness of the highlight's exponent. Its reflection becomes a mirror with the same weight at
-/// every angle, and its transmission a smooth dielectric, given as `glass` with its relative index
-/// of refraction. If all lobes together reflect more than the incident light, the excess is taken
-/// from the diffuse lobe.
+/// Returns the BSDF of a classic surface. Its lobes are:
+/// - Lambertian, with the albedo `local`·`colour`·`diffuse`;
+/// - a microfacet lobe for the highlight `specular`, with the roughness of the highlight's
+///   exponent;
+/// - a mirror for the reflection, with the same weight at every angle;
+/// - a smooth dielectric in place of the mirror, if `glass` is given with its relative index of
+///   refraction.
+///
+/// If all lobes together would reflect more than the incident light, the mirror or dielectric keeps
+/// its weight. The highlight gets at most the remainder, and the Lambertian lobe what is left.
 #[inline(always)]
 pub(super) fn build_classic_bsdf<R: Real>(
     (m, glass): (&ClassicInputs<R>, Option<&Glass<R>>),
@@ -77,8 +82,8 @@ pub(super) fn build_classic_bsdf<R: Real>(
     }
 }
 
-/// Returns a matte classic surface as a metallic-roughness model without specular reflection, whose
-/// single lobe has the same numbers.
+/// Returns the metallic-roughness model of a matte classic surface. Without specular reflection,
+/// the model has a single Lambertian lobe, with the albedo of the classic surface.
 #[inline(always)]
 pub(super) fn build_matte_model<R: Real>(
     m: &ClassicInputs<R>,
@@ -98,10 +103,10 @@ pub(super) fn build_matte_model<R: Real>(
     }
 }
 
-/// Returns the perceptual roughness √α for a highlight's exponent n: α = √(2/(n + 2)) for a lobe
-/// about the half vector ("Microfacet Models for Refraction through Rough Surfaces", Walter et al.
-/// 2007). A highlight about the mirrored view direction has the same width at a quarter of the
-/// exponent.
+/// Returns the perceptual roughness √α for the exponent n of a highlight: α = √(2/(n + 2)) for a
+/// lobe about the half vector ("Microfacet Models for Refraction through Rough Surfaces", Walter et
+/// al. 2007). A highlight about the mirrored view direction (Phong) has the width of a half-vector
+/// lobe with the exponent 4n.
 fn roughness_from_exponent<R: Real>(specular: &SpecularInputs<R>) -> R {
     let exponent = f64::from(specular.exponent);
     let about_half = match specular.model {

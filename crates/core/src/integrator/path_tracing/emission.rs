@@ -1,5 +1,5 @@
-//! Light found by BSDF sampling: emission of surfaces that a path hits, and the sky, with the
-//! weights of multiple importance sampling.
+//! Light found by BSDF sampling: emission of hit surfaces, and radiance of the sky. Weights of
+//! multiple importance sampling are included.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -10,8 +10,8 @@ use crate::light::{LightId, ShadowRayTarget, SkySample};
 use crate::settings::LightSampling;
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Adds the emission of a hit surface to the path's radiance, with its weight of multiple
-    /// importance sampling.
+    /// Adds the emission of a hit surface, times its weight of multiple importance sampling, to the
+    /// path's radiance.
     #[inline]
     pub(super) fn add_emission(
         &mut self,
@@ -56,8 +56,8 @@ impl<R: Real> PathTracer<'_, R> {
         self.record_direct_radiance(path.segments_traced == 1, emitted);
     }
 
-    /// Adds radiance to the directly visible radiance of a camera ray, if layers need it. `camera`:
-    /// whether the radiance arrives along the camera ray.
+    /// Adds `radiance` to the emission seen directly by the camera, if layers need it and `camera`
+    /// is set. `camera`: whether the radiance arrives along the camera ray.
     #[inline(always)]
     pub(super) fn record_direct_radiance(&mut self, camera: bool, radiance: R::Vec3) {
         if camera && self.keeps_first {
@@ -76,7 +76,7 @@ impl<R: Real> PathTracer<'_, R> {
             .for_each(|first| first.albedo = [0.0; 3]);
     }
 
-    /// Returns the sky's radiance along a ray that escapes, with its weight of multiple importance
+    /// Returns the sky's radiance along an escaped ray, times its weight of multiple importance
     /// sampling.
     #[inline(always)]
     pub(super) fn weighted_sky_radiance(
@@ -102,15 +102,16 @@ impl<R: Real> PathTracer<'_, R> {
             })
     }
 
-    /// Whether a path was scattered diffusely before, and its last direction came from a mirror:
-    /// such a path hits lights by chance alone.
+    /// Whether the path was scattered diffusely before, and its last direction came from a mirror.
+    /// No light sample stands in for a light that such a path hits.
     #[inline(always)]
     pub(super) fn hits_lights_by_chance(&self, path: &PathState<R>) -> bool {
         path.min_pdf < MIRROR_DENSITY && path.previous.density >= MIRROR_DENSITY
     }
 
-    /// Returns the weight of BSDF sampling for a light that a path hit. `drawn` returns the density
-    /// of sampling the hit point by light sampling, given the probability of choosing the light.
+    /// Returns the weight of BSDF sampling for a light that the path hit. `drawn` maps the
+    /// probability of choosing that light to the density with which light sampling samples the hit
+    /// point.
     #[inline(always)]
     fn scattering_mis_weight(
         &self,

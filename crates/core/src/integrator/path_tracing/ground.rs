@@ -1,5 +1,5 @@
-//! The studio's ground, which is not a surface: camera rays that reach it see the backdrop, dimmed
-//! by the share of the studio's light that the scene blocks there.
+//! The studio's ground. The ground is no surface: a camera ray that reaches the ground shows the
+//! backdrop, darkened by the scene's shadow from the studio's light.
 
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
@@ -8,9 +8,9 @@ use crate::light::ShadowRayTarget;
 use crate::sampler::{SamplePurpose, SampleSequence, sample_4d_batch};
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Returns for each escaped camera ray the visible share of the studio's light, 0 to 1, at the
-    /// ray's point on the ground: a single shadow ray in a direction sampled by the studio's light.
-    /// 1 without a ground, and far from the scene.
+    /// Returns for each escaped camera ray the visible share of the studio's light at the ray's
+    /// point on the ground, 0 to 1. The estimate is a single shadow ray in a sampled direction of
+    /// that light. The share is 1 without a ground and far from the scene.
     pub(super) fn trace_ground_visibility<'a>(
         &mut self,
         paths: impl Iterator<Item = &'a PathState<R>>,

@@ -1,5 +1,5 @@
-//! Index-matched boundaries: surfaces with the same index of refraction on both sides, which light
-//! passes straight, changed by a tint alone. They do not count as segments of a path.
+//! Index-matched boundaries: surfaces with the same index of refraction on both sides. Light passes
+//! them straight and is only tinted. They do not count as segments of a path.
 
 use raywright_bvh::{Real, Vector};
 
@@ -9,8 +9,8 @@ use crate::interaction::Interaction;
 use crate::prepare::{PreparedMaterial, RefractiveIndex};
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Returns the tint of a surface that is only an index-matched boundary; `None` for other
-    /// surfaces. Inlined tests exclude most surfaces.
+    /// Returns the tint of an index-matched boundary; `None` for any other surface. The inlined
+    /// checks exclude most surfaces.
     #[inline(always)]
     pub(super) fn index_matched_tint(
         &self,
@@ -72,7 +72,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Continues a path through an index-matched boundary. Returns whether the path goes on.
+    /// Continues a path straight through an index-matched boundary. Returns whether the path goes
+    /// on.
     pub(super) fn pass_index_matched_boundary(
         &mut self,
         path: &mut PathState<R>,

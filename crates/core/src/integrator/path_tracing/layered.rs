@@ -1,5 +1,5 @@
-//! Vertices on layered surfaces. Their functions are not inlined, so that surfaces without layers
-//! pay for a check alone.
+//! BSDFs of vertices on layered surfaces. The functions are not inlined: surfaces without layers
+//! cost a check alone.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -18,8 +18,8 @@ use crate::sampler::{SampleAddress, SamplePurpose, sample_2d};
 use crate::texture::{InputProduct, NormalMapInput, PreparedInput, ShadingContext};
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Builds the BSDF of a layered surface at a hit in `bsdf`, and returns the surface's
-    /// refractive glass; `None` without refraction.
+    /// Builds the BSDF of a layered surface at a hit in `bsdf`. Returns the glass if the surface
+    /// refracts; `None` for opaque surfaces and thin walls.
     #[inline(never)]
     pub(super) fn build_layered_bsdf(
         &self,
@@ -74,16 +74,16 @@ impl<R: Real> PathTracer<'_, R> {
     }
 }
 
-/// Evaluates the material inputs of layers at a hit.
+/// Reads the material inputs of layers at a hit.
 struct LayerInputReader<'a, R: Real> {
     scene: &'a PreparedScene<R>,
     segment: &'a PathSegment<R>,
     hit: &'a Hit<R>,
     interaction: &'a Interaction<R>,
     context: ShadingContext<'a, R>,
-    /// The normal of the lobes.
+    /// Normal of the base's lobes.
     normal: R::Vec3,
-    /// Whether the surface has a normal map.
+    /// Whether the base has a normal map.
     bumpy: bool,
 }
 
@@ -122,8 +122,8 @@ impl<R: Real> LayerFieldEvaluator<InputFieldTypes<R>, R> for LayerInputReader<'_
         *input
     }
 
-    /// Returns the normal of a layer: the shading normal without the base's normal map, perturbed
-    /// by the layer's own normal map if the layer has one.
+    /// Returns the normal of a layer. The layer's own normal map, if any, replaces the normal map
+    /// of the base.
     fn eval_normal(&self, input: &Option<NormalMapInput<R>>) -> R::Vec3 {
         let (interaction, normal) = (self.interaction, self.normal);
         let own = if self.bumpy || input.is_some() {
@@ -159,8 +159,8 @@ impl<R: Real> LayerFieldEvaluator<InputFieldTypes<R>, R> for LayerInputReader<'_
     }
 }
 
-/// Returns the path's wavelength in nanometres. A white path samples its wavelength here, and its
-/// throughput is tinted by the wavelength's weight.
+/// Returns the path's wavelength in nanometres. A path that still carries all wavelengths samples
+/// one here; its throughput is multiplied by the weight of that wavelength.
 pub(super) fn path_wavelength<R: Real>(path: &mut PathState<R>) -> f64 {
     *path.wavelength.get_or_insert_with(|| {
         let [u, _] = sample_2d(

@@ -12,9 +12,9 @@ use crate::light::{
 };
 use crate::settings::LightSampling;
 
-/// Returns the weight of a technique by the power heuristic: own²/(own² + other²) for the densities
-/// of both techniques (Veach, Guibas 1995). The ratio is squared, not each density, so that no
-/// square overflows.
+/// Returns the weight of a sampling technique by the power heuristic, own²/(own² + other²) (Veach,
+/// Guibas 1995). `own` and `other` are the densities of this technique and of the alternative. The
+/// ratio is squared, not each density: no square overflows.
 #[inline(always)]
 pub(super) fn power_heuristic(own: f64, other: f64) -> f64 {
     if own == other {
@@ -24,7 +24,8 @@ pub(super) fn power_heuristic(own: f64, other: f64) -> f64 {
     1.0 / (1.0 + ratio * ratio)
 }
 
-/// The lights chosen and sampled for vertices; kept to reuse the memory of the lists.
+/// The lights chosen for vertices, and their samples. Kept from batch to batch to reuse the memory
+/// of the lists.
 #[derive(Default)]
 pub(super) struct SampledLights<R: Real> {
     chosen_lights: Vec<Option<ChosenLight<R>>>,
@@ -32,7 +33,7 @@ pub(super) struct SampledLights<R: Real> {
 }
 
 impl<R: Real> SampledLights<R> {
-    /// Iterates over batches of [`LANES`] chosen lights with their samples.
+    /// Iterates over the chosen lights and their samples in batches of [`LANES`] vertices.
     pub fn batches(
         &self,
     ) -> impl Iterator<Item = (&[Option<ChosenLight<R>>], &LightSampleLanes<R>)> {
@@ -41,7 +42,7 @@ impl<R: Real> SampledLights<R> {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Chooses a light for each vertex, samples it, and sets the weighting of the sample.
+    /// Chooses and samples a light for each vertex, and sets the vertex's [`MisStrategy`].
     pub(super) fn sample_lights(
         &self,
         slice: &WavefrontSlice<'_, R>,
@@ -112,8 +113,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Returns the weighting of a light sample with the given sampling density; `None` if the light
-    /// is found by BSDF sampling alone.
+    /// Returns the weighting of a sample of a light with the given density; `None` if only BSDF
+    /// sampling finds the light.
     #[inline(always)]
     fn mis_strategy(&self, light: LightId, density: LightDensity) -> Option<MisStrategy> {
         Some(match (density, light) {

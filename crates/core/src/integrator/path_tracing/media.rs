@@ -1,4 +1,4 @@
-//! Media of a path: the stack of bodies that contain the current point, and the absorption in them.
+//! Media along a path: the stack of bodies that contain the current point, and their absorption.
 
 use raywright_bvh::{Interval, Real, Vector};
 
@@ -6,14 +6,14 @@ use super::super::PathSegment;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 
-/// Greatest number of media around a path; media nested more deeply are ignored.
+/// Greatest number of nested media; media entered beyond this number are ignored.
 const MAX_MEDIA: usize = 7;
 
-/// Greatest number of surfaces crossed in the search for the media around the camera.
+/// Greatest number of surfaces that the search for the media around the camera crosses.
 const MOST_CROSSINGS: u32 = 64;
 
-/// Stack of the media that a path has entered and not left; the medium entered last is on top.
-/// Media are identified by their materials.
+/// Stack of the media that a path has entered and not left. The medium entered last is on top. A
+/// medium is identified by the index of its material.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct MediumStack {
     inside: [u32; MAX_MEDIA],
@@ -21,8 +21,9 @@ pub(super) struct MediumStack {
 }
 
 impl MediumStack {
-    /// Returns the stack beyond a boundary of a material. If the boundary is hit from `outside`,
-    /// the material is put on top; otherwise the topmost entry of the material is removed.
+    /// Returns the stack on the far side of a boundary of `material`. Hit from `outside`, the
+    /// boundary puts the material on top. Hit from inside, it removes the topmost entry of the
+    /// material.
     pub fn cross_boundary(mut self, material: u32, outside: bool) -> Self {
         let count = self.count as usize;
         if outside {
@@ -34,7 +35,7 @@ impl MediumStack {
         self
     }
 
-    /// Inserts a medium at an index of the stack, below the media from that index on.
+    /// Inserts a medium at `index`, counted from the bottom. The media from that index on move up.
     fn insert(&mut self, index: usize, material: u32) {
         if (self.count as usize) < MAX_MEDIA {
             self.inside
@@ -55,8 +56,8 @@ impl MediumStack {
             .rposition(|&m| m == material)
     }
 
-    /// Returns the medium of the greatest priority, and of equal media the one entered last. With
-    /// an empty list of priorities, all media are equal.
+    /// Returns the medium of the greatest priority; among equals, the medium entered last. With an
+    /// empty list, all priorities are equal.
     fn highest_priority(&self, priorities: &[u32]) -> Option<u32> {
         let inside = self.inside[..self.count as usize].iter().copied();
         if priorities.is_empty() {
@@ -68,8 +69,8 @@ impl MediumStack {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Finds the media around the camera: those that a ray from the camera leaves more often than
-    /// it enters them, the innermost on top.
+    /// Finds the media around the camera, the innermost on top. These are the media that a ray from
+    /// the camera leaves more often than it enters them.
     pub(super) fn find_camera_media(&self) -> MediumStack {
         let (scene, mut entered, mut around) =
             (self.scene, MediumStack::default(), MediumStack::default());
@@ -108,7 +109,7 @@ impl<R: Real> PathTracer<'_, R> {
         around
     }
 
-    /// Returns the media of a path beyond a surface; a thin wall does not change them.
+    /// Returns the media on the far side of a surface. A thin wall changes nothing.
     #[inline]
     pub(super) fn media_beyond_surface(
         &self,
@@ -123,14 +124,15 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Returns the effective medium among overlapping media, the one of greatest priority; `None`
-    /// outside of media.
+    /// Returns the effective medium among overlapping media: the medium of the greatest priority.
+    /// `None` outside all media.
     #[inline]
     pub(super) fn effective_medium(&self, media: &MediumStack) -> Option<u32> {
         media.highest_priority(&self.scene.priorities)
     }
 
-    /// Attenuates a path's throughput by absorption along the segment to a hit.
+    /// Multiplies the path's throughput by the transmittance of the medium along the segment to a
+    /// hit.
     #[inline(always)]
     pub(super) fn attenuate_by_media(&self, path: &mut PathState<R>, interaction: &Interaction<R>) {
         if self.scene.absorbs {
@@ -150,7 +152,7 @@ impl<R: Real> PathTracer<'_, R> {
         )
     }
 
-    /// Returns the transmittance of a medium over a distance; 1 without a medium.
+    /// Returns the transmittance of a medium over a distance in metres; 1 without a medium.
     fn single_medium_transmittance(&self, body: Option<u32>, distance: R) -> R::Vec3 {
         let absorption =
             body.and_then(|material| self.scene.materials[material as usize].absorption());
@@ -160,7 +162,7 @@ impl<R: Real> PathTracer<'_, R> {
     }
 }
 
-/// Returns the transmittance over a distance in metres, for an absorption coefficient per metre
+/// Returns the transmittance exp(−a·d) for the absorption a per metre and the distance d in metres
 /// (Beer and Lambert).
 fn beer_lambert<R: Real>(absorption: R::Vec3, distance: R) -> R::Vec3 {
     // A zero distance absorbs nothing even for infinite absorption, and zero absorption nothing

@@ -1,11 +1,13 @@
 //! Nested dielectrics: the effective medium of overlapping bodies, and the relative index of
 //! boundaries between bodies ("Simple Nested Dielectrics in Ray Traced Images", Schmidt, Budge
-//! 2002). The effective medium is the entered body of the greatest priority, and of equal bodies
-//! the one entered last; a boundary with the same effective medium on both sides is ignored. So a
-//! liquid may reach into its glass, where exact contact would leave gaps or a film of air.
+//! 2002).
 //!
-//! Used only if the table of priorities is not empty. Functions are not inlined, so that other
-//! scenes pay for a check alone.
+//! The effective medium is the entered body of the greatest priority; among equals, the body
+//! entered last. A boundary with the same effective medium on both sides is ignored. A liquid may
+//! therefore overlap its glass; exact contact would leave gaps or a film of air.
+//!
+//! Only scenes with priorities use these functions. The functions are not inlined: other scenes pay
+//! for a check alone.
 
 use raywright_bvh::Real;
 
@@ -17,7 +19,7 @@ use crate::prepare::{ConstantIor, PreparedMaterial};
 use crate::texture::ShadingContext;
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Whether the scene's media have priorities, so that their boundaries are nested dielectrics.
+    /// Whether the scene's materials have priorities: boundaries are then nested dielectrics.
     #[inline(always)]
     pub(super) fn has_nested_dielectrics(&self) -> bool {
         !self.scene.priorities.is_empty()
@@ -32,8 +34,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Returns the media on the ray's side of a boundary and on the far side. A body that the ray
-    /// leaves counts as entered, even if no hit recorded the entry.
+    /// Returns the media on the near side of a boundary, from which the ray arrives, and on its far
+    /// side. A body that the ray leaves counts as entered, even if no hit recorded the entry.
     fn media_on_both_sides(
         &self,
         media: &MediumStack,
@@ -51,8 +53,8 @@ impl<R: Real> PathTracer<'_, R> {
         ]
     }
 
-    /// Returns the media beyond a hidden boundary, which lies inside a body of greater priority;
-    /// `None` for a boundary that is not hidden.
+    /// Returns the media beyond a hidden boundary, `None` for any other boundary. A boundary is
+    /// hidden if it lies inside a body of greater priority.
     #[inline(never)]
     pub(super) fn media_behind_hidden_boundary(
         &self,
@@ -66,8 +68,8 @@ impl<R: Real> PathTracer<'_, R> {
         (self.effective_medium(&near) == self.effective_medium(&far)).then_some(far)
     }
 
-    /// Returns the index of refraction of a medium, at the path's wavelength if the medium is
-    /// dispersive; 1 without a medium.
+    /// Returns the index of refraction of a medium; 1 without a medium. For a dispersive medium,
+    /// the index is that of the path's wavelength.
     fn refractive_index(
         &self,
         path: &mut PathState<R>,
@@ -102,8 +104,11 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Returns the relative index of refraction of a surface: the index inside over the index
-    /// outside. For glass, these are the indices of the effective media on both sides. For other
-    /// surfaces, the index outside is that of the surrounding medium.
+    /// outside.
+    ///
+    /// - Glass boundary: the indices of the effective media on both sides.
+    /// - Other surfaces: the surface's own index inside, and the index of the effective medium
+    ///   outside.
     #[inline(never)]
     pub(super) fn relative_ior(
         &self,
@@ -129,8 +134,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Sets the dielectric reflectance and the glass's index of refraction of a physical surface
-    /// without layers, relative to the medium around the surface.
+    /// Sets the reflectance at normal incidence and the glass's index of refraction in `model`,
+    /// relative to the surrounding medium. For a physical surface without layers.
     #[inline(never)]
     pub(super) fn set_relative_ior(
         &self,

@@ -6,24 +6,25 @@ use raywright_bvh::{Real, Vector};
 use super::PathState;
 use crate::settings::RouletteStart;
 
-/// Number of segments from which on a path of any brightness may end, so that even paths in a white
-/// room without absorption end: on average after twenty more segments. The depth limit may end
-/// paths earlier.
+/// Number of segments after which a path of any throughput may end. Without this limit, paths in a
+/// white room without absorption would never end. From here on a path has twenty more segments on
+/// average; the depth limit may end the path earlier.
 const FORCED_ROULETTE_SEGMENTS: u32 = 64;
 
 /// Greatest probability of survival from [`FORCED_ROULETTE_SEGMENTS`] segments on.
 const FORCED_SURVIVAL: f64 = 0.95;
 
 impl<R: Real> PathState<R> {
-    /// Returns the greatest probability of survival at the path's next vertex; infinite without
-    /// roulette.
+    /// Returns the upper limit on the survival probability at the path's next vertex; infinite if
+    /// Russian roulette does not apply yet.
     #[inline(always)]
     pub fn max_survival(&self, roulette: RouletteStart) -> R {
         max_survival_after(self.segments_traced, roulette)
     }
 }
 
-/// Returns the greatest probability of survival after `traced` segments; infinite without roulette.
+/// Returns the upper limit on the survival probability after `traced` segments; infinite if Russian
+/// roulette does not apply yet.
 #[inline(always)]
 fn max_survival_after<R: Real>(traced: u32, roulette: RouletteStart) -> R {
     // Before the fourth segment, roulette adds more noise than it saves time in most scenes.
@@ -41,10 +42,11 @@ fn max_survival_after<R: Real>(traced: u32, roulette: RouletteStart) -> R {
     }
 }
 
-/// Applies Russian roulette: returns the new throughput, and whether the path survives. The
-/// probability of survival is the greatest component of the throughput, at most `maximum`; an
-/// infinite `maximum` means no roulette. Without branches, so that several paths are computed side
-/// by side.
+/// Applies Russian roulette. Returns the new throughput, and whether the path survives.
+///
+/// The survival probability is the greatest component of the throughput, at most `maximum`. An
+/// infinite `maximum` means no roulette. The function has no branches: the compiler can vectorise
+/// it over several paths.
 #[inline(always)]
 pub(super) fn apply_roulette<R: Real>(
     throughput: R::Vec3,
@@ -70,8 +72,8 @@ pub(super) fn is_nonzero<R: Real>(v: R::Vec3) -> bool {
     (v.x() != R::ZERO) | (v.y() != R::ZERO) | (v.z() != R::ZERO)
 }
 
-/// Whether all components of a throughput are finite. An infinite or undefined component makes the
-/// path's sample invalid; such samples are dropped and counted.
+/// Whether all components of a throughput are finite. Otherwise the path's sample is invalid: it is
+/// dropped and counted.
 #[inline(always)]
 pub(super) fn has_finite_components<R: Real>(v: R::Vec3) -> bool {
     let (x, y, z) = (Real::abs(v.x()), Real::abs(v.y()), Real::abs(v.z()));

@@ -19,12 +19,13 @@ pub(super) struct ScatteredRay<R: Real> {
     pub is_delta: bool,
     /// Whether the ray is transmitted through the surface.
     pub is_transmitted: bool,
-    /// Whether the ray is transmitted without a change of direction, as shadow rays are.
+    /// Whether the ray passes a thin wall straight. Shadow rays pass such a wall too: for multiple
+    /// importance sampling, the vertex before the wall stays the previous vertex.
     pub is_straight: bool,
 }
 
 impl<R: Real> ScatteredRay<R> {
-    /// Properties of a ray from a rough opaque surface.
+    /// A ray from a rough opaque surface.
     pub const REFLECTED: Self = Self {
         direction_error: <R::Vec3 as Vector<R>>::ZERO,
         is_delta: false,
@@ -34,7 +35,7 @@ impl<R: Real> ScatteredRay<R> {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Continues the path of a vertex in the sampled direction.
+    /// Continues the path of the vertex in `lane` in the direction that the BSDF sampled.
     #[inline(always)]
     pub(super) fn continue_path(
         &mut self,
@@ -74,8 +75,10 @@ impl<R: Real> PathTracer<'_, R> {
         self.start_segment(path, interaction, leaves, (&ray, lit), scattered_ray);
     }
 
-    /// Continues a path along a ray, with the new throughput and the density of the ray's
-    /// direction. `lit`: normal of the side on which lights were sampled; zero for both sides.
+    /// Continues a path along a scattered ray.
+    ///
+    /// - `density`: density by solid angle of the ray's direction, infinite for a delta lobe.
+    /// - `lit`: normal of the side on which lights were sampled; zero for both sides.
     #[inline(always)]
     pub(super) fn start_segment(
         &mut self,

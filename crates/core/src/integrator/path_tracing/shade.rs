@@ -1,5 +1,5 @@
-//! Shading of a batch of vertices: reflected light, shadow rays and scattered rays, step by step,
-//! each step for all vertices. A vertex has the same bits in any batch.
+//! Shading of a batch of vertices in steps: direct light, shadow rays, scattered rays. Each step
+//! treats all vertices. The result of a vertex has the same bits in any batch.
 
 use raywright_bvh::{Real, SimdTask, Vector, run_widest};
 
@@ -12,8 +12,8 @@ use crate::light::{
     set_lane_vector,
 };
 
-/// Results of shading a batch of vertices. Each step is a function of its own, so that the compiler
-/// knows that outputs do not alias inputs.
+/// Results of shading a batch of vertices. A function of its own computes each field: the compiler
+/// then knows that outputs do not alias inputs.
 #[derive(Clone, Copy)]
 pub(super) struct ShadedLanes<R: Real> {
     pub lit: DirectLightLanes<R>,
@@ -22,8 +22,8 @@ pub(super) struct ShadedLanes<R: Real> {
 }
 
 impl<R: Real> ShadedLanes<R> {
-    /// Shades vertices from their BSDF values and samples. `reach` is the greatest length of a
-    /// shadow ray to an infinitely distant delta light.
+    /// Shades vertices, given their BSDF values and BSDF samples. `reach` is the greatest length of
+    /// a shadow ray to an infinitely distant delta light.
     #[inline]
     pub fn from_vertices(
         vertices: &VertexLanes<R>,
@@ -50,14 +50,15 @@ impl<R: Real> ShadedLanes<R> {
     }
 }
 
-/// Reflected light of vertices, before the visibility of their lights is known.
+/// Direct light at vertices, before the visibility of the lights is known.
 #[derive(Clone, Copy)]
 pub(super) struct DirectLightLanes<R: Real> {
-    /// Whether the surface scatters light of an unoccluded light towards the path.
+    /// Whether the surface scatters the sampled light towards the viewer, if the light is
+    /// unoccluded.
     pub is_lit: LaneColumn<bool>,
-    /// Whether the surface transmits that light, instead of reflecting it.
+    /// Whether the surface transmits the sampled light, instead of reflecting it.
     pub is_through: LaneColumn<bool>,
-    /// Scattered light, if the light is unoccluded.
+    /// Scattered radiance per unit of throughput, if the light is unoccluded.
     pub reflected: Vec3Column<R>,
 }
 
@@ -120,17 +121,20 @@ impl<R: Real> SimdTask for DirectLightTask<'_, R> {
     }
 }
 
-/// Shadow rays from vertices to sampled points of surfaces and to infinity.
+/// Shadow rays from vertices to sampled points of lights. A light may be a surface or infinitely
+/// distant.
 #[derive(Clone, Copy)]
 pub(super) struct ShadowRayLanes<R: Real> {
     pub start: Vec3Column<R>,
     pub directions: Vec3Column<R>,
-    /// Length of the ray; zero or negative if no object fits between vertex and light.
+    /// Length of the ray. Zero, negative or infinite: nothing can lie between the vertex and a
+    /// light's surface.
     pub length: LaneColumn<R>,
-    /// Whether the ray leaves the vertex on the side of its origin, see
-    /// [`RayEnds`](raywright_bvh::RayEnds).
+    /// Whether the ray's origin lies on the side of the vertex's surface to which the ray points.
+    /// The triangle of the vertex may then be named in [`RayEnds`](raywright_bvh::RayEnds).
     pub leaves: LaneColumn<bool>,
-    /// Whether the ray reaches the light from the side of its end.
+    /// Whether the ray's end lies on the side of the light's surface from which the ray arrives.
+    /// The light's triangles may then be named in [`RayEnds`](raywright_bvh::RayEnds).
     pub reaches: LaneColumn<bool>,
 }
 

@@ -16,8 +16,8 @@ use crate::prepare::{PreparedMaterial, PreparedSpawnRule};
 use crate::scene::AlphaMode;
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Adds the reflected light of the sampled light to the path's radiance, times the light's
-    /// visibility.
+    /// Adds the direct light of the vertex in `lane`, times the light's visibility, to the path's
+    /// radiance.
     #[inline(always)]
     pub(super) fn add_direct_light(
         &mut self,
@@ -77,7 +77,8 @@ impl<R: Real> PathTracer<'_, R> {
         path.radiance += path.throughput * scattered;
     }
 
-    /// Returns the triangles at the ends of a lane's shadow ray.
+    /// Returns the triangles that a shadow ray leaves and reaches, and therefore certainly does not
+    /// cross.
     #[inline(always)]
     fn ray_ends(
         &self,
@@ -100,7 +101,8 @@ impl<R: Real> PathTracer<'_, R> {
         ends
     }
 
-    /// Whether a single shadow ray to the sampled point determines a light's visibility.
+    /// Whether one shadow ray to the sampled point gives the light's visibility. No transmission,
+    /// absorption or varying emission along the ray is then needed.
     #[inline(always)]
     fn needs_one_shadow_ray(&self, light: LightId) -> bool {
         let (scene, lights) = (self.scene, &self.scene.lights);
@@ -114,8 +116,8 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Returns `scattered` times the transmittance of the shadow ray to the light sample.
-    /// `scattered` is the light that the surface reflects without occlusion, or transmits if
-    /// `through`.
+    /// `scattered` is the light that the surface scatters without occlusion: transmitted if
+    /// `through` is set, else reflected.
     #[inline(always)]
     fn apply_visibility(
         &mut self,
@@ -198,8 +200,12 @@ impl<R: Real> PathTracer<'_, R> {
         )
     }
 
-    /// Returns the transmittance along a shadow ray with these triangles at its ends, 0 to 1.
-    /// `target` is given if the light may be its own occluder.
+    /// Returns the transmittance along a shadow ray, 0 to 1.
+    ///
+    /// - `ends`: triangles at the ray's ends.
+    /// - `target`: given if the light's own surface may occlude the ray; hits on that surface are
+    ///   ignored.
+    /// - `sizeless`: whether the light is a delta light.
     #[inline(always)]
     fn shadow_transmittance(
         &mut self,
@@ -229,10 +235,11 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Returns the transmittance of an occluder for a ray that keeps its direction, 0 to 1: the
-    /// share that is absent by alpha. `sizeless`: whether the light is a delta light. An object
-    /// without shadow transmits a delta light fully, but not an area light, because paths that find
-    /// area lights hit every object.
+    /// Returns the transmittance of an occluder for an undeflected ray, 0 to 1: one minus alpha.
+    ///
+    /// `sizeless`: whether the light is a delta light. An object that casts no shadow transmits a
+    /// delta light fully. It blocks area lights, since paths that find area lights hit every
+    /// object.
     fn occluder_transmittance(&self, ray: &Ray<R>, hit: &Hit<R>, sizeless: bool) -> R {
         let record = &self.scene.objects[hit.outermost_id() as usize];
         if sizeless && !record.casts_shadow {

@@ -1,4 +1,4 @@
-//! Batches of vertices in columns (structure of arrays), one vertex in each SIMD lane.
+//! Batches of vertices as structures of arrays, one vertex in each SIMD lane.
 
 use raywright_bvh::{Hit, Real};
 
@@ -8,18 +8,18 @@ use crate::light::{LANES, LaneColumn, SurfaceLanes, Vec3Column, set_lane_vector}
 use crate::material::MetallicRoughness;
 use crate::settings::RouletteStart;
 
-/// The current segment of the paths in a wavefront: views of their states, hits and interactions.
+/// The paths of a wavefront at their current segment, with hits and interactions.
 pub(super) struct WavefrontSlice<'a, R: Real> {
     pub paths: &'a mut [PathState<R>],
-    /// Indices of the paths with a hit.
+    /// Indices of the paths whose segment hit a surface; these paths are called active.
     pub active: &'a [u32],
-    /// Interactions and hits of the active paths, in the order of `active`.
+    /// Interactions of the active paths, in the order of `active`. `hits` has the same order.
     pub interactions: &'a mut [Interaction<R>],
     pub hits: &'a [Option<Hit<R>>],
 }
 
 impl<R: Real> WavefrontSlice<'_, R> {
-    /// Returns the path and the interaction of a vertex, by its index among the active paths.
+    /// Returns the path and the interaction of a vertex, given its index in `active`.
     #[inline(always)]
     pub fn path_and_interaction(&self, index: u32) -> (&PathState<R>, &Interaction<R>) {
         (
@@ -40,12 +40,12 @@ pub(super) enum LitSides {
     Both,
 }
 
-/// Weighting of a light sample in multiple importance sampling.
+/// Weighting of a light sample, also for multiple importance sampling.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum MisStrategy {
-    /// The BSDF value alone, without a weight.
+    /// BSDF value without a weight: BSDF sampling does not find this light.
     Unweighted,
-    /// The BSDF value for a delta light, without a weight; `shines`: whether the light makes
+    /// BSDF value without a weight, for a delta light. `shines`: whether the light makes
     /// highlights.
     Delta { shines: bool },
     /// The BSDF value, weighted by the densities of light sampling and of BSDF sampling.
@@ -53,7 +53,7 @@ pub(super) enum MisStrategy {
 }
 
 impl MisStrategy {
-    /// Whether only the diffuse part of the BSDF responds.
+    /// Whether the light makes no highlights: only the diffuse part of the BSDF counts.
     pub fn is_diffuse_only(&self) -> bool {
         matches!(self, Self::Delta { shines: false })
     }
@@ -64,7 +64,7 @@ impl MisStrategy {
 pub(super) struct VertexLanes<R: Real> {
     /// Number of vertices.
     pub len: usize,
-    /// Indices of the vertices among the paths with a hit.
+    /// Indices of the vertices in [`WavefrontSlice::active`].
     pub hit_indices: LaneColumn<u32>,
     pub surface: SurfaceLanes<R>,
     /// Geometric normal on the path's side.
@@ -75,16 +75,16 @@ pub(super) struct VertexLanes<R: Real> {
     pub sides: LaneColumn<LitSides>,
     /// Base colour of common surfaces.
     pub base: Vec3Column<R>,
-    /// Further terms of common surfaces: metallic, roughness, and the dielectric's reflectance at
-    /// normal and at grazing incidence; unused for matte surfaces.
+    /// Further terms of common surfaces: metallic, roughness, and the dielectric's reflectances at
+    /// normal and at grazing incidence. Unused for matte surfaces.
     pub model_terms: [LaneColumn<R>; 4],
-    /// Factor on the light of delta lights, for which classic and physical materials use different
-    /// units.
+    /// Factor on the light of delta lights: their unit differs between classic and physical
+    /// materials.
     pub gain: LaneColumn<R>,
     pub throughput: Vec3Column<R>,
     /// Uniform numbers in [0, 1) for the lobe, the direction (two numbers), and Russian roulette.
     pub numbers: [LaneColumn<R>; 4],
-    /// Greatest probability of survival; infinite without roulette.
+    /// Upper limit on the survival probability; infinite without Russian roulette.
     pub max_survival: LaneColumn<R>,
     /// Weighting of the light sample.
     pub strategy: LaneColumn<MisStrategy>,
@@ -111,7 +111,8 @@ impl<R: Real> VertexLanes<R> {
         }
     }
 
-    /// Adds a vertex with its shading normal, and returns its lane.
+    /// Adds a vertex, and returns its lane. `normal` is the normal of the vertex's BSDF, `gain` the
+    /// factor on delta lights, `index` the vertex's index in [`WavefrontSlice::active`].
     #[inline(always)]
     pub fn push_vertex(
         &mut self,
@@ -166,7 +167,7 @@ impl<R: Real> VertexLanes<R> {
     }
 }
 
-/// A list of vertices in batches; kept to reuse its memory.
+/// A list of vertices in batches of [`LANES`]. Cleared batches are kept to reuse their memory.
 #[derive(Clone, Debug, Default)]
 pub(super) struct VertexList<R: Real> {
     lanes: Vec<VertexLanes<R>>,

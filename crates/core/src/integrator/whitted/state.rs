@@ -1,5 +1,5 @@
-//! State of a Whitted path. The step that advances a path does not depend on the order of tracing,
-//! so that paths may be traced one after the other or many at a time, with the same bits.
+//! State of a Whitted path. A step advances one path independently of all others. Paths may be
+//! traced one by one or many at a time, with the same bits.
 
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
@@ -15,21 +15,22 @@ pub(crate) struct WhittedState<R: Real> {
     pub throughput: R::Vec3,
     /// Radiance collected so far.
     pub radiance: R::Vec3,
-    /// Address of the next vertex, for random numbers.
+    /// Address of the next vertex in the sample sequence.
     pub address: SampleAddress,
     /// Remaining segments, including the next one; zero for an ended path.
     pub remaining_segments: u32,
-    /// Surfaces that the sample's rays passed unchanged, side branches included.
+    /// Number of surfaces that the sample's rays passed straight, on the path and its side
+    /// branches.
     pub passages: u32,
     /// Whether the next ray still counts as a camera ray.
     pub is_camera_ray: bool,
-    /// Share of the camera ray that this path carries, while its rays count as camera rays: less
-    /// than 1 behind partly transparent surfaces.
+    /// Weight of this path in the camera ray's coverage, 0 to 1. Less than 1 behind partly
+    /// transparent surfaces; zero after the first scattering.
     pub share: R,
-    /// Share of the camera ray that surfaces cover, side branches included, 0 to 1.
+    /// Coverage (alpha) of the camera ray so far, side branches included, 0 to 1.
     pub coverage: R,
-    /// The hit on a partly transparent surface, while the path waits for the side branch behind the
-    /// surface.
+    /// Hit on a partly transparent surface. Set while the path waits for the side branch that
+    /// passes the surface.
     pub known_hit: Option<Hit<R>>,
 }
 
@@ -38,14 +39,14 @@ pub(crate) struct WhittedState<R: Real> {
 pub(crate) struct SecondaryRay<R: Real> {
     pub ray: Ray<R>,
     pub throughput: R::Vec3,
-    /// Rounding error of the stored direction. Only the next interface reads this error: at an exit
-    /// from glass near the critical angle, the error grows thousands of times, and a slab would
-    /// turn a ray that it should only shift.
+    /// Rounding error of the stored direction, for the next smooth interface alone. At an exit from
+    /// glass near the critical angle, this error grows by a factor of thousands. Uncorrected, a
+    /// glass slab would rotate a ray that it should only shift.
     pub direction_error: R::Vec3,
 }
 
-/// The scattered rays of a surface: the ray of the path itself, and the ray of a side branch, which
-/// is traced first and adds its radiance to the path.
+/// The scattered rays of a surface: first the ray that continues the path, then the ray of a side
+/// branch. The side branch is traced first, and its radiance is added to the path.
 pub(crate) type SecondaryRays<R> = [Option<SecondaryRay<R>>; 2];
 
 impl<R: Real> WhittedState<R> {
@@ -67,8 +68,8 @@ impl<R: Real> WhittedState<R> {
         }
     }
 
-    /// Finishes the vertex and continues the path with the scattered rays. Returns a side branch,
-    /// if any, which must be traced to its end first.
+    /// Continues the path with the scattered rays of its vertex. Returns the side branch, if any;
+    /// the caller must trace this branch to its end first.
     #[inline(always)]
     pub fn start_segment(&mut self, [onward, side_branch]: SecondaryRays<R>) -> Option<Self> {
         let side_branch =
