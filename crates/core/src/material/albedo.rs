@@ -1,12 +1,14 @@
-//! Tabulated directional albedos of GGX microfacets. The albedo is split in two: the energy that
-//! white microfacets lose after a single reflection, and the part that Schlick's weight scales.
+//! Tabulated directional albedos of GGX microfacets. An entry splits the albedo in two: the energy
+//! that white microfacets lose after a single reflection, and the part that scales with Schlick's
+//! weight.
 //!
-//! The tables depend on no scene, so they are constants in the file `albedo.table`. A test computes
-//! the file anew and compares it byte by byte. Isotropic microfacets have a table by roughness and
-//! cosine. Anisotropic microfacets need two angles and two roughnesses, and a table with steps of
-//! the same size would be a hundred times as long. The anisotropic table is coarser: it holds the
-//! difference to isotropic microfacets whose roughness is the roughness along the view's azimuth.
-//! This difference is small and smooth.
+//! The tables depend on no scene: they are constants in the file `albedo.table`. A test computes
+//! the file anew and compares it byte by byte.
+//!
+//! Isotropic microfacets have a table by roughness and cosine. A table of equal steps for
+//! anisotropic microfacets, with two angles and two roughnesses, would be a hundred times as long.
+//! The anisotropic table is coarser and holds differences to isotropic microfacets. Their roughness
+//! is the anisotropic roughness along the view's azimuth. These differences are small and smooth.
 
 use core::array::from_fn;
 
@@ -16,24 +18,25 @@ use super::fresnel::schlick_weight;
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use crate::number::{Number, Vector3};
 
-/// An entry of a table, two numbers in [0, 1]. The first is the share of energy that white
-/// microfacets lose in a single reflection. The second is the albedo of microfacets whose
-/// reflectance is Schlick's weight, which rises from 0 at normal incidence to 1 at grazing
-/// incidence.
+/// An entry of a table, two numbers in [0, 1]:
+/// - the share of energy that white microfacets lose in a single reflection;
+/// - the albedo of microfacets whose reflectance is Schlick's weight: 0 at normal incidence, 1 at
+///   grazing incidence.
 pub(super) type AlbedoEntry = [f32; 2];
 
-/// Cosine-weighted mean of Schlick's weight over the hemisphere: 2·∫(1 − c)⁵·c dc.
+/// Cosine-weighted mean of Schlick's weight over the hemisphere: 2·∫(1 − c)⁵·c dc over the cosine c
+/// from 0 to 1.
 pub(super) const MEAN_GRAZING: f64 = 1.0 / 21.0;
 
 /// Steps of roughness and of cosine in the isotropic table.
 pub(super) const ALBEDO_STEPS: usize = 32;
-/// Steps of the anisotropic table: cosine, azimuth, lesser roughness and strength of the
+/// Steps of the anisotropic table: cosine, azimuth, lesser roughness, and strength of the
 /// anisotropy.
 pub(super) const ANISOTROPIC_STEPS: [usize; 4] = [16, 12, 12, 8];
-/// Steps of each coordinate in the table of anisotropic means: the lesser roughness, and the
-/// strength of the anisotropy.
+/// Steps of each coordinate in the table of anisotropic means: lesser roughness, and strength of
+/// the anisotropy.
 pub(super) const ANISOTROPIC_MEAN_STEPS: usize = 24;
-/// Integer that stands for a difference of 1 in the anisotropic table.
+/// Integer that stands for a difference of 1.0 in the anisotropic table.
 pub(super) const UNIT: f64 = 32_767.0;
 
 /// Number of entries of the isotropic table.
@@ -47,18 +50,19 @@ const MEANS: usize = ANISOTROPIC_MEAN_STEPS * ANISOTROPIC_MEAN_STEPS;
 /// The tables of isotropic and anisotropic albedos.
 pub(super) struct AlbedoTable {
     /// Entries of isotropic microfacets by perceptual roughness and cosine of the view. Steps are
-    /// even in the square root of the roughness and in the fourth root of the cosine, because the
-    /// albedo of nearly smooth microfacets falls fast towards grazing angles. With these steps the
-    /// error of interpolation is at most 0.004 at cosines from 0.02 on. With steps even in the
-    /// roughness and in the square root of the cosine it was up to 0.010.
+    /// even in the square root of the roughness and in the fourth root of the cosine: the albedo of
+    /// nearly smooth microfacets falls fast towards grazing angles.
+    ///
+    /// The interpolation error is at most 0.004 at cosines from 0.02 on. Steps even in the
+    /// roughness and in the square root of the cosine gave errors up to 0.010.
     pub entries: [AlbedoEntry; ENTRIES],
-    /// Cosine-weighted means of the isotropic entries over the hemisphere, by roughness.
+    /// Cosine-weighted hemispherical means of isotropic albedos, by roughness.
     pub means: [AlbedoEntry; ALBEDO_STEPS],
-    /// Cosine-weighted means of the anisotropic entries over the hemisphere, by the lesser
-    /// roughness and the strength of the anisotropy.
+    /// Cosine-weighted hemispherical means of anisotropic albedos, by the lesser roughness and the
+    /// strength of the anisotropy.
     pub anisotropic_means: [AlbedoEntry; MEANS],
-    /// Differences of anisotropic to isotropic albedos, in units of 1/[`UNIT`], at the coordinates
-    /// of [`anisotropic_table_coordinates`]. The error of interpolation is at most 0.008.
+    /// Differences of anisotropic to isotropic albedos, in units of 1/[`UNIT`]. Coordinates are
+    /// those of [`anisotropic_table_coordinates`]. The interpolation error is at most 0.008.
     pub anisotropic: [[i16; 2]; DIFFERENCES],
 }
 
@@ -125,8 +129,8 @@ fn lerp_pair(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
     [a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share]
 }
 
-/// Interpolates the isotropic entry at the cosine of the view and the perceptual roughness. Up to
-/// [`LEAST_ROUGHNESS`] the entry is not interpolated but exact: a mirror loses no energy.
+/// Interpolates the isotropic table at the cosine of the view and the perceptual roughness. Up to
+/// [`LEAST_ROUGHNESS`] the result is exact: a mirror loses no energy.
 #[inline(always)]
 pub(super) fn look_up_albedo(table: &AlbedoTable, cosine: f64, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
@@ -143,8 +147,7 @@ pub(super) fn look_up_albedo(table: &AlbedoTable, cosine: f64, roughness: f64) -
     lerp_pair(row(j), row(j + 1), v)
 }
 
-/// Interpolates the cosine-weighted mean of the isotropic entries over the hemisphere, at a
-/// perceptual roughness.
+/// Interpolates the hemispherical mean of the isotropic albedo at a perceptual roughness.
 #[inline(always)]
 fn look_up_mean_albedo(table: &AlbedoTable, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
@@ -158,18 +161,19 @@ fn look_up_mean_albedo(table: &AlbedoTable, roughness: f64) -> [f64; 2] {
     )
 }
 
-/// Returns the two coordinates in [0, 1] of the table of anisotropic means, for the greater and the
-/// lesser α. The first is the square root of the lesser roughness, scaled so that
-/// [`LEAST_ROUGHNESS`] is at 0. The second is the strength of the anisotropy.
+/// Returns the two coordinates in [0, 1] of the table of anisotropic means, for the greater α,
+/// `wide`, and the lesser α, `fine`:
+/// - the square root of the lesser roughness, scaled so that [`LEAST_ROUGHNESS`] is at 0;
+/// - the strength of the anisotropy.
 fn anisotropic_mean_coordinates([wide, fine]: [f64; 2]) -> [f64; 2] {
     let minimum = LEAST_ROUGHNESS.sqrt();
     let strength = ((wide - fine) / (1.0 - fine).max(1e-9)).max(0.0).sqrt();
     [(fine.sqrt().sqrt() - minimum) / (1.0 - minimum), strength]
 }
 
-/// Returns the four coordinates in [0, 1] of the anisotropic table, for a unit direction in the
+/// Returns the four coordinates in [0, 1] of the anisotropic table for a unit direction in the
 /// frame of the microfacets, and the perceptual roughness along the direction's azimuth. The
-/// coordinate of the azimuth is linear in the square root of this roughness.
+/// azimuth's coordinate is linear in the square root of this roughness.
 fn anisotropic_table_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4], f64) {
     let (x2, y2) = (v.x * v.x, v.y * v.y);
     let across = x2 + y2;
@@ -193,8 +197,8 @@ fn anisotropic_table_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4],
     )
 }
 
-/// Interpolates the entry of anisotropic microfacets with the given α along both axes, for a unit
-/// direction in their frame.
+/// Interpolates the anisotropic table for a unit direction in the frame of the microfacets. `alpha`
+/// holds α along both axes.
 pub(super) fn look_up_anisotropic_albedo(
     table: &AlbedoTable,
     v: DVec3,
@@ -217,8 +221,7 @@ pub(super) fn look_up_anisotropic_albedo(
     sum.map(|x| x.clamp(0.0, 1.0))
 }
 
-/// Interpolates the cosine-weighted mean of the anisotropic entries over the hemisphere, for the α
-/// along both axes.
+/// Interpolates the hemispherical mean of the anisotropic albedo, for α along both axes.
 fn look_up_anisotropic_mean_albedo(table: &AlbedoTable, alpha: [f64; 2]) -> [f64; 2] {
     let [(i, u), (j, v)] =
         anisotropic_mean_coordinates(alpha).map(|x| table_position(x, ANISOTROPIC_MEAN_STEPS));
@@ -233,13 +236,13 @@ fn look_up_anisotropic_mean_albedo(table: &AlbedoTable, alpha: [f64; 2]) -> [f64
     lerp_pair(row(i), row(i + 1), u)
 }
 
-/// Assumed spread of Schlick's weight among the microfacets that reflect towards the viewer, as a
-/// fraction of its mean.
+/// Assumed spread of Schlick's weight, relative to its mean, among the microfacets that reflect
+/// towards the viewer.
 const SCHLICK_SPREAD: f64 = 0.35;
 
-/// Directional albedo of microfacets in the two parts of an [`AlbedoEntry`]: the energy that white
-/// microfacets lose in a single reflection, which multiple scattering has to return, and the albedo
-/// for Schlick's weight as reflectance.
+/// Directional albedo of microfacets, split as in [`AlbedoEntry`]. Multiple scattering must return
+/// the energy `multiple_scattering_loss` that white microfacets lose in a single reflection.
+/// `schlick_part` is the albedo for Schlick's weight as reflectance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Albedo<N: Number> {
     pub multiple_scattering_loss: N,
@@ -267,15 +270,15 @@ impl<N: Number> Albedo<N> {
         Self::from_lanes(|lane| look_up_albedo(&TABLE, cosine.lane(lane), roughness.lane(lane)))
     }
 
-    /// Returns the albedo of isotropic microfacets as a cosine-weighted mean over the hemisphere.
+    /// Returns the cosine-weighted hemispherical mean of the albedo of isotropic microfacets.
     #[inline(always)]
     pub fn mean(roughness: N) -> Self {
         Self::from_lanes(|lane| look_up_mean_albedo(&TABLE, roughness.lane(lane)))
     }
 
-    /// Returns the albedo for a direction. `others` holds the mask of the SIMD lanes with
-    /// anisotropic microfacets, and their distribution. All other lanes have isotropic microfacets
-    /// of the given roughness.
+    /// Returns the albedo for a direction. `others` holds the SIMD mask of lanes with anisotropic
+    /// microfacets, and their distribution. All other lanes have isotropic microfacets of the given
+    /// roughness.
     pub fn at_cosine_anisotropic(
         direction: N::Vec3,
         cosine: N,
@@ -297,7 +300,7 @@ impl<N: Number> Albedo<N> {
         Self::select_lanes(*mask, other, own)
     }
 
-    /// Returns the cosine-weighted mean of the albedo over the hemisphere. `others` is as in
+    /// Returns the cosine-weighted hemispherical mean of the albedo. `others` is as in
     /// [`Self::at_cosine_anisotropic`].
     pub fn mean_anisotropic(roughness: N, others: &Option<(N::Mask, Ggx<N>)>) -> Self {
         let own = Self::mean(roughness);
@@ -310,7 +313,7 @@ impl<N: Number> Albedo<N> {
         Self::select_lanes(*mask, other, own)
     }
 
-    /// Returns `yes` in SIMD lanes where the mask is set, `no` in the others.
+    /// Returns `yes` in SIMD lanes where the mask is set, `no` in all other lanes.
     fn select_lanes(mask: N::Mask, yes: Self, no: Self) -> Self {
         Self {
             multiple_scattering_loss: N::select(
@@ -322,11 +325,13 @@ impl<N: Number> Albedo<N> {
         }
     }
 
-    /// Returns the directional albedo of microfacets whose reflectance is a function of the cosine
-    /// of incidence. The function is evaluated at the cosine that has the mean Schlick weight of
-    /// the microfacets. This is exact for mirrors and for Schlick's formula. Fresnel's equations
-    /// rise less than in proportion to Schlick's weight. So the mean of the reflectances at a lower
-    /// and a higher weight replaces this value where it is greater.
+    /// Returns the directional albedo of microfacets with any reflectance, given as a function of
+    /// the cosine of incidence.
+    ///
+    /// The function is evaluated at the cosine whose Schlick weight is the mean over the
+    /// microfacets. This is exact for mirrors and for Schlick's formula, but too small for
+    /// Fresnel's equations. Therefore the mean of the reflectances at a lower and at a higher
+    /// weight is used where it is greater.
     pub fn albedo_for_reflectance(&self, reflectance: impl Fn(N) -> N) -> N {
         let scattered = N::ONE - self.multiple_scattering_loss;
         // Reflectance at the mean Schlick weight plus `factor` times its spread.

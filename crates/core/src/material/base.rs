@@ -1,5 +1,5 @@
-//! The diffuse lobe of a layered surface. It holds the diffuse reflection and transmission of the
-//! light that passes the microfacets, and the multiple scattering among the microfacets.
+//! The diffuse lobe of a layered surface: diffuse reflection and transmission below the
+//! microfacets, and multiple scattering among the microfacets.
 
 use core::f64::consts::PI;
 
@@ -28,30 +28,30 @@ pub struct DiffuseBase<N: Number> {
     pub(super) microfacets: MicrofacetLayer<N>,
 }
 
-/// Reflectance of microfacets that do not follow Schlick's formula: Fresnel's equations or a thin
-/// film.
+/// Reflectance of microfacets by Fresnel's equations or with a thin film, instead of Schlick's
+/// formula.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NonSchlickReflectance<N: Number> {
     /// Mask of the SIMD lanes with this reflectance; all other lanes follow Schlick's formula.
     pub(super) mask: N::Mask,
     pub(super) reflectance: MicrofacetReflectance<N>,
-    /// Mask of the lanes of isotropic microfacets that reflect by Fresnel's equations alone. Their
-    /// albedo is tabulated by the index of refraction.
+    /// Mask of the lanes with isotropic microfacets that reflect by Fresnel's equations without a
+    /// film. A table by the index of refraction holds their albedo.
     pub(super) tabulated_lanes: N::Mask,
 }
 
 /// Microfacets over a diffuse base, for one viewing direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MicrofacetLayer<N: Number> {
-    /// Energy that the microfacets do not reflect, for the base and for multiple scattering.
+    /// Energy that the microfacets do not reflect. It feeds the base and the multiple scattering.
     pub(super) energy_complement: EnergyComplement<N>,
-    /// Mask of the SIMD lanes with anisotropic microfacets, and these microfacets.
+    /// Mask of the SIMD lanes with anisotropic microfacets, and the distribution of their normals.
     pub(super) anisotropic: Option<(N::Mask, Ggx<N>)>,
     /// Reflectance of the lanes that do not follow Schlick's formula.
     pub(super) non_schlick: Option<NonSchlickReflectance<N>>,
-    /// Reflectances at normal and at grazing incidence under
-    /// [`FresnelRule::Model`](super::FresnelRule::Model), which weights the base by 1 − F at the
-    /// half vector; `None` under every other rule.
+    /// Reflectances at normal and at grazing incidence, for
+    /// [`FresnelRule::Model`](super::FresnelRule::Model) alone: this rule weights the base by 1 −
+    /// F, with the Fresnel reflectance F at the half vector. `None` under every other rule.
     pub(super) gltf_reflectances: Option<[N; 2]>,
 }
 
@@ -100,8 +100,9 @@ impl<N: Number> MicrofacetLayer<N> {
         }
     }
 
-    /// Returns two shares of energy for a direction of the given cosine: the energy that passes the
-    /// layer to the base, and the energy that white microfacets lose in a single reflection.
+    /// Returns two shares of energy for a direction of the given cosine to the normal:
+    /// - the energy that passes the microfacets to the base;
+    /// - the energy that white microfacets lose in a single reflection.
     fn unreflected_energy(&self, direction: N::Vec3, cosine: N) -> [N; 2] {
         let albedo = Albedo::at_cosine_anisotropic(
             direction,
@@ -129,9 +130,9 @@ impl<N: Number> MicrofacetLayer<N> {
         [base, lost]
     }
 
-    /// Returns the share of energy that passes microfacets with Fresnel's equations to the base,
-    /// from the table of rough boundaries. Without a cosine, the share is the mean over the
-    /// hemisphere.
+    /// Returns the share of energy that passes the microfacets to the base, for microfacets with
+    /// Fresnel's equations. The table of rough boundaries gives the share at `cosine`; `None`
+    /// selects the mean over the hemisphere.
     fn unreflected_energy_by_fresnel(
         &self,
         curve: &NonSchlickReflectance<N>,
@@ -159,8 +160,8 @@ impl<N: Number> MicrofacetLayer<N> {
             .unreflected_energy_for_albedo(scattered, albedo.multiple_scattering_loss)[0]
     }
 
-    /// Returns π times two BRDFs for a pair of directions: of a white base below the microfacets,
-    /// and of the multiple scattering among white microfacets.
+    /// Returns the BRDFs, times π, of a white base below the microfacets and of the multiple
+    /// scattering among white microfacets.
     fn diffuse_factors(&self, directions: &Directions<N>) -> [N; 2] {
         let into = directions.cos_wi.max(-directions.cos_wi);
         let ([base, lost], seen) = (

@@ -1,41 +1,40 @@
-//! Tabulated directional albedos of rough dielectric boundaries by their index of refraction: the
+//! Tabulated albedos of rough dielectric boundaries by their index of refraction. They are the
 //! share of light that microfacets reflect by Fresnel's equations, and the share that single
-//! scattering, reflected and refracted together, loses.
+//! scattering (reflection and refraction together) loses.
 //!
-//! The tables depend on no scene, so they are constants in the file `boundary.table`. A test
-//! computes the file anew and compares it byte by byte. In each table, the entries of one index and
-//! one roughness stand side by side, by cosine. Their cosine-weighted mean over the hemisphere
-//! follows them.
+//! The tables depend on no scene: they are constants in the file `boundary.table`. A test computes
+//! the file anew and compares it byte by byte. The entries of one index and one roughness stand
+//! side by side, by cosine. Their cosine-weighted hemispherical mean follows.
 
 use super::albedo::table_position;
 use super::fresnel::fresnel_dielectric_in_air;
 use super::ggx::LEAST_ROUGHNESS;
 
-/// Steps of index, roughness and cosine in the table of reflection.
+/// Steps of index, roughness and cosine in the reflection table.
 pub(super) const REFLECTION_STEPS: [usize; 3] = [33, 24, 32];
-/// Steps of index, roughness and cosine in the tables of loss.
+/// Steps of index, roughness and cosine in the loss tables.
 pub(super) const LOSS_STEPS: [usize; 3] = [33, 20, 20];
-/// Integer that stands for a share of 1 in the tables.
+/// Integer that stands for a share of 1.0 in the tables.
 pub(super) const UNIT: f64 = 65_535.0;
 /// Greatest index of refraction of the tables.
 pub(super) const MOST_INDEX: f64 = 1e3;
 
-/// Returns the number of entries of a table: for each index and roughness, an entry for each cosine
-/// and one for the mean over the hemisphere.
+/// Returns the number of entries of a table with the given steps. Each index and roughness has an
+/// entry per cosine and one for the hemispherical mean.
 const fn table_len([indices, roughnesses, cosines]: [usize; 3]) -> usize {
     indices * roughnesses * (cosines + 1)
 }
 
-/// The tables of reflection and loss at rough dielectric boundaries, as shares in units of
+/// The reflection table and the loss tables of rough dielectric boundaries, as shares in units of
 /// 1/[`UNIT`].
 pub(super) struct BoundaryTable {
     /// Share of light from the side of lower index that the microfacets reflect by Fresnel's
     /// equations.
     pub reflection: [u16; table_len(REFLECTION_STEPS)],
-    /// Shares of light that single scattering loses, in four tables of equal length. The first two
-    /// are for light from the side of lower index, the last two for light from the side of higher
-    /// index. In each two, the first table is for microfacets that reflect by Fresnel's equations,
-    /// the second for microfacets that reflect only under total reflection.
+    /// Share of light that single scattering loses, in four tables of equal length:
+    /// - light from the side of lower index: first for microfacets that reflect by Fresnel's
+    ///   equations, then for microfacets that reflect only under total reflection;
+    /// - light from the side of higher index: the same two tables.
     pub loss: [u16; 4 * table_len(LOSS_STEPS)],
 }
 
@@ -66,9 +65,9 @@ const fn read_u16s<const COUNT: usize>(bytes: &[u8], from: usize) -> [u16; COUNT
     out
 }
 
-/// Returns the table coordinate in [0, 1] of an index of refraction, at least 1. Steps are finer
-/// towards index 1, where reflection begins, and towards [`MOST_INDEX`], where reflection is nearly
-/// total.
+/// Returns the table coordinate in [0, 1] of an index of refraction of at least 1. Steps are finer
+/// at both ends: near index 1, where reflection begins, and near [`MOST_INDEX`], where reflection
+/// is nearly total.
 fn index_coordinate(index: f64) -> f64 {
     let value_of = |index: f64| {
         let root = (0.5 * (index - 1.0).max(0.0)).sqrt().sqrt();
@@ -79,20 +78,19 @@ fn index_coordinate(index: f64) -> f64 {
 
 /// Interpolation cell of a table around an index, a roughness and a cosine.
 struct TableCell {
-    /// Position in the table of the entry at the cell's least index, roughness and cosine.
+    /// Position in the table of the cell's entry of least index, roughness and cosine.
     first: usize,
-    /// Distance in entries between neighbouring roughnesses, and between neighbouring indices.
+    /// Distance in entries between neighbouring roughnesses, then between neighbouring indices.
     strides: [usize; 2],
-    /// Fractions in [0, 1] across the cell, for the index and for the roughness.
+    /// Positions in [0, 1] within the cell: along the index, then along the roughness.
     fractions: [f64; 2],
-    /// Fraction in [0, 1] across the cell for the cosine; `None` for the entries that hold the mean
-    /// over the hemisphere.
+    /// Position in [0, 1] within the cell along the cosine; `None` selects the hemispherical mean.
     cosine_fraction: Option<f64>,
 }
 
 impl TableCell {
-    /// Returns the cell in a table with the given steps. Without a cosine, the cell lies among the
-    /// entries that hold the mean over the hemisphere.
+    /// Returns the cell around the given values, in a table of the given steps. `cosine: None`
+    /// selects the hemispherical mean.
     #[inline(always)]
     fn new(
         [indices, roughnesses, cosines]: [usize; 3],
@@ -116,7 +114,7 @@ impl TableCell {
         }
     }
 
-    /// Interpolates the table in the cell.
+    /// Returns the value of a table, interpolated in the cell.
     #[inline(always)]
     fn interpolate(&self, table: &[u16]) -> f64 {
         let entry = |index: usize| f64::from(table[index]) / UNIT;
@@ -132,7 +130,7 @@ impl TableCell {
 }
 
 /// Returns the share of light from the side of lower index that microfacets reflect by Fresnel's
-/// equations. `index` is at least 1. Without a cosine, the share is the mean over the hemisphere.
+/// equations. `index` is at least 1. `cosine: None` selects the hemispherical mean.
 pub(super) fn fresnel_albedo(index: f64, roughness: f64, cosine: Option<f64>) -> f64 {
     if roughness <= LEAST_ROUGHNESS {
         return cosine.map_or_else(
@@ -143,9 +141,11 @@ pub(super) fn fresnel_albedo(index: f64, roughness: f64, cosine: Option<f64>) ->
     TableCell::new(REFLECTION_STEPS, index, roughness, cosine).interpolate(&TABLE.reflection)
 }
 
-/// Returns two shares of light that single scattering loses: for microfacets that reflect by
-/// Fresnel's equations, and for microfacets that reflect only under total reflection. `eta` is the
-/// index on the incident side over the index on the opposite side.
+/// Returns the share of light that single scattering loses: first for microfacets that reflect by
+/// Fresnel's equations, then for microfacets that reflect only under total reflection.
+///
+/// `eta` is the index on the incident side over the index on the opposite side. `cosine: None`
+/// selects the hemispherical mean.
 pub(super) fn single_scattering_loss(eta: f64, roughness: f64, cosine: Option<f64>) -> [f64; 2] {
     let (side, index) = if eta > 1.0 { (1, eta) } else { (0, 1.0 / eta) };
     let cell = TableCell::new(LOSS_STEPS, index, roughness, cosine);
@@ -153,8 +153,8 @@ pub(super) fn single_scattering_loss(eta: f64, roughness: f64, cosine: Option<f6
     [0, 1].map(|selected| cell.interpolate(&tables[2 * side + selected]))
 }
 
-/// Returns the cosine-weighted mean reflectance of a smooth boundary over the hemisphere on its
-/// side of lower index (Duntley 1942). `index` is at least 1.
+/// Returns the cosine-weighted hemispherical mean of the reflectance of a smooth boundary, for
+/// light from the side of lower index (Duntley 1942). `index` is at least 1.
 pub(super) fn smooth_mean_reflectance(index: f64) -> f64 {
     // Closer to index 1 the formula's large numbers cancel, and only their rounding errors would
     // remain.

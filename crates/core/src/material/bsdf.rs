@@ -1,5 +1,5 @@
 //! The BSDF of a surface at a point: a list of lobes, evaluated, sampled and weighted together. The
-//! type of the lobes is a parameter, so that code for common materials contains no rare lobes.
+//! type of the lobes is a parameter: code for common materials contains no rare lobes.
 
 use super::frame::ShadingFrame;
 use super::lobe::Lobe;
@@ -20,16 +20,16 @@ pub struct Bsdf<N: Number, L: BsdfLobe<N> = Lobe<N>, const MOST: usize = MOST_LO
 /// A sampled incident direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfSample<N: Number> {
-    /// Mask of the SIMD lanes with a valid sample. A sample that carries no light is invalid, and
-    /// its other fields are zero.
+    /// Mask of the SIMD lanes with a valid sample. A lane whose sample carries no light is invalid,
+    /// and its direction, weight and density are zero.
     pub is_valid: N::Mask,
     /// Unit direction, away from the surface.
     pub direction: N::Vec3,
-    /// BSDF value · |cosine| / density; its mean is the albedo.
+    /// BSDF value · |cosine to the normal| / density. Its mean over many samples is the albedo.
     pub weight: N::Vec3,
     /// Density by solid angle; zero for a delta lobe.
     pub density: N,
-    /// Mask of the SIMD lanes that sampled a delta lobe. Light sampling never yields the direction
+    /// Mask of the SIMD lanes that sampled a delta lobe. Light sampling cannot find the direction
     /// of a delta lobe.
     pub delta: N::Mask,
 }
@@ -45,7 +45,7 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
     }
 
-    /// Removes all lobes and sets another normal, in place.
+    /// Removes all lobes and replaces the normal, in place.
     #[inline(always)]
     pub fn reset(&mut self, normal: N::Vec3) {
         (self.normal, self.count) = (normal, 0);
@@ -60,7 +60,7 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
     }
 
-    /// Returns the BSDF with an additional lobe, as by [`Self::add_lobe`].
+    /// Returns the BSDF with one more lobe, see [`Self::add_lobe`].
     #[inline(always)]
     #[must_use]
     pub fn with_lobe(mut self, lobe: L) -> Self {
@@ -86,8 +86,8 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         self.lobes().iter().all(L::is_delta)
     }
 
-    /// Sums the lobes' values, and their densities weighted by importance. `value_of` returns the
-    /// value and the density of a lobe.
+    /// Returns the sum of the lobes' values, and the sum of their densities, each times the lobe's
+    /// importance. `value_of` returns value and density of a lobe.
     #[inline(always)]
     fn sum_lobes(
         &self,
@@ -104,7 +104,7 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         (value, sum)
     }
 
-    /// Evaluates the BRDF for light from `wi`, above the surface, towards `wo`. Delta lobes
+    /// Evaluates the BRDF for light from `wi` to `wo`, both above the surface. Delta lobes
     /// contribute zero.
     #[inline(always)]
     pub fn eval(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
@@ -123,7 +123,7 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
     }
 
     /// Evaluates the diffuse part of the BRDF, for lights that make no highlights. The directions
-    /// are as in [`Self::eval`].
+    /// are those of [`Self::eval`].
     #[inline(always)]
     pub fn eval_diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
         let diffuse =
@@ -136,7 +136,7 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         .0
     }
 
-    /// Returns the sampling weight of each lobe, for the cosine of the view, and the sum of the
+    /// Returns the sampling weight of each lobe for the cosine of the view, and the sum of these
     /// weights.
     #[inline(always)]
     fn importances(&self, cosine: N) -> ([N; MOST], N) {
@@ -148,22 +148,23 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         (each, sum)
     }
 
-    /// Returns the density by solid angle with which [`Self::sample`] returns `wi`. Delta lobes
-    /// have no density; the probability of choosing them lowers the density of the other lobes.
+    /// Returns the density by solid angle with which [`Self::sample`] returns `wi`. A delta lobe
+    /// adds no density, but the probability of choosing it reduces the density of all other lobes.
     #[inline(always)]
     pub fn pdf(&self, wo: N::Vec3, wi: N::Vec3) -> N {
         self.eval_and_pdf(wo, wi).1
     }
 
-    /// Returns the BSDF and the density of [`Self::pdf`], which share most of their computation.
-    /// Unlike [`Self::eval`], it includes transmission for a light below the surface.
+    /// Returns the BSDF value and the density of [`Self::pdf`] together: most of their computation
+    /// is shared. Unlike [`Self::eval`], the value includes transmission for `wi` below the
+    /// surface.
     #[inline(always)]
     pub fn eval_and_pdf(&self, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
         let cosine = self.normal.dot(wo);
         self.eval_and_pdf_with_importances(&self.importances(cosine), cosine, wo, wi)
     }
 
-    /// [`Self::eval_and_pdf`] with the lobes' sampling weights already computed.
+    /// As [`Self::eval_and_pdf`], with the lobes' sampling weights already computed.
     #[inline(always)]
     fn eval_and_pdf_with_importances(
         &self,
@@ -190,8 +191,8 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         )
     }
 
-    /// Samples an incident direction by three random numbers in [0, 1), in a frame about the
-    /// normal. The first number chooses the lobe.
+    /// Samples an incident direction by three random numbers in [0, 1). `choice` chooses the lobe,
+    /// `u` and `v` the direction. `frame` is a frame about the normal.
     #[inline(always)]
     pub fn sample(
         &self,
@@ -255,9 +256,12 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
     }
 
-    /// Returns, for each lobe, the mask of the SIMD lanes that sample it. A lane of the mask `able`
-    /// samples the last lobe of positive importance whose preceding importances sum to at most
-    /// `target`. The search starts at the last lobe, so that rounding leaves no gap at the end.
+    /// Returns, for each lobe, the mask of the SIMD lanes that sample this lobe. Only lanes of the
+    /// mask `able` sample.
+    ///
+    /// Let a lobe's start be the sum of the importances before it. A lane samples the last lobe of
+    /// positive importance whose start is at most `target`. The search runs backwards from the last
+    /// lobe: rounding then leaves no gap at the end.
     #[inline(always)]
     fn choose_lobes(&self, importances: &[N; MOST], target: N, able: N::Mask) -> [N::Mask; MOST] {
         let (mut chosen, mut left) = ([N::Mask::default(); MOST], able);

@@ -1,10 +1,10 @@
-//! A dielectric boundary, smooth or rough. A smooth boundary follows Fresnel's equations. The
-//! microfacets of a rough boundary each reflect and refract as a smooth boundary ("Microfacet
-//! Models for Refraction through Rough Surfaces", Walter, Marschner, Li, Torrance 2007), and are
+//! A dielectric boundary, smooth or rough. A smooth boundary follows Fresnel's equations. Each
+//! microfacet of a rough boundary reflects and refracts as a smooth boundary ("Microfacet Models
+//! for Refraction through Rough Surfaces", Walter, Marschner, Li, Torrance 2007). Microfacets are
 //! sampled by visible normals.
 //!
-//! Radiance is not scaled by the square of the index at a boundary, smooth or rough: a path that
-//! enters and leaves the glass would undo this factor.
+//! Refracted radiance is not scaled by the squared ratio of the indices. A path that enters and
+//! leaves the glass would undo this factor.
 
 use super::frame::ShadingFrame;
 use super::ggx::{Ggx, alpha_from_roughness, reflect, sample_wm};
@@ -15,8 +15,8 @@ use crate::number::{Mask, Number, Vector3};
 /// A dielectric boundary, viewed from one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dielectric<N: Number> {
-    /// Index of refraction on the ray's side over the index on the far side. The ratio is in `f64`,
-    /// because refraction near the critical angle loses digits by cancellation.
+    /// Index of refraction on the ray's side over the index on the far side. In `f64`: refraction
+    /// near the critical angle loses digits by cancellation.
     pub eta: N::Exact,
     /// [`Self::eta`] in the precision of the lanes, which suffices for microfacets.
     pub facet_eta: N,
@@ -30,9 +30,9 @@ pub struct Dielectric<N: Number> {
     pub roughness: Option<N>,
 }
 
-/// Returns the unpolarised Fresnel reflectance of a microfacet, and the cosine of the refracted
-/// angle. `cosine` is the cosine of incidence, `eta` the index on the incident side over the index
-/// on the far side. Total reflection returns 1 and a cosine of zero.
+/// Returns the unpolarised Fresnel reflectance, and the cosine of the angle of refraction. `cosine`
+/// is the cosine of incidence, `eta` the index on the incident side over the index on the far side.
+/// Under total reflection the result is 1 and 0.
 #[inline(always)]
 pub(super) fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
     let c = cosine.max(N::ZERO).min(N::ONE);
@@ -49,8 +49,10 @@ pub(super) fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
 }
 
 impl<N: Number> Dielectric<N> {
-    /// Returns the microfacet normal that refracts between `wo` and `wi`, its cosines to `wo`
-    /// (positive) and to `wi` (negative), and a mask of the lanes in which such a normal exists.
+    /// Returns three things:
+    /// - the unit normal of the microfacet that refracts between `wo` and `wi`;
+    /// - its cosines to `wo` (positive) and to `wi` (negative);
+    /// - the mask of the SIMD lanes in which such a microfacet exists.
     #[inline(always)]
     pub(super) fn refraction_half_vector(
         &self,
@@ -135,8 +137,8 @@ impl<N: Number> ScatteringLobe<N> for Dielectric<N> {
         )
     }
 
-    /// Samples a reflected or a refracted direction, chosen by `choice`. The direction is zero
-    /// where the microfacet sends it to the wrong side of the surface.
+    /// Samples a reflected or a refracted direction; `choice` decides which. The direction is zero
+    /// if the microfacet sends it to the wrong side of the surface.
     #[inline(always)]
     fn sample(
         &self,

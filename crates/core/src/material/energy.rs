@@ -1,18 +1,20 @@
-//! Energy conservation of microfacets by their directional albedos. The base below receives exactly
-//! the energy that the microfacets do not reflect, and a lobe returns the energy of multiple
-//! scattering.
+//! Energy conservation of microfacets by their directional albedos. The base below the microfacets
+//! receives exactly the energy that they do not reflect. A further lobe returns the energy of
+//! multiple scattering.
 //!
-//! Let E(o) be the directional albedo towards o, and Ē its cosine-weighted mean. Then the lobe (1 −
-//! E(o))·(1 − E(i))/(π·(1 − Ē)) has the albedo 1 − E(o) ("A Microfacet Based Coupled Specular-Matte
-//! BRDF Model with Importance Sampling", Kelemen, Szirmay-Kalos 2001; "Revisiting Physically Based
-//! Shading at Imageworks", Kulla, Conty 2017). The lobe is reciprocal and conserves energy exactly.
-//! Two lobes use this formula: the base below a layer, with the layer's albedo E, and the multiple
-//! scattering among microfacets, with the albedo E of white microfacets.
+//! Let E(o) be the directional albedo of the microfacets for the direction o, and Ē its
+//! cosine-weighted mean. Then the lobe (1 − E(o))·(1 − E(i))/(π·(1 − Ē)) has the albedo 1 − E(o)
+//! ("A Microfacet Based Coupled Specular-Matte BRDF Model with Importance Sampling", Kelemen,
+//! Szirmay-Kalos 2001; "Revisiting Physically Based Shading at Imageworks", Kulla, Conty 2017). The
+//! lobe is reciprocal and conserves energy exactly. Two lobes have this form:
+//! - the base below a layer, with the albedo E of the layer;
+//! - multiple scattering among microfacets, with the albedo E of white microfacets.
 //!
-//! Three other factors on the base are not used. By glTF's 1 − F(h·l), white plastic reflects 1.89
-//! times the incident light at 89.5°. The factor 1 − E(o) alone (Cycles, OpenPBR) conserves energy
-//! but is not reciprocal. The factor min(1 − E(o), 1 − E(i)), used for coats, never gains energy
-//! but loses 5 % at normal incidence.
+//! Three other factors on the base were rejected:
+//! - 1 − F(h·l), of glTF: white plastic reflects 1.89 times the incident light at 89.5°.
+//! - 1 − E(o) alone, of Cycles and OpenPBR: it conserves energy but is not reciprocal.
+//! - min(1 − E(o), 1 − E(i)), used here for coats: it gains no energy but loses 5 % at normal
+//!   incidence.
 
 use super::albedo::{Albedo, MEAN_GRAZING};
 use crate::number::{Mask, Number, Vector3};
@@ -25,19 +27,19 @@ pub(super) fn directional_albedo(f0: f64, roughness: f64, cosine: f64) -> f64 {
         .clamp(0.0, 1.0)
 }
 
-/// Returns the factor on the multiple scattering of white microfacets, for microfacets with
-/// Schlick's reflectance from `f0` to `f90`: F̄²·Ē/(1 − F̄·(1 − Ē)) with the mean reflectance F̄
-/// (Kulla, Conty 2017). `lost` is 1 − Ē, the mean loss of white microfacets.
+/// Returns the factor F̄²·Ē/(1 − F̄·(1 − Ē)) by which coloured microfacets scale the multiple
+/// scattering of white microfacets (Kulla, Conty 2017). F̄ is the mean of Schlick's reflectance
+/// from `f0` to `f90`. `lost` is 1 − Ē, the mean loss of white microfacets in a single reflection.
 #[inline(always)]
 pub(super) fn multiple_scattering_factor<N: Number>(f0: N, f90: N, lost: N) -> N {
     let mean = f0 + (f90 - f0) * N::from_f64(MEAN_GRAZING);
     mean * mean * (N::ONE - lost) / (N::ONE - mean * lost)
 }
 
-/// Returns two factors as [`multiple_scattering_factor`] does: for the dielectric microfacets
-/// alone, and for the mixture of dielectric and metal by `shares`. `[f0, f90]` are the dielectric
-/// reflectances at normal and grazing incidence, `metal` is the metal's reflectance at normal
-/// incidence.
+/// Returns [`multiple_scattering_factor`] for dielectric microfacets alone, and for the mixture of
+/// dielectric and metal. `[f0, f90]` are the dielectric's reflectances at normal and grazing
+/// incidence, `metal` is the metal's reflectance at normal incidence. `shares` are the shares of
+/// dielectric and metal.
 #[inline(always)]
 pub(super) fn multiple_scattering_factors<N: Number>(
     [f0, f90]: [N; 2],
@@ -55,8 +57,8 @@ pub(super) fn multiple_scattering_factors<N: Number>(
     )
 }
 
-/// Returns the cosine-weighted mean of a function of the cosine over the hemisphere, by
-/// Gauss–Legendre quadrature in the squared cosine.
+/// Returns the cosine-weighted hemispherical mean of a function of the cosine. Gauss–Legendre
+/// quadrature, with the squared cosine as variable.
 pub(super) fn cosine_weighted_mean<N: Number>(value_of: impl Fn(N) -> N) -> N {
     const RULE: [[f64; 2]; 4] = [
         [0.069_431_844_202_973_7, 0.173_927_422_568_726_9],
@@ -69,32 +71,32 @@ pub(super) fn cosine_weighted_mean<N: Number>(value_of: impl Fn(N) -> N) -> N {
     })
 }
 
-/// Energy 1 − E that microfacets of directional albedo E do not reflect, for one viewing direction:
-/// the share that passes a microfacet layer to the base below, and the share that white microfacets
-/// leave to multiple scattering.
+/// Energy 1 − E that microfacets of directional albedo E do not reflect, for one viewing direction.
+/// Two energies are kept: of the actual layer, for the base below, and of white microfacets, for
+/// multiple scattering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnergyComplement<N: Number> {
-    /// Three properties of the layer: its reflectances at normal and at grazing incidence, and its
-    /// factor on the multiple scattering of white microfacets.
+    /// Reflectances of the layer at normal and at grazing incidence, and its factor on the multiple
+    /// scattering of white microfacets.
     layer: [N; 3],
     /// Perceptual roughness.
     pub(super) roughness: N,
-    /// Energy 1 − E(o) for the view divided by its mean 1 − Ē: first of the layer, then of white
+    /// Ratio (1 − E(o))/(1 − Ē) for the viewing direction o: first of the layer, then of white
     /// microfacets.
     pub(super) view_factors: [N; 2],
-    /// Energy 1 − E(o) for the view: first of the layer, where it is the albedo of a white base,
-    /// then of white microfacets. These numbers are the sampling weights of the base and of the
-    /// multiple scattering.
+    /// Energy 1 − E(o) for the viewing direction o: first of the layer, then of white microfacets.
+    /// The first number is the albedo of a white base. Both numbers are sampling weights, of the
+    /// base and of multiple scattering.
     pub(super) view_energy: [N; 2],
 }
 
-/// Lower limit of a mean energy by which another energy is divided.
+/// Lower limit of a mean energy used as a divisor.
 const LEAST_MEAN: f64 = 1e-6;
 
 impl<N: Number> EnergyComplement<N> {
-    /// Creates the energies of a layer before its viewing direction is known. `layer` holds its
-    /// reflectances at normal and at grazing incidence, and its factor on the multiple scattering
-    /// of white microfacets.
+    /// Creates the energies of a layer, before its viewing direction is known. `layer` holds the
+    /// layer's reflectances at normal and at grazing incidence, and its factor on the multiple
+    /// scattering of white microfacets.
     #[inline(always)]
     pub(super) fn new(layer: [N; 3], roughness: N) -> Self {
         Self {
@@ -105,7 +107,7 @@ impl<N: Number> EnergyComplement<N> {
         }
     }
 
-    /// Sets the energies 1 − E(o) for a viewing direction, `left`, and their means 1 − Ē. Both hold
+    /// Sets the energies for a viewing direction o: `left` is 1 − E(o), `mean` is 1 − Ē. Each holds
     /// a number for the layer and a number for white microfacets.
     #[inline(always)]
     pub(super) fn with_view_energy(self, left: [N; 2], mean: [N; 2]) -> Self {
@@ -117,8 +119,8 @@ impl<N: Number> EnergyComplement<N> {
         }
     }
 
-    /// Sets the viewing direction by its cosine to the normal. `mean` is the mean albedo over the
-    /// hemisphere.
+    /// Sets the viewing direction by its cosine to the normal. `mean` is the hemispherical mean of
+    /// the albedo.
     #[inline(always)]
     pub(super) fn with_view_cosine(self, cosine: N, mean: Albedo<N>) -> Self {
         self.with_view_energy(
@@ -127,7 +129,8 @@ impl<N: Number> EnergyComplement<N> {
         )
     }
 
-    /// Returns the remaining energy 1 − E for an albedo: for the layer, and for white microfacets.
+    /// Returns the energy 1 − E that an albedo leaves: first of the layer, then of white
+    /// microfacets.
     #[inline(always)]
     pub(super) fn unreflected_energy(&self, albedo: Albedo<N>) -> [N; 2] {
         self.unreflected_energy_for_albedo(
@@ -136,8 +139,9 @@ impl<N: Number> EnergyComplement<N> {
         )
     }
 
-    /// Returns the remaining energy 1 − E as [`Self::unreflected_energy`] does, for a layer whose
-    /// single-scattering albedo is `scattered`. `lost` is the loss of white microfacets.
+    /// Returns the energies of [`Self::unreflected_energy`] for a layer of any reflectance.
+    /// `scattered` is the layer's albedo by single scattering, `lost` the loss of white microfacets
+    /// in a single reflection.
     #[inline(always)]
     pub(super) fn unreflected_energy_for_albedo(&self, scattered: N, lost: N) -> [N; 2] {
         [
@@ -147,9 +151,9 @@ impl<N: Number> EnergyComplement<N> {
     }
 
     /// Returns the single-scattering albedo of a layer that follows Fresnel's equations.
-    /// `scattered` is the albedo of the index of refraction alone, `normal` its reflectance at
-    /// normal incidence. Where a tint changes the reflectance at normal incidence, the difference
-    /// fades as Schlick's weight rises.
+    /// `scattered` is the albedo for the index of refraction alone, `normal` the reflectance of
+    /// that index at normal incidence. A tint may change the layer's reflectance at normal
+    /// incidence; this change fades as Schlick's weight rises.
     pub(super) fn fresnel_layer_albedo(&self, scattered: N, normal: N, albedo: Albedo<N>) -> N {
         let falling = (N::ONE - albedo.multiple_scattering_loss - albedo.schlick_part).max(N::ZERO);
         (self.layer[1] * scattered + (self.layer[0] - self.layer[1] * normal) * falling)
@@ -166,8 +170,8 @@ impl<N: Number> EnergyComplement<N> {
             .any_lane()
     }
 
-    /// Returns π times two BRDFs for light at a cosine to the normal: of a white base below the
-    /// layer, and of the multiple scattering of white microfacets.
+    /// Returns the BRDFs, times π, of a white base below the layer and of the multiple scattering
+    /// of white microfacets. `cosine` is the cosine of the light's direction to the normal.
     #[inline(always)]
     pub(super) fn diffuse_factors(&self, cosine: N) -> [N; 2] {
         let left = self.unreflected_energy(Albedo::at_cosine(cosine, self.roughness));

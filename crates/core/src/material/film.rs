@@ -1,11 +1,12 @@
 //! Thin-film interference: soap, oil, and the colours of tempered steel.
 //!
-//! The light reflected in the film is a series of terms, by the number of internal reflections.
-//! Each term is averaged over the observer's response before it becomes a colour, as in "A
-//! Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence" (Belcour,
-//! Barla 2017). Unlike the paper, all terms above a threshold are summed, and a table of the
-//! observer's curves replaces the paper's fits. The error against a sum over wavelengths is about a
-//! thousandth.
+//! The light that the film reflects is a series of terms, by the number of internal reflections.
+//! Each term is averaged over the observer's response before it becomes a colour ("A Practical
+//! Extension to Microfacet Theory for the Modeling of Varying Iridescence", Belcour, Barla 2017).
+//!
+//! Unlike the paper, the series includes every term above a threshold, and a table of the
+//! observer's curves replaces the paper's fits. The error against a sum over wavelengths is about
+//! 0.001.
 
 use super::spectrum::film_coherence;
 use super::stage::layer;
@@ -24,13 +25,13 @@ layer! {
 
 /// Greatest number of terms of the series.
 const TERMS: usize = 64;
-/// Amplitude of a term below which the series ends.
+/// Amplitude at which the series ends: smaller terms are ignored.
 const LEAST_AMPLITUDE: f64 = 1e-5;
 
 impl<N: Number> ThinFilm<N> {
-    /// Returns the reflectance of microfacets under the film at a cosine of incidence in air.
-    /// `bare` is the reflectance of the microfacets without the film at this cosine, `f0` their
-    /// reflectance without the film at normal incidence.
+    /// Returns the reflectance of microfacets, partly covered by the film, at a cosine of incidence
+    /// in air. `bare` is their reflectance without the film at this cosine, `f0` without the film
+    /// at normal incidence.
     pub(super) fn reflectance_with_film(&self, bare: N::Vec3, f0: N::Vec3, cosine: N) -> N::Vec3 {
         let filmed = N::Vec3::from_lanes(|lane| {
             let ior = N::f64_lane(self.ior, lane);
@@ -46,19 +47,20 @@ impl<N: Number> ThinFilm<N> {
     }
 }
 
-/// Returns the amplitude reflection coefficients of a boundary between two indices of refraction,
-/// for perpendicular and parallel polarisation. `ci` and `ct` are the cosines on the incident and
-/// the transmitted side.
+/// Returns the amplitude reflection coefficients of a boundary for perpendicular and for parallel
+/// polarisation. `here` and `beyond` are the indices on the incident and the transmitted side, `ci`
+/// and `ct` the cosines to the normal there.
 fn fresnel_amplitudes([here, beyond]: [f64; 2], [ci, ct]: [f64; 2]) -> [f64; 2] {
     let across = (here * ci - beyond * ct) / (here * ci + beyond * ct).max(f64::MIN_POSITIVE);
     let along = (beyond * ci - here * ct) / (beyond * ci + here * ct).max(f64::MIN_POSITIVE);
     [across, along]
 }
 
-/// Returns the reflectance in red, green and blue of a film in air over a base, at a cosine of
-/// incidence in air. `ior` is the film's index, `thickness` is in nanometres. `f0` is the base's
-/// reflectance in air at normal incidence. The base counts as a dielectric with this reflectance,
-/// as in KHR_materials_iridescence.
+/// Returns the reflectance in red, green and blue of a film between air and a base.
+/// - `cosine`: cosine of incidence in air.
+/// - `ior`, `thickness`: the film's index of refraction and thickness in nanometres.
+/// - `f0`: the base's reflectance in air at normal incidence. The base counts as a dielectric of
+///   this reflectance, as in KHR_materials_iridescence.
 pub(super) fn thin_film_reflectance(
     cosine: f64,
     ior: f64,

@@ -2,8 +2,8 @@
 
 use crate::number::{Number, Vector3};
 
-/// An orthonormal frame about a shading normal: right-handed (tangent × bitangent = normal), or
-/// left-handed where a texture appears mirrored.
+/// An orthonormal frame about a shading normal. It is right-handed (tangent × bitangent = normal)
+/// unless a texture appears mirrored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadingFrame<N: Number> {
     /// Unit tangent, perpendicular to the normal.
@@ -30,11 +30,13 @@ impl<N: Number> ShadingFrame<N> {
         }
     }
 
-    /// Creates the frame about a unit normal whose tangent is as close as possible to a direction,
-    /// such as the direction in which a texture's u grows. The bitangent then points up in the
-    /// texture. `mirrored` flips the bitangent in lanes where the texture appears mirrored from the
-    /// normal's side. The tangent is that of [`Self::from_normal`] if the direction is zero, along
-    /// the normal, or so long or short that its square overflows or underflows.
+    /// Creates a frame about a unit normal, with the tangent as close as possible to `direction`.
+    /// For example, `direction` is that in which a texture's u grows; the bitangent then points up
+    /// in the texture.
+    ///
+    /// `mirrored` flips the bitangent in lanes where the texture appears mirrored from the normal's
+    /// side. The tangent of [`Self::from_normal`] replaces a direction that is zero, parallel to
+    /// the normal, or whose square overflows or underflows.
     #[inline(always)]
     pub fn from_tangent(normal: N::Vec3, direction: N::Vec3, mirrored: N::Mask) -> Self {
         let across = |v: N::Vec3| v - normal * normal.dot(v);

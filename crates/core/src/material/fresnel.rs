@@ -16,9 +16,9 @@ pub fn schlick<N: Number>(f0: N::Vec3, cosine: N) -> N::Vec3 {
     f0 + (N::Vec3::ONE - f0) * schlick_weight(cosine)
 }
 
-/// Returns the reflectance of a rough surface under uniform light, by the analytic fit of
-/// "Physically Based Shading on Mobile" (Karis 2014). `facing` is the cosine of the view. The fit
-/// lies within 0.02 of the integral.
+/// Returns the reflectance of a rough surface under uniform light, by the fit of "Physically Based
+/// Shading on Mobile" (Karis 2014). `facing` is the cosine of the view to the normal. The fit lies
+/// within 0.02 of the integral.
 #[inline(always)]
 pub fn environment_reflectance<N: Number>(f0: N::Vec3, roughness: N, facing: N) -> N::Vec3 {
     let c = N::from_f64;
@@ -35,9 +35,9 @@ pub fn environment_reflectance<N: Number>(f0: N::Vec3, roughness: N, facing: N) 
         .min(N::Vec3::ONE)
 }
 
-/// Returns the unpolarised reflectance of a dielectric by Fresnel's equations. `incident` and
-/// `transmitted` are the cosines of the two angles; `None` means total reflection and returns 1.
-/// `eta` is the index on the incident side over the index on the transmitted side.
+/// Returns the unpolarised Fresnel reflectance of a dielectric. `incident` and `transmitted` are
+/// the cosines of incidence and refraction; `None` means total reflection. `eta` is the index on
+/// the incident side over the index on the transmitted side.
 pub fn fresnel_dielectric(incident: f64, transmitted: Option<f64>, eta: f64) -> f64 {
     let (ci, Some(ct)) = (incident.clamp(0.0, 1.0), transmitted) else {
         return 1.0;
@@ -50,8 +50,8 @@ pub fn fresnel_dielectric(incident: f64, transmitted: Option<f64>, eta: f64) -> 
     (0.5 * (perpendicular * perpendicular + parallel * parallel)).clamp(0.0, 1.0)
 }
 
-/// Returns the unpolarised reflectance of a conductor in air with the complex index n + ik, at a
-/// cosine of incidence, by Fresnel's equations (Born, Wolf, "Principles of Optics", 1999, §14.4).
+/// Returns the unpolarised Fresnel reflectance of a conductor in air with the complex index n + ik,
+/// at a cosine of incidence (Born, Wolf, "Principles of Optics", 1999, §14.4).
 pub fn fresnel_conductor(cosine: f64, [n, k]: [f64; 2]) -> f64 {
     let c = cosine.clamp(0.0, 1.0);
     let (c2, s2) = (c * c, 1.0 - c * c);
@@ -71,8 +71,8 @@ pub fn fresnel_conductor(cosine: f64, [n, k]: [f64; 2]) -> f64 {
     }
 }
 
-/// Returns the unpolarised reflectance of a dielectric of index `ior` in air by Fresnel's
-/// equations, at the cosine of incidence in air.
+/// Returns the unpolarised Fresnel reflectance of a dielectric of index `ior` in air, at the cosine
+/// of incidence in air.
 pub fn fresnel_dielectric_in_air(cosine: f64, ior: f64) -> f64 {
     let c = cosine.clamp(0.0, 1.0);
     fresnel_dielectric(
@@ -82,18 +82,19 @@ pub fn fresnel_dielectric_in_air(cosine: f64, ior: f64) -> f64 {
     )
 }
 
-/// Choice of the formulas for the reflectance of materials.
+/// Formulas for the reflectance of materials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FresnelRule {
-    /// Schlick's formula for every material, glass and conductors with a complex index included.
+    /// Schlick's formula for every material, even for glass and for conductors with a complex
+    /// index.
     Schlick,
-    /// glTF's sample formulas, literally. They differ from [`Self::Conserving`] in the weight 1 − F
-    /// at the half vector of the diffuse base, which gains energy at grazing views.
+    /// The sample formulas of the glTF specification, literally. Unlike [`Self::Conserving`], the
+    /// diffuse base is weighted by 1 − F, with the Fresnel reflectance F at the half vector. This
+    /// weight gains energy at grazing views.
     Model,
-    /// Schlick's formula for the metallic-roughness model, as glTF defines the model; Fresnel's
-    /// equations for glass and for complex indices. The diffuse base is scaled by one minus the
-    /// directional albedo of the microfacets over the base (albedo scaling), so that no energy is
-    /// gained.
+    /// Schlick's formula for the metallic-roughness model, as glTF defines it; Fresnel's equations
+    /// for glass and for complex indices. The diffuse base is scaled by one minus the directional
+    /// albedo of the microfacets above it (albedo scaling): no energy is gained.
     #[default]
     Conserving,
     /// As [`Self::Conserving`], but with Fresnel's equations for every material with an index of
@@ -102,6 +103,6 @@ pub enum FresnelRule {
 }
 
 impl FresnelRule {
-    /// Every rule, from fast to exact.
+    /// All rules, from fast to exact.
     pub const ALL: [Self; 4] = [Self::Schlick, Self::Model, Self::Conserving, Self::Exact];
 }

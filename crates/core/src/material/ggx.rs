@@ -13,8 +13,8 @@ use crate::number::{Number, Vector3};
 /// spike.
 pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
 
-/// Returns the microfacet α of a perceptual roughness: the square of the roughness, which counts as
-/// [`LEAST_ROUGHNESS`] if it is less.
+/// Returns the microfacet α, the square of the perceptual roughness. Roughnesses below
+/// [`LEAST_ROUGHNESS`] count as that limit.
 #[inline(always)]
 pub(super) fn alpha_from_roughness<N: Number>(roughness: N) -> N {
     roughness.max(N::from_f64(LEAST_ROUGHNESS)).powi(2)
@@ -27,7 +27,7 @@ pub struct Ggx<N: Number> {
     pub(super) normal: N::Vec3,
     /// Unit tangent and bitangent of anisotropic microfacets; `None` for isotropic microfacets.
     axes: Option<[N::Vec3; 2]>,
-    /// α along the tangent and along the bitangent.
+    /// Microfacet α along the tangent and along the bitangent.
     pub(super) alpha: [N; 2],
 }
 
@@ -43,8 +43,8 @@ impl<N: Number> Ggx<N> {
     }
 
     /// Creates an anisotropic distribution, rougher along the frame's tangent, as in
-    /// KHR_materials_anisotropy. With the square of `strength`, from 0 to 1, the α along the
-    /// tangent rises from the α of `roughness` to 1.
+    /// KHR_materials_anisotropy. `strength` lies in [0, 1]. The α along the bitangent is that of
+    /// `roughness`, a; the α along the tangent is a + (1 − a)·`strength`².
     #[inline]
     pub fn anisotropic(frame: ShadingFrame<N>, roughness: N, strength: N) -> Self {
         let alpha = alpha_from_roughness(roughness);
@@ -61,13 +61,14 @@ impl<N: Number> Ggx<N> {
         }
     }
 
-    /// Returns the perceptual roughness, the fourth root of the product of both α.
+    /// Returns the perceptual roughness: the fourth root of the product of α along tangent and
+    /// bitangent.
     pub fn roughness(&self) -> N {
         (self.alpha[0] * self.alpha[1]).sqrt().sqrt()
     }
 
-    /// Returns the frame of normal, tangent and bitangent; for isotropic microfacets, a frame with
-    /// any tangent.
+    /// Returns the frame of normal, tangent and bitangent. Isotropic microfacets have an arbitrary
+    /// tangent.
     pub(super) fn frame(&self) -> ShadingFrame<N> {
         let value_of = |[tangent, bitangent]: [N::Vec3; 2]| ShadingFrame {
             tangent,
@@ -78,8 +79,8 @@ impl<N: Number> Ggx<N> {
             .map_or_else(|| ShadingFrame::from_normal(self.normal), value_of)
     }
 
-    /// Returns 1/D, the inverse of the distribution's density at a microfacet normal. The isotropic
-    /// form uses (hx² + hy²)/α² + hz², which keeps its digits at low roughness.
+    /// Returns 1/D for the density D of microfacet normals at the half vector h = (hx, hy, hz). The
+    /// isotropic form contains (hx² + hy²)/α² + hz²: it keeps its digits at low roughness.
     #[inline(always)]
     pub(super) fn reciprocal_d(&self, half: N::Vec3) -> N {
         let (hz, [wide, fine], pi) = (self.normal.dot(half), self.alpha, N::from_f64(PI));
@@ -97,9 +98,9 @@ impl<N: Number> Ggx<N> {
         area * slope * slope
     }
 
-    /// Returns the root cos·(1 + 2Λ) in Smith's masking G₁ = 2·cos/(cos + root), for a unit
-    /// direction of the given cosine to the normal. For isotropic microfacets it is √(α² + (1 −
-    /// α²)·cos²).
+    /// Returns cos·(1 + 2Λ) for a unit direction whose cosine to the normal is cos. Λ is Smith's
+    /// auxiliary function; the masking is G₁ = 2·cos/(cos + cos·(1 + 2Λ)). For isotropic
+    /// microfacets the result is √(α² + (1 − α²)·cos²).
     #[inline(always)]
     pub(super) fn smith_root(&self, v: N::Vec3, cosine: N) -> N {
         let [wide, fine] = self.alpha;
@@ -116,7 +117,8 @@ impl<N: Number> Ggx<N> {
     }
 
     /// Returns the BRDF of white microfacets, D·G₂/(4·cosₒ·cosᵢ), and the density by solid angle of
-    /// directions mirrored at visible normals, D·G₁/(4·cosₒ).
+    /// sampling `wi`, D·G₁/(4·cosₒ). D is the density of normals, G₁ and G₂ are Smith's masking and
+    /// masking-shadowing. Cosines are those of `wo` and `wi` to the normal.
     #[inline(always)]
     pub(super) fn eval_and_pdf(&self, directions: &Directions<N>) -> (N, N) {
         let (d, root) = (
@@ -132,7 +134,7 @@ impl<N: Number> Ggx<N> {
         )
     }
 
-    /// Returns the BRDF of microfacets with a reflectance, and the density by solid angle of
+    /// Returns the BRDF of microfacets of the given reflectance, and the density by solid angle of
     /// [`Self::sample_reflection`].
     #[inline(always)]
     pub(super) fn eval_reflection_and_pdf(
@@ -152,8 +154,10 @@ impl<N: Number> Ggx<N> {
     }
 
     /// Samples a microfacet normal visible along `wo` by two random numbers in [0, 1). Returns this
-    /// normal and `wo` mirrored at it. A mirrored direction below the surface is replaced by zero:
-    /// its light would hit another microfacet and counts as lost, and no other lobe may take it for
+    /// normal, and `wo` mirrored at it.
+    ///
+    /// The mirrored direction is zero where it would lie below `normal`: its light would hit
+    /// another microfacet and counts as lost. No other lobe may take such a direction for
     /// transmission.
     pub(super) fn sample_reflection(
         &self,
@@ -185,10 +189,12 @@ pub(super) fn reflect<N: Number>(wo: N::Vec3, facet: N::Vec3) -> N::Vec3 {
     facet * (N::from_f64(2.0) * wo.dot(facet)) - wo
 }
 
-/// Samples a microfacet normal visible along `wo`, for the α along both axes, by a uniform point of
-/// the unit disk ("Sampling the GGX Distribution of Visible Normals", Heitz 2018). Directions are
-/// in the frame of the microfacets. Stretching by α turns the half-ellipsoid of microfacets into a
-/// hemisphere, whose projection along `wo` is half a disk and half an ellipse.
+/// Samples a microfacet normal visible along `wo`, from a uniform point of the unit disk ("Sampling
+/// the GGX Distribution of Visible Normals", Heitz 2018). `[ax, ay]` is α along both axes;
+/// directions are in the frame of the microfacets.
+///
+/// Stretching by α turns the half-ellipsoid of microfacets into a hemisphere. Its projection along
+/// `wo` is half a disk and half an ellipse.
 #[inline(always)]
 pub(super) fn sample_wm<N: Number>(wo: N::Vec3, [ax, ay]: [N; 2], [a, b]: [N; 2]) -> N::Vec3 {
     let seen = N::Vec3::new(ax * wo.x(), ay * wo.y(), wo.z()).normalize();
