@@ -1,5 +1,5 @@
-//! Glass boundaries whose reflection is tinted or has a thin film: boundaries of solid bodies,
-//! which refract, and thin walls, which do not.
+//! Glass boundaries with a tinted reflection or a thin film. The boundaries of solid bodies
+//! refract; thin walls do not.
 
 use glam::DVec3;
 
@@ -13,23 +13,23 @@ use super::lobe_kind::{Directions, ScatteringLobe, renormalize};
 use super::multiple_scattering::{MultipleScattering, hemispherical_mean_reflectance};
 use crate::number::{Mask, Number, Vector3};
 
-/// Reflectance of a glass boundary by Fresnel's equations or Schlick's formula, with an optional
-/// tint and thin film.
+/// Reflectance of a glass boundary by Fresnel's equations or Schlick's formula, with a tint and an
+/// optional thin film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TintedFresnel<N: Number> {
     /// Factor on the reflectance by channel. Light that is not reflected is transmitted.
     pub reflected: N::Vec3,
     /// Thin film on the boundary; `None` for a boundary without a film.
     pub film: Option<ThinFilm<N>>,
-    /// Reflectance formula.
+    /// Formula of the reflectance.
     pub rule: FresnelRule,
-    /// Index of refraction of the inside over the outside.
+    /// Index of refraction inside over the index outside.
     pub ior: N::Exact,
 }
 
 impl<N: Number> TintedFresnel<N> {
-    /// Returns the reflectance of a lane by channel, from the cosines outside and inside; `None`
-    /// stands for total reflection.
+    /// Returns the reflectance of a SIMD lane by channel. `cosines` are the cosines to the normal
+    /// outside and inside; `None` means total reflection.
     fn reflectance(&self, lane: usize, cosines: Option<[f64; 2]>) -> [f64; 3] {
         let Some([outside, inside]) = cosines else {
             return [1.0; 3];
@@ -59,13 +59,13 @@ impl<N: Number> TintedFresnel<N> {
     }
 }
 
-/// Cosines on the side of lower index at which [`TintedFresnel::fresnel_ratio_bounds`] compares
-/// reflectances.
+/// Cosines at which [`TintedFresnel::fresnel_ratio_bounds`] compares reflectances, on the side of
+/// lower index.
 const COMPARED_COSINES: [f64; 5] = [1.0, 0.8, 0.5, 0.25, 0.1];
 
 impl<N: Number> TintedFresnel<N> {
-    /// Returns the least and the greatest ratio of this reflectance to the plain Fresnel
-    /// reflectance, over the angles of [`COMPARED_COSINES`].
+    /// Returns the least and the greatest ratio, by channel, of this reflectance to the Fresnel
+    /// reflectance without tint and film. The angles are those of [`COMPARED_COSINES`].
     pub(super) fn fresnel_ratio_bounds(&self) -> [N::Vec3; 2] {
         if self.film.is_none() && self.rule != FresnelRule::Schlick {
             return [self.reflected; 2];
@@ -93,7 +93,7 @@ impl<N: Number> TintedFresnel<N> {
     }
 }
 
-/// The boundary of a solid body, whose reflection is tinted or has a thin film.
+/// The boundary of a solid body with a tinted reflection or a thin film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TintedDielectric<N: Number> {
     pub(super) tinted_fresnel: TintedFresnel<N>,
@@ -104,8 +104,8 @@ pub struct TintedDielectric<N: Number> {
 }
 
 impl<N: Number> TintedDielectric<N> {
-    /// Returns two reflectances of a lane's microfacet at a cosine of incidence: by channel with
-    /// tint and film, and the Fresnel reflectance without them.
+    /// Returns two reflectances of a microfacet in a SIMD lane at a cosine of incidence: with tint
+    /// and film by channel, then without them.
     fn tinted_and_fresnel_reflectance(&self, lane: usize, cosine: f64) -> (DVec3, f64) {
         let (exact, beyond) = facet_fresnel(cosine, N::f64_lane(self.boundary.eta, lane));
         let own = cosine.clamp(0.0, 1.0);
@@ -117,9 +117,9 @@ impl<N: Number> TintedDielectric<N> {
         (self.tinted_fresnel.reflectance(lane, cosines).into(), exact)
     }
 
-    /// Scales a BSDF value of the untinted boundary by `of(tinted, plain)`, a function of the
-    /// tinted and the plain Fresnel reflectance at a cosine of incidence. Returns the scaled value
-    /// with the unchanged density.
+    /// Scales a BSDF value of the untinted boundary. `of(tinted, plain)` is the factor for the
+    /// reflectances with and without tint and film, at a cosine of incidence. Returns the scaled
+    /// value and the unchanged density.
     fn apply_tint(
         &self,
         (own, density): (N::Vec3, N),
@@ -196,7 +196,7 @@ impl<N: Number> ScatteringLobe<N> for TintedDielectric<N> {
         self.boundary.sample(frame, wo, local, choice, point)
     }
 
-    /// Samples the smooth boundary: reflects if `u` is below the greatest reflectance of the
+    /// Samples the smooth boundary: reflects if `u` is below the greatest reflectance of the three
     /// channels, else refracts.
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
         let drawn = |lane: usize| {
@@ -232,9 +232,10 @@ impl<N: Number> ScatteringLobe<N> for TintedDielectric<N> {
 }
 
 /// A thin wall that does not refract: two parallel boundaries with all reflections between them.
-/// For a reflectance R of each boundary, the wall reflects 2R/(1 + R) and transmits (1 − R)/(1 +
-/// R). A smooth wall transmits straight on. A rough wall transmits along the direction mirrored at
-/// the microfacet, flipped to the far side.
+///
+/// If each boundary has the reflectance R, the wall reflects 2R/(1 + R) and transmits (1 − R)/(1 +
+/// R). A smooth wall transmits straight on. A rough wall transmits in the direction of its
+/// microfacet reflection, flipped to the far side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinDielectric<N: Number> {
     pub(super) tinted_fresnel: TintedFresnel<N>,
@@ -242,13 +243,13 @@ pub struct ThinDielectric<N: Number> {
     pub(super) share: N,
     /// Factor on the transmission by channel.
     pub(super) transmitted: N::Vec3,
-    /// The microfacets; `None` for a smooth wall.
+    /// Distribution of microfacets; `None` for a smooth wall.
     pub(super) ggx: Option<Ggx<N>>,
 }
 
 impl<N: Number> ThinDielectric<N> {
-    /// Returns the reflectance 2R/(1 + R) of the wall in a lane, by channel, at a cosine of
-    /// incidence.
+    /// Returns the wall's reflectance 2R/(1 + R) by channel in a SIMD lane, at a cosine of
+    /// incidence. R is the reflectance of one boundary.
     fn lane_reflectance(&self, lane: usize, cosine: f64) -> [f64; 3] {
         let (ior, c) = (
             N::f64_lane(self.tinted_fresnel.ior, lane),
@@ -285,8 +286,8 @@ impl<N: Number> ThinDielectric<N> {
         )
     }
 
-    /// Returns the transmittance of a smooth wall for light straight on, at a cosine of incidence;
-    /// zero for a rough wall.
+    /// Returns the transmittance of a smooth wall at a cosine of incidence; zero for a rough wall,
+    /// which deflects light.
     pub(super) fn straight_transmittance(&self, cosine: N) -> N::Vec3 {
         if self.ggx.is_some() {
             return N::Vec3::ZERO;
@@ -322,8 +323,8 @@ impl<N: Number> ScatteringLobe<N> for ThinDielectric<N> {
         (value, found.max_element() * density)
     }
 
-    /// Evaluates the transmission: as [`Self::eval_and_pdf`], with the light's direction mirrored
-    /// to the viewer's side.
+    /// Evaluates the transmission: the microfacet reflection of [`Self::eval_and_pdf`] for `wi`
+    /// mirrored to the viewer's side, with transmittance in place of reflectance.
     fn eval_transmission_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         let Some(ggx) = &self.ggx else {
             return (N::Vec3::ZERO, N::ZERO);

@@ -1,8 +1,10 @@
-//! Reflection and refraction of a ray at a smooth interface: both directions, and the reflectance.
+//! Reflection and refraction of a ray at a smooth interface: the two directions and the
+//! reflectance.
 //!
-//! All arithmetic is in `f64`. Towards 90° on the side of lower index, the cosine is the root of a
-//! small difference and magnifies errors of direction and normal by η²·cosᵢ/cosₜ: 400 times at
-//! 89.9°, 4000 times at 89.99°. Therefore vectors are normalised here, and no sum is in `f32`.
+//! All arithmetic is in `f64`. Near 90° on the side of lower index, the cosine is the root of a
+//! small difference. It magnifies errors of direction and normal by η²·cosᵢ/cosₜ: 400 times at
+//! 89.9°, 4000 times at 89.99°. Here η is the index ratio, and cosᵢ and cosₜ are the cosines of
+//! incidence and refraction. Therefore vectors are normalised here, and no sum is in `f32`.
 
 use glam::DVec3;
 
@@ -22,9 +24,9 @@ pub(crate) struct SmoothInterface {
 }
 
 impl SmoothInterface {
-    /// Reflects and refracts a ray of direction `d` at the normal `n`, which points to the ray's
-    /// side. `d` and `n` may have any length. `eta` is the index on the ray's side over the index
-    /// on the far side.
+    /// Reflects and refracts a ray of direction `d` at the normal `n` on the ray's side. `d` and
+    /// `n` may have any length. `eta` is the index on the ray's side over the index on the far
+    /// side.
     #[inline]
     pub fn new(d: DVec3, n: DVec3, eta: f64) -> Self {
         let (d, n) = (d / d.length_squared().sqrt(), n / n.length_squared().sqrt());

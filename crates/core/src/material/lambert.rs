@@ -1,4 +1,4 @@
-//! Lambert's lobe for matte surfaces. A BSDF of this type alone contains no code of other lobes.
+//! Lambert's lobe for matte surfaces. A BSDF of this lobe type contains no code of other lobes.
 
 use core::f64::consts::PI;
 
@@ -6,7 +6,7 @@ use super::frame::ShadingFrame;
 use super::lobe_kind::{BsdfLobe, Directions, ScatteringLobe, sample_cosine_hemisphere};
 use crate::number::{Number, Vector3};
 
-/// Lambert's lobe, which reflects the same radiance in every direction.
+/// Lambert's lobe: it reflects the same radiance in every direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lambert<N: Number> {
     /// Diffuse reflectance.

@@ -1,10 +1,10 @@
-//! The lobes of layered surfaces: lobes of glTF's extensions, and lobes of the metallic-roughness
-//! model under a coat or sheen. These lobes are rarer and costlier than [`Lobe`](super::Lobe)s, so
-//! a separate type keeps their code out of common materials.
+//! The lobes of layered surfaces: lobes of glTF's extensions, and metallic-roughness lobes under a
+//! coat or sheen. These lobes are rarer and costlier than [`Lobe`](super::Lobe)s; a separate type
+//! keeps their code out of common materials.
 //!
-//! Layers below a coat or sheen are scaled by min(1 − E(out), 1 − E(in)), where E is the
-//! directional albedo of the coat or sheen. This factor is reciprocal and exact for mirrors.
-//! Together with the lobe of the coat or sheen it gains no energy.
+//! Lobes under a coat or sheen are scaled by min(1 − E(wo), 1 − E(wi)), where E is the directional
+//! albedo of the coat or sheen. This factor is reciprocal, and exact for mirrors. The scaled lobes
+//! and the coat or sheen together gain no energy.
 
 use super::base::DiffuseBase;
 use super::energy::directional_albedo;
@@ -33,7 +33,8 @@ layer! {
 }
 
 impl<N: Number> Coat<N> {
-    /// Returns the directional albedo of the coat for a direction, 0 to 1.
+    /// Returns the directional albedo of the coat for a direction, 0 to 1, weighted by its share of
+    /// the surface.
     fn directional_albedo(&self, direction: N::Vec3) -> N {
         let cosine = self.normal.dot(direction).max(N::ZERO);
         self.weight
@@ -43,7 +44,7 @@ impl<N: Number> Coat<N> {
     }
 }
 
-/// The coat and the sheen over a lobe; `None` where the layer is absent.
+/// The coat and the sheen over a lobe; `None` means that this layer is absent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Coating<N: Number> {
     pub(super) coat: Option<Coat<N>>,
@@ -51,13 +52,13 @@ pub(super) struct Coating<N: Number> {
 }
 
 impl<N: Number> Coating<N> {
-    /// No layers.
+    /// Neither coat nor sheen.
     pub(super) const NONE: Self = Self {
         coat: None,
         sheen: None,
     };
 
-    /// Returns the share of light that passes the coat and the sheen once, in or out, along a
+    /// Returns the share of light that crosses coat and sheen once, inwards or outwards, along a
     /// direction above the surface.
     pub(super) fn one_way_transmittance(&self, normal: N::Vec3, direction: N::Vec3) -> N {
         let coat = self
@@ -68,8 +69,8 @@ impl<N: Number> Coating<N> {
         })
     }
 
-    /// Returns the factor of the coat and the sheen on the value of the lobe below them, for a pair
-    /// of directions. Transmitted light passes the layers once, reflected light twice.
+    /// Returns the factor of coat and sheen on the lobe below them. Reflected light crosses both
+    /// layers twice, transmitted light once.
     fn two_way_transmittance(&self, directions: &Directions<N>) -> N {
         let out = self.one_way_transmittance(directions.normal, directions.wo);
         N::select(
@@ -80,12 +81,12 @@ impl<N: Number> Coating<N> {
     }
 }
 
-/// Lobe of rough microfacets or of a smooth mirror, about its own normal. A coat's normal may
+/// Lobe of rough microfacets or of a smooth mirror, with a normal of its own: a coat's normal may
 /// differ from the surface's normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct GgxLobe<N: Number> {
     pub(super) ggx: Ggx<N>,
-    /// Whether the lobe is a mirror, a delta lobe.
+    /// Whether the lobe is a smooth mirror, and so a delta lobe.
     pub(super) smooth: bool,
     pub(super) reflectance: MicrofacetReflectance<N>,
 }
@@ -146,10 +147,10 @@ impl<N: Number> ScatteringLobe<N> for GgxLobe<N> {
     }
 }
 
-/// Kinds of the lobes of layered surfaces.
+/// A lobe of a layered surface, without the layers over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum LayerLobe<N: Number> {
-    /// The diffuse base below the microfacets.
+    /// The diffuse lobe below the microfacets.
     Diffuse(DiffuseBase<N>),
     /// The fibres of sheen.
     Sheen(Sheen<N>),
@@ -163,7 +164,7 @@ pub(super) enum LayerLobe<N: Number> {
     MultipleScattering(MultipleScattering<N>),
 }
 
-/// Dispatches an expression to the variant of a [`LayerLobe`].
+/// Evaluates an expression for the variant of a [`LayerLobe`].
 macro_rules! ask {
     ($lobe:expr, $of:ident => $question:expr) => {
         match &$lobe {
@@ -177,7 +178,7 @@ macro_rules! ask {
     };
 }
 
-/// A lobe of a layered surface together with the layers over it.
+/// A lobe of a layered surface, with the coat and sheen over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoatedLobe<N: Number> {
     lobe: LayerLobe<N>,
@@ -187,7 +188,8 @@ pub struct CoatedLobe<N: Number> {
 }
 
 impl<N: Number> CoatedLobe<N> {
-    /// Creates a lobe under a coating, viewed along `wo`; `normal` is the surface's normal.
+    /// Creates a lobe under a coating for the viewing direction `wo`. `normal` is the surface's
+    /// normal.
     pub(super) fn new(
         lobe: LayerLobe<N>,
         coating: Coating<N>,
@@ -206,8 +208,9 @@ impl<N: Number> CoatedLobe<N> {
         }
     }
 
-    /// Scales a lobe's value by the transmittance of its coating; returns it with the unchanged
-    /// density. A value of zero stays zero also for opposite directions, which have no half vector.
+    /// Scales a lobe's value by the transmittance of its coating. Returns the scaled value and the
+    /// unchanged density. A zero value stays zero even if `wo` and `wi` are opposite and have no
+    /// half vector.
     fn apply_coating(
         &self,
         directions: &Directions<N>,
@@ -226,8 +229,8 @@ impl<N: Number> CoatedLobe<N> {
         (scattered, density)
     }
 
-    /// Returns the transmittance for light straight on, from −`wo` to `wo`. Only smooth thin walls
-    /// have any.
+    /// Returns the transmittance for undeflected light, from −`wo` to `wo`. Zero except for smooth
+    /// thin walls.
     pub(super) fn straight_transmittance(&self, normal: N::Vec3, wo: N::Vec3) -> N::Vec3 {
         let LayerLobe::ThinDielectric(wall) = &self.lobe else {
             return N::Vec3::ZERO;

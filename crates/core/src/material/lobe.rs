@@ -17,15 +17,15 @@ use crate::number::{Mask, Number, Vector3};
 /// A lobe of a BSDF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lobe<N: Number> {
-    /// Lambert's lobe below microfacets that reflect by Schlick's formula, plus the multiple
+    /// Lambert's lobe below microfacets with Schlick's reflectance. It includes the multiple
     /// scattering among these microfacets.
     Diffuse {
-        /// Diffuse reflectance for the light that passes the microfacets.
+        /// Diffuse reflectance of the base, for light that passes the microfacets.
         albedo: N::Vec3,
         /// Factor on the multiple scattering among white microfacets.
         interreflected: N::Vec3,
-        /// Shares of energy that the microfacets do not reflect: for the base below, and for
-        /// multiple scattering.
+        /// Energy that the microfacets do not reflect. It feeds the base and the multiple
+        /// scattering.
         energy_complement: EnergyComplement<N>,
     },
     /// Lambert's lobe, which reflects the same radiance in every direction.

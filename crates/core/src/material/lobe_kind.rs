@@ -3,8 +3,8 @@
 use super::frame::ShadingFrame;
 use crate::number::{Number, Vector3};
 
-/// A pair of unit directions `wo` and `wi` away from a surface, with derived quantities that
-/// several lobes need.
+/// A pair of unit directions `wo` and `wi` that point away from the surface, with their normal,
+/// half vector and cosines.
 #[derive(Clone, Copy, Debug)]
 pub struct Directions<N: Number> {
     pub(super) normal: N::Vec3,
@@ -16,7 +16,7 @@ pub struct Directions<N: Number> {
     pub(super) cos_wo: N,
     /// Cosine of `wi` to the normal; negative below the surface.
     pub(super) cos_wi: N,
-    /// Cosine between `wi` and `half`, at least zero.
+    /// Cosine of `wi` to `half`, clamped to at least zero.
     pub(super) cos_half: N,
 }
 
@@ -36,8 +36,8 @@ impl<N: Number> Directions<N> {
         }
     }
 
-    /// Returns the pair with `wi` above the surface: a `wi` below the surface is mirrored at its
-    /// plane.
+    /// Returns the pair with `wi` above the surface. A `wi` below the surface is mirrored at the
+    /// surface's plane.
     pub(super) fn with_wi_above(&self) -> Self {
         let up = self.wi - self.normal * (N::from_f64(2.0) * self.cos_wi);
         Self::new(
@@ -47,7 +47,7 @@ impl<N: Number> Directions<N> {
         )
     }
 
-    /// Returns the same directions with their cosines to another normal.
+    /// Returns the pair with another normal and the cosines to this normal.
     pub(super) fn with_normal(&self, normal: N::Vec3) -> Self {
         Self {
             normal,
@@ -60,22 +60,22 @@ impl<N: Number> Directions<N> {
 
 /// A type of lobe that a [`Bsdf`](super::Bsdf) can hold.
 pub trait BsdfLobe<N: Number>: ScatteringLobe<N> + Copy + core::fmt::Debug {
-    /// A black lobe, which fills the unused entries of a BSDF's array of lobes.
+    /// A black lobe, for the unused entries of a BSDF's array.
     const NOTHING: Self;
-    /// Whether a lobe's normal may differ from the surface's normal.
+    /// Whether lobes lie under a coat whose normal may differ from the surface's normal.
     const COATED: bool = false;
 }
 
-/// A lobe: value, density and sampling. The default methods are those of a lobe that neither
-/// transmits nor reflects diffusely.
+/// A lobe: value, density and sampling. The default methods suit a lobe without transmission and
+/// without diffuse reflection.
 pub trait ScatteringLobe<N: Number> {
     /// Returns the sampling weight of the lobe: an estimate of its albedo for the cosine of `wo`.
     fn importance(&self, cosine: N) -> N;
-    /// Whether the lobe is a delta distribution, whose value and density are zero.
+    /// Whether the lobe is a delta lobe: value and density are then zero.
     fn is_delta(&self) -> bool {
         false
     }
-    /// Whether the lobe transmits light without being a delta distribution.
+    /// Whether the lobe transmits light and is not a delta lobe.
     fn is_transmissive(&self) -> bool {
         false
     }
@@ -91,9 +91,9 @@ pub trait ScatteringLobe<N: Number> {
     fn eval_transmission_and_pdf(&self, _pair: &Directions<N>) -> (N::Vec3, N) {
         (N::Vec3::ZERO, N::ZERO)
     }
-    /// Samples `wi` by three random numbers in [0, 1), `_choice` and `_point`; returns zero for a
-    /// failed sample. `_wo` is the viewing direction in world space, `_local` the same direction in
-    /// the frame. Delta lobes use [`Self::sample_delta`] instead.
+    /// Samples `wi` by three random numbers in [0, 1), `_choice` and `_point`. Returns zero for a
+    /// failed sample. `_wo` is the viewing direction in world space, `_local` in `_frame`. Delta
+    /// lobes use [`Self::sample_delta`] instead.
     fn sample(
         &self,
         _frame: &ShadingFrame<N>,
@@ -104,16 +104,16 @@ pub trait ScatteringLobe<N: Number> {
     ) -> N::Vec3 {
         N::Vec3::ZERO
     }
-    /// Samples a delta lobe: returns `wi` and the weight. The random number in [0, 1) chooses
+    /// Samples a delta lobe. Returns `wi` and its weight. The random number `_u` in [0, 1) chooses
     /// between reflection and refraction.
     fn sample_delta(&self, normal: N::Vec3, _wo: N::Vec3, _u: N) -> (N::Vec3, N::Vec3) {
         (normal, N::Vec3::ZERO)
     }
 }
 
-/// Normalises a mirrored direction whose length differs from 1 by more than four millionths;
-/// returns other directions unchanged. The rounding error of each mirror's normal changes the
-/// length, and exceeds this limit after ten mirrors at the earliest.
+/// Normalises a mirrored direction whose length differs from 1 by more than 4·10⁻⁶; returns other
+/// directions unchanged. Each mirror's rounding error changes the length. Ten mirrors or more are
+/// needed to exceed this limit.
 #[inline(always)]
 pub(super) fn renormalize<N: Number>(direction: N::Vec3) -> N::Vec3 {
     let off = N::ONE - direction.dot(direction);
@@ -132,16 +132,16 @@ pub(super) fn sample_disk<N: Number>([u, v]: [N; 2]) -> [N; 2] {
     [u.sqrt() * cos, u.sqrt() * sin]
 }
 
-/// Returns a cosine-weighted direction about the z axis for two random numbers in [0, 1): a point
-/// of the unit disk, raised to the hemisphere (Malley).
+/// Returns a cosine-weighted direction about the z axis for two random numbers in [0, 1). A point
+/// of the unit disk is projected up to the hemisphere (Malley).
 #[inline(always)]
 pub(crate) fn sample_cosine_hemisphere<N: Number>([u, v]: [N; 2]) -> N::Vec3 {
     let [x, y] = sample_disk([u, v]);
     N::Vec3::new(x, y, (N::ONE - u).max(N::ZERO).sqrt())
 }
 
-/// Returns a cosine-weighted world direction about the normal of a frame: above the surface in the
-/// lanes of the mask `above`, below in the others.
+/// Returns a cosine-weighted world direction about a frame's normal: above the surface in lanes of
+/// the mask `above`, below it in all other lanes.
 pub(super) fn sample_cosine_either_side<N: Number>(
     frame: &ShadingFrame<N>,
     above: N::Mask,

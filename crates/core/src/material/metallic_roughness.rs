@@ -9,19 +9,20 @@ use super::lobe::Lobe;
 use super::multiple_scattering::MultipleScattering;
 use crate::number::{Mask, Number, Vector3};
 
-/// Glass in a share of a surface's area.
+/// Glass that covers a share of a surface's area.
 ///
-/// A partly transmissive dielectric is a mixture by area: a share of glass, and paint (an opaque
-/// dielectric) in the rest. From outside, this equals glTF's mixture of a diffuse and a
-/// transmissive base under a common specular reflection. From inside, light hits either glass, with
-/// total reflection beyond the critical angle, or the back of the paint, which has no microfacets
-/// on this side. So no reflection counts twice, and the albedo is at most 1 from both sides, rough
-/// or smooth.
+/// A partly transmissive dielectric is a mixture by area: glass, and paint (an opaque dielectric)
+/// elsewhere. From outside, this equals glTF's mixture of a diffuse and a transmissive base under a
+/// common specular reflection.
+///
+/// From inside, light hits either glass or the back of the paint. Glass reflects totally beyond the
+/// critical angle. The back of the paint has no microfacets. No reflection counts twice, and the
+/// albedo is at most 1 from both sides, rough or smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glass<N: Number> {
-    /// Share of glass in the dielectric part, 0 to 1.
+    /// Share of glass in the area of the dielectric, 0 to 1.
     pub share: N,
-    /// Index of refraction of the inside over the outside.
+    /// Index of refraction inside over the index outside.
     pub ior: N::Exact,
     /// Factor on the reflection by channel.
     pub reflected: N::Vec3,
@@ -44,8 +45,8 @@ impl<N: Number> Glass<N> {
         })
     }
 
-    /// Whether the boundary refracts noticeably. Between nearly equal indices, rough microfacets
-    /// refract by negligible angles.
+    /// Mask of the SIMD lanes whose boundary refracts noticeably. Between nearly equal indices,
+    /// rough microfacets refract by negligible angles.
     #[inline(always)]
     pub(super) fn is_refractive(&self) -> N::Mask {
         N::from_lanes(|lane| (N::f64_lane(self.ior, lane) - 1.0).abs())
@@ -53,8 +54,8 @@ impl<N: Number> Glass<N> {
     }
 
     /// Returns the lobe of multiple scattering among the microfacets of a rough boundary. `seen`
-    /// holds the boundary's share of the surface and the cosine of the view, `tint` the least and
-    /// the greatest ratio of the reflectance to the Fresnel reflectance.
+    /// holds the boundary's share of the surface and the cosine of the view. `tint` holds the least
+    /// and the greatest ratio of the boundary's reflectance to the Fresnel reflectance.
     #[inline(never)]
     pub(super) fn multiple_scattering(
         &self,
@@ -68,8 +69,8 @@ impl<N: Number> Glass<N> {
         MultipleScattering::for_boundary(eta, roughness, seen, tint, self.transmitted)
     }
 
-    /// Returns the lobe of the boundary, which covers a share of the surface. Without a roughness
-    /// the boundary is smooth.
+    /// Returns the lobe of the boundary. It covers the given share of the surface; without a
+    /// roughness it is smooth.
     #[inline(always)]
     pub fn dielectric_lobe(
         &self,
@@ -101,21 +102,21 @@ impl<N: Number> Glass<N> {
 pub struct MetallicRoughness<N: Number> {
     /// Base colour.
     pub base: N::Vec3,
-    /// Share of metal, from 0 (dielectric) to 1 (metal).
+    /// Share of metal in the surface's area, from 0 (dielectric) to 1 (metal).
     pub metallic: N,
     /// Perceptual roughness, from 0 (mirror) to 1; the microfacet α is its square.
     pub roughness: N,
     /// Reflectance of the dielectric part at normal incidence.
     pub dielectric: N,
-    /// Reflectance of the dielectric part at grazing incidence. It is 1, or less with the factor of
+    /// Reflectance of the dielectric part at grazing incidence: 1, or less by the factor of
     /// KHR_materials_specular.
     pub grazing: N,
     /// Glass in the dielectric part; `None` for an opaque material.
     pub glass: Option<Glass<N>>,
 }
 
-/// Least difference of an index of refraction from 1 at which a boundary with a roughness counts as
-/// rough. Closer to 1, it counts as smooth.
+/// Least difference from 1 of a relative index of refraction at which a boundary may be rough.
+/// Closer to 1, the boundary counts as smooth.
 const LEAST_BEND: f64 = 5e-3;
 
 impl<N: Number> MetallicRoughness<N> {
@@ -126,7 +127,7 @@ impl<N: Number> MetallicRoughness<N> {
             .map_or(N::ZERO, |glass| glass.share * (N::ONE - self.metallic))
     }
 
-    /// Returns the share of the surface that is an opaque dielectric, neither glass nor metal.
+    /// Returns the share of the surface that is an opaque dielectric: neither glass nor metal.
     #[inline(always)]
     pub fn opaque_dielectric_share(&self) -> N {
         let dielectric = N::ONE - self.metallic;
@@ -134,8 +135,8 @@ impl<N: Number> MetallicRoughness<N> {
             .map_or(dielectric, |glass| dielectric * (N::ONE - glass.share))
     }
 
-    /// Returns the diffuse albedo in red, green and blue, without the loss to microfacets above the
-    /// diffuse base.
+    /// Returns the diffuse albedo in red, green and blue, before the microfacets above take their
+    /// share of the light.
     #[inline(always)]
     pub fn albedo(&self) -> N::Vec3 {
         self.base * self.opaque_dielectric_share()
@@ -147,8 +148,8 @@ impl<N: Number> MetallicRoughness<N> {
         self.microfacet_reflectances(N::ONE - self.metallic).0
     }
 
-    /// Returns the reflectances at normal and at grazing incidence of microfacets, for a share of
-    /// dielectric.
+    /// Returns the reflectances of the microfacets at normal and at grazing incidence, if a share
+    /// `dielectric` of them is dielectric.
     #[inline(always)]
     fn microfacet_reflectances(&self, dielectric: N) -> (N::Vec3, N) {
         (
@@ -157,14 +158,16 @@ impl<N: Number> MetallicRoughness<N> {
         )
     }
 
-    /// Returns the diffuse lobe for the cosine of the view, and the mask of the SIMD lanes in which
-    /// it is non-zero. `over` is 1 in lanes where dielectric microfacets cover the base, else 0.
-    /// `dielectric` is the dielectric share of the microfacets. If `compensated`, the lobe includes
-    /// the multiple scattering among the microfacets.
+    /// Returns the diffuse lobe, and the mask of the SIMD lanes in which it is not zero.
     ///
-    /// The base is part of the dielectric and loses the albedo of the dielectric's microfacets
-    /// alone. Metal lies beside the base and takes no light from it, as in glTF's mixture of a
-    /// metal and a dielectric.
+    /// - `dielectric`: share of the microfacets that are dielectric.
+    /// - `over`: 1 in lanes where dielectric microfacets cover the base, else 0.
+    /// - `cosine`: cosine of the view to the normal.
+    /// - `compensated`: whether the lobe includes multiple scattering among the microfacets.
+    ///
+    /// The base is part of the dielectric and loses only the light that the dielectric's
+    /// microfacets reflect. Metal lies beside the base and takes no light from it, as in glTF's
+    /// mixture of metal and dielectric.
     #[inline(always)]
     fn diffuse_lobe(
         &self,
@@ -213,7 +216,7 @@ impl<N: Number> MetallicRoughness<N> {
         )
     }
 
-    /// Returns the glossy lobe of a nearly smooth surface, a mirror.
+    /// Returns the specular lobe of a nearly smooth surface, a mirror.
     #[inline(always)]
     pub fn mirror_lobe(&self) -> Lobe<N> {
         let (f0, f90) = self.microfacet_reflectances(N::ONE - self.metallic);
@@ -223,8 +226,8 @@ impl<N: Number> MetallicRoughness<N> {
         }
     }
 
-    /// Returns the BSDF of local lighting: a diffuse and a glossy lobe. Their number is known at
-    /// compile time, so the list is optimised away.
+    /// Returns the BSDF of local lighting: a diffuse and a rough specular lobe. Their number is
+    /// known at compile time, and the compiler removes the list.
     #[inline(always)]
     pub fn local_bsdf(&self, normal: N::Vec3, wo: N::Vec3) -> Bsdf<N> {
         let f0 = self.f0();
@@ -237,11 +240,11 @@ impl<N: Number> MetallicRoughness<N> {
         })
     }
 
-    /// Returns the BSDF for light transport, viewed along `wo`. It differs from
-    /// [`Self::local_bsdf`] in three points. Nearly smooth surfaces are mirrors. Rough surfaces
-    /// include multiple scattering among microfacets if `compensated`. A glass boundary has its own
-    /// lobes, and the other lobes then cover paint and metal alone. `outside` is the mask of the
-    /// SIMD lanes whose ray comes from outside.
+    /// Returns the BSDF for light transport, viewed along `wo`. `outside` is the mask of the SIMD
+    /// lanes whose ray comes from outside. It differs from [`Self::local_bsdf`] in three points:
+    /// - Nearly smooth surfaces are mirrors.
+    /// - Rough surfaces include multiple scattering among microfacets if `compensated`.
+    /// - Glass has lobes of its own, and all other lobes cover paint and metal alone.
     #[inline(always)]
     pub fn transport_bsdf(
         &self,
@@ -309,7 +312,7 @@ impl<N: Number> MetallicRoughness<N> {
     }
 
     /// Returns the BSDF of [`Self::transport_bsdf`] for lanes that are all rough and opaque (see
-    /// [`Self::is_rough`]). The kinds of its two lobes are known at compile time.
+    /// [`Self::is_rough`]). The types of its two lobes are known at compile time.
     #[inline(always)]
     pub fn rough_bsdf(
         &self,
@@ -327,8 +330,8 @@ impl<N: Number> MetallicRoughness<N> {
         })
     }
 
-    /// Whether the surface has no specular reflection, by lane. The diffuse lobe is then the only
-    /// lobe.
+    /// Mask of the SIMD lanes whose surface has no specular reflection; the diffuse lobe is then
+    /// the only lobe.
     #[inline(always)]
     pub fn is_matte(&self) -> N::Mask {
         !(self.metallic.greater_than(N::ZERO)
@@ -336,7 +339,7 @@ impl<N: Number> MetallicRoughness<N> {
             | self.grazing.greater_than(N::ZERO))
     }
 
-    /// Whether the surface is rough and opaque, by lane, as [`Self::rough_bsdf`] requires.
+    /// Mask of the SIMD lanes whose surface is rough and opaque, as [`Self::rough_bsdf`] requires.
     #[inline(always)]
     pub fn is_rough(&self) -> N::Mask {
         let rough = self.roughness.greater_than(N::from_f64(LEAST_ROUGHNESS));

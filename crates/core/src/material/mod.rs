@@ -69,8 +69,8 @@ pub use sheen::Sheen;
 pub(crate) use spectrum::{HeroWavelength, ior_at_wavelength};
 pub use stage::{LayerFieldEvaluator, LayerFieldTypes};
 
-/// Selection of the lazily computed tables that a scene's materials need. The content of the tables
-/// depends on no scene.
+/// The lazily computed tables that a scene's materials need. The content of a table does not depend
+/// on the scene.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct MaterialTables {
     /// Whether the directional albedos of sheen are needed.
@@ -82,8 +82,8 @@ pub(crate) struct MaterialTables {
 }
 
 impl MaterialTables {
-    /// Computes the selected tables that do not exist yet. Preparation calls this function, so that
-    /// rendering times do not include the tables.
+    /// Computes the needed tables that do not exist yet. Preparation calls this method: rendering
+    /// times then exclude the tables.
     pub(crate) fn compute_tables(&self) {
         if self.sheen {
             LazyLock::force(&sheen::ALBEDO);

@@ -1,11 +1,12 @@
 //! Multiple scattering among the microfacets of a rough boundary. A reflected and a transmitted
 //! lobe return the energy that single scattering loses.
 //!
-//! Let L(o) be the share of light from o that single scattering loses, and L̄ its cosine-weighted
-//! mean. The lobes L(o)·L(i)/(π·L̄) of the two sides, times the shares r and t with r + t = 1,
-//! return the loss ("Revisiting Physically Based Shading at Imageworks", Kulla, Conty 2017). The
-//! transmitted lobe is reciprocal, up to the square of the index, if n²·L̄·t is equal on both
-//! sides.
+//! Let L(o) be the share of light from the direction o that single scattering loses, and L̄ its
+//! cosine-weighted mean. The lobe L(o)·L(i)/(π·L̄) returns this share ("Revisiting Physically Based
+//! Shading at Imageworks", Kulla, Conty 2017). A share r of the lobe is reflected, a share t = 1 −
+//! r is transmitted; in the transmitted lobe, L(i) and L̄ are those of the far side. If n²·L̄·t is
+//! equal on both sides, where n is the index of a side, the transmitted lobe is reciprocal up to
+//! the square of the index.
 
 use core::f64::consts::PI;
 
@@ -17,17 +18,17 @@ use super::ggx::Ggx;
 use super::lobe_kind::{Directions, ScatteringLobe, sample_cosine_either_side};
 use crate::number::{Number, Vector3};
 
-/// Lower limit of a mean by which another number is divided.
+/// Lower limit of a mean used as a divisor.
 const LEAST_MEAN: f64 = 1e-6;
 
 /// Kind of the boundary whose microfacets scatter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum RoughBoundaryKind<N: Number> {
-    /// A dielectric boundary: `eta` is the index on the view's side over the index on the far side,
-    /// `tint` the least and the greatest ratio of the reflectance to the Fresnel reflectance.
+    /// A dielectric boundary. `eta` is the index on the view's side over the index on the far side.
+    /// `tint` holds the least and the greatest ratio of the reflectance to the Fresnel reflectance.
     Boundary { eta: N, tint: [N::Vec3; 2] },
-    /// A thin wall, equal on both sides, with the mask of the SIMD lanes whose microfacets are
-    /// anisotropic.
+    /// A thin wall, equal on both sides. `anisotropic` holds the mask of the SIMD lanes with
+    /// anisotropic microfacets, and their distribution.
     Wall {
         anisotropic: Option<(N::Mask, Ggx<N>)>,
     },
@@ -38,17 +39,19 @@ enum RoughBoundaryKind<N: Number> {
 pub struct MultipleScattering<N: Number> {
     boundary_kind: RoughBoundaryKind<N>,
     roughness: N,
-    /// BRDF over L(i), the share of light from `wi` that single scattering loses.
+    /// BRDF divided by L(i), the share of light from `wi` that single scattering loses.
     reflection_factor: N::Vec3,
-    /// BTDF over L(i), the share of light from `wi` that single scattering loses.
+    /// BTDF divided by L(i), the share of light from `wi` that single scattering loses.
     transmission_factor: N::Vec3,
-    /// Reflected and transmitted share of the light along the view, in the strongest channel.
+    /// Shares of the light along the view that multiple scattering reflects and transmits, in the
+    /// strongest channel.
     view_shares: [N; 2],
 }
 
 impl<N: Number> MultipleScattering<N> {
-    /// Creates the lobe of a dielectric boundary that covers a share of the surface, for the cosine
-    /// of the view. `eta` and `tint` are as in [`RoughBoundaryKind::Boundary`].
+    /// Creates the lobe of a dielectric boundary. `share` is the boundary's share of the surface,
+    /// `cosine` that of the view to the normal. `eta` and `tint` are as in
+    /// [`RoughBoundaryKind::Boundary`]; `transmitted` is the factor on transmission.
     pub(super) fn for_boundary(
         eta: N,
         roughness: N,
@@ -89,9 +92,9 @@ impl<N: Number> MultipleScattering<N> {
         )
     }
 
-    /// Creates the lobe of a thin wall that covers a share of the surface. `wo` holds the viewing
-    /// direction and the surface normal. The last argument holds the wall's mean reflectance and
-    /// its factor on the transmission.
+    /// Creates the lobe of a thin wall. `share` is the wall's share of the surface. `wo` holds the
+    /// viewing direction and the surface normal. `mean` is the wall's mean reflectance,
+    /// `transmitted` the factor on its transmission.
     pub(super) fn for_wall(
         roughness: N,
         anisotropic: Option<(N::Mask, Ggx<N>)>,
@@ -117,9 +120,11 @@ impl<N: Number> MultipleScattering<N> {
         )
     }
 
-    /// Returns the lobe for a viewing direction. `lost` is the share of light along this direction
-    /// that single scattering loses, `shares` divides it between reflection and transmission, and
-    /// `means` holds the mean loss on each side.
+    /// Returns the lobe for a viewing direction.
+    ///
+    /// - `lost`: share of the light along this direction that single scattering loses.
+    /// - `shares`: the parts of `lost` that are reflected and transmitted.
+    /// - `means`: mean of `lost` over directions on the view's side and on the far side.
     fn with_view(self, lost: N::Vec3, shares: [N::Vec3; 2], means: [N::Vec3; 2]) -> Self {
         let [back, on] =
             [0, 1].map(|k| lost * shares[k] * clamped_inverse::<N>(means[k]) / N::from_f64(PI));
@@ -131,8 +136,9 @@ impl<N: Number> MultipleScattering<N> {
         }
     }
 
-    /// Returns the share of light that a dielectric boundary loses by single scattering, at a
-    /// cosine on the side with the relative index `eta`; `None` for the mean over the hemisphere.
+    /// Returns the share of light that a dielectric boundary loses by single scattering. `cosine`
+    /// lies on the side whose index over the other side's index is `eta`; `None` selects the
+    /// hemispherical mean.
     fn boundary_loss(&self, eta: N, tint: [N::Vec3; 2], cosine: Option<N>) -> N::Vec3 {
         let both = <N::Vec3 as Vector3<N>>::from_lanes(|lane| {
             let [whole, clear] = boundary::single_scattering_loss(
@@ -148,8 +154,8 @@ impl<N: Number> MultipleScattering<N> {
         least.min(most).max(N::Vec3::ZERO).min(N::Vec3::ONE)
     }
 
-    /// Returns the share of light from a direction that single scattering loses. The direction lies
-    /// on the view's side, or on the far side if `beyond`.
+    /// Returns the share of light from a direction that single scattering loses. `beyond`: whether
+    /// the direction lies on the far side instead of the view's side.
     fn lost_energy(&self, direction: N::Vec3, cosine: N, beyond: bool) -> N::Vec3 {
         match &self.boundary_kind {
             RoughBoundaryKind::Boundary { eta, tint } => self.boundary_loss(
@@ -171,13 +177,13 @@ impl<N: Number> MultipleScattering<N> {
     }
 }
 
-/// Returns one over each component, which is first raised to at least [`LEAST_MEAN`].
+/// Returns one over each component. Components below [`LEAST_MEAN`] count as this limit.
 pub(super) fn clamped_inverse<N: Number>(of: N::Vec3) -> N::Vec3 {
     let one = |mean: N| N::ONE / mean.max(N::from_f64(LEAST_MEAN));
     N::Vec3::new(one(of.x()), one(of.y()), one(of.z()))
 }
 
-/// Returns the cosine-weighted mean over the hemisphere of a reflectance that depends on the
+/// Returns the cosine-weighted hemispherical mean of a reflectance given as a function of the
 /// cosine.
 pub(super) fn hemispherical_mean_reflectance<N: Number>(
     value_of: impl Fn(N) -> N::Vec3,

@@ -1,5 +1,6 @@
-//! Normal maps, and the correction of shading normals. Textures and interpolated normals can mirror
-//! the view below the surface; such normals are bent until the mirror direction lies above.
+//! Normal maps, and the correction of shading normals. Textures and interpolated normals may
+//! reflect the view below the surface. Such normals are bent until the reflected direction lies
+//! above the surface.
 
 use super::frame::ShadingFrame;
 use crate::number::{Mask, Number, Vector3};
@@ -7,26 +8,26 @@ use crate::number::{Mask, Number, Vector3};
 /// The value of a normal map at a hit, with the geometry that it perturbs.
 #[derive(Clone, Copy, Debug)]
 pub struct NormalMap<N: Number> {
-    /// The unperturbed shading normal, unit.
+    /// Unperturbed unit shading normal.
     pub normal: N::Vec3,
-    /// Unit direction on the surface in which the image's u grows.
+    /// Unit direction on the surface in which the image's u coordinate grows.
     pub along: N::Vec3,
-    /// Whether the image appears mirrored: see [`ShadingFrame::from_tangent`].
+    /// Mask of the lanes in which the image appears mirrored, see [`ShadingFrame::from_tangent`].
     pub mirrored: N::Mask,
-    /// Normal decoded from the image, in components along tangent, bitangent and normal; of any
-    /// length.
+    /// Normal decoded from the image, of any length: its components along tangent, bitangent and
+    /// normal.
     pub code: N::Vec3,
-    /// The geometric normal, unit, outwards.
+    /// Geometric unit normal, outwards.
     pub geometric: N::Vec3,
-    /// Whether the ray comes from outside.
+    /// Mask of the lanes whose ray comes from outside.
     pub outside: N::Mask,
     /// Unit direction of the ray, towards the surface.
     pub direction: N::Vec3,
 }
 
 impl<N: Number> NormalMap<N> {
-    /// Returns the perturbed normal, unit, on the viewer's side. If the texel holds no direction,
-    /// it returns the unperturbed normal.
+    /// Returns the perturbed unit normal on the viewer's side; the unperturbed normal if the texel
+    /// encodes no direction.
     #[inline(always)]
     pub fn perturbed_normal(&self) -> N::Vec3 {
         let perturbed = ShadingFrame::<N>::from_tangent(self.normal, self.along, self.mirrored)
@@ -39,31 +40,30 @@ impl<N: Number> NormalMap<N> {
     }
 }
 
-/// Whether a vector has length 1 up to rounding. It is false for NaN, and after a normalisation
-/// whose squared length had too few digits.
+/// Whether a vector has length 1 up to rounding. False for NaN, and for a vector whose
+/// normalisation lost too many digits.
 #[inline(always)]
 fn has_unit_length<N: Number>(v: N::Vec3) -> N::Mask {
     let squared = v.dot(v);
     N::from_f64(1.0 + 1e-5).greater_than(squared) & squared.greater_than(N::from_f64(1.0 - 1e-5))
 }
 
-/// Height above the surface, as a cosine, below which the mirror direction is lifted. Such a
-/// direction is lifted to at least half of this height, so that the lobe of a nearly smooth mirror
-/// lies above the surface.
+/// Height (cosine to the normal) below which the reflected direction is lifted. The lifted height
+/// is at least half of this limit: the lobe of a nearly smooth mirror then lies above the surface.
 const LEAST_HEIGHT: f64 = 0.02;
 
-/// Returns a shading normal at which the mirrored view lies above the surface. `n` is the shading
-/// normal, `d` the unit direction of the ray towards the surface.
+/// Returns a shading normal that reflects the view to a direction above the surface. `n` is the
+/// given shading normal, `d` the unit direction of the ray towards the surface.
 ///
-/// A normal that mirrors the view below the surface is bent: the mirror direction keeps its azimuth
-/// and rises to just above the surface. Its height h becomes m/2 + (m/2)²/(3m/2 − h) if h is less
-/// than m, so that normals bend without a step or a kink. The limit m is 0.02, or 0.9 of the view's
-/// own height if that is less, so that the geometric normal is never bent. A normal that faces away
-/// from the surface blends into the geometric normal.
+/// A normal that reflects the view below the surface is bent. The reflected direction keeps its
+/// azimuth and is lifted to just above the surface. A height h (cosine to the geometric normal)
+/// below m becomes m/2 + (m/2)²/(3m/2 − h): normals bend without a step or a kink. The limit m is
+/// 0.02, or 0.9 of the view's own height if this is less: the geometric normal is never bent. A
+/// normal that faces away from the surface blends into the geometric normal.
 ///
-/// Other renderers bend normals as well, to avoid black rings in mirrors ("The Iray Light Transport
+/// Other renderers bend normals too, to avoid black rings in mirrors ("The Iray Light Transport
 /// Simulation and Rendering System", Keller et al. 2017, §A.3; Cycles' valid reflections, V-Ray).
-/// The bent normal depends on the view, so the result is not reciprocal.
+/// The bent normal depends on the view: the BSDF is not reciprocal.
 #[inline(always)]
 pub fn ensure_reflection_above<N: Number>(
     n: N::Vec3,

@@ -1,4 +1,4 @@
-//! Reflectance of the microfacets of a layered surface: a mixture of a dielectric and a metal, by
+//! Reflectance of the microfacets of a layered surface: a mixture of dielectric and metal, each by
 //! Schlick's formula or by Fresnel's equations, with or without a thin film.
 
 use super::film::ThinFilm;
@@ -8,19 +8,19 @@ use crate::number::{Mask, Number, Vector3};
 /// Reflectance of a microfacet as a function of the cosine of incidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MicrofacetReflectance<N: Number> {
-    /// Shares of the surface that are dielectric, and that are metal.
+    /// Share of the surface that is dielectric, and share that is metal.
     pub shares: [N; 2],
     /// Reflectance of the dielectric part at normal and at grazing incidence.
     pub dielectric: [N::Vec3; 2],
-    /// Index of refraction of the dielectric part, if it follows Fresnel's equations instead of
-    /// Schlick's formula.
+    /// Index of refraction of the dielectric part for Fresnel's equations; `None` selects Schlick's
+    /// formula.
     pub exact: Option<N::Exact>,
     /// Reflectance of the metal at normal incidence. At grazing incidence it is 1.
     pub metal: N::Vec3,
-    /// Complex index n and k of the metal by channel, if it follows Fresnel's equations instead of
+    /// Complex index n + ik of the metal by channel for Fresnel's equations; `None` selects
     /// Schlick's formula.
     pub conductor: Option<[N::Vec3; 2]>,
-    /// A thin film over dielectric and metal; `None` without a film.
+    /// Thin film over dielectric and metal; `None` without a film.
     pub film: Option<ThinFilm<N>>,
 }
 
@@ -49,7 +49,7 @@ impl<N: Number> MicrofacetReflectance<N> {
         sum
     }
 
-    /// Returns the reflectance of the dielectric part, without film, at a cosine of incidence.
+    /// Returns the reflectance of the dielectric part at a cosine of incidence, without the film.
     fn eval_dielectric(&self, cosine: N) -> N::Vec3 {
         let [normal, grazing] = self.dielectric;
         let schlick = schlick_weight(cosine);
@@ -73,14 +73,14 @@ impl<N: Number> MicrofacetReflectance<N> {
             .min(N::Vec3::ONE)
     }
 
-    /// Returns the Fresnel reflectance at normal incidence of the index [`Self::exact`]; zero
-    /// without an index.
+    /// Returns the Fresnel reflectance at normal incidence for the index [`Self::exact`]; zero
+    /// without this index.
     pub(super) fn index_f0(&self) -> N {
         let ior = |lane| self.exact.map_or(1.0, |ior| N::f64_lane(ior, lane));
         N::from_lanes(|lane| ((ior(lane) - 1.0) / (ior(lane) + 1.0)).powi(2))
     }
 
-    /// Whether the reflectance is above zero in any lane.
+    /// Whether the reflectance can exceed zero in any lane.
     pub fn reflects(&self) -> bool {
         let dielectric = self.dielectric[0].max(self.dielectric[1]).max_element() * self.shares[0];
         dielectric
@@ -90,8 +90,8 @@ impl<N: Number> MicrofacetReflectance<N> {
     }
 }
 
-/// Returns the reflectance of a metal with a complex index n + ik by channel, at a cosine of
-/// incidence.
+/// Returns the Fresnel reflectance of a metal with the complex index n + ik by channel, at a cosine
+/// of incidence.
 pub(super) fn eval_conductor<N: Number>(cosine: N, [n, k]: [N::Vec3; 2]) -> N::Vec3 {
     N::Vec3::from_lanes(|lane| {
         let (n, k) = (n.lane(lane), k.lane(lane));

@@ -10,21 +10,22 @@ use super::lobe_kind::{Directions, ScatteringLobe, sample_disk};
 use super::stage::layer;
 use crate::number::{Number, Vector3};
 
-/// Least perceptual roughness of sheen. Below it, the exponent 1/α would exceed the precision.
+/// Least perceptual roughness of sheen. At lower roughness the exponent 1/α would exceed the
+/// precision.
 const LEAST: f64 = 0.07;
 
 layer! {
     /// Fibres on a surface.
     Sheen
-    /// Colour, which is also the strength of the sheen.
+    /// Colour of the sheen. Its brightness is the strength of the sheen.
     colour: Tint by eval_tint;
     /// Perceptual roughness; α is its square.
     roughness: Share by eval_share;
 }
 
 impl<N: Number> Sheen<N> {
-    /// Returns the directional albedo of the sheen at a cosine: the albedo of white fibres times
-    /// the strongest channel of the colour.
+    /// Returns the directional albedo of the sheen at a cosine to the normal: the albedo of white
+    /// fibres times the strongest channel of the colour.
     pub(super) fn directional_albedo(&self, cosine: N) -> N {
         let share = N::from_lanes(|lane| {
             interpolate_albedo(&ALBEDO, cosine.lane(lane), self.roughness.lane(lane))
@@ -77,9 +78,12 @@ impl<N: Number> ScatteringLobe<N> for Sheen<N> {
     }
 }
 
-/// Returns the BRDF D·V of white fibres, from the cosines of `wo`, `wi` and the half vector to the
-/// normal. The published lobe reflects up to 2.5 times the incident light at grazing views of
-/// smooth fibres. The excess over 1 is scaled away, symmetrically in `wo` and `wi`.
+/// Returns the BRDF D·V of white fibres, for the cosines of `wo`, `wi` and the half vector to the
+/// normal. D is the density of fibre normals, V their visibility.
+///
+/// The published BRDF reflects up to 2.5 times the incident light, at grazing views of smooth
+/// fibres. Where the albedo for `wo` or for `wi` exceeds 1, the BRDF is divided by the greater of
+/// both albedos.
 fn eval_sheen(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
     // The factor 1.02 covers the error of interpolation.
     let maximum = (1.02
@@ -92,7 +96,7 @@ fn eval_sheen(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
     eval_published_sheen(roughness, [out, into, half]) / maximum
 }
 
-/// Returns the BRDF D·V of white fibres as published, from the cosines of `wo`, `wi` and the half
+/// Returns the published BRDF D·V of white fibres, for the cosines of `wo`, `wi` and the half
 /// vector to the normal.
 fn eval_published_sheen(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
     if !(out > 0.0 && into > 0.0) {
@@ -104,8 +108,8 @@ fn eval_published_sheen(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
     density / ((1.0 + sheen_lambda(out, alpha) + sheen_lambda(into, alpha)) * 4.0 * out * into)
 }
 
-/// Returns the paper's Λ, the masking of fibres by each other, at a cosine. The paper gives fits
-/// for α = 0 and α = 1, between which the parameters are interpolated.
+/// Returns the paper's Λ at a cosine: the masking of fibres by each other. The paper fits its
+/// parameters at α = 0 and α = 1; they are interpolated in between.
 fn sheen_lambda(cosine: f64, alpha: f64) -> f64 {
     let share = (1.0 - alpha) * (1.0 - alpha);
     let mix = |rough: f64, smooth: f64| rough + (smooth - rough) * share;
@@ -123,21 +127,21 @@ fn sheen_lambda(cosine: f64, alpha: f64) -> f64 {
     }
 }
 
-/// Steps of cosine and of roughness in the tables of albedos.
+/// Steps of roughness and of cosine in the albedo tables.
 const STEPS: usize = 24;
-/// Numbers of heights and azimuths at which a lobe is summed for an entry of a table.
+/// Numbers of heights and azimuths of the quadrature points for an entry of an albedo table.
 const POINTS: [usize; 2] = [48, 24];
 
-/// A BRDF by roughness and the three cosines of [`eval_sheen`].
+/// A BRDF as a function of the roughness and the three cosines of [`eval_sheen`].
 type SheenFunction = fn(f64, [f64; 3]) -> f64;
 
-/// Directional albedos of the published lobe, by roughness and cosine.
+/// Directional albedos of the published BRDF, by roughness and cosine.
 static PUBLISHED_ALBEDO: LazyLock<Vec<f64>> =
     LazyLock::new(|| tabulate_albedo(eval_published_sheen));
-/// Directional albedos of the scaled lobe [`eval_sheen`], by roughness and cosine.
+/// Directional albedos of the scaled BRDF [`eval_sheen`], by roughness and cosine.
 pub(super) static ALBEDO: LazyLock<Vec<f64>> = LazyLock::new(|| tabulate_albedo(eval_sheen));
 
-/// Tabulates the directional albedos of a lobe: `STEPS` roughnesses by `STEPS` cosines.
+/// Tabulates the directional albedos of a BRDF at `STEPS` roughnesses and `STEPS` cosines.
 fn tabulate_albedo(lobe: SheenFunction) -> Vec<f64> {
     let share = |i: usize| i as f64 / (STEPS - 1) as f64;
     let entry = |i: usize| {
@@ -157,8 +161,7 @@ fn table_cosine(share: f64) -> f64 {
     (share * share).max(1e-3)
 }
 
-/// Integrates a lobe to its directional albedo at a cosine, by the midpoint rule over the
-/// hemisphere.
+/// Returns the directional albedo of a BRDF at a cosine, by the midpoint rule over the hemisphere.
 fn integrate_albedo(
     lobe: SheenFunction,
     cosine: f64,
@@ -182,7 +185,7 @@ fn integrate_albedo(
     sum * TAU / (heights * turns) as f64
 }
 
-/// Interpolates a table at a cosine and a perceptual roughness.
+/// Interpolates an albedo table at a cosine and a perceptual roughness.
 fn interpolate_albedo(table: &[f64], cosine: f64, roughness: f64) -> f64 {
     let ((i, u), (j, v)) = (
         table_position(cosine.max(0.0).sqrt(), STEPS),

@@ -1,5 +1,5 @@
-//! Wavelengths for the spectral effects: the colour of a wavelength, the dispersion of glass, and
-//! the interference in thin films.
+//! Wavelengths for spectral effects: the colour of a wavelength, dispersion in glass, and
+//! interference in thin films.
 
 use std::sync::LazyLock;
 
@@ -12,8 +12,8 @@ const STEPS: usize = 350;
 /// Abbe number of a glass.
 pub(crate) const FRAUNHOFER_LINES: [f64; 3] = [486.13, 587.56, 656.27];
 
-/// Returns the standard observer's response to a wavelength as linear Rec. 709 red, green and blue,
-/// which are negative outside the gamut. The response is a sum of lobes ("Simple Analytic
+/// Returns the standard observer's response to a wavelength in linear Rec. 709 red, green and blue.
+/// Channels are negative outside the gamut. The response is a sum of Gaussians ("Simple Analytic
 /// Approximations to the CIE XYZ Color Matching Functions", Wyman, Sloan, Shirley 2013).
 fn observer_response(nanometres: f64) -> [f64; 3] {
     let lobe = |height: f64, centre: f64, [below, above]: [f64; 2]| {
@@ -32,23 +32,23 @@ fn observer_response(nanometres: f64) -> [f64; 3] {
     ]
 }
 
-/// Returns the wavelength in nanometres at the middle of a step.
+/// Returns the wavelength in nanometres at the middle of a step of one nanometre.
 fn step_wavelength(step: usize) -> f64 {
     FIRST_WAVELENGTH + step as f64 + 0.5
 }
 
-/// Response of the observer for each step and channel. Each channel sums to 1, so that a uniform
+/// Response of the observer for each wavelength step and channel. Each channel sums to 1: a uniform
 /// spectrum is white.
 static OBSERVER_WEIGHTS: LazyLock<Vec<[f64; 3]>> =
     LazyLock::new(|| normalise_channels(|step| observer_response(step_wavelength(step))));
 
-/// The responses of [`OBSERVER_WEIGHTS`] without negative channels, so that they can weight a path.
-/// Each channel sums to 1.
+/// The responses of [`OBSERVER_WEIGHTS`] with negative channels set to zero: a path's weight must
+/// not be negative. Each channel sums to 1.
 static GAMUT_WEIGHTS: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     normalise_channels(|step| observer_response(step_wavelength(step)).map(|c| c.max(0.0)))
 });
 
-/// Evaluates a function at every step and scales each channel to the sum 1.
+/// Evaluates a function at every wavelength step, and scales each channel to the sum 1.
 fn normalise_channels(value_of: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
     let all: Vec<[f64; 3]> = (0..STEPS).map(value_of).collect();
     let sums = [0, 1, 2].map(|k| all.iter().map(|c| c[k]).sum::<f64>());
@@ -57,8 +57,8 @@ fn normalise_channels(value_of: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// Cumulative probability of sampling each step or an earlier step. The probability of a step is
-/// the mean of its three channels in [`GAMUT_WEIGHTS`].
+/// Cumulative probability of sampling a wavelength step or an earlier step. The probability of a
+/// step is the mean of its channels in [`GAMUT_WEIGHTS`].
 pub(super) static CUMULATIVE_PROBABILITY: LazyLock<Vec<f64>> = LazyLock::new(|| {
     let mut sum = 0.0;
     let each = GAMUT_WEIGHTS.iter().map(|[r, g, b]| {
@@ -79,8 +79,8 @@ pub(crate) struct HeroWavelength {
 }
 
 impl HeroWavelength {
-    /// Samples a wavelength for a random number in [0, 1), with a density in proportion to the
-    /// observer's response. The weight is the response over the density.
+    /// Samples a wavelength for a random number in [0, 1). The density is proportional to the
+    /// observer's response; the weight is the response by channel over the density.
     pub fn sample(u: f64) -> Self {
         let chances = &*CUMULATIVE_PROBABILITY;
         let step = chances.partition_point(|&sum| sum <= u).min(STEPS - 1);
@@ -99,21 +99,21 @@ impl HeroWavelength {
 }
 
 /// Returns the index of refraction at a wavelength in nanometres, at least 1, by Cauchy's equation
-/// with two terms. `ior` is the index at the Fraunhofer line d. The Abbe number is 20 over
-/// `dispersion`.
+/// with two terms. `ior` is the index at the Fraunhofer line d, and `dispersion` is 20 over the
+/// Abbe number.
 pub(crate) fn ior_at_wavelength(ior: f64, dispersion: f64, nanometres: f64) -> f64 {
     let per = |wavelength: f64| 1.0 / (wavelength * wavelength);
     let [f, d, c] = FRAUNHOFER_LINES.map(per);
     (ior + (ior - 1.0) * dispersion / 20.0 * (per(nanometres) - d) / (f - c)).max(1.0)
 }
 
-/// Step of the table [`COHERENCE`], in nanometres of path.
+/// Step of the table [`COHERENCE`], in nanometres of optical path.
 const COHERENCE_STEP: f64 = 4.0;
 /// Number of entries of the table [`COHERENCE`].
 const ENTRIES: usize = 3000;
 
-/// Mean of cos(2π·path/λ) over white light, by channel, for optical paths in steps of
-/// [`COHERENCE_STEP`].
+/// Mean over white light of cos(2π·p/λ) by channel, for the optical path p in steps of
+/// [`COHERENCE_STEP`] and the wavelength λ.
 pub(super) static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     let mut table = vec![[0.0; 3]; ENTRIES];
     for (step, shares) in OBSERVER_WEIGHTS.iter().enumerate() {
@@ -130,9 +130,9 @@ pub(super) static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     table
 });
 
-/// Returns the mean of cos(2π·path/λ) over white light by channel, for an optical path in
-/// nanometres. It is 1 at a path of zero, where all wavelengths are in phase, and falls to 0 for
-/// long paths.
+/// Returns the mean over white light of cos(2π·path/λ) by channel. `path` is an optical path in
+/// nanometres, λ the wavelength. The mean is 1 at a path of zero, where all wavelengths are in
+/// phase, and falls to 0 for long paths.
 pub(super) fn film_coherence(path: f64) -> [f64; 3] {
     let at = path / COHERENCE_STEP;
     if at.is_nan() || at >= (ENTRIES - 1) as f64 {

@@ -1,5 +1,5 @@
 //! The field types of a material layer. Before a hit, a layer's fields are inputs that may vary
-//! over the surface; at a hit, they are numbers. A macro lists the fields of a layer once for both.
+//! over the surface; at a hit, they are numbers. A macro defines a layer's struct for both cases.
 
 use core::fmt::Debug;
 
@@ -7,7 +7,7 @@ use super::ShadingFrame;
 use super::metallic_roughness::MetallicRoughness;
 use crate::number::Number;
 
-/// The type of each kind of field in a layer, before a hit or at a hit.
+/// The type of each kind of field in a layer, either before a hit or at a hit.
 pub trait LayerFieldTypes {
     /// A number from 0 to 1.
     type Share: Copy + Debug + PartialEq;
@@ -21,9 +21,9 @@ pub trait LayerFieldTypes {
     type Constant: Copy + Debug + PartialEq;
     /// A number for each channel, constant over the surface.
     type Spectrum: Copy + Debug + PartialEq;
-    /// A layer's own normal.
+    /// Normal of the layer itself, which may differ from the surface's normal.
     type Normal: Copy + Debug + PartialEq;
-    /// A frame with a tangent on the surface.
+    /// Frame about the surface's normal with a given tangent.
     type Frame: Copy + Debug + PartialEq;
     /// The metallic-roughness model below the layers.
     type Base: Copy + Debug + PartialEq;
@@ -42,7 +42,7 @@ impl<N: Number> LayerFieldTypes for N {
     type Base = MetallicRoughness<N>;
 }
 
-/// Evaluates the fields of a layer at a hit, or at a hit for each lane.
+/// Evaluates the fields of a layer at a hit, or at the hits of all SIMD lanes.
 pub trait LayerFieldEvaluator<S: LayerFieldTypes, N: Number> {
     /// Evaluates a number, clamped to 0..1.
     fn eval_share(&self, input: &S::Share) -> N;
@@ -54,7 +54,7 @@ pub trait LayerFieldEvaluator<S: LayerFieldTypes, N: Number> {
     fn eval_thickness(&self, input: &S::Thickness) -> N;
     /// Returns a constant.
     fn eval_constant(&self, input: &S::Constant) -> N::Exact;
-    /// Returns a constant by channel.
+    /// Returns a constant colour or spectrum by channel.
     fn eval_spectrum(&self, input: &S::Spectrum) -> N::Vec3;
     /// Evaluates a unit normal, on the same side as the surface's normal.
     fn eval_normal(&self, input: &S::Normal) -> N::Vec3;
@@ -62,8 +62,8 @@ pub trait LayerFieldEvaluator<S: LayerFieldTypes, N: Number> {
     fn eval_frame(&self, input: &S::Frame) -> ShadingFrame<N>;
 }
 
-/// Defines the struct of a layer from a list of fields `name: Kind by method;`, where the method of
-/// [`LayerFieldEvaluator`] evaluates the field.
+/// Defines the struct of a layer from a list of fields `name: Kind by method;`. `method` is the
+/// method of [`LayerFieldEvaluator`] that evaluates the field.
 macro_rules! layer {
     ($(#[$meta:meta])* $Name:ident $($(#[$of:meta])* $field:ident: $Kind:ident by $read:ident;)*) => {
         $(#[$meta])*
@@ -73,7 +73,7 @@ macro_rules! layer {
         }
 
         impl<S: $crate::material::LayerFieldTypes> $Name<S> {
-            /// Evaluates the layer's fields at a point.
+            /// Returns the layer with its fields evaluated at a hit.
             pub fn at<N: $crate::number::Number>(&self, here: &impl $crate::material::LayerFieldEvaluator<S, N>) -> $Name<N> {
                 $Name { $($field: here.$read(&self.$field),)* }
             }

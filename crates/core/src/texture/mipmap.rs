@@ -1,6 +1,7 @@
-//! Mipmaps (Williams, "Pyramidal Parametrics", 1983): copies of an image, each of half the size of
-//! the previous copy. Textures with the filter `mipmaps` choose a copy by the width of the ray
-//! cone. Images without such a texture have no mipmaps.
+//! Mipmaps (Williams, "Pyramidal Parametrics", 1983): copies of an image at decreasing size, called
+//! levels. Each level has half the width and height of the previous level. Textures with the filter
+//! `mipmaps` select a level by the width of the ray cone. Only images of such textures have
+//! mipmaps.
 
 use rayon::prelude::*;
 use raywright_bvh::Real;
@@ -8,9 +9,9 @@ use raywright_bvh::Real;
 use super::sampler::{TexelDecoder, decode_texel};
 use crate::scene::{ImageData, PixelData};
 
-/// Builds the mipmap levels of an image, from level 1 to a single texel. Each level is half as wide
-/// and high as the previous level, rounded down. The image itself is level 0 and not included.
-/// Colours are averaged as linear values, so that black and white average to half the radiance.
+/// Builds the mipmap levels of an image from level 1 to a single texel; level 0 is the image
+/// itself. Each level has half the width and height of the previous level, rounded down. Colours
+/// are averaged as linear values: black and white average to half the radiance.
 pub(crate) fn build_mipmaps(image: &ImageData, srgb: bool) -> Vec<ImageData> {
     let (mut levels, codes): (Vec<ImageData>, _) = (Vec::new(), TexelDecoder::new());
     while let Some([width, height]) =
@@ -41,7 +42,7 @@ pub(crate) fn build_mipmaps(image: &ImageData, srgb: bool) -> Vec<ImageData> {
     levels
 }
 
-/// Returns the size in bytes of all mipmap levels of an image, without the image itself.
+/// Returns the size in bytes of all mipmap levels of an image, except level 0.
 pub(crate) fn mipmap_bytes(width: u32, height: u32) -> u64 {
     let (mut size, mut texels) = ([width, height], 0);
     while let Some(next) = next_level_size(size) {
@@ -51,15 +52,17 @@ pub(crate) fn mipmap_bytes(width: u32, height: u32) -> u64 {
     texels * size_of::<[f32; 4]>() as u64
 }
 
-/// Returns the width and height in texels of the next mipmap level, or `None` for a single texel.
+/// Returns the width and height in texels of the next mipmap level; `None` after a single texel.
 fn next_level_size([width, height]: [u32; 2]) -> Option<[u32; 2]> {
     (width > 1 || height > 1).then(|| [(width / 2).max(1), (height / 2).max(1)])
 }
 
-/// Divides `from` texels along an axis among the `to` texels of the next level. For each texel of
-/// the next level, returns the index of the first covered texel, and the weights of all covered
-/// texels. Where `from` is odd, some texels are split between two texels of the next level, so that
-/// every texel has the same total weight.
+/// Divides `from` texels along an axis among the `to` texels of the next mipmap level. Returns for
+/// each new texel the index of the first covered old texel, and the weights of all covered old
+/// texels.
+///
+/// Some old texels are split between two new texels if `from` is odd. Every old texel has the same
+/// total weight.
 fn texel_weights(from: u32, to: u32) -> Vec<(usize, Vec<f64>)> {
     let (from, to) = (u64::from(from), u64::from(to));
     let covered = |i: u64| {
@@ -76,9 +79,9 @@ fn texel_weights(from: u32, to: u32) -> Vec<(usize, Vec<f64>)> {
     (0..to).map(covered).collect()
 }
 
-/// Returns the weighted mean of the texels that a texel of the next level covers, as linear values.
-/// `columns` and `rows` are weights from [`texel_weights`], `left` and `top` the first covered
-/// texel.
+/// Returns the weighted mean of the texels that a texel of the next mipmap level covers, as linear
+/// values. Weights and first covered texels are those of [`texel_weights`]: `left` and `columns`
+/// across, `top` and `rows` down.
 fn average_texels(
     image: &ImageData,
     (codes, srgb): (&TexelDecoder<f64>, bool),

@@ -1,4 +1,5 @@
-//! Filtering of image textures: wrap modes, nearest, bilinear and trilinear filters, colour spaces.
+//! Filtering of image textures: colour spaces, wrap modes, and nearest, bilinear and trilinear
+//! filters.
 
 use std::sync::LazyLock;
 
@@ -9,8 +10,8 @@ use crate::scene::{
     ColourSpace, ImageData, PixelData, Texture, TextureFilter, TextureRef, TransferCurve, WrapMode,
 };
 
-/// Settings of a texture use: colour space, filter, wrap modes, transform of the coordinates, and
-/// factor.
+/// Sampling state of a texture use (a texture as one material input reads it): colour space,
+/// filter, wrap modes, transform of the coordinates, and factor on the colour.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TextureSampler<R: Real> {
     srgb: bool,
@@ -20,12 +21,12 @@ pub(crate) struct TextureSampler<R: Real> {
     factor: R::Vec3,
 }
 
-/// Area of an image that a filtered texture sample covers.
+/// Area of an image that a texture lookup averages.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FilterFootprint<'a, R> {
-    /// Mipmap levels of the image from level 1; empty if the image is read at full size.
+    /// Mipmap levels of the image from level 1; empty for a lookup in the full-size image.
     pub levels: &'a [ImageData],
-    /// Edge of a square in texture coordinates, before the transform of the coordinates.
+    /// Edge of the area, a square, in texture coordinates before their transform.
     pub side: R,
 }
 
@@ -43,7 +44,7 @@ impl<R: Real> TextureSampler<R> {
         }
     }
 
-    /// Returns the filtered texel of an image: linear red, green and blue times the factor, and
+    /// Returns the filtered texel of an image: linear red, green and blue times the factor, then
     /// alpha.
     pub fn sample(
         &self,
@@ -65,8 +66,8 @@ impl<R: Real> TextureSampler<R> {
         }
     }
 
-    /// Returns the filtered texel of a full-size image, as [`Self::sample`] does, at a footprint
-    /// from [`Self::texel_footprint`].
+    /// Returns the filtered texel of [`Self::sample`] in the full-size image, for a footprint from
+    /// [`Self::texel_footprint`].
     #[inline(always)]
     pub fn sample_at_footprint(
         &self,
@@ -77,14 +78,14 @@ impl<R: Real> TextureSampler<R> {
         self.apply_factor(self.filter_texels(image, codes, place))
     }
 
-    /// Returns the texel footprint of texture coordinates in an image. The footprint is equal for
-    /// all images of equal size and all samplers for which [`Self::shares_footprint`] holds.
+    /// Returns the texel footprint of texture coordinates in an image. Samplers for which
+    /// [`Self::shares_footprint`] holds have the same footprint in all images of equal size.
     #[inline(always)]
     pub fn texel_footprint(&self, image: &ImageData, coordinates: [R; 2]) -> TexelFootprint<R> {
         self.footprint_at_uv(image, self.transform_uv(coordinates))
     }
 
-    /// Whether another sampler has the same footprint in an image of the same size.
+    /// Whether two samplers have the same texel footprint in images of equal size.
     pub fn shares_footprint(&self, other: &Self) -> bool {
         let nearest = |sampler: &Self| sampler.filter == TextureFilter::Nearest;
         nearest(self) == nearest(other)
@@ -92,7 +93,7 @@ impl<R: Real> TextureSampler<R> {
             && self.transform == other.transform
     }
 
-    /// Multiplies a texel's colour by the factor of the texture use; alpha stays.
+    /// Multiplies a texel's colour by the factor of the texture use. Alpha is unchanged.
     #[inline(always)]
     fn apply_factor(&self, [r, g, b, a]: [R; 4]) -> [R; 4] {
         [
@@ -103,7 +104,7 @@ impl<R: Real> TextureSampler<R> {
         ]
     }
 
-    /// Applies the transform of the texture use to coordinates.
+    /// Applies the coordinate transform of the texture use.
     #[inline(always)]
     fn transform_uv(&self, [u, v]: [R; 2]) -> [R; 2] {
         match self.transform {
@@ -112,8 +113,9 @@ impl<R: Real> TextureSampler<R> {
         }
     }
 
-    /// Interpolates between the two mipmap levels whose texels are next larger and next smaller
-    /// than the footprint. Footprints smaller than a texel read the full-size image.
+    /// Interpolates between two mipmap levels: the coarsest level whose texels are at most as large
+    /// as the footprint, and the next coarser level. Footprints smaller than a texel read the
+    /// full-size image.
     #[inline(never)]
     fn sample_mipmaps(
         &self,
@@ -155,8 +157,8 @@ impl<R: Real> TextureSampler<R> {
         }
     }
 
-    /// Returns the filtered texel of an image, the full-size image or a single mipmap level, at
-    /// transformed coordinates.
+    /// Returns the filtered texel of one image at transformed coordinates. The image is the
+    /// full-size image or a mipmap level.
     fn sample_level(
         &self,
         image: &ImageData,
@@ -166,7 +168,7 @@ impl<R: Real> TextureSampler<R> {
         self.filter_texels(image, codes, &self.footprint_at_uv(image, coordinates))
     }
 
-    /// Returns the texel footprint of transformed coordinates.
+    /// Returns the texel footprint at transformed texture coordinates.
     #[inline(always)]
     fn footprint_at_uv(&self, image: &ImageData, [u, v]: [R; 2]) -> TexelFootprint<R> {
         let x = texel_coordinate(u.to_f64(), image.width, self.wrap[0]);
@@ -186,8 +188,8 @@ impl<R: Real> TextureSampler<R> {
         }
     }
 
-    /// Loads the texels of a footprint and interpolates them. All four texels are loaded before the
-    /// first is used, because they are rarely cached.
+    /// Loads and interpolates the texels of a footprint. All four texels are loaded before the
+    /// first is used: they are rarely in the cache.
     #[inline(always)]
     fn filter_texels(
         &self,
@@ -216,17 +218,18 @@ impl<R: Real> TextureSampler<R> {
     }
 }
 
-/// The four texels around a point of an image, and the weights by which they are interpolated.
+/// The four texels around a point of an image, and the weights of their bilinear interpolation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TexelFootprint<R> {
-    /// Indices of the upper left, upper right, lower left and lower right pixel.
+    /// Indices of the upper left, upper right, lower left and lower right texel.
     corners: [usize; 4],
-    /// Weights of the right and of the lower texels, in [0, 1).
+    /// Weights in [0, 1): of the right texels against the left, and of the lower texels against the
+    /// upper.
     weights: [R; 2],
 }
 
 impl<R> TexelFootprint<R> {
-    /// Prefetches the left texels. The right texels mostly lie in the same cache lines.
+    /// Prefetches the two left texels. The right texels mostly lie in the same cache lines.
     #[inline(always)]
     pub fn prefetch(&self, image: &ImageData) {
         let [upper, _, lower, _] = self.corners;
@@ -237,12 +240,12 @@ impl<R> TexelFootprint<R> {
     }
 }
 
-/// Linear values of the 8-bit codes 0 to 255.
+/// Tables of the linear values of 8-bit codes.
 #[derive(Clone, Debug)]
 pub(crate) struct TexelDecoder<R> {
-    /// Values of linear codes: the code over 255.
+    /// Values of linear codes: the code divided by 255.
     linear: [R; 256],
-    /// Values of sRGB codes, decoded by the sRGB curve.
+    /// Values of sRGB codes.
     srgb: [R; 256],
 }
 
@@ -257,7 +260,7 @@ impl<R: Real> TexelDecoder<R> {
         }
     }
 
-    /// Converts a pixel's codes to linear values. Alpha is always linear in its code.
+    /// Converts a pixel's codes to linear values. Alpha is always a linear code.
     #[inline(always)]
     fn decode(&self, [r, g, b, a]: [u8; 4], srgb: bool) -> [R; 4] {
         let colours = if srgb { &self.srgb } else { &self.linear };
@@ -277,7 +280,8 @@ impl<R: Real> Default for TexelDecoder<R> {
     }
 }
 
-/// Returns a pixel of an image as linear values; `srgb` applies to pixels stored as codes.
+/// Returns a pixel of an image as linear values. `srgb` matters only for pixels stored as 8-bit
+/// codes.
 #[inline(always)]
 pub(super) fn decode_texel<R: Real>(
     image: &ImageData,
@@ -301,10 +305,11 @@ fn blend<R: Real>([ar, ag, ab, aa]: [R; 4], [br, bg, bb, ba]: [R; 4], weight: R)
     [one(ar, br), one(ag, bg), one(ab, bb), alpha]
 }
 
-/// Converts a texture coordinate to a position in texels. The whole repetitions of a repeating
-/// image are removed first, so that large coordinates keep their precision. NaN and infinity become
-/// the first texel. The computation is in `f64` for every precision, so that an `f32` just below a
-/// border between texels stays below the border.
+/// Converts a texture coordinate to a position in texels.
+///
+/// Whole repetitions of a repeating image are removed first: large coordinates keep their
+/// precision. NaN and infinity become the first texel. All precisions compute in `f64`: an `f32`
+/// just below a border between texels stays below it.
 #[inline(always)]
 fn texel_coordinate(u: f64, size: u32, wrap: WrapMode) -> f64 {
     if !u.is_finite() {
@@ -318,14 +323,14 @@ fn texel_coordinate(u: f64, size: u32, wrap: WrapMode) -> f64 {
     }
 }
 
-/// Returns the fraction u − ⌊u⌋, always below 1, even if the difference rounds to 1.
+/// Returns the fraction u − ⌊u⌋, kept below 1 even where the difference rounds to 1.
 #[inline(always)]
 fn fraction(u: f64) -> f64 {
     (u - Real::floor(u)).min(1.0_f64.next_down())
 }
 
-/// Returns the index in 0..size of a texel under the wrap mode. The index lies in the image for
-/// every rounding of the position.
+/// Returns the index in 0..size of a texel under the wrap mode. The index is valid for every
+/// rounding of the position.
 #[inline(always)]
 fn wrap_texel_index(texel: f64, size: u32, wrap: WrapMode) -> usize {
     let (i, n) = (texel as i64, i64::from(size));
