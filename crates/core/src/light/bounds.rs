@@ -6,14 +6,15 @@ use core::f64::consts::PI;
 use glam::DVec3;
 use raywright_bvh::Aabb;
 
-/// Bounds of a light: a box around its positions and a cone around its directions of emission.
+/// Bounds of a light: a box around its points, and a cone around its directions of emission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBounds {
     /// Bounding box of the light's points.
     pub bounding_box: Aabb,
-    /// Axis of the cone of normals, unit.
+    /// Unit axis of the cone of surface normals.
     pub axis: DVec3,
-    /// Greatest angle in radians between the axis and a normal; π for all directions.
+    /// Greatest angle in radians between the axis and a surface normal; π if normals have any
+    /// direction.
     pub normal_angle: f64,
     /// Greatest angle in radians between a normal and a direction of emission from the same point.
     pub emission_angle: f64,
@@ -41,8 +42,8 @@ impl LightBounds {
     }
 
     /// Returns the bounds of a point or spot light that emits within `angle` radians of `axis`.
-    /// Each of these directions counts as a normal, because the light does not weaken towards the
-    /// edge of the cone as a surface's light does.
+    /// Every such direction counts as a surface normal: unlike a surface, the light does not weaken
+    /// towards the edge of the cone.
     pub fn for_point_light(point: DVec3, axis: DVec3, angle: f64) -> Self {
         Self {
             bounding_box: Aabb {

@@ -1,9 +1,9 @@
-//! Discrete sampling by weight: a cumulative distribution that ends at exactly 1 and never selects
-//! an entry of zero weight.
+//! Discrete sampling by weight. The cumulative distribution ends at exactly 1, and sampling never
+//! selects an entry of zero weight.
 
-/// Appends the cumulative distribution of the weights, which ends at exactly 1, and returns the sum
-/// of the weights. Weights that are not above zero count as zero. If all are zero, only the last
-/// entry is 1, so that searches end there.
+/// Appends the cumulative distribution of `weights`, which ends at exactly 1. Returns the sum of
+/// the weights. Negative weights and NaN count as zero. If all weights are zero, the last entry has
+/// the probability 1: searches still end.
 pub(super) fn push_cdf(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
     let total: f64 = weights.iter().filter(|&&w| w > 0.0).sum();
     let last = weights
@@ -33,8 +33,8 @@ pub(super) fn entry_probability<T: Copy + Into<f64>>(cumulative: &[T], index: us
     cumulative[index].into() - before
 }
 
-/// Samples an entry of a cumulative distribution for a uniform number in [0, 1). Returns the entry,
-/// its probability, and the position of the number within the entry, in [0, 1).
+/// Samples an entry of a cumulative distribution by a uniform number in [0, 1). Returns the entry,
+/// its probability, and the number rescaled to [0, 1) within the entry.
 pub(super) fn sample_index<T: Copy + Into<f64>>(cumulative: &[T], at: f64) -> (usize, f64, f64) {
     let at = at.min(1.0_f64.next_down());
     entry_at(
@@ -44,23 +44,24 @@ pub(super) fn sample_index<T: Copy + Into<f64>>(cumulative: &[T], at: f64) -> (u
     )
 }
 
-/// Returns the number of equal intervals of [0, 1) in the guide table for `entries` entries: a
-/// power of two, so that the interval of a number is exact, and two to four intervals for each
-/// entry, so that most searches end at the first entry.
+/// Returns the number of intervals in the guide table of a distribution with `entries` entries. The
+/// number is a power of two: the interval of a number is then exact. Each entry has two to four
+/// intervals on average: most searches end at once.
 pub(super) fn guide_table_len(entries: usize) -> usize {
     2 * entries.next_power_of_two()
 }
 
-/// Appends a guide table, which speeds up [`sample_index`]: for each of equal intervals of [0, 1)
-/// the entry at the interval's beginning, where a search starts ("An Algorithm for Generating
-/// Random Variates from Empirical Distributions", Chen, Asau 1974). For at most 256 entries.
+/// Appends a guide table for [`sample_index_guided`] ("An Algorithm for Generating Random Variates
+/// from Empirical Distributions", Chen, Asau 1974). The table divides [0, 1) into equal intervals.
+/// For each interval it holds the entry where a search starts. The distribution has at most 256
+/// entries.
 pub(super) fn push_guide_table<T: Copy + Into<f64>>(guide: &mut Vec<u8>, cumulative: &[T]) {
     let parts = guide_table_len(cumulative.len());
     let entry = |part| cumulative.partition_point(|&c| c.into() <= part as f64 / parts as f64);
     guide.extend((0..parts).map(|part| entry(part) as u8));
 }
 
-/// Samples the same entry as [`sample_index`], with the help of a guide table.
+/// Samples the same entry as [`sample_index`], in less time by a guide table.
 pub(super) fn sample_index_guided<T: Copy + Into<f64>>(
     cumulative: &[T],
     guide: &[u8],

@@ -1,6 +1,6 @@
-//! Choice of a light for a surface point: an infinitely distant light by its share of the distant
-//! lights' power, or another light by a tree over positions and directions. Time and noise hardly
-//! depend on the number of lights, up to a hundred thousand.
+//! Choice of a light for a surface point. Infinitely distant lights are chosen in proportion to
+//! their power. All other lights are chosen by a tree over positions and directions. Up to a
+//! hundred thousand lights, their number hardly affects time and noise.
 
 use raywright_bvh::{Real, Vector};
 
@@ -8,31 +8,31 @@ use super::cdf::{entry_probability, push_cdf, sample_index};
 use super::tree::{LightLeaf, LightTree, ReceivingPoint};
 use super::{LightId, Lights};
 
-/// Query for the choice of a light: a surface point, and the uniform numbers for the choice.
+/// Query for the choice of a light: a surface point and uniform numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSamplerQuery<R: Real> {
     /// The surface point.
     pub from: R::Vec3,
-    /// Unit normal on the receiving side; zero if both sides receive light.
+    /// Unit normal of the side that receives light; zero if both sides receive light.
     pub normal: R::Vec3,
-    /// Uniform numbers in [0, 1): a coarse and a fine number, because a single `f32` number has
-    /// steps of 2⁻²³.
+    /// Coarse and fine uniform number in [0, 1), added with weights 1 and 2⁻²³: a single `f32`
+    /// number has steps of 2⁻²³.
     pub numbers: [f32; 2],
 }
 
-/// Sampler of lights by their estimated contribution at a surface point.
+/// Sampler of lights in proportion to their estimated contribution at a surface point.
 #[derive(Clone, Debug, Default)]
 pub struct LightSampler {
     /// Infinitely distant lights.
     far: Vec<LightId>,
     /// Cumulative distribution of the distant lights by power.
     far_shares: Vec<f64>,
-    /// Probability of choosing a distant light: one, zero, or one half if the scene has nearby
-    /// lights too.
+    /// Probability of choosing a distant light: 0 or 1 if the scene has only one kind of light,
+    /// else one half.
     far_share: f64,
     tree: LightTree,
-    /// Position of each emitter in the tree, as a slot (a child of a node); [`LightTree::NONE`] for
-    /// an emitter without power.
+    /// Slot of each emitter in the tree, a place for a child of a node. [`LightTree::NONE`] for an
+    /// emitter without power.
     leaves: Vec<u32>,
 }
 
@@ -89,9 +89,9 @@ impl LightSampler {
         self.far.is_empty() && self.tree.is_empty()
     }
 
-    /// Samples a light for a surface point, by two uniform numbers in [0, 1), and returns the light
-    /// with its probability. `normal` is the unit normal on the receiving side, or zero if both
-    /// sides receive light. Returns `None` if the sampled light cannot contribute at the point.
+    /// Samples a light for a surface point by two uniform numbers in [0, 1), see
+    /// [`LightSamplerQuery`]. Returns the light and its probability, or `None` if no light
+    /// contributes at the point.
     #[inline]
     pub fn sample<R: Real>(
         &self,
@@ -107,8 +107,8 @@ impl LightSampler {
         drawn
     }
 
-    /// Samples a light for each of several points as [`Self::sample`] does, in less time; `None`
-    /// for a missing point.
+    /// Samples a light for each of several points as [`Self::sample`] does, in less time. A missing
+    /// point gives `None`.
     #[inline]
     pub fn sample_many<R: Real, const N: usize>(
         &self,
@@ -146,7 +146,7 @@ impl LightSampler {
         })
     }
 
-    /// Returns the probability with which [`LightSampler::sample`] chooses a light for a point.
+    /// Returns the probability with which [`LightSampler::sample`] chooses `light` for a point.
     #[inline]
     pub fn probability<R: Real>(&self, light: LightId, from: R::Vec3, normal: R::Vec3) -> f64 {
         match light {
@@ -176,7 +176,7 @@ impl LightSampler {
         self.tree.bytes() + size_of_val(self.leaves.as_slice()) as u64
     }
 
-    /// Returns the bytes of the tables for numbers of lights and of emitters among the lights.
+    /// Estimates the bytes of the tables for `lights` lights, of which `emitters` are emitters.
     pub(crate) fn estimate_bytes(lights: u64, emitters: u64) -> u64 {
         LightTree::estimate_bytes(lights)
             .saturating_add(emitters.saturating_mul(size_of::<u32>() as u64))

@@ -11,14 +11,14 @@ pub struct DirectionCone {
     axis: DVec3,
     distance: f64,
     radius: f64,
-    /// 1 − cos θ of the half-angle θ, computed as sin²θ / (1 + cos θ) = 2·sin²(θ/2), which keeps
-    /// its digits for small spheres.
+    /// 1 − cos θ for the half-angle θ, computed as sin²θ / (1 + cos θ): this form keeps its digits
+    /// for small spheres.
     height: f64,
 }
 
 impl DirectionCone {
-    /// Returns the cone of a sphere seen from `from`; `None` from inside or on the sphere, where
-    /// all or half of the directions hit the sphere.
+    /// Returns the cone of directions from `from` to a sphere. `None` if `from` lies inside or on
+    /// the sphere: then all or half of the directions hit the sphere.
     pub fn new(centre: DVec3, radius: f64, from: DVec3) -> Option<Self> {
         let across = centre - from;
         let distance = across.length();
@@ -41,8 +41,8 @@ impl DirectionCone {
         TAU * self.height
     }
 
-    /// Samples a direction of the cone uniformly by solid angle for two uniform numbers in [0, 1).
-    /// Returns the outward unit normal at the direction's first hit of the sphere.
+    /// Samples a direction of the cone uniformly by solid angle, for two uniform numbers in [0, 1).
+    /// Returns the sphere's outward unit normal where this direction first hits the sphere.
     pub fn sample_normal(&self, [u, v]: [f64; 2]) -> DVec3 {
         let (height, turn) = (u * self.height, v * TAU);
         let sine2 = height * (2.0 - height);

@@ -8,14 +8,14 @@ use super::{LightBounds, LightDensity, LightSample, ShadowRayTarget};
 use crate::scene::{Falloff, Light as LightData, LightKind};
 use crate::validate::GREATEST;
 
-/// A directional, point or spot light: a light of zero size, which no ray can hit.
+/// A directional, point or spot light. Such a light has no size, and no ray can hit it.
 #[derive(Clone, Copy, Debug)]
 pub struct DeltaLight<R: Real> {
     kind: DeltaLightKind<R>,
-    /// Irradiance of a directional light, intensity of a point or spot light.
+    /// Irradiance of a directional light, or intensity of a point or spot light.
     colour: R::Vec3,
-    /// Whether the light casts shadows by the scene's description, even if no object does. A
-    /// material's own shadow rule then applies.
+    /// Whether the scene's description lets the light cast shadows, even if no object casts any.
+    /// Only such lights apply a material's own shadow rule.
     pub has_shadow_rule: bool,
     /// Whether shadow rays are traced to the light.
     pub shadows: bool,
@@ -41,15 +41,15 @@ enum DeltaLightKind<R: Real> {
     },
 }
 
-/// Least difference of cosines across a spot's edge: below the resolution of `f32`, with an inverse
-/// that `f32` can hold.
+/// Least difference between the cosines of a spot's inner and outer angle. The difference is below
+/// the resolution of `f32`, and `f32` can hold its inverse.
 const NARROWEST_EDGE: f64 = 1e-12;
 
 /// Falloff of a point or spot light with distance.
 #[derive(Clone, Copy, Debug)]
 struct DistanceFalloff<R> {
     inverse_square: bool,
-    /// Inverse square of the range; `None` without a range, because powers of large distances would
+    /// Inverse of the squared range; `None` without a range: powers of large distances would
     /// overflow `f32`.
     inverse_range_2: Option<R>,
 }
@@ -83,7 +83,7 @@ impl<R: Real> DistanceFalloff<R> {
 
 impl<R: Real> DeltaLight<R> {
     /// Prepares a light of a scene. `casters`: whether any object of the scene casts shadows;
-    /// without casters no shadow rays are traced.
+    /// otherwise no shadow rays are traced.
     pub fn new(light: &LightData, casters: bool) -> Self {
         let v = |t: [f64; 3]| R::Vec3::from_f64(t.into());
         let unit = |t: [f64; 3]| R::Vec3::from_f64(glam::DVec3::from(t).normalize());
@@ -182,8 +182,9 @@ impl<R: Real> DeltaLight<R> {
         })
     }
 
-    /// Returns the flux of the light, summed over the three channels. Of a light without falloff it
-    /// is the flux through a sphere of radius `reach`.
+    /// Returns the flux of the light, summed over the three channels. The flux of a directional
+    /// light is that through a disc of radius `reach`. The flux of a light without falloff is that
+    /// through a sphere of radius `reach`.
     pub fn power(&self, reach: f64) -> f64 {
         let colour = self.colour.to_f64();
         let across = |fade: &DistanceFalloff<R>| {
@@ -211,7 +212,7 @@ impl<R: Real> DeltaLight<R> {
         (colour.x + colour.y + colour.z) * share
     }
 
-    /// Returns the bounds in position and direction; `None` for a directional light.
+    /// Returns the bounds of positions and directions; `None` for a directional light.
     pub fn bounds(&self) -> Option<LightBounds> {
         match &self.kind {
             DeltaLightKind::Directional { .. } => None,

@@ -1,5 +1,5 @@
-//! Area lights: emissive objects, sampled by points on their surfaces. A hit of a path finds its
-//! emitter here.
+//! Area lights: emissive objects, sampled by points on their surfaces. If a path hits an emissive
+//! object, its emitter is looked up here.
 
 mod cells;
 mod hard_shadow;
@@ -27,17 +27,17 @@ pub enum EmitterStrategy {
     /// Uniform by area, for any surface and receiver.
     #[default]
     Area,
-    /// Uniform by solid angle where possible (spheres from outside, triangles, quads), by area
-    /// elsewhere. Solid-angle sampling removes the noise of varying distances and cosines.
+    /// Uniform by solid angle for triangles, quads, and spheres seen from outside; uniform by area
+    /// for other shapes. Solid-angle sampling removes the noise of varying distances and cosines.
     SolidAngle,
 }
 
-/// A point of an emissive surface, and the direction of the ray that hit it.
+/// A point of an emissive surface that a ray hit, and the ray's direction.
 #[derive(Clone, Copy, Debug)]
 pub struct EmissionPoint<R: Real> {
     /// The point.
     pub surface: Surface<R>,
-    /// Texture coordinates, for varying emission; constant emission reads none.
+    /// Texture coordinates, read only by varying emission.
     pub uv: [R; 2],
     /// Unit direction of the ray.
     pub direction: R::Vec3,
@@ -46,23 +46,23 @@ pub struct EmissionPoint<R: Real> {
 /// All emitters of a scene, sampled in proportion to their power.
 #[derive(Clone, Debug)]
 pub struct Emitters<R: Real> {
-    /// All emitters in order of object and primitive, by which a hit finds its emitter; emitters
-    /// without power are included.
+    /// All emitters in order of object and primitive, even those without power. The emitter of a
+    /// hit is found by this order.
     list: EmitterList<R>,
-    /// Cumulative distribution of the emitters' power, 1 from the last emitter of positive power
-    /// on; empty if no emitter has power.
+    /// Cumulative distribution of the emitters' power. The value is 1 from the last emitter of
+    /// positive power on. Empty if no emitter has power.
     cumulative: Vec<f64>,
     /// Number of emitters of positive power.
     lit: usize,
-    /// The triangles of each emitter, for shadow rays that end before it; empty until
-    /// [`Emitters::find_triangles`].
+    /// Triangles of each emitter in the accelerator, for shadow rays that end on the emitter. Empty
+    /// before [`Emitters::find_triangles`].
     triangles: Vec<[TriangleSlot; 2]>,
-    /// Strategy for sampling points.
+    /// Strategy for sampling points of emitters.
     pub strategy: EmitterStrategy,
 }
 
 impl<R: Real> Emitters<R> {
-    /// Builds the tables from prepared emitters; empty if no emitter has power.
+    /// Builds the tables of all emitters. The tables are empty if no emitter has power.
     pub fn new(list: EmitterList<R>) -> Self {
         let powers: Vec<f64> = list.emitters.iter().map(Emitter::power).collect();
         let of_quad = |i: usize| i - usize::from(list.emitters[i].is_second);
@@ -89,7 +89,7 @@ impl<R: Real> Emitters<R> {
         }
     }
 
-    /// Finds the triangles of the emitters in their geometry.
+    /// Finds each emitter's triangles in the accelerator.
     pub fn find_triangles(&mut self, geometry: &Geometry<R>) {
         if self.is_empty() {
             return;
@@ -105,7 +105,8 @@ impl<R: Real> Emitters<R> {
         self.triangles = triangles;
     }
 
-    /// Returns the triangles of an emitter: both halves of a quad of a mesh, one triangle, or none.
+    /// Returns the triangles of an emitter in the accelerator: the two halves of a mesh's quad, a
+    /// single triangle, or none.
     #[inline(always)]
     pub fn triangles(&self, index: u32) -> [TriangleSlot; 2] {
         self.triangles
@@ -113,7 +114,7 @@ impl<R: Real> Emitters<R> {
             .map_or([TriangleSlot::NONE; 2], |&triangles| triangles)
     }
 
-    /// Returns the number of emissive shapes and triangles, those without power included.
+    /// Returns the number of emissive shapes and triangles, even those without power.
     pub fn len(&self) -> usize {
         self.list.emitters.len()
     }
@@ -128,8 +129,9 @@ impl<R: Real> Emitters<R> {
         self.cumulative.is_empty()
     }
 
-    /// Returns the emitter of an object's primitive, by the primitive's index: a triangle of its
-    /// mesh, alone or as half of a quad, or 0 for a shape. `None` if the object is not a light.
+    /// Returns the index of the emitter for a primitive of an object. `primitive` is the index of a
+    /// triangle in its mesh, or 0 for a shape. Both triangles of a quad have the same emitter.
+    /// `None` if the object does not emit.
     pub fn emitter_index_of(&self, object: u32, primitive: u32) -> Option<u32> {
         let start = *self.list.first_emitters.get(object as usize)?;
         let end = self
@@ -141,7 +143,7 @@ impl<R: Real> Emitters<R> {
         Some(index - u32::from(self.list.emitters[index as usize].is_second))
     }
 
-    /// Iterates over the emissive objects, each with the range of its emitters.
+    /// Iterates over the emissive objects: the object's index and the range of its emitters.
     pub fn emitters_by_object(&self) -> impl Iterator<Item = (usize, Range<u32>)> {
         let starts = self.list.first_emitters.iter().copied();
         let ends = starts.clone().skip(1).chain([self.len() as u32]);
@@ -152,10 +154,11 @@ impl<R: Real> Emitters<R> {
             .filter(|(_, emitters)| !emitters.is_empty())
     }
 
-    /// Samples an emitter in proportion to power, by two uniform numbers in [0, 1), and returns its
-    /// probability; `None` if no emitter has power. Two numbers are needed, because a single `f32`
-    /// number has steps of 2⁻²³: of a million emitters, the faint ones would be sampled always or
-    /// never.
+    /// Samples an emitter in proportion to power, by two uniform numbers in [0, 1). Returns the
+    /// emitter and its probability; `None` if no emitter has power.
+    ///
+    /// A single `f32` number has steps of 2⁻²³. With that number alone, faint emitters among a
+    /// million would be sampled always or never.
     pub fn sample_emitter(&self, [coarse, fine]: [f32; 2]) -> Option<(u32, f64)> {
         const STEP: f64 = 1.0 / (1 << 23) as f64;
         if self.is_empty() {
@@ -188,13 +191,13 @@ impl<R: Real> Emitters<R> {
         self.list.transformed_shapes.len()
     }
 
-    /// Whether the emission of an emitter varies over its surface. [`Emitters::sample`] then
-    /// assumes a radiance of one, and the caller evaluates the emission.
+    /// Whether the emission varies over the emitter's surface. For such an emitter,
+    /// [`Emitters::sample`] assumes a radiance of 1, and the caller evaluates the emission.
     pub fn has_varying_emission(&self, index: u32) -> bool {
         self.list.emitters[index as usize].varies
     }
 
-    /// Whether an emitter is flat, so that a ray hits it at most once.
+    /// Whether an emitter is flat: a ray hits it at most once.
     pub fn is_flat(&self, index: u32) -> bool {
         is_flat(match &self.list.emitters[index as usize].shape {
             EmitterShape::Plain(shape) => shape,
@@ -202,8 +205,8 @@ impl<R: Real> Emitters<R> {
         })
     }
 
-    /// Returns the radiance that an emitter emits at a hit against the ray's direction; zero on a
-    /// side that does not emit.
+    /// Returns the radiance emitted at a hit, towards the ray's origin; zero on a side that does
+    /// not emit.
     pub fn radiance(&self, index: u32, exit: &EmissionPoint<R>) -> R::Vec3 {
         let emitter = &self.list.emitters[index as usize];
         let from_outside = exit.direction.dot(exit.surface.normal) < R::ZERO;
@@ -219,7 +222,7 @@ impl<R: Real> Emitters<R> {
         PI * self.list.emitters[index as usize].power()
     }
 
-    /// Returns the bounds of an emitter in position and direction; `None` for an infinite surface,
+    /// Returns the bounds of an emitter's positions and directions; `None` for an infinite surface,
     /// which is not sampled.
     pub fn bounds(&self, index: u32) -> Option<LightBounds> {
         let emitter = &self.list.emitters[index as usize];

@@ -1,11 +1,12 @@
-//! Importance sampling of directions by a table over the sphere: rows of equal polar angle, columns
-//! of equal azimuth, sampled by the inverse of their cumulative distributions ("Physically Based
-//! Rendering", 4th edition, A.5.2 and 12.5). Directions are uniform by solid angle within a cell.
+//! Importance sampling of directions by an equirectangular table over the sphere. Rows have equal
+//! polar angles, columns equal azimuths. Both are sampled by the inverse of their cumulative
+//! distributions ("Physically Based Rendering", 4th edition, A.5.2 and 12.5). Directions are
+//! uniform by solid angle within a cell.
 //!
-//! A table of all cells of a large image exceeds every cache, and reading it took longer than
-//! tracing the rays of a path. So directions are sampled in two steps: first a block of cells, by a
-//! table that fits in the cache, and then, unless the block is nearly uniform, a cell in the block.
-//! A sun of a single cell is still sampled as that cell.
+//! The cells of a large image exceed every cache. Reading them took longer than tracing the rays of
+//! a path. Sampling therefore has two steps: first a block of cells, by a table that fits in the
+//! cache; then a cell of the block, unless the block is nearly uniform. A sun of a single cell is
+//! still sampled as that cell.
 
 use core::f64::consts::{PI, TAU};
 
@@ -18,47 +19,48 @@ use super::cdf::{
 };
 use crate::number::sines_and_cosines;
 
-/// Greatest numbers of blocks along azimuth and polar angle; guide tables index up to 256 entries.
+/// Greatest numbers of blocks along azimuth and along polar angle. Guide tables index at most 256
+/// entries.
 const BLOCKS: [usize; 2] = [128, 64];
-/// Greatest ratio of the brightest to the darkest radiance in a block that counts as uniform.
+/// Greatest ratio of the brightest to the darkest cell in a block that counts as uniform.
 const EVEN: f64 = 1.25;
 /// Number of directions sampled together.
 const LANES: usize = 8;
-/// Marker of a uniform block, in place of the start of its cells.
+/// Marks a uniform block, in place of the start of the block's cells.
 const WHOLE: u32 = u32::MAX;
 
-/// A density over the sphere, constant in each cell of an equirectangular grid.
+/// A probability density over the sphere, constant in each cell of an equirectangular grid.
 #[derive(Clone, Debug)]
 pub struct SphereGrid {
     width: usize,
-    /// Columns and rows of cells in a block; the last blocks may have fewer.
+    /// Columns and rows of cells in a block; the last block of a row or column may be smaller.
     block: [usize; 2],
-    /// Rotation of the grid about +y, in turns.
+    /// Rotation of the grid about +y, in revolutions.
     turn: f64,
-    /// Cumulative distribution of rows of blocks.
+    /// Cumulative distribution of the rows of blocks.
     rows: Vec<f64>,
-    /// Cumulative distribution of the blocks of each row, one row after the other.
+    /// Cumulative distribution of the blocks in each row of blocks, row after row.
     columns: Vec<f32>,
-    /// Guide table of `rows`, then of each row of `columns`.
+    /// Guide table of `rows`, followed by the guide table of each row in `columns`.
     guides: Vec<u8>,
-    /// Start of a block's cells in `cells`, or [`WHOLE`].
+    /// Start in `cells` of each block's cells; [`WHOLE`] for a uniform block.
     cell_starts: Vec<u32>,
-    /// For each non-uniform block: the cumulative distribution of its rows of cells, then of the
-    /// cells in each row.
+    /// For each block that is not uniform: the cumulative distribution of its rows of cells,
+    /// followed by that of the cells in each row.
     cells: Vec<f32>,
-    /// 1 − cos θ at the edges between rows of cells, computed as 2·sin²(θ/2): near the poles a
-    /// cosine would lose its digits.
+    /// 1 − cos θ for the polar angle θ of each edge between rows of cells, computed as 2·sin²(θ/2):
+    /// a cosine would lose its digits near the poles.
     edges: Vec<f64>,
-    /// Solid angle in steradians of a cell, by row of cells.
+    /// Solid angle in steradians of a cell, for each row of cells.
     angles: Vec<f64>,
-    /// Solid angle in steradians of a column of cells in a block, by row of blocks.
+    /// Solid angle in steradians of one column of cells within a block, for each row of blocks.
     block_angles: Vec<f64>,
     flux: f64,
 }
 
 impl SphereGrid {
-    /// Builds the table from the mean radiance of each cell, by column and row, the top row first;
-    /// `turn` is the rotation about +y in turns. `None` if all radiance is zero.
+    /// Builds the table from the mean radiance of each cell, given by column and row from the top.
+    /// `turn` is the rotation about +y in revolutions. `None` if all radiance is zero.
     pub fn new(
         width: usize,
         height: usize,
@@ -105,8 +107,8 @@ impl SphereGrid {
         (grid.flux > 0.0 && grid.flux.is_finite()).then_some(grid)
     }
 
-    /// Appends a row of blocks from the radiance of its cells, and returns the flux of the row of
-    /// blocks; `first` is its first row of cells.
+    /// Appends a row of blocks. `weights` holds the radiance of its cells, `first` is its first row
+    /// of cells. Returns the flux of the row of blocks.
     fn push_block_row(&mut self, weights: &[f64], first: usize) -> f64 {
         let (width, angles) = (self.width, &self.angles[first..]);
         let mut fluxes = Vec::with_capacity(BLOCKS[0]);
@@ -158,8 +160,9 @@ impl SphereGrid {
         DVec3::new(x, y, z)
     }
 
-    /// Samples many directions in order, as [`Self::sample_direction`] does, and calls `visit` with
-    /// each. Faster than one by one, by prefetched tables and vectorised trigonometry.
+    /// Samples many directions as [`Self::sample_direction`] does, and calls `visit` with each
+    /// direction in order. Prefetching and vectorised trigonometry make this faster than single
+    /// calls.
     pub fn sample_directions(
         &self,
         mut numbers: impl Iterator<Item = [f64; 2]>,
@@ -184,8 +187,8 @@ impl SphereGrid {
         }
     }
 
-    /// Samples a block for two uniform numbers in [0, 1); returns it with the numbers rescaled to
-    /// the block.
+    /// Samples a block by two uniform numbers in [0, 1). Returns the block, and the numbers
+    /// rescaled to [0, 1) within the block.
     #[inline(always)]
     fn sample_block(&self, [u, v]: [f64; 2]) -> BlockPoint {
         let (guide, guides) = self.guides.split_at(guide_table_len(self.rows.len()));
@@ -202,7 +205,7 @@ impl SphereGrid {
         }
     }
 
-    /// Returns the direction at a sampled point of a block.
+    /// Returns the direction for a sampled point of a block.
     #[inline(always)]
     fn sample_in_block(&self, place: BlockPoint) -> PolarDirection {
         let BlockPoint {
@@ -236,7 +239,7 @@ impl SphereGrid {
     }
 
     /// Returns the density by solid angle of a direction, given by its coordinates in the
-    /// equirectangular image, each from 0 to 1.
+    /// equirectangular image, each in [0, 1].
     pub fn density(&self, [u, v]: [f64; 2]) -> f64 {
         let (height, u) = (self.angles.len(), u - self.turn);
         let column = (((u - Real::floor(u)) * self.width as f64) as usize).min(self.width - 1);
@@ -255,7 +258,8 @@ impl SphereGrid {
         probability * within / self.angles[row]
     }
 
-    /// Returns the first column and row of cells in a block, and its numbers of columns and rows.
+    /// Returns the first column and row of cells of the block in column `x` and row `y` of blocks,
+    /// and its numbers of columns and rows of cells.
     fn block_extent(&self, x: usize, y: usize) -> ([usize; 2], [usize; 2]) {
         let [width, height] = self.block;
         let (left, top) = (x * width, y * height);
@@ -274,27 +278,26 @@ impl SphereGrid {
     }
 }
 
-/// A sampled point in a block of cells.
+/// A block sampled from the grid, and a point within the block.
 #[derive(Clone, Copy, Default)]
 struct BlockPoint {
     /// Column and row of the block.
     at: [usize; 2],
     /// Start of the block's cells in the grid's `cells`, or [`WHOLE`] for a uniform block.
     part: u32,
-    /// Position within the block along azimuth and polar angle: uniform numbers in [0, 1).
+    /// Position within the block along azimuth and polar angle, each uniform in [0, 1).
     numbers: [f64; 2],
 }
 
-/// A direction by its height y, its distance 1 − |y| from the nearer pole along the axis, and its
-/// azimuth in radians.
+/// A direction given by three numbers: its height y, its distance 1 − |y| from the nearer pole
+/// along the y axis, and its azimuth in radians.
 struct PolarDirection {
     height: f64,
     from_pole: f64,
     angle: f64,
 }
 
-/// Directions, one in each of `N` lanes, before the sines and cosines of their azimuths are
-/// computed.
+/// Directions in `N` SIMD lanes, before the sines and cosines of their azimuths are computed.
 struct PolarDirectionLanes<const N: usize> {
     height: [f64; N],
     from_pole: [f64; N],
@@ -352,8 +355,8 @@ fn positive_or_zero(x: f64) -> f64 {
     if x > 0.0 && x.is_finite() { x } else { 0.0 }
 }
 
-/// Appends a cumulative distribution as [`push_cdf`] does, rounded to `f32`. Sampling and
-/// density read the same rounded distribution, so densities are exact.
+/// Appends the cumulative distribution of [`push_cdf`], rounded to `f32`. Sampling and density read
+/// the same rounded numbers: densities are exact.
 fn push_rounded_cdf(cumulative: &mut Vec<f32>, weights: &[f64]) -> f64 {
     let mut shares = Vec::with_capacity(weights.len());
     let total = push_cdf(&mut shares, weights);
@@ -361,8 +364,8 @@ fn push_rounded_cdf(cumulative: &mut Vec<f32>, weights: &[f64]) -> f64 {
     total
 }
 
-/// Returns the solid angle of a cell in a row, in steradians: the difference of the cosines of both
-/// edges, as a product of sines without cancellation.
+/// Returns the solid angle in steradians of a cell in a row. The difference of the edges' cosines
+/// is computed as a product of sines, without cancellation.
 fn cell_solid_angle(width: usize, height: usize, row: usize) -> f64 {
     let (step, middle) = (PI / height as f64, PI * (row as f64 + 0.5) / height as f64);
     TAU / width as f64 * 2.0 * libm::sin(middle) * libm::sin(0.5 * step)

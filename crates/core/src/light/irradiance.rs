@@ -1,6 +1,6 @@
-//! Cosine-weighted mean radiance of the sky by normal, as nine spherical harmonics ("An Efficient
-//! Representation for Irradiance Environment Maps", Ramamoorthi, Hanrahan 2001). Lights matte
-//! physical materials in Whitted's integrator.
+//! Cosine-weighted mean radiance of the sky for any surface normal, as nine spherical harmonics
+//! ("An Efficient Representation for Irradiance Environment Maps", Ramamoorthi, Hanrahan 2001). It
+//! lights matte physical materials in Whitted's integrator.
 
 use core::f64::consts::PI;
 
@@ -9,14 +9,14 @@ use raywright_bvh::{Real, Vector};
 
 use super::sky::{GradientSky, SkyKind, SkyRadiance};
 
-/// Cosine-weighted mean radiance of the sky for any normal: coefficients of spherical harmonics,
-/// convolved with the cosine lobe and divided by π.
+/// Cosine-weighted mean radiance of the sky for any surface normal. The coefficients of the
+/// spherical harmonics are convolved with the cosine lobe and divided by π.
 #[derive(Clone, Debug)]
 pub struct Irradiance<R: Real> {
     coefficients: [R::Vec3; 9],
 }
 
-/// Returns the nine real spherical harmonics up to band 2 for a unit direction.
+/// Returns the nine real spherical harmonics of bands 0 to 2 for a unit direction.
 fn spherical_harmonics(d: DVec3) -> [f64; 9] {
     let DVec3 { x, y, z } = d;
     [
@@ -32,20 +32,21 @@ fn spherical_harmonics(d: DVec3) -> [f64; 9] {
     ]
 }
 
-/// Integral over all directions of radiance times each of the nine harmonics.
+/// Integral over all directions of the sky's radiance times each of the nine harmonics.
 type HarmonicIntegrals = [DVec3; 9];
 
-/// Returns the integrals of a constant sky.
+/// Returns the harmonic integrals of a constant sky.
 fn integrate_constant_sky(radiance: DVec3) -> HarmonicIntegrals {
     let mut integrals = [DVec3::ZERO; 9];
     integrals[0] = radiance * (4.0 * PI * spherical_harmonics(DVec3::Y)[0]);
     integrals
 }
 
-/// Returns the integrals of the lobe radiance · max(0, d·direction)^exponent. The convolution with
-/// a lobe around an axis is the value of each harmonic at the axis, times an integral over the
-/// cosine t that depends on the band alone (Funk, Hecke): 2π ∫ tⁿ P(t) dt from 0 to 1, with
-/// Legendre's polynomials P.
+/// Returns the harmonic integrals of the lobe radiance · max(0, d·direction)ⁿ over directions d,
+/// with n = `exponent`.
+///
+/// Each integral is the value of the harmonic at the lobe's axis, times 2π ∫ tⁿ P(t) dt over the
+/// cosine t from 0 to 1. P is the Legendre polynomial of the harmonic's band (Funk, Hecke).
 fn integrate_lobe(radiance: DVec3, direction: DVec3, exponent: u32) -> HarmonicIntegrals {
     // As in [`SkyRadiance`]: a lobe of exponent 0 is constant, because 0⁰ = 1 for directions behind
     // it.
@@ -66,8 +67,8 @@ fn integrate_lobe(radiance: DVec3, direction: DVec3, exponent: u32) -> HarmonicI
     core::array::from_fn(|i| radiance * (bands[i] * at_axis[i]))
 }
 
-/// Returns the integrals of any sky by the midpoint rule, in equal steps of height and azimuth, so
-/// that every cell has the same solid angle.
+/// Returns the harmonic integrals of any sky by the midpoint rule. Steps are equal in height and
+/// azimuth: every cell has the same solid angle.
 fn integrate_numerically<R: Real>(sky: &SkyRadiance<R>) -> HarmonicIntegrals {
     const ROWS: usize = 128;
     const COLUMNS: usize = 256;
@@ -92,8 +93,9 @@ fn integrate_numerically<R: Real>(sky: &SkyRadiance<R>) -> HarmonicIntegrals {
 }
 
 impl<R: Real> Irradiance<R> {
-    /// Integrates the sky over the sphere: in closed form if one exists, which misses no sun,
-    /// however small, and costs little beside the preparation of a model; else numerically.
+    /// Integrates the sky over the sphere. Skies with integrals in closed form are integrated
+    /// exactly: even a tiny sun is not missed, and the cost is small. Other skies are integrated
+    /// numerically.
     pub fn new(sky: &SkyRadiance<R>) -> Self {
         let integrals = match &sky.kind {
             SkyKind::Black => [DVec3::ZERO; 9],

@@ -1,30 +1,30 @@
-//! Light samples for several receiving points, in columns (structure of arrays).
+//! Light samples for several receiving points, as structures of arrays.
 
 use raywright_bvh::{Real, Surface, Vector};
 
 use super::{LightDensity, LightSample, ShadowRayTarget};
 
-/// Number of points whose lights are sampled together.
+/// Number of receiving points whose lights are sampled together.
 pub(crate) const LANES: usize = 8;
 
-/// A scalar for each lane.
+/// One value for each SIMD lane.
 pub(crate) type LaneColumn<T> = [T; LANES];
-/// A vector for each lane, by component.
+/// One vector for each SIMD lane, stored by component.
 pub(crate) type Vec3Column<R> = [LaneColumn<R>; 3];
 
-/// Returns the vector in a lane.
+/// Returns the vector in a SIMD lane.
 #[inline(always)]
 pub(crate) fn get_lane_vector<R: Real>(column: &Vec3Column<R>, lane: usize) -> R::Vec3 {
     Vector::new(column[0][lane], column[1][lane], column[2][lane])
 }
 
-/// Sets the vector in a lane.
+/// Sets the vector in a SIMD lane.
 #[inline(always)]
 pub(crate) fn set_lane_vector<R: Real>(column: &mut Vec3Column<R>, lane: usize, v: R::Vec3) {
     (column[0][lane], column[1][lane], column[2][lane]) = (v.x(), v.y(), v.z());
 }
 
-/// Surface geometry of several points, in columns.
+/// Surface geometry of several points, as a structure of arrays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SurfaceLanes<R: Real> {
     point: Vec3Column<R>,
@@ -67,20 +67,21 @@ impl<R: Real> SurfaceLanes<R> {
     }
 }
 
-/// Kind of a shadow ray's target, by the column that holds the target.
+/// Kind of a shadow ray's target. The kind also selects the field of [`LightSampleLanes`] that
+/// holds the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ShadowRayTargetKind {
-    /// No light.
+    /// No target, because no light was sampled.
     Nothing,
-    /// The surface point in the column of surfaces.
+    /// A surface point, held in `surface`.
     Surface,
-    /// Infinity.
+    /// Infinity, which needs no field.
     Infinity,
-    /// The target in the column of other targets.
+    /// Any other target, held in `target`.
     Stored,
 }
 
-/// A [`LightSample`] for each lane, in columns.
+/// A [`LightSample`] for each SIMD lane, as a structure of arrays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightSampleLanes<R: Real> {
     pub direction: Vec3Column<R>,
@@ -133,7 +134,7 @@ impl<R: Real> LightSampleLanes<R> {
         self.density[lane] == 0.0
     }
 
-    /// Returns the sampling density of the light in a lane.
+    /// Returns the density with which the light in a lane was sampled.
     #[inline(always)]
     pub fn lane_density(&self, lane: usize) -> LightDensity {
         if self.is_delta(lane) {
@@ -143,7 +144,7 @@ impl<R: Real> LightSampleLanes<R> {
         }
     }
 
-    /// Returns the light sample in a lane that has a light.
+    /// Returns the light sample in a lane; the lane must have a light.
     #[inline(always)]
     pub fn get_lane(&self, lane: usize) -> LightSample<R> {
         LightSample {

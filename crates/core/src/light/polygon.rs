@@ -1,32 +1,31 @@
-//! Uniform sampling of the solid angle of a triangle or quad ("Stratified Sampling of Spherical
+//! Sampling of a triangle or quad uniformly by solid angle ("Stratified Sampling of Spherical
 //! Triangles", Arvo 1995).
 //!
-//! Each step is a formula without branches. It is computed for all polygons of a batch before the
-//! next step, in loops that the compiler vectorises. A single polygon runs the same code with one
-//! lane.
+//! Each step is a formula without branches. A step runs for all polygons of a batch before the next
+//! step: the compiler vectorises these loops. A single polygon runs the same code with one lane.
 
 use glam::DVec3;
 
 use crate::number::{angle_above_axis, sines_and_cosines};
 
-/// Solid angle in steradians below which points are sampled by area: over so small a polygon,
-/// distances and cosines hardly differ, and its angles lose their digits.
+/// Solid angle in steradians below which points are sampled by area instead. Over so small a
+/// polygon, distances and cosines hardly differ, and the polygon's angles lose their digits.
 const LEAST: f64 = 1e-3;
 
-/// Least volume spanned by the unit directions to three corners; below it the receiver lies in the
-/// plane of the triangle.
+/// Least volume spanned by the unit directions to a triangle's corners. Below this volume, the
+/// receiving point counts as lying in the triangle's plane.
 const FLAT: f64 = 1e-12;
 
-/// A triangle or quad by its corners in order; a triangle repeats its last corner.
+/// A triangle or quad, given by its corners in order. A triangle repeats its last corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Polygon([DVec3; 4]);
 
-/// A point sampled on a polygon by solid angle.
+/// A point of a polygon, sampled by solid angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PolygonSample {
     /// Solid angle of the whole polygon in steradians.
     pub solid_angle: f64,
-    /// The point; `None` if rounding leaves no valid point.
+    /// The sampled point; `None` if rounding made the point invalid.
     pub point: Option<DVec3>,
 }
 
@@ -41,8 +40,8 @@ impl Polygon {
         Self(corners)
     }
 
-    /// Returns the solid angle of the polygon in steradians, seen from `from`; `None` below 10⁻³,
-    /// and for a point in the polygon's plane.
+    /// Returns the polygon's solid angle in steradians, seen from `from`. `None` below 10⁻³, and in
+    /// the polygon's plane.
     #[inline]
     pub fn solid_angle(&self, from: DVec3) -> Option<f64> {
         let [first, second] = triangle_solid_angles(&corner_directions_and_volumes(
@@ -53,8 +52,8 @@ impl Polygon {
     }
 
     /// Samples a point of the polygon uniformly by the solid angle seen from `from`, for two
-    /// uniform numbers in [0, 1). Returns `None` if the polygon looks so small or flat that
-    /// sampling by area is better.
+    /// uniform numbers in [0, 1). `None` if the polygon looks so small or flat that sampling by
+    /// area is better.
     pub(super) fn sample(&self, from: DVec3, [u, v]: [f64; 2]) -> Option<PolygonSample> {
         let drawn = PolygonLanes {
             points_and_corners: self.flatten_with_point(from).map(|x| [x]),
@@ -67,7 +66,7 @@ impl Polygon {
         })
     }
 
-    /// Returns the components of the receiving point and of the four corners.
+    /// Returns the components of the receiving point and then of the four corners.
     #[inline(always)]
     fn flatten_with_point(&self, from: DVec3) -> [f64; 15] {
         let Self([a, b, c, d]) = *self;
@@ -75,7 +74,7 @@ impl Polygon {
     }
 }
 
-/// Returns the components of all vectors in one array, three for each vector.
+/// Returns the components of all vectors in one array, three per vector.
 #[inline(always)]
 fn flatten_vectors<const V: usize, const N: usize>(vectors: [DVec3; V]) -> [f64; N] {
     let mut row = [0.0; N];
@@ -85,16 +84,19 @@ fn flatten_vectors<const V: usize, const N: usize>(vectors: [DVec3; V]) -> [f64;
     row
 }
 
-/// Returns the vector at an index of a list of components, three for each vector.
+/// Returns the vector at an index of an array of components, three per vector.
 #[inline(always)]
 fn vector_at<const N: usize>(row: &[f64; N], index: usize) -> DVec3 {
     DVec3::new(row[3 * index], row[3 * index + 1], row[3 * index + 2])
 }
 
-/// Returns the unit directions from a point to four corners (12 components), and then for each of
-/// the two triangles the numerator and the denominator of tan(Ω/2), where Ω is the triangle's solid
-/// angle: the volume that its three directions span, and 1 plus their pairwise cosines ("The Solid
-/// Angle of a Plane Triangle", Van Oosterom, Strackee 1983).
+/// Returns 16 numbers for a receiving point and four corners. The first 12 are the unit directions
+/// to the corners. Then follow numerator and denominator of tan(Ω/2) for each of the two triangles,
+/// where Ω is the triangle's solid angle.
+///
+/// The numerator is the volume that the three directions span. The denominator is 1 plus their
+/// pairwise cosines ("The Solid Angle of a Plane Triangle", Van Oosterom, Strackee 1983). The
+/// parameter holds the components of receiving point and corners.
 #[inline(always)]
 fn corner_directions_and_volumes(corner_directions: [f64; 15]) -> [f64; 16] {
     let from = vector_at(&corner_directions, 0);
@@ -118,8 +120,8 @@ fn corner_directions_and_volumes(corner_directions: [f64; 15]) -> [f64; 16] {
     sides
 }
 
-/// Returns the solid angles in steradians of the two triangles of a polygon; zero for a missing
-/// triangle.
+/// Returns the solid angles in steradians of a polygon's two triangles; zero for a missing
+/// triangle. `sides` is the result of [`corner_directions_and_volumes`].
 #[inline(always)]
 fn triangle_solid_angles(sides: &[f64; 16]) -> [f64; 2] {
     // False for NaN too, from a corner.
@@ -133,10 +135,11 @@ fn triangle_solid_angles(sides: &[f64; 16]) -> [f64; 2] {
     [value_of(12), value_of(14)]
 }
 
-/// Returns the offset from the receiving point to the sampled point, and its length. An arc from a
-/// point of the side between the first and the third corner to the second corner cuts off an area
-/// of the spherical triangle, given by its sine and cosine; the sampled point lies at the share `v`
-/// along that arc.
+/// Returns the offset from the receiving point to the sampled point, and the length of this offset.
+///
+/// A great-circle arc runs from a point on the side between first and third corner to the second
+/// corner. It cuts off a part of the spherical triangle whose area has the sine `of_area` and the
+/// cosine `beside`. The sampled point lies on this arc, at the fraction given by `v`.
 #[inline(always)]
 fn offset_to_sample(
     corner_directions: [f64; 15],
@@ -191,7 +194,7 @@ fn offset_to_sample(
     ]
 }
 
-/// Returns the unit vector of a direction; zero for a zero vector.
+/// Returns a vector scaled to unit length; zero for a zero vector.
 #[inline(always)]
 fn normalize_or_zero(v: DVec3) -> DVec3 {
     let inverse = 1.0 / v.length();
@@ -202,7 +205,7 @@ fn normalize_or_zero(v: DVec3) -> DVec3 {
     }
 }
 
-/// `K` numbers for each of `N` lanes.
+/// `K` numbers for each of `N` SIMD lanes.
 type PolygonColumns<const K: usize, const N: usize> = [[f64; N]; K];
 
 #[inline(always)]
@@ -228,15 +231,16 @@ fn set_lane_numbers<const K: usize, const N: usize>(
     }
 }
 
-/// Batch of polygons to be sampled, each with its receiving point and two uniform numbers in
-/// [0, 1).
+/// Polygons to be sampled, each with its receiving point and two uniform numbers in [0, 1), in SIMD
+/// lanes.
 #[derive(Clone, Copy)]
 pub(super) struct PolygonLanes<const N: usize> {
     points_and_corners: PolygonColumns<15, N>,
     positions: PolygonColumns<2, N>,
 }
 
-/// Points sampled on polygons; meaningless for a polygon of too small a solid angle.
+/// Points sampled on polygons, in SIMD lanes. Meaningless in lanes whose polygon has too small a
+/// solid angle.
 #[derive(Clone, Copy)]
 pub(super) struct PolygonSamples<const N: usize> {
     pub solid_angle: [f64; N],
@@ -315,20 +319,20 @@ impl<const N: usize> PolygonLanes<N> {
 }
 
 impl<const N: usize> PolygonSamples<N> {
-    /// Whether the solid angle of the polygon in a lane is large enough for the method.
+    /// Whether the polygon in a lane has a solid angle large enough for this technique.
     #[inline(always)]
     pub fn is_large_enough(&self, lane: usize) -> bool {
         self.solid_angle[lane] >= LEAST
     }
 
-    /// Whether the sampled point in a lane is valid after rounding; for a polygon that is large
-    /// enough.
+    /// Whether the sampled point in a lane is valid after rounding. The polygon must be large
+    /// enough, see [`Self::is_large_enough`].
     #[inline(always)]
     pub fn has_point(&self, lane: usize) -> bool {
         (self.directions[3][lane] > 0.0) & (self.directions[3][lane] < f64::INFINITY)
     }
 
-    /// Returns the sampled point in a lane; valid if [`Self::has_point`].
+    /// Returns the sampled point in a lane. Valid only if [`Self::has_point`] is true.
     #[inline(always)]
     pub fn point_unchecked(&self, lane: usize) -> DVec3 {
         let at = |axis: usize| self.from[axis][lane] + self.directions[axis][lane];

@@ -15,7 +15,7 @@ use crate::lookup::SceneLookup;
 use crate::prepare::PrepareError;
 use crate::scene::{ColourInput, ImageData, PixelData, Sky as SkyData};
 
-/// Radiance of rays that hit nothing.
+/// Radiance of the sky, seen by rays that hit nothing.
 #[derive(Clone, Debug)]
 pub struct SkyRadiance<R: Real> {
     pub(super) kind: SkyKind<R>,
@@ -27,13 +27,13 @@ pub(super) use map::EquirectMap;
 /// Number of directions evaluated side by side.
 const LANES: usize = 16;
 
-/// Components of the directions in a batch.
+/// Components of a batch of directions.
 type DirectionBatch<R> = [[R; LANES]; 3];
 
 /// The sky's radiance along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct SkySample<R: Real> {
-    /// Coordinates of the direction in the sky's image, each from 0 to 1; see
+    /// Coordinates of the ray's direction in the sky's image, each in [0, 1], see
     /// [`SkyRadiance::image_coordinates`].
     pub image_coordinates: [R; 2],
     /// Radiance.
@@ -46,13 +46,14 @@ pub(super) enum SkyKind<R: Real> {
     Black,
     Constant(R::Vec3),
     Gradient(GradientSky<R>),
-    /// The program of an expression, and the offset from storage coordinates to those of the scene.
+    /// The program of an expression, and the origin of storage coordinates in the scene's
+    /// coordinates.
     Expression(ProgramTable<R>, R::Vec3),
     Map(EquirectMap<R>),
 }
 
-/// Prepares the sky of a scene; black without a sky. `seen_from` is the storage origin, relative to
-/// which rays start.
+/// Prepares the sky of a scene; black if the scene has no sky. `seen_from` is the storage origin,
+/// to which the origins of rays are relative.
 pub(crate) fn prepare_sky_radiance<R: Real>(
     (sky, seen_from): (Option<&SkyData>, DVec3),
     lookup: &SceneLookup<'_>,
@@ -135,9 +136,8 @@ impl<R: Real> SkyRadiance<R> {
         }
     }
 
-    /// Returns the coordinates of a unit direction in the sky's image, each from 0 to 1; zero
-    /// without an image. Radiance and density of a direction share one computation of these
-    /// coordinates.
+    /// Returns the coordinates of a unit direction in the sky's image, each in [0, 1]; zero without
+    /// an image. Radiance and density of the same direction reuse these coordinates.
     #[inline(always)]
     pub fn image_coordinates(&self, d: R::Vec3) -> [R; 2] {
         if let SkyKind::Map(_) = &self.kind {
@@ -147,14 +147,14 @@ impl<R: Real> SkyRadiance<R> {
         }
     }
 
-    /// Returns the radiance along a unit direction from an origin.
+    /// Returns the radiance along the unit direction `d` from an origin.
     #[inline(always)]
     pub fn radiance(&self, origin: R::Vec3, d: R::Vec3) -> R::Vec3 {
         self.radiance_at(origin, d, self.image_coordinates(d))
     }
 
-    /// Appends the radiance and image coordinates of many rays, given by origin and direction, in
-    /// order; faster than one by one.
+    /// Appends the radiance and image coordinates of many rays in order. Each ray is an origin and
+    /// a unit direction. Faster than single calls.
     pub fn eval_rays(
         &self,
         rays: impl Iterator<Item = (R::Vec3, R::Vec3)>,
@@ -172,8 +172,8 @@ impl<R: Real> SkyRadiance<R> {
         }
     }
 
-    /// Returns the radiance as [`Self::radiance`] does, for a direction with known image
-    /// coordinates.
+    /// Returns the radiance of [`Self::radiance`]. `place` holds the image coordinates of the
+    /// direction `d`.
     #[inline(always)]
     pub fn radiance_at(&self, origin: R::Vec3, d: R::Vec3, place: [R; 2]) -> R::Vec3 {
         match &self.kind {
@@ -193,8 +193,8 @@ impl<R: Real> SkyRadiance<R> {
     }
 }
 
-/// Calls `look` with batches of directions and the number of directions in each; the remaining
-/// lanes are meaningless.
+/// Calls `look` with each batch of directions and the number of directions in it. The other lanes
+/// of the last batch are meaningless.
 fn for_each_direction_batch<R: Real>(
     directions: impl Iterator<Item = R::Vec3>,
     mut look: impl FnMut(&DirectionBatch<R>, usize),
@@ -214,7 +214,7 @@ fn for_each_direction_batch<R: Real>(
     }
 }
 
-/// Returns the greatest number of bytes of a sky's tables besides its image.
+/// Returns the greatest number of bytes of a sky's tables, besides the image itself.
 pub(crate) fn max_table_bytes(image: &Arc<ImageData>) -> u64 {
     if let PixelData::Linear(pixels) = &image.pixels {
         (pixels.len() * size_of::<u32>()) as u64

@@ -1,4 +1,5 @@
-//! Lobes of a sky with integrals in closed form: importance sampling of directions, and densities.
+//! Lobes of a sky whose integrals have a closed form: importance sampling of directions, and
+//! densities.
 
 use core::f64::consts::TAU;
 
@@ -10,17 +11,19 @@ use crate::number::{expm1, log1p, sines_and_cosines};
 /// Number of directions sampled together.
 const LANES: usize = 8;
 
-/// A lobe of a sky with an integral in closed form.
+/// A lobe of a sky, normalised by its integral in closed form.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum SkyLobe {
-    /// Radiance that is linear in the height of the direction, from nadir to zenith.
+    /// Radiance that is linear in the height of the direction: `bottom` at the nadir, `top` at the
+    /// zenith.
     Linear { bottom: f64, top: f64 },
-    /// Radiance that is a power of the cosine to an axis.
+    /// Radiance proportional to cosⁿ, with the cosine of the angle to `axis` and n = `exponent`.
     Power { axis: DVec3, exponent: u32 },
 }
 
 impl SkyLobe {
-    /// Samples a unit direction in proportion to the lobe, for two uniform numbers in [0, 1).
+    /// Samples a unit direction in proportion to the lobe's radiance, for two uniform numbers in
+    /// [0, 1).
     pub fn sample_direction(&self, [u, v]: [f64; 2]) -> DVec3 {
         match *self {
             Self::Linear { bottom, top } => {
@@ -40,7 +43,7 @@ impl SkyLobe {
         }
     }
 
-    /// Returns the density of a unit direction by solid angle.
+    /// Returns the density by solid angle of a unit direction.
     pub fn density(&self, direction: DVec3) -> f64 {
         match *self {
             Self::Linear { bottom, top } => {
@@ -55,8 +58,8 @@ impl SkyLobe {
     }
 }
 
-/// Samples a direction of each lobe as [`SkyLobe::sample_direction`] does, and appends them in
-/// order; faster, because several power lobes are sampled at a time.
+/// Samples a direction of each lobe as [`SkyLobe::sample_direction`] does, and appends the
+/// directions in order. Faster than single calls: several power lobes are sampled together.
 pub(super) fn sample_directions<'a>(
     drawn: impl Iterator<Item = (&'a SkyLobe, [f64; 2])>,
     out: &mut Vec<DVec3>,
@@ -88,7 +91,7 @@ pub(super) fn sample_directions<'a>(
     }
 }
 
-/// Power lobes to be sampled together, each with two uniform numbers in [0, 1).
+/// Power lobes to be sampled together in SIMD lanes, each with two uniform numbers in [0, 1).
 #[derive(Clone, Copy)]
 struct PowerLobeLanes<const N: usize> {
     len: usize,
@@ -143,7 +146,7 @@ impl<const N: usize> SimdTask for PowerLobeLanes<N> {
     }
 }
 
-/// Returns the unit direction with the height `y` and an azimuth in turns.
+/// Returns the unit direction with the y component `y` and the azimuth `turn`, in revolutions.
 pub(super) fn direction_at_height(y: f64, turn: f64) -> DVec3 {
     let ring = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
     DVec3::new(

@@ -10,14 +10,16 @@ use super::sky::{EquirectMap, GradientSky, SkyKind};
 use super::sky_lobe::{self, SkyLobe, direction_at_height};
 use super::{LightDensity, LightSample, ShadowRayTarget, SkyRadiance, SkySample, SphereGrid};
 
-/// Share of an image's mean radiance that is left to BSDF sampling. The whole mean gives a seventh
-/// more noise under skies that are slightly brighter on one side; half of the mean gives three
-/// quarters more noise on surfaces lit by a small sun. In seven skies, 0.75 is within a twelfth of
-/// the better of both.
+/// Fraction of an image's mean radiance that light sampling leaves to BSDF sampling.
+///
+/// - Fraction 1: a seventh more noise under skies that are slightly brighter on one side.
+/// - Fraction 0.5: three quarters more noise on surfaces lit by a small sun.
+/// - Fraction 0.75: in each of seven skies, at most a twelfth more noise than the better of these
+///   fractions.
 const EVEN: f64 = 0.75;
 
-/// Mean sampling density, by solid angle, from which on the bright part of a sky counts as small:
-/// it covers at most a tenth of a steradian, less than a hundredth of the sphere.
+/// Mean sampling density per steradian from which on the bright part of a sky counts as small. Such
+/// a part covers at most a tenth of a steradian, less than a hundredth of the sphere.
 const SMALL: f64 = 10.0;
 
 /// Sampler of a sky's directions.
@@ -25,21 +27,21 @@ const SMALL: f64 = 10.0;
 pub struct SkySampler {
     form: SkySamplerKind,
     flux: f64,
-    /// Sampling density from which on a direction belongs to a small bright part of the sky; see
-    /// [`Self::small_part_density`].
+    /// Sampling density per steradian from which on a direction belongs to a small bright part of
+    /// the sky, see [`Self::small_part_density`].
     small_part_density: Option<f64>,
 }
 
 #[derive(Clone, Debug)]
 enum SkySamplerKind {
-    /// Uniform over the sphere: for an expression, whose bright directions are unknown.
+    /// Uniform over the sphere, for an expression: its bright directions are unknown.
     Uniform,
-    /// A sum of lobes in closed form, chosen by their shares.
+    /// A sum of lobes in closed form, each chosen in proportion to its flux.
     Lobes {
         lobes: Vec<SkyLobe>,
         shares: Vec<f64>,
     },
-    /// An image, sampled by its cells.
+    /// An image, sampled by cells.
     Grid(SphereGrid),
 }
 
@@ -87,11 +89,13 @@ impl SkySampler {
         sampler.map(|sampler| sampler.detect_small_bright_part(sky))
     }
 
-    /// Restricts the sampler to the excess of the sky: to suns without the gradient, or to the
-    /// radiance of texels above most of the mean. Valid if directions are also sampled by the BSDF
-    /// and combined by multiple importance sampling, because BSDF sampling is better for uniform
-    /// light ("MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling",
-    /// Karlík et al. 2019). Without an excess the sampler stays as it is.
+    /// Restricts sampling to the excess of the sky over its uniform part: the suns without the
+    /// gradient, or the radiance of texels above [`EVEN`] times the mean. Without such an excess,
+    /// the sampler is returned unchanged.
+    ///
+    /// Valid only if multiple importance sampling adds BSDF sampling, which samples uniform light
+    /// better ("MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling",
+    /// Karlík et al. 2019).
     #[must_use]
     pub fn into_excess_sampler<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         let excess = match (&self.form, &sky.kind) {
@@ -134,9 +138,9 @@ impl SkySampler {
         })
     }
 
-    /// Detects a small bright part of the sky. The mean density of sampled directions is ∫p² for
-    /// the density p. It measures the concentration of the light, and so the noise of paths that
-    /// hit the bright part by chance.
+    /// Detects a small bright part of the sky by the mean density ∫p² of sampled directions, where
+    /// p is the sampling density. This mean measures how concentrated the light is. It thereby
+    /// measures the noise of paths that hit the bright part by chance.
     fn detect_small_bright_part<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         const SIDE: u16 = 16;
         let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(SIDE);
@@ -152,21 +156,21 @@ impl SkySampler {
         }
     }
 
-    /// Returns the sampling density from which on a direction belongs to a small bright part of the
-    /// sky; `None` without a bright part.
+    /// Returns the sampling density per steradian from which on a direction belongs to a small
+    /// bright part of the sky. `None` if the sky has no such part.
     #[inline(always)]
     pub fn small_part_density(&self) -> Option<f64> {
         self.small_part_density
     }
 
-    /// Returns the integral of the radiance over the sphere, summed over the three channels; of the
-    /// whole sky, even if only its excess is sampled.
+    /// Returns the integral of the whole sky's radiance over the sphere, summed over the three
+    /// channels. The whole sky counts even if only its excess is sampled.
     pub fn flux(&self) -> f64 {
         self.flux
     }
 
-    /// Samples the sky for two uniform numbers in [0, 1) and the receiving point `from`; `None` if
-    /// the sampled direction is black.
+    /// Samples the sky for the receiving point `from`, by two uniform numbers in [0, 1).
+    /// `probability` is that of choosing the sky. `None` if the sampled direction is black.
     pub fn sample<R: Real>(
         &self,
         sky: &SkyRadiance<R>,
@@ -186,14 +190,14 @@ impl SkySampler {
         )
     }
 
-    /// Samples a unit direction for two uniform numbers in [0, 1): the first step of
+    /// Samples a unit direction by two uniform numbers in [0, 1). This is the first step of
     /// [`Self::sample`].
     pub fn sample_direction<R: Real>(&self, position: [f32; 2]) -> R::Vec3 {
         R::Vec3::from_f64(self.sample_direction_f64(position.map(f64::from)))
     }
 
-    /// Samples many directions in order, as [`Self::sample_direction`] does; faster than one by
-    /// one.
+    /// Samples many directions in order, as [`Self::sample_direction`] does. Faster than single
+    /// calls.
     pub fn sample_directions<R: Real>(
         &self,
         positions: impl Iterator<Item = [f32; 2]>,
@@ -221,7 +225,7 @@ impl SkySampler {
         directions.into_iter().map(R::Vec3::from_f64).collect()
     }
 
-    /// Returns the light sample of a direction with known radiance: the second step of
+    /// Returns the light sample of a direction whose radiance is known. This is the second step of
     /// [`Self::sample`].
     #[inline]
     pub fn light_sample_from_radiance<R: Real>(
@@ -255,8 +259,8 @@ impl SkySampler {
         }
     }
 
-    /// Returns the density by solid angle of a direction with the given image coordinates
-    /// ([`SkyRadiance::image_coordinates`]).
+    /// Returns the density by solid angle with which a direction is sampled. `place` holds the
+    /// direction's image coordinates, see [`SkyRadiance::image_coordinates`].
     pub fn density<R: Real>(&self, direction: R::Vec3, place: [R; 2]) -> f64 {
         match &self.form {
             SkySamplerKind::Uniform => 0.25 * FRAC_1_PI,
@@ -276,8 +280,8 @@ impl SkySampler {
     }
 }
 
-/// Integrates the radiance of a sky over the sphere, by the midpoint rule in cells of equal solid
-/// angle, summed over channels.
+/// Returns the integral of a sky's radiance over the sphere, summed over the three channels.
+/// Midpoint rule with cells of equal solid angle.
 fn integrate_flux<R: Real>(sky: &SkyRadiance<R>) -> f64 {
     const ROWS: u32 = 32;
     const COLUMNS: u32 = 64;
@@ -292,10 +296,12 @@ fn integrate_flux<R: Real>(sky: &SkyRadiance<R>) -> f64 {
     total * 4.0 * PI / f64::from(ROWS * COLUMNS)
 }
 
-/// Builds the sampling grid of an image, with its texels as cells; `drawn` maps a cell's mean
-/// radiance to its sampling weight. Radiance is interpolated between texel centres, so an eighth of
-/// each neighbouring texel, in both axes, is part of a cell's mean. A black texel beside a bright
-/// texel therefore has a density above zero.
+/// Builds the sampling grid of an image, with its texels as cells. `drawn` maps a cell's mean
+/// radiance to its sampling weight.
+///
+/// Radiance is interpolated between texel centres. A cell's mean therefore includes an eighth of
+/// each neighbouring texel along both axes. A black texel beside a bright texel has a density above
+/// zero.
 fn build_image_grid<R: Real>(
     map: &EquirectMap<R>,
     drawn: impl Fn(f64) -> f64,

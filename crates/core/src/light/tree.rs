@@ -1,7 +1,7 @@
-//! Light tree over lights with a position. Each node bounds the positions, directions and power of
-//! its lights, and so the light that may arrive at a point ("Importance Sampling of Many Lights
-//! with Adaptive Tree Splitting", Conty Estevez, Kulla 2018; "Physically Based Rendering", 4th
-//! edition, 12.6.3).
+//! Tree over lights with a position, for sampling lights by their estimated contribution. Each node
+//! bounds positions, directions and power of its lights, and so the light that may arrive at a
+//! point ("Importance Sampling of Many Lights with Adaptive Tree Splitting", Conty Estevez, Kulla
+//! 2018; "Physically Based Rendering", 4th edition, 12.6.3).
 //!
 //! A node has up to eight children. A binary tree would have three times as many levels, and each
 //! level costs a memory latency and a mispredicted branch.
@@ -30,12 +30,12 @@ pub(super) struct LightLeaf {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ReceivingPoint {
     pub point: DVec3,
-    /// Unit normal on the receiving side; zero if both sides receive light.
+    /// Unit normal of the side that receives light; zero if both sides receive light.
     pub normal: DVec3,
 }
 
-/// Content of a slot of the tree, a place for a node or a light. The tree has a root slot, and each
-/// node has [`WIDTH`] slots for its children.
+/// Content of a slot of the tree: a node or a light. A slot is a place for a child: the tree has a
+/// root slot, and each node has [`WIDTH`] slots.
 #[derive(Clone, Copy, Debug)]
 enum LightTreeChild {
     Inner(u32),
@@ -50,14 +50,13 @@ pub(super) struct LightTree {
 }
 
 impl LightTree {
-    /// Slot of a light outside the tree.
+    /// Slot of a light that is not in the tree.
     pub const NONE: u32 = u32::MAX;
-    /// The root slot. The slot of a child is `WIDTH` times the index of its node plus the index of
-    /// the child in the node.
+    /// The root slot. The slot of any other child is `WIDTH` times its parent's index, plus the
+    /// index of the child within the parent.
     const TOP: u32 = u32::MAX - 1;
 
-    /// Builds the tree over lights of positive power, and calls `place` with each light and its
-    /// slot.
+    /// Builds the tree over lights of positive power. Calls `place` with each light and its slot.
     pub fn new(mut leaves: Vec<LightLeaf>, mut place: impl FnMut(LightId, u32)) -> Self {
         let mut tree = Self::default();
         // Groups of lights whose nodes are not built yet, with their slots.
@@ -111,10 +110,12 @@ impl LightTree {
         size_of_val(self.nodes.as_slice()) as u64
     }
 
-    /// Estimates the bytes of the nodes for a number of lights. A node has eight children, or as
-    /// many as lights if fewer. So nodes are most numerous if lights end up in pairs: half as many
-    /// nodes as lights, and a seventh of that above them. Only nested groups that are each far
-    /// smaller than their distances may need more nodes, see [`partition_children`].
+    /// Estimates the bytes of the nodes for a number of lights.
+    ///
+    /// A node has eight children, or fewer if it has fewer lights. Nodes are most numerous if
+    /// lights end up in pairs: half as many nodes as lights, and a seventh of that number above
+    /// them. More nodes are needed only for nested groups that are each far smaller than their
+    /// distances, see [`partition_children`].
     pub fn estimate_bytes(lights: u64) -> u64 {
         let nodes = if lights > 1 {
             lights.saturating_mul(4) / 7 + 1
@@ -124,8 +125,8 @@ impl LightTree {
         nodes.saturating_mul(size_of::<LightNode>() as u64)
     }
 
-    /// Samples a light for each point by its uniform number in [0, 1), and returns the light with
-    /// its probability; `None` if no light can contribute.
+    /// Samples a light for each point by the point's uniform number in [0, 1). Returns the light
+    /// and its probability; `None` if no light can contribute.
     pub fn sample_lights<const N: usize>(
         &self,
         points: &[Option<(ReceivingPoint, f64)>; N],
@@ -148,9 +149,9 @@ impl LightTree {
         }
     }
 
-    /// Traverses the tree level by level, each step for all receiving points side by side: the
-    /// latencies for one point (square roots, divisions, loading its node) overlap with those for
-    /// other points.
+    /// Traverses the tree level by level, each step for all receiving points side by side. The
+    /// latencies for one point (square roots, divisions, loads of nodes) then overlap with those
+    /// for other points.
     #[inline(always)]
     fn traverse_lanes<const N: usize>(
         &self,
@@ -203,8 +204,9 @@ impl LightTree {
         }
     }
 
-    /// Returns the probability with which [`LightTree::sample_lights`] samples the light in a slot.
-    /// Probabilities are multiplied from the root down in the same order, for the same bits.
+    /// Returns the probability with which [`LightTree::sample_lights`] samples the light in the
+    /// slot `index`. Probabilities are multiplied from the root down as in sampling: the bits are
+    /// equal.
     pub fn probability(&self, index: u32, receiver: &ReceivingPoint) -> f64 {
         if index == Self::TOP {
             return 1.0;

@@ -1,18 +1,20 @@
-//! Usage of lights: counts of shadow rays that find no light. A light enclosed from every path is
-//! missing both in the picture and in its error estimate, so only counting reveals it. A lamp in a
-//! closed box may be intended; its missing light is reported all the same.
+//! Usage of lights: numbers of shadow rays that found no light. A light enclosed on all sides is
+//! missing in the picture and in the picture's error estimate; only these counts reveal it. A lamp
+//! in a closed box may be intended, but is reported all the same.
 
 use raywright_bvh::Real;
 
 use super::{LightId, Lights};
 
-/// Marker of a light whose light has arrived, in place of a count of blocked rays.
+/// Marks a light that has reached a surface, in place of its number of blocked rays.
 const LIT: u32 = u32::MAX;
 
-/// Usage of lights: for each delta light and emitter the number of blocked shadow rays, until light
-/// arrives. Each worker of a render has its own counts, and a film adds them: shared counters would
-/// move between the workers' caches at every shadow ray. The counts affect no pixel, and their sum
-/// does not depend on the order of rays.
+/// Usage of lights: for each delta light and emitter the number of blocked shadow rays, until the
+/// light first reaches a surface.
+///
+/// Each worker of a render has its own counts, and a film adds them. Shared counters would move
+/// between the workers' caches at every shadow ray. The counts affect no pixel. Their sum does not
+/// depend on the order of rays.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightUsage {
     deltas: usize,
@@ -37,7 +39,7 @@ impl LightUsage {
         }
     }
 
-    /// Counts a shadow ray to a light, or a path that hit the light. `arrived`: whether light
+    /// Counts a shadow ray to a light, or a path that hit the light. `arrived`: whether any light
     /// arrived.
     #[inline(always)]
     pub fn count_ray(&mut self, light: LightId, arrived: bool) {
@@ -62,7 +64,7 @@ impl LightUsage {
             .for_each(|(own, &other)| *own = add_blocked_rays(*own, other));
     }
 
-    /// Returns the number of blocked shadow rays to a light; `None` if light arrived.
+    /// Returns the number of blocked shadow rays to a light; `None` once light arrived.
     pub fn blocked_rays(&self, light: LightId) -> Option<u32> {
         self.blocked
             .get(self.counter_index(light)?)
@@ -70,15 +72,15 @@ impl LightUsage {
             .filter(|&stopped| stopped != LIT)
     }
 
-    /// Returns the bytes of all counts for a number of lights: a table for each worker of the
-    /// current thread pool, and one for their sum.
+    /// Estimates the bytes of all counts for a number of lights: a table for each worker of the
+    /// current thread pool, and a table of their sum.
     pub fn estimate_bytes(lights: u64) -> u64 {
         let tables = rayon::current_num_threads() as u64 + 1;
         lights.saturating_mul(size_of::<u32>() as u64 * tables)
     }
 }
 
-/// Adds two counts of blocked rays, saturating; [`LIT`] if light arrived in either.
+/// Adds two numbers of blocked rays, saturating. The result is [`LIT`] if either argument is.
 #[inline(always)]
 fn add_blocked_rays(a: u32, b: u32) -> u32 {
     if a == LIT || b == LIT {

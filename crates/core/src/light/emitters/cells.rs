@@ -1,7 +1,8 @@
-//! Importance sampling of triangles with varying emission. The square that [`sample_area`] folds
-//! onto the triangle is divided into cells, and points are sampled cell by cell in proportion to
-//! emission. Images of lamps are mostly dark, so most uniformly sampled points would contribute
-//! nothing.
+//! Importance sampling of triangles with varying emission, such as images of lamps. Most of such an
+//! image is dark, and uniformly sampled points would mostly contribute nothing.
+//!
+//! The function [`sample_area`] maps the unit square onto the triangle. The square is divided into
+//! cells, and cells are sampled in proportion to their emission.
 //!
 //! [`sample_area`]: raywright_bvh::shapes::SampleArea::sample_area
 
@@ -10,30 +11,31 @@ use raywright_bvh::allocate_fallibly;
 
 use crate::light::cdf::{entry_probability, push_cdf, sample_index};
 
-/// Greatest ratio of the brightest to the darkest cell at which a triangle is sampled uniformly.
+/// Greatest ratio of the brightest to the darkest cell at which a triangle is still sampled
+/// uniformly.
 const EVEN: f64 = 1.25;
-/// Share of the mean emission that is added to every cell: a single dark point does not prove that
-/// its cell is dark.
+/// Fraction of the mean emission that is added to every cell's weight: a dark point in the middle
+/// does not prove that the whole cell is dark.
 const LEAST: f64 = 0.1;
 
-/// Cells of a triangle: the index of their first entry in the table, and the number of cells along
-/// each side.
+/// Reference to a triangle's cells: index of the first entry in the table, and number of cells
+/// along each side of the square.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::light) struct TriangleCells {
     start: u32,
     across: u32,
 }
 
-/// Cells of all triangles of varying emission: for each triangle the cumulative distribution of
-/// rows, then that of the cells in each row.
+/// Table of the cells of all triangles with varying emission. A triangle's entries are the
+/// cumulative distribution of its rows, followed by that of the cells in each row.
 #[derive(Clone, Debug, Default)]
 pub(super) struct EmissionCellTable {
     sums: Vec<f32>,
 }
 
 impl EmissionCellTable {
-    /// Reserves memory for a number of triangles with `across` cells along each side: as much as
-    /// the estimate before preparation, even if less is used.
+    /// Reserves memory for `triangles` triangles with `across` cells along each side. The amount
+    /// equals the estimate before preparation, even if preparation uses less.
     pub fn reserve(&mut self, triangles: u64, across: u64) {
         let sums =
             usize::try_from(triangles.saturating_mul(across * (across + 1))).unwrap_or(usize::MAX);
@@ -42,7 +44,7 @@ impl EmissionCellTable {
         let _ = allocate_fallibly(|| self.sums.try_reserve_exact(sums));
     }
 
-    /// Adds the cells of a triangle; `found` is the emission in the middle of each cell, row by
+    /// Adds the cells of a triangle. `found` holds the emission in the middle of each cell, row by
     /// row, with `across` cells in a row. Returns `None` if the emission is nearly uniform.
     pub fn push_triangle_cells(&mut self, across: usize, found: &[f64]) -> Option<TriangleCells> {
         let [darkest, brightest] = [
@@ -73,7 +75,7 @@ impl EmissionCellTable {
         self.sums.extend(shares.iter().map(|&share| share as f32));
     }
 
-    /// Returns the cumulative distribution of a triangle's rows, and that of the cells in one row.
+    /// Returns the cumulative distributions of a triangle's rows, and of the cells in one row.
     fn row_cdfs(&self, TriangleCells { start, across }: TriangleCells, row: usize) -> [&[f32]; 2] {
         let (start, across) = (start as usize, across as usize);
         [
@@ -82,7 +84,7 @@ impl EmissionCellTable {
         ]
     }
 
-    /// Samples a point of the unit square for two uniform numbers in [0, 1), and returns it with
+    /// Samples a point of the unit square by two uniform numbers in [0, 1). Returns the point and
     /// its density over the square.
     pub fn sample_point(&self, cells: TriangleCells, [u, v]: [f64; 2]) -> ([f64; 2], f64) {
         let across = f64::from(cells.across);
@@ -94,7 +96,7 @@ impl EmissionCellTable {
         )
     }
 
-    /// Returns the sampling density of a point over the unit square.
+    /// Returns the density over the unit square with which [`Self::sample_point`] returns a point.
     pub fn density(&self, cells: TriangleCells, [u, v]: [f64; 2]) -> f64 {
         let across = f64::from(cells.across);
         let at = |x: f64| ((x * across) as usize).min(cells.across as usize - 1);
@@ -107,13 +109,14 @@ impl EmissionCellTable {
     }
 }
 
-/// Returns the bytes of the cells of a number of triangles with `across` cells along each side.
+/// Returns the bytes of the cells of `triangles` triangles with `across` cells along each side.
 pub(super) fn estimate_cell_bytes(triangles: u64, across: u64) -> u64 {
     triangles.saturating_mul(across * (across + 1) * size_of::<f32>() as u64)
 }
 
-/// Returns the weight of a cell: half of its own emission, plus half of the greatest emission among
-/// the cell and its neighbours, because a bright neighbour may extend into the cell.
+/// Returns the weight of a cell. Half of the weight is the cell's own emission; half is the
+/// greatest emission of the cell and its neighbours. A bright area in a neighbour may extend into
+/// the cell.
 fn cell_weight(found: &[f64], across: usize, cell: usize) -> f64 {
     let (x, y) = (cell % across, cell / across);
     let beside = |position: usize| position.saturating_sub(1)..=(position + 1).min(across - 1);

@@ -1,5 +1,5 @@
-//! Hard shadows of area lights: a single shadow ray to the centre of a light decides on all of its
-//! light.
+//! Hard shadows of area lights: a single shadow ray to the light's centre determines the visibility
+//! of the whole light.
 
 use raywright_bvh::shapes::{AnyShape, Cylinder, CylinderEnds};
 use raywright_bvh::{Real, Vector};
@@ -8,12 +8,16 @@ use super::{EmitterShape, Emitters};
 use crate::light::{LightSample, ShadowRayTarget};
 
 impl<R: Real> Emitters<R> {
-    /// Redirects a light sample to the centre of its emitter: to the centre of the emitter's
-    /// bounds, or to a point of a triangle, because the centre of a triangle's bounds may lie off
-    /// the triangle. If the receiving point is inside the bounds of a closed shape, the sample
-    /// stays as it is. Returns `None` if the sampled point is on the far side of a closed shape:
-    /// the shape hides that point, but a shadow ray ignores hits of its own target. Other
-    /// self-shadowing of a torus is ignored.
+    /// Redirects a light sample to the centre of its emitter. The centre is that of the emitter's
+    /// bounds; for a triangle it is a point of the triangle, because the centre of the bounds may
+    /// lie off the triangle.
+    ///
+    /// - The receiving point lies inside the bounds of a closed shape: the sample is returned
+    ///   unchanged.
+    /// - The sampled point lies on the far side of a closed shape: returns `None`. The shape hides
+    ///   this point, but the shadow ray ignores hits of its own emitter.
+    ///
+    /// A torus may also shadow itself in other ways; these are ignored.
     pub fn redirect_to_centre(
         &self,
         index: u32,
@@ -64,7 +68,7 @@ impl<R: Real> Emitters<R> {
     }
 }
 
-/// Whether a shape is closed, so that the outside of its surface is invisible from inside.
+/// Whether a shape is closed: the outside of its surface is then invisible from inside.
 fn is_closed<R: Real>(shape: &AnyShape<R>) -> bool {
     matches!(
         shape,

@@ -1,4 +1,4 @@
-//! Solid-angle sampling of several flat emitters side by side.
+//! Solid-angle sampling of several flat emitters in SIMD lanes.
 
 use raywright_bvh::{Real, SimdTask, SurfacePoint, Vector, run_widest};
 
@@ -9,7 +9,7 @@ use crate::light::lanes::{
 };
 use crate::light::polygon::{Polygon, PolygonLanes};
 
-/// Flat emitters and the points that they light, one pair in each lane, in columns.
+/// Flat emitters and their receiving points, one pair in each SIMD lane, as a structure of arrays.
 pub(in crate::light) struct EmitterLanes<R: Real> {
     polygons: PolygonLanes<LANES>,
     from: Vec3Column<R>,
@@ -34,8 +34,8 @@ impl<R: Real> EmitterLanes<R> {
         }
     }
 
-    /// Sets the emitter and the receiving point of a lane, with the uniform numbers and the
-    /// probability of the choice.
+    /// Sets the emitter, the receiving point, the uniform numbers and the probability of choosing
+    /// the emitter, in a lane.
     #[inline(always)]
     pub fn set_lane(
         &mut self,
@@ -62,7 +62,7 @@ impl<R: Real> EmitterLanes<R> {
     }
 
     /// Samples a point of each emitter by solid angle. Returns for each lane whether its sample
-    /// contributes, or `None` if the solid angle is too small for the method.
+    /// contributes, or `None` if the emitter's solid angle is too small for this technique.
     #[inline]
     pub fn sample(&self, out: &mut LightSampleLanes<R>) -> LaneColumn<Option<bool>> {
         let drawn = run_widest(EmitterSampleTask(self));

@@ -20,7 +20,7 @@ pub(in crate::light) enum EmitterShape<R: Real> {
 pub(in crate::light) struct EmitterPlane {
     /// Outward unit normal.
     pub normal: DVec3,
-    /// Bound on the error of points in the plane.
+    /// Bound on the rounding error of points in the plane.
     pub error: f64,
 }
 
@@ -41,27 +41,27 @@ impl EmitterPlane {
 #[derive(Clone, Copy, Debug)]
 pub(in crate::light) struct Emitter<R: Real> {
     pub shape: EmitterShape<R>,
-    /// Emitted radiance; its mean if the emission varies.
+    /// Emitted radiance, or its mean over a surface of varying emission.
     pub radiance: R::Vec3,
     /// Whether the emission varies over the surface and must be evaluated at the hit.
     pub varies: bool,
     /// Whether a ray may pass through the surface.
     pub passable: bool,
-    /// The emissive sides, limited to visible ones.
+    /// Sides that emit, limited to visible sides.
     pub side: Side,
     /// Area of the surface in the world; zero if its points cannot be sampled.
     pub area: f64,
-    /// Sampling cells of a triangle; `None` for uniform sampling.
+    /// Sampling cells of a triangle with varying emission; `None` for uniform sampling.
     pub cells: Option<TriangleCells>,
     /// The plane of an untransformed triangle or quad.
     pub plane: Option<EmitterPlane>,
-    /// Whether this triangle is the second half of a quad. The entry before it then stands for the
-    /// whole quad.
+    /// Whether this triangle is the second half of a quad. The preceding entry then is the emitter
+    /// of the whole quad.
     pub is_second: bool,
 }
 
 impl<R: Real> Emitter<R> {
-    /// Returns the emitted flux, up to a factor common to all emitters.
+    /// Returns the emitted flux divided by π.
     pub fn power(&self) -> f64 {
         let radiance = self.radiance.to_f64();
         (radiance.x + radiance.y + radiance.z)
@@ -71,7 +71,7 @@ impl<R: Real> Emitter<R> {
 }
 
 impl<R: Real> Emitter<R> {
-    /// Returns the radiance that sampling assumes: the emitted radiance, or one if the emission
+    /// Returns the radiance that light sampling assumes: the emitted radiance, or 1 if the emission
     /// must be evaluated at the hit.
     #[inline(always)]
     pub fn assumed_radiance(&self) -> R::Vec3 {
@@ -82,7 +82,7 @@ impl<R: Real> Emitter<R> {
         }
     }
 
-    /// Returns the emitter as a polygon, if it is an untransformed triangle or quad.
+    /// Returns the polygon of an untransformed triangle or quad; `None` for other emitters.
     #[inline(always)]
     pub fn light_polygon(&self) -> Option<Polygon> {
         self.plane?;
@@ -104,15 +104,15 @@ impl<R: Real> Emitter<R> {
     }
 }
 
-/// Estimate of an emitter's emission, by which the emitter is chosen.
+/// Estimate of an emitter's radiance. Emitters are chosen in proportion to this estimate.
 #[derive(Clone, Copy, Debug)]
 pub struct EmissionEstimate<R: Real> {
-    /// Emitted radiance; its mean if the emission varies.
+    /// Emitted radiance, or its mean over a surface of varying emission.
     pub radiance: R::Vec3,
     /// Whether the emission varies over the surface.
     pub varies: bool,
-    /// Whether a ray may pass through the surface, so that light behind the ray's first hit counts
-    /// too.
+    /// Whether a ray may pass through the surface. Surface points behind the ray's first hit then
+    /// contribute too.
     pub passable: bool,
 }
 
@@ -126,8 +126,8 @@ impl<R: Real> EmissionEstimate<R> {
         }
     }
 
-    /// Returns the estimate for varying emission: the mean of radiances at points spread uniformly
-    /// over the surface. `passable`: whether a ray may pass through the surface.
+    /// Returns the estimate for varying emission: the mean of the radiances `found` at points
+    /// spread uniformly over the surface. `passable`: whether a ray may pass through the surface.
     pub fn from_emission_samples(found: &[R::Vec3], passable: bool) -> Self {
         let sum = found
             .iter()
@@ -151,21 +151,21 @@ pub struct EmitterList<R: Real> {
 }
 
 impl<R: Real> EmitterList<R> {
-    /// Reserves memory for a number of triangles of varying emission with `across` cells along each
-    /// side.
+    /// Reserves memory for `triangles` triangles of varying emission, with `across` cells along
+    /// each side.
     pub fn reserve_cells(&mut self, triangles: u64, across: u64) {
         self.cells.reserve(triangles, across);
     }
 
-    /// Begins the next object, in the order of the scene's objects. Emitters added later belong to
-    /// this object.
+    /// Begins the next object, in the order of the scene's objects. Emitters added from now on
+    /// belong to this object.
     pub fn begin_object(&mut self) {
         self.first_emitters.push(self.emitters.len() as u32);
     }
 
-    /// Returns the bytes of the tables for numbers of emitters, of transformed shapes among the
-    /// emitters, of objects, and of triangles with `across` cells along each side; cumulative
-    /// distributions and the triangles of emitters included.
+    /// Returns the bytes of all tables, for numbers of emitters, transformed shapes, objects and
+    /// varying triangles with `across` cells along each side. Cumulative distributions and the
+    /// emitters' triangles in the accelerator are included.
     pub(crate) fn estimate_bytes(
         emitters: u64,
         placed: u64,
@@ -189,8 +189,8 @@ impl<R: Real> EmitterList<R> {
         tables.saturating_add(estimate_cell_bytes(triangles, across))
     }
 
-    /// Adds a shape, or the next triangle of a mesh, without sampling cells, and returns its area.
-    /// `area` is passed if already known.
+    /// Adds a shape or the next triangle of a mesh, without sampling cells. Returns the area.
+    /// `area` holds the area if it is already known.
     pub fn add_shape(
         &mut self,
         shape: AnyShape<R>,
@@ -219,8 +219,8 @@ impl<R: Real> EmitterList<R> {
         area
     }
 
-    /// Adds the next two triangles of a mesh, which are the halves of a quad of uniform emission,
-    /// as one light.
+    /// Adds the next two triangles of a mesh as one emitter: the halves of a quad of uniform
+    /// emission.
     pub fn add_quad_halves(&mut self, quad: Quad<R>, radiance: R::Vec3, side: Side) {
         self.add_shape(
             AnyShape::Quad(quad),
@@ -238,8 +238,7 @@ impl<R: Real> EmitterList<R> {
     }
 
     /// Adds the next triangle of a mesh, with varying emission. `found` holds the radiance in the
-    /// middles of the cells of the unit square that is folded onto the triangle, row by row, with
-    /// `across` cells along each side.
+    /// middle of each sampling cell, row by row, with `across` cells in a row.
     pub fn add_varying_triangle(
         &mut self,
         triangle: Triangle<R>,
@@ -294,7 +293,7 @@ impl<R: Real> EmitterList<R> {
     }
 }
 
-/// Returns a finite area; zero for an infinite or unknown area.
+/// Returns a finite area unchanged; zero for an infinite or unknown area.
 fn finite_or_zero(area: Option<f64>) -> f64 {
     area.filter(|a| a.is_finite()).unwrap_or(0.0)
 }

@@ -1,4 +1,4 @@
-//! Sampled points of emitters: their densities and weights at the receiving point.
+//! Sampled points of emitters: densities and weights, as seen from the receiving point.
 
 use glam::DVec3;
 use raywright_bvh::{Real, Side, Surface, SurfacePoint, Vector};
@@ -8,8 +8,8 @@ pub(super) struct EmitterDirection {
     /// Unit direction to the emitter's point.
     pub direction: DVec3,
     pub squared_distance: f64,
-    /// Cosine between the direction back to the receiver and the normal of the emissive side;
-    /// negative behind the emitter.
+    /// Cosine between the direction back to the receiving point and the normal of the emissive
+    /// side; negative behind the emitter.
     pub cosine: f64,
 }
 
@@ -32,7 +32,7 @@ impl EmitterDirection {
     }
 }
 
-/// Returns the emissive side as a sign: 1 for outside, −1 for inside, 0 for both.
+/// Returns the emissive side as a sign: 1 for the outside, −1 for the inside, 0 for both sides.
 pub(super) fn side_sign(side: Side) -> f64 {
     match side {
         Side::Outside | Side::Culled => 1.0,
@@ -46,7 +46,8 @@ pub(super) struct EmitterPoint<R: Real> {
     pub surface: Surface<R>,
     pub direction: DVec3,
     pub density: f64,
-    /// Factor on the emitted radiance, the inverse density; zero or NaN without a contribution.
+    /// Factor on the emitted radiance: one over the density. Zero, negative or NaN if the point
+    /// does not contribute.
     pub weight: f64,
 }
 
@@ -84,18 +85,19 @@ impl<R: Real> EmitterPoint<R> {
         }
     }
 
-    /// Whether the sample contributes. False for NaN, when both points coincide.
+    /// Whether the point contributes. False for NaN, which occurs if receiving point and emitter's
+    /// point coincide.
     #[inline(always)]
     pub fn contributes(&self) -> bool {
         (self.weight > 0.0) & (self.weight < f64::INFINITY)
     }
 }
 
-/// Sampling density of an emitter's point.
+/// Density with which a point of an emitter is sampled.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum PointDensity {
-    /// Uniform over a solid angle in steradians.
+    /// Uniform over this solid angle in steradians.
     SolidAngle(f64),
-    /// Density by area.
+    /// Density by area, per square metre.
     Area(f64),
 }

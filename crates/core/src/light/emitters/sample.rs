@@ -1,4 +1,4 @@
-//! Sampling of points on emitters, and the sampling density of hits.
+//! Sampling of points on emitters, and the density with which sampling returns a hit point.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
@@ -15,8 +15,8 @@ use crate::light::{
     ChosenLight, DirectionCone, LightDensity, LightId, LightSample, ShadowRayTarget,
 };
 
-/// Query for a point on an emitter: the emitter and the probability of its choice, the receiving
-/// point, and two uniform numbers in [0, 1) for the point.
+/// Query for a point on an emitter: the emitter, the probability of its choice, the receiving
+/// point, and two uniform numbers in [0, 1).
 #[derive(Clone, Copy, Debug)]
 struct EmitterQuery<R: Real> {
     pub emitter: u32,
@@ -25,8 +25,8 @@ struct EmitterQuery<R: Real> {
     pub probability: f64,
 }
 
-/// Returns the sphere of an emitter and the cone of directions to it; `None` for a receiver inside
-/// the sphere, and for other shapes.
+/// Returns the sphere of an emitter, and the cone of directions to that sphere. `None` for other
+/// shapes, for a receiving point inside the sphere, and for a sphere that emits only inwards.
 fn sphere_and_cone<R: Real>(
     emitter: &Emitter<R>,
     from: DVec3,
@@ -42,8 +42,8 @@ fn sphere_and_cone<R: Real>(
 }
 
 impl<R: Real> Emitters<R> {
-    /// Samples a point of an emitter that was chosen with `probability`, for the receiving point
-    /// `from` and two uniform numbers in [0, 1); `None` if the point does not contribute.
+    /// Samples a point of an emitter, for the receiving point `from` and two uniform numbers in [0,
+    /// 1). `probability` is that of choosing the emitter. `None` if the point does not contribute.
     pub fn sample(
         &self,
         index: u32,
@@ -78,8 +78,9 @@ impl<R: Real> Emitters<R> {
         }
     }
 
-    /// Samples a point of each emitter among chosen lights, as [`Self::sample`] does. Polygons are
-    /// sampled first, all together in the buffer `waiting`; other emitters one by one.
+    /// Samples a point of each emitter among the chosen lights, as [`Self::sample`] does. Polygons
+    /// are sampled first, all together in the buffer `waiting`. All other emitters follow one by
+    /// one.
     pub(in crate::light) fn sample_lanes(
         &self,
         chosen_lights: &[Option<ChosenLight<R>>],
@@ -138,8 +139,8 @@ impl<R: Real> Emitters<R> {
         }
     }
 
-    /// Returns the light sample for a point that was sampled by solid angle on a polygon; without
-    /// such a point, samples by area.
+    /// Returns the light sample for a point sampled by solid angle on a polygon. If `sample` is
+    /// `None`, a point is sampled by area instead.
     #[inline]
     fn sample_polygon(
         &self,
@@ -157,8 +158,7 @@ impl<R: Real> Emitters<R> {
         )
     }
 
-    /// Samples a point of an emitter uniformly by area, or by the emitter's cells of varying
-    /// emission.
+    /// Samples a point of an emitter by area: uniformly, or by the emitter's sampling cells.
     fn sample_by_area(&self, query: &EmitterQuery<R>) -> Option<LightSample<R>> {
         let emitter = &self.list.emitters[query.emitter as usize];
         let position = query.position.map(f64::from);
@@ -210,8 +210,9 @@ impl<R: Real> Emitters<R> {
         })
     }
 
-    /// Returns the density by solid angle with which [`Emitters::sample`] returns a point of an
-    /// emitter that a ray from `from` hit.
+    /// Returns the density by solid angle with which [`Emitters::sample`] returns a given point of
+    /// an emitter. `from` is the receiving point, `probability` the probability of choosing the
+    /// emitter.
     pub fn density(
         &self,
         index: u32,
@@ -257,7 +258,7 @@ impl<R: Real> Emitters<R> {
         })
     }
 
-    /// Whether an emitter is sampled uniformly by solid angle where possible.
+    /// Whether points of an emitter are sampled by solid angle where its shape permits.
     #[inline(always)]
     fn is_sampled_by_solid_angle(&self, emitter: &Emitter<R>) -> bool {
         // Points on the far side of passable surfaces must be sampled too; varying emission is

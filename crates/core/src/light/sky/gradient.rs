@@ -1,5 +1,5 @@
-//! A sky in closed form: a gradient from nadir to zenith, and lobes about directions. The code is
-//! generic over the number of rays.
+//! A sky in closed form: a gradient from nadir to zenith, and suns. The code is generic over the
+//! number of directions in SIMD lanes.
 
 use raywright_bvh::{Real, SimdTask, Vector, run_widest};
 
@@ -9,14 +9,15 @@ use crate::number::{Lanes, Number, Vector3};
 /// A sky with a gradient from nadir to zenith, and suns.
 #[derive(Clone, Debug)]
 pub struct GradientSky<R: Real> {
-    /// Radiance from the nadir.
+    /// Radiance from straight below.
     pub bottom: R::Vec3,
-    /// Radiance from the zenith.
+    /// Radiance from straight above.
     pub top: R::Vec3,
     pub suns: Vec<SunLobe<R>>,
 }
 
-/// A sun: a lobe of radiance, proportional to a power of the cosine to its direction.
+/// A sun: a lobe of radiance `colour`·cosⁿ, with the cosine of the angle to `direction` and n =
+/// `exponent`.
 #[derive(Clone, Debug)]
 pub struct SunLobe<R: Real> {
     pub direction: R::Vec3,
@@ -24,7 +25,7 @@ pub struct SunLobe<R: Real> {
     pub exponent: u32,
 }
 
-/// Returns the same vector in every lane.
+/// Returns the same vector in every SIMD lane.
 #[inline(always)]
 fn splat<R: Real, N: Number>(v: R::Vec3) -> N::Vec3 {
     N::Vec3::from_lanes(|_| v.to_f64())
@@ -44,7 +45,7 @@ impl<R: Real> GradientSky<R> {
         sky
     }
 
-    /// Appends the radiance along many unit directions in order, computed in lanes of `f32`.
+    /// Appends the radiance along many unit directions in order, computed in SIMD lanes of `f32`.
     pub fn eval_directions(
         &self,
         directions: impl Iterator<Item = R::Vec3>,

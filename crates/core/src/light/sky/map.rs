@@ -1,4 +1,4 @@
-//! Environment map of a sky: radiance by direction, looked up for a single ray or for many.
+//! Environment map of a sky: radiance by direction, for a single ray or for many.
 
 use std::sync::Arc;
 
@@ -13,16 +13,17 @@ use crate::texture::decode_srgb;
 #[derive(Clone, Debug)]
 pub struct EquirectMap<R: Real> {
     pub image: Arc<ImageData>,
-    /// Texels packed as RGBE in a quarter of the bytes, if packing loses nothing, as for `.hdr`
-    /// files; else empty. Sky lookups are incoherent, so memory access dominates their cost.
+    /// Texels packed as RGBE, a quarter of the bytes: memory access dominates the cost of
+    /// incoherent lookups. Empty if packing would change a colour; it changes none in `.hdr` files.
     pub packed_texels: Vec<u32>,
-    /// Rotation of the image about +y, in turns.
+    /// Rotation of the image about +y, in revolutions.
     pub turn: R,
     pub strength: R,
 }
 
 impl<R: Real> EquirectMap<R> {
-    /// Creates a map from an image, with a rotation about +y in turns and a strength.
+    /// Creates a map from an image. `turn` is its rotation about +y in revolutions, `strength` a
+    /// factor on its radiance.
     pub fn new(image: Arc<ImageData>, turn: R, strength: R) -> Self {
         let packed = match &image.pixels {
             PixelData::Linear(pixels) => pixels
@@ -39,7 +40,7 @@ impl<R: Real> EquirectMap<R> {
         }
     }
 
-    /// Returns the radiance of a texel, without the strength.
+    /// Returns the radiance of a texel, without the factor `strength`.
     #[inline(always)]
     pub fn texel(&self, x: usize, y: usize) -> R::Vec3 {
         self.decode_texel(y * self.image.width as usize + x)
@@ -54,14 +55,14 @@ impl<R: Real> EquirectMap<R> {
         R::Vec3::new(r, g, b)
     }
 
-    /// Returns the bilinear radiance at image coordinates from 0 to 1; the image repeats in azimuth
-    /// and is clamped at the poles.
+    /// Returns the bilinearly filtered radiance at image coordinates in [0, 1]. The image repeats
+    /// in azimuth and is clamped at the poles.
     pub fn radiance(&self, [u, v]: [R; 2]) -> R::Vec3 {
         let [[r], [g], [b]] = self.eval_lanes([&[u], &[v]]);
         R::Vec3::new(r, g, b)
     }
 
-    /// Returns the radiance at several coordinates, as [`Self::radiance`] does, by channel.
+    /// Returns the radiance of [`Self::radiance`] at `N` image coordinates, by channel.
     #[inline(always)]
     fn eval_lanes<const N: usize>(&self, [u, v]: [&[R; N]; 2]) -> [[R; N]; 3] {
         let half = R::from_f64(0.5);
@@ -107,7 +108,7 @@ impl<R: Real> EquirectMap<R> {
         out
     }
 
-    /// Appends the radiance and image coordinates of many unit directions, in order.
+    /// Appends the radiance and image coordinates of many unit directions in order.
     pub fn eval_directions(
         &self,
         directions: impl Iterator<Item = R::Vec3>,
@@ -125,8 +126,8 @@ impl<R: Real> EquirectMap<R> {
         });
     }
 
-    /// Fetches the texels with the indices `places` in the image, channel by channel, without the
-    /// strength.
+    /// Loads the texels at the indices `places` of the image, by channel, without the factor
+    /// `strength`.
     #[inline(always)]
     fn fetch_texels<const N: usize>(&self, places: &[u32; N], out: &mut [[R; N]; 3]) {
         if self.packed_texels.is_empty() {
@@ -147,7 +148,7 @@ impl<R: Real> EquirectMap<R> {
     }
 }
 
-/// SIMD task: image coordinates of a batch of directions, and the radiance at them.
+/// SIMD task: image coordinates and radiance of a batch of directions.
 struct MapLookupTask<'a, R: Real> {
     map: &'a EquirectMap<R>,
     directions: &'a DirectionBatch<R>,
@@ -167,7 +168,7 @@ impl<R: Real> SimdTask for MapLookupTask<'_, R> {
     }
 }
 
-/// Packs a colour as RGBE: three mantissas of a byte and a common exponent (Ward, "Real Pixels",
+/// Packs a colour as RGBE: three mantissas of one byte, and a common exponent (Ward, "Real Pixels",
 /// 1991). `None` if packing would change the colour.
 pub fn pack_rgbe(colour: [f32; 3]) -> Option<u32> {
     let largest = colour.into_iter().fold(0.0_f32, f32::max);

@@ -1,6 +1,6 @@
-//! Partition of lights among the children of a node: binary splits of least expected cost, the
-//! costliest group first ("Importance Sampling of Many Lights with Adaptive Tree Splitting", Conty
-//! Estevez, Kulla 2018).
+//! Partition of lights among the children of a node. Groups of lights are split in two at the least
+//! expected cost, the costliest group first ("Importance Sampling of Many Lights with Adaptive Tree
+//! Splitting", Conty Estevez, Kulla 2018).
 
 use core::f64::consts::PI;
 use core::ops::Range;
@@ -10,7 +10,7 @@ use glam::DVec3;
 use super::{LightLeaf, WIDTH};
 use crate::light::{LightBounds, LightId};
 
-/// Bounds and power of a group of lights.
+/// Summed bounds and power of a group of lights.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightCluster {
     pub bounds: LightBounds,
@@ -22,7 +22,7 @@ pub(super) struct LightCluster {
 pub(super) struct LeafGroup {
     start: usize,
     end: usize,
-    /// Number of splits between all leaves and this group.
+    /// Number of splits that led from all leaves to this group.
     depth: u32,
     pub sum: LightCluster,
 }
@@ -48,12 +48,11 @@ impl LeafGroup {
 }
 
 /// Divides a group of two or more leaves among the children of a node: into at most [`WIDTH`]
-/// groups, some of which may be single leaves. Groups are split one after the other, the costliest
-/// first. A group is not split if the halves would lie too close together for the rounding of
-/// positions in the node.
+/// groups. The costliest group is split first. A group too small for the rounding of positions in
+/// the node is not split.
 pub(super) fn partition_children(leaves: &mut [LightLeaf], whole: LeafGroup) -> Vec<LeafGroup> {
-    /// Least size of a group that is split, relative to the node: some hundreds of times the
-    /// rounding of positions.
+    /// Least size of a group that is split, relative to the node's size: some hundreds of times the
+    /// rounding error of positions.
     const SMALLEST: f64 = 1e-4;
     let size = |group: &LeafGroup| group.sum.bounds.bounding_box.extent().length();
     let smallest = SMALLEST * size(&whole);
@@ -115,8 +114,8 @@ impl LightCluster {
         }
     }
 
-    /// Returns the cost of a group: power · solid angle of emission · surface area of its box (same
-    /// source, equation 1).
+    /// Returns the cost of a group: power · solid angle of emission · surface area of its box
+    /// (equation 1 of the source named above).
     fn cost(&self) -> f64 {
         let LightBounds {
             bounding_box: space,
@@ -139,8 +138,8 @@ impl LightCluster {
     }
 }
 
-/// Returns the axis and the half-angle in radians of nearly the smallest cone around the normals of
-/// two groups.
+/// Returns the axis and half-angle in radians of a cone around the normals of two groups. The cone
+/// is nearly the smallest.
 fn enclose_normals([a, b]: [&LightBounds; 2]) -> (DVec3, f64) {
     let (wide, narrow) = if a.normal_angle >= b.normal_angle {
         (a, b)
@@ -163,15 +162,15 @@ fn enclose_normals([a, b]: [&LightBounds; 2]) -> (DVec3, f64) {
     )
 }
 
-/// Number of bins along an axis in the search for a split.
+/// Number of bins along an axis in the search for the best split.
 const BINS: usize = 12;
 
-/// Number of splits from which on groups are split in the middle: in any layout, the tree is at
-/// most 64 levels deep.
+/// Number of splits after which groups are split at the median. This limits the tree to 64 levels
+/// in any layout.
 const DEEP: u32 = 32;
 
-/// Splits a group: moves the leaves of the first half to the front and returns their number. Each
-/// half has at least one leaf.
+/// Splits a group in two: moves the leaves of the first part to the front, and returns their
+/// number. Each part has at least one leaf.
 fn split_group(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usize {
     let middle = leaves.len() / 2;
     let centres = leaves.iter().map(|leaf| leaf.bounds.bounding_box.centre());
@@ -239,7 +238,7 @@ fn split_group(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usi
     }
 }
 
-/// Returns the summed cost of both sides for each split between two bins; `None` if one side is
+/// Returns the summed cost of both sides, for each split between two bins. `None` if one side is
 /// empty.
 fn split_costs(bins: &[Option<LightCluster>; BINS]) -> [Option<f64>; BINS - 1] {
     let join = |a: Option<LightCluster>, b: &Option<LightCluster>| match (a, b) {
@@ -259,8 +258,8 @@ fn split_costs(bins: &[Option<LightCluster>; BINS]) -> [Option<f64>; BINS - 1] {
     })
 }
 
-/// Returns a sort key: an arbitrary but fixed order of lights, so that lights of equal position are
-/// always split the same way.
+/// Returns a sort key that fixes the order of lights at equal positions: such lights are always
+/// split the same way.
 fn sort_key(light: LightId) -> (u8, u32) {
     match light {
         LightId::Delta(i) => (0, i),

@@ -1,9 +1,9 @@
-//! A node of the light tree, with eight children side by side: the importance of each child at a
-//! point is computed in `f32` and without branches, so that the compiler vectorises the loop.
+//! A node of the light tree with eight children. The importance of all children at a point is
+//! computed in `f32` without branches: the compiler vectorises the loop.
 //!
-//! Ranges beyond `f32` are removed when the node is built: positions are relative to the node's
-//! centre in units of its size, and powers are shares of the node's power. Margins cover rounding:
-//! radii and cosines are enlarged, so that no light that may arrive is excluded.
+//! Building a node avoids the limits of the range of `f32`. Positions are relative to the node's
+//! centre in units of its size; powers are fractions of the node's power. Radii and cosines are
+//! enlarged to cover rounding: no light that may arrive is excluded.
 
 use core::f64::consts::PI;
 
@@ -15,54 +15,55 @@ use super::{LightTree, LightTreeChild, ReceivingPoint};
 /// Number of children of a node.
 pub(super) const WIDTH: usize = 8;
 
-/// Bound on the rounding of a cosine in `f32`: some ten roundings of 2⁻²⁴.
+/// Bound on the rounding error of a cosine in `f32`: some ten roundings of 2⁻²⁴.
 const MARGIN: f32 = 4e-6;
-/// Enlargement of the cosine of the angle to a group's axis. With the enlargement, the sine
-/// computed from the cosine never belongs to a greater angle than the true one; without it, that
-/// angle is up to 10⁻³ too great at cosines of ±1.
+/// Added to the cosine of the angle to a child's axis. The sine computed from the enlarged cosine
+/// never belongs to a greater angle than the true angle. Otherwise the angle would be up to 10⁻³
+/// too great near cosines of ±1.
 const SLACK: f32 = 2e-6;
-/// Bound on the rounding of a position, in radii of the node.
+/// Bound on the rounding error of a position, in units of the node's radius.
 const MOVED: f64 = 5e-7;
-/// Least share of a child in the power of its node, so that no product of shares, cosines and
+/// Least fraction of a child's power in the power of its node: no product of fractions, cosines and
 /// distances underflows `f32`.
 const FAINTEST: f64 = 1e-20;
-/// Distance from the node, in radii of the node, from which on the point and the node are scaled
-/// down together, because squared distances would overflow `f32`.
+/// Distance in units of the node's radius from which on point and node are scaled down together:
+/// squared distances would overflow `f32`.
 const FAR: f64 = 1e3;
 
-/// A node of the light tree: eight children, each a light or a node. Missing children have no
+/// A node of the light tree: eight children, each a light or a node. A missing child has zero
 /// power.
 #[derive(Clone, Debug)]
 pub(super) struct LightNode {
     centre: DVec3,
-    /// Inverse of the node's unit of length, which is the radius of the ball around the node's box.
+    /// Inverse of the node's unit of length. The unit is the radius of the ball around the node's
+    /// box.
     inverse: f64,
-    /// Slot of the node in its parent; [`LightTree::TOP`] for the root.
+    /// Slot of the node in its parent, see [`LightTreeChild`]; [`LightTree::TOP`] for the root.
     pub parent: u32,
     pub children: [LightTreeChild; WIDTH],
-    /// Centres of the children's boxes, relative to the node's centre, in the node's unit of
-    /// length.
+    /// Centre of each child's box, relative to the node's centre, in the node's unit of length.
     x: [f32; WIDTH],
     y: [f32; WIDTH],
     z: [f32; WIDTH],
-    /// Radii of the balls around the children's boxes, in the node's unit of length.
+    /// Radius of the ball around each child's box, in the node's unit of length.
     radius: [f32; WIDTH],
-    /// Axes of the children's cones of normals, unit.
+    /// Unit axis of each child's cone of normals.
     axis_x: [f32; WIDTH],
     axis_y: [f32; WIDTH],
     axis_z: [f32; WIDTH],
-    /// Sine, for each child, of the greatest angle between its cone's axis and its normals.
+    /// Sine of the half-angle of each child's cone of normals.
     sin_normals: [f32; WIDTH],
-    /// Cosine, for each child, of the greatest angle between its cone's axis and its normals.
+    /// Cosine of the half-angle of each child's cone of normals.
     cos_normals: [f32; WIDTH],
-    /// Cosine of each child's greatest angle of emission, less [`MARGIN`].
+    /// Cosine of each child's greatest angle between a normal and a direction of emission, less
+    /// [`MARGIN`].
     emission: [f32; WIDTH],
-    /// Power of each child as a share of the node's power, 0 to 1.
+    /// Power of each child as a fraction of the node's power.
     power: [f32; WIDTH],
 }
 
-/// Returns the greater number, or `b` if either is NaN, in a single instruction; `f32::max` takes
-/// several.
+/// Returns the greater number, or `b` if either is NaN. This takes a single instruction; `f32::max`
+/// takes several.
 #[inline(always)]
 fn fast_max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -73,8 +74,8 @@ fn fast_min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// Returns centre and radius of the ball around a group's box. The radius covers the rounding of
-/// the centre far from the origin.
+/// Returns centre and radius of the ball around a group's box. The radius includes the rounding
+/// error of a centre far from the origin.
 fn bounding_sphere(group: &LightCluster) -> (DVec3, f64) {
     let (space, middle) = (
         group.bounds.bounding_box,
@@ -86,10 +87,12 @@ fn bounding_sphere(group: &LightCluster) -> (DVec3, f64) {
     )
 }
 
-/// Returns an approximate mean of the clamped cosines over a ball, from the cosine at its centre
-/// and the greatest cosine: the cosine at the centre, or half of the greatest cosine if the ball
-/// crosses the horizon. The greatest cosine alone would overrate balls at the horizon, which are
-/// lit little or not at all: a third more samples of lights on a ball would contribute nothing.
+/// Returns the approximate mean over a ball of cosines clamped to zero. `middle` is the cosine at
+/// the ball's centre, `greatest` the greatest cosine in the ball. The result is `middle`, or half
+/// of `greatest` for a ball across the horizon.
+///
+/// `greatest` alone would overrate balls at the horizon, which receive little or no light: a third
+/// more samples of lights on a ball would contribute nothing.
 #[inline(always)]
 fn mean_cosine(middle: f32, greatest: f32) -> f32 {
     fast_max(fast_min(fast_max(middle, 0.5 * greatest), 1.0), MARGIN)
@@ -98,8 +101,8 @@ fn mean_cosine(middle: f32, greatest: f32) -> f32 {
 impl LightNode {
     /// Creates a node without children, for the group `whole`.
     pub fn new(whole: &LightCluster, parent: u32) -> Self {
-        /// Lights at one position have no extent; with this least unit, every other position is far
-        /// away.
+        /// Least unit of length. Lights at one position have no extent; with this unit, every other
+        /// position is far away.
         const LEAST: f64 = 1e-150;
         let (centre, radius) = bounding_sphere(whole);
         let none = [0.0; WIDTH];
@@ -122,7 +125,7 @@ impl LightNode {
         }
     }
 
-    /// Sets a child: a group of lights within the node's group `whole`.
+    /// Sets the child in a lane: a group of lights within `whole`, the group of the node.
     pub fn set_child(&mut self, lane: usize, group: &LightCluster, whole: &LightCluster) {
         let LightCluster { bounds, power } = group;
         let (middle, radius) = bounding_sphere(group);
@@ -138,12 +141,13 @@ impl LightNode {
         self.power[lane] = (power / whole.power).max(FAINTEST) as f32;
     }
 
-    /// Returns the approximate contribution of each child at a receiving point; zero only if no
+    /// Returns the approximate contribution of each child at a receiving point. Zero only if no
     /// light of the child can arrive.
     ///
-    /// The least angle at which light of a ball leaves or arrives is the angle at the ball's centre
-    /// less the angular radius of the ball. Its cosine is at most the cosine at the centre plus the
-    /// sine of the angular radius. Both are equal at the horizon, where the cosine is zero.
+    /// Consider the angles at which light leaves and arrives. Their least value over a ball is the
+    /// angle at the ball's centre less the ball's angular radius. The cosine of that least angle is
+    /// at most the cosine at the centre plus the sine of the angular radius. This bound is exact at
+    /// the horizon, where the cosine is zero.
     #[inline(always)]
     pub fn child_importances(&self, receiver: &ReceivingPoint) -> [f32; WIDTH] {
         let across = (receiver.point - self.centre) * self.inverse;
@@ -194,10 +198,10 @@ impl LightNode {
     }
 }
 
-/// Returns the cumulative sums of importances, starting with zero. An importance of zero leaves the
-/// sum unchanged, and so has a probability of zero: pairs and fours are added in an order that
-/// preserves this under rounding. In `f64`, because in `f32` the rounding of the sum would decide
-/// how often faint lights are sampled.
+/// Returns the cumulative sums of importances, starting with zero. A zero importance leaves the sum
+/// unchanged, and so has the probability zero: pairs and fours are added in an order that preserves
+/// this under rounding. Sums are in `f64`: in `f32`, rounding would affect how often faint lights
+/// are sampled.
 #[inline(always)]
 pub(super) fn cumulative_sums(importances: &[f32; WIDTH]) -> [f64; WIDTH + 1] {
     let (mut one, mut two) = ([0.0; WIDTH], [0.0; WIDTH / 2]);
