@@ -23,8 +23,8 @@ impl Aabb {
         max: DVec3::NEG_INFINITY,
     };
 
-    /// Creates the smallest box around points. If any coordinate is NaN, all six bounds are NaN: a
-    /// box that ignored the NaN could be too small without notice.
+    /// Creates the smallest box around points. If any coordinate is NaN, all six bounds are NaN. A
+    /// box that ignored the NaN might not contain its primitive.
     pub fn from_points(points: impl IntoIterator<Item = DVec3>) -> Self {
         let (mut min, mut max, mut is_number) = (Self::EMPTY.min, Self::EMPTY.max, true);
         // One comparison per bound: `min` and `max` of floats would also check for NaN.
@@ -110,12 +110,13 @@ impl Aabb {
         })
     }
 
-    /// Converts to the f32 box for box tests. It is grown on each side by 2⁻²³ of the greatest
-    /// extent and by four times 2⁻²³ of the bound itself, which exceeds the rounding to f32. In
-    /// measurements this padding was enough for a watertight triangle test. The padding also gives
-    /// flat boxes a thickness. Without thickness, builders that sort boxes by Morton codes
-    /// degenerate on closed rooms. Returns `None` for an empty box, and if a bound is not a finite
-    /// f32: no tree can hold such a primitive.
+    /// Converts to the f32 box for box tests; `None` for an empty box, or if a bound is not a
+    /// finite f32. No tree can hold a primitive without such a box.
+    ///
+    /// Each side is moved outwards by 2⁻²³ of the greatest extent, plus 2⁻²¹ of the bound's
+    /// absolute value. The second term exceeds the rounding to f32. In measurements this padding
+    /// was enough for a watertight triangle test. It also gives flat boxes a thickness: builders
+    /// that sort boxes by Morton codes degenerate on closed rooms of flat boxes.
     pub fn to_padded(&self) -> Option<PaddedBox> {
         if self.is_empty() {
             return None;
@@ -133,7 +134,7 @@ impl Aabb {
     }
 }
 
-/// Bounding sphere of boxes, three percent larger than needed.
+/// Bounding sphere of boxes. Its radius is three percent greater than needed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BoundingSphere {
     pub centre: [f32; 3],
@@ -141,7 +142,8 @@ pub(crate) struct BoundingSphere {
 }
 
 impl BoundingSphere {
-    /// Creates a sphere around `centre` that contains all boxes, with the margin of three percent.
+    /// Creates the sphere around `centre` that contains all boxes, with a margin of three percent
+    /// of the radius.
     pub fn new(centre: DVec3, boxes: &[PaddedBox]) -> Self {
         let farthest = |bounds: &PaddedBox| {
             (bounds.max.as_dvec3() - centre)

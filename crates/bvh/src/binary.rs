@@ -4,21 +4,22 @@ use core::ops::Range;
 
 use crate::aabb::PaddedBox;
 
-/// A binary tree. Siblings are adjacent and come after their parent. Leaves refer to ranges of
-/// `order`.
+/// A binary tree over boxes. The two children of a node are adjacent in `nodes` and come after it.
+/// Each leaf contains a range of `order`.
 pub(crate) struct BinaryTree {
     /// All nodes, the root first.
     pub nodes: Vec<BinaryNode>,
     /// Indices of the input boxes, leaf by leaf.
     pub order: Vec<u32>,
-    /// Ranges of nodes that threads process independently: each range contains the children of its
-    /// inner nodes. The ranges are adjacent, at the end of `nodes`. May be empty.
+    /// Ranges of node indices, one for each parallel task. The children of each inner node in a
+    /// range are in the same range. The ranges are adjacent and end at the last node. Empty for a
+    /// small tree.
     pub parts: Vec<Range<usize>>,
 }
 
 impl BinaryTree {
-    /// Creates the tree from nodes in any order, with the root first and siblings adjacent. Leaves
-    /// must have boxes. The boxes of inner nodes are computed.
+    /// Creates the tree from nodes in any order, with the root first and the two children of a node
+    /// adjacent. Leaves must have boxes. The boxes of inner nodes are computed from them.
     pub fn from_unsorted(nodes: &[BinaryNode], order: Vec<u32>) -> Self {
         /// Number of parts into which a tree of at least `MANY` nodes is divided for threads. A
         /// smaller tree has no parts.
@@ -68,9 +69,9 @@ impl BinaryTree {
     }
 }
 
-/// Copies the top of a tree level by level, from the root until `maximum` copied nodes have no
-/// copied children yet. Returns the copies, and the index of the first node without copied
-/// children.
+/// Copies the top of a tree breadth-first. Stops when the children of `maximum` copied nodes are
+/// not copied yet. Returns the copies, and the index of the first copy whose children are not
+/// copied.
 fn copy_top_levels(nodes: &[BinaryNode], maximum: usize) -> (Vec<BinaryNode>, usize) {
     let (mut sorted, mut next) = (Vec::with_capacity(nodes.len()), 0);
     sorted.extend(nodes.first());

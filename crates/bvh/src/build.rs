@@ -52,28 +52,27 @@ impl BuildQuality {
 /// Deterministic measure of the cost of a build, for tests that can't measure time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildWork {
-    /// Number of boxes visited by sorting, clustering, reinsertion and median splits. For
-    /// clustering the number is a lower bound of the work.
+    /// Number of boxes visited by sorting, clustering, reinsertion and median splits, a box once
+    /// for each visit. Clustering contributes a lower bound.
     pub boxes_visited: u64,
     /// Number of levels of the tree, including the root.
     pub depth: u32,
 }
 
-/// An accelerator over boxes, whose leaves have no primitives yet.
+/// An accelerator over boxes, before the primitives are stored in its leaves.
 pub(crate) struct BoxTree {
     pub bvh: Bvh8,
-    /// Index of the box at each position of the accelerator; `None` if positions are in the order
-    /// of the boxes.
+    /// Index of the input box at each position in leaf order; `None` if both orders are equal.
     pub order: Option<Vec<u32>>,
-    /// Cost of the build; `None` for a scan.
+    /// Cost of the build; `None` for a linear scan.
     pub work: Option<BuildWork>,
-    /// Number of spheres at the first positions. Every query tests them, in rows of eight, before
-    /// it visits nodes.
+    /// Number of spheres that are outside the tree, at the first positions. Every query tests these
+    /// spheres, in rows of eight, before it visits nodes.
     pub spheres: usize,
 }
 
 impl BoxTree {
-    /// Creates a linear scan over `places` primitives.
+    /// Creates a linear scan over `places` primitives, in the order of their boxes.
     pub fn new_linear_scan(places: usize, work: Option<BuildWork>) -> Self {
         Self {
             bvh: Bvh8::new_without_nodes(0, 0, places),
@@ -95,8 +94,8 @@ pub(crate) enum LeafKind {
 }
 
 impl LeafKind {
-    /// Returns the greatest number of primitives for which a subtree always becomes a single leaf.
-    /// Dividing it into smaller leaves would cost memory and save hardly any time.
+    /// Returns the number of primitives of this kind up to which a subtree always becomes a single
+    /// leaf. Smaller leaves would cost memory and save hardly any time.
     pub fn max_shared_leaf_size(self) -> usize {
         match self {
             Self::None => 1,
@@ -105,9 +104,9 @@ impl LeafKind {
         }
     }
 
-    /// Greatest number of primitives in a subtree that becomes one leaf of the binary tree, if all
-    /// primitives of the set are of this kind. Larger leaves of spheres are then split into full
-    /// leaves of eight, which saves memory.
+    /// Returns the greatest number of primitives in a leaf from clustering, for a set whose
+    /// primitives are all of this kind. Leaves of more than eight spheres are then split at
+    /// multiples of eight. This gives full rows of eight, which saves memory.
     fn max_collapsed_leaf_size(self) -> usize {
         if self == Self::Spheres {
             4 * WIDTH
@@ -117,14 +116,14 @@ impl LeafKind {
     }
 }
 
-/// Function that returns the leaf kind of the primitive with a given box index.
+/// Function that returns the leaf kind of a primitive, given the index of its box.
 pub(crate) type LeafKindLookup<'a> = &'a (dyn Fn(u32) -> LeafKind + Sync);
 
-/// Function that returns whether to cancel the build. It is polled between passes.
+/// Function that returns whether the build is to be cancelled. The builder calls it between passes.
 pub(crate) type StopCheck<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// Builds the tree over at least two boxes; `kind` returns the leaf kind of a box. Returns `None`
-/// if `stop` cancelled the build.
+/// Builds the tree over at least two boxes. `kind` returns the leaf kind of a box index. Returns
+/// `None` if `stop` cancelled the build.
 pub(crate) fn build_box_tree(
     boxes: &[PaddedBox],
     quality: BuildQuality,
@@ -150,8 +149,8 @@ pub(crate) fn build_box_tree(
     Some(BoxTree::new_linear_scan(boxes.len(), Some(work)))
 }
 
-/// Builds the binary tree over the boxes. Returns the tree and the number of visited boxes. Without
-/// a quality the tree is built by median splits alone.
+/// Builds the binary tree over the boxes: by clustering, or by median splits alone if `quality` is
+/// `None`. Returns the tree and the number of visited boxes; `None` if `stop` cancelled the build.
 fn build_binary_tree(
     boxes: &[PaddedBox],
     quality: Option<BuildQuality>,

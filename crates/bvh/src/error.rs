@@ -21,12 +21,12 @@ pub enum GeometryError {
         "at some time between its start and its end the moving transform has no inverse, or is too close to having none (half a turn, for example, flattens the object halfway); bring the two ends closer together"
     )]
     SingularDuringMotion,
-    /// A part that itself holds instances: only two levels are supported.
+    /// A geometry with instances, added as a part: only two levels are supported.
     #[error(
         "a geometry that contains instances can't be placed by a further instance: only two levels are supported; place its contents directly"
     )]
     NestedInstance,
-    /// An instance of a part that is not in the set.
+    /// An instance whose part is not in the set.
     #[error(
         "the instance refers to a part that was never added to the set; add the part with `add_part` first"
     )]
@@ -38,8 +38,9 @@ pub enum GeometryError {
     TooManyPrimitives,
 }
 
-/// Returns an error for a box that no tree can hold. An unbounded primitive (`None`) and an empty
-/// box are accepted.
+/// Checks that a tree can hold the box of a primitive. Returns the box unchanged, or
+/// [`GeometryError::NotFinite`] for a box with a bound that no finite f32 represents. An unbounded
+/// primitive (`None`) and an empty box are accepted.
 pub(crate) fn check_bounds(bounds: Option<Aabb>) -> Result<Option<Aabb>, GeometryError> {
     let refused = bounds.is_some_and(|b| b != Aabb::EMPTY && b.to_padded().is_none());
     if refused {

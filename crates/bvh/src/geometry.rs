@@ -21,14 +21,16 @@ use crate::slot::{PrimitiveKind, PrimitiveSlot};
 #[derive(Clone, Debug)]
 #[doc(alias("RTCScene", "BVHAggregate", "Aggregate"))]
 pub struct Geometry<R: Real> {
-    /// The primitives. Their slots (records) are sorted: first unbounded primitives, which every
-    /// query tests; then bounded primitives in the accelerator's order; then instances of empty
-    /// geometries, which no query tests.
+    /// The primitives. Their slots (the records of the primitives) are sorted into three groups:
+    ///
+    /// - unbounded primitives, which every query tests;
+    /// - bounded primitives, in the accelerator's order;
+    /// - instances of empty geometries, which no query tests.
     pub(crate) primitives: PrimitiveSet<R>,
-    /// Number of unbounded primitives, at the first slots.
+    /// Number of unbounded primitives. Their slots come first.
     pub(crate) unbounded: usize,
-    /// Number of planes among the unbounded primitives, at the first slots. The accelerator tests
-    /// planes in rows of eight.
+    /// Number of planes that are tested in rows of eight. Their slots come first among the
+    /// unbounded primitives.
     pub(crate) planes: usize,
     /// Accelerator over the bounded primitives. For a linear scan it has no nodes.
     pub(crate) bvh: Bvh8,
@@ -43,7 +45,7 @@ pub struct Geometry<R: Real> {
     pub(crate) sphere: BoundingSphere,
 }
 
-/// Slots of the primitives, sorted by whether a tree can hold the primitive.
+/// Slots of the primitives, divided by how queries test the primitive.
 struct PrimitivePartition {
     /// Slots of unbounded primitives, which every query tests.
     unbounded: Vec<PrimitiveSlot>,
@@ -57,9 +59,9 @@ struct PrimitivePartition {
 }
 
 impl PrimitivePartition {
-    /// Sorts the slots of a set. An instance of an empty geometry has an empty box and is never
-    /// tested. A primitive whose box no tree can hold is tested by every query, so that it does not
-    /// disappear silently.
+    /// Divides the slots of a set into bounded, unbounded and untested ones, and computes the
+    /// boxes. An instance of an empty geometry is untested. A primitive whose box no tree can hold
+    /// counts as unbounded, so every query tests it and it does not disappear silently.
     fn new<R: Real>(group: &mut PrimitiveSet<R>) -> Self {
         let all = take(&mut group.slots);
         let mut boxes = filled_huge_page_vec(all.len(), PaddedBox::EMPTY);
@@ -131,8 +133,9 @@ impl PrimitivePartition {
     }
 }
 
-/// Returns the numbers of spheres, triangles and other primitives if they are so few that nodes
-/// would cost more than they save; otherwise `None`. At most `few` primitives never make a tree.
+/// Returns the numbers of spheres, triangles and other primitives, if the set is so small that
+/// nodes would cost more than they save; otherwise `None`. A set of at most `few` primitives is
+/// always small. For primitives stored in f64, all count as other primitives.
 fn count_primitives_of_small_set<R: Real>(
     bounded: &[PrimitiveSlot],
     few: usize,
@@ -149,7 +152,8 @@ fn count_primitives_of_small_set<R: Real>(
 }
 
 /// Builds the accelerator over the bounded primitives; `None` if `stop` cancelled the build. In a
-/// set too small for nodes, the slots are sorted by kind instead.
+/// set too small for nodes, the slots in `bounded` are sorted by kind instead: spheres, triangles,
+/// others. `few` is the parameter of [`count_primitives_of_small_set`].
 fn build_accelerator<R: Real>(
     group: &PrimitiveSet<R>,
     kind: AcceleratorKind,
@@ -188,18 +192,17 @@ fn build_accelerator<R: Real>(
 }
 
 impl<R: Real> Geometry<R> {
-    /// Builds the accelerator of a primitive set. Every primitive was checked when it was added, so
-    /// the build can't fail.
+    /// Builds the accelerator of a primitive set. The build can't fail, since every primitive was
+    /// checked when it was added.
     ///
-    /// # Panics
-    /// Never: nothing cancels the build.
+    /// # Panics Never: nothing cancels the build.
     pub fn new(group: PrimitiveSet<R>, kind: AcceleratorKind) -> Self {
         Self::build_cancellable(group, kind, &|| false).expect("nothing cancels the build")
     }
 
-    /// Builds the accelerator as [`Self::new`]; `None` if `stop` cancelled the build by returning
-    /// true. `stop` is polled between the passes of a build, from any thread of the pool. A pass
-    /// over up to a quarter of a million boxes is not interrupted.
+    /// Builds the accelerator as [`Self::new`]; `None` if `stop` returned true and so cancelled the
+    /// build. Any thread of the pool may call `stop`, between two passes of the build. A pass over
+    /// at most a quarter of a million boxes is not interrupted.
     pub fn build_cancellable(
         mut group: PrimitiveSet<R>,
         kind: AcceleratorKind,
@@ -296,8 +299,8 @@ impl<R: Real> Geometry<R> {
         self.primitives.memory_bytes() + self.bvh.memory_bytes()
     }
 
-    /// Returns the triangle with the given index, from the tree or, for a geometry without one,
-    /// from the set's array.
+    /// Returns the triangle with the given index: from the tree if the tree stores the triangles,
+    /// otherwise from the set's array.
     #[inline(always)]
     pub(crate) fn triangle(&self, index: usize) -> Triangle<R> {
         if R::IS_SINGLE && self.bvh.has_triangle_blocks() {
@@ -312,8 +315,8 @@ impl<R: Real> Geometry<R> {
         self.primitives.triangles[index]
     }
 
-    /// Returns the tree if it is traversed in SIMD lanes by rays stored in f32; `None` if all
-    /// primitives are tested one by one or stored in f64.
+    /// Returns the tree if SIMD kernels can traverse it; `None` for a linear scan and for
+    /// primitives stored in f64.
     #[inline(always)]
     pub(crate) fn simd_tree(&self) -> Option<&Bvh8> {
         (R::IS_SINGLE && self.bvh.single_primitive_positions().is_none()).then_some(&self.bvh)
@@ -324,9 +327,9 @@ impl<R: Real> Geometry<R> {
         self.work.map(|_| self.bvh.kernel())
     }
 
-    /// Selects the kernel of this geometry and of its instanced geometries, for comparisons: hits
-    /// do not depend on the kernel. A kernel that the processor can't run is replaced by
-    /// [`Kernel::Portable`].
+    /// Selects the kernel of this geometry and of its instanced geometries, for comparisons. Hits
+    /// do not depend on the kernel. If the processor can't run `kernel`, [`Kernel::Portable`] is
+    /// selected.
     pub fn set_kernel(&mut self, kernel: Kernel) {
         self.bvh.set_kernel(kernel);
         self.primitives

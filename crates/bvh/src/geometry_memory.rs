@@ -8,8 +8,8 @@ use crate::primitive_set::{PrimitiveSet, max_scan_size};
 use crate::scalar::Real;
 use crate::shapes::{AnyShape, Plane, Shape, Sphere, TransformedShape, Triangle};
 
-/// Numbers of primitives by the array of a [`PrimitiveSet`] that will store them, for an estimate
-/// of the geometry's memory.
+/// Numbers of primitives, for an estimate of a geometry's memory. Each number counts the primitives
+/// in one array of a [`PrimitiveSet`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GeometryMemory {
     /// Number of spheres without a transform.
@@ -39,8 +39,8 @@ impl GeometryMemory {
         }
     }
 
-    /// Adds `count` shapes of the kind of `shape`, each with a transform if `mapped`. The shapes
-    /// may differ in position.
+    /// Adds `count` shapes of the kind of `shape`. All are unbounded if `shape` is. `mapped` is
+    /// whether each of them has a transform.
     pub fn add_shapes<R: Real>(&mut self, shape: &AnyShape<R>, mapped: bool, count: u64) {
         let kind = match shape {
             _ if mapped => &mut self.transformed_shapes,
@@ -73,10 +73,10 @@ impl GeometryMemory {
         self.primitive_count() == 0
     }
 
-    /// Upper bound of [`Geometry::memory_bytes`](crate::Geometry::memory_bytes) for a geometry of
-    /// these primitives. The bound is below three times the true number of bytes plus a few
-    /// kilobytes, or below five times if triangles and other primitives are interspersed. Only the
-    /// number of nodes and the fill of triangle blocks are uncertain.
+    /// Returns an upper bound of [`Geometry::memory_bytes`](crate::Geometry::memory_bytes) for a
+    /// geometry of these primitives. The uncertain terms are the number of nodes and the fill of
+    /// triangle blocks. The bound is below m times the true number of bytes, plus a few kilobytes.
+    /// If triangles and other primitives are interspersed, m is five, otherwise three.
     pub fn max_geometry_bytes<R: Real>(&self, kind: AcceleratorKind) -> u64 {
         let bounded = self.primitive_count().saturating_sub(self.unbounded);
         let few = max_scan_size(self.primitive_count() == self.spheres.saturating_add(self.planes));
@@ -106,8 +106,8 @@ impl GeometryMemory {
             .saturating_add(tree)
     }
 
-    /// Bytes of the primitives, without the accelerator. In an eight-wide tree triangles count as
-    /// zero, since the tree's leaves store them.
+    /// Bytes of the primitives, without the accelerator. `wide` is whether an eight-wide tree
+    /// stores the triangles: these then count as zero here.
     fn primitive_bytes<R: Real>(&self, wide: bool) -> u64 {
         let each = [
             (self.primitive_count(), PrimitiveSet::<R>::SLOT_BYTES),

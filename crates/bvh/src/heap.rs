@@ -1,6 +1,6 @@
 //! A global allocator that counts the bytes that the program holds, and limits them. An allocation
-//! beyond the limit that no code checks, in this project or in another crate, reaches a handler
-//! that can print a message, instead of an abort.
+//! may be refused where no code checks for failure, in this project or in another crate. The
+//! allocator then calls a handler, which can print a message before the program ends.
 #![expect(
     unsafe_code,
     reason = "the allocator trait is unsafe; every call passes its arguments unchanged to the system allocator"
@@ -21,12 +21,13 @@ pub struct CountingHeap;
 static HELD_BYTES: AtomicUsize = AtomicUsize::new(0);
 static LIMIT: AtomicUsize = AtomicUsize::new(usize::MAX);
 
-/// Handler that ends the program after a refused allocation that no code checks.
+/// Handler that ends the program. It is called for a refused allocation outside
+/// [`allocate_fallibly`].
 static REFUSAL_HANDLER: OnceLock<fn(AllocationRefusal) -> !> = OnceLock::new();
 
 thread_local! {
-    /// Whether the current code of the thread checks for failed allocations. It is also set while
-    /// the handler runs.
+    /// Whether this thread is running code of [`allocate_fallibly`], or the refusal handler. A
+    /// refused allocation then returns null.
     static FALLIBLE: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -42,7 +43,8 @@ pub enum AllocationRefusal {
     },
 }
 
-/// Limits the program to `bytes` more than it holds now; `None` removes the limit.
+/// Sets the limit of the program's memory to `bytes` more than the program holds now; `None`
+/// removes the limit.
 pub fn limit_heap(bytes: Option<u64>) {
     let more = bytes.map_or(usize::MAX, |bytes| {
         usize::try_from(bytes).unwrap_or(usize::MAX)
@@ -53,15 +55,16 @@ pub fn limit_heap(bytes: Option<u64>) {
     );
 }
 
-/// Sets the handler for refused allocations that no code checks. Later calls have no effect.
-/// Without a handler the program aborts. Allocations of the handler itself have no limit.
+/// Sets the handler for refused allocations outside [`allocate_fallibly`]. Only the first call has
+/// an effect. Without a handler the program aborts. Allocations of the handler itself have no
+/// limit.
 pub fn set_heap_refusal_handler(end: fn(AllocationRefusal) -> !) {
     // Only the first handler is kept.
     let _ = REFUSAL_HANDLER.set(end);
 }
 
-/// Runs code that checks for failed allocations. A refusal is then returned to the code, instead of
-/// to the handler of [`set_heap_refusal_handler`].
+/// Runs code that checks for failed allocations itself, such as by `try_reserve`. Within it a
+/// refused allocation returns null, and the handler of [`set_heap_refusal_handler`] is not called.
 pub fn allocate_fallibly<T>(allocate: impl FnOnce() -> T) -> T {
     let before = FALLIBLE.replace(true);
     let out = allocate();
@@ -69,7 +72,7 @@ pub fn allocate_fallibly<T>(allocate: impl FnOnce() -> T) -> T {
     out
 }
 
-/// Adds `bytes` to the count of held bytes if the limit allows. Returns whether it did.
+/// Adds `bytes` to the count of held bytes, if the sum is within the limit. Returns whether it is.
 fn claim_bytes(bytes: usize) -> bool {
     let before = HELD_BYTES.fetch_add(bytes, Ordering::Relaxed);
     let is_allowed = before.saturating_add(bytes) <= LIMIT.load(Ordering::Relaxed);
@@ -84,7 +87,8 @@ fn release_bytes(bytes: usize) {
     HELD_BYTES.fetch_sub(bytes, Ordering::Relaxed);
 }
 
-/// Ends the program by the handler, or returns null to code that checks for failed allocations.
+/// Calls the refusal handler, which ends the program. Returns null in code of
+/// [`allocate_fallibly`], or without a handler.
 fn refuse_allocation(refusal: AllocationRefusal) -> *mut u8 {
     // The thread-local variable of an ending thread no longer exists.
     let is_fallible = FALLIBLE
@@ -98,7 +102,8 @@ fn refuse_allocation(refusal: AllocationRefusal) -> *mut u8 {
     core::ptr::null_mut()
 }
 
-/// Calls the system allocator, which takes `bytes` more than before, if the limit allows.
+/// Runs `allocate`, a call of the system allocator that adds `bytes` to the held bytes, if the
+/// limit allows.
 fn allocate_counted(bytes: usize, allocate: impl FnOnce() -> *mut u8) -> *mut u8 {
     if !claim_bytes(bytes) {
         return refuse_allocation(AllocationRefusal::Limit);

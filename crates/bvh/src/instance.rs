@@ -9,18 +9,18 @@ use crate::shapes::{Transform, transform_bounds};
 /// Motion index of an instance at rest, beyond the end of any list of motions.
 const NO_MOTION: u32 = u32::MAX;
 
-/// An instance: a geometry that is placed in the world by an affine map. The geometry is one of the
-/// parts of a primitive set.
+/// An instance: one of the parts of a primitive set, placed in the world by an affine map. A part
+/// is a geometry of its own.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Instance {
-    /// World-to-object map for box tests. It comes first in the struct, so that most rays read only
-    /// one cache line.
+    /// World-to-object map for box tests. It is the first field, so that most rays read only one
+    /// cache line of the instance.
     pub to_object: ApproximateInverse,
     /// Index of the instanced geometry among the set's parts.
     pub part: u32,
-    /// Index of the instance's motion; `NO_MOTION` for an instance at rest. The field fills
-    /// padding, so it costs no memory.
+    /// Index of the instance's motion; `NO_MOTION` for an instance at rest. The field occupies
+    /// alignment padding, so it costs no memory.
     pub motion: u32,
     /// Object-to-world map; for a moving instance, the map at time 0.
     pub transform: Transform,
@@ -52,9 +52,9 @@ impl Instance {
         })
     }
 
-    /// Creates a moving instance, from the first map at time 0 to the second map at time 1. Each
-    /// point moves along the segment between its ends. So the union of the boxes at both ends
-    /// contains the instance at every time, and no smaller box does.
+    /// Creates a moving instance, whose map is interpolated from the first map at time 0 to the
+    /// second at time 1. Each point moves along a line segment. So the union of the boxes at both
+    /// times is the smallest box that contains the instance at every time.
     pub fn new_moving(
         part: u32,
         bounds: Option<Aabb>,
@@ -75,8 +75,9 @@ impl Instance {
         })
     }
 
-    /// Tightens the box of the instance for a tree: intersects it with the box of the part's mapped
-    /// bounding sphere. The box around a rotated box is larger than its contents need.
+    /// Returns the intersection of the instance's world-space box `bounds` with the box around the
+    /// part's mapped bounding sphere. For a rotated part the sphere's box may be smaller. A moving
+    /// instance keeps `bounds`.
     pub fn tighten_bounds(&self, bounds: Aabb, sphere: &BoundingSphere) -> Aabb {
         if bounds.is_empty() || self.motion != NO_MOTION {
             return bounds;
@@ -92,31 +93,39 @@ impl Instance {
 pub(crate) struct ApproximateInverse {
     /// Columns of the world-to-object matrix.
     columns: [[f32; 3]; 3],
-    /// Translation, which is subtracted from a point first.
+    /// Translation of the object-to-world map. A point is mapped as its offset from this
+    /// translation.
     translation: [f32; 3],
-    /// Rounding error of the stored translation, subtracted from the point next.
+    /// Rounding error of the stored translation, subtracted from that offset.
     translation_error: [f32; 3],
-    /// Error bound of each component of a mapped vector, as a fraction of the sum of the absolute
-    /// components before the map. A point is mapped as its offset from the translation.
+    /// Error bound of a mapped vector, per component, divided by the sum of the absolute components
+    /// of the vector before the map.
     error: f32,
 }
 
 impl ApproximateInverse {
-    /// Map without a valid inverse: every result is NaN, so the ray is mapped in f64 instead.
+    /// Result for a transform that f32 can't represent. Every mapped ray is NaN, so the caller maps
+    /// the ray in f64 instead.
     const NONE: Self = Self {
         columns: [[f32::NAN; 3]; 3],
         translation: [0.0; 3],
         translation_error: [0.0; 3],
         error: f32::NAN,
     };
-    /// Accepted range of the greatest entry of the inverse. In this range, products of entries and
-    /// coordinates keep full precision. The upper end also bounds the translation.
+    /// Range of the inverse's greatest entry in which this map is used. Within it, products of
+    /// entries and coordinates keep full precision. The upper end also limits the translation.
     const SIZES: [f64; 2] = [1e-12, 1e12];
 
-    /// Creates the map. Its relative errors, with u = 2⁻²⁴, are: u for a rounded entry, 2 u for the
-    /// difference from the translation, 3 u for products and their sums, and 2 u for the ray made
-    /// from these results. A factor of 1.5 covers the error that remains after the translation was
-    /// rounded twice.
+    /// Creates the map, or [`Self::NONE`] outside the range [`Self::SIZES`]. With u = 2⁻²⁴, the
+    /// relative error of a mapped ray has these terms:
+    ///
+    /// - u for a rounded entry,
+    /// - 2 u for the difference from the translation,
+    /// - 3 u for products and their sums,
+    /// - 2 u for later computations with the ray.
+    ///
+    /// Their sum of 8 u is multiplied by 1.5. This factor covers the rounding of the translation,
+    /// which is stored in two parts.
     fn new(transform: &Transform) -> Self {
         let (inverse, translation) = (transform.inverse, transform.to_world.translation);
         let columns = [inverse.x_axis, inverse.y_axis, inverse.z_axis];
@@ -137,8 +146,8 @@ impl ApproximateInverse {
         }
     }
 
-    /// Maps a world-space ray, exact in f32, to object space. Returns the ray, and the error bounds
-    /// of a component of its origin and of a component of its direction.
+    /// Maps a world-space ray, exact in f32, to object space. Returns the mapped origin and
+    /// direction, and an error bound of each: the greatest error of a component.
     #[inline(always)]
     pub fn map_ray(&self, origin: [f32; 3], direction: [f32; 3]) -> ([[f32; 3]; 2], [f32; 2]) {
         let ([x, y, z], [a, b, c], [i, j, k]) =

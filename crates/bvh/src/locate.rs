@@ -16,8 +16,8 @@ use crate::slot::PrimitiveKind;
 const LANES: usize = 8;
 
 impl<R: Real> Geometry<R> {
-    /// Computes the surface point of a hit in f64. The hit must come from a query of this geometry
-    /// with the same ray.
+    /// Computes the surface point of a hit in f64. `hit` must be the result of a query of this
+    /// geometry with `ray`.
     #[inline]
     pub fn surface_point(&self, ray: &Ray<R>, hit: &Hit<R>) -> SurfacePoint {
         // Spheres and planes are inlined here, so that the parts of the prepared ray that they do
@@ -37,16 +37,16 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    /// Computes the surface at a hit that this geometry returned for the same ray, in the stored
-    /// scalar.
+    /// Computes the surface at a hit in the stored scalar. `hit` must be the result of a query of
+    /// this geometry with `ray`.
     #[inline]
     pub fn surface(&self, ray: &Ray<R>, hit: &Hit<R>) -> Surface<R> {
         self.surface_point(ray, hit).to_scalar()
     }
 
-    /// Computes the surfaces at many hits, as [`Self::surface`]. It is faster, since eight
-    /// triangles are evaluated at a time. `out` receives each surface with the hit's index in the
-    /// list, in any order.
+    /// Computes the surfaces at many hits, each as [`Self::surface`]. Eight triangles are evaluated
+    /// at a time, which is faster. `out` is called for each hit in any order, with the index of the
+    /// hit in `hits` and its surface.
     #[inline]
     pub fn surfaces<'a>(
         &self,
@@ -68,7 +68,8 @@ impl<R: Real> Geometry<R> {
         pending_hits.flush_surfaces(&mut out);
     }
 
-    /// Computes the texture coordinates at a hit that this geometry returned for the same ray.
+    /// Computes the texture coordinates at a hit. `hit` must be the result of a query of this
+    /// geometry with `ray`.
     #[inline]
     pub fn texture_coordinates(&self, ray: &Ray<R>, hit: &Hit<R>) -> TextureCoordinates<R> {
         self.texture_coordinates_in_slot(&self.prepare_ray(*ray), to_shape_hit(hit), hit.slots)
@@ -80,9 +81,9 @@ impl<R: Real> Geometry<R> {
         self.triangle_corners_in_slot(ray.time.to_f64(), hit.slots)
     }
 
-    /// Maps a normal from the space of the hit instance to the world at the ray's time, without
-    /// normalising it. Shading uses it for the normals of a mesh under a moving instance. For a hit
-    /// outside any instance the normal is returned unchanged.
+    /// Maps a normal from the space of the hit instance to the world, at the ray's time. The result
+    /// is not normalised. For a hit outside any instance the normal is returned unchanged. Shading
+    /// uses this function for the normals of a mesh under a moving instance.
     pub fn normal_to_world(&self, ray: &Ray<R>, hit: &Hit<R>, normal: R::Vec3) -> R::Vec3 {
         let (group, slot) = (
             &self.primitives,
@@ -101,9 +102,9 @@ impl<R: Real> Geometry<R> {
     }
 
     /// Computes the surface point of a hit by a ray in this geometry's own space. `slot` is the
-    /// index of the hit primitive's slot. If the primitive is an instance, `inner` is the index of
-    /// a slot in the instanced geometry. `transform_chain` holds the maps from this geometry's
-    /// space to the world.
+    /// index of the hit primitive's slot (its record in the set). If that primitive is an instance,
+    /// `inner` is a slot index in the instanced geometry. `transform_chain` holds the maps from
+    /// this geometry's space to the world.
     #[inline(never)]
     fn locate_surface_point_in_slot(
         &self,
@@ -179,8 +180,8 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    /// Computes the texture coordinates of a hit by its slots, for a ray in this geometry's own
-    /// space.
+    /// Computes the texture coordinates of a hit for a ray in this geometry's own space. `slot` and
+    /// `inner` identify the primitive as in [`Self::locate_surface_point_in_slot`].
     fn texture_coordinates_in_slot(
         &self,
         prepared_ray: &PreparedRay,
@@ -251,7 +252,7 @@ impl<R: Real> TriangleHitLanes<R> {
         (self.weights[0][lane], self.weights[1][lane]) = (hit.u, hit.v);
     }
 
-    /// Passes the surfaces of all collected hits to `out` and clears the list.
+    /// Passes the surfaces of all collected hits to `out`, then clears the collection.
     #[inline(always)]
     fn flush_surfaces(&mut self, out: &mut impl FnMut(usize, Surface<R>)) {
         if self.len == 0 {
@@ -303,9 +304,9 @@ impl<R: Real> TriangleHitLanes<R> {
     }
 }
 
-/// Surfaces of eight triangles, rounded to the stored scalar. A surface is valid only if
-/// `is_inside` is set: the point is not near an edge of its triangle. The caller evaluates the
-/// other points one by one.
+/// Surfaces of eight triangle hits, rounded to the stored scalar, one in each lane. A lane is valid
+/// only if its `is_inside` is set: the hit point is not near an edge. The caller evaluates the
+/// other hits one by one.
 struct LocatedTriangles<R> {
     point: [[R; LANES]; 3],
     normal: [[R; LANES]; 3],

@@ -9,8 +9,8 @@ use core::ops::{Add, Div, Mul, Sub};
 
 use glam::{DVec4, Vec4};
 
-/// Vector of four scalars for arithmetic in parallel: glam's vector, in SIMD registers where glam
-/// has them for the scalar, and one by one elsewhere.
+/// Vector of four scalars for parallel arithmetic: the glam type for the scalar. glam uses SIMD
+/// registers where it supports them for that scalar.
 pub trait FourLanes<R>:
     Copy
     + From<[R; 4]>

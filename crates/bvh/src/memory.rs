@@ -7,13 +7,13 @@
 
 use core::mem::MaybeUninit;
 
-/// Least size, in bytes, of an array on huge pages. It is two huge pages, since an array rarely
-/// starts at a page boundary.
+/// Least size, in bytes, of an array on huge pages: two pages, since an array rarely starts at a
+/// page boundary.
 const MIN_BYTES: usize = 4 << 20;
 
-/// Creates an empty `Vec` with the given capacity, on huge pages if it is large and the system
-/// supports them. It suits data that is written once and read at random. Without system support it
-/// is an ordinary `Vec`.
+/// Creates an empty `Vec` with the given capacity. If it is large, the system is advised to use
+/// huge pages. Such memory suits data that is written once and read at random. On a system without
+/// huge pages it is an ordinary `Vec`.
 pub fn huge_page_vec<T>(capacity: usize) -> Vec<T> {
     let mut list = Vec::with_capacity(capacity);
     advise_huge_pages(list.spare_capacity_mut());
@@ -35,7 +35,7 @@ fn advise_huge_pages<T>(room: &mut [MaybeUninit<T>]) {
     #[cfg(target_os = "linux")]
     {
         use rustix::mm::{Advice, madvise};
-        /// Size of a huge page. Multiples of this size are aligned for smaller huge pages too.
+        /// Size of a huge page. An address aligned to it is aligned for smaller huge pages too.
         const PAGE: usize = 2 << 20;
         let start = room.as_mut_ptr().cast::<u8>();
         let before = start.align_offset(PAGE);

@@ -1,4 +1,5 @@
-//! Motion of an instance: its map at a time, and a proof that the map stays invertible.
+//! Motion of an instance: its map at a given time, and a proof that the map has an inverse at every
+//! time.
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -6,7 +7,7 @@ use crate::error::GeometryError;
 use crate::math::double_double::DoubleDouble;
 use crate::shapes::Transform;
 
-/// An affine map that moves from time 0 to time 1, interpolated linearly in each entry.
+/// An affine map that changes from time 0 to time 1. Each matrix entry is interpolated linearly.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
     ends: [DAffine3; 2],
@@ -16,9 +17,10 @@ impl Motion {
     /// Creates the motion between two invertible maps.
     ///
     /// # Errors
-    /// [`GeometryError::SingularDuringMotion`] if the map is singular, or can't be proven
-    /// invertible, at some time in [0, 1]; [`GeometryError::NotFinite`] if the ends are too far
-    /// apart.
+    /// - [`GeometryError::SingularDuringMotion`] if the interpolated map has no inverse at some
+    ///   time in [0, 1], or if the proof of its inverse fails.
+    /// - [`GeometryError::NotFinite`] if the entries of the two maps differ by more than the range
+    ///   of f64.
     pub fn new(ends: [DAffine3; 2]) -> Result<Self, GeometryError> {
         let motion = Self { ends };
         // The midpoint of ends further apart than the greatest f64 is not finite.
@@ -34,18 +36,18 @@ impl Motion {
             .ok_or(GeometryError::SingularDuringMotion)
     }
 
-    /// Returns the transform at a time, clamped to [0, 1], with an accurate inverse. An instance at
-    /// rest under the same map is hit with the same bits.
+    /// Returns the transform at a time, clamped to [0, 1], with an accurate inverse. A ray hits the
+    /// instance with the same bits as an instance at rest under this transform.
     #[inline(never)]
     pub(crate) fn transform_at(&self, time: f64) -> Transform {
         Transform::from_invertible(self.map_at(time.clamp(0.0, 1.0)))
     }
 
     /// Returns the map at a time in [0, 1]. Each entry is the exact interpolated value, rounded
-    /// once, since the sum is computed in double-double arithmetic. So its relative error is one
-    /// rounding, even where the instance passes near the origin between distant ends, and error
-    /// bounds for a constant map hold for a moving map too. At either end the map is exactly the
-    /// given map, and entries that are equal at both ends stay constant.
+    /// once, since the sum is computed in double-double arithmetic. So the error bounds of a
+    /// constant map hold for a moving map too, even near the origin between distant maps. At times
+    /// 0 and 1 the result is exactly the given map. Entries that are equal in both maps stay
+    /// constant.
     pub fn map_at(&self, time: f64) -> DAffine3 {
         let [start, end] = self.ends.map(|end| end.to_cols_array());
         let entry = |i: usize| {
@@ -57,11 +59,11 @@ impl Motion {
     }
 }
 
-/// Greatest number of bisections in the search for the sign of the determinant. About thirty
-/// suffice: close to a zero the error bounds then end the recursion.
+/// Greatest number of bisections of the time interval [0, 1] in the proof of a constant sign. About
+/// thirty suffice: near a zero the error bounds end the recursion.
 const MAX_BISECTIONS: u32 = 64;
 
-/// A number with a bound of its absolute error.
+/// An f64 number and an upper bound of its absolute error.
 #[derive(Clone, Copy, Debug)]
 struct BoundedValue {
     value: f64,
@@ -75,7 +77,7 @@ impl BoundedValue {
         self.value * sign > self.error
     }
 
-    /// Computes the midpoint of two numbers.
+    /// Computes the midpoint of two numbers, with its error bound.
     fn midpoint(a: Self, b: Self) -> Self {
         let value = 0.5 * (a.value + b.value);
         Self {
@@ -85,8 +87,8 @@ impl BoundedValue {
     }
 }
 
-/// Computes the determinant x·(y × z) in double-double arithmetic, and the sum of the absolute
-/// values of its products. The error is below 2⁻⁹⁶ of that sum.
+/// Computes the determinant x·(y × z) in double-double arithmetic. Also returns the sum of the
+/// absolute values of its six products. The error of the determinant is below 2⁻⁹⁶ of that sum.
 fn determinant([x, y, z]: [DVec3; 3]) -> (DoubleDouble, f64) {
     let terms = [
         (0, 1, 2, 1.0),
@@ -106,10 +108,10 @@ fn determinant([x, y, z]: [DVec3; 3]) -> (DoubleDouble, f64) {
         })
 }
 
-/// Computes the four Bernstein coefficients of the map's determinant, which is a cubic polynomial
-/// in time. The determinant is linear in each column of the map. So coefficient i is the mean of
-/// the determinants over all choices of i columns from the end and the other columns from the
-/// start.
+/// Computes the four Bernstein coefficients of the interpolated map's determinant, a cubic
+/// polynomial in time. The determinant is linear in each column of the map. So coefficient i is a
+/// mean of determinants: over all choices of i columns from the end map, with the other columns
+/// from the start map.
 fn determinant_coefficients(ends: [DMat3; 2]) -> [BoundedValue; 4] {
     let mut sums = [(DoubleDouble::default(), 0.0); 4];
     for choice in 0..8_usize {
@@ -128,11 +130,12 @@ fn determinant_coefficients(ends: [DMat3; 2]) -> [BoundedValue; 4] {
     })
 }
 
-/// Whether a cubic polynomial certainly has the same sign on all of [0, 1], by its Bernstein
+/// Whether a cubic polynomial certainly has the same sign on all of [0, 1]. `b` holds its Bernstein
 /// coefficients. The cubic lies between the least and the greatest coefficient. If these differ in
-/// sign, both halves are examined ("Curves and Surfaces for CAGD", Farin, 5th edition 2002,
-/// chapters 5 and 6: de Casteljau). The result is false for a cubic that may change its sign, or is
-/// zero within its errors.
+/// sign, the interval is halved by de Casteljau's algorithm, and each half is examined ("Curves and
+/// Surfaces for CAGD", Farin, 5th edition 2002, chapters 5 and 6). At most `halvings` bisections
+/// are nested. Returns false if the sign may change, or if the cubic is zero within its error
+/// bounds.
 fn has_constant_sign(b: [BoundedValue; 4], halvings: u32) -> bool {
     let on_side = |sign: f64| {
         (

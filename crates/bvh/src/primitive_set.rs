@@ -15,8 +15,8 @@ use crate::scalar::{Real, Vector};
 use crate::shapes::{AnyShape, Plane, Shape, Sphere, Transform, TransformedShape, Triangle};
 use crate::slot::{MAX_PRIMITIVES, PrimitiveKind, PrimitiveSlot};
 
-/// A set of primitives, stored by kind, with one slot for each primitive. An object is a shape, a
-/// mesh or an instance.
+/// A set of primitives, stored by kind, with one slot (a record) for each primitive. Primitives are
+/// added as objects: a shape, a mesh or an instance.
 #[derive(Clone, Debug, Default)]
 #[doc(alias("RTCGeometry", "rtcAttachGeometry"))]
 pub struct PrimitiveSet<R: Real> {
@@ -33,16 +33,16 @@ pub struct PrimitiveSet<R: Real> {
     pub(crate) instances: Vec<Instance>,
     /// Motions of moving instances, which refer to them by index.
     pub(crate) motions: Vec<Motion>,
-    /// Geometries that instances refer to by index.
+    /// Geometries that instances place, in the order of their part numbers.
     pub(crate) parts: Vec<Geometry<R>>,
 }
 
 impl<R: Real> PrimitiveSet<R> {
-    /// Bytes that a primitive of any kind takes besides its own data.
+    /// Bytes of a primitive's slot. A primitive of any kind takes these besides its own data.
     pub(crate) const SLOT_BYTES: usize = size_of::<PrimitiveSlot>();
 
-    /// Returns the instance's map at the given time, and the geometry that it places. `room` is
-    /// storage for the map of a moving instance, to which the returned reference then points.
+    /// Returns the object-to-world map of an instance at the given time, and the instanced
+    /// geometry. The map of a moving instance is stored in `room`, since the result is a reference.
     #[inline(always)]
     pub(crate) fn resolve_instance<'a>(
         &'a self,
@@ -72,8 +72,8 @@ impl<R: Real> PrimitiveSet<R> {
         self.objects as usize
     }
 
-    /// Adds an object with a single primitive, which is already stored at `index` of the array of
-    /// its kind, and returns the object's id.
+    /// Adds an object with a single primitive, and returns the object's id. The primitive is
+    /// already stored at `index` of the array for `kind`.
     fn push_object(
         &mut self,
         kind: PrimitiveKind,
@@ -85,7 +85,8 @@ impl<R: Real> PrimitiveSet<R> {
         Ok(self.objects - 1)
     }
 
-    /// Adds the slot of a primitive to the object that is being added.
+    /// Adds the slot of a primitive to the current object. `primitive` is the number of the
+    /// primitive in that object, and `index` its index in the array for `kind`.
     fn push_slot(
         &mut self,
         kind: PrimitiveKind,
@@ -149,8 +150,8 @@ impl<R: Real> PrimitiveSet<R> {
         self.add_mesh([vertices], visibility)
     }
 
-    /// Reserves capacity for `count` more triangles. Useful before adding triangles from an
-    /// iterator that can't tell its length.
+    /// Reserves capacity for `count` more triangles, before triangles are added from an iterator of
+    /// unknown length.
     pub fn reserve_triangles(&mut self, count: usize) {
         fn reserve<T>(list: &mut Vec<T>, count: usize) {
             if list.is_empty() && list.capacity() < count {
@@ -163,11 +164,11 @@ impl<R: Real> PrimitiveSet<R> {
         reserve(&mut self.triangles, count);
     }
 
-    /// Adds triangles as one object and returns its id. The primitives of the object are numbered
-    /// in the order of the triangles. A mesh may be empty.
+    /// Adds triangles as one object and returns its id. The triangles are numbered from 0 in the
+    /// order of the iterator. A mesh may be empty.
     ///
-    /// # Errors
-    /// As [`PrimitiveSet::add_sphere`], for any of the triangles. The set is then unchanged.
+    /// # Errors As [`PrimitiveSet::add_sphere`], for any of the triangles. The set is then
+    /// unchanged.
     #[doc(alias("RTC_GEOMETRY_TYPE_TRIANGLE", "TriangleMesh"))]
     pub fn add_mesh(
         &mut self,
@@ -251,12 +252,11 @@ impl<R: Real> PrimitiveSet<R> {
         )
     }
 
-    /// Adds a geometry that instances can place, and returns its part number for
+    /// Adds a geometry as a part, which instances can place. Returns the part number for
     /// [`PrimitiveSet::add_instance`].
     ///
-    /// # Errors
-    /// [`GeometryError::NestedInstance`] if the geometry itself holds instances: a hit can identify
-    /// only one instance.
+    /// # Errors [`GeometryError::NestedInstance`] if the geometry itself contains instances: a hit
+    /// can identify only one instance.
     pub fn add_part(&mut self, geometry: Geometry<R>) -> Result<u32, GeometryError> {
         if geometry.instance_count() > 0 {
             return Err(GeometryError::NestedInstance);
@@ -265,13 +265,12 @@ impl<R: Real> PrimitiveSet<R> {
         Ok(self.parts.len() as u32 - 1)
     }
 
-    /// Adds an instance of a part under an affine map as one object, and returns its id. In any-hit
-    /// queries the instance's occlusion replaces the occlusion of the part's objects. The sides
-    /// that can be hit remain a property of the part's objects.
+    /// Adds an instance of a part under an affine map, as one object, and returns the object's id.
+    /// For any-hit queries `visibility.occlusion` replaces the occlusion of the part's objects.
+    /// `visibility.side` has no effect: the part's objects keep their sides.
     ///
-    /// # Errors
-    /// As [`PrimitiveSet::add_transformed_shape`]; [`GeometryError::UnknownPart`] for an unknown
-    /// part.
+    /// # Errors As [`PrimitiveSet::add_transformed_shape`]; [`GeometryError::UnknownPart`] for an
+    /// unknown part.
     #[doc(alias("RTC_GEOMETRY_TYPE_INSTANCE", "ObjectInstance"))]
     pub fn add_instance(
         &mut self,
@@ -282,16 +281,15 @@ impl<R: Real> PrimitiveSet<R> {
         self.add_moving_instance(part, [to_world; 2], visibility)
     }
 
-    /// Adds a moving instance of a part, otherwise as [`PrimitiveSet::add_instance`]. Each entry of
-    /// the map is interpolated linearly, from the first map at ray time 0 to the second at ray time 1.
-    /// Equal maps give an instance at rest. So each point moves along a straight line at
-    /// constant speed. A rotating part shrinks during the motion: at half time, perpendicular to
-    /// the axis, by the cosine of half the angle.
+    /// Adds a moving instance of a part, otherwise as [`PrimitiveSet::add_instance`]. `to_world`
+    /// holds the maps at ray times 0 and 1, and each entry is interpolated linearly. So each point
+    /// moves along a straight line at constant speed. A rotating part shrinks during the motion: at
+    /// time 0.5, perpendicular to the axis, by the cosine of half the angle. Equal maps give an
+    /// instance at rest.
     ///
-    /// # Errors
-    /// As [`PrimitiveSet::add_instance`]; [`GeometryError::SingularDuringMotion`] if the map is
-    /// singular, or can't be proven invertible, at some time in [0, 1], for example at half time of
-    /// half a turn.
+    /// # Errors As [`PrimitiveSet::add_instance`]; [`GeometryError::SingularDuringMotion`] if the
+    /// map has no inverse at some time in [0, 1], or if the proof of its inverse fails. For
+    /// example, a rotation by half a turn has no inverse at time 0.5.
     pub fn add_moving_instance(
         &mut self,
         part: u32,
@@ -318,7 +316,7 @@ impl<R: Real> PrimitiveSet<R> {
         )
     }
 
-    /// Memory of the primitives and of the instanced geometries, in bytes.
+    /// Memory of the primitives and of the parts (the instanced geometries), in bytes.
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(self.slots.as_slice())
             + size_of_val(self.spheres.as_slice())
@@ -349,16 +347,17 @@ impl<R: Real> PrimitiveSet<R> {
     }
 }
 
-/// Greatest number of primitives whose tests, one by one, are as fast as a tree. Spheres have the
-/// cheapest test, and planes have no box, so a set of spheres and planes has a greater number.
+/// Greatest number of primitives that are tested one by one as fast as by a tree. The number is
+/// greater for a set of spheres and planes alone. The test of a sphere is the cheapest, and a plane
+/// has no box.
 pub(crate) fn max_scan_size(spheres_alone: bool) -> usize {
     const SPHERES: usize = 14;
     const OTHERS: usize = 2;
     if spheres_alone { SPHERES } else { OTHERS }
 }
 
-/// Returns an error for a triangle that no tree can hold. The box is computed only for very large
-/// triangles.
+/// Returns an error for a triangle that no tree can hold. Only for very large triangles is the box
+/// computed, which saves time.
 fn check_corners<R: Real>(triangle: &Triangle<R>) -> Result<(), GeometryError> {
     let maximum = R::from_f64(f64::from(f32::MAX) * 0.5);
     let within = |corner: &R::Vec3| corner.is_finite() && corner.abs().max_element() < maximum;

@@ -1,4 +1,5 @@
-//! Use of the processor's features at run time: prefetches, and loops in its widest registers.
+//! Use of the processor's features at run time: prefetch instructions, and loops in its widest SIMD
+//! registers.
 #![expect(
     unsafe_code,
     reason = "instructions of the processor; each block states why it is sound"
@@ -18,9 +19,9 @@ pub trait SimdTask {
     fn run(self) -> Self::Output;
 }
 
-/// Runs a task with the widest registers of the processor. The results equal those of
-/// [`SimdTask::run`] called directly, to the bit: no product is fused with a sum, and each number
-/// is computed independently.
+/// Runs a task with the widest registers of the processor. The results have the same bits as a
+/// direct call of [`SimdTask::run`]: no product is fused with a sum, and each number is computed
+/// independently.
 #[inline]
 pub fn run_widest<L: SimdTask>(work: L) -> L::Output {
     #[cfg(target_arch = "x86_64")]
@@ -51,8 +52,8 @@ fn run_with_avx2<L: SimdTask>(work: L) -> L::Output {
     work.run()
 }
 
-/// Prefetches an element of a list, so that a later read does not wait for memory. It has no other
-/// effect. It does nothing beyond the list's end, and on processors without the instruction.
+/// Prefetches an element of a list, so that a later read does not wait for memory. Does nothing for
+/// an index beyond the list's end, and on processors without the instruction.
 #[inline(always)]
 pub fn prefetch<T>(list: &[T], index: usize) {
     if let Some(element) = list.get(index) {

@@ -1,9 +1,8 @@
-//! Closest-hit and any-hit queries over a set of primitives, with the same bits for every
-//! accelerator.
+//! Closest-hit and any-hit queries over a set of primitives. Every accelerator gives the same bits.
 //!
-//! Each query is a separate function per scalar type, so that a caller's loop contains a call and
-//! not a copy of every primitive's test. During a query a hit is identified by its slot. The object
-//! and primitive ids are added after the query.
+//! Each query is a separate function per scalar type. So a caller's loop contains a call, not a
+//! copy of every primitive's test. During a query a hit is identified by its slot (the primitive's
+//! record in the set). The object and primitive ids are added after the query.
 
 mod packet;
 mod visitor;
@@ -25,8 +24,9 @@ use self::visitor::{AnyHitQuery, ClosestHitQuery, QueryKind, QueryVisitor};
 /// Value of [`SlotHit`]'s inner slot for a hit outside any instance.
 const NO_INNER_SLOT: u32 = u32::MAX;
 
-/// A hit, identified by the slot (the index of the record) of its primitive in the set. For an
-/// instance, `inner` is the slot in the instanced geometry.
+/// A hit, identified by `slot`: the index of the primitive's record in the set. If that primitive
+/// is an instance, `inner` is the slot in the instanced geometry; otherwise it is
+/// [`NO_INNER_SLOT`].
 #[derive(Clone, Copy)]
 struct SlotHit<R> {
     t: R,
@@ -36,8 +36,8 @@ struct SlotHit<R> {
     inner: u32,
 }
 
-/// Whether all numbers of a ray, and their sum, are finite. A ray with a NaN would enter every box
-/// and hit nothing, at the cost of a scan.
+/// Whether all numbers of a ray, and their sum, are finite. A ray with a NaN would hit nothing but
+/// enter every box, at the cost of a linear scan.
 #[inline(always)]
 fn is_finite_ray<R: Real>(ray: &Ray<R>) -> bool {
     let sums = ray.origin + ray.direction;
@@ -45,8 +45,9 @@ fn is_finite_ray<R: Real>(ray: &Ray<R>) -> bool {
 }
 
 impl<R: Real> Geometry<R> {
-    /// Finds the closest hit with `range.min < t < range.max`. Ties at equal distance go to the
-    /// lowest object id, then to the lowest primitive.
+    /// Finds the closest hit with `range.min < t < range.max`. Of hits at equal distance, the hit
+    /// with the lowest object id is returned; of several in that object, the one with the lowest
+    /// primitive id.
     #[inline(always)]
     #[doc(alias("rtcIntersect1", "Intersect"))]
     pub fn closest<T: TraversalCounter>(
@@ -58,7 +59,8 @@ impl<R: Real> Geometry<R> {
         self.closest_between(ray, range, &RayEnds::NONE, stats)
     }
 
-    /// Finds the closest hit as [`Self::closest`] does, by a ray that leaves a triangle.
+    /// Finds the closest hit as [`Self::closest`]. `ends` names the triangle that the ray leaves,
+    /// which the query then need not test.
     #[inline(never)]
     pub fn closest_between<T: TraversalCounter>(
         &self,
@@ -88,8 +90,8 @@ impl<R: Real> Geometry<R> {
             .map(|slot_hit| self.to_hit(slot_hit))
     }
 
-    /// Finds the closest hit by a prepared ray: in a linear scan, and for primitives stored in f64.
-    /// It is a separate function, since its stack frame is much larger.
+    /// Finds the closest hit by a prepared ray, in a linear scan or for primitives stored in f64.
+    /// This function is separate from its caller, since its stack frame is much larger.
     #[inline(never)]
     fn closest_by_prepared_ray<T: TraversalCounter>(
         &self,
@@ -113,9 +115,9 @@ impl<R: Real> Geometry<R> {
         })
     }
 
-    /// Breaks the tie between hits at equal distance, in f64: the lowest object id wins. `range` is
-    /// the final range of a closest-hit query, in which every hit equals the nearest hit up to the
-    /// rounding of distances.
+    /// Returns the hit with the lowest object id among all hits of a ray in `range`. `range` is the
+    /// final range of a closest-hit query: every hit in it has the distance of `nearest`, up to
+    /// rounding.
     #[cold]
     fn break_tie<T: TraversalCounter>(
         &self,
@@ -146,11 +148,12 @@ impl<R: Real> Geometry<R> {
         first
     }
 
-    /// Whether the ray is occluded: whether a hit with `range.min < t < range.max` belongs to an
-    /// opaque object, or to an [`Occlusion::Filtered`](crate::Occlusion::Filtered) object and
-    /// `filter` returns true for it. Hits are passed to `filter` in any order, and a refused hit
-    /// does not end the query. A primitive of the set itself is passed once, at its nearest hit.
-    /// For an instance, each primitive in it is passed once.
+    /// Whether a hit with `range.min < t < range.max` occludes the ray. A hit of an opaque object
+    /// does. A hit of an [`Occlusion::Filtered`](crate::Occlusion::Filtered) object does if
+    /// `filter` returns true for it; otherwise the query goes on.
+    ///
+    /// Hits are passed to `filter` in any order. A primitive of the set itself is passed once, at
+    /// its nearest hit. Of an instance, each primitive in it is passed once.
     #[inline(always)]
     #[doc(alias("rtcOccluded1", "any_hit", "IntersectP"))]
     pub fn occluded<T: TraversalCounter>(
@@ -163,8 +166,8 @@ impl<R: Real> Geometry<R> {
         self.occluded_between(ray, range, &RayEnds::NONE, filter, stats)
     }
 
-    /// Whether the ray is occluded, as [`Self::occluded`] says, for a ray that leaves a triangle
-    /// and ends before others.
+    /// Whether the ray is occluded, as [`Self::occluded`]. `ends` names the triangle that the ray
+    /// leaves, and the triangles before which it ends. The query need not test these.
     #[inline(never)]
     pub fn occluded_between<T: TraversalCounter>(
         &self,
@@ -196,7 +199,7 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    /// Runs a query by a ray, after preparing the ray. Returns whether a hit ended the query.
+    /// Prepares a ray and runs a query with it. Returns whether a hit ended the query.
     #[inline(never)]
     fn visit_prepared_ray<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -207,12 +210,12 @@ impl<R: Real> Geometry<R> {
         self.run_query(&self.prepare_ray(*ray), query, stats).0
     }
 
-    /// Whether any triangle can be an end of a ray, see [`RayEnds`].
+    /// Whether queries of this geometry can skip the triangles in a [`RayEnds`].
     pub fn has_triangle_ends(&self) -> bool {
         self.bvh.has_triangle_blocks()
     }
 
-    /// Returns the triangles outside instances, with their object and primitive ids.
+    /// Returns each triangle outside instances, with its object id and its primitive id.
     pub fn triangle_slots(&self) -> impl Iterator<Item = (TriangleSlot, u32, u32)> {
         (0..)
             .zip(&self.primitives.slots)
@@ -220,21 +223,22 @@ impl<R: Real> Geometry<R> {
             .map(|(index, slot)| (TriangleSlot::new(index), slot.object, slot.primitive))
     }
 
-    /// Returns the slots of the unbounded primitives that every query tests one by one: all but the
-    /// planes, which are tested in rows.
+    /// Returns the slots of the unbounded primitives that every query tests one by one, each with
+    /// its index. Planes in rows are not among them.
     #[inline(always)]
     fn unbounded_slots(&self) -> impl Iterator<Item = (u32, &PrimitiveSlot)> {
         (self.planes as u32..).zip(&self.primitives.slots[self.planes..self.unbounded])
     }
 
-    /// Returns the slots at the given positions of the accelerator.
+    /// Returns the slots at the given positions of the accelerator, each with its index in the set.
     #[inline(always)]
     fn bounded_slots(&self, places: Range<usize>) -> impl Iterator<Item = (u32, &PrimitiveSlot)> {
         let range = self.unbounded + places.start..self.unbounded + places.end;
         (range.start as u32..).zip(&self.primitives.slots[range])
     }
 
-    /// Intersects a ray with one primitive. Returns the nearest hit in the range.
+    /// Intersects a ray with the primitive in a slot, which is given with its index. Returns the
+    /// nearest hit in the range.
     #[inline(always)]
     fn intersect_primitive_in_slot<T: TraversalCounter>(
         &self,
@@ -284,7 +288,7 @@ impl<R: Real> Geometry<R> {
         PreparedRay::from_ray(ray, self.has_faces)
     }
 
-    /// Converts a hit by slot to a hit by object and primitive ids.
+    /// Converts a hit identified by slots to a hit with object, primitive and instance ids.
     #[inline(always)]
     fn to_hit(
         &self,

@@ -3,8 +3,8 @@
 use crate::ray_ends::TriangleSlot;
 use crate::scalar::{Real, Vector};
 
-/// A ray. The direction has unit length up to rounding: the creator of a ray normalises it, so that
-/// distances are lengths. Intersection tests use the stored direction unchanged and measure
+/// A ray. Whoever creates a ray normalises the direction, so its length is one up to rounding, and
+/// distances are lengths. Intersection tests use the stored direction unchanged. They measure
 /// distances in units of its length.
 #[derive(Clone, Copy, Debug)]
 #[doc(alias = "RTCRay")]
@@ -22,7 +22,8 @@ pub struct Ray<R: Real> {
 }
 
 impl<R: Real> Ray<R> {
-    /// Creates a ray at time 0 that is no camera ray. The direction must already have unit length.
+    /// Creates a ray at time 0 that is not a camera ray. The direction must already have unit
+    /// length.
     #[inline(always)]
     pub fn new(origin: R::Vec3, direction: R::Vec3) -> Self {
         Self {
@@ -92,22 +93,23 @@ impl<R: Real> Interval<R> {
 /// Sides of a surface that a ray can hit. The geometric normal points to the outside.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Side {
-    /// Both sides.
+    /// Both the outside and the inside.
     #[default]
     Both,
-    /// The outside only, by rays against the outward normal. For a closed shape this is the near
-    /// root.
+    /// The outside only, hit by rays against the outward normal. On a closed convex shape this is
+    /// the nearer of two hits.
     Outside,
-    /// The inside only, by rays along the outward normal. For a closed shape this is the far root,
-    /// as for a room that is seen from inside.
+    /// The inside only, hit by rays along the outward normal, as in a room that is seen from
+    /// inside. On a closed convex shape this is the farther of two hits.
     Inside,
     /// Back-face culling: camera rays can hit the outside only, all other rays both sides. So the
-    /// camera sees through the back of a surface that still blocks light.
+    /// back of a surface is invisible to the camera but still blocks light.
     Culled,
 }
 
 impl Side {
-    /// Sides that a camera ray (`culls`) or any other ray can hit: never [`Side::Culled`].
+    /// Returns the sides that a ray can hit, never [`Side::Culled`]. `culls` is whether the ray is
+    /// a camera ray.
     #[inline(always)]
     pub(crate) fn resolve_for_ray(self, culls: bool) -> Self {
         match self {
@@ -117,12 +119,13 @@ impl Side {
         }
     }
 
-    /// Sides that a camera ray can hit. A light emits from the same sides.
+    /// Returns the sides that a camera ray can hit. An emitting surface emits from the same sides.
     pub fn sides_visible_to_camera(self) -> Self {
         self.resolve_for_ray(true)
     }
 
-    /// Whether a ray can hit the surface against (`true`) or along (`false`) its outward normal.
+    /// Whether a ray can hit the surface. `from_outside` is whether the ray runs against the
+    /// outward normal.
     #[inline(always)]
     pub fn accepts(self, from_outside: bool) -> bool {
         match self {
@@ -141,7 +144,7 @@ pub enum Occlusion {
     /// Every hit ends the query, without a call of the caller's filter.
     #[default]
     Opaque,
-    /// The caller's filter decides about each hit whether the query ends.
+    /// The query calls the caller's filter for each hit. The query ends if the filter returns true.
     Filtered,
 }
 
@@ -162,20 +165,20 @@ pub struct Visibility {
 pub struct Hit<R> {
     /// Distance along the ray, in units of its direction's length.
     pub t: R,
-    /// First shape-specific number: a barycentric coordinate, or the number of the hit part of the
-    /// surface.
+    /// First shape-specific number. For a triangle it is the barycentric weight of the second
+    /// corner. For some shapes it is the number of the hit part of the surface.
     pub u: R,
-    /// Second shape-specific number: a barycentric coordinate, or whether the ray leaves a solid.
+    /// Second shape-specific number. For a triangle it is the barycentric weight of the third
+    /// corner. For a solid it is one where the ray leaves the solid.
     pub v: R,
-    /// Id of the hit object: in the instanced geometry if an instance was hit, otherwise in the set
-    /// itself.
+    /// Id of the hit object. For a hit of an instance it is the id in the instanced geometry.
     pub object: u32,
     /// Id of the primitive within the object: the triangle's index in a mesh, 0 for a shape.
     pub primitive: u32,
     /// Id of the instance that was hit, or [`Hit::NO_INSTANCE`].
     pub instance: u32,
-    /// Slot of the primitive in the set; for an instance, the slot of the instance and the slot in
-    /// the instanced geometry.
+    /// Slots (the primitives' records in a set). The first is the slot in the outermost set. For a
+    /// hit of an instance, the second is the slot in the instanced geometry.
     pub(crate) slots: [u32; 2],
 }
 
@@ -183,8 +186,8 @@ impl<R> Hit<R> {
     /// Value of `instance` for a hit outside any instance.
     pub const NO_INSTANCE: u32 = u32::MAX;
 
-    /// Id of the hit object in the outermost set: the id of the instance if an instance was hit,
-    /// otherwise of the object.
+    /// Id of the hit object in the outermost set. For a hit of an instance it is the id of the
+    /// instance.
     #[inline(always)]
     pub fn outermost_id(&self) -> u32 {
         if self.instance == Self::NO_INSTANCE {
@@ -194,8 +197,8 @@ impl<R> Hit<R> {
         }
     }
 
-    /// Returns the hit triangle, as the start of rays that leave it; none if it belongs to an
-    /// instance.
+    /// Returns the hit triangle, as the start of a ray that leaves it; [`TriangleSlot::NONE`] for a
+    /// hit of an instance.
     #[inline(always)]
     pub fn triangle_slot(&self) -> TriangleSlot {
         if self.instance == Self::NO_INSTANCE {
@@ -205,15 +208,16 @@ impl<R> Hit<R> {
         }
     }
 
-    /// Sort key among hits at equal distance: the lowest key wins.
+    /// Returns the sort key among hits at equal distance: the hit with the lowest key is the
+    /// closest.
     #[inline(always)]
     pub fn tie_order(&self) -> [u32; 3] {
         [self.outermost_id(), self.object, self.primitive]
     }
 }
 
-/// Compares distances, shape-specific numbers and ids. The slots are ignored, so that hits of
-/// different accelerators compare equal.
+/// Compares distances, shape-specific numbers and ids. Slots are ignored, since they differ between
+/// accelerators.
 impl<R: PartialEq> PartialEq for Hit<R> {
     fn eq(&self, other: &Self) -> bool {
         (&self.t, &self.u, &self.v) == (&other.t, &other.u, &other.v)

@@ -1,6 +1,6 @@
-//! Triangles at the ends of rays, which queries need not test.
+//! Triangles at the ends of a ray. Queries need not test them.
 
-/// A triangle outside instances, by its slot.
+/// A triangle outside instances, identified by its slot (its record in the primitive set).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TriangleSlot(u32);
 
@@ -13,8 +13,8 @@ impl TriangleSlot {
         Self(slot)
     }
 
-    /// Returns the mask of the triangle's lane in a block of slots from `first` on; no lane below
-    /// eight if the triangle is in another block.
+    /// Returns the mask of the triangle's lane in the block whose slots start at `first`. If the
+    /// triangle is in another block, no bit below the eighth is set.
     #[inline(always)]
     pub(crate) fn lane_mask(self, first: u32) -> u32 {
         1_u32
@@ -23,26 +23,32 @@ impl TriangleSlot {
     }
 }
 
-/// Triangles at the ends of a ray: the one that it leaves, and those of the light before which it
-/// ends. The ray certainly misses them wherever the filter of blocks is certain of the side from
-/// which it would hit them. There the exact test, which would reject them in the end, does not run.
+/// Triangles at the ends of a ray: the triangle that the ray leaves, and the triangles of the light
+/// before which the ray ends. The ray certainly misses such a triangle if the filter of triangle
+/// blocks is certain of the side from which the ray comes. A query then skips the exact test, which
+/// would reject the triangle.
 ///
-/// Let N be the triangle's normal in f64, n the stored normal of its [`Surface`](crate::Surface),
-/// which is N rounded, and d the stored direction. The filter is certain of the sign of N · d if
-/// |N · d| > 14 u E² |d|, see `bvh8::filter`, where E² is at least |N|. The product n · d differs
-/// from N · d / |N| by at most u |d|, so it has that sign too.
+/// **Side.** Let N be the triangle's normal in f64, n its rounded form in
+/// [`Surface`](crate::Surface), and d the stored direction. Let u be 2⁻²⁴ and E the longer of two
+/// edges, so E² is at least |N|. The filter is certain of the sign of N · d if |N · d| > 14 u E²
+/// |d| (module `bvh8::filter`). The product n · d differs from N · d / |N| by at most u |d|. So n ·
+/// d has the same sign.
 ///
-/// *The start.* [`Surface::spawn_ray_origin`](crate::Surface::spawn_ray_origin) puts the origin on the side of the
-/// triangle to which d points by n · d, outside the error bound of the exact test. From there the
-/// ray only moves away, so every distance of that test is below zero.
+/// **Start.** The origin is that of
+/// [`Surface::spawn_ray_origin`](crate::Surface::spawn_ray_origin). It lies on the side to which d
+/// points by n · d, outside the error bound of the exact test. From the origin the ray only moves
+/// away from the triangle. So every distance of the exact test is below zero.
 ///
-/// *The target.* The end of [`Surface::spawn_unchecked_ray_to_surface`](crate::Surface::spawn_unchecked_ray_to_surface) lies on the
-/// side of the triangle from which the ray comes by n · d, outside that bound. All earlier points
-/// are farther from the triangle's plane, so every distance of that test is beyond the end.
+/// **Target.** The end is that of
+/// [`Surface::spawn_unchecked_ray_to_surface`](crate::Surface::spawn_unchecked_ray_to_surface). It
+/// lies on the side from which the ray comes by n · d, outside the same error bound. All earlier
+/// points are farther from the triangle's plane. So every distance of the exact test is beyond the
+/// end.
 ///
-/// Elsewhere the ray may cross the triangle, and the exact test decides. Distances below zero must
-/// not be accepted, and the origin must be that of
-/// [`Surface::spawn_ray_origin`](crate::Surface::spawn_ray_origin): not one at a constant offset.
+/// If the filter is not certain, the exact test decides.
+///
+/// Two conditions must hold: the query's range accepts no distance below zero, and the origin is
+/// that of `spawn_ray_origin`, not an origin at a constant offset.
 #[derive(Clone, Copy, Debug)]
 pub struct RayEnds {
     /// The triangle that the ray leaves.

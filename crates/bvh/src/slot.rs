@@ -1,11 +1,11 @@
-//! Slots: the records of a set's primitives, one for each primitive of any kind.
+//! Slots: the records of a set's primitives. Each primitive of any kind has one slot.
 
 use crate::ray::Visibility;
 
 /// Greatest number of primitives that one tree can address.
 pub(crate) const MAX_PRIMITIVES: usize = (1 << 27) - 1;
 
-/// Kind of a primitive, which selects the array that stores it.
+/// Kind of a primitive. It selects the array in which the primitive is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PrimitiveKind {
     Sphere,
@@ -16,9 +16,9 @@ pub(crate) enum PrimitiveKind {
     Instance,
 }
 
-/// Record of one primitive: its ids, kind and visibility, and its index in the array of that kind.
-/// Objects, and the primitives of an object, are numbered in the order of insertion, so the two ids
-/// also decide ties.
+/// Record of one primitive: its ids, its kind and visibility, and its index in the array of that
+/// kind. Ids count objects, and primitives within an object, in the order of insertion. Of hits at
+/// equal distance, the one with the lower ids wins.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PrimitiveSlot {
     pub object: u32,
@@ -29,7 +29,7 @@ pub(crate) struct PrimitiveSlot {
 }
 
 impl PrimitiveSlot {
-    /// Sort key among hits at equal distance: the lowest key wins.
+    /// Returns the sort key among hits at equal distance: the hit with the lowest key wins.
     #[inline(always)]
     pub fn tie_order(&self) -> (u32, u32) {
         (self.object, self.primitive)

@@ -3,10 +3,10 @@
 /// Receiver of work counts: how many nodes, leaves and primitives queries test. The receiver `()`
 /// discards the counts, at no cost.
 pub trait TraversalCounter {
-    /// Whether the counter keeps any counts. Counting queries run on [`crate::Kernel::Portable`],
+    /// Whether the counter keeps any counts. Queries that count run on [`crate::Kernel::Portable`],
     /// so that the counts do not depend on the processor.
     const COUNTS: bool;
-    /// Adds the counts of one query, or of a part of it.
+    /// Adds the counts of one query, or of one step of a query.
     fn count(&mut self, work: TraversalStats);
 }
 

@@ -1,4 +1,5 @@
-//! Order of boxes along a space-filling curve, on which clustering looks for neighbours.
+//! Order of boxes along the Morton curve. Clustering looks for the nearest neighbours of a box
+//! along this order.
 
 use glam::DVec3;
 use obvhs::ploc::morton::morton_encode_u64;
@@ -6,23 +7,24 @@ use rayon::prelude::*;
 
 use crate::aabb::{PaddedBox, TASK_SIZE};
 
-/// Greatest index of a cell along an axis of the Morton curve.
+/// Greatest integer coordinate of a cell of the Morton curve, on each axis.
 const MAX_CELL: f64 = ((1 << 21) - 1) as f64;
 
-/// Greatest ratio of an axis' extent to the longest extent at which the axis counts as flat. Cells
-/// of a flat axis have the length of the longest axis' cells. Otherwise clustering would look for
-/// neighbours of a terrain's triangles above and below the terrain, where no triangles are.
-/// Measured: `../../../../benches/runs`.
+/// Ratio of an axis' extent to the longest extent, below which the axis counts as flat. On a flat
+/// axis, cells of the curve have the length of the longest axis' cells. Shorter cells would make
+/// clustering look above and below the triangles of a terrain, where no triangles are. Measured:
+/// `../../../../benches/runs`.
 const FLAT_RATIO: f64 = 0.45;
 
-/// Position of a box on the curve: its Morton code, and its index.
+/// Position of a box on the curve: the Morton code of the box's centre, and the index of the box.
 #[derive(Clone, Copy)]
 struct CurvePosition {
     code: u64,
     index: u32,
 }
 
-/// Returns the indices of the boxes in the order of the curve, and the number of boxes visited.
+/// Returns the indices of the boxes in the order of the Morton curve, and the number of boxes that
+/// the sorting visited.
 pub(super) fn order_along_morton_curve(boxes: &[PaddedBox]) -> (Vec<u32>, u64) {
     let mut places: Vec<_> = (0..boxes.len() as u32)
         .into_par_iter()
@@ -33,7 +35,7 @@ pub(super) fn order_along_morton_curve(boxes: &[PaddedBox]) -> (Vec<u32>, u64) {
 }
 
 /// Returns, for each axis, the length that the curve divides into cells. `extent` is the extent of
-/// the box around all centres. A flat axis gets the longest extent.
+/// the box around all centres. A flat axis ([`FLAT_RATIO`]) has the longest extent as its length.
 pub(super) fn morton_grid_extent(extent: DVec3) -> DVec3 {
     let longest = DVec3::splat(extent.max_element());
     DVec3::select(extent.cmplt(longest * FLAT_RATIO), longest, extent)
@@ -45,9 +47,9 @@ fn doubled_centre(bounds: &PaddedBox) -> DVec3 {
     bounds.min.as_dvec3() + bounds.max.as_dvec3()
 }
 
-/// Sorts boxes by the Morton codes of their centres, within the box around all centres. Boxes in
-/// the same cell of the curve are sorted again, within the box around their own centres. Boxes with
-/// the same centre are sorted by size. Returns the number of boxes visited.
+/// Sorts boxes by the Morton codes of their centres, on a grid over the bounds of all these
+/// centres. Boxes in the same cell are sorted again, on a grid over the bounds of their centres.
+/// Boxes with the same centre are sorted by size. Returns the number of boxes visited.
 fn sort_along_morton_curve(places: &mut [CurvePosition], boxes: &[PaddedBox]) -> u64 {
     let bounds = |place: &CurvePosition| &boxes[place.index as usize];
     let centre = |place: &CurvePosition| doubled_centre(bounds(place));

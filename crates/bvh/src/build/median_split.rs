@@ -1,5 +1,5 @@
-//! Median splits, for sets that clustering can't handle: each split is near the median of the
-//! centres, along the axis of their greatest extent.
+//! Median splits of sets that clustering can't handle. Each split is near the median of the box
+//! centres, along the axis on which these centres extend most.
 
 use super::{LeafKind, LeafKindLookup, StopCheck};
 use crate::aabb::{PaddedBox, TASK_SIZE};
@@ -16,9 +16,10 @@ pub(super) struct MedianSplit<'a> {
 }
 
 impl MedianSplit<'_> {
-    /// Builds a tree over `order` by median splits. Node `slot` becomes its root, and its other
-    /// nodes are appended. `first` is the position of `order` in the order of the whole tree.
-    /// Returns the number of boxes visited. If cancelled, the tree is incomplete.
+    /// Builds a tree over the box indices `order` by median splits. The root replaces the node at
+    /// index `slot`; all other nodes are appended to `nodes`. `first` is the position of `order[0]`
+    /// in the leaf order of the whole tree. Returns the number of boxes visited. If `stop` cancels
+    /// the build, the tree is incomplete.
     pub fn build_subtree(
         &self,
         nodes: &mut Vec<BinaryNode>,
@@ -73,8 +74,8 @@ impl MedianSplit<'_> {
         order.len() == 1 || order.len() <= WIDTH && kind() != LeafKind::None && is_alike()
     }
 
-    /// Moves the boxes with the `middle` least centres, along the axis on which the centres extend
-    /// most, to the front. If all centres are equal, the order stays.
+    /// Moves `middle` boxes to the front of `order`: those with the least centres, along the axis
+    /// on which the centres extend most. If all centres are equal, the order does not change.
     fn partition_by_centre(&self, order: &mut [u32], middle: usize) {
         // The centre is the sum of half of each bound, since the sum of the bounds may overflow
         // f32.

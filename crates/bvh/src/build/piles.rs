@@ -1,28 +1,28 @@
-//! Piles: sets of boxes that nearly coincide. Clustering would join the boxes of a pile one pair
-//! per pass, and a tree over them would hardly save time: a ray that hits the box around some of
-//! them hits most of them. So a pile is a single leaf in clustering, and is divided by median
-//! splits afterwards.
+//! Piles: sets of boxes that nearly coincide. Clustering would join only one pair of such boxes per
+//! pass. A tree over a pile would hardly save time: a ray that hits the box around some of its
+//! boxes hits most of them. So clustering handles a pile as a single leaf. Median splits divide
+//! that leaf afterwards.
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::node::Bvh2Node;
 
 /// Least number of boxes that form a pile.
 const MIN_BOXES: usize = 16;
-/// Least ratio of the mean surface area of a pile's boxes to the area of the box around them. For
-/// patches of a surface the ratio is an eighth or less.
+/// Least ratio of two surface areas in a pile: the mean area of its boxes to the area of the box
+/// around them. For patches of a surface this ratio is at most an eighth.
 const MIN_AREA_RATIO: f64 = 0.25;
 
-/// Replaces each pile among the leaves by one leaf. In a sequence of coincident boxes, fewer than
-/// 32 at either end may stay outside piles.
+/// Returns the leaves with each pile replaced by one leaf. At either end of a sequence of
+/// coincident boxes, up to 31 boxes may stay outside the pile.
 pub(super) fn merge_coincident_boxes(leaves: &[Bvh2Node]) -> Vec<Bvh2Node> {
     let mut kept = Vec::with_capacity(leaves.len());
     append_merged_leaves(leaves, &mut kept);
     kept
 }
 
-/// Appends the leaves to `kept`, or a single leaf if they form a pile. Piles among parts of the
-/// leaves are replaced first. Returns the box around the leaves and the sum of half their surface
-/// areas.
+/// Appends one leaf to `kept` if all `leaves` form a pile. Otherwise appends the leaves, with each
+/// pile within a half of them replaced by one leaf. Returns the box around the leaves, and half the
+/// sum of their surface areas.
 fn append_merged_leaves(leaves: &[Bvh2Node], kept: &mut Vec<Bvh2Node>) -> (Aabb, f64) {
     let start = kept.len();
     let join = |(a, sum): (Aabb, f64), (b, more): (Aabb, f64)| (a.union(&b), sum + more);

@@ -1,29 +1,31 @@
-//! Optimisation of a tree by reinsertion with `obvhs`, within a limit on the time. For each node,
-//! reinsertion searches the tree for a better parent, and prunes the search by cost. Among long
-//! crossing boxes the search prunes hardly any subtree, so the time for many nodes is quadratic.
-//! Therefore the length of the search is first measured on a few nodes.
+//! Optimisation of a tree by reinsertion with `obvhs`, in limited time. For each node, reinsertion
+//! searches the tree for a better parent, and prunes the search by cost. Among long crossing boxes
+//! hardly any subtree is pruned, so the time is quadratic in the number of nodes. Therefore the
+//! number of nodes that a search visits is first measured on a sample of nodes.
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 
-/// Greatest number of nodes on which the length of the search is measured.
+/// Greatest number of sample nodes on which the search length is measured.
 const TRIAL_NODES: usize = 64;
-/// Greatest mean number of steps (visited nodes) of a search with which the requested fraction of
-/// nodes is reinserted; longer searches reduce the fraction. Measured means: 31 to 76 steps among
-/// random spheres and on grids, 59 to 121 among axis-aligned sticks, 200 to 2500 and more among
-/// crossing sticks.
+/// Greatest mean number of nodes that a search visits, for reinsertion of the full requested
+/// fraction of nodes. Longer searches reduce the fraction. Measured means:
+///
+/// - random spheres and grids: 31 to 76,
+/// - axis-aligned sticks: 59 to 121,
+/// - crossing sticks: 200 to 2500 and more.
 const MAX_MEAN_STEPS: u64 = 150;
 
-/// Number of nodes that each round reinserts, as a fraction of the requested number; large boxes
-/// are preferred. The later rounds repeat the largest boxes, some of which earlier rounds left at
-/// costly positions.
+/// Fractions of the requested number of nodes, one for each round of reinsertion. Each round takes
+/// the nodes with the largest boxes. The later rounds therefore repeat the largest boxes, since
+/// earlier rounds left some of these at costly positions.
 const ROUND_SHARES: [f32; 6] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125];
 
-/// Reinserts the fraction `share` of the nodes, or less if the searches are long. Large boxes are
-/// preferred, and each round after the first takes fewer nodes. Returns the estimated number of
-/// nodes that the searches visit; zero for trees too small for an estimate.
+/// Reinserts the fraction `share` of the nodes, or a smaller fraction if the searches are long.
+/// Nodes with large boxes come first. Returns the estimated number of nodes that all searches
+/// visit; zero for a tree too small for an estimate.
 pub(super) fn reinsert_subtrees(tree: &mut Bvh2, share: f32) -> u64 {
     if tree.nodes.len() < 3 || share <= 0.0 {
         return 0;
@@ -34,10 +36,13 @@ pub(super) fn reinsert_subtrees(tree: &mut Bvh2, share: f32) -> u64 {
     steps
 }
 
-/// Returns the fraction of the nodes to reinsert, and the estimated number of nodes that the
-/// searches visit. The fraction is `share` if a search takes at most [`MAX_MEAN_STEPS`] steps on
-/// average; otherwise it is `share` times the ratio of this limit to the average. A tree too small
-/// for the measurement keeps `share`, with an estimate of zero. `tree.parents` must be initialised.
+/// Returns the fraction of the nodes to reinsert, and the estimated number of nodes that all
+/// searches visit. `tree.parents` must be initialised. Let m be the mean number of nodes that a
+/// search visits. The fraction is:
+///
+/// - `share`, if m is at most [`MAX_MEAN_STEPS`];
+/// - `share` · `MAX_MEAN_STEPS` / m, if m is greater;
+/// - `share` with an estimate of zero, if the tree is too small to measure m.
 fn limit_reinserted_fraction(tree: &Bvh2, share: f32) -> (f32, u64) {
     let nodes = tree.nodes.len();
     // `obvhs` takes its candidates from the start of the node list, twice as many as it reinserts,
@@ -60,8 +65,8 @@ fn limit_reinserted_fraction(tree: &Bvh2, share: f32) -> (f32, u64) {
     (affordable, steps + searches(affordable) * mean)
 }
 
-/// Returns the number of nodes that the search of `obvhs` for a better parent of `node` visits, at
-/// most `MOST`.
+/// Returns the number of nodes that `obvhs` visits in its search for a better parent of `node`.
+/// Counting stops at `MOST`.
 fn count_search_steps(tree: &Bvh2, node: usize) -> u64 {
     const MOST: u64 = 4096;
     let area = |aabb: &Aabb| aabb.half_area();

@@ -1,10 +1,10 @@
 //! Angles and rotations for [`crate::scalar::Real`]. The f32 functions use arithmetic alone, so
 //! that loops over them vectorise.
 
-/// Computes the angle of the point (x, y) around the origin, in radians from the +x axis. The point
-/// is reflected about axes and diagonals into a sixteenth of a turn, where the polynomial of the
-/// Cephes library gives the angle (Moshier, "Methods and Programs for Mathematical Functions",
-/// 1989).
+/// Computes the angle of the point (x, y) around the origin, in radians from the +x axis.
+/// Reflections about axes and diagonals bring the point into a sixteenth of a turn. There a
+/// polynomial of the Cephes library gives the angle (Moshier, "Methods and Programs for
+/// Mathematical Functions", 1989).
 #[inline(always)]
 pub(crate) fn angle(y: f32, x: f32) -> f32 {
     use core::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
@@ -35,8 +35,8 @@ pub(crate) fn angle(y: f32, x: f32) -> f32 {
     angle.copysign(y)
 }
 
-/// Computes cosine and sine of a fraction of a turn: the exact remainder from the nearest quarter
-/// turn, then the polynomials of the Cephes library.
+/// Computes the cosine and the sine, in this order, of an angle in turns. The nearest quarter turn
+/// is subtracted exactly. The polynomials of the Cephes library then evaluate the remainder.
 #[inline(always)]
 pub(crate) fn sin_cos_turns(share: f32) -> [f32; 2] {
     let quarters = (4.0 * share + 0.5) as i32;
@@ -57,7 +57,7 @@ pub(crate) fn sin_cos_turns(share: f32) -> [f32; 2] {
     [over, if quarters & 2 == 0 { up } else { -up }]
 }
 
-/// Computes cosine and sine of a fraction of a turn, in f64.
+/// Computes the cosine and the sine, in this order, of an angle in turns, in f64.
 #[inline]
 pub(crate) fn sin_cos_turns_f64(share: f64) -> [f64; 2] {
     let (sin, cos) = libm::sincos(core::f64::consts::TAU * share);

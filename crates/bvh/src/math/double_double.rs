@@ -1,4 +1,4 @@
-//! Double-double arithmetic, for decisions and sums whose rounding error in f64 would be too large.
+//! Double-double arithmetic, for sums and for signs that the rounding error of f64 could falsify.
 
 use core::ops::{Add, Mul};
 

@@ -1,8 +1,8 @@
-//! Eight SIMD lanes of f32 and f64: arithmetic and masks, independent of rays. No other module of
-//! this crate abstracts from instruction sets.
+//! Eight SIMD lanes of f32 and f64: arithmetic and masks. No other module of this crate abstracts
+//! from instruction sets.
 //!
-//! Each f64 operation is rounded individually, like the scalar operation, so that tests in lanes
-//! have the bits of scalar tests. The crates `fearless_simd`, `pulp` and `wide` were evaluated and
+//! Each f64 operation is rounded individually, as the scalar operation is. So a test in lanes has
+//! the bits of the scalar test. The crates `fearless_simd`, `pulp` and `wide` were evaluated and
 //! not used: `../../../../docs/decisions/0048-what-stays.md`.
 
 mod portable;
@@ -10,7 +10,7 @@ mod portable;
 mod x86;
 
 pub(crate) use self::portable::Portable;
-/// Other processors have neither instruction set: `detect` of these types returns `None`.
+/// Tokens of instruction sets that other processors lack. `detect` of either type returns `None`.
 #[cfg(not(target_arch = "x86_64"))]
 pub(crate) use self::portable::{Portable as Avx2, Portable as Avx512};
 #[cfg(target_arch = "x86_64")]
@@ -40,8 +40,8 @@ pub(crate) trait Simd: Copy {
     fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    /// Computes a·b + c, rounded once or twice depending on the instruction set: only for results
-    /// with error bounds.
+    /// Computes a·b + c, rounded once or twice depending on the instruction set. Only results with
+    /// error bounds may use it.
     fn mul_add(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
     /// Computes a·b − c, rounded once or twice depending on the instruction set.
     fn mul_sub(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;

@@ -12,9 +12,9 @@ use crate::shapes::{AnyShape, Triangle};
 use crate::slot::{PrimitiveKind, PrimitiveSlot};
 
 impl<R: Real> PrimitiveSet<R> {
-    /// Returns the leaf kind of a primitive. Cuboids share no leaves: the node test already
-    /// intersects eight of their boxes at once, and a ray that hits a cuboid's box nearly always
-    /// hits the cuboid.
+    /// Returns the leaf kind of a primitive. Cuboids share no leaves. The test of a node already
+    /// tests eight of their boxes at once, and a ray that hits a cuboid's box nearly always hits
+    /// the cuboid.
     pub(crate) fn leaf_kind(&self, slot: &PrimitiveSlot) -> LeafKind {
         match slot.kind {
             // Leaves in lanes exist only for primitives stored in f32.
@@ -36,8 +36,8 @@ impl<R: Real> PrimitiveSet<R> {
     }
 
     /// Sorts the arrays of spheres and triangles in the order of the slots (the primitives'
-    /// records), so that primitives tested in sequence are adjacent in memory. Does nothing for
-    /// triangles that were moved to blocks.
+    /// records). So primitives that are tested in sequence are adjacent in memory. Triangles that
+    /// were moved to a tree's blocks are not sorted.
     pub(crate) fn sort_primitives_by_slot(&mut self) {
         fn sort_list_by_slot<T: Copy>(
             list: &mut Vec<T>,
@@ -62,8 +62,9 @@ impl<R: Real> PrimitiveSet<R> {
         );
     }
 
-    /// Moves the triangles into the tree's blocks of eight, if the tree has blocks, which then hold
-    /// the only copy. The slots (the primitives' records) from `first` on are in the tree's order.
+    /// Moves all triangles into the blocks of the tree, if the tree has blocks. The blocks then
+    /// hold the only copy. The slots (the primitives' records) from `first` on must be in the
+    /// tree's order.
     pub(crate) fn move_triangles_to_blocks(&mut self, bvh: &mut Bvh8, first: usize) {
         if !bvh.has_triangle_blocks() {
             return;
@@ -80,10 +81,13 @@ impl<R: Real> PrimitiveSet<R> {
         });
     }
 
-    /// Builds the rows of up to eight planes or spheres. Every query tests the rows of the first
-    /// `planes` slots (the primitives' records), and of the `spheres` slots from `first` on. The
-    /// other spheres fill the rows of the tree's leaves. The slots from `first` on are in the
-    /// tree's order, spheres first.
+    /// Builds all rows of up to eight planes or spheres. The slots (the primitives' records) must
+    /// be in this order: `planes` planes, other unbounded primitives, and from `first` on the
+    /// primitives in the tree's order.
+    ///
+    /// - The first `planes` slots, and the `spheres` slots from `first` on, form rows that every
+    ///   query tests.
+    /// - The remaining spheres fill the rows of the tree's leaves.
     pub(crate) fn build_primitive_rows(
         &self,
         bvh: &mut Bvh8,
@@ -103,7 +107,7 @@ impl<R: Real> PrimitiveSet<R> {
         bvh.fill_sphere_leaves(first, |slots| self.build_row(RowKind::Spheres, slots));
     }
 
-    /// Builds the row of up to eight spheres or planes in the given slots.
+    /// Builds the row of the spheres or planes (by `kind`) in up to eight slots.
     fn build_row(&self, kind: RowKind, slots: Range<usize>) -> PrimitiveRow {
         let own = |slot: &PrimitiveSlot| {
             let index = slot.index as usize;

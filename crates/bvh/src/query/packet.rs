@@ -1,5 +1,5 @@
-//! Packets of rays with a common origin, such as the rays of a pinhole camera. They are traced
-//! together, and each ray finds the same hit as alone.
+//! Packets of rays with a common origin, such as the rays of a pinhole camera. A packet's rays are
+//! traced together. Each ray has the same hit as if it were traced alone.
 
 use super::SlotHit;
 use crate::bvh8::{MAX_RAYS, PacketResult, PacketState, PacketVisitor};
@@ -17,8 +17,8 @@ const MIN_PACKET_RAYS: usize = 4;
 pub struct RayPacket<'a, R: Real> {
     /// Common origin, in world units.
     pub origin: R::Vec3,
-    /// Unit directions. Consecutive directions should be similar, since up to sixteen rays are
-    /// traced together.
+    /// Unit directions. Consecutive directions should be similar, since packets are formed of up to
+    /// sixteen consecutive rays.
     pub directions: &'a [R::Vec3],
     /// Time of all rays, see [`Ray::time`].
     pub time: R,
@@ -29,7 +29,7 @@ pub struct RayPacket<'a, R: Real> {
 }
 
 impl<R: Real> RayPacket<'_, R> {
-    /// Creates the single ray with one of the directions.
+    /// Creates the ray of this packet with the given direction.
     fn build_ray(&self, direction: R::Vec3) -> Ray<R> {
         Ray {
             is_camera_ray: self.culls,
@@ -39,29 +39,29 @@ impl<R: Real> RayPacket<'_, R> {
 }
 
 /// Adaptive choice between packets and single rays, from the success of earlier packets. If
-/// triangles are smaller than pixels, rays diverge in the tree and are faster one by one. After a
-/// failed packet, the next groups of rays are traced one by one, and their number doubles with each
-/// further failure. No hit depends on this choice.
+/// triangles are smaller than pixels, rays diverge in the tree, and single rays are faster. After a
+/// failed packet, the next groups of up to sixteen rays are traced one by one. With each further
+/// failure the number of these groups doubles. No hit depends on this choice.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PacketBackoff {
-    /// Number of groups of rays still to be traced one by one.
+    /// Number of the next groups of rays that are traced one by one.
     single_turns: u32,
-    /// Number of groups that were traced one by one after the last failure.
+    /// Number of groups that are traced one by one after the last failure; zero after a success.
     pause: u32,
 }
 
 impl PacketBackoff {
-    /// Greatest number of groups traced one by one after a failure.
+    /// Upper limit of `pause`.
     const MAX_PAUSE: u32 = 64;
 
-    /// Decides whether the next group of rays is traced as a packet.
+    /// Returns whether the next group of rays is traced as a packet, and counts that group.
     fn should_try_packet(&mut self) -> bool {
         let tries = self.single_turns == 0;
         self.single_turns = self.single_turns.saturating_sub(1);
         tries
     }
 
-    /// Adapts the number of groups to the outcome of a packet.
+    /// Adapts the choice for the next groups to the outcome of a packet.
     fn record_packet_result(&mut self, packet_result: PacketResult) {
         match packet_result {
             PacketResult::Complete => self.pause = 0,
@@ -75,9 +75,9 @@ impl PacketBackoff {
 }
 
 impl<R: Real> Geometry<R> {
-    /// Finds the closest hit of each ray, in order, and replaces the contents of `hits`. The hits
-    /// equal those of [`Geometry::closest`] bit for bit. Consecutive calls with similar rays should
-    /// pass the same `backoff`.
+    /// Finds the closest hit of each ray. Replaces the contents of `hits` by the results, in the
+    /// order of the rays. Each result equals that of [`Geometry::closest`] bit for bit. Consecutive
+    /// calls with similar rays should pass the same `backoff`.
     #[doc(alias("rtcIntersect8", "rtcIntersect16"))]
     pub fn closest_of_packet(
         &self,
@@ -103,8 +103,8 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    /// Traces up to [`MAX_RAYS`] rays together. Appends their hits only if the packet traversal
-    /// completed.
+    /// Traces up to [`MAX_RAYS`] rays together. If the packet traversal completes, appends one
+    /// result per ray to `hits`.
     #[inline(never)]
     fn trace_packet(
         &self,
@@ -154,7 +154,7 @@ impl<R: Real> Geometry<R> {
     }
 }
 
-/// A packet query of a geometry, as the visitor of a packet traversal.
+/// A packet query: the geometry and the rays for the primitive tests of a packet traversal.
 struct PacketQuery<'a, 'r, R: Real> {
     geometry: &'a Geometry<R>,
     rays: &'a RayPacket<'r, R>,

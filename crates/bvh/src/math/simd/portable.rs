@@ -12,7 +12,7 @@ pub(crate) struct Portable;
 
 #[cfg(not(target_arch = "x86_64"))]
 impl Portable {
-    /// Returns `None`: the processor has neither AVX2 nor AVX-512.
+    /// Returns `None`. Here the type replaces `Avx2` and `Avx512`, which the processor lacks.
     pub fn detect() -> Option<Self> {
         None
     }
@@ -30,8 +30,9 @@ fn flip_signs(a: Vec4, b: Vec4) -> Vec4 {
     )
 }
 
-/// Whether the target has SSE2. glam's maximum is then one instruction that returns the second
-/// operand unless the first is greater, as [`Simd`] requires. On other targets NaN may win.
+/// Whether the target has SSE2. With SSE2, glam's maximum is one instruction that returns the
+/// second operand unless the first is greater, as [`Simd`] requires. On other targets glam's
+/// maximum may return a NaN of the first operand.
 const HAS_SSE2: bool = cfg!(target_feature = "sse2");
 
 /// Returns the first number in lanes where it is greater, otherwise the second.
@@ -54,7 +55,7 @@ fn min_or_second(a: Vec4, b: Vec4) -> Vec4 {
     }
 }
 
-/// Builds the mask of all lanes that satisfy `is_set`.
+/// Returns the mask of all lanes for which `is_set` returns true.
 #[inline(always)]
 fn build_mask(is_set: impl Fn(usize) -> bool) -> u32 {
     (0..WIDTH).fold(0, |mask, lane| mask | u32::from(is_set(lane)) << lane)
