@@ -269,6 +269,13 @@ fn runs_have_one_backdrop() {
     assert!(dark > bright + 50, "{dark} {bright}");
     assert_eq!(corners("bright.obj dark.obj"), [bright; 2]);
     assert_eq!(corners("dark.obj bright.obj"), [dark; 2]);
+    // A picture without a studio between them changes nothing.
+    let line = "bright.obj preset:whitted dark.obj -s 32x24 --spp 4 --ground none -o %d.png -q";
+    sandbox
+        .run(&line.split(' ').collect::<Vec<_>>())
+        .exits_with(0);
+    let corner = |name: &str| codes(&sandbox.picture(name))[0][0];
+    assert_eq!(["0.png", "2.png"].map(corner), [bright; 2]);
     assert_eq!(corners("bright.obj dark.obj --backdrop light"), [dark; 2]);
     assert_eq!(corners("dark.obj bright.obj --backdrop dark"), [bright; 2]);
     assert_eq!(corners("dark.obj bright.obj --backdrop auto"), [dark; 2]);

@@ -114,6 +114,20 @@ fn sections_are_capped() {
             depth(section)
         );
     }
+    // The triangles of a cap are the program's, so that --wireframe does not draw their edges.
+    let cap = |edges: &str| {
+        let line = format!(
+            "render b.obj --eye 5,0.5,0.5 --target 0,0.5,0.5 --fov 20 -s 32x32 --spp 16 -q -o a.exr --section x=0.25{edges}"
+        );
+        sandbox
+            .run(&line.split(' ').collect::<Vec<_>>())
+            .exits_with(0);
+        sandbox.picture("a.exr")
+    };
+    let [plain, lines] = ["", " --wireframe"].map(cap);
+    for (x, y) in (10..22).flat_map(|y| (10..22).map(move |x| (x, y))) {
+        assert_eq!(plain.pixel(x, y), lines.pixel(x, y), "{x}, {y}");
+    }
     let sheet = "render b.obj --section -y=0.5 --material clay --wireframe --views iso,front -s 24x16 --spp 2 --sheet s.png -q";
     sandbox
         .run(&sheet.split(' ').collect::<Vec<_>>())

@@ -146,6 +146,28 @@ fn planes_through_faces_leave_no_film() {
     }
 }
 
+/// Protects: a face of a kept body that lies in the plane stays the body's own, with its attributes;
+/// no cap takes its place.
+#[test]
+fn faces_in_the_plane_are_no_caps() {
+    let (mut corners, mut triangles) = cube(-1.0, 0.0, false);
+    let (removed, of) = cube(0.5, 1.0, false);
+    corners.extend(removed);
+    triangles.extend(of.into_iter().map(|triangle| triangle.map(|v| v + 8)));
+    let mut both = scene(
+        &[("both", data((corners, triangles)))],
+        json!([object("both", json!([]))]),
+    );
+    leaves(&both, "x=0", &[1.0]);
+    cut_scene(&mut both, &"x=0".parse().expect("a section"), "s");
+    let meshes: Vec<_> = meshes_to_cut(&both).into_iter().flatten().collect();
+    let counts: Vec<_> = meshes
+        .iter()
+        .map(|mesh| (mesh.is_cap, mesh.indices.len()))
+        .collect();
+    assert_eq!(counts, [(false, 12)]);
+}
+
 /// Protects: inner walls bound holes, so that a hollow body shows its wall; overlapping bodies of a
 /// mesh share a cap; a body that only touches the plane from the removed side leaves nothing.
 #[test]
