@@ -1,38 +1,40 @@
-//! Adaptive sampling: after each round over the picture, the film decides the sample counts of its
-//! tiles for the next round, until the requested error is reached.
+//! Adaptive sampling. After each round over the picture, the film chooses how many samples each
+//! tile gets in the next round, until the requested error is reached.
 //!
-//! The samples of a tile must not decide their own weight: a tile that stops because it has not yet
-//! found a rare bright path is too dark on average. Replicates therefore form two halves, each of
-//! which decides the sample counts of the *other*, and every replicate has the same weight in the
-//! end, whatever its number of samples. A slight dependence remains: the picture of a round decides
-//! whether the render ends.
+//! A tile must not choose its own sample count by its own samples. Otherwise, a tile that stops
+//! before it has found a rare bright path would be too dark on average. Replicates (independent
+//! renders of the picture, see [`film`](crate::film)) therefore form two halves, even and odd. The
+//! samples of each half choose the sample counts of the opposite half. In the end every replicate
+//! has the same weight, whatever its number of samples. A slight dependence remains: the picture of
+//! a round determines whether the render ends.
 //!
-//! The squared errors of a tile with n samples sum to v/n. For a given total of samples, the sum
-//! over tiles is least where n is proportional to √v (Neyman, "On the Two Different Aspects of the
-//! Representative Method", 1934). An estimate of v from few replicates is noisy. It is therefore
-//! smoothed over neighbouring tiles, and a tile that looks quiet keeps at least a fixed share of
-//! samples. Sample counts lie on a coarse grid of numbers for which the points of a sequence are
-//! well distributed.
+//! A tile with n samples has a squared error of v/n, where v is the variance of one sample. For a
+//! given total of samples, the sum of these errors is least if n is proportional to √v (Neyman, "On
+//! the Two Different Aspects of the Representative Method", 1934). An estimate of v from few
+//! replicates is noisy. Estimates are therefore averaged over neighbouring tiles, and a tile of low
+//! variance still gets a minimum of samples. Sample counts are rounded to numbers of points for
+//! which the sample sequence is well distributed.
 
 use super::relative::relative_error_weights;
 use super::{Doubt, Film, FilmPlan, ReplicateBuffer, Uncertainty};
 use crate::denoise::denoise;
 use crate::observer::Observer;
 
-/// Samples of a replicate in the first round.
+/// Samples per pixel of a replicate in the first round.
 const FIRST_ROUND_SAMPLES: u32 = 4;
 
-/// Largest factor on the total number of samples per round.
+/// Greatest factor by which a round increases the total number of samples.
 const GROWTH: f64 = 1.25;
 
-/// Least factor on the total number of samples per round, as long as the error is too large.
+/// Least factor by which a round increases the total number of samples, while the error is too
+/// large.
 const LEAST_GROWTH: f64 = 1.0625;
 
-/// Largest factor on the samples of a tile per round; the estimated noise of a single tile may be
-/// wrong.
+/// Greatest factor by which a round increases the samples of a tile. The estimated variance of a
+/// single tile may be wrong.
 const TILE_GROWTH: u32 = 2;
 
-/// Least share of a tile's samples, relative to a tile with the mean variance.
+/// Least number of samples of a tile, relative to a tile of mean variance.
 const LEAST_TILE_WEIGHT: f64 = 0.25;
 
 /// Progress of a film towards a requested error.
@@ -46,13 +48,13 @@ pub(crate) enum ErrorProgress {
     Exhausted,
 }
 
-/// Record of a render that continued although its estimated error had reached the requested error,
-/// because the estimate was doubtful.
+/// Record of a doubtful error estimate. The estimated error had reached the requested error, but
+/// the render continued because of the doubt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RejectedStop {
-    /// Least and greatest number of samples of a pixel at the time of the doubtful estimate.
+    /// Least and greatest number of samples per pixel when the doubtful estimate was made.
     pub samples: [u32; 2],
-    /// The doubtful estimate: a root relMSE.
+    /// The doubtful estimate: the root of the mean relative squared error (root relMSE).
     pub error: f64,
     /// Reason to doubt the estimate.
     pub doubt: Doubt,
@@ -63,15 +65,17 @@ pub(super) fn first_round_samples(plan: &FilmPlan) -> u16 {
     FIRST_ROUND_SAMPLES.min(plan.replicate_samples(plan.replicates - 1)) as u16
 }
 
-/// Rounds a sample count down to the grid of allowed counts: eight per octave.
+/// Rounds a sample count down to an allowed count. There are eight allowed counts between a power
+/// of two and the next.
 fn round_to_count_grid(samples: f64) -> u32 {
     let whole = samples.clamp(1.0, f64::from(u16::MAX)) as u32;
     whole >> whole.ilog2().saturating_sub(3) << whole.ilog2().saturating_sub(3)
 }
 
 impl Film {
-    /// Decides the sample counts of the next round, after a complete round. The aim is a root
-    /// relMSE of the picture below `error`; for a picture to be denoised, of the denoised picture.
+    /// Sets the sample counts of the next round, after a complete round. Sampling continues until
+    /// the root relMSE is below `error`. For a picture to be denoised, this is the error of the
+    /// denoised picture.
     pub(crate) fn plan_next_round(&mut self, error: f64, observer: &dyn Observer) -> ErrorProgress {
         if self.is_replayed {
             return ErrorProgress::Exhausted;
@@ -140,15 +144,15 @@ impl Film {
         ErrorProgress::NeedsSamples
     }
 
-    /// Returns the record of the first time that the estimated error reached the requested error
-    /// but was doubtful; `None` otherwise, and for films read from files.
+    /// Returns the record of the first doubtful error estimate at or below the requested error.
+    /// `None` without such an estimate, and for films read from files.
     pub fn rejected_stop(&self) -> Option<RejectedStop> {
         self.rejected_stop
     }
 
-    /// Returns the new samples per pixel of each tile, for the replicates of one half: 0 for even,
-    /// 1 for odd replicates. The total is at most `growth` times the present total. `None` if no
-    /// count rises.
+    /// Returns the new sample counts per pixel of all tiles, for one half of the replicates: 0
+    /// selects even, 1 odd replicates. The new total is at most `growth` times the present total.
+    /// `None` if no count increases.
     fn raise_sample_counts(&self, half: u32, growth: f64) -> Option<Vec<u32>> {
         let shares = self.compute_tile_weights(1 - half);
         let maximum = self.plan.replicate_samples(self.plan.replicates - 1);
@@ -197,8 +201,8 @@ impl Film {
             .then_some(raised)
     }
 
-    /// Returns the weight of each tile in the distribution of samples, estimated from one half of
-    /// the replicates; the largest weight is 1.
+    /// Returns the weight of each tile for the distribution of samples, in 0..1 with a greatest
+    /// weight of 1. Weights are estimated from one half of the replicates.
     fn compute_tile_weights(&self, half: u32) -> Vec<f64> {
         let variances = self.smooth_over_tiles(&self.estimate_tile_variances(half));
         let mean = variances.iter().sum::<f64>() / variances.len() as f64;
@@ -212,8 +216,8 @@ impl Film {
             .collect()
     }
 
-    /// Returns for each tile the relative variance of one sample, averaged over the tile's pixels,
-    /// from the first two replicates of one half.
+    /// Returns for each tile the relative variance of one sample, averaged over the tile's pixels.
+    /// The first two replicates of one half give the estimate.
     fn estimate_tile_variances(&self, half: u32) -> Vec<f64> {
         let pair: Vec<&ReplicateBuffer> = self
             .buffers
@@ -250,8 +254,8 @@ impl Film {
         sums
     }
 
-    /// Returns for each tile the weighted mean of its own value and those of its eight neighbours;
-    /// nearer tiles weigh more.
+    /// Returns for each tile the weighted mean of its value and the values of its eight neighbours.
+    /// The tile itself weighs most, its corner neighbours least.
     fn smooth_over_tiles(&self, values: &[f64]) -> Vec<f64> {
         let columns = self.plan.tile_columns() as usize;
         let near =

@@ -1,4 +1,5 @@
-//! Buffer of one replicate, for a tile or a whole film, and copies between both kinds of buffer.
+//! Buffer of one replicate, either for a tile or for a whole film, and copies from buffer to
+//! buffer.
 
 use core::ops::Range;
 
@@ -6,31 +7,31 @@ use super::sums::{BLOCK, has_partial_block};
 use super::{FilmPlan, PixelSums};
 use crate::settings::Crop;
 
-/// The sums of one replicate over a rectangle of pixels, row by row. Lists that the picture does
-/// not need are empty.
+/// Sums of one replicate over a rectangle of pixels, row by row. A list that the picture does not
+/// need is empty.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ReplicateBuffer {
-    /// Summed radiance of each pixel: over the full blocks of samples, or over all samples of a
-    /// pixel with a single block.
+    /// Summed radiance of each pixel. Samples after the last full block are excluded, unless the
+    /// pixel has no full block; see [`sums`](super::sums).
     pub sums: Vec<[f64; 3]>,
-    /// Summed radiance of each pixel's last block, if the block is partial and not the only one;
-    /// else empty.
+    /// Summed radiance of each pixel's samples after its last full block. Empty if no pixel has
+    /// such samples after a full block.
     pub partial_blocks: Vec<[f64; 3]>,
-    /// Number of finite samples of each pixel.
+    /// Number of each pixel's samples with a finite radiance.
     pub samples: Vec<u16>,
-    /// Summed coverage of each pixel's samples, in units of
-    /// 1/[`COVERAGE_UNITS`](super::sums::COVERAGE_UNITS), for the alpha.
+    /// Coverage (alpha) of each pixel, summed over samples in units of
+    /// 1/[`COVERAGE_UNITS`](super::sums::COVERAGE_UNITS).
     pub covered: Vec<u32>,
-    /// Summed coverage of each pixel by a ground's shadow, in the same units.
+    /// Coverage of each pixel by the shadow on the studio's ground, summed in the same units.
     pub shadowed: Vec<u32>,
-    /// Number of each pixel's camera rays that hit a surface, for layers that are means over hits;
-    /// dropped samples are included.
+    /// Number of each pixel's camera rays that hit a surface, for layers that are means over hits.
+    /// Samples with a non-finite radiance count too.
     pub first_hits: Vec<u16>,
-    /// Sums of the layers of first hits, by layer and pixel.
+    /// Sums of the layers of first hits, for each layer and pixel.
     pub layers: Vec<Vec<[f64; 3]>>,
 }
 
-/// Position of a rectangle of pixels in a buffer with wider rows.
+/// Rectangle of pixels within a buffer whose rows may be wider.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rect {
     start: usize,
@@ -40,7 +41,7 @@ pub(crate) struct Rect {
 }
 
 impl Rect {
-    /// Returns the rectangle that covers a whole buffer.
+    /// Returns the rectangle that covers a buffer of `width` × `height` pixels.
     pub fn for_whole_buffer(width: u32, height: u32) -> Self {
         Self {
             start: 0,
@@ -50,7 +51,7 @@ impl Rect {
         }
     }
 
-    /// Returns the rectangle of a tile in a film with rows of `stride` pixels.
+    /// Returns the rectangle of a tile in a film whose rows have `stride` pixels.
     pub fn for_film_tile(tile: Crop, stride: u32) -> Self {
         let start = tile.y as usize * stride as usize + tile.x as usize;
         Self {
@@ -61,7 +62,7 @@ impl Rect {
         }
     }
 
-    /// Iterates over the rows as ranges of the buffer.
+    /// Iterates over the rows of the rectangle, as index ranges of the buffer.
     pub fn row_ranges(self) -> impl Iterator<Item = Range<usize>> {
         (0..self.height)
             .map(move |row| self.start + row * self.stride)
@@ -69,8 +70,8 @@ impl Rect {
     }
 }
 
-/// Copies the rectangle `from` of the source `of` to the rectangle `to` of `into`. Does nothing if
-/// the source is empty.
+/// Copies the rectangle `from` of the list `of` to the rectangle `to` of the list `into`. Does
+/// nothing if `of` is empty.
 pub(crate) fn copy_rect<T: Copy>(into: &mut [T], to: Rect, of: &[T], from: Rect) {
     if of.is_empty() {
         return;
@@ -80,7 +81,7 @@ pub(crate) fn copy_rect<T: Copy>(into: &mut [T], to: Rect, of: &[T], from: Rect)
     }
 }
 
-/// Returns the values within a rectangle, row by row; empty for an empty list.
+/// Returns the values of a list within a rectangle, row by row; empty if the list is empty.
 fn extract_rect<T: Copy>(of: &[T], from: Rect) -> Vec<T> {
     if of.is_empty() {
         Vec::new()
@@ -106,8 +107,8 @@ impl ReplicateBuffer {
         }
     }
 
-    /// Returns an empty buffer with memory reserved for `pixels` pixels, which are appended one by
-    /// one.
+    /// Returns an empty buffer with capacity for `pixels` pixels, to be filled by
+    /// [`Self::push_pixel`].
     pub fn with_capacity(plan: &FilmPlan, pixels: usize) -> Self {
         Self {
             sums: Vec::with_capacity(pixels),
@@ -122,7 +123,7 @@ impl ReplicateBuffer {
         }
     }
 
-    /// Appends the sums of the next pixel; `drawn` is its number of samples.
+    /// Appends the sums of the next pixel. `drawn` is the number of samples per pixel.
     pub fn push_pixel(&mut self, plan: &FilmPlan, pixel: &PixelSums, drawn: u32) {
         match has_partial_block(drawn) {
             true => {
@@ -140,8 +141,8 @@ impl ReplicateBuffer {
         }
     }
 
-    /// Returns the sums of a pixel from which sampling continues; `drawn` is the number of samples
-    /// so far.
+    /// Returns the sums of a pixel, from which sampling continues. `drawn` is the number of samples
+    /// per pixel so far.
     pub fn pixel_sums(&self, pixel: usize, drawn: u32) -> PixelSums {
         if drawn == 0 {
             return PixelSums::default();
@@ -174,7 +175,7 @@ impl ReplicateBuffer {
         core::array::from_fn(|i| sum[i] + open[i])
     }
 
-    /// Copies the rectangle `from` of another buffer to the rectangle `to` of this buffer.
+    /// Copies the rectangle `from` of `buffer` to the rectangle `to` of this buffer.
     pub fn copy_rect_from(&mut self, to: Rect, buffer: &Self, from: Rect) {
         if self.partial_blocks.len() < self.sums.len() && !buffer.partial_blocks.is_empty() {
             self.partial_blocks.resize(self.sums.len(), [0.0; 3]);
@@ -196,7 +197,7 @@ impl ReplicateBuffer {
         }
     }
 
-    /// Returns a rectangle of the buffer as a new buffer.
+    /// Returns a copy of a rectangle as a buffer of its own.
     pub fn extract_rect(&self, from: Rect) -> Self {
         Self {
             sums: extract_rect(&self.sums, from),

@@ -1,15 +1,16 @@
-//! Estimates from the replicates of a pixel: the mean radiance and its standard error.
+//! Mean radiance of a pixel and the standard error of this mean, estimated from the pixel's
+//! replicates.
 
 use super::relative::{REACH, average_along_axis};
 use super::sums::COVERAGE_UNITS;
 use super::{Film, FilmPart, ReplicateBuffer};
 
-/// Statistics over the replicates of a film that have samples, in ascending order of replicates.
+/// Statistics over those replicates of a film that have samples, in ascending order of replicates.
 pub(super) struct ReplicateStats<'a> {
     buffers: Vec<&'a ReplicateBuffer>,
     /// Whether all replicates have equal weight, whatever their number of samples. Under adaptive
-    /// sampling the numbers depend on other replicates' colours, so weighting by number would bias
-    /// the mean.
+    /// sampling, the number of samples depends on the colours of other replicates: weights by
+    /// number would bias the mean.
     equal_weights: bool,
 }
 
@@ -21,7 +22,7 @@ impl<'a> ReplicateStats<'a> {
         }
     }
 
-    /// Returns the mean radiance of a pixel's samples, and their number; black without samples.
+    /// Returns the mean radiance of a pixel, black without samples, and its number of samples.
     /// Replicates are added in ascending order.
     #[inline]
     pub fn mean(&self, pixel: usize) -> ([f64; 3], f64) {
@@ -40,12 +41,12 @@ impl<'a> ReplicateStats<'a> {
         (sum.map(|s| s / weights.max(1.0)), count as f64)
     }
 
-    /// Returns the covered share of a pixel, 0 to 1.
+    /// Returns the coverage (alpha) of a pixel, 0 to 1.
     pub fn coverage(&self, pixel: usize) -> f64 {
         self.average_coverage(pixel, |buffer| &buffer.covered)
     }
 
-    /// Returns the share of a pixel, 0 to 1, that a ground's shadow covers.
+    /// Returns the share of a pixel that the shadow on the studio's ground covers, 0 to 1.
     pub fn shadow_coverage(&self, pixel: usize) -> f64 {
         self.average_coverage(pixel, |buffer| &buffer.shadowed)
     }
@@ -78,7 +79,7 @@ impl<'a> ReplicateStats<'a> {
         sampled_buffers.count() as u32
     }
 
-    /// Overwrites `means` with a pixel's mean radiance in each replicate that has samples.
+    /// Overwrites `means` with the pixel's mean radiance in each replicate in which it has samples.
     pub fn collect_replicate_means(&self, pixel: usize, means: &mut Vec<[f64; 3]>) {
         means.clear();
         let sampled_buffers = self
@@ -92,22 +93,25 @@ impl<'a> ReplicateStats<'a> {
         }));
     }
 
-    /// Returns the standard errors of the means of `pixels` pixels in rows of `width`, per channel:
-    /// the square roots of their variances.
+    /// Returns the standard error of each pixel's mean radiance, per channel. The film has `pixels`
+    /// pixels in rows of `width`. The error is −1, unknown, for a pixel with fewer than two
+    /// replicates.
     ///
-    /// The estimated variance of a pixel is compared with the mean variance of the pixel and its
-    /// neighbours. An estimate below the 0.1 % quantile for so few replicates counts as chance and
-    /// is replaced by the 5 % quantile. Otherwise a pixel whose replicates all missed a rarely
-    /// found light, or found equal amounts of it, would claim a far too small error, or none. If no
-    /// neighbour has light, a black pixel is compared with the whole picture, unless the pixel is
-    /// known to be empty. With a single quantile for comparison and replacement, intervals would
-    /// hold in 97.5 % of pixels for even noise, or in 83 % for rare light. The variance of a sample
-    /// is compared, not the variance of a mean, because neighbours may have other sample counts.
+    /// Few replicates may all miss a rarely found light, or find equal amounts of it by chance.
+    /// Their variance would then be far too small, or zero. Therefore the variance is compared with
+    /// its mean over the pixel and its neighbours. A variance below the 0.1 % quantile for this
+    /// number of replicates counts as chance; the 5 % quantile replaces it.
     ///
-    /// m ± t·error contains the true mean m in 95 % of pixels, with the quantile t of Student's
-    /// distribution for R − 1 degrees of freedom
-    /// ([`student_factor_95`](crate::metrics::student_factor_95)): 3.18 for four replicates. With
-    /// fewer than two replicates the error is unknown: −1.
+    /// - A black pixel without lit neighbours is compared with the mean of the whole picture,
+    ///   unless its camera rays hit nothing.
+    /// - A single quantile for comparison and replacement would give intervals that hold in 97.5 %
+    ///   of pixels for even noise, but in 83 % for rare light.
+    /// - The compared number is the variance of one sample, not of the mean: neighbours may have
+    ///   other sample counts.
+    ///
+    /// Let m be the mean and t the quantile of Student's distribution with one degree of freedom
+    /// less than replicates ([`student_factor_95`](crate::metrics::student_factor_95)), 3.18 for
+    /// four replicates. Then m ± t·error contains the true mean in 95 % of pixels.
     pub fn standard_errors(&self, pixels: usize, width: usize) -> Vec<[f32; 3]> {
         let means: Vec<ReplicateDeviations> = (0..pixels)
             .map(|pixel| self.replicate_deviations(pixel))
@@ -168,8 +172,9 @@ impl<'a> ReplicateStats<'a> {
         means.iter().enumerate().map(error).collect()
     }
 
-    /// Whether a channel of a pixel is black in all replicates although camera rays may have hit a
-    /// surface. Without counts of hits, every black pixel may be lit.
+    /// Whether a channel of a pixel is black in all replicates, but light is possible because
+    /// camera rays hit a surface. Without counts of such hits, light is possible in every black
+    /// pixel.
     fn may_be_lit(&self, pixel: usize, channel: usize) -> bool {
         let is_empty = |buffer: &ReplicateBuffer| {
             buffer
@@ -183,7 +188,7 @@ impl<'a> ReplicateStats<'a> {
             && !self.buffers.iter().all(|buffer| is_empty(buffer))
     }
 
-    /// Computes the deviations of a pixel's replicates from the mean of the pixel.
+    /// Returns the deviations of a pixel's replicates from the pixel's mean.
     pub fn replicate_deviations(&self, pixel: usize) -> ReplicateDeviations {
         let (mean, samples) = self.mean(pixel);
         let sampled_buffers = || {
@@ -212,14 +217,16 @@ impl<'a> ReplicateStats<'a> {
     }
 }
 
-/// Mean of a pixel and variance of the mean, per channel.
+/// Mean radiance of a pixel, and the variance of this mean, per channel.
 pub(crate) type MeanVariance = [[f64; 3]; 2];
 
 impl Film {
-    /// Returns for each pixel of a tile the mean radiance with its unbiased variance, from the
-    /// complete replicates, without a correction for chance. `None` if fewer than two replicates of
-    /// the tile are complete. Without random sampling, one replicate suffices, and the variance is
-    /// zero.
+    /// Returns for each pixel of a tile the mean radiance and the unbiased variance of this mean,
+    /// from the tile's complete replicates. Unlike in [`ReplicateStats::standard_errors`], small
+    /// variances are not corrected.
+    ///
+    /// `None` if fewer than two replicates of the tile are complete. Without random sampling, one
+    /// replicate suffices, and the variance is zero.
     pub(crate) fn tile_means_and_variances(&self, tile: u32) -> Option<Vec<MeanVariance>> {
         let part = self.full_part();
         let is_done = |replicate: &u32| {
@@ -261,10 +268,11 @@ impl Film {
     }
 }
 
-/// Returns the 0.1 % and the 5 % quantile of an estimated variance relative to the true variance:
-/// quantiles of χ²/`freedom` for `freedom` degrees of freedom. Values up to three degrees are
-/// tabulated. Beyond three, the approximation of Wilson and Hilferty ("The Distribution of
-/// Chi-Square", 1931) is accurate to a hundredth.
+/// Returns the 0.1 % and the 5 % quantile of the ratio of an estimated variance to the true
+/// variance. These are quantiles of χ² divided by `freedom`, the degrees of freedom.
+///
+/// Values for up to three degrees are tabulated. For more degrees, an approximation is accurate to
+/// 0.01 (Wilson, Hilferty, "The Distribution of Chi-Square", 1931).
 fn chi_square_quantiles(freedom: u32) -> [f64; 2] {
     const FEW: [[f64; 2]; 4] = [
         [0.0, 0.0],
@@ -278,11 +286,11 @@ fn chi_square_quantiles(freedom: u32) -> [f64; 2] {
     })
 }
 
-/// Deviations of a pixel's replicates from the mean of the pixel.
+/// Squared deviations of a pixel's replicates from the pixel's mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ReplicateDeviations {
-    /// Sum of the squared deviations over replicates, each weighted by its number of samples, or
-    /// all equally.
+    /// Sum over replicates of the squared deviation, per channel. The weights of replicates sum to
+    /// the number of samples; they are proportional to the replicates' sample counts, or all equal.
     pub squared_deviations: [f64; 3],
     /// Number of replicates with samples.
     pub replicates: u32,
@@ -291,8 +299,9 @@ pub(super) struct ReplicateDeviations {
 }
 
 impl ReplicateDeviations {
-    /// Returns the variance of the pixel's mean m, per channel: Σ nᵣ(mᵣ − m)² / (n(R − 1)) over its
-    /// R replicates with nᵣ samples of mean mᵣ.
+    /// Returns the variance of the pixel's mean m per channel: Σ nᵣ(mᵣ − m)² / (n(R − 1)). The sum
+    /// is over the pixel's R replicates; replicate r has nᵣ samples of mean mᵣ, and n is the sum of
+    /// all nᵣ.
     pub fn variance(&self) -> [f64; 3] {
         self.squared_deviations
             .map(|b| b / (self.samples * f64::from(self.replicates - 1)))

@@ -1,6 +1,6 @@
-//! Identity of a picture: the scene and every setting that affects a sample, as text for comparison
-//! alone. Films with equal identities are parts of one picture. The comparison of film files needs
-//! no scene.
+//! Identity of a picture: the scene and every setting that affects a sample, stored as text for
+//! comparison. Films of equal identity are parts of one picture. Film files can therefore be
+//! compared without their scene.
 
 use core::fmt::Debug;
 
@@ -8,14 +8,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::settings::Settings;
 
-/// Identity of a picture: the scene, and the settings that decide its samples. Settings of the
-/// computation (threads, accelerator, memory) are not included; the number of samples belongs to
-/// the film's plan.
+/// Identity of a picture: its scene, and the settings that affect its samples. Settings that affect
+/// only the computation (threads, accelerator, memory) are excluded. The number of samples is part
+/// of the film's plan.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct FilmIdentity {
     /// Text that identifies the scene.
     pub scene: String,
-    /// Settings with their values.
+    /// Names and values of the settings.
     settings: Vec<(String, String)>,
 }
 
@@ -86,8 +86,8 @@ impl FilmIdentity {
         }
     }
 
-    /// Returns the name of the first setting in which the pictures of two identities differ, or
-    /// "scene"; `None` for equal identities.
+    /// Returns the name of the first setting that differs between two identities, or "scene" if
+    /// only the scene differs. `None` for equal identities.
     pub fn find_difference(&self, other: &Self) -> Option<String> {
         let named = |(name, value): &(String, String)| {
             other.settings.iter().any(|(n, v)| n == name && v == value)

@@ -1,28 +1,35 @@
-//! Test for light that a single replicate of a pixel found: whether other pixels confirm such
-//! light, and the denominator of its relative error.
+//! Pixels that only one of their four replicates found lit: a test whether such pixels are truly
+//! lit, and the denominator of their relative error.
 //!
-//! A pixel that is lit in one replicate alone may truly be as bright as its mean, as at the edge of
-//! a lamp smaller than the pixel. Or the pixel is far darker, as where a path hit a lamp that
-//! hardly any path hits. The relative error is a few in the first case and millions in the second,
-//! and the pixel's own samples cannot decide between both cases. Other pixels can, if one of their
-//! four replicates is held out. Select the pixels where a single replicate of the remaining three
-//! found light: the held-out replicate is independent of this selection, so its expected brightness
-//! is the true mean of such pixels. If the held-out brightness equals the mean of the three
-//! replicates, lamps are small; if it is zero, light is rare.
+//! A pixel lit in one replicate alone may truly be as bright as its mean: it may show the edge of a
+//! lamp smaller than the pixel. Or it may be far darker, because one path hit a lamp that hardly
+//! any path hits. Its relative error is a few in the first case and millions in the second. The
+//! pixel's own samples cannot distinguish these cases.
 //!
-//! Where lamps are small, the brightness of a pixel that was lit once is as uncertain as a Poisson
-//! mean after one event, and its posterior depends on the prior. Under Jeffreys' prior ("An
-//! Invariant Form for the Prior Probability in Estimation Problems", 1946) the brightness has a
-//! gamma distribution of shape 3/2, with the pixel's mean m as its scale. Then 1/(T² + δ²) has a
-//! mean of √(2πm/δ)/m² and a mean square of √(2π)/4 · (m/δ)^(5/2)/m⁴, where m is far above δ. Under
-//! a uniform prior the shape is 2, and the mean is ½ ln(1 + m/δ + (m/δ)² e^(−2γ))/m², within a
-//! sixth. Scenes of small lamps lie between the two priors, whose means differ by a factor of three
-//! or four: Jeffreys' prior takes pixels that are lit once for too dark, the uniform prior for too
-//! bright. The geometric mean of both bounds the weight of a pixel's error. The interval includes
-//! the uncertainty of a single event and the uncertainty of the prior: a twelfth of the squared
-//! distance between both, as for a uniform distribution. Nothing is fitted to a scene. Products of
-//! replicates, which have no light in common in such a pixel, would give 1/δ², as if the pixel were
-//! black.
+//! Many pixels together can. Hold out one of the four replicates of each pixel, and select the
+//! pixels in which only one of the remaining three replicates found light. The held-out replicate
+//! is independent of this selection: its expected brightness is the true mean of the selected
+//! pixels. If the held-out brightness equals the mean of the three replicates, lamps are small. If
+//! it is zero, light is rare.
+//!
+//! Consider small lamps. The true brightness T of a pixel lit once is as uncertain as a Poisson
+//! mean after one event, and its posterior depends on the prior. Let m be the pixel's mean and δ²
+//! the constant 0.01 in the denominator T² + δ² of relative squared errors.
+//!
+//! - Jeffreys' prior ("An Invariant Form for the Prior Probability in Estimation Problems", 1946):
+//!   T has a gamma distribution of shape 3/2 and scale m. If m is far above δ, then 1/(T² + δ²) has
+//!   the mean √(2πm/δ)/m² and the mean square √(2π)/4 · (m/δ)^(5/2)/m⁴.
+//! - Uniform prior: the shape is 2, and the mean is ½ ln(1 + m/δ + (m/δ)² e^(−2γ))/m², within a
+//!   sixth. Here γ is Euler's constant.
+//!
+//! Jeffreys' prior takes pixels lit once for too dark, the uniform prior for too bright; their
+//! means differ by a factor of three or four. The geometric mean of both means bounds the weight of
+//! a pixel's error. Two uncertainties widen the interval of the error: that of a single event, and
+//! that of the prior. The latter is a twelfth of the squared distance between both priors, as for a
+//! uniform distribution. Nothing is fitted to a scene.
+//!
+//! Products of replicates could not serve as denominators. In such a pixel they are zero, and would
+//! give 1/δ², as if the pixel were black.
 
 use core::f64::consts::TAU;
 use core::ops::AddAssign;
@@ -32,36 +39,36 @@ use super::relative::FLOOR;
 /// Euler's constant γ.
 const EULER: f64 = 0.577_215_664_901_532_9;
 
-/// Share of the light of three replicates above which the brightest replicate counts as the only
+/// Fraction of the light of three replicates above which the brightest of them counts as the only
 /// lit replicate.
 const ALONE: f64 = 0.8;
 
-/// Bound on the light of a held-out replicate, in multiples of the expected light: a single very
-/// bright replicate must not confirm the light of other pixels.
+/// Greatest light of a held-out replicate that counts, in multiples of the expected light: a single
+/// very bright replicate must not confirm the light of other pixels.
 const MOST: f64 = 4.0;
 
-/// Share of the light that must be confirmed.
+/// Fraction of the light that held-out replicates must confirm.
 const ENOUGH: f64 = 0.5;
 
-/// Fewest pixels lit in a single replicate for which the confirmed share is determined, within
-/// about a sixth.
+/// Fewest pixels lit in a single replicate for which the confirmed fraction is known within about a
+/// sixth.
 const FEWEST: f64 = 40.0;
 
-/// Bound on the weight of a pixel's squared error, for a pixel in which a single replicate found
-/// light.
+/// Bound on the weight (inverse denominator) of a pixel's squared error, for a pixel that a single
+/// replicate found lit.
 #[derive(Clone, Copy)]
 pub(super) struct SingleReplicateBound {
-    /// Largest weight of a squared error.
+    /// Greatest weight of the squared error, per channel.
     pub max_weight: [f64; 3],
-    /// Relative uncertainty of the weight because a single replicate found light; independent
-    /// between pixels.
+    /// Relative uncertainty of the weight because a single replicate found light. Independent from
+    /// pixel to pixel.
     pub event_uncertainty: [f64; 3],
-    /// Relative uncertainty of the weight due to the prior, common to all pixels.
+    /// Relative uncertainty of the weight because of the prior. Common to all pixels.
     pub prior_uncertainty: [f64; 3],
 }
 
 impl Default for SingleReplicateBound {
-    /// Returns no bound, for light that is not confirmed.
+    /// Returns an infinite bound, for light that is not confirmed.
     fn default() -> Self {
         Self {
             max_weight: [f64::INFINITY; 3],
@@ -72,7 +79,7 @@ impl Default for SingleReplicateBound {
 }
 
 impl SingleReplicateBound {
-    /// Returns the bound for a pixel from the mean radiances of its four replicates.
+    /// Returns the bound for a pixel, given the mean radiances of its four replicates.
     pub fn from_means(four: [[f64; 3]; 4]) -> Self {
         let mean: [f64; 3] =
             core::array::from_fn(|i| four.iter().map(|mean| mean[i]).sum::<f64>().max(0.0) / 4.0);
@@ -98,17 +105,17 @@ impl SingleReplicateBound {
     }
 }
 
-/// Statistics of held-out replicates, over pixels where a single one of the other replicates found
-/// light.
+/// Statistics over held-out replicates of pixels in which only one of the remaining three
+/// replicates found light.
 #[derive(Clone, Copy, Default)]
 pub(super) struct LeaveOneOutStats {
     /// Number of held-out replicates.
     held_out: f64,
-    /// Sum of the weights of held-out replicates.
+    /// Sum of the weights of the held-out replicates.
     weights: f64,
-    /// Sum of the squared weights.
+    /// Sum of the squared weights of the held-out replicates.
     squared_weights: f64,
-    /// Weighted sum of the confirmed light.
+    /// Weighted sum of the ratio of held-out light to expected light.
     confirmed_light: f64,
 }
 
@@ -122,10 +129,12 @@ impl AddAssign for LeaveOneOutStats {
 }
 
 impl LeaveOneOutStats {
-    /// Adds the means of a pixel's four replicates, each held out in turn. The weight of a held-out
-    /// replicate is √m for the mean m of the other three replicates, as in
-    /// [`SingleReplicateBound`]: brighter light has a more uncertain error. Pixels too dark for a
-    /// relative error are skipped.
+    /// Adds a pixel, given the mean radiances of its four replicates. Each replicate is held out in
+    /// turn.
+    ///
+    /// A held-out replicate has the weight √m, with the mean m of the other three replicates, as in
+    /// [`SingleReplicateBound`]: the error of brighter light is more uncertain. Pixels too dark for
+    /// a relative error are skipped.
     pub fn add_pixel(&mut self, four: [[f64; 3]; 4]) {
         let bright = four.map(|mean| (mean[0] + mean[1] + mean[2]) / 3.0);
         for held in 0..4 {
@@ -147,9 +156,9 @@ impl LeaveOneOutStats {
         }
     }
 
-    /// Whether the held-out replicates confirm enough light, by a margin of two standard errors.
-    /// The confirmed light varies by about its own value, and the four held-out replicates of a
-    /// pixel count as one.
+    /// Whether the held-out replicates confirm the fraction [`ENOUGH`] of the light, by a margin of
+    /// two standard errors. The confirmed light varies by about its own value. The four held-out
+    /// replicates of a pixel count as one.
     pub fn confirms_enough_light(&self) -> bool {
         let error = 2.0 * self.squared_weights.sqrt();
         self.held_out >= 4.0 * FEWEST && self.confirmed_light - 2.0 * error >= ENOUGH * self.weights

@@ -1,8 +1,8 @@
-//! Merging of films: the union of parts of a picture.
+//! Merging of films that are parts of one picture.
 
 use super::{Film, Rect};
 
-/// Reason why films are not parts of one picture.
+/// Reason why films cannot be merged or continued.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PartError {
     /// No film was given.
@@ -15,7 +15,7 @@ pub enum PartError {
     Foreign {
         /// Index of the film, from zero.
         part: usize,
-        /// Name of the setting that differs, or "scene".
+        /// Name of the property that differs, such as a setting or "scene".
         label: String,
     },
     /// The film cannot be continued to the requested number of samples.
@@ -23,44 +23,42 @@ pub enum PartError {
         "the film has {has} samples per pixel and cannot be continued to {requested}; request at least {least} samples per pixel"
     )]
     Samples {
-        /// Samples per pixel of the film's plan.
+        /// Samples per pixel planned for the film.
         has: u32,
         /// Requested samples per pixel.
         requested: u32,
-        /// Least number of samples per pixel, at or above the requested number, to which the film
-        /// can be continued.
+        /// Least possible number of samples per pixel that is not below the requested number.
         least: u32,
     },
-    /// Two films contain the same samples, which must not count twice.
+    /// Two films contain the same samples; these must not count twice.
     #[error(
         "film {part} (counted from 0) contains replicate {replicate} of tile {tile}, which an earlier film contains too; name each film once"
     )]
     Overlap {
-        /// Index of the later film, from zero.
+        /// Index of the film in which the samples occur again, from zero.
         part: usize,
-        /// Tile, numbered row by row.
+        /// Index of the tile, counted row by row.
         tile: u32,
-        /// Replicate, from zero.
+        /// Index of the replicate, from zero.
         replicate: u32,
     },
 }
 
 impl Film {
     /// Returns the name of the first property in which the pictures of two films differ, such as
-    /// "camera" or "scene"; `None` if both films are parts of one picture.
+    /// "camera" or "scene". `None` if both films are parts of one picture.
     pub(crate) fn find_difference(&self, other: &Film) -> Option<String> {
         self.identity
             .find_difference(&other.identity)
             .or_else(|| self.plan.find_difference(&other.plan).map(str::to_owned))
     }
 
-    /// Takes over the samples of an earlier film of this picture. No replicate of the earlier film
-    /// may have more samples than the plan of this film has for it. A render then continues from
-    /// these samples, and the result equals an uninterrupted render to the bit.
+    /// Takes over the samples of an earlier film of this picture. A render then continues from
+    /// these samples, with the same bits as an uninterrupted render.
     ///
-    /// # Errors
-    /// [`PartError::Foreign`] for the film of another picture, [`PartError::Samples`] if a
-    /// replicate of the earlier film has too many samples.
+    /// # Errors [`PartError::Foreign`] for the film of another picture. [`PartError::Samples`] if a
+    /// replicate of the earlier film has more samples than this film's plan gives to that
+    /// replicate.
     pub fn continue_from(&mut self, earlier: Film) -> Result<(), PartError> {
         let foreign = self.identity.find_difference(&earlier.identity);
         if let Some(label) = foreign.or_else(|| {
@@ -102,12 +100,11 @@ impl Film {
         Ok(())
     }
 
-    /// Empties this film, and sets the goals of its tiles to the sample counts of `map`, another
-    /// film of the same picture. A render then repeats, to the bit, a picture that was stopped or
-    /// ended by a time limit.
+    /// Empties this film, and sets the sample counts of its tiles to those of `map`, another film
+    /// of the same picture. A render then repeats, to the bit, a picture whose render was stopped
+    /// or reached its time limit.
     ///
-    /// # Errors
-    /// [`PartError::Foreign`] for the film of another picture.
+    /// # Errors [`PartError::Foreign`] for the film of another picture.
     pub fn repeat_sample_counts(&mut self, map: &Film) -> Result<(), PartError> {
         let foreign = self.identity.find_difference(&map.identity);
         if let Some(label) = foreign.or_else(|| {
@@ -125,11 +122,10 @@ impl Film {
         Ok(())
     }
 
-    /// Returns the union of parts of one picture, given in any order. If the parts are complete,
-    /// the union equals a single render to the bit.
+    /// Returns the union of parts of one picture, given in any order. The union of complete parts
+    /// equals a single render to the bit.
     ///
-    /// # Errors
-    /// See [`PartError`].
+    /// # Errors See [`PartError`].
     pub fn merge(parts: &[Film]) -> Result<Film, PartError> {
         let first = parts.first().ok_or(PartError::Nothing)?;
         let mut film = Film::new_empty(first.identity.clone(), first.plan.clone());
@@ -154,8 +150,8 @@ impl Film {
         Ok(film)
     }
 
-    /// Adds the sample counts of a part. Fails if the film already holds samples of the same tile
-    /// and replicate.
+    /// Adds the sample counts of `part`, which has the given index. Fails if the film already holds
+    /// samples of the same tile and replicate.
     fn record_part_samples(&mut self, part: &Film, index: usize) -> Result<(), PartError> {
         let tiles = self.plan.tile_count() as usize;
         for (unit, (drawn, &held)) in self

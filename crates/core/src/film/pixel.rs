@@ -1,43 +1,47 @@
-//! Contribution of a pixel to the picture's error estimate: the variance of the pixel's mean,
-//! relative to four estimates of its true colour, and squared products of differences between its
-//! replicates.
+//! Contribution of one pixel to the error estimate of the picture: the variance of the pixel's
+//! mean, relative to four estimates of its squared true colour, and squared products of differences
+//! between replicates.
 
 use glam::DVec3;
 
 use super::leave_one_out::SingleReplicateBound;
 use super::relative::{weights_from_four, weights_from_independent_pair, weights_from_same_pair};
 
-/// The three pairings of four replicates: indices of the first pair, then of the second pair.
+/// The three ways to divide four replicates into two pairs: indices of the first pair, then of the
+/// second pair.
 const PAIRINGS: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2]];
 
-/// Contribution of a pixel to the picture's error estimate.
+/// Contribution of a pixel to the error estimate of the picture, see
+/// [`uncertainty`](super::uncertainty).
 #[derive(Clone, Copy, Default)]
 pub(super) struct PixelVariance {
-    /// Variance of the pixel's mean, relative to its squared true colour. Each squared difference
-    /// of a pair of replicates is weighted by the other pair.
+    /// Variance of the pixel's mean, relative to the squared true colour. The squared difference of
+    /// each pair of replicates is relative to the product of the opposite pair.
     pub variance: f64,
-    /// The same variance, weighted by the products of all four replicates.
+    /// The same variance, relative to the products of all four replicates.
     pub by_four: f64,
-    /// The same variance, relative to the square of the mean of all four replicates.
+    /// The same variance, relative to the squared mean of all four replicates.
     pub by_mean: f64,
-    /// The same variance, with each difference of a pair relative to the square of that pair's
-    /// mean.
+    /// The same variance; the squared difference of each pair is relative to the squared mean of
+    /// the same pair.
     pub by_pair_mean: f64,
     /// Squared products of two independent differences between replicates.
     pub product: f64,
-    /// Uncertainty of the weight where a single replicate found light: the part that is independent
-    /// between pixels.
+    /// Uncertainty of the weight where a single replicate found light, without the part of the
+    /// prior. Independent from pixel to pixel.
     pub event_uncertainty: f64,
-    /// The part of this uncertainty that is common to all pixels.
+    /// Uncertainty of this weight because of the prior. Common to all pixels.
     pub prior_uncertainty: f64,
 }
 
 impl PixelVariance {
-    /// Adds the absolute variance of the pixel's mean, in squared radiance, from the means of four
-    /// replicates. The difference of two replicates has twice the variance of one, so an eighth of
-    /// the squared difference estimates the variance of the mean of four. An absolute variance
-    /// needs no weights, so all four variants are equal. `shares` are the factors on each of the
-    /// three pairings, in the variance and in the products.
+    /// Adds the absolute variance of the pixel's mean, in squared radiance. `at` holds the means of
+    /// four replicates. `shares` are the factors on each of the three [`PAIRINGS`], in the variance
+    /// and in the products.
+    ///
+    /// The difference of two replicates has twice the variance of one. An eighth of the squared
+    /// difference therefore estimates the variance of the mean of four. An absolute variance needs
+    /// no weights: all four variants are equal.
     pub fn add_absolute_variance(&mut self, at: [DVec3; 4], shares: [f64; 2]) {
         for [a, b, c, d] in PAIRINGS.map(|pairing| pairing.map(|r| at[r])) {
             let (one, two) = (a - b, c - d);
@@ -51,13 +55,13 @@ impl PixelVariance {
         }
     }
 
-    /// Adds the variance of the pixel's mean, relative to the squared true colour, from the means
-    /// of four replicates.
+    /// Adds the variance of the pixel's mean, relative to the squared true colour. `at` holds the
+    /// means of four replicates. `shares` are the factors on each of the three [`PAIRINGS`], in the
+    /// variance and in the products.
     ///
-    /// A difference between two replicates is weighted in four variants: by the other two
-    /// replicates, by the two themselves, by the mean of all four, and by the products of all four.
-    /// Where a single replicate found light, `once` bounds the first and the last weight. `shares`
-    /// are the factors on each of the three pairings, in the variance and in the products.
+    /// Four variants weight the difference of two replicates: by the opposite pair, by the same
+    /// pair, by the mean of all four, and by the products of all four. Where a single replicate
+    /// found light, `once` bounds the first and the last weight.
     pub fn add_relative_variance(
         &mut self,
         at: [DVec3; 4],
@@ -99,8 +103,8 @@ impl PixelVariance {
     }
 }
 
-/// Returns the square of the weighted dot product of two differences `one` and `two`, with their
-/// weights per channel.
+/// Returns (Σᵢ √(uᵢ·vᵢ)·aᵢ·bᵢ)², summed over the channels i. The differences are a = `one` and b =
+/// `two`, their weights u = `of_one` and v = `of_two`.
 pub(super) fn squared_weighted_dot(
     one: [f64; 3],
     two: [f64; 3],

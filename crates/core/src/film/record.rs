@@ -1,5 +1,5 @@
-//! Storage of a film in a file: a header, then numbers. Reading and writing share one function, so
-//! that both always agree on the order of the numbers.
+//! Storage of a film in a file: a header, then numbers. Reading and writing share one function:
+//! they cannot disagree on the order of the numbers.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,47 +8,46 @@ use super::sums::has_partial_block;
 use super::{Film, FilmPlan, Rect, ReplicateBuffer};
 use crate::counters::Counters;
 
-/// Header of a stored film: its identity, plan and progress. The sums and layers follow the header
-/// in the file.
+/// Header of a stored film: identity, plan and progress. The film's sums and layers follow in the
+/// file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FilmHeader {
     identity: FilmIdentity,
     plan: FilmPlan,
     counters: Counters,
-    /// Samples per pixel so far, by replicate and tile.
+    /// Samples per pixel so far, for each replicate and tile.
     drawn: Vec<u16>,
-    /// Samples per pixel at the end of the round, if the counts are adaptive or repeat another
-    /// film's counts; else empty.
+    /// Samples per pixel at the end of the current round. Empty unless the counts are adaptive or
+    /// repeat those of another film.
     goals: Vec<u16>,
     is_replayed: bool,
 }
 
-/// Reason why a film's header is invalid.
+/// Reason why the header of a film is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the {0} in the header of the film is invalid")]
 pub struct HeaderError(&'static str);
 
-/// Reader or writer of a film's numbers: a reader fills the slices, a writer leaves them unchanged.
+/// Reader or writer of a film's numbers. A reader fills the slices, a writer leaves them unchanged.
 pub trait FilmDataStream {
-    /// Error of reading or writing.
+    /// Error of the reader or writer.
     type Error;
-    /// Reads or writes f64 numbers.
+    /// Reads or writes `f64` numbers.
     fn transfer_f64(&mut self, numbers: &mut [f64]) -> Result<(), Self::Error>;
-    /// Reads or writes f32 numbers.
+    /// Reads or writes `f32` numbers.
     fn transfer_f32(&mut self, numbers: &mut [f32]) -> Result<(), Self::Error>;
     /// Reads or writes 16-bit counts.
     fn transfer_u16(&mut self, counts: &mut [u16]) -> Result<(), Self::Error>;
-    /// Reads or writes 32-bit whole numbers.
+    /// Reads or writes 32-bit integers.
     fn transfer_u32(&mut self, numbers: &mut [u32]) -> Result<(), Self::Error>;
 }
 
 impl FilmHeader {
-    /// Checks the header, and returns the bytes of the film and its picture. Every other use of a
-    /// header follows this check.
+    /// Validates the header, and returns the bytes of memory of the film and its picture. A header
+    /// must be validated before any other use.
     ///
-    /// # Errors
-    /// [`HeaderError`] names the invalid part.
+    /// # Errors [`HeaderError`] names the invalid part.
     pub fn bytes(&self) -> Result<u64, HeaderError> {
         self.plan.validate().map_err(HeaderError)?;
         let tiles = u64::from(self.plan.tile_count());
@@ -78,7 +77,7 @@ impl FilmHeader {
 }
 
 impl Film {
-    /// Returns the header, which precedes the film's numbers in a file.
+    /// Returns the header, to be written before the film's numbers.
     pub fn header(&self) -> FilmHeader {
         FilmHeader {
             identity: self.identity.clone(),
@@ -90,10 +89,9 @@ impl Film {
         }
     }
 
-    /// Returns a film of zeros for a header, to be filled by [`Self::transfer_data`].
+    /// Returns a film of zeros for a header. [`Self::transfer_data`] fills the film.
     ///
-    /// # Errors
-    /// See [`FilmHeader::bytes`].
+    /// # Errors See [`FilmHeader::bytes`].
     pub fn from_header(header: FilmHeader) -> Result<Self, HeaderError> {
         header.bytes()?;
         let FilmHeader {
@@ -113,11 +111,10 @@ impl Film {
         })
     }
 
-    /// Reads or writes all numbers of the film, in the order of the file: the sums by replicate and
-    /// tile, then the data that exist once per tile.
+    /// Reads or writes all numbers of the film, in the order of the file. The sums of each
+    /// replicate and tile come first. The data of each tile that exist only once follow.
     ///
-    /// # Errors
-    /// The first error of the reader or writer.
+    /// # Errors The first error of the reader or writer.
     pub fn transfer_data<N: FilmDataStream>(&mut self, numbers: &mut N) -> Result<(), N::Error> {
         let tiles = self.plan.tile_count();
         for (replicate, tile) in

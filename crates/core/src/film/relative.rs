@@ -1,23 +1,26 @@
-//! Denominators of relative squared errors: the square of a pixel's true colour, estimated from
+//! Denominators of relative squared errors: estimates of the squared true colour of a pixel from
 //! noisy samples.
 //!
-//! The product of two replicates' means is an unbiased estimate of that square, whatever their
-//! noise. But where light is rarely found, the product is zero in one pixel and ten times the truth
-//! in the next, and a relative error by this denominator means nothing. So the more two replicates
-//! differ, the more the mean product of the neighbouring pixels counts, which is accurate where the
-//! colour changes slowly. A bright sample raises the product together with the error. An error is
-//! therefore weighted by replicates that are not part of the error, or the bias is accounted for.
+//! The product of two replicates' means is an unbiased estimate of the squared true colour,
+//! whatever the noise. But where light is rarely found, this product is zero in one pixel and ten
+//! times too large in the next. A relative error with such a denominator means nothing. Therefore
+//! neighbouring pixels contribute to the denominator: the more two replicates differ, the more
+//! their mean product over the neighbours counts. This mean is accurate where the colour changes
+//! slowly.
+//!
+//! A bright sample increases product and error together. An error is therefore weighted by
+//! replicates that are not part of the error, or the bias is accounted for.
 
 use glam::DVec3;
 
 pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
 
-/// Number of neighbouring pixels on each side that are averaged.
+/// Number of neighbouring pixels on each side that contribute to an average.
 pub(super) const REACH: usize = 2;
 
-/// Returns the factors that turn squared errors into relative squared errors, by pixel and channel.
-/// The squared true colours are estimated from the means `a` and `b` of two replicates, in rows of
-/// `width` pixels.
+/// Returns for each pixel and channel the factor that converts a squared error to a relative
+/// squared error. The squared true colours are estimated from `a` and `b`, the means of two
+/// replicates, in rows of `width` pixels.
 pub(super) fn relative_error_weights(
     a: &[[f64; 3]],
     b: &[[f64; 3]],
@@ -50,31 +53,33 @@ pub(super) fn relative_error_weights(
         .collect()
 }
 
-/// Returns the factors that turn squared errors into relative squared errors, by channel, from the
-/// means a and b of two replicates that are not part of the error. They are near 1/(T² + 0.01) on
-/// average for a true colour T. The mean of 1/(ab + 0.01) is too large because ab is noisy; the
-/// excess is the variance of ab, estimated by (a² − b²)²/4, over the square of ab + 0.01.
-/// Neighbouring pixels are not used: they would bias the factors where colours change.
+/// Returns for each channel the factor that converts a squared error to a relative squared error.
+/// `a` and `b` are the means of two replicates that are not part of the error. The factor is near
+/// 1/(T² + 0.01) on average, for the true colour T.
+///
+/// Because ab is noisy, the mean of 1/(ab + 0.01) would be too large. The relative excess is the
+/// variance of ab, estimated by (a² − b²)²/4, over (ab + 0.01)². Neighbouring pixels are not used:
+/// they would bias the factors where colours change.
 pub(super) fn weights_from_independent_pair(a: DVec3, b: DVec3) -> DVec3 {
     let (relative_to, noise) = ((a * b).max(DVec3::ZERO) + FLOOR, (a * a - b * b) / 2.0);
     relative_to / (relative_to * relative_to + noise * noise)
 }
 
-/// Returns the factors that turn squared errors into relative squared errors, by channel, from the
-/// means of the two replicates in the error: 1/(m² + 0.01) for their mean m.
+/// Returns for each channel the factor that converts a squared error to a relative squared error:
+/// 1/(m² + 0.01). m is the mean of `a` and `b`, the two replicates in the error.
 pub(super) fn weights_from_same_pair(a: DVec3, b: DVec3) -> DVec3 {
     1.0 / ((a + b) * (a + b) / 4.0 + FLOOR)
 }
 
-/// Returns the factors that turn squared errors into relative squared errors, by channel, from the
-/// means of four replicates: the mean of their pairwise products estimates the square of the true
-/// colour.
+/// Returns for each channel the factor that converts a squared error to a relative squared error,
+/// from the means of four replicates. The mean of their pairwise products estimates the squared
+/// true colour.
 pub(super) fn weights_from_four([a, b, c, d]: [DVec3; 4]) -> DVec3 {
     1.0 / (((a * b + c * d + (a + b) * (c + d)) / 6.0).max(DVec3::ZERO) + FLOOR)
 }
 
-/// Returns for each pixel the mean of the pixel and up to `reach` neighbours on both sides along
-/// one axis. The axis has `length` pixels, which are `step` entries apart in the list.
+/// Returns for each pixel the mean over the pixel and up to `reach` neighbours on both sides along
+/// one axis. The axis has `length` pixels, which are `step` entries apart in the list `of`.
 pub(super) fn average_along_axis(
     of: &[[f64; 3]],
     reach: usize,

@@ -1,37 +1,36 @@
-//! Four replicates of each pixel with their layers: the input of a denoiser.
+//! Four replicates of each pixel, with their layers: the input of the denoiser.
 
 use super::{Film, ReplicateBuffer};
 use crate::denoise::requirements::REPLICATE_COUNT;
 use crate::settings::Aov;
 
-/// Largest radiance of a usable picture; its square is finite in f32.
+/// Greatest usable radiance of a picture. Its square is finite in `f32`.
 pub(crate) const BRIGHTEST: f64 = 1e15;
 
-/// Reason why a film cannot be denoised: its missing part.
+/// Reason why a film cannot be denoised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ReplicateQuadError {
-    /// A layer is missing.
+    /// This layer is missing.
     Layer(Aov),
     /// Some tiles have fewer than four replicates with samples.
     Replicates,
 }
 
-/// Four replicates of each pixel. Further replicates of a film are merged into these four:
-/// replicate r into r mod 4.
+/// Four replicates of each pixel. Replicate r of the film is merged into replicate r mod 4.
 pub(crate) struct ReplicateQuad<'a> {
     film: &'a Film,
     buffers: Vec<&'a ReplicateBuffer>,
-    /// Index of the layer of emission among the layers of means.
+    /// Index of the emission in the film's layers of means.
     emission: usize,
-    /// Index of the layer of base colours among the layers of means.
+    /// Index of the base colour in the film's layers of means.
     albedo: usize,
-    /// Index of the layer of normals among the layers of means.
+    /// Index of the normal in the film's layers of means.
     normal: usize,
-    /// Index of the layer of depths among the layers of pixel-centre rays.
+    /// Index of the depth in the film's layers of pixel-centre rays.
     depth: usize,
 }
 
-/// Clamps a number to ±[`BRIGHTEST`]; returns zero for NaN.
+/// Clamps a number to ±[`BRIGHTEST`]. Returns zero for NaN.
 fn clamp_to_usable_range(number: f64) -> f64 {
     if number.is_nan() {
         0.0
@@ -41,9 +40,9 @@ fn clamp_to_usable_range(number: f64) -> f64 {
 }
 
 impl Film {
-    /// Returns the film's replicates, grouped into four. Fails if the film has fewer than four
-    /// replicates, if a tile has no samples in a replicate, or if a layer that the denoiser reads
-    /// is missing.
+    /// Returns the film's replicates, merged into four. Fails if the film has fewer than four
+    /// replicates, if a tile has no samples in a replicate, or if a layer needed by the denoiser is
+    /// missing.
     pub(crate) fn replicate_quad(&self) -> Result<ReplicateQuad<'_>, ReplicateQuadError> {
         let layers = &self.plan.layers;
         let mean = |aov| {
@@ -82,8 +81,9 @@ impl Film {
 }
 
 impl ReplicateQuad<'_> {
-    /// Returns a pixel's mean in each of the four replicates; `sums` returns the pixel's sum and
-    /// count in a buffer. A replicate without samples gets the mean of the other replicates.
+    /// Returns a pixel's mean in each of the four replicates. `sums` returns the pixel's sum and
+    /// its number of samples in a buffer. A replicate without samples receives the mean of the
+    /// other replicates.
     #[inline]
     fn replicate_means(
         &self,
@@ -119,8 +119,8 @@ impl ReplicateQuad<'_> {
         })
     }
 
-    /// Returns a pixel's mean directly visible radiance, without reflected light, in each of the
-    /// four replicates.
+    /// Returns the mean emission that the camera sees directly in a pixel, in each of the four
+    /// replicates.
     pub fn emission(&self, pixel: usize) -> [[f64; 3]; REPLICATE_COUNT] {
         self.replicate_means(|_, buffer| {
             (
@@ -130,7 +130,7 @@ impl ReplicateQuad<'_> {
         })
     }
 
-    /// Returns a pixel's mean base colour and mean normal at first hits, in each of the four
+    /// Returns a pixel's mean base colour and mean normal at first hits, each in the four
     /// replicates.
     pub fn albedo_and_normal(&self, pixel: usize) -> [[[f64; 3]; REPLICATE_COUNT]; 2] {
         let tile = self.film.plan.tile_of_pixel(pixel);
@@ -142,7 +142,8 @@ impl ReplicateQuad<'_> {
         })
     }
 
-    /// Returns the distance of the first hit of the pixel-centre ray; negative without a hit.
+    /// Returns the distance to the first hit of the camera ray through the pixel's centre; negative
+    /// without a hit.
     pub fn depth(&self, pixel: usize) -> f32 {
         self.film.centre_layers[self.depth][pixel]
     }

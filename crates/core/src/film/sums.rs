@@ -1,7 +1,8 @@
-//! Sums of one pixel's samples in one replicate. Samples are summed in blocks of 16, in ascending
-//! order, and the sums of blocks are added in f64. Blocks start at fixed samples of the replicate,
-//! and a partial block is kept separate. Adding samples later therefore gives the same bits as
-//! taking all samples at once.
+//! Sums of one pixel's samples in one replicate.
+//!
+//! Samples are summed in blocks of 16, in ascending order, and the sums of blocks are added in
+//! `f64`. Blocks start at fixed samples of the replicate, and the sum of an incomplete block is
+//! kept separate. Samples added later therefore give the same bits as samples taken all at once.
 
 use core::marker::PhantomData;
 
@@ -11,16 +12,16 @@ use raywright_bvh::{Real, Vector};
 /// Number of samples in a block.
 pub(crate) const BLOCK: usize = 16;
 
-/// Whether this number of samples ends with a partial block after full ones.
+/// Whether `drawn` samples end with an incomplete block after at least one full block.
 pub(crate) fn has_partial_block(drawn: u32) -> bool {
     drawn > BLOCK as u32 && !drawn.is_multiple_of(BLOCK as u32)
 }
 
-/// Number of units in full coverage: the largest for which the sum over the greatest number of
-/// samples fits in 32 bits.
+/// Integer that stands for full coverage of one sample. It is the greatest power of two for which
+/// the sum over the greatest number of samples fits in 32 bits.
 pub(crate) const COVERAGE_UNITS: u32 = 1 << 16;
 
-/// Converts a coverage from 0 to 1 to units of 1/[`COVERAGE_UNITS`].
+/// Converts a coverage in 0..1 to an integer in units of 1/[`COVERAGE_UNITS`].
 #[inline(always)]
 pub(crate) fn quantise_coverage<R: Real>(coverage: R) -> u32 {
     // Coverage is mostly zero or one, which rounding preserves.
@@ -30,19 +31,19 @@ pub(crate) fn quantise_coverage<R: Real>(coverage: R) -> u32 {
 /// Sums of a pixel's samples in one replicate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PixelSums {
-    /// Sum of the full blocks.
+    /// Radiance summed over the full blocks.
     pub sum: [f64; 3],
-    /// Sum of the partial block.
+    /// Radiance summed over the incomplete block.
     pub partial_block: [f64; 3],
-    /// Square root of the summed squared deviations of the latest samples from their mean. A square
-    /// root has the range of the samples themselves.
+    /// Square root of the summed squared deviations of the newly added samples from their mean. The
+    /// square root has the same range as the samples.
     pub spread: [f32; 3],
-    /// Number of finite samples.
+    /// Number of samples with a finite radiance.
     pub samples: u16,
-    /// Summed coverage in units of 1/[`COVERAGE_UNITS`], for the alpha. Whole numbers, so that the
-    /// order of addition does not matter.
+    /// Coverage (alpha) summed over samples, in units of 1/[`COVERAGE_UNITS`]. The sum of integers
+    /// does not depend on the order of addition.
     pub covered: u32,
-    /// Summed coverage by a ground's shadow, in the units of `covered`.
+    /// Coverage by the shadow on the studio's ground, summed in the same units.
     pub shadowed: u32,
 }
 
@@ -54,33 +55,34 @@ impl PixelSums {
     }
 }
 
-/// Accumulates samples in ascending order, pixel by pixel.
+/// Accumulates samples pixel by pixel, in ascending order of samples.
 #[derive(Default)]
 pub(crate) struct SampleAccumulator<R: Real, B: BlockAccumulator<R>> {
     sums: PixelSums,
     block: B,
-    /// Number of samples of the current block, dropped samples included.
+    /// Number of samples in the current block. Dropped samples (not finite) count too.
     block_samples: usize,
-    /// Number of finite samples with any coverage, over all pixels.
+    /// Number of finite samples with a coverage above zero, over all pixels.
     pub hits: u64,
     scalar: PhantomData<R>,
 }
 
-/// Accumulator of a block's samples.
+/// Accumulator of the samples of one block.
 pub(crate) trait BlockAccumulator<R: Real>: Default {
-    /// Continues a block whose samples so far have the sum `open`.
+    /// Continues a block whose samples so far sum to `open`.
     fn resume_block(&mut self, open: [f64; 3]);
     /// Adds a finite sample.
     fn add_sample(&mut self, radiance: R::Vec3);
     /// Returns the sum of the block's samples, and starts the next block.
     fn close_block(&mut self) -> [f64; 3];
-    /// Ends a pixel. Returns the square root of the pixel's sum of squared deviations; zero for an
-    /// accumulator that keeps none.
+    /// Ends a pixel. Returns the square root of the sum of the pixel's squared deviations, or zero
+    /// if the accumulator does not keep deviations.
     fn close_pixel(&mut self) -> [f32; 3];
 }
 
 impl<R: Real, B: BlockAccumulator<R>> SampleAccumulator<R, B> {
-    /// Continues a pixel from its earlier sums after `drawn` samples, dropped samples included.
+    /// Continues a pixel from its earlier sums. `drawn` is its number of samples so far; dropped
+    /// samples (not finite) count too.
     #[inline(always)]
     pub fn resume_pixel(&mut self, sums: PixelSums, drawn: u32) {
         self.block_samples = drawn as usize % BLOCK;
@@ -92,8 +94,8 @@ impl<R: Real, B: BlockAccumulator<R>> SampleAccumulator<R, B> {
         self.block.resume_block(sums.partial_block);
     }
 
-    /// Adds a sample with its coverage and its shadow, both in units of 1/[`COVERAGE_UNITS`]. Drops
-    /// a sample that is not finite, and returns false.
+    /// Adds a sample with its coverage and its shadow, both in units of 1/[`COVERAGE_UNITS`].
+    /// Returns whether the sample is finite; a sample that is not finite is dropped.
     #[inline(always)]
     pub fn add_sample(&mut self, radiance: R::Vec3, [covered, shadowed]: [u32; 2]) -> bool {
         let finite = radiance.is_finite();
@@ -113,7 +115,7 @@ impl<R: Real, B: BlockAccumulator<R>> SampleAccumulator<R, B> {
         finite
     }
 
-    /// Ends a pixel, returns its sums, and starts the next pixel.
+    /// Ends a pixel and returns its sums. The next sample starts the next pixel.
     #[inline(always)]
     pub fn finish_pixel(&mut self) -> PixelSums {
         self.block_samples = 0;
@@ -126,13 +128,14 @@ impl<R: Real, B: BlockAccumulator<R>> SampleAccumulator<R, B> {
     }
 }
 
-/// Accumulates sums alone, without squared deviations: for pictures without random sampling, for
-/// which no error is estimated. The samples of a block are summed in their own precision.
+/// Accumulates sums without squared deviations, for pictures without random sampling: no error is
+/// estimated for these. The samples of a block are summed in the renderer's precision.
 #[derive(Default)]
 pub(crate) struct SumAccumulator<R: Real>(R::Vec3);
 
 impl<R: Real> BlockAccumulator<R> for SumAccumulator<R> {
-    /// Restores the sum exactly: a sum of samples in this precision is representable in it.
+    /// Restores the sum of an incomplete block. No digit is lost: samples of this precision were
+    /// summed in this precision.
     #[inline(always)]
     fn resume_block(&mut self, sum: [f64; 3]) {
         self.0 = R::Vec3::from_f64(DVec3::from_array(sum));
@@ -155,13 +158,13 @@ impl<R: Real> BlockAccumulator<R> for SumAccumulator<R> {
     }
 }
 
-/// Accumulates sums and second central moments, in f64: where samples of 10⁴ differ by 10⁻², an f32
-/// sum of sixteen has lost the digits from which the error is estimated.
+/// Accumulates sums and second central moments in `f64`. If samples of 10⁴ differ by 10⁻², an `f32`
+/// sum of sixteen samples has lost the digits needed to estimate the error.
 ///
-/// Deviations are taken from the pixel's first sample in one pass (Chan, Golub and LeVeque,
+/// Deviations are taken from the pixel's first sample, in one pass (Chan, Golub and LeVeque,
 /// "Algorithms for Computing the Sample Variance: Analysis and Recommendations", 1983). A sample is
-/// at most √n standard deviations from the mean of n samples. The number subtracted at the end is
-/// therefore at most n times the result, and f64 keeps more digits than the f32 result holds.
+/// at most √n standard deviations from the mean of n samples. Therefore the number subtracted at
+/// the end is at most n times the result, and `f64` has digits enough for the `f32` result.
 #[derive(Default)]
 pub(crate) struct MomentAccumulator {
     /// First sample of the pixel.
@@ -170,9 +173,9 @@ pub(crate) struct MomentAccumulator {
     count: u32,
     /// Sum of the current block.
     block: DVec3,
-    /// Sum of the deviations from the first sample.
+    /// Sum over samples of the deviation from the first sample.
     deviation: DVec3,
-    /// Sum of the squared deviations from the first sample.
+    /// Sum over samples of the squared deviation from the first sample.
     square: DVec3,
 }
 
