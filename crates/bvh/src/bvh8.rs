@@ -1,17 +1,17 @@
-//! The tree for rays stored in f32: eight-wide nodes over blocks of eight triangles, rows of eight
-//! spheres, and other primitives tested one by one. The widest registers of the processor traverse
-//! it.
+//! The tree for primitives stored in f32. Its nodes have eight children. Its leaves are blocks of
+//! up to eight triangles, rows of up to eight spheres, and other primitives that are tested one by
+//! one. The traversal uses the widest SIMD registers of the processor.
 //!
-//! Nodes and filters only decide which primitives are tested, never which are hit. Boxes are padded
-//! and exit distances widened. The filter rejects a triangle only if its error bounds prove that
-//! the exact test rejects the triangle ([`filter`]). Every remaining triangle goes through the
+//! Nodes and filters only decide which primitives are tested, never which are hit. Boxes are
+//! padded, and exit distances are increased. The filter rejects a triangle only if its error bounds
+//! prove that the exact test rejects it ([`filter`]). Every remaining triangle goes through the
 //! operations of the exact test ([`crate::shapes::Triangle`]). So every kernel finds the hits of a
 //! linear scan, to the bit.
 //!
-//! For a triangle that is edge-on to within f64 rounding, the weighted mean of the corners'
-//! distances could lie outside the triangle's box. The hit would then depend on the order of
-//! traversal. So the exact test uses the distance at an edge instead, in a scan as in a tree
-//! ([`crate::shapes::EDGE_ON_RATIO`]).
+//! One case needs care: a triangle that is edge-on to within f64 rounding. The weighted mean of its
+//! corners' distances could lie outside its box, and the hit would depend on the order of
+//! traversal. So in this case the exact test uses the distance of the ray's crossing with an edge,
+//! in a scan as in a tree ([`crate::shapes::EDGE_ON_RATIO`]).
 
 mod collapse;
 mod filter;
@@ -51,23 +51,23 @@ pub(crate) use self::traversal_ray::{RayReparametrisation, TraversalRay};
 pub(crate) use self::triangle8::LeafHeader;
 use self::triangle8::Triangle8;
 
-/// Greatest depth of a tree that the traversal stack can hold. A deeper tree is rebuilt by median
-/// splits.
+/// Greatest depth of a tree for which the traversal stack suffices. A deeper tree is rebuilt by
+/// median splits.
 const MAX_DEPTH: u32 = 64;
-/// Number of entries of the traversal stack. Each level leaves at most seven siblings, and the
-/// eight children of a node are written at once.
+/// Number of entries of the traversal stack. Each level of the tree leaves at most seven siblings
+/// on the stack. A node first writes all its eight children.
 const STACK_SIZE: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
 
-/// Reference to a child of a node: an inner node, a block of triangles, a row of spheres, or the
-/// position of any other primitive in the tree's order.
+/// Reference to a child of a node, as a kind and an index. The child is an inner node, a block of
+/// triangles, a row of spheres, or another primitive at a position in leaf order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 struct ChildRef(u32);
 
 impl ChildRef {
-    /// Kinds of children, in the bits above the index: inner node, block of triangles, single
-    /// primitive, and row of spheres. The index has fewer than 2²⁷ values, the greatest number of
-    /// primitives.
+    /// Kinds of children, stored in the bits above the index: inner node, block of triangles,
+    /// single primitive, and row of spheres. The index has 27 bits, enough for the greatest number
+    /// of primitives.
     const INNER: u32 = 0;
     const BLOCK: u32 = 0b100 << 29;
     const OTHER: u32 = 0b110 << 29;
@@ -89,14 +89,16 @@ impl ChildRef {
         self.0 & (Self::OTHER ^ Self::BLOCK) == 0
     }
 
-    /// Whether a leaf is a row of spheres. Valid only for a leaf that is neither empty nor a block.
+    /// Whether this leaf is a row of spheres, not a single primitive. Other references give a wrong
+    /// result.
     #[inline(always)]
     fn is_sphere_row(self) -> bool {
         self.0 & (Self::ROW ^ Self::OTHER) != 0
     }
 
-    /// Returns the reference after the arrays of its tree were appended to those of another tree:
-    /// its index grows by the number of nodes, blocks, positions or rows in front.
+    /// Returns the reference after its tree was appended to another tree. The four numbers are the
+    /// lengths of that tree's arrays. The index increases by the length of the array to which it
+    /// refers.
     fn offset_index_by(self, [nodes, blocks, places, rows]: [u32; 4]) -> Self {
         let by = match self {
             Self::NONE => 0,
@@ -108,7 +110,7 @@ impl ChildRef {
         Self(self.0 + by)
     }
 
-    /// Node index of an inner child.
+    /// Index of the node to which this reference of an inner child refers.
     #[inline(always)]
     fn node_index(self) -> usize {
         self.0 as usize
@@ -121,9 +123,9 @@ impl ChildRef {
     }
 }
 
-/// A node with up to eight children and their boxes. Each axis has the eight minima first, then the
-/// maxima, so that a single offset selects the near or the far planes. An absent child has an
-/// inverted box, which no finite ray enters.
+/// A node with up to eight children and their boxes. For each axis, `planes` has the eight minima,
+/// then the eight maxima. So one offset selects the planes through which a ray enters. An absent
+/// child has an inverted box, which no finite ray enters.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
 struct Bvh8Node {
@@ -154,30 +156,31 @@ impl Bvh8Node {
     }
 }
 
-/// A bounding-volume hierarchy with eight-wide nodes over primitives, and the storage of its
-/// triangles.
+/// A bounding-volume hierarchy with eight-wide nodes. It also stores the triangles and spheres of
+/// its leaves.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bvh8 {
-    /// Nodes, the root first; empty if every query tests every primitive.
+    /// Nodes, the root first. Empty in a structure whose primitives are all tested by every query.
     nodes: Vec<Bvh8Node>,
     /// Blocks of up to eight triangles.
     blocks: Vec<Triangle8>,
-    /// Header of each block: slots, lanes in use, and visibilities of its triangles.
+    /// Header of each block, with the slots (the records in the set) and visibilities of its
+    /// triangles.
     leaf_headers: Vec<LeafHeader>,
-    /// Rows of up to eight spheres or planes: first `always_row_count` rows that every query tests,
-    /// then the rows of leaves.
+    /// Rows of up to eight spheres or planes. Every query tests the first `always_row_count` rows.
+    /// The others are leaves of the tree.
     rows: Vec<PrimitiveRow>,
     always_row_count: usize,
-    /// In a structure without nodes, the positions of the primitives that are in no row and no
-    /// block.
+    /// In a structure without nodes, positions of the primitives that are tested one by one: those
+    /// in no row and no block.
     single_positions: Range<usize>,
     kernel: AvailableKernel,
 }
 
 impl Bvh8 {
-    /// Moves triangles into the blocks. `triangle_of` returns the triangle and the visibility of a
-    /// slot. The slots from `first` on are in leaf order. Afterwards the index of a triangle's slot
-    /// is its number in [`Bvh8::triangle`].
+    /// Copies the triangles of a set into the blocks. `triangle_of` returns the triangle and the
+    /// visibility of a slot (the record of a primitive). The slots from `first` on must be in leaf
+    /// order. The `index` of each triangle's slot becomes its number for [`Bvh8::triangle`].
     pub fn fill_triangle_blocks(
         &mut self,
         slots: &mut [PrimitiveSlot],
@@ -205,8 +208,8 @@ impl Bvh8 {
         }
     }
 
-    /// Fills the rows of leaves. `row` builds a row from the slots in a range. The tree's first
-    /// slot is `first`.
+    /// Fills the rows of the tree's leaves. `row` builds a row from a range of slot indices.
+    /// `first` is the slot index of the tree's first primitive.
     pub fn fill_sphere_leaves(&mut self, first: usize, row: impl Fn(Range<usize>) -> PrimitiveRow) {
         for own in &mut self.rows[self.always_row_count..] {
             let start = first + own.leaf_header.first as usize;
@@ -214,8 +217,8 @@ impl Bvh8 {
         }
     }
 
-    /// Creates a structure without nodes: rows of spheres, blocks of triangles, then other
-    /// primitives, in this order of positions. Its rows and blocks are still empty.
+    /// Creates a structure without nodes. The leaf order of its primitives is: spheres, triangles,
+    /// others. Its blocks have no triangles yet, and its rows are not created yet.
     pub fn new_without_nodes(spheres: usize, triangles: usize, others: usize) -> Self {
         let end = spheres + triangles;
         let block = |first: usize| LeafHeader::new(first, (end - first).min(WIDTH));
@@ -239,13 +242,13 @@ impl Bvh8 {
         self.always_row_count += self.rows.len() - before;
     }
 
-    /// Whether the tree stores triangles in blocks.
+    /// Whether the structure stores triangles in blocks.
     #[inline(always)]
     pub fn has_triangle_blocks(&self) -> bool {
         !self.blocks.is_empty()
     }
 
-    /// Returns the triangle with the given number: eight times its block's index, plus its lane.
+    /// Returns the triangle with a given number: eight times the index of its block, plus its lane.
     #[inline]
     pub fn triangle(&self, number: u32) -> Triangle<f32> {
         self.blocks[number as usize / WIDTH].triangle(number as usize % WIDTH)
@@ -260,7 +263,7 @@ impl Bvh8 {
         }
     }
 
-    /// Selects a kernel; the portable kernel if the processor can't run `kernel`.
+    /// Selects a kernel. If the processor can't run it, the portable kernel is selected.
     pub fn set_kernel(&mut self, kernel: Kernel) {
         self.kernel = AvailableKernel::new(kernel).unwrap_or(AvailableKernel::Portable(Portable));
     }
@@ -273,8 +276,8 @@ impl Bvh8 {
             + size_of_val(self.rows.as_slice())
     }
 
-    /// Bytes of a structure without nodes: full rows for `spheres` spheres or planes, and full
-    /// blocks for `triangles` triangles.
+    /// Returns the bytes of a structure without nodes, for `spheres` spheres and planes and
+    /// `triangles` triangles. Partly filled rows and blocks count as whole.
     pub fn memory_bytes_without_nodes(spheres: u64, triangles: u64) -> u64 {
         let eights =
             |count: u64, bytes: usize| count.div_ceil(WIDTH as u64).saturating_mul(bytes as u64);
@@ -282,17 +285,23 @@ impl Bvh8 {
         eights(spheres, size_of::<PrimitiveRow>()).saturating_add(blocks)
     }
 
-    /// Upper bound of the bytes of a tree over the given numbers of spheres, triangles and other
-    /// primitives.
+    /// Returns an upper bound of the bytes of a tree, for given numbers of spheres, triangles and
+    /// other primitives.
     ///
-    /// A node with an unused lane has only leaves, since the collapse would otherwise have replaced
-    /// an inner child by its children. Let t be the number of nodes, and f the number of nodes with
-    /// an inner child. These f nodes are full, so they have 8f − (t − 1) leaves. Every node without
-    /// an inner child has at least nine triangles, or another primitive and one more lane. So t ≤
-    /// n/7 + 1 for n triangles, t ≤ (4m + 3)/7 for m other primitives, and t ≤ n/7 + m + 1 for
-    /// both. A block of fewer than three triangles is either the only block of its node, which then
-    /// has seven inner children, or beside blocks that its triangles do not fit into. So there are
-    /// at most n/3 + n/49 blocks, plus one for each other primitive that may stand between them.
+    /// **Nodes.** A node with an unused lane (child position) has no inner child: the collapse
+    /// would have replaced that child by its children. Let t be the number of nodes, and f the
+    /// number of nodes with an inner child. These f nodes have no unused lane, so they have 8f − (t
+    /// − 1) leaves. A node without an inner child has at least nine triangles, or another primitive
+    /// and one more lane. Let n be the number of triangles, and m that of other primitives. Then:
+    ///
+    /// - t ≤ n/7 + 1 for triangles alone,
+    /// - t ≤ (4m + 3)/7 for other primitives alone,
+    /// - t ≤ n/7 + m + 1 for both.
+    ///
+    /// **Blocks.** A block of fewer than three triangles has one of two reasons. It is the only
+    /// block of its node, whose seven other children are inner nodes. Or the other blocks of its
+    /// node have no room for its triangles. So at most n/3 + n/49 blocks exist, plus one for each
+    /// other primitive between triangles.
     pub fn max_tree_bytes([spheres, triangles, others]: [u64; 3]) -> u64 {
         let few = |count: u64| count.saturating_mul(4).saturating_add(3) / 7;
         let all = [triangles, spheres, others]

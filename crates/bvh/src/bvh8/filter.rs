@@ -1,82 +1,95 @@
-//! The filter of triangle blocks: it selects the triangles that the exact test may hit within the
-//! range, in f32 with proven error bounds.
+//! The filter of triangle blocks. In f32, with proven error bounds, it selects the triangles that
+//! the exact test may hit within the range of distances.
 //!
-//! Let C be the first corner relative to the origin, e₁ and e₂ the edges at that corner, d the
-//! direction, N = e₁ × e₂ and r = C × d. The weights of a hit are U = e₂·r, V = −e₁·r and W = D − U
-//! − V, over D = N·d. The distance is T/D with T = N·C ("Fast, Minimum Storage Ray/Triangle
-//! Intersection", Möller, Trumbore 1997). In f32 each of these terms has an error below a bound. So
-//! the filter decides *missed*, *before the range* or *beyond the range* only where the exact test
-//! certainly decides the same.
+//! Let C be the first corner relative to the ray's origin, e₁ and e₂ the edges at that corner, d
+//! the direction, N = e₁ × e₂ and r = C × d. The weights of a hit are U = e₂·r, V = −e₁·r and W = D
+//! − U − V, each over D = N·d. The distance is T/D with T = N·C ("Fast, Minimum Storage
+//! Ray/Triangle Intersection", Möller, Trumbore 1997). In f32 each of these terms has an error
+//! below a bound. The filter can classify a triangle as *missed*, as *before the range* or as
+//! *beyond the range*. It does so only where the exact test certainly has the same result.
 //!
-//! **Bounds.** Let u = 2⁻²⁴, w = 2⁻⁵³, E the longer of both edges, and R the distance of the
-//! farthest corner from the origin. Then |C| ≤ R and E ≤ 2R. Each component of an edge and of C has
-//! relative error u. A component of r or N is a difference of two products, with errors of u from
-//! the difference in each factor, u for each product, and u for the difference of the products. The
-//! sums of the magnitudes of both products form a vector of length at most √2 |a||b|. A dot product
-//! of three terms adds u and 2u. The sums, whether or not operations are fused:
+//! **Bounds.** Let u = 2⁻²⁴, w = 2⁻⁵³, E the length of the longer of e₁ and e₂, and R the distance
+//! of the farthest corner from the origin. Then |C| ≤ R and E ≤ 2R. Each component of an edge and
+//! of C has relative error u. A component of r or N is a difference of two products. It has an
+//! error of u for each factor, u for each product, and u for the difference of the products. The
+//! sums of the magnitudes of both products form a vector of length at most √2 |a||b|, for factors a
+//! and b. A dot product of three terms adds u and 2u. The total errors, whether or not operations
+//! are fused, are below:
 //!
-//! - U and V: 7√2 u E R |d| < 10 u E R |d|. D: 7√2 u E² |d| < 10 u E² |d| ≤ 20 u E R |d|. W, their
-//!   difference, with its own two roundings: 46 u E R |d|. So 46 u E R |d| bounds all three.
+//! - U and V: 7√2 u E R |d| < 10 u E R |d|.
+//! - D: 7√2 u E² |d| < 10 u E² |d| ≤ 20 u E R |d|.
+//! - W, which adds two roundings of its own: 46 u E R |d|. This bounds U, V and D too.
 //! - T: 8√2 u E² R < 12 u E² R.
 //!
-//! The exact test takes exact signs of edge functions of corners that were projected in f64, each
-//! moved by at most 4 w R across the ray and along it. So a ray that the exact test accepts passes
-//! the true triangle by less than 6 w R. A weight is the length of an edge times a distance from
-//! that edge, so it is at most 12 w E R |d| on the wrong side. That is negligible beside 2 u E R
-//! |d|, the difference between 48 and 46 below, for triangles of any size. The distance of the
-//! exact test belongs to the plane of the moved corners. The slope of the true plane is at most E²
-//! |d|/|D|, so the distance along the ray is off by 10 w R E² |d|/|D|. Multiplied by |D|, that is
-//! negligible beside 12 u E² R. The constant `least` covers underflow. So the decisions are:
+//! **The exact test** projects corners in f64, which moves each corner by at most 4 w R across the
+//! ray and along it. The signs of the edge functions of these corners are exact. So a ray that the
+//! exact test accepts misses the true triangle by less than 6 w R. A weight is the length of an
+//! edge times a distance from that edge. So on the wrong side of an edge it is at most 12 w E R
+//! |d|. For triangles of any size that is negligible beside 2 u E R |d|, the difference between 48
+//! and 46 below. The exact test's distance belongs to the plane of the moved corners. The slope of
+//! the true plane is at most E² |d|/|D|, so the distance is off by at most 10 w R E² |d|/|D|.
+//! Multiplied by |D|, that is negligible beside 12 u E² R.
 //!
-//! - With e = 48 u E R |d| + least: *missed* if and only if the least weight is below −e and the
-//!   greatest above e. The sign of D is not needed.
-//! - With e_D = 12 u E² |d| + least, e_T = e_D · 2R/|d| + least, and s the sign of D, which is
-//!   certain if |D| > e_D: *before the range* if s T + e_T < tmin |D| − |tmin| e_D, and *beyond the
-//!   range* if s T − e_T > far |D| + |far| e_D. The ends of the range may have either sign. Half of
-//!   e_T is a margin: 12 u R E²/|D| of a distance, which is at least 12 u R, while rounding a
-//!   distance to f32 takes u R.
-//! - *Certainly hit*: all weights beyond e on one side, |D| > e_D, and the distance certainly
-//!   within the range.
+//! **Rules.** The constant `least` covers underflow. Let
+//!
+//! - e = 48 u E R |d| + least, the bound of the weights;
+//! - e_D = 12 u E² |d| + least, the bound of D;
+//! - e_T = e_D · 2R/|d| + least, the bound of T;
+//! - s the sign of D, which is certain if |D| > e_D;
+//! - tmin and far the ends of the range, of either sign.
+//!
+//! A triangle is
+//!
+//! - *missed* if and only if the least weight is below −e and the greatest above e, for which the
+//!   sign of D is not needed;
+//! - *before the range* if s T + e_T < tmin |D| − |tmin| e_D;
+//! - *beyond the range* if s T − e_T > far |D| + |far| e_D;
+//! - *certainly hit* if all weights are beyond e on one side, |D| > e_D, and the distance is
+//!   certainly within the range.
+//!
+//! Half of e_T is a margin for the rounding of a distance to f32, which is at most u R. As a
+//! distance the margin is 12 u R E²/|D|, so at least 12 u R.
 //!
 //! The constants in use are slightly greater, for the rounding of the bounds themselves. Each lane
-//! has its own R: the sum of C's components, plus E. So small triangles are separated in a large
-//! scene too.
+//! has its own R: the sum of the absolute components of C, plus E. So small triangles can be
+//! separated in a large scene too.
 //!
-//! **NaN** is never *missed*: comparisons are written so that such a lane gets the exact test. If
-//! corners, origin or direction are so large or small that a product of three lengths might leave
-//! the range of f32, the bounds are infinite ([`super::triangle8::LARGE_COORDINATE`],
+//! **NaN** never counts as *missed*: comparisons are written so that a lane with a NaN gets the
+//! exact test. The bounds are infinite if corners, origin or direction are so large or small that a
+//! product of three lengths might leave the range of f32 ([`super::triangle8::LARGE_COORDINATE`],
 //! [`super::traversal_ray`]).
 
 use super::traversal_ray::LeafRay;
 use super::triangle8::Triangle8;
 use crate::math::simd::Simd;
 
-/// Factor on the error bound e_D in the filter's rule for distances: only if |D| in f32 exceeds
-/// this factor times e_D, the filter decides whether a hit lies before, within or beyond the range.
-/// D is the determinant; all symbols are those of the module documentation. With a factor of two,
-/// the filter never takes this decision for a triangle that the exact test treats as edge-on
-/// ([`crate::shapes::EDGE_ON_RATIO`]):
+/// Factor on the error bound e_D of the determinant D. The filter decides whether a hit lies
+/// before, within or beyond the range only if |D| in f32 exceeds this factor times e_D. All symbols
+/// are those of the module documentation.
+///
+/// With a factor of two, the filter never decides this for a triangle that the exact test treats as
+/// edge-on ([`crate::shapes::EDGE_ON_RATIO`]):
 ///
 /// - Such a triangle has an exact |D| below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|.
 /// - The error of f32 is below 12 u E² |d|, so |D| in f32 is below 24 u E² |d|.
 /// - The bound e_D in use is at least 14 u E² |d|, so the filter requires |D| above 28 u E² |d|.
 ///
-/// With a factor of one, *beyond the range* would still be correct if the range ends above zero:
-/// |T| in f32 is below (12 + 12) u E² R for an edge-on triangle, and e_T is 28 u E² R. A factor of
-/// two needs no such argument.
+/// With a factor of one, *beyond the range* would still be correct for a range that ends above
+/// zero. For an edge-on triangle |T| in f32 is below (12 + 12) u E² R, and e_T is 28 u E² R. A
+/// factor of two needs no such argument.
 const EDGE_ON_FACTOR: f32 = 2.0;
 
 /// Upper bound of the errors from underflow: the constant `least` of the module documentation.
 const UNDERFLOW: f32 = 512.0 * f32::MIN_POSITIVE;
 
-/// Result of the filter for eight triangles, one per lane, with intermediate results for
+/// Result of the filter for eight triangles, one per lane. It keeps intermediate results for
 /// [`find_certain_hits`].
 #[derive(Clone, Copy)]
 pub(super) struct FilterCandidates<S: Simd> {
     /// Mask of the lanes that need the exact test.
     pub lanes: u32,
-    /// Mask of the lanes in which |D| exceeds [`EDGE_ON_FACTOR`] times its error bound, so that the
-    /// sign of the determinant D is certain.
+    /// Mask of the lanes in which the sign of the determinant D is certain: |D| exceeds
+    /// [`EDGE_ON_FACTOR`] times its error bound.
     pub is_signed: u32,
     least: S::Floats,
     greatest: S::Floats,
@@ -118,10 +131,13 @@ pub(super) fn load_corner<S: Simd>(s: S, block: &Triangle8, index: usize) -> [S:
     ]
 }
 
-/// Error bounds of the filter for eight triangles, in the symbols of the module documentation: e of
-/// the weights, e_D of the determinant D, e_T of the distance times the determinant, and e_T +
-/// |tmin| e_D and e_T + |far| e_D for the comparisons with the near and with the far end of the
-/// range.
+/// Error bounds of the filter for eight triangles, in the symbols of the module documentation:
+///
+/// - `weight`: e, the bound of the weights;
+/// - `determinant`: e_D, the bound of the determinant D;
+/// - `distance`: e_T, the bound of T, which is the distance times D;
+/// - `before`: e_T + |tmin| e_D, for the comparison with the near end tmin of the range;
+/// - `beyond`: e_T + |far| e_D, for the comparison with the far end.
 #[derive(Clone, Copy)]
 pub(super) struct ErrorBounds<S: Simd> {
     pub weight: S::Floats,
@@ -133,8 +149,8 @@ pub(super) struct ErrorBounds<S: Simd> {
 
 impl<S: Simd> ErrorBounds<S> {
     /// Computes the bounds for eight triangles. `from` holds their first corners relative to the
-    /// origin of the ray, `longest` the longer of the two edges at each of these corners, and `far`
-    /// is the far end of the range.
+    /// ray's origin. `longest` holds, for each triangle, the length of the longer of the two edges
+    /// at that corner. `far` is the far end of the range.
     #[inline(always)]
     pub fn new(s: S, ray: &LeafRay, from: [S::Floats; 3], longest: &[f32; 8], far: f32) -> Self {
         let longest = s.load(longest);
@@ -158,9 +174,9 @@ impl<S: Simd> ErrorBounds<S> {
     }
 }
 
-/// Filters the eight triangles of a block: finds the lanes that the exact test may hit before
-/// `far`. The ray is read from memory, one number at a time. Each load broadcasts the number to all
-/// lanes, so the traversal keeps its registers.
+/// Filters the eight triangles of a block, for hits at distances up to `far`. The numbers of the
+/// ray are read from memory and broadcast to all lanes when they are needed. So they occupy none of
+/// the traversal's registers.
 #[inline(always)]
 pub(super) fn filter_block<S: Simd>(
     s: S,
@@ -189,9 +205,9 @@ pub(super) fn filter_block<S: Simd>(
     )
 }
 
-/// Filters eight triangles by U (`u`), V (`v`), D (`along`) and T (`distance`) of the module
-/// documentation: finds the triangles that are neither certainly missed nor certainly outside the
-/// range.
+/// Filters eight triangles by the terms U (`u`), V (`v`), D (`along`) and T (`distance`) of the
+/// module documentation. The candidates are the triangles that are neither certainly missed nor
+/// certainly outside the range.
 #[inline(always)]
 pub(super) fn filter_lanes<S: Simd>(
     s: S,

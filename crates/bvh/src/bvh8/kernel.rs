@@ -1,9 +1,10 @@
 //! Selection of the traversal code by the processor's instructions, once for all rays, and the
-//! entry points of that code. An entry point runs the whole traversal, or the test of a leaf. Leaf
-//! tests are separate functions, which take no registers of the traversal.
+//! entry points of that code. An entry point runs the whole traversal, or the tests of one leaf.
+//! Leaf tests are separate functions, so that they occupy no registers of the traversal.
 //!
-//! Each entry point is a method of a token that proves that the processor has the instructions. It
-//! calls a function compiled for these instructions, into which all other code is inlined.
+//! Each entry point is a method of a token. A token's existence proves that the processor has the
+//! instructions. The method calls a function that is compiled for these instructions, and into
+//! which all other code is inlined.
 #![expect(
     unsafe_code,
     reason = "calls of functions that are compiled for instructions which the token proves to exist"
@@ -40,7 +41,7 @@ pub enum Kernel {
 }
 
 impl Kernel {
-    /// Returns the kernels that this processor can run, slowest first.
+    /// Returns the kernels that this processor can run, the fastest last.
     pub fn available() -> Vec<Self> {
         let all = [Self::Portable, Self::Avx2, Self::Avx512];
         all.into_iter()
@@ -49,7 +50,7 @@ impl Kernel {
     }
 }
 
-/// A kernel that this processor can run, with its token.
+/// A kernel that this processor can run, with the token that proves this.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum AvailableKernel {
     Portable(Portable),
@@ -77,8 +78,9 @@ impl Default for AvailableKernel {
     }
 }
 
-/// Evaluates an expression with the mode of the query as a type. `$mapped` and `$counts` are
-/// literals; whether any hit ends the query is read from `$query`.
+/// Evaluates an expression in which the name `$mode` is a [`TraversalMode`] with the properties of
+/// `$query`. `$mapped` and `$counts` are literals. Whether any hit ends the query is a property of
+/// `$query`.
 macro_rules! dispatch_mode {
     ($query:expr, $mapped:literal, $counts:literal, $mode:ident => $call:expr) => {
         if $query.ends_at_any_hit {
@@ -91,9 +93,9 @@ macro_rules! dispatch_mode {
     };
 }
 
-/// Calls an entry point with the token of a kernel and with the query's mode as a type. Counting
-/// queries always use the portable code: they are not timed, so they need no copy per instruction
-/// set.
+/// Calls an entry point as a method of the kernel's token, with the query's [`TraversalMode`] as a
+/// type. Queries that count their work always use the portable code. Their speed does not matter,
+/// so one copy of the code suffices.
 macro_rules! dispatch_kernel {
     ($kernel:expr, $query:expr, $mapped:literal, $token:ident, $mode:ident => $call:expr) => {
         match $kernel {
@@ -108,12 +110,14 @@ macro_rules! dispatch_kernel {
     };
 }
 
-/// Traversals. They are compiled once, since they depend on no scalar type of the caller.
+/// Traversals. No scalar type of the caller is a parameter, so they are compiled only once.
 impl Bvh8 {
     /// Passes the hits of a ray, exact in f32, to `visitor`. Returns whether a hit ended the
-    /// traversal. The six components of the ray are separate arguments, which are passed in
-    /// registers. In memory, a load of two components would wait for both stores of a caller that
-    /// just wrote the ray.
+    /// traversal.
+    ///
+    /// The six components of the ray are separate arguments, so that they are passed in registers.
+    /// A caller that just wrote the ray to memory would make a load of two components wait for both
+    /// stores.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "in registers")]
     pub(crate) fn visit_hits(
@@ -135,8 +139,9 @@ impl Bvh8 {
         dispatch_kernel!(self.kernel, query, false, s, M => s.traverse::<M>(self, ox, oy, oz, dx, dy, dz, near, query, visitor))
     }
 
-    /// Passes hits as [`Self::visit_hits`], in a structure with primitives outside nodes: rows
-    /// first, then the tree or, if it has no nodes, blocks and other primitives.
+    /// Passes hits as [`Self::visit_hits`], in a structure with primitives outside nodes. Rows that
+    /// every query tests come first. Then the tree is traversed or, if it has no nodes, all blocks
+    /// and single primitives are tested.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "in registers")]
     fn visit_without_nodes(
@@ -166,8 +171,9 @@ impl Bvh8 {
         dispatch_kernel!(self.kernel, query, false, s, M => s.intersect_triangle_blocks::<M>(self, &leaf_ray, query, visitor))
     }
 
-    /// Passes hits as [`Self::visit_hits`], for a ray in an instance's space, which f32 does not
-    /// represent exactly. `traversal_ray` is the result of [`TraversalRay::from_f64_ray`].
+    /// Passes hits as [`Self::visit_hits`], for a ray that was mapped to an instance's space, where
+    /// f32 does not represent it exactly. `traversal_ray` is the result of
+    /// [`TraversalRay::from_f64_ray`].
     #[inline(never)]
     pub(crate) fn visit_hits_of_mapped_ray(
         &self,
@@ -204,7 +210,8 @@ impl Bvh8 {
     }
 
     /// Passes hits as [`Self::visit_hits`], for a world-space ray that reaches an instance of this
-    /// tree; `None` if f32 is too imprecise to map the ray.
+    /// tree. Returns `None`, without a traversal, if f32 is too imprecise to map the ray, or if the
+    /// structure has primitives outside nodes.
     #[inline(never)]
     pub(crate) fn visit_instance(
         &self,
@@ -220,7 +227,8 @@ impl Bvh8 {
         dispatch_kernel!(self.kernel, query, true, s, M => s.traverse_instance::<M>(self, inverse, bounds, ray, query, visitor))
     }
 
-    /// Traverses the tree with a packet. Primitives without a packet test are passed to `visitor`.
+    /// Traverses the tree with a packet of rays. Primitives without a packet test are passed to
+    /// `visitor`. Hits are stored in `packet_state`.
     #[inline(never)]
     pub(crate) fn visit_packet(
         &self,
@@ -235,8 +243,8 @@ impl Bvh8 {
     }
 }
 
-/// Defines entry points of an instruction set as methods of its token. Each method calls a function
-/// with the attribute that compiles it for the instruction set.
+/// Defines entry points as methods of an instruction set's token. Each method calls an inner
+/// function, whose attribute `$compiled` selects the instruction set.
 macro_rules! define_entry_points {
     ($token:ident, $compiled:meta: $(
         $(#[doc = $about:literal])*
@@ -259,7 +267,7 @@ macro_rules! define_entry_points {
     )* };
 }
 
-/// Defines the entry points for the whole tree.
+/// Defines the entry points that traverse the whole tree.
 macro_rules! define_traversals {
     ($token:ident, $compiled:meta) => {
         define_entry_points! { $token, $compiled:
@@ -293,8 +301,8 @@ macro_rules! define_traversals {
     };
 }
 
-/// Defines the entry points for leaf tests, and the exact test of the triangle in one lane. The
-/// leaf tests are separate functions, which take no registers of the traversal.
+/// Defines the entry points of leaf tests, and the exact test of the triangle in one lane. Leaf
+/// tests are separate functions, so that they occupy no registers of the traversal.
 macro_rules! define_leaf_tests {
     ($token:ident, $compiled:meta, $intersect_lane:expr) => {
         #[inline(always)]

@@ -1,7 +1,7 @@
-//! Leaf tests of a traversal, also for primitives outside nodes. Triangles go through the filter
-//! and then the exact test. Rows of spheres and planes are tested without a filter
-//! ([`super::row`]), since a filter in f32 would cost more than it saves. Each function returns
-//! whether a hit ended the traversal.
+//! Leaf tests of a traversal, and the same tests for primitives outside nodes. Triangles go through
+//! the filter and then the exact test. Rows of spheres and planes have no filter, since an f32
+//! filter would cost more than it saves ([`super::row`]). Each function that takes a visitor
+//! returns whether a hit ended the traversal.
 
 use super::filter;
 use super::optimisation_barrier::{align_stack, keep_in_memory};
@@ -15,9 +15,9 @@ use super::{Bvh8, ChildRef, MaskLanes};
 use crate::math::simd::Simd;
 use crate::shapes::{PreparedRay, TriangleHit};
 
-/// Filters a block of triangles: returns the mask of the lanes that need the exact test; `None` if
+/// Filters a block of triangles. Returns the mask of the lanes that need the exact test; `None` if
 /// a certain hit ended the traversal. `far` is the greatest accepted distance, and `last` is `far`
-/// enlarged by the rounding error of box tests.
+/// plus the rounding error of box tests.
 #[inline(always)]
 pub(super) fn filter_block_lanes<S: Simd, M: TraversalMode>(
     s: S,
@@ -39,7 +39,7 @@ pub(super) fn filter_block_lanes<S: Simd, M: TraversalMode>(
         .then(|| found.lanes & requested & !(query.end_lanes::<M>(leaf_header) & found.is_signed))
 }
 
-/// Intersects the triangles of a block that are in the mask `lanes`, by the exact test.
+/// Intersects those triangles of a block whose bits are set in the mask `lanes`, by the exact test.
 #[inline(always)]
 pub(super) fn intersect_triangles<S: TraversalSimd, M: TraversalMode>(
     s: S,
@@ -69,7 +69,9 @@ pub(super) fn intersect_triangles<S: TraversalSimd, M: TraversalMode>(
     false
 }
 
-/// Intersects one triangle of a block by the single-triangle test.
+/// Intersects the triangle in one lane of a block by
+/// [`Triangle::intersect_watertight`](crate::shapes::Triangle::intersect_watertight), the test for
+/// a single triangle.
 #[inline(never)]
 fn intersect_single_triangle(
     block: &Triangle8,
@@ -98,7 +100,7 @@ fn intersect_primitive_row<S: Simd, M: TraversalMode>(
         && query.visit_row_hits::<M>(&row.leaf_header, &row_hits.store_lanes(s), visitor)
 }
 
-/// Intersects a leaf of spheres.
+/// Intersects a leaf that is a row of spheres. `prepared_ray` is set at the first such leaf.
 #[inline(always)]
 pub(super) fn intersect_sphere_leaf<S: Simd, M: TraversalMode>(
     s: S,
@@ -127,7 +129,7 @@ pub(super) fn intersect_sphere_leaf<S: Simd, M: TraversalMode>(
     )
 }
 
-/// Intersects the rows that every query tests.
+/// Intersects the rows that every query tests, outside the tree's nodes.
 #[inline(always)]
 pub(super) fn intersect_rows_outside_tree<S: Simd, M: TraversalMode>(
     s: S,
@@ -142,7 +144,7 @@ pub(super) fn intersect_rows_outside_tree<S: Simd, M: TraversalMode>(
         .any(|one| intersect_primitive_row::<S, M>(s, one, prepared_ray, query, visitor))
 }
 
-/// Intersects all blocks, then all other primitives, for a structure without nodes.
+/// Intersects all triangle blocks and then all single primitives of a structure without nodes.
 #[inline(always)]
 pub(super) fn intersect_all_triangle_blocks<S: TraversalSimd, M: TraversalMode>(
     s: S,

@@ -1,14 +1,16 @@
-//! Barriers against compiler optimisations that slow the traversal: vectorisation of a few scalars,
-//! copies of fields in registers that the traversal needs, and spilled registers across cache
-//! lines.
+//! Barriers against compiler optimisations that slow the traversal:
+//!
+//! - vectorisation of a few scalars,
+//! - copies of fields in registers that the traversal needs,
+//! - spills of registers across two cache lines.
 #![expect(
     unsafe_code,
     reason = "empty inline assembly; each block states why it is sound"
 )]
 
-/// Returns the number unchanged, in its register. Without this barrier, the compiler combines three
-/// or four adjacent scalars into a vector. The packing costs as many instructions as it saves, and
-/// a read of one scalar waits for all of them.
+/// Returns the number unchanged, in its register. Without this barrier the compiler packs three or
+/// four adjacent scalars into a vector. Packing costs as many instructions as it saves, and a read
+/// of one scalar then waits for all of them.
 #[inline(always)]
 pub(crate) fn optimisation_barrier(value: f32) -> f32 {
     #[cfg(target_arch = "x86_64")]
@@ -24,10 +26,10 @@ pub(crate) fn optimisation_barrier(value: f32) -> f32 {
     core::hint::black_box(value)
 }
 
-/// Aligns the stack frame of the function into which this is inlined to cache lines. Registers as
-/// wide as a line are spilled to the frame, which is otherwise aligned to 16 bytes. Whether each
-/// spilled register then straddles two lines depends on the frames of all callers. A read of such a
-/// register waits for both halves of its store.
+/// Aligns a stack frame to cache lines: the frame of the function into which this function is
+/// inlined. Otherwise the frame is aligned only to 16 bytes. Spilled registers are as wide as a
+/// cache line. Depending on the callers' frames, each might straddle two lines, and a read of it
+/// would wait for both halves of its store.
 #[inline(always)]
 pub(crate) fn align_stack() {
     #[repr(align(64))]
@@ -39,9 +41,9 @@ pub(crate) fn align_stack() {
     keep_in_memory(&line);
 }
 
-/// Returns the reference unchanged, and hides from the compiler what it points to. So fields are
-/// read from memory where they are used, instead of being kept in registers or spilled to the stack
-/// as vectors.
+/// Returns the reference unchanged. The compiler then no longer knows its target, so it reads each
+/// field from memory where the field is used. Otherwise it would keep fields in registers, or spill
+/// them to the stack as vectors.
 #[inline(always)]
 pub(super) fn keep_in_memory<T>(place: &T) -> &T {
     #[cfg(target_arch = "x86_64")]

@@ -2,19 +2,19 @@
 //! camera.
 //!
 //! Boxes are tested once for the whole packet, by the intervals of the inverse directions. Rounding
-//! is monotonic. So if a box test passes for any ray of the packet, it passes for the packet too,
-//! and the packet's entry distance is not greater than the ray's.
+//! is monotonic. So if a box test passes for any ray of the packet, it passes for the packet too.
+//! The packet's entry distance is then not greater than the ray's.
 //!
-//! In a block of eight triangles, terms that depend only on the common origin are computed once,
-//! for all lanes. Each triangle that the intervals of directions may hit is then tested against
-//! eight rays at a time. The error bounds of [`super::filter`] also hold for these tests: with f
-//! the first corner relative to the origin, U = e₂·(f × d) is (e₂ × f)·d, with as many roundings.
-//! For the intervals, W is computed as (N − A − B)·d. The components of that vector have errors of
-//! 23 u E R, so W has an error of 42 u E R |d|, within the bound of 46 u E R |d|.
+//! For a block of eight triangles, the terms that depend only on the common origin are computed
+//! once, in lanes. Each triangle that the intervals of directions may hit is then tested against
+//! eight rays at a time. The error bounds of [`super::filter`] also hold for these tests. In its
+//! symbols, with C the first corner relative to the origin, U = e₂·(C × d) is computed as (e₂ ×
+//! C)·d, with as many roundings. For the intervals, W is computed as (N − A − B)·d, with U = A·d
+//! and V = B·d. The components of that vector have errors of 23 u E R. So W has an error of 42 u E
+//! R |d|, within the bound of 46 u E R |d|.
 //!
 //! The remaining triangles go through the operations of the exact test, for eight rays at once in
-//! f64. So the hit of each ray equals, to the bit, the hit that a traversal with this ray alone
-//! finds.
+//! f64. So each ray has the same hit, to the bit, as in a traversal by this ray alone.
 
 #![expect(
     unsafe_code,
@@ -40,8 +40,8 @@ use crate::ray::Ray;
 const GROUPS: usize = 2;
 /// Greatest number of rays in a packet.
 pub(crate) const MAX_RAYS: usize = GROUPS * WIDTH;
-/// Absolute value that every direction component of a packet must exceed. With a smaller component,
-/// the packet may not lie on one side of the axis.
+/// Least absolute value of a direction component in a packet, itself excluded. A packet with a
+/// smaller component is not traversed, since its inverse directions might have both signs.
 const MIN_COMPONENT: f32 = 1e-30;
 
 /// A packet of rays, with the hits found so far.
@@ -51,14 +51,16 @@ pub(crate) struct PacketState {
     directions: [[f32; MAX_RAYS]; 3],
     /// Number of rays in the packet.
     pub count: usize,
-    /// Lower end of the accepted distances, itself excluded.
+    /// Lower end of the accepted distances for all rays, itself excluded.
     near: f32,
-    /// Greatest accepted distance of each ray: the distance of its hit, if it has a hit.
+    /// Greatest accepted distance of each ray. For a ray with a hit, it is the distance of that
+    /// hit.
     pub far: [f32; MAX_RAYS],
     /// Shape-specific numbers `u` and `v` of each hit, see [`crate::Hit`].
     uv: [[f32; MAX_RAYS]; 2],
-    /// Slots of each hit, as in [`crate::Hit`]: the slot of the primitive, and for an instance also
-    /// the slot in the instanced geometry.
+    /// Slots (records in the primitive set) of each hit, as `slots[level][ray]`. Level 0 is the
+    /// slot in the set itself. For a hit of an instance, level 1 is the slot in the instanced
+    /// geometry.
     slots: [[u32; MAX_RAYS]; 2],
     /// Whether the rays are camera rays, which pass through the inside of culled surfaces.
     culls: bool,
@@ -68,8 +70,8 @@ impl PacketState {
     /// Slot value of a ray without a hit.
     const NO_SLOT: u32 = u32::MAX;
 
-    /// Creates a packet from at most the first [`MAX_RAYS`] directions. Distances after `near`, up
-    /// to and including `last`, are accepted.
+    /// Creates a packet from the first [`MAX_RAYS`] directions, or fewer. A distance t is accepted
+    /// if `near < t <= last`.
     #[inline(always)]
     pub fn new(origin: Vec3, directions: &[Vec3], [near, last]: [f32; 2], culls: bool) -> Self {
         let count = directions.len().min(MAX_RAYS);
@@ -99,7 +101,8 @@ impl PacketState {
         }
     }
 
-    /// Returns the hit of a ray: its distance and shape-specific numbers, and its two slots.
+    /// Returns the hit of a ray: its distance, `u` and `v`, then its two slots. `None` without a
+    /// hit.
     #[inline(always)]
     pub fn hit(&self, ray: usize) -> Option<([f32; 3], [u32; 2])> {
         let ray = ray & (MAX_RAYS - 1);
@@ -118,9 +121,9 @@ impl PacketState {
         Ray::new(self.origin.into(), [d(0), d(1), d(2)].into())
     }
 
-    /// Records a hit within the range if it is nearer than the ray's hit so far, or equally near
-    /// and preferred. `lower` compares the slots of the new and of the recorded hit, and returns
-    /// whether the new hit is preferred.
+    /// Records a hit of a ray if it is nearer than the ray's recorded hit. Of two equally distant
+    /// hits, `lower` returns whether the first slot, that of the new hit, is preferred to the
+    /// second.
     #[inline(always)]
     pub fn record_hit(
         &mut self,
@@ -138,15 +141,16 @@ impl PacketState {
         }
     }
 
-    /// Returns the mask of the lanes of a group that hold rays: one bit per lane.
+    /// Returns the mask of the lanes in a group of eight that hold rays of the packet.
     #[inline(always)]
     fn ray_mask(&self, group: usize) -> u32 {
         let count = self.count.saturating_sub(group * WIDTH).min(WIDTH);
         (1 << count) - 1
     }
 
-    /// Returns, for each axis, the direction components of least and of greatest absolute value;
-    /// `None` if an axis has components of both signs or close to zero.
+    /// Returns two vectors: for each axis, the direction component of least absolute value, and
+    /// that of greatest. `None` if on some axis the components have both signs, or one is close to
+    /// zero.
     #[inline(always)]
     fn direction_bounds(&self) -> Option<[[f32; 3]; 2]> {
         let mut spans = [[0.0; 3]; 2];
@@ -171,8 +175,8 @@ pub(crate) trait PacketVisitor {
     /// Whether a hit of the primitive in `slot` is preferred to an equally distant hit in the slot
     /// `than`.
     fn wins_tie(&self, slot: u32, than: u32) -> bool;
-    /// Tests all rays of the packet against a primitive that has no packet test. `index` is its
-    /// position in the tree's order.
+    /// Tests all rays of the packet against a primitive that has no packet test. `index` is the
+    /// position of the primitive in the tree's order.
     fn test_primitive_ray_by_ray(&mut self, index: usize, packet_state: &mut PacketState);
 }
 
@@ -181,20 +185,20 @@ pub(crate) trait PacketVisitor {
 pub(crate) enum PacketResult {
     /// The traversal completed, and all hits are found.
     Complete,
-    /// The traversal was given up, since the rays diverge and single traversals would cost less.
-    /// The hits found so far are incomplete.
+    /// The traversal stopped early, since the rays diverge and single rays would cost less. The
+    /// recorded hits are incomplete.
     Abandoned,
-    /// The tree was not traversed, since on some axis the directions have both signs or are close
-    /// to zero.
+    /// The tree was not traversed. On some axis the directions have both signs, or one is close to
+    /// zero.
     Unsuitable,
 }
 
-/// Number of leaves after which a packet traversal is given up. Testing them costs about as much as
-/// tracing all rays of the packet one by one. Measured:
+/// Number of tested leaves after which a packet traversal stops. So many tests cost about as much
+/// as tracing all rays of the packet one by one. Measured:
 /// `../../../../benches/runs/2026-11-23-pencils.md`.
 const MAX_LEAVES: u32 = 32;
 
-/// Traverses the tree with a packet. Returns whether all hits were found, or why they were not.
+/// Traverses the tree with a packet. The hits are complete only for [`PacketResult::Complete`].
 #[inline(always)]
 pub(super) fn traverse_packet<S: TraversalSimd>(
     s: S,
@@ -238,7 +242,8 @@ pub(super) fn traverse_packet<S: TraversalSimd>(
     PacketResult::Complete
 }
 
-/// Intersects a packet with rows of spheres or planes: each primitive with eight rays at a time.
+/// Intersects a packet with rows of spheres or planes. Each primitive is tested against eight rays
+/// at a time.
 #[inline(always)]
 fn intersect_primitive_rows<S: Simd>(
     s: S,
@@ -289,8 +294,8 @@ fn intersect_primitive_rows<S: Simd>(
     }
 }
 
-/// Returns the greatest of the rays' accepted distances, enlarged by the rounding error of box
-/// tests, so that these miss no hit up to that distance.
+/// Returns the greatest accepted distance of any ray, plus the rounding error of box tests. So box
+/// tests miss no hit up to the accepted distance.
 #[inline(always)]
 fn max_far_distance(packet_state: &PacketState) -> f32 {
     let mut far = f32::NEG_INFINITY;
@@ -300,8 +305,8 @@ fn max_far_distance(packet_state: &PacketState) -> f32 {
     TraversalRay::widen_far_distance(far)
 }
 
-/// Traverses the nodes of the tree. Returns false if the traversal was given up after
-/// [`MAX_LEAVES`] leaves.
+/// Traverses the nodes of the tree. Returns false if the traversal stopped after [`MAX_LEAVES`]
+/// leaves. `exact` is set at the first triangle that needs the exact test.
 #[inline(always)]
 fn traverse_nodes<S: TraversalSimd>(
     s: S,

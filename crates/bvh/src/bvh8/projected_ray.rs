@@ -1,15 +1,16 @@
-//! The values of a ray for the exact triangle test in SIMD registers.
+//! The values of a ray that the exact triangle test in SIMD registers uses.
 
 use glam::DVec3;
 
 use crate::shapes::PreparedRay;
 
-/// Values of a ray for the exact triangle test, which projects corners onto the plane perpendicular
-/// to the ray as [`PreparedRay`] does. The two projection axes of [`PreparedRay`] have six
-/// components, of which two are zero and four are components of the direction, up to the sign. Let
-/// the coordinate axes be rotated so that the direction's largest component comes first, and let
-/// (p, q, r) be a corner relative to the origin. Its two projected coordinates are then q·a + p·b
-/// and r·c + p·d.
+/// Values of a ray for the exact triangle test. The test projects corners onto the plane
+/// perpendicular to the ray, as [`PreparedRay`] does. Of the six components of the two projection
+/// axes, two are zero. The other four are components of the direction, up to the sign.
+///
+/// Let the coordinate axes be rotated so that the direction's largest component comes first. Let
+/// (p, q, r) be a corner relative to the ray's origin. The projected coordinates of the corner are
+/// then q·a + p·b and r·c + p·d, with a, b, c, d from `projection`.
 #[derive(Clone, Copy)]
 pub(crate) struct ProjectedRay {
     pub origin: [f64; 3],
@@ -21,11 +22,12 @@ pub(crate) struct ProjectedRay {
     pub inverse_length_squared: f64,
 }
 
-/// Result of the exact test in SIMD registers if that test can't decide: rounding could change the
-/// sign of an edge function, or the triangle is edge-on. The single-triangle test must then decide.
+/// Result of the exact test in SIMD registers if it can't decide: rounding could change the sign of
+/// an edge function, or the triangle is edge-on. The scalar test of [`crate::shapes::Triangle`]
+/// must then decide.
 pub(super) struct UncertainSign;
 
-/// Returns three entries of an array: for the axis `major` and for the two axes after it,
+/// Returns the entries of an array for the axis `major` and for the two axes that follow
 /// cyclically.
 #[inline(always)]
 pub(super) fn rotate_axes<T: Copy>([x, y, z]: [T; 3], major: usize) -> (T, T, T) {

@@ -1,6 +1,6 @@
-//! A query as the data of a traversal: the accepted range, the ray, the counts, and the receiver of
-//! hits. Nothing in this module depends on the stored scalar, so each traversal is compiled once,
-//! in this crate.
+//! A query as the data of a traversal: the accepted range, the ray, and the counts of work. Nothing
+//! in this module depends on the scalar of the stored primitives. So each traversal is compiled
+//! once, in this crate.
 
 use super::row::RowHits;
 use super::traversal_ray::RayReparametrisation;
@@ -11,20 +11,25 @@ use crate::ray_ends::RayEnds;
 use crate::shapes::{PreparedRay, Transform, TriangleHit};
 use crate::stats::TraversalStats;
 
-/// Compile-time properties of a traversal.
+/// Compile-time properties of a query's traversal.
 pub(crate) trait TraversalMode {
-    /// Whether any accepted hit ends the query. Children are then visited in any order.
+    /// Whether any accepted hit ends the query. If so, children are visited in any order.
     const ANY: bool;
-    /// Whether the ray was mapped and rounded, see [`super::TraversalRay::from_f64_ray`]. Exact
-    /// tests then use [`TraversalQuery::prepared_ray`]. The primitives belong to an instance, or
-    /// are stored in f64 without lanes, so every hit is passed to the visitor. Otherwise an opaque
-    /// hit ends an any-hit query without a call.
+    /// Whether the ray was mapped to an instance's space and rounded, see
+    /// [`super::TraversalRay::from_f64_ray`]. If so:
+    ///
+    /// - Exact tests use [`TraversalQuery::prepared_ray`].
+    /// - Every hit is passed to the visitor, since the primitives belong to an instance, or are
+    ///   stored in f64.
+    ///
+    /// Otherwise the hit of an opaque primitive ends an any-hit query without a call of the
+    /// visitor.
     const MAPPED: bool;
     /// Whether the traversal counts its work.
     const COUNTS: bool;
 }
 
-/// Properties of a traversal as a type.
+/// A [`TraversalMode`] whose properties are parameters of the type.
 pub(super) struct StaticTraversalMode<const ANY: bool, const MAPPED: bool, const COUNTS: bool>;
 
 impl<const ANY: bool, const MAPPED: bool, const COUNTS: bool> TraversalMode
@@ -35,22 +40,24 @@ impl<const ANY: bool, const MAPPED: bool, const COUNTS: bool> TraversalMode
     const COUNTS: bool = COUNTS;
 }
 
-/// Source of the prepared ray for exact tests.
+/// Source from which the ray for exact tests is prepared.
 #[derive(Clone, Copy)]
 pub(crate) enum RaySource<'a> {
-    /// A stored ray, whether it is prepared for triangles and quads too, and the triangles at its
-    /// ends. The pointer to these takes the room of another source's second pointer.
+    /// A stored ray, then whether to prepare it for triangles and quads too, then the triangles at
+    /// its ends. The pointer to these triangles makes the enum no larger, since another variant
+    /// also has two pointers.
     StoredRay(&'a Ray<f32>, bool, &'a RayEnds),
-    /// The map of an instance, and a world-space ray.
+    /// The object-to-world map of an instance, and the world-space ray to map.
     InInstance(&'a Transform, &'a PreparedRay),
     /// A ray that is already prepared.
     PreparedRay(&'a PreparedRay),
 }
 
-/// Receiver of a traversal's hits. Each method returns whether the traversal ends, and may shorten
-/// the range of the query.
+/// Receiver of a traversal's hits. Each method returns whether the traversal ends. It may also
+/// shorten the range of the query.
 pub(crate) trait HitVisitor {
-    /// Handles a hit within the range, of a primitive that is tested in SIMD lanes.
+    /// Handles a hit that SIMD lanes found within the range, of the primitive in `slot` (its record
+    /// in the set). `u` and `v` are the shape-specific numbers of [`crate::Hit`].
     fn visit_hit(
         &mut self,
         query: &mut TraversalQuery<'_>,
@@ -59,11 +66,12 @@ pub(crate) trait HitVisitor {
         u: f32,
         v: f32,
     ) -> bool;
-    /// Tests a primitive at position `index` that is not tested in SIMD lanes.
+    /// Tests the primitive at position `index` of the tree's order, which is in no block and no
+    /// row.
     fn visit_single_primitive(&mut self, query: &mut TraversalQuery<'_>, index: usize) -> bool;
 }
 
-/// A query as the data of a traversal.
+/// A query as the data of a traversal, independent of the scalar of the stored primitives.
 pub(crate) struct TraversalQuery<'a> {
     /// Whether any accepted hit ends the query, see [`TraversalMode::ANY`].
     pub ends_at_any_hit: bool,
@@ -71,7 +79,7 @@ pub(crate) struct TraversalQuery<'a> {
     pub counts_work: bool,
     /// Open interval of accepted distances.
     pub range: Interval<f32>,
-    /// Greatest accepted distance.
+    /// Greatest accepted distance: the greatest number below `range.max`.
     pub far: f32,
     /// Whether the ray is a camera ray, which passes through the inside of culled surfaces.
     pub is_camera_ray: bool,
@@ -79,9 +87,9 @@ pub(crate) struct TraversalQuery<'a> {
     pub source: RaySource<'a>,
     /// The ray for exact tests, made from `source` at its first use.
     pub prepared_ray: Option<PreparedRay>,
-    /// Conversion of distances, for a traversal by a mapped and rounded ray.
+    /// Conversion of distances to those of the traversal, if the ray was mapped and rounded.
     pub reparametrisation: RayReparametrisation,
-    /// Work of this traversal, if it is counted.
+    /// Counts of this traversal's work, if `counts_work` is set.
     pub stats: TraversalStats,
 }
 
@@ -100,7 +108,8 @@ impl TraversalQuery<'_> {
         }
     }
 
-    /// Returns the greatest accepted distance, converted to distances of the traversal.
+    /// Returns the greatest accepted distance, in the distances of the traversal
+    /// ([`RayReparametrisation`]).
     #[inline(always)]
     pub(super) fn max_distance<M: TraversalMode>(&self) -> f32 {
         if M::MAPPED {
@@ -125,8 +134,8 @@ impl TraversalQuery<'_> {
         }
     }
 
-    /// Returns the mask of a leaf's lanes that the query tests, and the mask of lanes whose hit
-    /// within the range always ends the traversal.
+    /// Returns two masks of a leaf's lanes: the lanes that the query tests, and the lanes whose
+    /// hits within the range end the traversal without a call of the visitor.
     #[inline(always)]
     fn query_lane_masks<M: TraversalMode>(leaf_header: &LeafHeader) -> [u8; 2] {
         if M::ANY && !M::MAPPED {
@@ -139,8 +148,8 @@ impl TraversalQuery<'_> {
         }
     }
 
-    /// Returns the mask of a block's lanes that the query tests, and the mask of lanes whose
-    /// hit ends the traversal from either side.
+    /// Returns two masks of a block's lanes: the lanes that the query tests, and the lanes whose
+    /// hits, from either side, end the traversal without a call of the visitor.
     #[inline(always)]
     pub(super) fn block_lane_masks<M: TraversalMode>(&self, leaf_header: &LeafHeader) -> [u32; 2] {
         let [requested, ends] = Self::query_lane_masks::<M>(leaf_header);
@@ -155,7 +164,7 @@ impl TraversalQuery<'_> {
         ]
     }
 
-    /// Returns the mask of a block's lanes that lie at the ends of the ray, see [`RayEnds`].
+    /// Returns the mask of the block's triangles that are at the ends of the ray, see [`RayEnds`].
     #[inline(always)]
     pub(super) fn end_lanes<M: TraversalMode>(&self, leaf_header: &LeafHeader) -> u32 {
         match &self.source {
@@ -173,8 +182,8 @@ impl TraversalQuery<'_> {
         }
     }
 
-    /// Handles the hit of a triangle: tests its side and range, and passes it to the visitor.
-    /// Returns whether the traversal ends.
+    /// Handles the hit of a triangle in a block. If its side and distance are accepted, passes it
+    /// to the visitor. Returns whether the traversal ends.
     #[inline(always)]
     pub(super) fn visit_triangle_hit<M: TraversalMode>(
         &mut self,
@@ -198,8 +207,8 @@ impl TraversalQuery<'_> {
         )
     }
 
-    /// Handles the hits of a row, all within the range: passes them to the visitor. Returns whether
-    /// the traversal ends.
+    /// Handles the hits of a row of spheres or planes, all within the range, by passing them to the
+    /// visitor. Returns whether the traversal ends.
     #[inline(always)]
     pub(super) fn visit_row_hits<M: TraversalMode>(
         &mut self,

@@ -1,6 +1,6 @@
-//! Rows of eight spheres or planes, tested by the operations of [`crate::shapes::Sphere`] and
-//! [`crate::shapes::Plane`] in f64 lanes. Rows have no filter: a filter would cost more than a
-//! single test, and eight tests in lanes cost about as much as one.
+//! Rows of eight spheres or planes. They are tested in f64 lanes, by the operations of
+//! [`crate::shapes::Sphere`] and [`crate::shapes::Plane`]. Eight tests in lanes cost about as much
+//! as one, so an additional filter would cost more than it saves.
 
 use glam::{DVec3, Vec3};
 
@@ -20,8 +20,8 @@ pub(crate) struct PrimitiveRow {
     pub leaf_header: LeafHeader,
     /// Centres of spheres, or points of planes, as `positions[axis][lane]`.
     positions: [[f32; WIDTH]; 3],
-    /// Radii of spheres, repeated for each axis, or normals of planes, as
-    /// `radii_or_normals[axis][lane]`.
+    /// As `radii_or_normals[axis][lane]`: the normals of planes, or the radii of spheres, repeated
+    /// for each axis.
     radii_or_normals: [[f32; WIDTH]; 3],
 }
 
@@ -32,9 +32,12 @@ pub(crate) enum RowKind {
     Planes,
 }
 
-/// Hits of a ray with the primitives of a row, or of eight rays with one primitive: the mask of
-/// lanes hit within the range on an accepted side, the mask of lanes where the ray leaves a solid,
-/// and the distances.
+/// Hits of one ray with the primitives of a row, or of eight rays with one primitive, one in each
+/// lane:
+///
+/// - `hits`: mask of the lanes with a hit within the range, on an accepted side;
+/// - `exits`: mask of the lanes where the ray leaves a solid;
+/// - `t`: distances.
 #[derive(Clone, Copy)]
 pub(crate) struct RowHits<T> {
     pub hits: u32,
@@ -55,8 +58,8 @@ impl<T: Copy> RowHits<T> {
 }
 
 impl PrimitiveRow {
-    /// Creates a row of spheres, given by centre and radius, or of planes, given by point and
-    /// normal. Their slots are consecutive from `first` on.
+    /// Creates a row of spheres or planes. `own` gives centre and radius of a sphere, or point and
+    /// normal of a plane. The slots (records) of the primitives are consecutive from `first` on.
     pub fn new(
         kind: RowKind,
         first: usize,
@@ -74,7 +77,8 @@ impl PrimitiveRow {
         row
     }
 
-    /// Creates an empty row for `count` primitives, whose slots are consecutive from `first` on.
+    /// Creates a row for `count` primitives, whose positions are not set yet. Their slots (records)
+    /// are consecutive from `first` on.
     pub(super) fn with_count(kind: RowKind, first: usize, count: usize) -> Self {
         Self {
             kind,
@@ -136,8 +140,8 @@ impl PrimitiveRow {
         }
     }
 
-    /// Intersects eight rays with the primitive in one lane. Accepts distances from `near`,
-    /// excluded, to `far`, included. Masks of the result have one bit per ray.
+    /// Intersects eight rays with the primitive in one lane of the row. A distance t is accepted if
+    /// `near < t <= far`. Masks of the result have one bit per ray.
     #[inline(always)]
     pub(super) fn intersect_primitive_in_lane<S: Simd>(
         &self,
@@ -204,7 +208,7 @@ impl PrimitiveRow {
     }
 }
 
-/// One ray in each lane: the same ray for eight primitives, or eight rays for one primitive.
+/// The rays of a test in lanes: the same ray in all lanes, or eight different rays.
 struct RayLanes<S: Simd> {
     origin: [S::Doubles; 3],
     direction: [S::Doubles; 3],
@@ -222,9 +226,9 @@ fn sub3_f64<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> [S::Double
     ]
 }
 
-/// Intersects the ray in each lane with the sphere in that lane. `outside_alone` and `inside_alone`
-/// are the masks of lanes whose sphere can be hit from that side only. `test_single` repeats the
-/// test of one lane by the single-sphere test.
+/// Intersects the ray in each lane with the sphere in that lane. A distance t is accepted if `first
+/// < t <= last`. `outside_alone` and `inside_alone` are the masks of lanes whose sphere can be hit
+/// from that side only. `test_single` tests one lane by the test for a single sphere.
 #[inline(always)]
 fn intersect_spheres<S: Simd>(
     s: S,
@@ -279,8 +283,8 @@ fn intersect_spheres<S: Simd>(
     }
 }
 
-/// Repeats the tests of distant spheres one by one, since the single-sphere test uses another
-/// formula for them.
+/// Tests the distant spheres in the mask `lanes` one by one. For these the test of a single sphere
+/// uses another formula than the test in lanes.
 #[cold]
 #[inline(never)]
 fn retest_far_spheres(
@@ -300,7 +304,7 @@ fn retest_far_spheres(
     row_hits
 }
 
-/// Intersects the ray in each lane with the plane in that lane; parameters as for
+/// Intersects the ray in each lane with the plane in that lane. The other parameters are those of
 /// [`intersect_spheres`].
 #[inline(always)]
 fn intersect_planes<S: Simd>(
@@ -324,7 +328,8 @@ fn intersect_planes<S: Simd>(
     }
 }
 
-/// Eight rays with a common origin, with the values of [`PreparedRay`] that the tests of rows use.
+/// Eight rays with a common origin, one per lane, with the values of [`PreparedRay`] that the tests
+/// of rows use.
 pub(super) struct RaysF64<S: Simd> {
     rays: RayLanes<S>,
     origin: DVec3,
@@ -333,7 +338,8 @@ pub(super) struct RaysF64<S: Simd> {
 }
 
 impl<S: Simd> RaysF64<S> {
-    /// Prepares eight rays by the operations of [`PreparedRay`], in lanes.
+    /// Prepares eight rays in lanes, by the operations of [`PreparedRay`]. The arrays hold the
+    /// components of the directions.
     #[inline(always)]
     pub fn new(s: S, origin: DVec3, [x, y, z]: [&[f32; WIDTH]; 3], culls: bool) -> Self {
         let direction = [s.widen(x), s.widen(y), s.widen(z)];

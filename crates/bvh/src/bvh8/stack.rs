@@ -8,8 +8,9 @@ use core::mem::MaybeUninit;
 
 use super::{ChildRef, MaskLanes, STACK_SIZE, WIDTH};
 
-/// A stack entry: a child, with its entry distance in the upper half of the integer. Nonnegative
-/// distances sort like integers. Negative distances do not, which costs time but no correctness.
+/// A stack entry: the child in the lower half of the integer, its entry distance in the upper half.
+/// Entries with nonnegative distances sort by distance like integers. Negative distances sort
+/// wrongly, which makes the traversal slower but not incorrect.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct StackEntry(pub u64);
@@ -31,8 +32,8 @@ impl StackEntry {
     }
 }
 
-/// Entries of the traversal stack. The traversal keeps their number in a register. If the number
-/// were stored beside the entries, every step would wait for memory.
+/// Entries of the traversal stack. The traversal keeps the number of entries in a register. Beside
+/// the entries in memory, that number would make every step wait.
 pub(super) struct TraversalStack([MaybeUninit<StackEntry>; STACK_SIZE]);
 
 impl TraversalStack {
@@ -47,11 +48,10 @@ impl TraversalStack {
         self.0[index].write(stack_entry);
     }
 
-    /// Pops entries until an entry distance is at most `last`, and returns that child; `None` if no
-    /// such entry is left.
+    /// Pops entries until one has an entry distance of at most `last`. Returns the child of that
+    /// entry; `None` if the stack becomes empty.
     ///
-    /// # Safety
-    /// Every entry below `top` must have been written.
+    /// # Safety Every entry below `top` must have been written.
     #[inline(always)]
     pub unsafe fn pop(&self, top: &mut usize, last: f32) -> Option<ChildRef> {
         while *top > 0 {
@@ -65,7 +65,8 @@ impl TraversalStack {
         None
     }
 
-    /// Returns the storage for the eight entries of a node, possibly uninitialised.
+    /// Returns the storage for eight entries from `index` on, enough for all children of a node.
+    /// The entries may be uninitialised.
     #[inline(always)]
     pub fn eight_entries(&mut self, index: usize) -> &mut [MaybeUninit<StackEntry>; WIDTH] {
         let Some(eight) = self.0[index..].first_chunk_mut() else {
@@ -76,8 +77,8 @@ impl TraversalStack {
         eight
     }
 
-    /// Writes the children whose bits are set in `mask` to the stack from index `base` on, sorted
-    /// by insertion so that the nearest comes last. Returns the new top.
+    /// Writes the children whose bits are set in `mask` to the stack, from index `base` on.
+    /// Insertion sort orders them, the nearest last. Returns the new number of entries.
     #[inline(always)]
     pub fn push_sorted(
         &mut self,
@@ -105,10 +106,9 @@ impl TraversalStack {
         base + count
     }
 
-    /// Returns the children of the top two entries, the topmost last.
+    /// Returns the children of the last two of `top` entries, the last one second.
     ///
-    /// # Safety
-    /// Both entries must have been written.
+    /// # Safety Both entries must have been written.
     #[inline(always)]
     pub unsafe fn top_two_children(&self, top: usize) -> [ChildRef; 2] {
         let Some(two) = self.0[..top].last_chunk::<2>() else {

@@ -1,4 +1,4 @@
-//! Values of a ray for the tests of boxes and blocks, computed once per traversal.
+//! Values of a ray for the tests of boxes, triangle blocks and rows, computed once per traversal.
 
 use glam::DVec3;
 
@@ -8,22 +8,21 @@ use crate::aabb::{Aabb, BoundingSphere};
 use crate::instance::ApproximateInverse;
 use crate::shapes::PreparedRay;
 
-/// Upper bound of a direction's length for which the triangle filter decides; the lower bound is
-/// 2/`MAX_LENGTH`. Beyond either bound f32 might overflow or underflow, so every triangle gets the
-/// exact test.
+/// Greatest direction length for which the triangle filter is used; the least is 2/`MAX_LENGTH`.
+/// Outside this range f32 might overflow or underflow, so every triangle gets the exact test.
 const MAX_LENGTH: f32 = (1 << 20) as f32;
 /// Unit roundoffs of f32 and f64: 2⁻²⁴ and 2⁻⁵³.
 const U: f32 = 5.960_464_5e-8;
 const W: f32 = 1.110_223e-16;
-/// Least absolute value of a component of a scaled direction.
+/// Least absolute value of a direction component after scaling. Smaller components are replaced by
+/// it.
 const MIN_COMPONENT: f64 = 1e-20;
-/// Least squared length of a direction that is mapped in f32; the inverse is the greatest squared
-/// length.
+/// Least squared direction length of a ray that is mapped in f32. Its inverse is the greatest.
 const MIN_LENGTH_SQUARED: f32 = 1e-24;
-/// Factor that covers the rounding errors in the computation of a bound.
+/// Factor on error bounds. It covers the rounding errors of the computation of the bound itself.
 const ROUNDING_FACTOR: f32 = 1.000_01;
 
-/// A ray for the traversal of a tree, all in f32: its values for box tests and its values for leaf
+/// A ray for the traversal of a tree, in f32: its values for box tests, and its values for leaf
 /// tests.
 #[derive(Clone, Copy)]
 pub(crate) struct TraversalRay {
@@ -35,49 +34,53 @@ pub(crate) struct TraversalRay {
 pub(crate) enum ApproximateRay {
     /// The ray misses the bounding sphere of the instanced geometry.
     Miss,
-    /// The mapped ray, and the distance at which it starts.
+    /// The mapped ray, and the world-space distance at which it starts.
     Hit(TraversalRay, f32),
-    /// The error of the mapped ray may exceed one percent of the bounding sphere's radius.
+    /// Mapping in f32 is too imprecise: the error may exceed one percent of the bounding sphere's
+    /// radius, or the mapped direction is too long or too short.
     Imprecise,
 }
 
-/// Values of a ray for box tests, besides the origin and the near end. A traversal keeps them in
-/// registers.
+/// Values of a ray for box tests, except its origin and the near end of its range. A traversal
+/// keeps these values in registers.
 #[derive(Clone, Copy)]
 pub(crate) struct BoxRay {
     /// Inverse of each component of the direction.
     pub inverse: [f32; 3],
-    /// Inverse direction for the exit planes, slightly greater in absolute value.
+    /// Inverse direction for the planes at which the ray leaves a box, slightly greater in absolute
+    /// value than `inverse`.
     pub exit_inverse: [f32; 3],
-    /// Amount, per axis, by which entry distances are lowered; zero unless the ray was mapped.
+    /// Amount, per axis, that is subtracted from entry distances; zero for a ray that was not
+    /// mapped.
     pub entry_margin: [f32; 3],
-    /// Amount, per axis, by which exit distances are raised: `entry_margin`, plus a margin for
-    /// negative distances, which a greater inverse would lower.
+    /// Amount, per axis, that is added to exit distances. It is `entry_margin` plus a margin for
+    /// negative distances, which `exit_inverse` makes smaller.
     pub exit_margin: [f32; 3],
-    /// Side on which the ray enters a box in each axis, 0 for the minima: the sign bit of the
-    /// direction. That bit is known before the inverse and equals its sign, also for −0. If the
-    /// inverse is zero or NaN, both sides give the same result.
+    /// Side on which the ray enters a box in each axis: 0 for the box's minimum, 1 for its maximum.
+    /// It is the sign bit of the direction, which is known before the inverse and equals the
+    /// inverse's sign, also for −0. If the inverse is zero or NaN, both sides give the same result.
     pub side: [usize; 3],
 }
 
-/// Values of a ray for the tests of leaves. They stay in memory, from which the filter broadcasts
-/// them to all lanes.
+/// Values of a ray for the tests of leaves. They stay in memory: the filter loads each number and
+/// broadcasts it to all lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct LeafRay {
     /// Lower end of the accepted distances, itself excluded.
     pub near: f32,
     pub origin: [f32; 3],
     pub direction: [f32; 3],
-    /// Terms of the error bounds of [`super::filter`]: the ray's contribution to R, and the factors
-    /// of the bounds of weights, determinants and distances.
+    /// Terms of the error bounds of [`super::filter`]. `reach` is the ray's contribution to R, the
+    /// distance of the farthest corner. `weight`, `determinant` and `distance` are the ray's
+    /// factors in the bounds of these three values.
     pub reach: f32,
     pub weight: f32,
     pub determinant: f32,
     pub distance: f32,
 }
 
-/// Returns the greater number, or the second if the first is NaN: a single instruction. NaN needs
-/// no care, since a ray with a NaN gets the exact test.
+/// Returns the greater number, or the second if the first is NaN, in a single instruction. A NaN of
+/// the second may be lost too. This is harmless, since a ray with a NaN gets the exact test.
 #[inline(always)]
 fn max_or_second(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -125,15 +128,15 @@ impl TraversalRay {
         Self { box_ray, leaf_ray }
     }
 
-    /// Creates the ray from a ray in an instance's space, given in f64 with a direction of any
-    /// length. The ray is moved along itself to the bounds of the tree and scaled, so that f32
-    /// represents it as precisely as the boxes.
+    /// Creates the traversal ray from a ray in an instance's space, in f64 and with a direction of
+    /// any length. The ray's start is moved along the ray to the bounds of the tree, and its
+    /// direction is scaled. So f32 represents the ray as precisely as the boxes.
     ///
-    /// The rounded ray differs from the exact ray by `origin_error` at its origin, and by u in each
-    /// component of its direction. So box tests lower entry distances and raise exit distances by
-    /// that error. In the bounds of [`super::filter`], the distance R of the corners is increased
-    /// until the bounds also cover the errors of the mapped ray: 1.8 u E |d| of a weight per unit,
-    /// and 2.5 u E² of D and of T.
+    /// The rounded ray differs from the exact ray by `origin_error` at its origin, and by u = 2⁻²⁴
+    /// in each component of its direction. So box tests lower entry distances and increase exit
+    /// distances by the resulting error. The error bounds of [`super::filter`] must also cover the
+    /// errors of the mapped ray. With the symbols of that module, these are 1.8 u E |d| in a
+    /// weight, per unit of R, and 2.5 u E² in D and in T. Therefore R is increased.
     pub fn from_f64_ray(
         origin: DVec3,
         direction: DVec3,
@@ -172,9 +175,12 @@ impl TraversalRay {
     }
 
     /// Computes the ray of [`TraversalRay::from_f64_ray`] from a world-space ray, in f32 alone, and
-    /// the distance at which it starts. The error of the origin is larger here, since it includes
-    /// the rounding of the map. The error of the direction is larger too. It acts over the distance
-    /// to the instanced geometry and through it, and is multiplied by E² in a determinant.
+    /// the distance at which it starts.
+    ///
+    /// Its errors are greater than those of the f64 version. The error of the origin includes the
+    /// rounding of the map. The error of the direction acts over the distance to the instanced
+    /// geometry and through it. In the bound of a determinant it is multiplied by E², the squared
+    /// longer edge.
     #[inline(always)]
     pub fn map_ray_in_f32(
         inverse: &ApproximateInverse,
@@ -234,8 +240,8 @@ impl TraversalRay {
         )
     }
 
-    /// Widens the error bounds of the ray for an origin that is off by up to `origin_error` in each
-    /// axis. `total_error` is the sum over the axes.
+    /// Increases the error bounds of the ray, for an origin whose error on each axis is at most
+    /// `origin_error`. `total_error` is the sum of `origin_error` over the axes.
     #[inline(always)]
     fn widen_error_bounds(self, origin_error: [f32; 3], total_error: f32) -> Self {
         let Self { box_ray, leaf_ray } = self;
@@ -256,7 +262,7 @@ impl TraversalRay {
         }
     }
 
-    /// Raises the far end of a range by the rounding error of box distances, so that box tests miss
+    /// Adds the rounding error of box distances to the far end of a range, so that box tests miss
     /// no hit before that end.
     #[inline(always)]
     pub fn widen_far_distance(far: f32) -> f32 {
@@ -264,19 +270,19 @@ impl TraversalRay {
     }
 }
 
-/// Conversion from distances along a ray in an instance's space to distances of the f32 traversal:
-/// a distance t becomes (t − start) · scale.
+/// Conversion from distances along a ray in an instance's space to distances of the f32 traversal.
+/// A distance t becomes (t − start) · scale.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RayReparametrisation {
     pub start: f64,
-    /// Factor of distances, a power of two.
+    /// Factor of distances, a power of two. It is one for a ray that was mapped in f32.
     pub scale: f64,
 }
 
 impl RayReparametrisation {
-    /// Creates the conversion for a ray and the bounds of a tree. Its distances start where the ray
-    /// enters the bounding sphere of the box, or at `near` if that is later, so that no accepted
-    /// distance is negative. The scaled direction has about unit length.
+    /// Creates the conversion for a ray and the bounds of a tree. Converted distances are zero
+    /// where the ray enters the bounding sphere of the box, or at `near` if that is later. So no
+    /// accepted distance is negative. The scale makes the length of the direction about one.
     pub fn new(origin: DVec3, direction: DVec3, near: f64, bounds: &Aabb) -> Self {
         let squared = direction.length_squared();
         let (middle, length) = (
@@ -305,8 +311,8 @@ impl RayReparametrisation {
         ((t - self.start) * self.scale) as f32
     }
 
-    /// Converts the far end of a range to a distance of the traversal. The result is beyond the
-    /// converted distance of every hit whose distance rounds to at most `t`.
+    /// Converts the far end of a range to a distance of the traversal. Every hit whose distance,
+    /// rounded to f32, is at most `t` has a converted distance below the result.
     pub fn traversal_far_distance(&self, t: f32) -> f32 {
         let t = f64::from(t);
         self.traversal_distance(t + (t.abs() + self.start.abs()) * (2.0 * f64::from(U)))

@@ -1,5 +1,6 @@
-//! Traversal operations of an instruction set, in addition to the arithmetic of [`Simd`]: stack
-//! writes, the exact test of single lanes, and leaf tests as separate functions.
+//! Traversal operations of an instruction set, in addition to the arithmetic of [`Simd`]: writes to
+//! the traversal stack, the exact test of a triangle in one lane, and leaf tests as separate
+//! functions.
 
 use super::projected_ray::{ProjectedRay, UncertainSign};
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
@@ -13,7 +14,8 @@ use crate::shapes::{PreparedRay, TriangleHit};
 /// Traversal operations of an instruction set. A value of an implementing type proves that the
 /// processor has the instructions.
 pub(super) trait TraversalSimd: Simd {
-    /// Returns the stack entries of the two children whose bits are set in `mask`.
+    /// Returns the stack entries of the two children whose bits are set in `mask`. `entries` are
+    /// the entry distances of all eight children.
     #[inline(always)]
     fn two_stack_entries(
         self,
@@ -31,8 +33,8 @@ pub(super) trait TraversalSimd: Simd {
             StackEntry::new(children[b], entries[b]),
         ]
     }
-    /// Writes stack entries for the children whose bits are set in `mask`, from index `top` on, in
-    /// any order. Returns the new top.
+    /// Writes stack entries, in any order, for the children whose bits are set in `mask`. The first
+    /// is written at index `top`. Returns the new number of entries.
     #[inline(always)]
     fn push_children(
         self,
@@ -49,8 +51,8 @@ pub(super) trait TraversalSimd: Simd {
         }
         top
     }
-    /// Writes stack entries for the children whose bits are set in `mask`, from index `base` on,
-    /// the nearest child last. Returns the new top.
+    /// Writes stack entries for the children whose bits are set in `mask`, the nearest child last.
+    /// The first is written at index `base`. Returns the new number of entries.
     #[inline(always)]
     fn push_children_sorted(
         self,
@@ -63,8 +65,8 @@ pub(super) trait TraversalSimd: Simd {
         stack.push_sorted(base, children, &self.to_array(entries), mask)
     }
     /// Intersects the triangle in a lane by the exact test of this instruction set. Returns
-    /// [`UncertainSign`] if the single-triangle test must decide, or if the instruction set has no
-    /// exact test of its own.
+    /// [`UncertainSign`] if the scalar test must decide. An instruction set without an exact test
+    /// of its own always returns it.
     fn intersect_triangle_in_lane(
         self,
         block: &Triangle8,
@@ -72,7 +74,7 @@ pub(super) trait TraversalSimd: Simd {
         projected_ray: &ProjectedRay,
     ) -> Result<Option<TriangleHit>, UncertainSign>;
     /// Runs [`super::leaf::intersect_triangles`], compiled for this instruction set as a separate
-    /// function, which takes no registers of the traversal.
+    /// function. So the test occupies no registers of the traversal.
     fn intersect_triangles<M: TraversalMode>(
         self,
         bvh: &Bvh8,

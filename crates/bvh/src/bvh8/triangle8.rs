@@ -1,5 +1,5 @@
-//! Blocks of eight triangles, for the filter and the exact test. They hold the tree's only copy of
-//! its triangles.
+//! Blocks of eight triangles, for the filter and the exact test. A tree stores its triangles only
+//! in these blocks.
 
 use glam::Vec3;
 
@@ -7,8 +7,8 @@ use super::WIDTH;
 use crate::ray::{Occlusion, Side, Visibility};
 use crate::shapes::Triangle;
 
-/// Coordinate from which products of three lengths might leave the range of f32. Triangles with
-/// such corners always get the exact test.
+/// Absolute coordinate from which on products of three lengths might leave the range of f32. A
+/// triangle with such a corner always gets the exact test.
 pub(super) const LARGE_COORDINATE: f32 = (1_u64 << 38) as f32;
 
 /// A block of up to eight triangles, with one array per coordinate: `corners[axis][corner][lane]`,
@@ -17,9 +17,9 @@ pub(super) const LARGE_COORDINATE: f32 = (1_u64 << 38) as f32;
 #[derive(Clone, Debug)]
 pub(crate) struct Triangle8 {
     pub corners: [[[f32; WIDTH]; 3]; 3],
-    /// Upper bound of the longer of the two edges at the first corner, in each lane. It is −∞ in a
-    /// lane that can't be hit, which the filter then always rejects, and ∞ if the filter must not
-    /// decide.
+    /// Upper bound, in each lane, of the longer of the two edges at the first corner. Two values
+    /// are special: −∞ makes the filter always reject the lane, since it can't be hit; ∞ makes the
+    /// filter always pass the lane to the exact test.
     pub longest: [f32; WIDTH],
 }
 
@@ -29,7 +29,7 @@ impl Triangle8 {
         longest: [f32::NEG_INFINITY; WIDTH],
     };
 
-    /// Stores a triangle in a lane. A triangle without extent can't be hit.
+    /// Stores a triangle in a lane. A triangle with three equal corners can't be hit.
     pub fn set_triangle(&mut self, lane: usize, vertices: [Vec3; 3]) {
         for (corner, position) in vertices.into_iter().enumerate() {
             for axis in 0..3 {
@@ -67,18 +67,18 @@ impl Triangle8 {
     }
 }
 
-/// Properties of the primitives of a block or a row besides their coordinates, read only if a lane
-/// may be hit. Masks have one bit per lane.
+/// Properties of the primitives in a triangle block or a row, besides their coordinates. They are
+/// read only if a lane may be hit. Masks have one bit per lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LeafHeader {
-    /// Index of the slot (the record in the primitive set) of the first lane's primitive; the slots
-    /// of the other lanes follow.
+    /// Index of the slot (the record in the primitive set) of the first lane's primitive. The slots
+    /// of the other lanes follow it.
     pub first: u32,
     /// Number of lanes in use.
     pub count: u8,
-    /// Mask of the lanes whose hits end an any-hit query.
+    /// Mask of the lanes whose primitives are opaque: their hits end an any-hit query.
     pub opaque: u8,
-    /// Mask of the lanes for whose hits an any-hit query calls the filter.
+    /// Mask of the lanes whose hits an any-hit query passes to the caller's filter.
     pub filtered: u8,
     /// Mask of the lanes that rays can hit from outside only.
     pub outside: u8,
@@ -89,7 +89,7 @@ pub(crate) struct LeafHeader {
 }
 
 impl LeafHeader {
-    /// Creates a header for `count` slots from `first` on, without visibilities.
+    /// Creates a header for `count` slots from `first` on. No visibilities are set yet.
     pub fn new(first: usize, count: usize) -> Self {
         Self {
             first: first as u32,
@@ -114,7 +114,8 @@ impl LeafHeader {
         }
     }
 
-    /// Mask of the lanes that a camera ray (`culls`) or any other ray can hit from outside only.
+    /// Returns the mask of the lanes that a ray can hit from outside only. `culls` is whether it is
+    /// a camera ray.
     #[inline(always)]
     pub fn outside_only_lanes(&self, culls: bool) -> u8 {
         if culls {
@@ -124,7 +125,8 @@ impl LeafHeader {
         }
     }
 
-    /// Whether a hit of a lane counts, given the side from which the ray comes.
+    /// Whether a hit of a lane's primitive is accepted. `from_outside` is the side from which the
+    /// ray comes, and `culls` whether it is a camera ray.
     #[inline(always)]
     pub fn accepts_hit(&self, lane: usize, from_outside: bool, culls: bool) -> bool {
         (if from_outside {

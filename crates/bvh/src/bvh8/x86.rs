@@ -113,8 +113,8 @@ impl TraversalSimd for Avx512 {
     }
 }
 
-/// Sorts four numbers in descending order by a sorting network, without branches: which of a node's
-/// children is nearer is unpredictable.
+/// Sorts four integers in descending order by a sorting network, which has no branches. Branches
+/// would often be mispredicted, since the order of a node's children is unpredictable.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
 fn sort_descending(four: __m256i) -> __m256i {
@@ -124,17 +124,17 @@ fn sort_descending(four: __m256i) -> __m256i {
     min_max_with_partner::<0b0100>(four, _mm256_permute4x64_epi64::<0b11_01_10_00>(four))
 }
 
-/// Returns, in each lane, the lesser of the lane and its partner if the lane's bit is set in
-/// `LESSER`, otherwise the greater.
+/// Returns, in each lane, the minimum or the maximum of the numbers that `four` and `partners` have
+/// in that lane. The minimum is selected by the lane's bit in `LESSER`.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
 fn min_max_with_partner<const LESSER: u8>(four: __m256i, partners: __m256i) -> __m256i {
     _mm256_mask_min_epu64(_mm256_max_epu64(four, partners), LESSER, four, partners)
 }
 
-/// Packs the children whose bits are set in `mask`, and their entry distances, into stack entries:
-/// the first, second, fifth and sixth in one register, the others in a second register. Both
-/// registers have 256 bits, since some processors lower their clock for wider vectors.
+/// Packs the children whose bits are set in `mask`, with their entry distances, into stack entries.
+/// One register holds the first, second, fifth and sixth of these children, the other register the
+/// remaining ones. Both have 256 bits, since some processors lower their clock for wider vectors.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
 fn pack_children(children: &[ChildRef; WIDTH], entries: __m256, mask: u32) -> [__m256i; 2] {

@@ -1,7 +1,7 @@
-//! Expected ray costs of the eight-wide tree that a binary tree becomes. For each binary node, they
-//! are the costs of its subtree in one lane of a wide node, and divided among two to eight lanes
-//! ("Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", Ylitie, Karras,
-//! Laine 2017, section 3.1).
+//! Expected ray costs of eight-wide trees that can be made from a binary tree. For each binary
+//! node, the costs are those of its subtree, for one to eight lanes (child positions of a wide
+//! node) into which the subtree is divided ("Efficient Incoherent Ray Traversal on GPUs Through
+//! Compressed Wide BVHs", Ylitie, Karras, Laine 2017, section 3.1).
 
 use rayon::prelude::*;
 
@@ -14,31 +14,35 @@ use crate::memory::filled_huge_page_vec;
 /// Cost of testing a block of triangles, in units of visiting a node. Measured:
 /// `../../../../benches/README.md`.
 const BLOCK: f32 = 1.1;
-/// Cost of testing a row of eight spheres, in units of visiting a node, measured for random
-/// spheres. A row of fewer spheres costs at most the sum of its single tests.
+/// Cost of testing a row of eight spheres, in units of visiting a node. Measured for random
+/// spheres. A row of fewer spheres costs at most the sum of their single tests.
 const ROW: f32 = 1.2;
-/// Costs of testing a single primitive of another kind, and a single sphere, in the same unit.
+/// Cost of testing a single primitive of another kind, and cost of testing a single sphere. The
+/// unit is the cost of visiting a node.
 const OTHER: f32 = 0.7;
 const SPHERE: f32 = 0.5;
 
-/// Choices for a subtree that may fill a number of lanes (child positions): one leaf, one inner
-/// node, or the choice for one lane less.
+/// Choices for a subtree that may fill a given number of lanes (child positions): one leaf, one
+/// inner node, or the choice for one lane less.
 pub(super) const AS_LEAF: u8 = 0;
 pub(super) const AS_INNER: u8 = 1;
 pub(super) const FEWER: u8 = u8::MAX;
 
-/// Least expected costs of a subtree that fills up to one, two, ... eight lanes (child positions)
-/// of a node, and the choices with these costs.
+/// Least expected costs of a subtree, and the choices that have these costs. Index i is for a
+/// subtree that may fill up to i + 1 lanes (child positions) of a wide node.
 #[derive(Clone, Copy)]
 pub(super) struct SubtreeCosts {
     pub cost: [f32; WIDTH],
-    /// Choice for each number of lanes: `AS_LEAF`, `AS_INNER`, `FEWER`, or one plus the number of
-    /// lanes that the left child gets.
+    /// Choice for each number of lanes: `AS_LEAF`, `AS_INNER` or `FEWER`. Any other value means
+    /// that the subtree's two children are in separate lanes; it is one plus the number of lanes
+    /// for the left child.
     pub choices: [u8; WIDTH],
-    /// Number of leaves, at most `WIDTH`. The subtree can't fill more lanes than it has leaves.
+    /// Number of leaves of the subtree, limited to `WIDTH`. A subtree can't fill more lanes than it
+    /// has leaves.
     pub leaves: u8,
-    /// Number of primitives, if all have one leaf kind; `u8::MAX` if kinds are mixed or the
-    /// primitive is tested alone. A value above `WIDTH` means that they do not fit into one leaf.
+    /// Number of primitives, if all share one leaf kind. A value above `WIDTH` means that they do
+    /// not fit into one leaf. It is `u8::MAX` for mixed kinds and for primitives that are tested
+    /// alone.
     pub shared_count: u8,
     pub leaf_kind: LeafKind,
 }
@@ -53,8 +57,8 @@ impl SubtreeCosts {
     };
 }
 
-/// Returns the range of lanes that the left of two subtrees may get, so that neither subtree gets
-/// more lanes than it has leaves.
+/// Returns the possible numbers of lanes for the left of two subtrees that fill `lanes` lanes
+/// together. Neither subtree gets more lanes than it has leaves.
 pub(super) fn left_child_lane_range(
     left: &SubtreeCosts,
     right: &SubtreeCosts,
@@ -63,7 +67,7 @@ pub(super) fn left_child_lane_range(
     lanes.saturating_sub(right.leaves.into()).max(1)..=(lanes - 1).min(left.leaves.into())
 }
 
-/// Computes the costs of one node. `below` returns the costs of its children.
+/// Computes the costs of one node. `below` returns the costs of the child with a given node index.
 fn compute_node_costs(
     binary: &BinaryTree,
     node: &BinaryNode,
@@ -90,7 +94,8 @@ fn compute_node_costs(
     )
 }
 
-/// Returns the costs of a leaf whose box has the surface area `area`.
+/// Returns the costs of a leaf. `area` is half the surface area of its box. `alike` is its number
+/// of primitives, or `u8::MAX` if its primitive is tested alone.
 fn compute_leaf_costs(area: f32, leaf_kind: LeafKind, alike: u8) -> SubtreeCosts {
     let mut pick = [FEWER; WIDTH];
     pick[0] = AS_LEAF;
@@ -112,7 +117,8 @@ pub(super) fn leaf_test_cost(leaf_kind: LeafKind, count: u8) -> f32 {
     }
 }
 
-/// Computes the costs of an inner node from the costs of its two children.
+/// Computes the costs of an inner node from the costs of its left and right child. `area` is half
+/// the surface area of its box.
 fn compute_inner_node_costs(l: &SubtreeCosts, r: &SubtreeCosts, area: f32) -> SubtreeCosts {
     let alike = if l.leaf_kind == r.leaf_kind {
         l.shared_count.saturating_add(r.shared_count)
@@ -166,8 +172,8 @@ fn compute_inner_node_costs(l: &SubtreeCosts, r: &SubtreeCosts, area: f32) -> Su
     }
 }
 
-/// Computes the costs of all nodes from the leaves up: each part of the tree in a thread of its
-/// own, then the nodes above the parts.
+/// Computes the costs of all nodes, children before parents. Each part of the tree
+/// ([`BinaryTree::parts`]) is one parallel task. The nodes above the parts come last.
 pub(super) fn compute_all_costs(
     binary: &BinaryTree,
     leaf_kind: LeafKindLookup<'_>,

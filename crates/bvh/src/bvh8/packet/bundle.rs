@@ -1,4 +1,5 @@
-//! The intervals of a packet's directions, for box tests and for the filter.
+//! The intervals that contain the directions of a packet's rays, for box tests and for the filter
+//! of triangles.
 
 use super::PacketState;
 use crate::bvh8::filter::splat_vector;
@@ -6,8 +7,8 @@ use crate::bvh8::traversal_ray::{LeafRay, TraversalRay};
 use crate::bvh8::{Bvh8Node, WIDTH};
 use crate::math::simd::Simd;
 
-/// Bounds of all rays of a packet: for each axis the least and the greatest component of the
-/// directions and of their inverses.
+/// Bounds of all rays of a packet: on each axis, the interval of the direction components and that
+/// of their inverses.
 pub(super) struct RayBundle<S: Simd> {
     pub origin: [S::Floats; 3],
     inverse: [[S::Floats; 2]; 3],
@@ -15,13 +16,14 @@ pub(super) struct RayBundle<S: Simd> {
     late: S::Floats,
     pub near: S::Floats,
     side: [usize; 3],
-    /// Least and greatest component of the directions, for each axis.
+    /// For each axis, the direction component of least absolute value, and that of greatest.
     direction_bounds: [[S::Floats; 2]; 3],
     /// Terms of the filter's error bounds that hold for every ray of the packet.
     pub bounds: LeafRay,
 }
 
-/// Broadcasts the components of two vectors to all lanes, in pairs.
+/// Broadcasts each component of two vectors to all lanes. The result has, for each axis, the
+/// component of `a` and that of `b`.
 #[inline(always)]
 fn splat_component_pairs<S: Simd>(s: S, a: [f32; 3], b: [f32; 3]) -> [[S::Floats; 2]; 3] {
     [
@@ -61,8 +63,8 @@ impl<S: Simd> RayBundle<S> {
         })
     }
 
-    /// Returns the mask of the children that some ray may enter before `far`, and lower bounds of
-    /// the entry distances.
+    /// Returns the mask of the children that some ray may enter at a distance of at most `far`, and
+    /// a lower bound of the entry distance in each child's lane.
     #[inline(always)]
     pub fn intersect_child_boxes(&self, s: S, node: &Bvh8Node, far: S::Floats) -> (u32, S::Floats) {
         let (mut entry, mut exit) = (self.near, far);
@@ -86,8 +88,8 @@ impl<S: Simd> RayBundle<S> {
         (s.at_most(entry, exit), entry)
     }
 
-    /// Returns bounds of the dot product of `v` with the direction of any ray: the least and the
-    /// greatest possible value, in each lane for that lane's vector.
+    /// Returns lower and upper bounds of v·d, for all directions d of the packet. Each lane has its
+    /// own vector v.
     #[inline(always)]
     pub fn dot_product_bounds(&self, s: S, v: [S::Floats; 3]) -> [S::Floats; 2] {
         let [[xa, xb], [ya, yb], [za, zb]] = self.direction_bounds;

@@ -19,7 +19,7 @@ pub(super) struct Rays8 {
     inverse_length_squared: [f64; WIDTH],
 }
 
-/// Prepares the rays of a packet. It is called for the first triangle that needs the exact test.
+/// Prepares the rays of a packet for the exact test, at the first triangle that needs it.
 #[inline(never)]
 fn prepare_rays(packet_state: &PacketState) -> [Rays8; GROUPS] {
     let mut rays = <[Rays8; GROUPS]>::default();
@@ -36,9 +36,12 @@ fn prepare_rays(packet_state: &PacketState) -> [Rays8; GROUPS] {
     rays
 }
 
-/// Result of the exact test of a triangle for eight rays. Masks with one bit per ray: the rays that
-/// hit, the rays that arrive from outside, and the rays for which the single-triangle test must
-/// decide. The other values have one lane per ray.
+/// Result of the exact test of a triangle for eight rays, one per lane. `hits`, `outside` and
+/// `unsure` are masks of rays:
+///
+/// - `hits`: the rays that hit the triangle;
+/// - `outside`: the rays that arrive from outside;
+/// - `unsure`: the rays for which the test of a single ray must decide.
 struct TriangleHits8<S: Simd> {
     hits: u32,
     outside: u32,
@@ -53,8 +56,8 @@ fn load3_f64<S: Simd>(s: S, [x, y, z]: &[[f64; WIDTH]; 3]) -> [S::Doubles; 3] {
 }
 
 /// Intersects eight rays with a triangle by the operations of [`crate::shapes::Triangle`]'s test,
-/// in their order. Rays for which rounding could change the sign of an edge function, or that see
-/// the triangle edge-on, are marked `unsure` and need that test itself.
+/// in the same order. A ray is marked `unsure` if rounding could change the sign of an edge
+/// function, or if the ray sees the triangle edge-on. Such a ray needs that test itself.
 #[inline(always)]
 fn intersect_eight_rays<S: Simd>(
     s: S,
@@ -119,15 +122,15 @@ fn intersect_eight_rays<S: Simd>(
     }
 }
 
-/// Terms of the filter for eight triangles, in lanes. They depend only on the common origin of the
-/// rays.
+/// Terms of the filter for eight triangles, one per lane. They depend only on the rays' common
+/// origin.
 struct CommonOriginTerms8 {
     u: [[f32; WIDTH]; 3],
     v: [[f32; WIDTH]; 3],
     normal: [[f32; WIDTH]; 3],
     distance: [f32; WIDTH],
-    /// Error bounds in each lane: of weights, of determinants, and of the comparisons with the near
-    /// and with the far end of the range.
+    /// Error bounds as in [`ErrorBounds`]: `weight`, `determinant`, `before` and `beyond`, one
+    /// value per lane.
     errors: [[f32; WIDTH]; 4],
     /// Mask of the triangles that some ray may hit.
     lanes: u32,
@@ -139,7 +142,7 @@ fn splat_lane<S: Simd>(s: S, v: &[[f32; WIDTH]; 3], lane: usize) -> [S::Floats; 
     splat_vector(s, [v[0][lane], v[1][lane], v[2][lane]])
 }
 
-/// Copies the three components of eight vectors from registers to arrays.
+/// Copies eight vectors, one per lane, from registers to an array for each component.
 #[inline(always)]
 fn to_arrays<S: Simd>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
     [s.to_array(v[0]), s.to_array(v[1]), s.to_array(v[2])]
@@ -186,8 +189,8 @@ impl CommonOriginTerms8 {
         }
     }
 
-    /// Filters eight rays by the triangle in a lane: returns the mask of the rays that may hit it
-    /// within the range by the exact test.
+    /// Filters eight rays by the triangle in one lane. Returns the mask of the rays for which the
+    /// exact test may find a hit within the range.
     #[inline(always)]
     fn filter_rays<S: Simd>(
         &self,
@@ -219,8 +222,8 @@ impl CommonOriginTerms8 {
     }
 }
 
-/// Intersects the packet with the triangles of a block: first the filter, then the exact test of
-/// the remaining triangles.
+/// Intersects the packet with the triangles of a block: by the filter, then by the exact test of
+/// the remaining triangles. `exact` is set at the first exact test.
 #[inline(always)]
 pub(super) fn intersect_triangle_block<S: Simd>(
     s: S,
@@ -264,8 +267,8 @@ pub(super) fn intersect_triangle_block<S: Simd>(
     }
 }
 
-/// Intersects the rays of a mask, in one group, with a triangle by the exact test, and records
-/// their hits.
+/// Intersects some rays of a group of eight with one triangle by the exact test, and records their
+/// hits. `candidate_rays` is the mask of these rays.
 #[inline(always)]
 fn intersect_triangle_exactly<S: Simd>(
     s: S,
