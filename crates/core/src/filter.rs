@@ -1,9 +1,10 @@
-//! Reconstruction filters: the weight of positions around a pixel's centre in the pixel's value.
+//! Reconstruction filters: the weight of a sample in a pixel's value, by the sample's distance from
+//! the pixel's centre.
 //!
-//! Filters are sampled instead of weighting the samples (Ernst, Stamminger and Greiner, "Filter
-//! Importance Sampling", 2006). Every sample counts for a single pixel, with equal weight. So a
-//! tile does not read its neighbours, and weights add no variance. The method needs filters without
-//! negative lobes. All filters are separable: each axis is sampled by the same table.
+//! Positions are sampled in proportion to the filter; samples have equal weights (Ernst, Stamminger
+//! and Greiner, "Filter Importance Sampling", 2006). Every sample counts for a single pixel. A tile
+//! therefore does not read its neighbours, and weights add no variance. The method requires filters
+//! without negative lobes. All filters are separable: one table samples both axes.
 
 use core::f64::consts::PI;
 use std::sync::LazyLock;
@@ -34,7 +35,7 @@ pub enum PixelFilter {
 const STEPS: usize = 256;
 
 impl PixelFilter {
-    /// Every filter, from the widest to the narrowest.
+    /// All filters, from the widest to the narrowest.
     pub const ALL: [Self; 4] = [Self::Gaussian, Self::BlackmanHarris, Self::Tent, Self::Box];
 
     /// Returns the filter's radius in pixels.
@@ -46,8 +47,8 @@ impl PixelFilter {
         }
     }
 
-    /// Returns the unnormalised weight at a distance from the pixel's centre, in pixels; zero
-    /// beyond the radius.
+    /// Returns the unnormalised weight at a distance in pixels from the pixel's centre, along one
+    /// axis; zero beyond the radius.
     pub fn weight(self, offset: f64) -> f64 {
         let share = offset.abs() / self.radius();
         if share > 1.0 {
@@ -64,7 +65,7 @@ impl PixelFilter {
         }
     }
 
-    /// Returns the sampler of offsets along one axis; its table is computed once per process.
+    /// Returns the sampler of positions along one axis. Its table is computed once per process.
     pub(crate) fn sampler(self) -> FilterSampler {
         static TENT: LazyLock<Box<FilterTable>> =
             LazyLock::new(|| tabulate_inverse_cdf(PixelFilter::Tent));
@@ -81,20 +82,20 @@ impl PixelFilter {
     }
 }
 
-/// Samples offsets along one axis from uniform numbers in [0, 1).
+/// Samples positions along one axis in proportion to a filter, from uniform numbers in [0, 1).
 ///
-/// The table inverts the integral of one half of the filter, in steps of the square root of the
-/// tail's integral, so that thin tails are resolved as well as the middle. The table of a tent is a
-/// straight line.
+/// The table inverts the integral of one half of the filter. Its steps are even in the square root
+/// of the tail's integral: thin tails are resolved as well as the middle. The table of a tent
+/// filter is a straight line.
 #[derive(Clone, Debug)]
 pub(crate) struct FilterSampler(Option<&'static FilterTable>);
 
-/// Distances from the pixel's centre in pixels, by the square root of the share of the tail beyond
-/// them.
+/// Table of distances from the pixel's centre, in pixels. Entry k belongs to the fraction s²/2 of
+/// the filter's integral beyond that distance on one side, with s = k / [`STEPS`].
 type FilterTable = [f32; STEPS + 1];
 
 impl FilterSampler {
-    /// Samples a position in pixels from the pixel's low edge, for a uniform number in [0, 1). The
+    /// Samples a position, in pixels from the pixel's low edge, by a uniform number in [0, 1). The
     /// box filter returns the number unchanged.
     #[inline(always)]
     pub fn sample(&self, number: f32) -> f32 {
@@ -106,8 +107,8 @@ impl FilterSampler {
     }
 }
 
-/// Returns the distance from the centre beyond which one side of the filter has the given share of
-/// the filter's integral, at most a half. Interpolates the table linearly.
+/// Returns the distance from the pixel's centre beyond which one side of the filter has the
+/// fraction `share` of the filter's integral, at most a half. The table is interpolated linearly.
 fn interpolate_distance(table: &FilterTable, share: f32) -> f32 {
     let at = (2.0 * share).sqrt() * STEPS as f32;
     let step = (at as usize).min(STEPS - 1);
@@ -115,9 +116,8 @@ fn interpolate_distance(table: &FilterTable, share: f32) -> f32 {
     near + (far - near) * (at - step as f32)
 }
 
-/// Tabulates the distances from the centre beyond which the filter has the shares s²/2 of its
-/// integral, for evenly spaced s. The integral is summed from the radius inwards by Simpson's rule,
-/// exact to twelve digits.
+/// Computes the table of a filter, see [`FilterTable`]. The integral is summed inwards from the
+/// radius by Simpson's rule, exact to twelve digits.
 fn tabulate_inverse_cdf(filter: PixelFilter) -> Box<FilterTable> {
     const FINE: usize = 1 << 14;
     let step = filter.radius() / FINE as f64;

@@ -1,27 +1,27 @@
-//! Gradient noise in two and three dimensions, and its octave sums.
+//! Gradient noise in two and three dimensions, and sums of its octaves.
 //!
-//! The construction is classic: Ken Perlin, "An Image Synthesizer", 1985, with the quintic weights
-//! of his "Improving Noise", 2002. The lattice gradients are hashed by the permutation polynomial
-//! (34 x² + x) mod 289 and normalised to first order (Ian McEwan, David Sheets, Mark Richardson,
-//! Stefan Gustavson, "Efficient computational noise in GLSL", 2012). Values are within about ±1,
-//! zero at the lattice points, and repeat every 289 units.
+//! The construction is Ken Perlin's ("An Image Synthesizer", 1985), with the quintic weights of his
+//! "Improving Noise", 2002. The permutation polynomial (34 x² + x) mod 289 hashes the lattice
+//! points. Gradients are normalised to first order (Ian McEwan, David Sheets, Mark Richardson,
+//! Stefan Gustavson, "Efficient computational noise in GLSL", 2012). Values lie within about ±1,
+//! are zero at lattice points, and repeat every 289 units.
 
 use raywright_bvh::scalar::{Real, Vector};
 
-/// Largest number of octaves of a sum. The last octave has 2²³ cycles per unit, the resolution of
-/// an f32.
+/// Greatest number of octaves in a sum. The last octave has 2²³ cycles per unit, the resolution of
+/// an `f32`.
 pub const MAX_OCTAVES: u32 = 24;
 
-/// Period of the lattice, and number of hash values.
+/// Period of the lattice in lattice points, and number of hash values.
 const PERIOD: usize = 289;
 
-/// Permutation table: (34 x² + x) mod 289 for every x that is the sum of two values below 289. The
-/// length is a power of two, so that a masked index needs no bounds check; the remaining entries
-/// are never read.
+/// Permutation table: (34 x² + x) mod 289 for every x up to the greatest sum of two hash values.
+/// The length is a power of two: a masked index needs no bounds check. The remaining entries are
+/// never read.
 static PERMUTATION: [u16; 1024] = permutation_table();
 
-/// Length-corrected gradient of each hash value, once in f32 and once in f64. The length of the
-/// tables is a power of two, as in [`PERMUTATION`].
+/// Length-corrected gradient of each hash value, in space and in the plane, each in `f32` and in
+/// `f64`. The length of the tables is a power of two, as in [`PERMUTATION`].
 static GRADIENTS_F32: [[f32; 3]; 512] = narrow_to_f32(gradients());
 static GRADIENTS_F64: [[f64; 3]; 512] = gradients();
 static PLANE_GRADIENTS_F32: [[f32; 2]; 512] = narrow_to_f32(plane_gradient_table());
@@ -37,14 +37,14 @@ const fn permutation_table() -> [u16; 1024] {
     table
 }
 
-/// Returns the gradient of a hash value before the correction of its length: a point of an
-/// octahedron over a 7 × 7 grid.
+/// Returns the gradient of a hash value before the correction of its length. The gradient is a
+/// point of an octahedron over a grid of 7 × 7 points.
 ///
 /// For 42 of the 289 hash values the point lies exactly on the octahedron's fold (c = 0 in real
-/// arithmetic), and rounding decides its side. The reference pictures were made in f32, with the
+/// arithmetic), and rounding decides its side. The reference pictures were made in `f32`, with the
 /// division by 7 written as a product with the rounded 1/7. That arithmetic defines the gradients
-/// in every precision: each operation in this function is one correctly rounded f32 operation, and
-/// their order matters.
+/// in every precision. Each operation in this function is therefore one correctly rounded `f32`
+/// operation, and their order matters.
 const fn octahedron_point(hash: usize) -> [f32; 3] {
     const SEVENTH: f32 = 1.0 / 7.0;
     let scaled = hash as f32 * SEVENTH;
@@ -60,8 +60,8 @@ const fn octahedron_point(hash: usize) -> [f32; 3] {
     [a, b, c]
 }
 
-/// Returns the factor that normalises a gradient to first order. `squared` is the gradient's
-/// squared length. The factor is the tangent of 1/√x at the mean squared length.
+/// Returns the factor that normalises a gradient of squared length `squared` to first order. The
+/// factor is the tangent of 1/√x at the mean squared length.
 const fn length_correction(squared: f64) -> f64 {
     1.792_842_914_001_59 - 0.853_734_720_953_14 * squared
 }
@@ -79,7 +79,7 @@ const fn gradients() -> [[f64; 3]; 512] {
     table
 }
 
-/// Returns the gradients for noise in the plane: 41 points of a square, length-corrected. No
+/// Returns the length-corrected gradients for noise in the plane: 41 points of a square. No
 /// gradient depends on rounding.
 const fn plane_gradient_table() -> [[f64; 2]; 512] {
     let mut table = [[0.0; 2]; 512];
@@ -108,8 +108,8 @@ const fn narrow_to_f32<const N: usize>(table: [[f64; N]; 512]) -> [[f32; N]; 512
     narrowed
 }
 
-/// Whether the scalar type is f32. The size of the type is a constant, so the compiler removes the
-/// other branch.
+/// Whether the scalar type is `f32`. The size of the type is a constant: the compiler removes the
+/// unused branch.
 #[inline(always)]
 const fn is_f32<R: Real>() -> bool {
     size_of::<R>() == size_of::<f32>()
@@ -118,8 +118,8 @@ const fn is_f32<R: Real>() -> bool {
 /// Returns the lattice coordinates below and above `x`, modulo 289, and the distance in [0, 1) of
 /// `x` from the lower lattice point.
 ///
-/// Beyond 2³¹ (2⁶³ for f64) every value is a whole number. The distance is then zero, and the
-/// lattice cell arbitrary.
+/// From 2³¹ on (`f64`: 2⁶³), every value is an integer. Then the distance is zero and the lattice
+/// cell arbitrary.
 #[inline(always)]
 fn lattice_cell<R: Real>(x: R) -> ([usize; 2], R) {
     let (whole, below) = if is_f32::<R>() {
@@ -167,7 +167,7 @@ fn lerp<R: Real>(a: R, b: R, t: R) -> R {
     a + (b - a) * t
 }
 
-/// Returns gradient noise at a point of space, within about ±1.
+/// Returns gradient noise at the point `p` in space, within about ±1.
 #[inline]
 pub fn noise3<R: Real>(p: R::Vec3) -> R {
     let ([x0, x1], x) = lattice_cell(p.x());
@@ -200,7 +200,7 @@ pub fn noise3<R: Real>(p: R::Vec3) -> R {
     R::from_f64(2.2) * lerp(face0, face1, fade_x)
 }
 
-/// Returns gradient noise at a point of a plane, within about ±1.
+/// Returns gradient noise at the point (`x`, `y`) of a plane, within about ±1.
 #[inline]
 pub fn noise2<R: Real>(x: R, y: R) -> R {
     let ([x0, x1], x) = lattice_cell(x);
@@ -230,8 +230,8 @@ pub fn noise2<R: Real>(x: R, y: R) -> R {
     R::from_f64(2.3) * lerp(side0, side1, fade_x)
 }
 
-/// Returns the octave sum Σ n(2ⁱ) / 2ⁱ over i from 0 to `octaves` − 1. `noise` is the function n of
-/// the frequency.
+/// Returns the octave sum Σ n(2ⁱ) / 2ⁱ over i from 0 to `octaves` − 1. `noise` returns n, the noise
+/// at a given frequency.
 #[inline(always)]
 fn sum_octaves<R: Real>(octaves: u32, mut noise: impl FnMut(R) -> R) -> R {
     let (mut total, mut frequency, mut amplitude) = (R::ZERO, R::ONE, R::ONE);
@@ -244,14 +244,14 @@ fn sum_octaves<R: Real>(octaves: u32, mut noise: impl FnMut(R) -> R) -> R {
     total
 }
 
-/// Returns fractional Brownian motion at a point in space: Σ n(2ⁱ p) / 2ⁱ over i from 0 to
+/// Returns fractional Brownian motion at the point `p` in space: Σ n(2ⁱ p) / 2ⁱ over i from 0 to
 /// `octaves` − 1, with gradient noise n.
 pub fn fbm3<R: Real>(p: R::Vec3, octaves: u32) -> R {
     sum_octaves(octaves, |frequency| noise3::<R>(p * frequency))
 }
 
-/// Returns turbulence at a point in space: Σ |n(2ⁱ p)| / 2ⁱ over i from 0 to `octaves` − 1, with
-/// gradient noise n.
+/// Returns turbulence at the point `p` in space: Σ |n(2ⁱ p)| / 2ⁱ over i from 0 to `octaves` − 1,
+/// with gradient noise n.
 pub fn turbulence3<R: Real>(p: R::Vec3, octaves: u32) -> R {
     sum_octaves(octaves, |frequency| noise3::<R>(p * frequency).abs())
 }

@@ -1,25 +1,26 @@
-//! Features of surfaces that limit the filter's weights: albedo, normal and distance. They come
-//! from two of the four replicates, and each has a tolerance.
+//! Surface features that limit the filter's weights: albedo, normal and distance at first hits.
+//! Each feature has a tolerance. Features are means of two of the four replicates.
 
 use super::plane::{ColourPlanes, PixelPlane, mean_colour};
 
-/// Squared differences that are always tolerated: of the albedo for reflected light, of the albedo
-/// for directly visible emission, of normals, and of logarithms of distances.
+/// Squared differences between two pixels that are always tolerated. `ALBEDO` applies to the filter
+/// of reflected light, `SHARP_ALBEDO` to that of directly visible emission, `DEPTH` to logarithms
+/// of distances.
 const ALBEDO: f32 = 0.1 * 0.1;
 const SHARP_ALBEDO: f32 = 0.03 * 0.03;
 const NORMAL: f32 = 0.15 * 0.15;
 const DEPTH: f32 = 0.05 * 0.05;
 
-/// Factor on the squared noise and squared slope of a feature up to which differences are
-/// tolerated.
+/// Squared differences of a feature are tolerated up to this factor times its squared noise and
+/// squared slope.
 const TOLERANCE_FACTOR: f32 = 2.0;
 
-/// Logarithm of the distance for a pixel without a hit.
+/// Logarithm of the distance assumed for a pixel without a hit.
 const MISS_LOG_DISTANCE: f32 = 12.0;
 
-/// Returns seven features, each with the inverse of the tolerated squared difference: three of the
-/// albedo, three of the normal, one of the distance. `sharp` lowers the tolerance of the albedo,
-/// for directly visible emission.
+/// Returns seven features, each with the inverse of its tolerated squared difference: three of the
+/// albedo, three of the normal, one of the distance. `sharp` selects the lower tolerance of the
+/// albedo, for directly visible emission.
 pub(super) fn surface_features(
     albedo: [&ColourPlanes; 2],
     normal: [&ColourPlanes; 2],
@@ -48,8 +49,8 @@ pub(super) fn surface_features(
     features
 }
 
-/// Returns the distance feature, the logarithm of the distance, and the inverse of its tolerated
-/// squared difference.
+/// Returns the logarithm of the distance as a feature, with the inverse of its tolerated squared
+/// difference.
 pub(super) fn distance_feature(depth: &PixelPlane) -> (PixelPlane, PixelPlane) {
     let log = PixelPlane::map_planes([depth], |[z]| {
         if z > 0.0 {

@@ -1,10 +1,10 @@
 //! One pass of non-local means: each pixel becomes a weighted mean of the pixels around it. A
-//! neighbour's weight is large if its surroundings look similar in a guide picture and its surface
-//! features are similar.
+//! neighbour's weight is large if both pixels have similar surroundings in a guide picture and
+//! similar surface features.
 //!
-//! Squared differences in the guide are divided by those that noise would cause (Rousselle, Knaus
-//! and Zwicker, "Adaptive Rendering with Non-Local Means Filtering", 2012) and averaged over three
-//! by three pixels. Features can only reduce a weight.
+//! Squared differences in the guide are divided by the squared differences that noise alone would
+//! cause (Rousselle, Knaus and Zwicker, "Adaptive Rendering with Non-Local Means Filtering", 2012).
+//! They are averaged over three by three pixels. Features can only reduce a weight.
 
 use core::ops::Range;
 use std::sync::LazyLock;
@@ -18,28 +18,28 @@ use super::guide::{FilterGuide, FilterTolerance};
 use super::plane::{ColourPlanes, PixelPlane, Window, black_planes};
 use super::row_kernels;
 
-/// Two filtered pictures, and the weight of each pixel in its own filtered value, 0 to 1. All are
-/// zero outside the filtered window.
+/// Two filtered pictures, and the weight of each pixel in its own filtered value, 0 to 1. Pictures
+/// and weights are zero outside the filtered window.
 pub(super) struct FilterOutput {
     pub means: [ColourPlanes; 2],
     pub own_weights: PixelPlane,
 }
 
-/// Offsets (rows down, columns to the right) from a pixel to the neighbours that are averaged.
-/// Every offset has its opposite in the list, so that the filter does not shift the picture.
+/// Offsets from a pixel to the neighbours over which it is averaged: rows down, then columns to the
+/// right. The opposite of every offset is in the list too: the filter does not shift the picture.
 pub(super) type NeighbourOffsets = Vec<[isize; 2]>;
 
 /// All offsets within a disc of two and a half pixels.
 pub(super) static NEAR_OFFSETS: LazyLock<NeighbourOffsets> =
     LazyLock::new(|| neighbour_offsets(2, 0.0, 2));
-/// All offsets of a square of five by five pixels, and a fifth of the other offsets within eight
+/// All offsets of a square of five by five pixels, and a fifth of the further offsets within eight
 /// and a half pixels.
 pub(super) static FAR_OFFSETS: LazyLock<NeighbourOffsets> =
     LazyLock::new(|| neighbour_offsets(8, 0.2, 2));
 
-/// Returns the offsets within `radius` plus half a pixel. All offsets of at most `dense` pixels to
-/// each side are included. Of the others only the given share, 0 to 1, is included, spread evenly
-/// (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
+/// Returns offsets within a distance of `radius` + ½ pixels. Offsets of at most `dense` rows and
+/// columns are all included. Of the further offsets, a fraction of `share`, 0 to 1, is included,
+/// spread evenly (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
 fn neighbour_offsets(radius: isize, share: f64, dense: isize) -> NeighbourOffsets {
     let chosen = |y: isize, x: isize| {
         let (a, b) = if (y, x) > (-y, -x) { (y, x) } else { (-y, -x) };
@@ -51,7 +51,7 @@ fn neighbour_offsets(radius: isize, share: f64, dense: isize) -> NeighbourOffset
         .collect()
 }
 
-/// Number of rows that are filtered together, so that their inputs fit into a cache.
+/// Number of rows that are filtered together: their inputs fit into a cache.
 const BLOCK: usize = 16;
 
 /// Buffers of a filter pass, reused by the next pass.
@@ -60,12 +60,12 @@ pub(super) struct FilterWorkspace {
     guide_rows: Vec<GuideRow>,
     target_rows: Vec<TargetRow>,
     sums: Vec<WeightedSums>,
-    /// Recent rows for each horizontal offset.
+    /// Recent rows of squared differences, for each horizontal offset.
     recent_rows: Vec<RecentRows>,
 }
 
-/// Last three rows of squared differences for a horizontal offset, and the means of each difference
-/// and its two neighbours along the row.
+/// The last three rows of squared differences for one horizontal offset, and of the means of each
+/// difference and its two neighbours in the row.
 #[derive(Clone)]
 struct RecentRows {
     differences: [PixelRow; 3],
@@ -79,10 +79,11 @@ impl RecentRows {
     };
 }
 
-/// Filters two targets in the window `core` of their planes. Pixels beyond the planes are ignored.
-/// If the planes are smaller than the picture, they must extend past `core` by the largest offset
-/// plus one pixel. Areas whose targets are black as far as the offsets reach are skipped and stay
-/// zero.
+/// Filters two target pictures within the window `core`. Pixels outside the given planes are
+/// ignored. If the planes cover only a part of the picture, they must extend beyond `core` by the
+/// greatest offset plus one pixel.
+///
+/// Areas are skipped and stay zero if the targets are black as far as the offsets reach.
 pub(super) fn filter_non_local_means(
     guide: &FilterGuide<'_>,
     targets: [&ColourPlanes; 2],
@@ -124,7 +125,7 @@ pub(super) fn filter_non_local_means(
 }
 
 impl FilterOutput {
-    /// Writes the weighted means of a window: the weighted sums divided by the sums of weights.
+    /// Writes the weighted means of a window: its weighted sums divided by its sums of weights.
     fn write_means(&mut self, place: Window, sums: &[WeightedSums]) {
         let width = self.own_weights.width;
         for (y, sums) in sums[..place.height].iter().enumerate() {
@@ -141,7 +142,7 @@ impl FilterOutput {
     }
 }
 
-/// Filter pass over one block of rows, as a task for SIMD dispatch.
+/// SIMD task: a filter pass over one block of rows.
 struct FilterPass<'a> {
     strictness: FilterTolerance,
     /// Width and height of the planes in pixels.
@@ -154,8 +155,8 @@ struct FilterPass<'a> {
 impl SimdTask for FilterPass<'_> {
     type Output = ();
 
-    /// Processes all offsets with the same vertical step together, row by row, so that a row is
-    /// read once for all horizontal steps.
+    /// Processes all offsets of the same vertical step together, row by row. A row is then read
+    /// once for all horizontal steps.
     #[inline(always)]
     fn run(mut self) {
         let sums = &mut self.workspace.sums;
@@ -167,8 +168,7 @@ impl SimdTask for FilterPass<'_> {
     }
 }
 
-/// Returns the range of indices from zero to `end` whose neighbour at distance `step` is also in
-/// that range.
+/// Returns the range of indices i in 0..`end` for which i + `step` also lies in 0..`end`.
 fn indices_with_neighbour(step: isize, end: usize) -> (usize, usize) {
     (
         (-step).max(0) as usize,
@@ -180,8 +180,8 @@ fn shift_index(position: usize, step: isize) -> usize {
     (position as isize + step) as usize
 }
 
-/// Columns of a block whose neighbours at a horizontal offset are inside the planes, without and
-/// with a margin of one column.
+/// Columns of a block whose neighbours at a horizontal offset lie inside the planes: without a
+/// margin, and with a margin of one column.
 struct BlockColumns {
     inner: Range<usize>,
     with_margin: Range<usize>,
@@ -200,8 +200,8 @@ impl BlockColumns {
 }
 
 impl FilterPass<'_> {
-    /// Adds the neighbours at these offsets, which have the same vertical step, to the weighted
-    /// sums of the block.
+    /// Adds to the block's weighted sums the neighbours at the given offsets, all of the same
+    /// vertical step.
     #[inline(always)]
     fn add_neighbours_at_offsets(&mut self, offsets: &[[isize; 2]]) {
         let (block, [width, height], dy) = (self.block, self.size, offsets[0][0]);
@@ -236,8 +236,8 @@ impl FilterPass<'_> {
         }
     }
 
-    /// Computes the squared differences between the rows `y` and `other` of the guide, and the
-    /// means of each difference and its two neighbours along the row.
+    /// Computes the squared differences between the rows `y` and `other` of the guide, and the mean
+    /// of each difference and its two neighbours in the row.
     #[inline(always)]
     fn compare_guide_rows(
         &mut self,
@@ -266,7 +266,7 @@ impl FilterPass<'_> {
         row_kernels::average_with_neighbours(means, differences, length);
     }
 
-    /// Computes the weights of a row of neighbours and adds the weighted colours to the sums.
+    /// Computes the weights of a row of neighbours, and adds their weighted colours to the sums.
     #[inline(always)]
     fn add_weighted_neighbours(
         &mut self,

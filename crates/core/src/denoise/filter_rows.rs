@@ -1,15 +1,15 @@
 //! Inputs and sums of a filter pass, row by row. All planes of a row are adjacent in memory, at
-//! offsets known to the compiler, so that a loop over many planes needs few address registers.
+//! offsets that the compiler knows. A loop over many planes then needs few address registers.
 
 use core::ops::Range;
 
 use super::guide::FilterGuide;
 use super::plane::{ColourPlanes, PixelPlane, Window};
 
-/// Multiple to which the length of a loop over pixels is rounded up, for vectorisation.
+/// Multiple to which the number of pixels of a vectorised loop is rounded up.
 pub(super) const LANES: usize = 16;
 
-/// Number of pixels in a row of the filter: the width of a tile with its margins and padding.
+/// Number of pixels in a row of the filter: the width of a tile with margins and padding.
 pub(super) const ROW: usize = 192;
 
 pub(super) type PixelRow = [f32; ROW];
@@ -17,8 +17,7 @@ pub(super) type PixelRow = [f32; ROW];
 /// Number of features of a surface: three of albedo, three of normal, one of distance.
 pub(super) const FEATURES: usize = 7;
 
-/// Row of pixels of a filter's guide, padded with zeros. See the guide for the meaning of its
-/// planes.
+/// Row of pixels of a [`FilterGuide`], padded with zeros. The planes are those of the guide.
 #[derive(Clone)]
 pub(super) struct GuideRow {
     pub colour: [PixelRow; 3],
@@ -39,7 +38,7 @@ impl GuideRow {
         tolerances: [[0.0; ROW]; FEATURES],
     };
 
-    /// Copies the rows `which` of a guide's planes.
+    /// Copies the rows `which` of all planes of a guide.
     pub fn copy_guide_rows(rows: &mut Vec<Self>, guide: &FilterGuide<'_>, which: Range<usize>) {
         rows.resize(guide.variance.height.max(rows.len()), Self::BLACK);
         for y in which {
@@ -59,11 +58,11 @@ impl GuideRow {
     }
 }
 
-/// Row of pixels of the two pictures that a filter averages, its targets.
+/// Row of pixels of a filter's targets: the two pictures that the filter averages.
 #[derive(Clone)]
 pub(super) struct TargetRow {
     pub colours: [[PixelRow; 3]; 2],
-    /// First and end column of the pixels that are not black; `None` for a black row.
+    /// First column and end column of the row's pixels that are not black; `None` for a black row.
     lit: Option<(usize, usize)>,
 }
 
@@ -73,8 +72,8 @@ impl TargetRow {
         lit: None,
     };
 
-    /// Copies all rows of two target pictures, and finds the columns of each row that are not
-    /// black.
+    /// Copies all rows of the two target pictures, and finds the range of columns in each row that
+    /// is not black.
     pub fn copy_target_rows(rows: &mut Vec<Self>, colours: [&ColourPlanes; 2]) {
         let height = colours[0][0].height;
         rows.resize(height.max(rows.len()), Self::BLACK);
@@ -96,8 +95,8 @@ impl TargetRow {
     }
 }
 
-/// Returns the part of a block whose pixels are at most `reach` columns and rows from a pixel that
-/// is not black; `None` if all are black.
+/// Returns the part of a block within `reach` rows and columns of pixels that are not black; `None`
+/// if all those pixels are black.
 pub(super) fn non_black_window(rows: &[TargetRow], block: Window, reach: usize) -> Option<Window> {
     let around = block.y.saturating_sub(reach)..(block.y + block.height + reach).min(rows.len());
     let lit = rows[around].iter().filter_map(|row| row.lit);
@@ -111,7 +110,7 @@ pub(super) fn non_black_window(rows: &[TargetRow], block: Window, reach: usize) 
     })
 }
 
-/// Copies a row of a plane and pads it with zeros.
+/// Copies the row `y` of a plane and pads the copy with zeros.
 fn copy_padded_row(to: &mut PixelRow, of: &PixelPlane, y: usize) {
     let (to, rest) = to.split_at_mut(of.width);
     to.copy_from_slice(of.row(y));

@@ -1,4 +1,4 @@
-//! Guide of a filter pass: the planes in which pixels are compared, and the tolerance of the
+//! Guide of a filter pass: the planes by which pixels are compared, and the tolerance of the
 //! comparison.
 
 use super::plane::{ColourPlanes, PixelPlane};
@@ -6,24 +6,25 @@ use super::plane::{ColourPlanes, PixelPlane};
 /// Tolerance with which a filter pass compares pixels.
 #[derive(Clone, Copy)]
 pub(super) struct FilterTolerance {
-    /// Inverse of the tolerated squared difference, in units of the noise's variance.
+    /// Inverse of the tolerated squared difference of colours, which is measured in units of the
+    /// noise's variance.
     pub inverse_tolerance: f32,
-    /// Share, 0 to 1, of a pixel's own squared difference. The mean difference over three by three
-    /// pixels is raised to at least this share.
+    /// Weight of a pixel's own squared difference, 0 to 1. The mean difference over three by three
+    /// pixels counts as at least this weight times the pixel's own difference.
     pub own_share: f32,
 }
 
-/// Pictures in which a filter pass compares pixels, one plane per quantity.
+/// Planes by which a filter pass compares pixels.
 pub(super) struct FilterGuide<'a> {
     pub colour: &'a ColourPlanes,
-    /// Variance of the guide's colour at each pixel, summed over channels.
+    /// Variance of the guide's colour in each pixel, summed over channels.
     pub variance: &'a PixelPlane,
-    /// Variance of the noise in the filtered targets. A neighbour that is more than twice as noisy
-    /// gets less weight.
+    /// Variance of the noise in the filtered targets. A neighbour more than twice as noisy as the
+    /// pixel has less weight.
     pub noise: &'a PixelPlane,
     /// Inverse of `noise`.
     pub inverse_noise: &'a PixelPlane,
-    /// Features of the surfaces, each with the inverse of the tolerated squared difference.
+    /// Surface features, each with the inverse of its tolerated squared difference.
     pub features: &'a [(PixelPlane, PixelPlane)],
     pub strictness: FilterTolerance,
 }

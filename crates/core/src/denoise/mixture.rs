@@ -1,11 +1,13 @@
-//! Shares, 0 to 1, with which the candidate changes of a pixel are applied. They minimise the
-//! squared error of the pixel's surroundings, as estimated from the replicates.
+//! Mixture of the candidate changes of each pixel (filtered light, filtered emission, dimmed
+//! fireflies). Each candidate is applied with a share in 0..1. The shares minimise the squared
+//! error of the pixel's surroundings, as estimated from the replicates.
 //!
-//! Shares α change the squared error by 2 Σ αb + Σ ααQ. Q holds the products of the candidates'
-//! changes, and b their negated mean product with the noise of the partner replicates. Both are
-//! divided by the squared colour, as in a relative error, and averaged over the neighbours *without
-//! the pixel itself*. So a pixel's own noise does not choose the shares that lower its error
-//! estimate. (With the pixel, error estimates were too small by up to a half.)
+//! Shares αᵢ of the candidates i change the squared error by 2 Σ αᵢbᵢ + Σ αᵢαⱼQᵢⱼ. Qᵢⱼ is the
+//! product of the changes by the candidates i and j. bᵢ is the negated mean product of candidate
+//! i's change in a replicate with the noise of the partner replicate (see [`denoise`](super)). Both
+//! are divided by the squared colour, as in a relative error, and averaged over the neighbours
+//! *without the pixel itself*. A pixel's own noise therefore does not choose the shares that lower
+//! its error estimate. With the pixel, error estimates were too small by up to a half.
 
 use core::array::from_fn;
 use core::ops::Range;
@@ -17,31 +19,34 @@ use raywright_bvh::{SimdTask, run_widest};
 use super::{CANDIDATES, PixelCandidates, REPLICATE_COUNT, ReplicateQuad};
 pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
 
-/// Distance in pixels up to which neighbours contribute to the shares of a pixel.
+/// Distance in pixels within which neighbours contribute to the shares of a pixel.
 const REACH: usize = 20;
 
-/// Number of rows of pixels whose shares one task computes.
+/// Number of rows of pixels for which one task computes the shares.
 const BAND: usize = 64;
 
-/// Largest ratio between the leave-one-out colour and the filtered colour, in either direction. The
-/// leave-one-out colour is clamped to it and then serves as the denominator of relative errors.
+/// Greatest ratio of the leave-one-out colour to the filtered colour, and of the latter to the
+/// former. The leave-one-out colour (filtered without the pixel itself) is clamped to this ratio.
+/// It then serves as the denominator of relative errors.
 const MAX_COLOUR_RATIO: f64 = 1.5;
 
-/// Largest number of rounds of coordinate descent, in which each share is minimised once.
+/// Greatest number of rounds of coordinate descent. A round minimises the error over each share in
+/// turn.
 const DESCENT_ROUNDS: usize = 12;
 
-/// Index pairs of the three candidates. The averaged product of each pair's changes is one entry of
-/// the matrix Q of second moments.
+/// Pairs of candidates, by index. The averaged product of a pair's changes is an entry of the
+/// matrix Q.
 const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 
-/// Number of moments of a pixel: the terms b of the candidates, and the entries of the matrix Q.
+/// Number of averaged numbers per pixel, called moments: the terms b of the candidates, and the
+/// entries of the matrix Q.
 const MOMENTS: usize = CANDIDATES + PAIRS.len();
 
-/// Number of pixels whose shares are computed together in SIMD lanes.
+/// Number of pixels whose shares are computed side by side in SIMD lanes.
 const LANES: usize = 8;
 
 /// Returns two colours of a pixel: the colour with all candidates applied in full, and the
-/// leave-one-out colour, clamped to a limited ratio to the first.
+/// leave-one-out colour, clamped to [`MAX_COLOUR_RATIO`] relative to the former.
 pub(super) fn full_and_leave_one_out_colours(
     mean: [f64; 3],
     pixel: &PixelCandidates,
@@ -62,10 +67,13 @@ pub(super) fn full_and_leave_one_out_colours(
     [whole, base]
 }
 
-/// Returns three statistics of a pixel's replicates: their mean, the variance of the mean, and an
-/// estimate of the mean's squared error from products of partner replicates. The expectation of the
-/// estimate is the variance. Its noise is correlated with the noise of the candidates' error terms,
-/// so that part of the noise cancels in their sum.
+/// Returns three statistics over a pixel's replicates:
+/// - their mean;
+/// - the variance of this mean;
+/// - an estimate of the mean's squared error from products of partner replicates.
+///
+/// The expectation of the estimate is the variance. Its noise is correlated with the noise of the
+/// candidates' error terms, and part of the noise cancels in their sum.
 pub(super) fn replicate_statistics(radiance: [[f64; 3]; REPLICATE_COUNT]) -> [[f64; 3]; 3] {
     let mean: [f64; 3] =
         from_fn(|i| radiance.iter().map(|value| value[i]).sum::<f64>() / REPLICATE_COUNT as f64);
@@ -104,8 +112,8 @@ pub(super) fn mix_candidates(
         });
 }
 
-/// Applies the shares to the candidates of a pixel. Afterwards the pixel holds its total change,
-/// its leave-one-out colour and its estimated squared error.
+/// Applies the shares to the candidates of a pixel. The pixel then holds its total change, its
+/// clamped leave-one-out colour and its estimated squared error.
 fn apply_shares_to_pixel(
     pixel: &mut PixelCandidates,
     shares: [f32; CANDIDATES],
@@ -133,8 +141,9 @@ fn apply_shares_to_pixel(
     };
 }
 
-/// Moments of the candidates in some rows of pixels. For each row of pixels, the first moment of
-/// all pixels comes first, then the second moment of all pixels, and so on.
+/// Moments of the candidates (the terms b and Q of the error) in some rows of pixels. Each row of
+/// pixels holds the first moment of all its pixels, then the second moment of all its pixels, and
+/// so on.
 struct CandidateMoments {
     width: usize,
     first_row: usize,
@@ -163,14 +172,14 @@ impl CandidateMoments {
         }
     }
 
-    /// Returns the moments of the row `y` of the picture.
+    /// Returns the moments of the picture's row `y`.
     fn moments_of_row(&self, y: usize) -> &[f64] {
         let length = MOMENTS * self.width;
         &self.moments[(y - self.first_row) * length..][..length]
     }
 }
 
-/// Returns the shares of the candidates in the pixels of these rows.
+/// Returns the shares of the candidates for the pixels in `rows`.
 fn solve_candidate_shares(
     four: &ReplicateQuad<'_>,
     [width, height]: [usize; 2],
@@ -186,8 +195,7 @@ fn solve_candidate_shares(
     })
 }
 
-/// Task for SIMD dispatch: computes the shares in some rows of pixels from the moments of their
-/// surroundings.
+/// SIMD task: computes the shares for some rows of pixels from the moments of their surroundings.
 struct CandidateShareSolver {
     moments: CandidateMoments,
     height: usize,
@@ -267,8 +275,8 @@ fn negate_row(to: &mut [f64], values: &[f64]) {
     }
 }
 
-/// Returns the moments of a pixel's candidates: the error terms b, then the products Q of all
-/// pairs. They are summed over channels and relative to the squared colour plus its variance.
+/// Returns the moments of a pixel's candidates: the terms b, then the products Q of all pairs. The
+/// moments are summed over channels and divided by the squared colour plus its variance.
 fn candidate_moments(
     radiance: [[f64; 3]; REPLICATE_COUNT],
     pixel: &PixelCandidates,
@@ -290,7 +298,7 @@ fn candidate_moments(
     })
 }
 
-/// Returns the shares α, 0 to 1, that minimise 2 Σ αb + Σ ααQ for several pixels. The coordinate
+/// Returns for several pixels the shares α in 0..1 that minimise 2 Σ αᵢbᵢ + Σ αᵢαⱼQᵢⱼ. Coordinate
 /// descent starts with all shares at one.
 #[inline(always)]
 fn minimise_error(moments: &[[f64; LANES]; MOMENTS]) -> [[f32; LANES]; CANDIDATES] {

@@ -1,20 +1,23 @@
-//! Denoising of a film, with an estimate of the denoised picture's error.
+//! Denoising of a film, with an estimate of the error of the denoised picture.
 //!
-//! A film holds four *replicates*: pictures from independent quarters of the samples. Two
-//! replicates are *partners* and form a half. Each half is filtered with weights computed from the
-//! other half, by two passes of non-local means (Buades, Coll and Morel, "A Non-Local Algorithm for
-//! Image Denoising", 2005), with features and variances as by Rousselle, Manzi and Zwicker ("Robust
-//! Denoising Using Feature and Color Information", 2013). Reflected light is divided by the albedo
-//! plus a tenth before filtering, so that texture is not taken for noise. Directly visible emission
-//! of lamps and sky is filtered separately if it is noisy. The share of the filtered colour in a
-//! pixel is solved from its surroundings without the pixel itself (`mixture`).
+//! A film holds four *replicates*: pictures from independent quarters of the samples. Replicates
+//! form two pairs of *partners*, the halves of the film. Each half is filtered with weights
+//! computed from the opposite half. The filter has two passes of non-local means (Buades, Coll and
+//! Morel, "A Non-Local Algorithm for Image Denoising", 2005). It uses features and variances as in
+//! Rousselle, Manzi and Zwicker ("Robust Denoising Using Feature and Color Information", 2013).
+//!
+//! - Reflected light is divided by the albedo plus a tenth before filtering: texture is not taken
+//!   for noise.
+//! - Emission of lamps and sky that the camera sees directly is filtered separately if it is noisy.
+//! - The share of the filtered colour in a pixel is computed from the pixel's surroundings, without
+//!   the pixel itself (`mixture`).
 //!
 //! The denoised picture is D = ¼ Σ Pᵢ, where Pᵢ is the filtered replicate i. Pᵢ is independent of
-//! the partner xᵢ′ of replicate i. So the expectation of mean (Pᵢ − xᵢ′)² − s² − mean (Pᵢ − D)² is
-//! the squared error of D, where s² is the sample variance of the four replicates: the first two
-//! terms are the mean squared error of the Pᵢ, and the error of their mean is less by their
-//! variance. The estimate needs no reference. It assumes nothing of the filter, only that
-//! replicates are independent (`error_estimate` derives an interval).
+//! xᵢ′, the partner of replicate i. Let s² be the sample variance of the four replicates. Then mean
+//! (Pᵢ − xᵢ′)² − s² has the mean squared error of the Pᵢ as its expectation. The squared error of
+//! their mean D is less by their variance: the estimate is mean (Pᵢ − xᵢ′)² − s² − mean (Pᵢ − D)².
+//! It needs no reference picture. It assumes nothing about the filter, only that replicates are
+//! independent. `error_estimate` derives an interval.
 //!
 //! The bits of the result depend on the film alone: tiles have a fixed size, and sums are added row
 //! by row. Pixels at the edge of a crop have fewer neighbours than in the whole picture.
@@ -44,13 +47,13 @@ use crate::settings::Aov;
 use requirements::{CANDIDATES, PixelCandidates, REPLICATE_COUNT};
 pub use requirements::{FEWEST_SAMPLES, LAYERS, can_denoise};
 
-/// Width and height in pixels of a tile, which is filtered as a unit.
+/// Width and height in pixels of the tiles that are filtered as units.
 const TILE: [usize; 2] = [128, 64];
 
 /// Reason why a film cannot be denoised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DenoiseError {
-    /// The picture has no random samples, so it has no noise.
+    /// The picture has no random samples, and so no noise.
     #[error("the picture was rendered without random samples, so it has no noise to remove")]
     NoChance,
     /// The film lacks a layer that the denoiser needs.
@@ -87,30 +90,31 @@ impl From<ReplicateQuadError> for DenoiseError {
 pub struct DenoiseOutput {
     /// Denoised colour with the film's coverage, without layers.
     pub picture: Picture,
-    /// Root mean squared error of each pixel per channel, bias included, estimated from its
-    /// neighbourhood of 21 by 21 pixels.
+    /// Root of the mean squared error (RMSE, bias included) of each pixel per channel, estimated
+    /// from the pixel's neighbourhood of 21 by 21 pixels.
     pub standard_error: Vec<[f32; 3]>,
-    /// Estimated error of the denoised picture, with an interval.
+    /// Estimated error of the denoised picture, with its interval.
     pub error: Uncertainty,
-    /// Estimated error of the noisy picture; `None` if unknown.
+    /// Estimated error of the picture before denoising; `None` if unknown.
     pub noisy_error: Option<Uncertainty>,
-    /// Relative change of the picture's summed radiance by the filter; negative for a darker
-    /// picture.
+    /// Relative change of the picture's total radiance by denoising; negative if the picture became
+    /// darker.
     pub light_change: f64,
 }
 
 impl DenoiseOutput {
-    /// Whether the root relMSE is at most `error`, by the upper end of its interval. If the
-    /// estimate is doubtful, the noisy picture must reach `error` too. A picture of less than two
-    /// blocks has no interval, so the estimate itself counts.
+    /// Whether the root relMSE of the denoised picture is at most `error`. The upper end of its
+    /// interval decides. A picture of less than two blocks has no interval; then the estimate
+    /// itself decides. If the estimate is doubtful, the picture before denoising, `noisy`, must
+    /// reach `error` too.
     pub fn reaches_error(&self, error: f64, noisy: &Uncertainty) -> bool {
         let ErrorEstimate { value, high, .. } = self.error.root_relmse;
         let maximum = if high.is_finite() { high } else { value };
         maximum <= error && (self.error.doubt.is_none() || noisy.is_error_below(error))
     }
 
-    /// Returns the denoised colour and its standard errors as layers, for another picture of the
-    /// same size.
+    /// Returns the denoised colour and its standard errors, as layers for a picture of the same
+    /// size.
     pub fn layers(&self) -> Vec<PictureLayer> {
         const NAMES: [[&str; 3]; 2] = [
             ["denoised.R", "denoised.G", "denoised.B"],

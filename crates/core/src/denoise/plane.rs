@@ -10,8 +10,8 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// Extends the window by `by` pixels on each side, clipped to a picture of this width and
-    /// height.
+    /// Returns the window extended by `by` pixels on each side, clipped to a picture of `width` ×
+    /// `height` pixels.
     pub fn grow(self, by: usize, [width, height]: [usize; 2]) -> Self {
         let (x, y) = (self.x.saturating_sub(by), self.y.saturating_sub(by));
         let (right, bottom) = (
@@ -26,7 +26,7 @@ impl Window {
         }
     }
 
-    /// Returns the window with coordinates relative to the window `outer`, which contains it.
+    /// Returns the window in coordinates relative to `outer`, a window that contains it.
     pub fn relative_to(self, outer: Self) -> Self {
         Self {
             x: self.x - outer.x,
@@ -61,7 +61,7 @@ impl PixelPlane {
         &self.values[y * self.width..][..self.width]
     }
 
-    /// Returns the plane whose number at each pixel is `make` of the numbers of the given planes at
+    /// Returns a plane whose number at each pixel is `make` of the numbers in the given planes at
     /// that pixel.
     pub fn map_planes<const N: usize>(from: [&Self; N], make: impl Fn([f32; N]) -> f32) -> Self {
         let mut made = Self::zero(from[0].width, from[0].height);
@@ -73,8 +73,8 @@ impl PixelPlane {
         made
     }
 
-    /// Returns a plane in which each number is combined by `join` with the numbers up to `reach`
-    /// pixels away, first along rows and then along columns.
+    /// Returns a plane in which `join` combines each number with the numbers up to `reach` pixels
+    /// away: first along rows, then along columns.
     fn combine_neighbours(&self, reach: usize, join: impl Fn(f32, f32) -> f32) -> Self {
         let (width, height) = (self.width, self.height);
         let into = |to: &mut [f32], from: &[f32]| {
@@ -102,7 +102,7 @@ impl PixelPlane {
         all
     }
 
-    /// Returns, for each pixel, the mean over the square of 2 `reach` + 1 pixels around it. Pixels
+    /// Returns for each pixel the mean over the square of (2 `reach` + 1)² pixels around it. Pixels
     /// outside the plane are ignored.
     pub fn box_mean(&self, reach: usize) -> Self {
         let mut sums = self.combine_neighbours(reach, |a, b| a + b);
@@ -124,8 +124,8 @@ impl PixelPlane {
         self.combine_neighbours(1, |a, b| if b > a { b } else { a })
     }
 
-    /// Returns the squared slope at each pixel. Along rows it is the square of the smaller
-    /// difference to the left and right neighbour; the same along columns is added.
+    /// Returns the squared slope at each pixel. Along the row, it is the square of the smaller of
+    /// the differences to the left and right neighbour. The same along the column is added.
     pub fn squared_slope(&self) -> Self {
         let (width, height) = (self.width, self.height);
         let mut slope = Self::zero(width, height);
@@ -160,8 +160,9 @@ impl PixelPlane {
     }
 }
 
-/// Writes `make` of the entries of the lists at each index. The loop is a function, so that the
-/// compiler knows that the output does not alias the inputs.
+/// Writes to each entry of `to` the result of `make` for the entries of all lists at that index.
+/// The loop is a function of its own: the compiler then knows that the output does not alias the
+/// inputs.
 #[inline]
 fn map_values<const N: usize>(to: &mut [f32], from: [&[f32]; N], make: impl Fn([f32; N]) -> f32) {
     let from = from.map(|values| &values[..to.len()]);
@@ -170,8 +171,8 @@ fn map_values<const N: usize>(to: &mut [f32], from: [&[f32]; N], make: impl Fn([
     }
 }
 
-/// Returns the square of the smaller of the differences between `here` and its two neighbours; zero
-/// if it is not finite.
+/// Returns the square of the smaller of the absolute differences between `here` and two neighbours;
+/// zero if it is not finite.
 #[inline(always)]
 fn squared_smaller_difference(here: f32, others: [f32; 2]) -> f32 {
     let [one, other] = others.map(|other| (here - other).abs());
@@ -186,7 +187,7 @@ fn squared_smaller_difference(here: f32, others: [f32; 2]) -> f32 {
 /// Colour picture as three planes: red, green and blue.
 pub(super) type ColourPlanes = [PixelPlane; 3];
 
-/// Returns a black colour picture of this width and height.
+/// Returns a black colour picture of the given width and height.
 pub(super) fn black_planes([width, height]: [usize; 2]) -> ColourPlanes {
     [(); 3].map(|()| PixelPlane::zero(width, height))
 }
@@ -196,8 +197,8 @@ pub(super) fn brightest_channel(of: &ColourPlanes) -> PixelPlane {
     PixelPlane::map_planes(of.each_ref(), |[r, g, b]| r.max(g).max(b))
 }
 
-/// Returns the variance of the mean of two colour pictures, summed over channels. It is a quarter
-/// of their squared difference.
+/// Returns the variance of the mean of two colour pictures, summed over channels: a quarter of
+/// their squared difference.
 pub(super) fn variance_of_mean([one, other]: [&ColourPlanes; 2]) -> PixelPlane {
     let mut made = PixelPlane::zero(one[0].width, one[0].height);
     for (one, other) in one.iter().zip(other) {
@@ -220,8 +221,8 @@ pub(super) fn mean_colour([one, other]: [&ColourPlanes; 2]) -> ColourPlanes {
     [0, 1, 2].map(|i: usize| PixelPlane::map_planes([&one[i], &other[i]], |[a, b]| (a + b) / 2.0))
 }
 
-/// Returns smoothed variances, because variances of few samples are noisy: the mean over five by
-/// five pixels, or half of the pixel's own variance if that is larger.
+/// Returns smoothed variances: the mean over five by five pixels, or half of the pixel's own
+/// variance if that is larger. Variances of few samples are noisy.
 pub(super) fn smooth_variance(variance: &PixelPlane) -> PixelPlane {
     const REACH: usize = 2;
     PixelPlane::map_planes([&variance.box_mean(REACH), variance], |[near, own]| {

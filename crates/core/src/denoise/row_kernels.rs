@@ -1,11 +1,11 @@
-//! Inner loops of the denoiser over rows of numbers, written so that the compiler vectorises them.
+//! Inner loops of the denoiser over rows of numbers, written for the compiler to vectorise.
 //!
-//! Each loop is a function, so that the compiler knows that outputs do not alias inputs.
+//! Each loop is a function of its own: the compiler then knows that outputs do not alias inputs.
 
 use super::filter_rows::{FEATURES, GuideRow, PixelRow};
 
-/// Writes the squared differences between the colours of two rows, relative to their noise. The
-/// first row, `own`, is read from column `x`, the second, `there`, from column `beside`.
+/// Writes the squared differences between the colours of two rows, relative to their noise. The row
+/// `own` is read from column `x` on, the row `there` from column `beside` on.
 #[inline(always)]
 pub(super) fn colour_distances(
     to: &mut [f32],
@@ -29,16 +29,17 @@ pub(super) fn colour_distances(
     }
 }
 
-/// Returns the squared difference of two colours relative to noise: `square` less the expected
-/// noise, divided by the sum of the variances `own` and `there`, times `inverse`.
+/// Returns the squared difference `square` of two colours relative to their noise. The expected
+/// squared difference by noise is subtracted. The rest is divided by the sum of the variances `own`
+/// and `there`, and multiplied by `inverse`.
 #[inline(always)]
 pub(super) fn noise_relative_distance(square: f32, own: f32, there: f32, inverse: f32) -> f32 {
     let less = if own < there { own } else { there };
     (square - own - less) / (1e-7 + own + there) * inverse
 }
 
-/// Writes the mean of each number and its two neighbours for the first `length` entries of a row.
-/// At the ends, the number itself replaces the missing neighbour.
+/// Writes for the first `length` entries of a row the mean of each number and its two neighbours.
+/// At both ends, the number itself replaces the missing neighbour.
 #[inline(always)]
 pub(super) fn average_with_neighbours(to: &mut PixelRow, of: &PixelRow, length: usize) {
     const THIRD: f32 = 1.0 / 3.0;
@@ -55,9 +56,11 @@ pub(super) fn average_with_neighbours(to: &mut PixelRow, of: &PixelRow, length: 
     }
 }
 
-/// Writes the weights of a row of neighbours. A weight falls with the largest of three distances:
-/// the mean of three rows of colour differences, a share of the pixel's own difference, and the
-/// largest difference of a feature.
+/// Writes the weights of a row of neighbours. The weight of a neighbour falls with the greatest of
+/// three distances:
+/// - the mean over three rows of colour differences;
+/// - the pixel's own colour difference times `share`;
+/// - the greatest difference of a feature.
 #[inline(always)]
 pub(super) fn neighbour_weights(
     to: &mut [f32],
@@ -94,9 +97,9 @@ pub(super) fn neighbour_weights(
     }
 }
 
-/// Returns the weight of a neighbour at the distance x = `apart`: (1 − x/4)⁴, which approximates
-/// exp(−x) and is zero from 4 on. The weight is reduced if the neighbour's variance, 1/`inverse`,
-/// is more than twice `noise`.
+/// Returns the weight of a neighbour at the distance x = `apart`: (1 − x/4)⁴, or zero from 4 on. It
+/// approximates exp(−x). The weight is reduced if the neighbour's variance, 1/`inverse`, is more
+/// than twice the variance `noise` of the pixel.
 #[inline(always)]
 pub(super) fn weight_of_distance(apart: f32, noise: f32, inverse: f32) -> f32 {
     let close = 1.0 - apart * 0.25;
@@ -105,7 +108,7 @@ pub(super) fn weight_of_distance(apart: f32, noise: f32, inverse: f32) -> f32 {
     close * close * (close * close) * if noisier < 1.0 { noisier } else { 1.0 }
 }
 
-/// Adds the three channels of a row of colours, multiplied by the weights, to the sums.
+/// Adds the three channels of a row of colours, times the weights, to the sums.
 #[inline(always)]
 pub(super) fn add_weighted_colour([r, g, b]: [&mut [f32]; 3], weights: &[f32], of: [&[f32]; 3]) {
     for (to, values) in [r, g, b].into_iter().zip(of) {

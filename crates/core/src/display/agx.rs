@@ -1,15 +1,15 @@
-//! AgX tone map with its base look: Troy Sobotka, "AgX" (2022), with the Rec. 2020 matrices of
-//! Blender 4.0's configuration (Eary Chow, 2023). Filament and three.js use the same matrices, so
+//! AgX tone map with its base look (Troy Sobotka, "AgX", 2022). The Rec. 2020 matrices are those of
+//! Blender 4.0's configuration (Eary Chow, 2023). Filament and three.js use the same matrices:
 //! `agx` gives the same colours as those viewers.
 //!
-//! The contrast curve is Sobotka's sigmoid. Shaders often replace it by a polynomial, which differs
-//! by up to 0.006, is negative near black and misses white.
+//! The contrast curve is Sobotka's sigmoid. Shaders often replace the sigmoid by a polynomial. That
+//! polynomial differs by up to 0.006, is negative near black and does not reach white.
 
 use super::matrix::multiply_matrix;
 use raywright_bvh::scalar::Real;
 
-/// Matrices from linear Rec. 709 to linear Rec. 2020 (ITU-R BT.2087-0, four digits), and from Rec.
-/// 2020 to Rec. 709 (ITU-R BT.2407-0).
+/// Matrices from linear Rec. 709 to linear Rec. 2020 (ITU-R BT.2087-0, four digits) and back (ITU-R
+/// BT.2407-0).
 const REC709_TO_REC2020: [[f64; 3]; 3] = [
     [0.6274, 0.3293, 0.0433],
     [0.0691, 0.9195, 0.0113],
@@ -21,8 +21,8 @@ const REC2020_TO_REC709: [[f64; 3]; 3] = [
     [-0.0182, -0.1006, 1.1187],
 ];
 
-/// Matrix that contracts the gamut before the curve, so that saturated colours move towards white.
-/// The second matrix partly reverts the contraction after the curve.
+/// `INSET` contracts the gamut before the contrast curve: saturated colours move towards white.
+/// `OUTSET` partly reverts this after the curve.
 const INSET: [[f64; 3]; 3] = [
     [
         0.856_627_153_315_983,
@@ -58,17 +58,17 @@ const OUTSET: [[f64; 3]; 3] = [
     ],
 ];
 
-/// Range of the logarithmic encoding as base-2 logarithms: from 10 stops below to 6.5 stops above
-/// middle grey, 0.18.
+/// Range of the logarithmic encoding, as base-2 logarithms: from 10 stops below to 6.5 stops above
+/// middle grey (0.18).
 const LOG2_MIN: f64 = -12.473_93;
 const LOG2_MAX: f64 = 4.026_069;
 
-/// AgX tone map with its two curves in tables, which save four powers per channel.
+/// AgX tone map with its two curves as tables; the tables replace four power functions per channel.
 #[derive(Clone, Debug)]
 pub(super) struct AgxToneMap {
-    /// Contrast curve, from values of the logarithmic encoding, 0 to 1, to display values.
+    /// Contrast curve, from the logarithmic encoding in 0..1 to display values in 0..1.
     contrast: TabulatedCurve,
-    /// Curve from display values with gamma 2.2 to display-linear values.
+    /// Curve from display values of gamma 2.2 to display-linear values.
     linearise: TabulatedCurve,
 }
 
@@ -81,7 +81,7 @@ impl AgxToneMap {
     }
 
     /// Maps a linear Rec. 709 colour with finite, non-negative channels to display-linear values.
-    /// Channels of the result may lie slightly outside 0..1.
+    /// Results may lie slightly outside 0..1.
     pub(super) fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
         let inset = multiply_matrix(&INSET, multiply_matrix(&REC709_TO_REC2020, rgb));
         let shaped = inset.map(|x| self.contrast.eval(encode_log2(x)));
@@ -92,7 +92,7 @@ impl AgxToneMap {
 }
 
 /// Table of an increasing function on [0, 1], interpolated linearly between exact values. The
-/// interpolation never decreases, and its error is below 1e-6 for the curves of AgX.
+/// interpolated function never decreases. Its error is below 1e-6 for the curves of AgX.
 #[derive(Clone, Debug)]
 struct TabulatedCurve(Vec<f64>);
 
@@ -117,19 +117,21 @@ impl TabulatedCurve {
     }
 }
 
-/// Returns the logarithmic encoding of a linear value, clamped to 0..1.
+/// Returns the logarithmic encoding of a linear value, from 0 at [`LOG2_MIN`] to 1 at [`LOG2_MAX`],
+/// clamped.
 fn encode_log2(x: f64) -> f64 {
     let log2 = Real::ln(x.max(1e-10)) * core::f64::consts::LOG2_E;
     ((log2 - LOG2_MIN) / (LOG2_MAX - LOG2_MIN)).clamp(0.0, 1.0)
 }
 
-/// Contrast curve of AgX: Sobotka's sigmoid (after Jed Smith) with slope 2 at the pivot, power 3 in
-/// the toe and 3.25 in the shoulder. It maps 0 to exactly 0 and 1 to exactly 1.
+/// Contrast curve of AgX: Sobotka's sigmoid (after Jed Smith) with slope 2 at the pivot. The power
+/// is 3 in the toe and 3.25 in the shoulder. The curve maps 0 to exactly 0 and 1 to exactly 1.
 fn agx_contrast_curve(x: f64) -> f64 {
     const X_PIVOT: f64 = 10.0 / 16.5;
     const Y_PIVOT: f64 = 0.5;
-    /// Scale of each half of the curve: ((slope·run)^−p · ((slope·run/rise)^p − 1))^(−1/p), where
-    /// run and rise are the distances from the pivot to the half's corner.
+    /// Scales of the two halves of the curve, toe and shoulder: ((slope·run)^−p ·
+    /// ((slope·run/rise)^p − 1))^(−1/p). Run and rise are the distances along x and y from the
+    /// pivot to the end of the half, p is its power.
     const TOE_SCALE: f64 = 0.512_277_382_293_071_4;
     const SHOULDER_SCALE: f64 = 0.541_464_156_278_149_7;
     let half = |distance: f64, scale: f64, power: f64| {

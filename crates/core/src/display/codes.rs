@@ -1,28 +1,29 @@
-//! Table from display-linear values to 8-bit display codes, which avoids the power function of the
+//! Table from display-linear values to 8-bit display codes. It replaces the power function of the
 //! transfer curve and gives the same codes.
 //!
-//! A curve is monotonic, so the values with the same code are an interval, and 255 thresholds
-//! define all codes. The thresholds are found by bisection over the bit patterns of f32 near the
-//! values of the inverse curve. A coarse table gives the code at which a search starts.
+//! A transfer curve is monotonic. The values of the same code form an interval, and 255 thresholds
+//! define all codes. Each threshold is found by bisection over the bit patterns of `f32`, near a
+//! value of the inverse curve. A coarse table gives the code at which a search starts.
 
 use super::curve::{decode_transfer, encode_transfer, quantise_8_bit};
 use crate::scene::TransferCurve;
 
-/// Number of low bits of an f32 that the coarse lookup table ignores. One of its buckets spans a
+/// Number of low bits of an `f32` that the coarse table ignores. An entry of that table covers a
 /// 128th of an octave.
 const BUCKET_SHIFT: u32 = 16;
 
 /// Table that converts display-linear values to the 8-bit codes of a transfer curve.
 #[derive(Clone, Debug)]
 pub struct CodeTable {
-    /// Thresholds: entry k is the least value whose code exceeds k. The last entry is infinite.
+    /// Thresholds: entry k is the least value whose code is greater than k. The last entry is
+    /// infinite.
     next: [f32; 256],
-    /// 8-bit display code of the least value in each bucket of the coarse lookup table.
+    /// Coarse table: 8-bit code of the least value that each entry covers.
     first: Vec<u8>,
 }
 
 impl CodeTable {
-    /// Builds the table of a transfer curve by some thousand evaluations of the curve and its
+    /// Builds the table of a transfer curve, by some thousand evaluations of the curve and its
     /// inverse.
     pub fn new(curve: TransferCurve) -> Self {
         let code = |bits: u32| code_by_definition(curve, f32::from_bits(bits));
@@ -70,8 +71,8 @@ impl CodeTable {
     }
 }
 
-/// Returns the 8-bit code of a display-linear value, computed by the transfer curve. The table must
-/// give the same code.
+/// Returns the 8-bit code of a display-linear value, computed by the transfer curve itself. The
+/// table must give the same code.
 fn code_by_definition(curve: TransferCurve, value: f32) -> u8 {
     quantise_8_bit(encode_transfer(curve, f64::from(value)))
 }

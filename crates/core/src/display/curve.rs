@@ -1,12 +1,12 @@
-//! Transfer curves between display-linear values and stored display values, and the luminance of
-//! Rec. 709.
+//! Transfer curves between display-linear values and encoded display values, and the luminance of
+//! Rec. 709 colours.
 
 use crate::scene::TransferCurve;
 use raywright_bvh::scalar::Real;
 
 /// Linear value at which the two branches of the sRGB curve meet. The standard rounds this value up
-/// to 0.0031308, where the curve would step down by 2.6e-8. Between the two values the curves
-/// differ by at most that step.
+/// to 0.0031308, where the curve would step down by 2.6e-8. Between both values, this curve and the
+/// standard's differ by at most that step.
 const SRGB_JOINT: f64 = 0.003_130_668_442_500_634;
 
 /// Encodes a display-linear value in 0..1 as a display value in 0..1.
@@ -20,7 +20,7 @@ pub fn encode_transfer(curve: TransferCurve, linear: f64) -> f64 {
     }
 }
 
-/// Decodes a display value in 0..1 to a display-linear value in 0..1: the inverse of
+/// Decodes a display value in 0..1 to a display-linear value in 0..1. The inverse of
 /// [`encode_transfer`].
 pub fn decode_transfer(curve: TransferCurve, value: f64) -> f64 {
     match curve {
@@ -31,8 +31,8 @@ pub fn decode_transfer(curve: TransferCurve, value: f64) -> f64 {
     }
 }
 
-/// Returns the 8-bit code of a display value in 0..1: floor(255 v + ½), so that each code is the
-/// centre of its interval.
+/// Returns the 8-bit code of a display value v in 0..1: floor(255 v + ½). Each code is the centre
+/// of its interval of values.
 pub fn quantise_8_bit(value: f64) -> u8 {
     (255.0 * value + 0.5) as u8
 }

@@ -1,22 +1,24 @@
-//! Share of a picture's pixels that a display clips, and the exposure that lowers this share.
+//! Fraction of a picture's pixels that the display clips, and an exposure that reduces this
+//! fraction.
 
 use super::Display;
 use crate::picture::Picture;
 
-/// Shares of a picture's pixels, 0 to 1, in which the display loses detail.
+/// Fractions in 0..1 of a picture's pixels in which the display loses detail.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clipping {
-    /// Share of pixels with a channel at code 255, or so near that doubled radiance looks the same.
+    /// Fraction of pixels with a clipped channel: its code is 255, or so near to it that doubled
+    /// radiance looks the same.
     pub clipped: f64,
-    /// Share of pixels shown as black although their radiance is not zero.
+    /// Fraction of pixels shown as black, though their radiance is not zero.
     pub black: f64,
 }
 
-/// Largest share of clipped pixels, and of black pixels with radiance, for which the exposure is
-/// kept.
+/// Greatest tolerated fraction of clipped pixels, and of pixels shown as black though their
+/// radiance is not zero.
 pub const MOST_CLIPPED: f64 = 0.1;
 
-/// Largest number of pixels that are examined.
+/// Greatest number of pixels that are examined.
 const LOOKED_AT: usize = 1 << 14;
 /// Least 8-bit code of a channel that may count as clipped.
 const BRIGHT: u8 = 240;
@@ -24,17 +26,18 @@ const BRIGHT: u8 = 240;
 const STOPS: i32 = 12;
 
 impl Display {
-    /// Returns the shares of clipped and of black pixels, estimated from at most 16,384 pixels;
-    /// pixels without coverage are ignored.
+    /// Returns the fractions of clipped and of black pixels, estimated from at most 16,384 pixels.
+    /// Pixels without coverage are ignored.
     pub fn clipping(self, picture: &Picture) -> Clipping {
         self.clipping_of_colours(&sample_colours(picture))
     }
 
-    /// Returns an exposure in stops that suits the picture. If more than [`MOST_CLIPPED`] of the
-    /// pixels are clipped, it is lower by the least number of whole stops that brings the share to
-    /// that limit. Else, if more than [`MOST_CLIPPED`] of the pixels are shown black although they
-    /// have radiance, it is higher by the least number of whole stops. `None` if both shares are
-    /// within the limit, or if twelve stops do not suffice.
+    /// Returns a better exposure for the picture, in stops.
+    /// - More than [`MOST_CLIPPED`] of the pixels are clipped: the exposure is lowered by the least
+    ///   number of whole stops that clips no more than this fraction.
+    /// - Otherwise, more than [`MOST_CLIPPED`] of the pixels are black though they have radiance:
+    ///   the exposure is increased in the same manner.
+    /// - Neither is so, or twelve stops do not suffice: `None`.
     pub fn suitable_exposure(self, picture: &Picture) -> Option<f64> {
         let colours = sample_colours(picture);
         let share = |stops: f64| {
@@ -55,8 +58,8 @@ impl Display {
             .find(|&stops| of(share(stops)) <= MOST_CLIPPED)
     }
 
-    /// Returns the display settings with the exposure that suits a picture (see
-    /// [`Display::suitable_exposure`]); unchanged if no exposure is better.
+    /// Returns the display settings with a better exposure for the picture
+    /// ([`Display::suitable_exposure`]). Without a better exposure, the settings are unchanged.
     pub fn with_suitable_exposure(self, picture: &Picture) -> Self {
         Self {
             exposure_stops: self
@@ -83,8 +86,8 @@ impl Display {
     }
 }
 
-/// Whether the code of a bright channel hardly changes when its radiance is doubled. `doubled`
-/// holds the codes at doubled radiance. Tone maps approach code 255 without reaching it.
+/// Whether a bright channel hardly changes its code when its radiance is doubled; `doubled` holds
+/// the codes at doubled radiance. Tone maps approach code 255 without reaching it.
 fn is_saturated(codes: [u8; 3], doubled: [u8; 3]) -> bool {
     const SAME: u8 = 3;
     codes
@@ -93,8 +96,8 @@ fn is_saturated(codes: [u8; 3], doubled: [u8; 3]) -> bool {
         .any(|(&code, doubled)| code >= BRIGHT && code.abs_diff(doubled) < SAME)
 }
 
-/// Returns the colours of pixels spread evenly over the picture; pixels without coverage are left
-/// out.
+/// Returns the colours of pixels spread evenly over the picture. Pixels without coverage are
+/// omitted.
 fn sample_colours(picture: &Picture) -> Vec<[f32; 3]> {
     let step = picture.rgb.len() / LOOKED_AT + 1;
     let colour = |i: usize| picture.surface_colour(i);

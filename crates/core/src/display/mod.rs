@@ -1,9 +1,10 @@
-//! Conversion of linear radiance to display values: exposure, tone map, transfer curve, codes.
+//! Conversion of linear radiance to display values: exposure, tone map, transfer curve,
+//! quantisation to codes.
 //!
-//! Every number has a defined result: negative radiance is black, infinite radiance is as bright as
-//! the tone map allows, and a pixel with a NaN shows [`NAN_MARKER`]. The steps are computed in f64
-//! and rounded once, to f32 before the transfer curve. Elementary functions have fixed
-//! implementations, so that every machine gives the same bits.
+//! Every number has a defined result. Negative radiance is black. Infinite radiance is as bright as
+//! the tone map permits. A pixel with a NaN shows [`NAN_MARKER`]. The steps are computed in `f64`
+//! and rounded once, to `f32` before the transfer curve. Elementary functions have fixed
+//! implementations: every machine gives the same bits.
 
 mod agx;
 mod codes;
@@ -45,8 +46,8 @@ pub struct Display {
 }
 
 impl Display {
-    /// Settings with the sRGB curve and without exposure and tone map, for pictures whose values
-    /// are display-linear already.
+    /// Settings for pictures whose values are already display-linear: the sRGB curve without
+    /// exposure and without tone map.
     pub const PLAIN: Self = Self {
         tone_map: ToneMap::None,
         curve: TransferCurve::Srgb,
@@ -55,9 +56,8 @@ impl Display {
         background: None,
     };
 
-    /// Returns the background for a picture in linear values: its display values decoded as sRGB.
-    /// Exposure and tone map are not inverted, because some display values have no radiance that
-    /// maps to them.
+    /// Returns the background in linear values: its display values decoded as sRGB. Exposure and
+    /// tone map are not inverted: some display values correspond to no radiance.
     pub fn linear_background(&self) -> Option<[f64; 3]> {
         self.background.map(|background| {
             background.map(|value| curve::decode_transfer(TransferCurve::Srgb, value))
@@ -74,7 +74,7 @@ impl Display {
         }
     }
 
-    /// Builds the tables for the conversion of single pixels.
+    /// Builds the tables with which single pixels are converted.
     pub fn prepare(self) -> DisplayMap {
         DisplayMap {
             tone: ToneOperator::new(self.tone_map),
@@ -85,15 +85,17 @@ impl Display {
         }
     }
 
-    /// Whether the displayed picture has transparency: the picture has coverage, and these settings
-    /// have no background.
+    /// Whether the displayed picture has transparency: the picture has coverage (alpha), and these
+    /// settings have no background.
     pub fn has_alpha(&self, picture: &Picture) -> bool {
         picture.alpha.is_some() && self.background.is_none()
     }
 
     /// Returns the codes of a picture, row by row from the top: three codes per pixel, or four with
-    /// alpha. [`OutputFormat::Sixteen`] gives two bytes per code, the high byte first.
-    /// [`OutputFormat::Float`] has no codes; sixteen-bit codes are returned.
+    /// alpha.
+    ///
+    /// - [`OutputFormat::Sixteen`] has two bytes per code, the high byte first.
+    /// - [`OutputFormat::Float`] has no codes; 16-bit codes are returned.
     ///
     /// The alpha is unassociated, as PNG requires: colours are divided by the coverage before the
     /// tone map.
@@ -135,8 +137,8 @@ impl Display {
         }
     }
 
-    /// Returns the picture of display values, 0..1 and not rounded to codes. The result has no
-    /// coverage and no layers.
+    /// Returns the display values of a picture, in 0..1 and not quantised. The result has neither
+    /// coverage nor layers.
     pub fn to_values(self, picture: &Picture) -> Picture {
         let map = self.prepare();
         let rgb = picture
@@ -154,8 +156,8 @@ impl Display {
     }
 }
 
-/// Returns the bytes of all pixels, row by row. `bytes` converts a pixel, given by its index and by
-/// its column and row. Rows are converted in parallel.
+/// Returns the bytes of all pixels, row by row. `bytes` converts a pixel, given its index and its
+/// column and row. Rows are converted in parallel.
 fn encode_rows<const N: usize>(
     picture: &Picture,
     bytes: impl Fn(usize, [u32; 2]) -> [u8; N] + Sync,
@@ -178,7 +180,8 @@ fn alpha_code(alpha: f64) -> u8 {
     curve::quantise_8_bit(alpha.clamp(0.0, 1.0))
 }
 
-/// Returns the dithered 8-bit codes of display values. `place` is the pixel's column and row.
+/// Returns the dithered 8-bit codes of a pixel's display values. `place` is the pixel's column and
+/// row.
 fn dither_pixel(values: [f64; 3], place: [u32; 2]) -> [u8; 3] {
     core::array::from_fn(|channel| output::dither_8_bit(values[channel], place, channel))
 }
@@ -188,7 +191,7 @@ fn to_big_endian(codes: [u16; 3]) -> [u8; 6] {
     [r0, r1, g0, g1, b0, b1]
 }
 
-/// [`Display`] settings with the tables that convert single pixels.
+/// [`Display`] settings with the tables with which single pixels are converted.
 #[derive(Clone, Debug)]
 pub struct DisplayMap {
     tone: ToneOperator,
@@ -204,7 +207,7 @@ impl DisplayMap {
         self.display_values_f64(rgb).map(|value| value as f32)
     }
 
-    /// Returns the 8-bit codes of linear radiance: floor(255 v + ½) of the display value v in f64.
+    /// Returns the 8-bit codes of linear radiance: floor(255 v + ½) for the display value v.
     #[inline]
     pub fn codes(&self, rgb: [f32; 3]) -> [u8; 3] {
         match self.display_linear(rgb) {
@@ -214,12 +217,14 @@ impl DisplayMap {
     }
 
     /// Returns the display values and the alpha of a pixel. Without a background, the alpha is the
-    /// pixel's coverage; with a background, the pixel is composited over it and has the alpha 1.
+    /// pixel's coverage. With a background, the pixel is composited over it and its alpha is 1.
     ///
-    /// Compositing mixes display values, not radiance, as web pages and most editors do. So a
-    /// transparent picture on a page looks like a picture with the page's colour as background. The
-    /// light that a shadow leaves is a factor on radiance, which the transfer curve converts to a
-    /// factor on display values. The conversion is exact for a power curve, and for white; with
+    /// Compositing mixes display values, not radiance, as web pages and most editors do. A
+    /// transparent picture on a page therefore looks like a picture with the page's colour as
+    /// background.
+    ///
+    /// A ground's shadow is a factor on radiance; the transfer curve converts it to a factor on
+    /// display values. The conversion is exact for white, and for a curve that is a power. With
     /// sRGB, deep shadows on greys differ by up to eight codes.
     fn composite_pixel(&self, picture: &Picture, pixel: usize) -> ([f64; 3], f64) {
         let [surfaces, shadow] = picture.coverage(pixel).map(f64::from);
@@ -246,7 +251,7 @@ impl DisplayMap {
         }
     }
 
-    /// Returns the display values in 0..1 of linear radiance, in f64.
+    /// Returns the display values in 0..1 of linear radiance, without rounding to `f32`.
     fn display_values_f64(&self, rgb: [f32; 3]) -> [f64; 3] {
         match self.display_linear(rgb) {
             Some(linear) => linear.map(|y| curve::encode_transfer(self.curve, f64::from(y))),
@@ -254,7 +259,7 @@ impl DisplayMap {
         }
     }
 
-    /// Applies exposure and tone map to linear radiance and clips to 0..1; `None` if a channel is
+    /// Returns linear radiance after exposure and tone map, clipped to 0..1; `None` if a channel is
     /// NaN.
     #[inline]
     fn display_linear(&self, rgb: [f32; 3]) -> Option<[f32; 3]> {

@@ -1,5 +1,5 @@
-//! Output formats of a picture: codes of eight or sixteen bits, rounded or dithered, or linear
-//! floats.
+//! Output formats of a picture: codes of eight bits (rounded or dithered) or sixteen bits, or
+//! linear floats.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,15 +7,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum OutputFormat {
-    /// Nearest of 256 codes for each display value.
+    /// Display values rounded to the nearest of 256 codes.
     #[default]
     Eight,
-    /// One of the two nearest of 256 codes, chosen by dithering. So the mean over neighbouring
-    /// pixels is right, and gradients show no steps.
+    /// Display values rounded up or down to one of 256 codes by dithering. The mean over
+    /// neighbouring pixels is correct, and gradients show no steps.
     Dithered,
-    /// Nearest of 65 536 codes for each display value.
+    /// Display values rounded to the nearest of 65 536 codes.
     Sixteen,
-    /// Linear radiance, unbounded, without codes.
+    /// Linear radiance as floating-point numbers, unbounded.
     Float,
 }
 
@@ -29,7 +29,7 @@ impl OutputFormat {
         }
     }
 
-    /// Whether the format holds codes of display values.
+    /// Whether the format stores codes of display values, not radiance.
     pub const fn has_codes(self) -> bool {
         !matches!(self, Self::Float)
     }
@@ -41,13 +41,13 @@ pub(super) fn quantise_16_bit(value: f64) -> u16 {
 }
 
 /// Returns the dithered 8-bit code of a display value v in 0..1: floor(255 v + d). The dither d
-/// depends on column, row and channel and is spread evenly over [0, 1). So a value that equals a
-/// code keeps its code, and the mean code of any other value is right.
+/// depends on column, row and channel, and its values are spread evenly over [0, 1). A value that
+/// equals a code keeps this code; the mean code of any other value is correct.
 ///
 /// d is interleaved gradient noise (Jimenez, "Next Generation Post Processing in Call of Duty:
-/// Advanced Warfare", 2014). Its values at neighbouring pixels differ strongly, so the dither is
-/// too fine to be visible. The noise is shifted between channels, which lowers the brightness error
-/// of greys.
+/// Advanced Warfare", 2014). Its values differ strongly from pixel to pixel: the dither is too fine
+/// to be visible. The noise is shifted from channel to channel to reduce the brightness error of
+/// greys.
 pub(super) fn dither_8_bit(value: f64, [x, y]: [u32; 2], channel: usize) -> u8 {
     const SHIFT: f64 = 5.588_238;
     let x = f64::from(x) + SHIFT * channel as f64;

@@ -1,11 +1,11 @@
-//! Tone maps from exposed linear radiance, non-negative and finite, to display-linear values in
-//! about 0..1.
+//! Tone maps from linear radiance after exposure, non-negative and finite, to display-linear values
+//! in about 0..1.
 
 use super::agx::AgxToneMap;
 use super::matrix::multiply_matrix;
 use crate::scene::ToneMap;
 
-/// Tone map with its precomputed tables.
+/// A tone map with its precomputed tables.
 #[derive(Clone, Debug)]
 pub(super) enum ToneOperator {
     Clip,
@@ -26,8 +26,8 @@ impl ToneOperator {
         }
     }
 
-    /// Maps a colour with finite, non-negative channels to display-linear values. Channels of the
-    /// result may lie slightly outside 0..1; the caller clips them.
+    /// Maps a colour with finite, non-negative channels to display-linear values. Results may lie
+    /// slightly outside 0..1; the caller clips them.
     #[inline]
     pub(super) fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
         match self {
@@ -45,8 +45,9 @@ fn aces_narkowicz(x: f64) -> f64 {
     x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
 }
 
-/// ACES tone map by Stephen Hill's fit of the reference rendering and sRGB output transforms
-/// ("BakingLab", 2016), with the factor 1/0.6 that glTF viewers apply before it.
+/// ACES tone map: Stephen Hill's fit of the reference rendering transform and the sRGB output
+/// transform ("BakingLab", 2016). The factor 1/0.6, which glTF viewers apply before it, is
+/// included.
 fn aces_hill(rgb: [f64; 3]) -> [f64; 3] {
     const INPUT: [[f64; 3]; 3] = [
         [0.597_19, 0.354_58, 0.048_23],
@@ -67,8 +68,8 @@ fn aces_hill(rgb: [f64; 3]) -> [f64; 3] {
     )
 }
 
-/// Khronos PBR neutral tone mapper: Khronos Group, "Khronos PBR Neutral Tone Mapper" specification,
-/// 2024. Colours below 0.8 are only darkened by 0.04, the reflectance of a dielectric. Brighter
+/// Khronos PBR neutral tone mapper (Khronos Group, "Khronos PBR Neutral Tone Mapper" specification,
+/// 2024). Colours below 0.8 are only darkened by 0.04, the reflectance of a dielectric. Brighter
 /// colours are compressed and desaturated.
 fn khronos_neutral(rgb: [f64; 3]) -> [f64; 3] {
     const START: f64 = 0.8 - 0.04;

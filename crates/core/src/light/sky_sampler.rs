@@ -90,7 +90,7 @@ impl SkySampler {
     }
 
     /// Restricts sampling to the excess of the sky over its uniform part: the suns without the
-    /// gradient, or the radiance of texels above [`EVEN`] times the mean. Without such an excess,
+    /// gradient, or the radiance of texels above 0.75 times the mean. Without such an excess,
     /// the sampler is returned unchanged.
     ///
     /// Valid only if multiple importance sampling adds BSDF sampling, which samples uniform light

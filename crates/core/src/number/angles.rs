@@ -1,10 +1,10 @@
-//! Arc tangents, sines and cosines of `f64` without branches, so that the compiler can vectorise
-//! loops over them. They are the formulas of libm (FreeBSD's msun) with selections in place of
-//! branches, and have the same bits.
+//! Arc tangents, sines and cosines of `f64` without branches: the compiler can vectorise loops over
+//! them. The formulas are those of libm (FreeBSD's msun), with selections in place of branches. The
+//! bits are the same.
 
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// Rounding error of π.
+/// π minus the `f64` nearest to π.
 const PI_LOW: f64 = 1.224_646_799_147_353_2e-16;
 /// Arc tangents of 1/2, 1, 3/2 and infinity, each with its rounding error.
 const ARCS: [[f64; 2]; 4] = [
@@ -13,9 +13,9 @@ const ARCS: [[f64; 2]; 4] = [
     [9.827_937_232_473_29e-1, 1.390_331_103_123_099_8e-17],
     [FRAC_PI_2, 6.123_233_995_736_766e-17],
 ];
-/// π/2 as a sum of two numbers, the first with 33 bits.
+/// π/2 as the sum of two numbers, the first with 33 bits.
 const HALF_PI: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_506_192e-11];
-/// Coefficients of the polynomial of the sine.
+/// Coefficients of the polynomial for the sine.
 const SINE: [f64; 6] = [
     -1.666_666_666_666_663_2e-1,
     8.333_333_333_322_49e-3,
@@ -24,7 +24,7 @@ const SINE: [f64; 6] = [
     -2.505_076_025_340_686_3e-8,
     1.589_690_995_211_55e-10,
 ];
-/// Coefficients of the polynomial of the cosine.
+/// Coefficients of the polynomial for the cosine.
 const COSINE: [f64; 6] = [
     4.166_666_666_666_66e-2,
     -1.388_888_888_887_411e-3,
@@ -39,9 +39,8 @@ const fn from_upper_bits(bits: u64) -> f64 {
     f64::from_bits(bits << 32)
 }
 
-/// Returns the angle in radians, from 0 to π, between the positive x axis and the direction of the
-/// point (x, y), without the sign of y. Neither coordinate may exceed 10¹⁵ times the other, except
-/// for x = 0.
+/// Returns the angle in radians, 0 to π, between the positive x axis and the direction to the point
+/// (`x`, |`y`|). Neither coordinate may exceed 10¹⁵ times the other, except for `x` = 0.
 #[inline(always)]
 pub(crate) fn angle_above_axis(y: f64, x: f64) -> f64 {
     let angle = arc_tangent((y / x).abs());
@@ -121,8 +120,8 @@ pub(crate) fn sines_and_cosines<const N: usize>(angles: [f64; N]) -> [[f64; N]; 
     [sines, cosines]
 }
 
-/// Whether an angle is so close to a multiple of π/2 that its reduction needs more digits than
-/// [`HALF_PI`] has.
+/// Whether an angle is so close to a multiple of π/2 that [`HALF_PI`] has too few digits for its
+/// reduction.
 #[inline(always)]
 fn is_near_an_axis(angle: f64) -> bool {
     let bits = angle.to_bits() >> 32;

@@ -1,9 +1,9 @@
-//! Several `f32` side by side in arrays, which the compiler maps to the target's vector registers.
+//! Several `f32` side by side in arrays, which the compiler maps to vector registers.
 //!
-//! A vector is three arrays (structure of arrays). The exponential calls `libm` lane by lane,
-//! because a polynomial computed in lanes would give other bits than the exponential of a single
-//! number. The macro `each_lane` unrolls operations instead of looping: a formula has hundreds of
-//! operations, and the compiler's loop analysis is quadratic in the number of loops.
+//! A vector is three arrays (structure of arrays). The exponential calls `libm` lane by lane: a
+//! polynomial over all lanes would give other bits than the exponential of a single number. The
+//! macro `each_lane` unrolls operations and writes no loop. A formula has hundreds of operations,
+//! and the compiler's loop analysis takes time quadratic in the number of loops.
 
 use core::array::from_fn;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
@@ -14,13 +14,13 @@ use raywright_bvh::Real;
 use super::mask::LaneMask;
 use super::{Number, Vector3};
 
-/// An `f32` in each of `N` lanes. A lane is one of several paths that are shaded side by side.
+/// An `f32` in each of `N` SIMD lanes. A lane is one of several paths shaded side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
 pub struct Lanes<const N: usize>(pub [f32; N]);
 
-/// A vector of three `f32` in each of `N` lanes. A lane is one of several paths that are shaded
-/// side by side.
+/// A vector of three `f32` in each of `N` SIMD lanes. A lane is one of several paths shaded side by
+/// side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vec3Lanes<const N: usize> {
     /// First components of all lanes.
@@ -46,8 +46,8 @@ impl<const N: usize> Lanes<N> {
         out
     }
 
-    /// Returns the larger number of each lane, as the vector functions of one lane define it:
-    /// `other` if either number is NaN.
+    /// Returns the greater number in each lane, or `other` if either number is NaN, as the vector
+    /// instructions of a single lane do.
     #[inline(always)]
     fn max_or_second(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })
@@ -74,7 +74,7 @@ impl<const N: usize> Vec3Lanes<N> {
     }
 }
 
-/// Implements operators by lane and component.
+/// Implements operators lane by lane and component by component.
 macro_rules! operators {
     ($($operator:ident $name:ident),*) => {$(
         impl<const N: usize> $operator for Lanes<N> {

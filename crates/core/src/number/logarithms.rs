@@ -1,14 +1,14 @@
-//! `log1p` and `expm1` of `f64` without branches, so that the compiler can vectorise loops over
-//! them. They are the formulas of libm (FreeBSD's msun) with selections in place of branches, and
-//! have the same bits.
+//! `log1p` and `expm1` of `f64` without branches: the compiler can vectorise loops over them. The
+//! formulas are those of libm (FreeBSD's msun), with selections in place of branches. The bits are
+//! the same.
 
-/// ln 2 as a sum of two numbers, the first with few bits.
+/// ln 2 as the sum of two numbers, the first with few bits.
 const LN_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
-/// 2⁵². The sum of this number and an integer has the integer in its mantissa.
+/// 2⁵². Its sum with a smaller integer holds the integer in the mantissa.
 const WHOLE: f64 = (1_u64 << 52) as f64;
 
-/// Converts an integer below 2⁵² to `f64` by bit operations, because few processors have a vector
-/// instruction for the conversion.
+/// Converts an integer below 2⁵² to `f64` by bit operations: few processors have a vector
+/// instruction for this conversion.
 #[inline(always)]
 fn integer_to_f64(n: u64) -> f64 {
     f64::from_bits(WHOLE.to_bits() | n) - WHOLE

@@ -1,17 +1,17 @@
-//! Masks of booleans in lanes, for selections.
+//! Masks: a boolean in each SIMD lane, for selections.
 
 use core::ops::{BitAnd, BitOr, Not};
 
 use super::Mask;
 
-/// A boolean in each of `N` lanes. A lane has all bits set or none, so that a selection is a
-/// bitwise operation.
+/// A boolean in each of `N` SIMD lanes. All bits of a lane are equal: a selection is a bitwise
+/// operation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
 pub struct LaneMask<const N: usize>([u32; N]);
 
 impl<const N: usize> LaneMask<N> {
-    /// Creates a mask from a function of the lane.
+    /// Creates a mask from a function of the lane's index.
     #[inline(always)]
     pub(super) fn from_lanes(yes: impl Fn(usize) -> bool) -> Self {
         let mut out = Self::default();
@@ -26,7 +26,7 @@ impl<const N: usize> LaneMask<N> {
         out
     }
 
-    /// Returns `yes` if a lane is set, else `no`.
+    /// Returns `yes` if the mask is set in a lane, else `no`.
     #[inline(always)]
     pub(super) fn select_bits(&self, lane: usize, yes: u32, no: u32) -> u32 {
         yes & self.0[lane] | no & !self.0[lane]

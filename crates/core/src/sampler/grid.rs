@@ -1,21 +1,23 @@
-//! Samplers simpler than Sobol points, for comparison: independent numbers, and jittered grids.
+//! Samplers simpler than Sobol points, for comparison: independent random numbers, and jittered
+//! grids.
 
 use crate::hash::splitmix64;
 
-/// Bits of a number in [0, 1), as many as Sobol points have.
+/// Number of random bits in a number in [0, 1), as for Sobol points.
 const BITS: u32 = 23;
 
-/// Returns four independent numbers in [0, 1): the point `index` of the sequence with the given
-/// scramble.
+/// Returns four independent numbers in [0, 1) for the point `index` of a sequence. `scramble`
+/// identifies the sequence.
 #[inline]
 pub(super) fn independent_point(index: u32, scramble: u32) -> [f32; 4] {
     hash_bits(index, scramble).map(bits_to_unit)
 }
 
-/// Returns the point `index` of the sequence with the given scramble: four numbers in [0, 1), as
-/// two stratified pairs (Cook, "Stochastic Sampling in Computer Graphics", 1986). In each run of
-/// sixteen points that starts at a multiple of sixteen, each pair has a point in every cell of a 4
-/// × 4 grid, jittered within the cell. The order of the cells is random for each pair.
+/// Returns four numbers in [0, 1) for the point `index` of a sequence: two stratified pairs (Cook,
+/// "Stochastic Sampling in Computer Graphics", 1986). `scramble` identifies the sequence.
+///
+/// Points come in groups of sixteen. In each group, each pair has a point in every cell of a 4 × 4
+/// grid, jittered within the cell. Each pair visits the cells in a random order of its own.
 #[inline]
 pub(super) fn stratified_point(index: u32, scramble: u32) -> [f32; 4] {
     let grid = splitmix64(u64::from(scramble) << 32 | u64::from(index / 16) | 1 << 31);
@@ -41,8 +43,8 @@ fn bits_to_unit(bits: u32) -> f32 {
     bits as f32 / (1 << BITS) as f32
 }
 
-/// Returns the image of `number` under a permutation of 0..16 chosen by a key. Each step is itself
-/// a permutation.
+/// Returns the image of `number` under a permutation of 0..16. `key` chooses the permutation. Each
+/// step is itself a permutation.
 #[inline]
 fn permute_cell(number: u32, key: u32) -> u32 {
     (0..4).fold(number, |x, round| {

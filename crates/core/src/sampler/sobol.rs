@@ -1,8 +1,8 @@
-//! Owen-scrambled Sobol points in four dimensions, with the bits of `sobol_burley::sample_4d`, in
-//! less time.
+//! Owen-scrambled Sobol points in four dimensions, with the same bits as `sobol_burley::sample_4d`
+//! in less time.
 //!
-//! That function reads a point's index bit by bit; each step depends on the step before, and the
-//! last branch is mostly mispredicted. Here a table of a kilobyte holds the sums of direction
+//! That function reads a point's index bit by bit. Each step depends on the previous step, and the
+//! last branch is mostly mispredicted. Here a table of one kilobyte holds the sums of direction
 //! vectors for four bits at a time.
 
 use std::sync::LazyLock;
@@ -10,12 +10,12 @@ use std::sync::LazyLock;
 use raywright_bvh::{SimdTask, run_widest};
 use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 
-/// Number of bits of a point's index that are looked up at once.
+/// Number of index bits that are looked up together.
 const BITS: u32 = 4;
 
-/// Sums modulo two (exclusive or) of direction vectors: for each of the four groups of four index
-/// bits, the lowest bits first, for each value of the group, and for each of four dimensions. Sums
-/// are bit-reversed, with the lowest bit on the left, as the scrambling requires.
+/// Sums modulo two (exclusive or) of direction vectors. The indices are the group of four index
+/// bits (lowest bits first), the value of the group, and the dimension. Sums are bit-reversed, with
+/// the lowest bit on the left, as the scrambling requires.
 static SUMS: LazyLock<[[[u32; 4]; 16]; 4]> = LazyLock::new(|| {
     let sum = |k: usize, value: usize, dimension: u32| {
         sobol_rev(
@@ -28,7 +28,7 @@ static SUMS: LazyLock<[[[u32; 4]; 16]; 4]> = LazyLock::new(|| {
     })
 });
 
-/// Identifies a point of a sequence: its index, below 2¹⁶, and a scramble.
+/// A point of a sequence: its index, below 2¹⁶, and the scramble that identifies the sequence.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SobolIndex {
     pub index: u32,
@@ -45,7 +45,7 @@ pub(super) fn eval_point(sobol_point: SobolIndex) -> [f32; 4] {
 /// Number of points computed side by side.
 const LANES: usize = 16;
 
-/// Appends the four numbers of many points, in order, as [`eval_point`] does.
+/// Appends the four numbers of many points in order, as [`eval_point`] computes them.
 pub(super) fn eval_points(which: impl Iterator<Item = SobolIndex>, out: &mut Vec<[f32; 4]>) {
     let mut which = which.fuse();
     loop {

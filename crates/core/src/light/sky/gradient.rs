@@ -32,7 +32,7 @@ fn splat<R: Real, N: Number>(v: R::Vec3) -> N::Vec3 {
 }
 
 impl<R: Real> GradientSky<R> {
-    /// Returns the radiance along unit directions, one in each lane of `N`.
+    /// Returns the radiance along unit directions, one in each SIMD lane of `N`.
     #[inline(always)]
     pub fn radiance<N: Number>(&self, d: N::Vec3) -> N::Vec3 {
         let [zero, half, one] = [0.0, 0.5, 1.0].map(N::from_f64);
