@@ -79,7 +79,8 @@ pub(crate) struct TraversalQuery<'a> {
     pub counts_work: bool,
     /// Open interval of accepted distances.
     pub range: Interval<f32>,
-    /// Greatest accepted distance: the greatest number below `range.max`.
+    /// Greatest distance at which a hit is accepted. In a closest-hit query, it becomes the distance
+    /// of each closer hit.
     pub far: f32,
     /// Whether the ray is a camera ray, which passes through the inside of culled surfaces.
     pub is_camera_ray: bool,

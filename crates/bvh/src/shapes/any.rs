@@ -63,7 +63,8 @@ macro_rules! each {
     };
 }
 
-/// Evaluates an expression for a shape of finite area; `None` for a plane and an infinite cylinder.
+/// Evaluates an expression for a shape of finite area. For a plane and an infinite cylinder the
+/// result is `None`.
 macro_rules! each_finite {
     ($any:expr, $shape:ident => $result:expr) => {
         each!($any, AnyShape::Plane(_) | AnyShape::Cylinder(Cylinder { ends: CylinderEnds::None, .. }) => None, $shape => Some($result))
@@ -108,8 +109,8 @@ impl<R: Real> Shape<R> for AnyShape<R> {
 }
 
 impl<R: Real> AnyShape<R> {
-    /// Whether queries can test the shape. A bounded shape needs a box that is finite in f32, an
-    /// unbounded shape finite parameters.
+    /// Whether queries can test the shape. A bounded shape needs a box that is finite in f32. An
+    /// unbounded shape needs finite parameters.
     pub fn is_finite(&self) -> bool {
         match self {
             AnyShape::Plane(plane) => plane.point.is_finite() && plane.normal.is_finite(),
@@ -132,8 +133,8 @@ impl<R: Real> AnyShape<R> {
         each_finite!(self, shape => shape.sample_area(u, v))
     }
 
-    /// Density of a sampled point as [`SampleArea::area_density`]; `None` for a shape of infinite
-    /// area.
+    /// Density, per area, with which [`Self::sample_area`] samples the point, as
+    /// [`SampleArea::area_density`]; `None` for a shape of infinite area.
     pub fn area_density(&self, point: &SurfacePoint) -> Option<f64> {
         each_finite!(self, shape => shape.area_density(point))
     }

@@ -1,26 +1,26 @@
-//! Ray origins near the border of a flat face under affine maps. They are moved towards the inside
-//! of the face, so that a rounded origin stays on its side of the adjacent faces.
+//! Ray origins near the border of a flat face under affine maps. Such origins are moved towards the
+//! inside of the face. So each rounded origin stays on its side of the adjacent faces.
 //!
-//! A face has no data of its neighbours. After the move, its ray origins clear every neighbour that
-//! joins the face at 45° or more in object space. The move is the shortest in world space, since a
-//! face may be a million times as long as wide. A face smaller than the error of its points has no
-//! safe origin, so its origins stay in place.
+//! A face has no data about its neighbours. After the move, its ray origins clear every neighbour
+//! that joins the face at 45° or more in object space. The move is the shortest in world space,
+//! since a face may be a million times as long as wide. On a face smaller than the error of its
+//! points no origin is safe, so the origins stay in place.
 
 use super::spawn_offset::SpawnOffset;
 use super::{SurfacePoint, TransformChain};
 use crate::scalar::Real;
 use glam::DVec3;
 
-/// Kind of a flat face that two edges span.
+/// Kind of a flat face that is spanned by two edges from one corner.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum FaceKind {
     Triangle,
     Parallelogram,
 }
 
-/// Returns the surface point after moving its ray origins away from the border of the face. The
-/// edges `ab` and `ac` span the face in object space. `at` is the point's position as fractions of
-/// the two edges.
+/// Returns the surface point with its ray origins moved away from the border of the face. The edges
+/// `ab` and `ac` span the face in object space. `at` is the point's position, as fractions of these
+/// edges.
 #[inline(never)]
 pub(super) fn move_ray_origins_off_border<R: Real>(
     surface_point: SurfacePoint,
@@ -76,9 +76,10 @@ pub(super) fn move_ray_origins_off_border<R: Real>(
     }
 }
 
-/// Moves barycentric weights to the nearest weights that are at least `least`. `u` and `v` are the
-/// weights of the second and third corner, and `by_u` and `by_v` are their gradients in world
-/// space, where distances are measured.
+/// Moves barycentric weights, by the shortest way, to weights that are at least `least`. `u` and
+/// `v` are the weights of the second and third corner. `by_u` and `by_v` are the gradients of `u`
+/// and `v` in world space, where distances are measured. If no weights satisfy `least`, the weights
+/// stay.
 fn move_into_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) -> [f64; 2] {
     let gradients = [by_u, by_v, -(by_u + by_v)];
     let mut shares = [u, v, 1.0 - u - v];
@@ -113,9 +114,9 @@ fn move_into_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3
     [shares[0], shares[1]]
 }
 
-/// Moves coordinates in [0, 1]² to the nearest coordinates that are at least `least_u` from the
-/// sides u = 0 and u = 1, and at least `least_v` from the sides v = 0 and v = 1. `by_u` and `by_v`
-/// are the gradients of u and v in world space, where distances are measured.
+/// Moves coordinates in [0, 1]², by the shortest way, to coordinates at least `least_u` from u = 0
+/// and u = 1, and at least `least_v` from v = 0 and v = 1. `by_u` and `by_v` are the gradients of u
+/// and v in world space, where distances are measured. If no coordinates satisfy both, they stay.
 fn move_into_parallelogram(
     [u, v]: [f64; 2],
     [by_u, by_v]: [DVec3; 2],

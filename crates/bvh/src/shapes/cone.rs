@@ -14,8 +14,8 @@ use super::{
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A cone: a solid whose radius changes linearly along its axis. Its formulas are homogeneous in
-/// the axis, so that the rounding of the axis does not change the cone's roundness.
+/// A cone, complete or truncated: a solid whose radius changes linearly along its axis. Its
+/// formulas are homogeneous in the axis. So rounding the axis does not change the cone's roundness.
 #[derive(Clone, Copy, Debug)]
 pub struct Cone<R: Real> {
     /// Centre of the base.
@@ -29,8 +29,8 @@ pub struct Cone<R: Real> {
 }
 
 impl<R: Real> Cone<R> {
-    /// Creates a cone from the base's centre, an axis direction of any positive length, both radii,
-    /// and the height.
+    /// Creates a cone from the centre of its base, an axis direction of any positive length, the
+    /// radii of base and top, and the height.
     pub fn new(base: DVec3, axis: DVec3, radius: f64, top_radius: f64, height: f64) -> Self {
         Self {
             base: R::Vec3::from_f64(base),
@@ -40,10 +40,12 @@ impl<R: Real> Cone<R> {
         }
     }
 
-    /// Intersects a ray with the nappe of nonnegative radius, one half of the infinite double cone.
-    /// The inside of the nappe is a single range of distances, although the double cone may have
-    /// two ranges. With `close`, the formula starts from the ray's point nearest to the base,
-    /// otherwise from the ray's origin ([`choose_reference_point`]).
+    /// Intersects a ray with the nappe on which the cone's radius is nonnegative. A nappe is one
+    /// half of the infinite double cone. A ray is inside the nappe in a single range of distances,
+    /// although it may be inside the double cone in two.
+    ///
+    /// With `close`, the formula starts from the ray's point nearest to the base, otherwise from
+    /// the ray's origin ([`choose_reference_point`]).
     #[inline(always)]
     fn intersect_wall(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (axis, d) = (self.axis.to_f64(), prepared_ray.direction);
@@ -95,8 +97,8 @@ impl<R: Real> Cone<R> {
         })
     }
 
-    /// Returns the range of distances at which the ray is inside the solid. `close` as for
-    /// [`Self::intersect_wall`].
+    /// Returns the range of distances at which the ray is inside the solid. `close` is the
+    /// parameter of [`Self::intersect_wall`].
     #[inline(always)]
     fn intersect_solid(&self, prepared_ray: &PreparedRay, close: bool) -> Option<RaySpan> {
         let solid = self.surface_of_revolution();
@@ -114,8 +116,9 @@ impl<R: Real> Cone<R> {
         SurfaceOfRevolution::new(self.base, self.axis, [self.radius, self.top_radius])
     }
 
-    /// Evaluates the surface point of the wall at the fraction `along` of the axis, in the
-    /// direction `out` perpendicular to the axis; the apex if `out` is zero.
+    /// Evaluates the surface point of the wall, at the fraction `along` of the axis and in the
+    /// direction `out` from the axis. `out` is perpendicular to the axis, of any length. At the
+    /// apex `out` may be zero.
     fn eval_wall_point(&self, along: f64, out: DVec3) -> SurfacePoint {
         let axis = self.axis.to_f64();
         let (height, distance) = (axis.length(), out.length());
@@ -207,8 +210,8 @@ impl<R: Real> Shape<R> for Cone<R> {
         )
     }
 
-    /// Texture coordinates in [0, 1]: u runs around the axis. v runs from the top to the base, and
-    /// on a cap from its centre to its rim.
+    /// Texture coordinates in [0, 1]: u runs around the axis. On the wall v runs from the top to
+    /// the base. On a cap v runs from the centre to the rim.
     fn texture_coordinates(
         &self,
         prepared_ray: &PreparedRay,

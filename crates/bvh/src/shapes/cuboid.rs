@@ -13,7 +13,7 @@ use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
 /// A solid box with axis-aligned faces. The first shape-specific number of a hit is the number of
-/// its face: 2·axis, plus one for the face at the greater coordinate.
+/// the face: 2·axis, plus one for the face at the greater coordinate.
 #[derive(Clone, Copy, Debug)]
 pub struct Cuboid<R: Real> {
     /// Least corner.
@@ -31,7 +31,8 @@ impl<R: Real> Cuboid<R> {
         }
     }
 
-    /// Vector along an axis with the given component: with ±1 the outward unit normal of a face.
+    /// Returns the vector along an axis whose component is `sign`. With ±1 it is the outward unit
+    /// normal of a face.
     #[inline(always)]
     fn face_normal<V: Vector<C>, C: Real>(axis: usize, sign: C) -> V {
         let at = |i: usize| if i == axis { sign } else { C::ZERO };
@@ -73,8 +74,8 @@ impl<R: Real> Cuboid<R> {
         Some(span)
     }
 
-    /// Evaluates the surface of a face at a point close to the face. The point is moved onto the
-    /// face, and away from the face's border by the rounding of stored coordinates.
+    /// Evaluates the surface point of a face. `raw` is a point close to the face. It is moved onto
+    /// the face, and off the face's border by the rounding of stored coordinates.
     #[inline(always)]
     fn eval_face_point(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
         let at = |i: usize| {
@@ -95,10 +96,13 @@ impl<R: Real> Cuboid<R> {
         )
     }
 
-    /// Returns the point from which inward rays are offset along the normal, for a hit on a face.
-    /// It is moved off the hit point, so that a rounded ray origin stays inside all faces under the
-    /// given maps. Outward rays need no move: every point above a face is outside. Without maps,
-    /// faces are perpendicular, and the hit point is already far enough from the other faces.
+    /// Returns the base point of inward rays for a hit on a face: the point from which their
+    /// origins are offset along the normal. It is the hit point, moved until a rounded ray origin
+    /// stays inside all faces under the given maps.
+    ///
+    /// Outward rays need no move, since every point above a face is outside. A box without maps
+    /// needs no move either: its faces are perpendicular, so the hit point is already far enough
+    /// from the other faces.
     #[inline(never)]
     fn inward_ray_base(
         &self,
@@ -134,7 +138,8 @@ impl<R: Real> Cuboid<R> {
     }
 }
 
-/// Decodes a face number into its axis and whether the face is at the greater coordinate.
+/// Decodes the number of a face: returns its axis, and whether the face is at the greater
+/// coordinate.
 fn decode_face_number<R: Real>(number: R) -> (usize, bool) {
     let face = number.to_f64() as usize;
     ((face / 2).min(2), face % 2 == 1)
@@ -185,9 +190,9 @@ impl<R: Real> Shape<R> for Cuboid<R> {
         }
     }
 
-    /// Texture coordinates in [0, 1] on each face: u to the right and v down, as seen from outside.
-    /// Vertical faces have +y up. The top is seen from above and the bottom from below, with x to
-    /// the right.
+    /// Texture coordinates in [0, 1] on each face. As seen from outside, u runs to the right and v
+    /// down. On vertical faces +y is up. On the top, seen from above, and on the bottom, seen from
+    /// below, +x is to the right.
     fn texture_coordinates(
         &self,
         prepared_ray: &PreparedRay,
@@ -236,9 +241,9 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         2.0 * (s.x * s.y + s.y * s.z + s.z * s.x)
     }
 
-    /// Samples a face by area, then a point on it. `u` first selects a pair of opposite faces. The
-    /// remainder of `u` within the pair selects one of the two faces. The remainder within that
-    /// face is the first coordinate on it.
+    /// Samples a face by area, then a point on it. `u` selects a pair of opposite faces. The
+    /// position of `u` within the range of that pair selects a face of the pair. The position
+    /// within the range of that face is the first coordinate on the face, and `v` is the second.
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let s = self.max.to_f64() - self.min.to_f64();
         let pairs = [s.y * s.z, s.z * s.x, s.x * s.y];

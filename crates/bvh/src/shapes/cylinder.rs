@@ -27,9 +27,10 @@ pub enum CylinderEnds {
 /// A cylinder: all points at distance `radius` from a line or a segment.
 #[derive(Clone, Copy, Debug)]
 pub struct Cylinder<R: Real> {
-    /// Centre of one end; for an infinite cylinder, any point of the axis.
+    /// Centre of one end. For an infinite cylinder it is any point of the axis.
     pub base: R::Vec3,
-    /// Vector from the base to the other end; for an infinite cylinder, of any positive length.
+    /// Vector from `base` to the centre of the other end. For an infinite cylinder it has any
+    /// positive length.
     pub axis: R::Vec3,
     /// Radius, above zero.
     pub radius: R,
@@ -38,8 +39,9 @@ pub struct Cylinder<R: Real> {
 }
 
 impl<R: Real> Cylinder<R> {
-    /// Creates a cylinder from the centre of one end (or a point of the axis), an axis direction of
-    /// any positive length, the radius, and the height (`None` if infinite).
+    /// Creates a cylinder. `base` is the centre of one end, or any point of an infinite axis.
+    /// `axis` is a direction of any positive length. `height` is `None` for an infinite cylinder.
+    /// `caps` is whether a finite cylinder is closed.
     pub fn new(base: DVec3, axis: DVec3, radius: f64, height: Option<f64>, caps: bool) -> Self {
         let ends = match height {
             None => CylinderEnds::None,
@@ -59,8 +61,8 @@ impl<R: Real> Cylinder<R> {
         SurfaceOfRevolution::new(self.base, self.axis, [self.radius; 2])
     }
 
-    /// Evaluates the surface point of the wall at the fraction `along` of the axis, in the
-    /// direction `out` away from the axis, of any positive length.
+    /// Evaluates the surface point of the wall, at the fraction `along` of the axis and in the
+    /// direction `out` from the axis. `out` has any positive length.
     fn eval_wall_point(&self, along: f64, out: DVec3) -> SurfacePoint {
         let normal = out.normalize();
         let point = self.base.to_f64() + self.axis.to_f64() * along + normal * self.radius.to_f64();
@@ -173,9 +175,11 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         }
     }
 
-    /// Texture coordinates: u in [0, 1] around the axis. v runs from 0 at the top to 1 at the base,
-    /// in world units from the base for an infinite cylinder, and from the centre to the rim on a
-    /// cap.
+    /// Texture coordinates. u runs around the axis, in [0, 1]. v depends on the surface:
+    ///
+    /// - wall of a finite cylinder: from 0 at the top to 1 at the base;
+    /// - infinite cylinder: distance from the base along the axis, in world units;
+    /// - cap: from 0 at the centre to 1 at the rim.
     fn texture_coordinates(
         &self,
         prepared_ray: &PreparedRay,
@@ -194,8 +198,8 @@ impl<R: Real> Shape<R> for Cylinder<R> {
     }
 }
 
-/// Samples the wall and the caps by area. An infinite cylinder is treated as if its axis were its
-/// height.
+/// Samples the wall and the caps by area. Of an infinite cylinder, the part along `axis` is
+/// sampled.
 impl<R: Real> SampleArea<R> for Cylinder<R> {
     fn area(&self) -> f64 {
         let (wall, cap) = self.wall_and_cap_areas();

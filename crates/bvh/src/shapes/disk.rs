@@ -72,7 +72,7 @@ impl<R: Real> Shape<R> for Disk<R> {
         SurfacePoint::new(point, normal.normalize(), error)
     }
 
-    /// Texture coordinates in [0, 1]: u runs around the normal, v from the centre to the rim.
+    /// Texture coordinates in [0, 1]: u runs around the normal, v runs from the centre to the rim.
     fn texture_coordinates(
         &self,
         prepared_ray: &PreparedRay,

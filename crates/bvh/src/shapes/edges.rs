@@ -1,14 +1,14 @@
 //! Edge functions with exact signs: the basis of the watertight tests of triangles and quads.
 //!
-//! Each corner is projected individually along the ray onto a plane, so two faces with a common
-//! corner have the same projection of it, to the bit. The three edge functions of a face are
-//! differences of products of projected coordinates, computed with exact sign. So at a common edge,
-//! both faces agree on the side on which the ray passes ("Watertight Ray/Triangle Intersection",
-//! Woop, Benthin, Wald 2013, section 3).
+//! Each corner is projected individually along the ray onto a plane. So two faces with a common
+//! corner have the same projection of this corner, to the bit. The edge functions of a face are
+//! differences of products of projected coordinates. Their signs are computed exactly. So at a
+//! common edge both faces agree on which side the ray passes ("Watertight Ray/Triangle
+//! Intersection", Woop, Benthin, Wald 2013, section 3).
 //!
-//! Projected coordinates are f64. With f32 coordinates, the products would be exact in f64, but the
-//! rounding would move the far corner of a needle by more than the needle's width. A ray that
-//! leaves the needle would then hit it again.
+//! Projected coordinates are f64. f32 coordinates would make the products exact in f64. But on a
+//! needle-shaped triangle their rounding would move the far corner by more than the needle's width.
+//! A ray that leaves the needle would then hit it again.
 
 use glam::DVec3;
 
@@ -18,9 +18,10 @@ use crate::scalar::Real;
 /// A corner of a face, projected along a ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ProjectedCorner {
-    /// Position relative to the ray's origin, not projected.
+    /// Position of the corner relative to the ray's origin, before the projection.
     offset: DVec3,
-    /// Coordinates on the plane perpendicular to the ray, along its projection axes.
+    /// Coordinates of the corner in the plane perpendicular to the ray, along
+    /// [`PreparedRay::projection_axes`].
     x: f64,
     y: f64,
 }
@@ -32,7 +33,7 @@ pub(crate) struct TriangleHit<T = f32> {
     pub t: T,
     /// Barycentric weights of the second and the third corner.
     pub weights: [T; 2],
-    /// Whether the ray arrives from outside, against the right-handed normal.
+    /// Whether the ray runs against the normal of the right-hand rule.
     pub from_outside: bool,
 }
 
@@ -53,23 +54,23 @@ impl From<&TriangleHit<f64>> for TriangleHit {
     }
 }
 
-/// Greatest ratio of the determinant to S Δ, both defined below, for which a triangle counts as
-/// edge-on.
+/// Ratio of the determinant to S Δ below which a triangle counts as edge-on. The determinant is the
+/// sum of the three edge functions. S is the sum of the absolute projected coordinates. Δ is the
+/// greatest difference between two corners' distances along the ray.
 ///
-/// A projected coordinate has an error of at most 4 w R s. Here w = 2⁻⁵³, R is the distance of the
-/// farthest corner from the origin, and s is the length of the projection vectors. The determinant
-/// is the sum of the three edge functions. Its error is 8 w R s S, with S the sum of the absolute
-/// coordinates. The hit distance is the mean of the corners' distances, weighted by the edge
-/// functions. So its error is 8 w R s S Δ/|determinant|, with Δ the greatest difference between two
-/// corners' distances. A traversal tolerates an error of 4 u R, with u = 2⁻²⁴, since boxes are
-/// padded and exit distances widened. A determinant of 2⁻²⁵ S Δ limits the error to 2⁻²⁴ R.
+/// **Above the ratio.** Let w = 2⁻⁵³, R the distance of the farthest corner from the origin, and s
+/// the length of the projection vectors. A projected coordinate has an error of at most 4 w R s. So
+/// the determinant has an error of 8 w R s S. The hit distance is the mean of the corners'
+/// distances, weighted by the edge functions. So its error is 8 w R s S Δ/|determinant|. A
+/// traversal tolerates an error of 4 u R, with u = 2⁻²⁴, since boxes are padded and exit distances
+/// widened. A determinant of 2⁻²⁵ S Δ limits the error to 2⁻²⁴ R.
 ///
-/// For a smaller determinant the weights may be noise, so the hit distance is taken where the ray
-/// crosses an edge ([`find_edge_entry`]). The crossing lies on the face, up to the face's lesser
+/// **Below the ratio.** The weights may be noise, so the hit distance is that of the ray's crossing
+/// with an edge ([`find_edge_entry`]). The crossing lies on the face, up to the face's lesser
 /// extent across the ray. That extent is at most the determinant over the greater extent, and S is
 /// at most three times the greater extent. So the lesser extent is at most 3 · 2⁻²⁵ Δ. Boxes are
 /// padded by 2⁻²² of their greatest extent, which is at least Δ/√3. For any partition of the face,
-/// the ray is therefore within the padded box of the part that contains the crossing, and the hit
+/// the ray is therefore within the padded box of the part that contains the crossing. So the hit
 /// does not depend on the order of traversal.
 pub(crate) const EDGE_ON_RATIO: f64 = 1.0 / 33_554_432.0;
 
@@ -85,17 +86,17 @@ impl ProjectedCorner {
         }
     }
 
-    /// Computes the edge function of the edge from `self` to `to`, with exact sign: twice the
-    /// signed area of the triangle of the projected ray and both corners. It is positive if the ray
-    /// has the edge on its right.
+    /// Computes the edge function of the edge from `self` to `to`, with exact sign. It is twice the
+    /// signed area of the projected triangle of the ray and both corners. It is positive if the ray
+    /// passes to the left of the edge, as seen from the ray's origin.
     #[inline(always)]
     fn edge_function(&self, to: &Self) -> f64 {
         difference_of_products(to.x, self.y, to.y, self.x)
     }
 }
 
-/// Intersects a ray with the triangle of three projected corners; hits on its edges and corners
-/// count. `None` for a triangle whose projection has no area: the ray hits its neighbours instead.
+/// Intersects a ray with the triangle of three projected corners. Hits on edges and corners count.
+/// A triangle whose projection has no area gives `None`: the ray then hits a neighbouring triangle.
 #[inline(always)]
 pub(crate) fn intersect_projected_triangle(
     prepared_ray: &PreparedRay,
@@ -142,12 +143,13 @@ pub(crate) fn intersect_projected_triangle(
     })
 }
 
-/// Finds where the ray enters an edge-on face. Returns the distance, in units of the direction's
-/// squared length, and the weights of all three corners.
+/// Finds where a ray enters an edge-on face, from the projected coordinates of the corners. `x` and
+/// `y` are their coordinates across the ray, `z` those along it. Returns the `z` of the entry, and
+/// the weights of the three corners.
 ///
-/// The face is treated as flat, in the plane of the ray and of the face's longer extent `across`
-/// the ray. In that plane the face is wide, so every crossing of an edge is well-conditioned. The
-/// crossing is off the ray by at most the rounding of a corner plus the face's shorter extent.
+/// The face is treated as flat: it lies in the plane of the ray and of the face's longer extent
+/// across the ray. In that plane the face is wide, so each crossing of an edge is well-conditioned.
+/// The crossing is off the ray by at most the rounding of a corner plus the face's shorter extent.
 #[cold]
 #[inline(never)]
 fn find_edge_entry(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> (f64, [f64; 3]) {
@@ -173,9 +175,9 @@ fn find_edge_entry(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> (f64, [f64; 3]) {
     best
 }
 
-/// Error bound of the intersection test of a flat face with coordinates up to `scale`. Corners
-/// determine the plane of a thin triangle less well, so the bound grows with `longest_squared`, the
-/// squared longest edge, over twice the area.
+/// Error bound of the intersection test of a flat face with coordinates up to `scale`. The corners
+/// of a thin triangle determine its plane less precisely. So the bound grows with the ratio of
+/// `longest_squared`, the squared longest edge, to twice the area.
 #[inline(always)]
 pub(super) fn flat_face_error_bound(
     scale: f64,
@@ -185,10 +187,10 @@ pub(super) fn flat_face_error_bound(
     rounding_bound(scale) * (longest_squared * inverse_twice_area).min(1.0 / f64::ROUNDOFF)
 }
 
-/// Computes a·b − c·d, rounded with exact sign, for products that are too close for the rounded
-/// difference. The rounding errors of both products, from fused multiply-add, then decide (Kahan's
-/// method, with the sum of three terms computed without error as far as the sign depends on it).
-/// The result is exact unless the error of a product underflows.
+/// Computes a·b − c·d with exact sign, for products so close that the difference of the rounded
+/// products could have the wrong sign. Fused multiply-add gives the rounding errors of both
+/// products. The three terms are then summed without error, as far as the sign depends on it
+/// (Kahan's method). The result is exact unless the error of a product underflows.
 #[cold]
 fn difference_of_close_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let (p, q) = (a * b, c * d);
@@ -202,8 +204,8 @@ fn difference_of_close_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     if sum == 0.0 { low } else { sum }
 }
 
-/// Whether three points are collinear. The decision is exact if the differences of the coordinates
-/// are exact, as for f32 coordinates within nine orders of magnitude.
+/// Whether three points are collinear. The result is exact if the differences of coordinates are
+/// exact, as they are for f32 coordinates within nine orders of magnitude.
 pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
     let (p, q) = (b - a, c - a);
     let minor = |a: f64, b: f64, c: f64, d: f64| difference_of_products(a, b, c, d);

@@ -32,11 +32,12 @@ impl<R: Real> Ellipsoid<R> {
         }
     }
 
-    /// Intersects a ray with the ellipsoid in a space where the ellipsoid is a sphere. Each axis is
-    /// scaled by the product of the other two semi-axes, so the sphere's radius is the product of
-    /// all three. For semi-axes stored in f32 the scales are exact in f64. With `close`, the
-    /// formula starts from the ray's point nearest to the centre, otherwise from the ray's origin
-    /// ([`choose_reference_point`]).
+    /// Intersects a ray with the ellipsoid, in a space where the ellipsoid is a sphere. Each axis
+    /// is scaled by the product of the semi-axes along the other two. So the sphere's radius is the
+    /// product of all three semi-axes. For semi-axes stored in f32 the scales are exact in f64.
+    ///
+    /// With `close`, the formula starts from the ray's point nearest to the centre, otherwise from
+    /// the ray's origin ([`choose_reference_point`]).
     #[inline(always)]
     fn find_crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let s = self.semi_axes.to_f64();
@@ -66,8 +67,9 @@ impl<R: Real> Ellipsoid<R> {
         })
     }
 
-    /// Evaluates the surface at a point close to it. `scale` is the length, besides the centre's
-    /// coordinates and the semi-axes, to which the point's rounding error is proportional.
+    /// Evaluates the surface point of a point close to the surface. The error of the point is
+    /// proportional to the sum of `scale`, the centre's greatest coordinate and the greatest
+    /// semi-axis.
     fn eval_surface_point(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let (centre, s) = (self.centre.to_f64(), self.semi_axes.to_f64());
         let offset = point - centre;
@@ -76,9 +78,9 @@ impl<R: Real> Ellipsoid<R> {
         SurfacePoint::new(point, gradient.normalize(), rounding_bound(scale))
     }
 
-    /// Returns the offset from a hit point to the point from which inward rays start. It is
-    /// computed for the unit sphere whose image is this ellipsoid (see
-    /// [`super::spawn_offset::offset_ray_origins_for_curvature`]).
+    /// Returns the offset from a hit point to the base point of inward rays, from which their
+    /// origins are offset along the normal. The offset is computed for the unit sphere of which
+    /// this ellipsoid is the image (see [`super::spawn_offset::offset_ray_origins_for_curvature`]).
     #[inline(never)]
     fn inward_ray_offset(
         &self,
@@ -101,8 +103,8 @@ impl<R: Real> Ellipsoid<R> {
         }
     }
 
-    /// Local ratio of the ellipsoid's area to the area of the unit sphere, at the sphere's unit
-    /// normal `n`.
+    /// Local factor by which the map from the unit sphere to the ellipsoid changes areas. `n` is
+    /// the unit normal of the sphere.
     fn area_ratio(&self, n: DVec3) -> f64 {
         let s = self.semi_axes.to_f64();
         DVec3::new(n.x * s.y * s.z, n.y * s.z * s.x, n.z * s.x * s.y).length()
@@ -144,7 +146,8 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
         }
     }
 
-    /// Texture coordinates in [0, 1] of the unit sphere whose image is this ellipsoid.
+    /// Texture coordinates in [0, 1]: those of the unit sphere of which this ellipsoid is the
+    /// image.
     fn texture_coordinates(
         &self,
         prepared_ray: &PreparedRay,
@@ -163,8 +166,8 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
     }
 }
 
-/// Samples the unit sphere uniformly and maps the point to the ellipsoid. The density is divided by
-/// the local area ratio of the map.
+/// Samples the unit sphere uniformly and maps the point to the ellipsoid. The density is that of
+/// the sphere, divided by the local change of areas.
 impl<R: Real> SampleArea<R> for Ellipsoid<R> {
     fn area(&self) -> f64 {
         integrate_area(|u, v| {

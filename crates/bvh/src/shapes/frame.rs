@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use crate::scalar::{Real, Vector};
 
-/// Returns a unit vector perpendicular to the unit vector `axis`: x, projected onto that plane, or
-/// y if `axis` is close to x. So angles around +y run from x to z, and tangent and bitangent of a
-/// floor are the world's x and z.
+/// Returns a unit vector perpendicular to the unit vector `axis`. It is the x axis, projected onto
+/// the perpendicular plane, or the y axis if `axis` is close to x. So angles around +y run from x
+/// to z. The tangent and the bitangent of a floor are the world's x and z.
 pub(crate) fn tangent(axis: DVec3) -> DVec3 {
     let start = if axis.x.abs() < 0.9 {
         DVec3::X
@@ -16,17 +16,18 @@ pub(crate) fn tangent(axis: DVec3) -> DVec3 {
     (start - axis * axis.dot(start)).normalize()
 }
 
-/// Returns the tangent and the bitangent = tangent × axis of an axis of any length.
+/// Returns the unit tangent of an axis of any length, and the unit bitangent, which is tangent ×
+/// axis.
 fn tangent_and_bitangent(axis: DVec3) -> (DVec3, DVec3) {
     let axis = axis.normalize();
     let tangent = tangent(axis);
     (tangent, tangent.cross(axis))
 }
 
-/// Computes the angle of an offset around an axis as a texture coordinate in [0, 1], and the
-/// derivative of the offset by that coordinate. Seen from outside with the axis up, the coordinate
-/// grows to the right, like the columns of an image. For an offset along the axis the results are
-/// one half and zero.
+/// Computes the angle of an offset around an axis as a texture coordinate in [0, 1]. Also returns
+/// the derivative of the offset by that coordinate. Seen from outside with the axis up, the
+/// coordinate grows to the right, like the columns of an image. For an offset along the axis, the
+/// coordinate is one half and the derivative zero.
 pub(crate) fn angle_coordinate<R: Real>(offset: DVec3, axis: DVec3) -> (R, R::Vec3) {
     let (t, b) = tangent_and_bitangent(axis);
     let (x, y) = (offset.dot(t), offset.dot(b));
@@ -45,21 +46,21 @@ pub(crate) fn radial_direction(axis: DVec3, u: f64) -> DVec3 {
     t * libm::cos(angle) + b * libm::sin(angle)
 }
 
-/// Splits an offset into its component along an axis, as a fraction of the axis, and its component
-/// perpendicular to the axis.
+/// Splits an offset into two components. The first is along the axis, as a fraction of the axis.
+/// The second is perpendicular to the axis.
 #[inline(always)]
 pub(crate) fn split_along_axis(offset: DVec3, axis: DVec3) -> (f64, DVec3) {
     let along = offset.dot(axis) / axis.dot(axis);
     (along, offset - axis * along)
 }
 
-/// Support function of a disk: the maximum of p·direction over all its points p.
+/// Support function of a disk: the maximum of p·direction over all points p of the disk.
 pub(crate) fn eval_disk_support(centre: DVec3, axis: DVec3, radius: f64, direction: DVec3) -> f64 {
     centre.dot(direction) + radius * direction.cross(axis).length() / axis.length()
 }
 
-/// Length of the vector (x, y) by a square root. The platform's `hypot` is not used, so that the
-/// bits are equal everywhere.
+/// Length of the vector (x, y), by a square root. The platform's `hypot` would give different bits
+/// on different platforms.
 pub(crate) fn length_2d(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()
 }

@@ -23,7 +23,7 @@ pub struct Hyperboloid<R: Real> {
     pub waist: R,
     /// Slope constant c, positive.
     pub slope: R,
-    /// Greatest |y − centre.y|; zero for an empty shape.
+    /// Greatest |y − centre.y| of the surface; zero for an empty shape.
     pub half_height: R,
 }
 
@@ -39,9 +39,10 @@ impl<R: Real> Hyperboloid<R> {
         }
     }
 
-    /// Intersects a ray with the unclipped hyperboloid. With `close`, the formula starts from the
-    /// ray's point nearest to the centre, otherwise from the ray's origin
-    /// ([`choose_reference_point`]).
+    /// Intersects a ray with the unclipped hyperboloid.
+    ///
+    /// With `close`, the formula starts from the ray's point nearest to the centre, otherwise from
+    /// the ray's origin ([`choose_reference_point`]).
     #[inline(always)]
     fn find_crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
@@ -71,8 +72,9 @@ impl<R: Real> Hyperboloid<R> {
         .map(|r| r.shift(ahead))
     }
 
-    /// Evaluates the surface at a point close to it. `scale` is a further length to which the
-    /// point's rounding error is proportional, besides the sizes of the shape and its coordinates.
+    /// Evaluates the surface point of a point close to the surface. The error of the point is
+    /// proportional to a sum of lengths: `scale`, the waist, and the greatest coordinates of centre
+    /// and point.
     fn eval_surface_point(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let centre = self.centre.to_f64();
         let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
@@ -88,8 +90,8 @@ impl<R: Real> Hyperboloid<R> {
         self.waist.to_f64() * length_2d(y / self.slope.to_f64(), 1.0)
     }
 
-    /// Inverse of the sampling density per area at the height `y` above the centre: circumference
-    /// times slant times the whole height.
+    /// Inverse of the sampling density per area, at the height `y` above the centre. It is the
+    /// product of the circumference, the slant of the meridian and the total height.
     fn inverse_area_density(&self, y: f64) -> f64 {
         let (a, c, radius) = (self.waist.to_f64(), self.slope.to_f64(), self.radius_at(y));
         let lean = a * a * y / (c * c * radius);
@@ -98,7 +100,7 @@ impl<R: Real> Hyperboloid<R> {
 }
 
 impl<R: Real> Shape<R> for Hyperboloid<R> {
-    /// Support function, from the two rims alone, since the surface curves inwards between them.
+    /// Support function. Only the two rims matter, since the surface curves inwards between them.
     fn support_function(&self, direction: DVec3) -> Option<f64> {
         let height = self.half_height.to_f64();
         let rim = eval_disk_support(

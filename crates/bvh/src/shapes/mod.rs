@@ -1,9 +1,8 @@
-//! Shapes: bounds, ray intersection, and the surface at a hit.
+//! Shapes: bounds, intersection with rays, and the surface at a hit.
 //!
-//! A shape is stored in f32 or f64, and its intersection test computes in f64. The test returns a
-//! distance and two shape-specific numbers. The surface point is computed once, by
-//! [`Shape::locate_surface_point`], for the closest hit. Texture coordinates are computed only on
-//! demand.
+//! A shape is stored in f32 or f64. Its intersection test computes in f64, and returns a distance
+//! and two shape-specific numbers. Only for the closest hit, [`Shape::locate_surface_point`] then
+//! computes the surface point. Texture coordinates are computed on demand.
 
 mod any;
 mod border;
@@ -59,29 +58,30 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::Real;
 
-/// Rounding error bound of an intersection test that computes with lengths up to `scale`: 16
-/// roundings of `scale`. The longest chain of operations of any shape has about ten.
+/// Rounding error bound of an intersection test that computes with lengths up to `scale`. It is 16
+/// roundings of `scale`. The longest chain of operations in any shape has about ten roundings.
 #[inline(always)]
 pub(crate) fn rounding_bound(scale: f64) -> f64 {
     scale * (f64::ROUNDOFF * 16.0)
 }
 
-/// Result of an intersection test: the distance, and two numbers that only the shape itself
-/// interprets.
+/// Result of an intersection test: the distance, and two numbers whose meaning depends on the
+/// shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeHit<R> {
     /// Distance along the ray.
     pub t: R,
-    /// First shape-specific number: a barycentric coordinate, or the number of the part of the
-    /// surface that was hit, or zero.
+    /// First shape-specific number. It is a barycentric weight, the number of the hit part of the
+    /// surface, or zero.
     pub u: R,
-    /// Second shape-specific number: a barycentric coordinate, or one where the ray leaves a solid.
-    /// The flag is needed since both crossings of a thin solid may have the same stored distance.
+    /// Second shape-specific number. It is a barycentric weight, or one where the ray leaves a
+    /// solid and zero elsewhere. Distances alone do not separate entry and exit: in a thin solid
+    /// both may have the same stored distance.
     pub v: R,
 }
 
 impl<R: Real> ShapeHit<R> {
-    /// Creates a hit at a distance; both shape-specific numbers are zero.
+    /// Creates a hit at a distance. Both shape-specific numbers are zero.
     #[inline(always)]
     pub fn from_distance(t: R) -> Self {
         Self {
@@ -108,7 +108,7 @@ impl<R: Real> ShapeHit<R> {
     }
 }
 
-/// Nested maps from object space to the world; `None` for a shape in world space.
+/// Nested maps from the space of a shape to the world; `None` for a shape in world space.
 pub type OuterTransforms<'a> = Option<TransformChain<'a>>;
 
 /// A surface that rays can hit.
@@ -123,8 +123,8 @@ pub trait Shape<R: Real> {
         Aabb::from_support(|direction| self.support_function(direction))
     }
 
-    /// Returns the nearest hit with a distance in the open interval `range`, by a ray from an
-    /// accepted side.
+    /// Returns the nearest hit whose distance lies in the open interval `range`. `side` is the side
+    /// of the surface that the ray can hit.
     fn intersect(
         &self,
         prepared_ray: &PreparedRay,
@@ -132,10 +132,10 @@ pub trait Shape<R: Real> {
         side: Side,
     ) -> Option<ShapeHit<R>>;
 
-    /// Computes the surface point of a hit that [`Shape::intersect`] returned for the same ray. The
-    /// result is in f64, in the space of the ray. `transform_chain` holds the maps from that space
-    /// to the world. The maps decide how far ray origins must keep away from edges and from curved
-    /// surfaces.
+    /// Computes the surface point of a hit, in f64 and in the space of the ray. `hit` must be the
+    /// result of [`Shape::intersect`] for the same ray. `transform_chain` holds the maps from the
+    /// ray's space to the world. These maps determine how far ray origins must be from edges and
+    /// from curved surfaces.
     fn locate_point_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
@@ -143,31 +143,31 @@ pub trait Shape<R: Real> {
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint;
 
-    /// Computes the surface point as [`Shape::locate_point_under_transforms`], for a shape that is
-    /// not mapped.
+    /// Computes the surface point as [`Shape::locate_point_under_transforms`], for a shape in world
+    /// space.
     #[inline(always)]
     fn locate_surface_point(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
         self.locate_point_under_transforms(prepared_ray, hit, None)
     }
 
-    /// Computes the texture coordinates at a hit that [`Shape::intersect`] returned for the same
-    /// ray.
+    /// Computes the texture coordinates at a hit. `hit` must be the result of [`Shape::intersect`]
+    /// for the same ray.
     fn texture_coordinates(
         &self,
         prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
     ) -> TextureCoordinates<R>;
 
-    /// Computes the surface at a hit that [`Shape::intersect`] returned for the same ray, rounded
-    /// to the stored scalar.
+    /// Computes the surface at a hit, rounded to the stored scalar. `hit` must be the result of
+    /// [`Shape::intersect`] for the same ray.
     #[inline]
     fn surface(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Surface<R> {
         self.locate_surface_point(prepared_ray, hit).to_scalar()
     }
 }
 
-/// Returns the first of two ordered roots that is in the range and on an accepted side. A ray
-/// enters a closed shape at `near` and leaves it at `far`.
+/// Returns the hit at the first of two ordered distances that lies in the range and on an accepted
+/// side. A ray enters a closed shape at `near` and leaves it at `far`.
 #[inline(always)]
 pub(crate) fn first_accepted_root<R: Real>(
     near: R,

@@ -14,8 +14,8 @@ use super::{
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A paraboloid: y = (x² + z²)·height/radius² relative to the apex, up to `height`. The normal
-/// points away from the axis and down.
+/// A paraboloid: y = (x² + z²)·height/radius² relative to the apex, for y ≤ `height`. The normal
+/// points down and away from the axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Paraboloid<R: Real> {
     /// Lowest point.
@@ -36,9 +36,10 @@ impl<R: Real> Paraboloid<R> {
         }
     }
 
-    /// Intersects a ray with the unclipped paraboloid. With `close`, the formula starts from the
-    /// ray's point nearest to the apex, otherwise from the ray's origin
-    /// ([`choose_reference_point`]).
+    /// Intersects a ray with the unclipped paraboloid.
+    ///
+    /// With `close`, the formula starts from the ray's point nearest to the apex, otherwise from
+    /// the ray's origin ([`choose_reference_point`]).
     #[inline(always)]
     fn find_crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
@@ -54,8 +55,9 @@ impl<R: Real> Paraboloid<R> {
         quadratic.roots().map(|r| r.shift(ahead))
     }
 
-    /// Evaluates the surface at a point close to it. `scale` is a further length to which the
-    /// point's rounding error is proportional, besides the sizes of the shape and its coordinates.
+    /// Evaluates the surface point of a point close to the surface. The error of the point is
+    /// proportional to a sum of lengths: `scale`, the shape's sizes, and the greatest coordinates
+    /// of apex and point.
     fn eval_surface_point(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let apex = self.apex.to_f64();
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
@@ -66,8 +68,8 @@ impl<R: Real> Paraboloid<R> {
         SurfacePoint::new(point, gradient.normalize(), rounding_bound(scale))
     }
 
-    /// Inverse of the sampling density per area, at `distance` from the axis: the area of the rim's
-    /// disk times the slant of the surface.
+    /// Inverse of the sampling density per area, at `distance` from the axis. It is the area of the
+    /// rim's disk times the slant of the meridian.
     fn inverse_area_density(&self, distance: f64) -> f64 {
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
         let lean = 2.0 * height * distance / (radius * radius);

@@ -21,8 +21,9 @@ pub struct Plane<R: Real> {
 }
 
 impl<R: Real> Plane<R> {
-    /// Creates a plane through a point with the given unit normal. The tangent is x if the normal
-    /// allows, so that for a floor u and v are the world's x and z.
+    /// Creates a plane through a point with the given unit normal. The tangent is the x axis,
+    /// projected onto the plane, unless the normal is close to x. So on a floor u and v are the
+    /// world's x and z.
     pub fn new(point: R::Vec3, normal: R::Vec3) -> Self {
         Self {
             point,
@@ -32,8 +33,9 @@ impl<R: Real> Plane<R> {
     }
 }
 
-/// Intersects a ray with the plane through a point. Returns the hit point and its error bound. The
-/// distance is not rounded, so only the rounding of stored coordinates remains.
+/// Intersects a ray with the plane through the point `through`. Returns the hit point and its error
+/// bound. The distance is not rounded to the stored scalar, so the bound covers only the rounding
+/// of stored coordinates.
 #[inline(always)]
 pub(super) fn intersect_plane(
     prepared_ray: &PreparedRay,
@@ -83,8 +85,8 @@ impl<R: Real> Shape<R> for Plane<R> {
         SurfacePoint::new(point, normal, error)
     }
 
-    /// Texture coordinates in world units, relative to the plane's point: u along the tangent, v
-    /// perpendicular to it. For a floor they are the world's x and z.
+    /// Texture coordinates in world units, relative to `point`: u along the tangent, v
+    /// perpendicular to it. On a floor they are the world's x and z.
     #[inline]
     fn texture_coordinates(
         &self,

@@ -5,39 +5,38 @@ use glam::DVec3;
 use crate::ray::Ray;
 use crate::scalar::{Real, Vector};
 
-/// Distance of a ray's origin from a shape, in multiples of the shape's size, from which the shape
-/// counts as far. At that distance f32 resolves distances to 2⁻¹⁴ of the size.
+/// Ratio of a ray origin's distance from a shape to the shape's size, from which on the shape
+/// counts as far. At this distance f32 resolves distances to 2⁻¹⁴ of the size.
 pub(crate) const FAR_RATIO: f64 = 1024.0;
 
-/// A ray in f64, the precision of all intersection tests, whether the ray is stored in f32 or in
-/// f64.
+/// A ray in f64, the precision of all intersection tests. The stored ray may be in f32 or f64.
 #[derive(Clone, Copy, Debug)]
 pub struct PreparedRay {
-    /// Origin. The conversion of a stored origin is exact.
+    /// Origin, exactly that of the stored ray in world space.
     pub origin: DVec3,
-    /// Direction. In world space it has unit length up to rounding, in the space of an instance any
-    /// length.
+    /// Direction. In world space it has unit length up to rounding. In the space of an instance it
+    /// has any length.
     pub direction: DVec3,
     /// Time, see [`Ray::time`].
     pub time: f64,
     /// Whether this is a camera ray, see [`Ray::is_camera_ray`].
     pub is_camera_ray: bool,
     /// Whether the ray was mapped into the space of a transformed shape or of an instance. The map
-    /// back to the world may magnify the error of a rounded distance, so hit points are then
-    /// computed from unrounded distances.
+    /// back to the world may magnify the error of a rounded distance. So hit points on such a ray
+    /// are computed from unrounded distances.
     pub is_mapped: bool,
     /// Squared length of `direction`.
     pub length_squared: f64,
-    /// Lower bound of `length_squared`, smaller by more than the rounding errors of a discriminant.
-    /// If the discriminant with this bound is negative, then the exact discriminant and the
-    /// discriminant with `length_squared` are negative too.
+    /// Lower bound of `length_squared`, smaller by more than the rounding errors of a quadric's
+    /// discriminant. Let D be the discriminant with this bound. If D is negative, then so are the
+    /// exact discriminant and the discriminant with `length_squared`.
     pub lower_length_squared: f64,
     /// The inverse of `length_squared`.
     pub inverse_length_squared: f64,
-    /// Two vectors perpendicular to the direction: a basis of the plane onto which the tests of
-    /// triangles and quads project. The system (first, second, direction) is right-handed. Each
-    /// vector is at least as long as the direction's largest component. Both are zero if the ray is
-    /// not prepared for triangles.
+    /// Two vectors perpendicular to the direction. They span the plane onto which the tests of
+    /// triangles and quads project corners. The system (first, second, direction) is right-handed.
+    /// Each vector is at least as long as the direction's largest component. For a ray that is not
+    /// prepared for triangles, both are zero.
     pub projection_axes: [DVec3; 2],
 }
 
@@ -51,8 +50,8 @@ impl PreparedRay {
         Self::from_ray(ray, true)
     }
 
-    /// Prepares a world-space ray for spheres, planes and other shapes; if `for_faces` is set, also
-    /// for triangles and quads.
+    /// Prepares a world-space ray for all shapes except triangles and quads. With `for_faces`,
+    /// prepares it for these too.
     #[inline(always)]
     pub(crate) fn from_ray<R: Real>(ray: Ray<R>, for_faces: bool) -> Self {
         let (origin, direction) = (ray.origin.to_f64(), ray.direction.to_f64());
@@ -84,8 +83,8 @@ impl PreparedRay {
         Self::from_ray(Ray::<f32>::new(origin.into(), direction.into()), false)
     }
 
-    /// Prepares a ray that was mapped into object space. The direction may have any length, and
-    /// distances along the ray are in units of that length.
+    /// Prepares a ray that was mapped into object space, for shapes of every kind. The direction
+    /// may have any length. Distances along the ray are in units of that length.
     #[inline(always)]
     pub(crate) fn from_mapped_ray(origin: DVec3, direction: DVec3, culls: bool) -> Self {
         Self {
@@ -99,9 +98,9 @@ impl PreparedRay {
         }
     }
 
-    /// Whether the hit point must be computed from the unrounded distance, and not from the stored
-    /// distance `t`. This holds for every mapped ray. For other rays it holds where the rounding of
-    /// `t` could move the point by 2⁻¹⁴ of the shape's `size`.
+    /// Whether the hit point must be computed from the unrounded distance instead of the stored
+    /// distance `t`. This is so for every mapped ray. For any other ray it is so if the rounding of
+    /// `t` could move the point by 2⁻¹⁴ of `size`, the size of the shape.
     #[inline(always)]
     pub(crate) fn needs_unrounded_distance<R: Real>(&self, t: R, size: R) -> bool {
         self.is_mapped || t > size * R::from_f64(FAR_RATIO)
@@ -114,9 +113,9 @@ impl PreparedRay {
     }
 }
 
-/// Computes [`PreparedRay::projection_axes`] for a direction: the shear of "Watertight Ray/Triangle
-/// Intersection" (Woop, Benthin, Wald 2013), multiplied by the direction's largest component to
-/// avoid a division.
+/// Computes [`PreparedRay::projection_axes`] for a direction. They are the shear of "Watertight
+/// Ray/Triangle Intersection" (Woop, Benthin, Wald 2013), multiplied by the direction's largest
+/// component. The product avoids a division.
 #[inline(always)]
 fn projection_axes(d: DVec3) -> [DVec3; 2] {
     let size = d.abs();

@@ -11,8 +11,8 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A parallelogram, stored as four corners. Each corner is rounded individually, so that faces with
-/// a common edge share its bits. The outward normal is edge_u × edge_v.
+/// A parallelogram, stored as four corners. Each corner is rounded individually. So the common edge
+/// of two faces has the same bits in both. The outward normal is edge_u × edge_v.
 #[derive(Clone, Copy, Debug)]
 pub struct Quad<R: Real> {
     /// Corners in order: corner, + edge_u, + edge_u + edge_v, + edge_v.
@@ -33,8 +33,8 @@ impl<R: Real> Quad<R> {
         }
     }
 
-    /// Returns both diagonals. Their cross product is the normal of the quad, so that both halves
-    /// have the same normal although rounded corners need not be coplanar.
+    /// Returns both diagonals. Their cross product has the direction of the normal. So both halves
+    /// of the quad have the same normal, although rounded corners need not be coplanar.
     #[inline(always)]
     fn diagonals(&self) -> [DVec3; 2] {
         let [a, b, c, d] = self.corners.map(Vector::to_f64);
@@ -47,8 +47,8 @@ impl<R: Real> Quad<R> {
         first.cross(second).normalize()
     }
 
-    /// Evaluates the point with the given texture coordinates in [0, 1], on the half of the quad
-    /// that contains it.
+    /// Evaluates the point with the given texture coordinates in [0, 1]. The point lies on one of
+    /// the two triangles on either side of the first diagonal.
     #[inline(always)]
     fn eval_point(&self, [u, v]: [f64; 2]) -> DVec3 {
         let [a, b, c, d] = self.corners.map(Vector::to_f64);
@@ -66,7 +66,7 @@ impl<R: Real> Quad<R> {
             .fold(R::ZERO, |m, c| m.max(c.abs().max_element()))
     }
 
-    /// Upper bound of the distance by which the intersection test misplaces a hit point.
+    /// Upper bound of the distance of a computed hit point from the exact hit point.
     #[inline(always)]
     fn intersection_error(&self) -> f64 {
         let [first, second] = self.diagonals();
@@ -78,7 +78,8 @@ impl<R: Real> Quad<R> {
         )
     }
 
-    /// Upper bound of the error of a hit point, in each axis.
+    /// Upper bound of the error of a hit point, in each axis, including the rounding of the
+    /// corners.
     #[inline(always)]
     fn point_error(&self) -> f64 {
         // The second term covers the rounding of the corners, which moves them off their common
@@ -87,16 +88,16 @@ impl<R: Real> Quad<R> {
             + (self.max_coordinate() * R::ROUNDOFF * R::from_f64(4.0)).to_f64()
     }
 
-    /// Distance between the lines of the two diagonals: how far rounding has moved the corners off
-    /// a common plane.
+    /// Distance between the lines of the two diagonals. It measures how far rounding has moved the
+    /// corners off a common plane.
     fn planarity_error(&self) -> f64 {
         let [a, b, ..] = self.corners.map(Vector::to_f64);
         self.normal().dot(b - a).abs()
     }
 
-    /// Intersects a ray with the two triangles on either side of a diagonal, each by the watertight
-    /// test. Returns the distance, both texture coordinates, and whether the ray comes from
-    /// outside.
+    /// Intersects a ray with the two triangles on either side of the first diagonal, each by the
+    /// watertight test. Returns the distance, both texture coordinates, and whether the ray comes
+    /// from outside.
     #[inline(always)]
     fn intersect_watertight(&self, prepared_ray: &PreparedRay) -> Option<(f64, [f64; 2], bool)> {
         // Written out, since an array's `map` is not always inlined.

@@ -1,5 +1,5 @@
-//! Intersection of a ray with a quadric: the two roots of a·t² + 2b·t + c, one where the ray enters
-//! and one where it leaves.
+//! Intersection of a ray with a quadric. The distances at which the ray enters and leaves the
+//! quadric are the two roots of a·t² + 2b·t + c.
 
 use super::prepared_ray::FAR_RATIO;
 use super::{PreparedRay, ShapeHit, first_accepted_root};
@@ -7,19 +7,21 @@ use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 use glam::DVec3;
 
-/// A quadric along a ray, as the polynomial a·t² + 2b·t + c in the distance t. It is negative
-/// inside.
+/// A quadric along a ray, as the polynomial a·t² + 2b·t + c in the distance t. The polynomial is
+/// negative inside the quadric.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quadratic {
     pub a: f64,
     pub b: f64,
     pub c: f64,
-    /// A quarter of the discriminant, b² − a·c, by the formula that cancels least for the quadric.
+    /// A quarter of the discriminant: b² − a·c, computed by the formula with the least cancellation
+    /// for the quadric.
     pub discriminant: f64,
 }
 
-/// Distances at which a ray enters and leaves a quadric; infinite if it never does. With a positive
-/// leading coefficient the inside lies between both distances, otherwise beyond them.
+/// Distances at which a ray enters and leaves a quadric. A distance is infinite if the ray never
+/// enters, or never leaves. If a, the leading coefficient, is positive, the inside lies between
+/// both distances; otherwise it lies beyond them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Crossings {
     pub enter: f64,
@@ -27,7 +29,7 @@ pub(crate) struct Crossings {
 }
 
 impl Quadratic {
-    /// Creates a quadratic from its coefficients; the discriminant is b² − a·c.
+    /// Creates a quadratic from its coefficients. Its `discriminant` is computed as b² − a·c.
     #[inline(always)]
     pub fn new(a: f64, b: f64, c: f64) -> Self {
         Self {
@@ -39,8 +41,8 @@ impl Quadratic {
     }
 
     /// Computes the roots; `None` if they are not real. The root that would suffer from
-    /// cancellation is computed from the product of both roots, which also works if the leading
-    /// coefficient is zero.
+    /// cancellation is computed from the product of both roots. This formula works for a leading
+    /// coefficient of zero too.
     #[inline(always)]
     pub fn roots(&self) -> Option<Crossings> {
         let is_hit = self.discriminant >= 0.0;
@@ -74,8 +76,8 @@ impl Crossings {
         }
     }
 
-    /// Returns the nearest crossing that lies in the range, on an accepted side, and satisfies
-    /// `keep`.
+    /// Returns the nearest crossing that lies in the range and on an accepted side, and for which
+    /// `keep` returns true.
     #[inline(always)]
     pub fn nearest_hit<R: Real>(
         &self,
@@ -95,7 +97,7 @@ impl Crossings {
         }
     }
 
-    /// Returns the unrounded distance of `hit`, which was made from these crossings.
+    /// Returns the unrounded distance of `hit`, which must be a hit of these crossings.
     #[inline(always)]
     pub fn unrounded_distance<R: Real>(&self, hit: ShapeHit<R>) -> f64 {
         if hit.is_exit() {
@@ -106,16 +108,15 @@ impl Crossings {
     }
 }
 
-/// Chooses the reference point of an intersection test. With `close` it is the ray's point nearest
-/// to `centre`, so that no coefficient contains the distance of the origin. Otherwise it is the
-/// origin. Returns the distance from the origin to the reference point, and that point relative to
-/// `centre`.
+/// Returns the reference point of an intersection test, relative to `centre`, and its distance
+/// along the ray from the origin. With `close` it is the ray's point nearest to `centre`, so no
+/// coefficient contains the distance of the origin. Otherwise it is the origin.
 ///
-/// Let D be the distance of the origin and r the size of the shape. With the origin as reference,
-/// the discriminant has a relative error of about (D/r)²·2⁻⁵³, so no digit is left at D/r = 10⁸.
-/// With the near reference, the error is (D/r)·2⁻⁵³. Some rays have smaller errors: along a
-/// coordinate axis the discriminant is exact from any distance. Surface points always use the near
-/// reference.
+/// Let D be the distance of the origin from the shape, and r the size of the shape. With the origin
+/// as reference point, the discriminant has a relative error of about (D/r)²·2⁻⁵³. So no digit is
+/// left at D/r = 10⁸. With the nearest point the error is (D/r)·2⁻⁵³. Some rays have smaller
+/// errors: along a coordinate axis the discriminant is exact at any distance. Surface points always
+/// use the nearest point.
 #[inline(always)]
 pub(crate) fn choose_reference_point(
     prepared_ray: &PreparedRay,
@@ -130,9 +131,9 @@ pub(crate) fn choose_reference_point(
     (ahead, f + prepared_ray.direction * ahead)
 }
 
-/// Whether the intersection test of a shape at `centre` uses the ray's point nearest to the centre
-/// as reference point ([`choose_reference_point`]). For shapes stored in f32 the ray's origin is
-/// faster, and precise enough up to [`FAR_RATIO`] sizes away.
+/// Whether the intersection test of a shape of the given size at `centre` uses the ray's point
+/// nearest to the centre as reference point ([`choose_reference_point`]). For shapes stored in f32
+/// the ray's origin is faster. It is precise enough up to [`FAR_RATIO`] sizes away.
 #[inline(always)]
 pub(crate) fn uses_near_reference_point<R: Real>(
     prepared_ray: &PreparedRay,
@@ -146,16 +147,16 @@ pub(crate) fn uses_near_reference_point<R: Real>(
     !R::IS_SINGLE || far()
 }
 
-/// Calls a closure out of line, for work that few rays need. Captured values should be moved into
-/// the closure: a captured reference would force them into memory for all rays.
+/// Calls a closure out of line, for work that few rays need. The closure should own its captured
+/// values: a captured reference would force the value into memory for all rays.
 #[cold]
 #[inline(never)]
 pub(crate) fn call_cold<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// Returns the point of the ray at a hit: at the unrounded distance if `crossings` are given,
-/// otherwise at the stored distance.
+/// Returns the point of the ray at a hit. If `crossings` are given, the point is at their unrounded
+/// distance, otherwise at the stored distance.
 #[inline(always)]
 pub(crate) fn point_at_hit<R: Real>(
     prepared_ray: &PreparedRay,
@@ -168,8 +169,8 @@ pub(crate) fn point_at_hit<R: Real>(
     }
 }
 
-/// The range of distances at which a ray is inside a convex solid. Each end has the number of the
-/// part of the surface (such as wall or cap) that bounds the range.
+/// Range of distances at which a ray is inside a convex solid. `near_part` and `far_part` are the
+/// numbers of the surface parts (such as wall or cap) at its ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RaySpan {
     pub near: f64,
@@ -190,8 +191,8 @@ impl RaySpan {
         }
     }
 
-    /// Creates the range between two parallel faces, each with its distance and part number. A
-    /// rising ray enters through the low face, any other ray through the high face.
+    /// Creates the range between two parallel faces, each given by distance and part number. If
+    /// `rises` is set, the ray enters through the low face, otherwise through the high face.
     #[inline(always)]
     pub fn from_faces(low: f64, high: f64, [low_part, high_part]: [u8; 2], rises: bool) -> Self {
         if rises {
@@ -211,7 +212,7 @@ impl RaySpan {
         }
     }
 
-    /// Returns the intersection of two ranges.
+    /// Returns the intersection of two ranges. It is empty if `near` is not below `far`.
     #[inline(always)]
     pub fn intersection(self, other: Self) -> Self {
         let (near, near_part) = if other.near > self.near {
@@ -232,7 +233,7 @@ impl RaySpan {
         }
     }
 
-    /// Converts the ends of the range to crossings.
+    /// Converts the range to crossings, without the part numbers.
     #[inline(always)]
     pub fn to_crossings(self) -> Crossings {
         Crossings {
@@ -241,8 +242,8 @@ impl RaySpan {
         }
     }
 
-    /// Returns the first end of the solid's range that lies in the open interval `range` and on an
-    /// accepted side. The hit's first number is the part at that end.
+    /// Returns the hit at the first end of this range that lies in the open interval `range` and on
+    /// an accepted side. The first shape-specific number of the hit is the part number of that end.
     #[inline(always)]
     pub fn nearest_hit<R: Real>(&self, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
         let covered = self.near < self.far;

@@ -1,9 +1,9 @@
 //! Sign changes of a quartic on an interval, for the intersection of a ray with a torus.
 //!
-//! The interval is cut at the zeros of the derivative, which are bracketed by the zeros of the
-//! second derivative. The quartic is monotone on each piece, so a piece contains a root iff the
-//! signs at its ends differ, and bracketing finds that root for any coefficients. So the number and
-//! the order of crossings are correct, and a double root gives zero or two crossings.
+//! The interval is cut at the zeros of the derivative. These are bracketed by the zeros of the
+//! second derivative. The quartic is monotone on each piece. So a piece contains a root if and only
+//! if the signs at its ends differ, and bracketing then finds that root for any coefficients. So
+//! the number and the order of crossings are correct. A double root gives zero or two crossings.
 
 use arrayvec::ArrayVec;
 
@@ -29,8 +29,8 @@ impl Quartic {
         (x * x * 2.0 + self.p) * x + self.q * 0.5
     }
 
-    /// Cuts the interval [−reach, reach] at the extrema of the quartic. Returns up to five points
-    /// in ascending order, which bound four monotone pieces.
+    /// Cuts the interval [−reach, reach] at the extrema of the quartic. Returns the ends of up to
+    /// four monotone pieces, in ascending order.
     fn split_into_monotone_pieces(&self, reach: f64) -> ArrayVec<f64, 5> {
         let mut pieces = ArrayVec::from_iter([-reach]);
         // The derivative has its extrema at ±`knee`, and no extrema if the quartic is convex.
@@ -48,9 +48,9 @@ impl Quartic {
         pieces
     }
 
-    /// Calls `take` for each zero crossing in ascending order until `take` returns a result. Its
-    /// arguments are the zero and whether the quartic falls at it. The quartic counts as positive
-    /// at both ends of [−reach, reach].
+    /// Calls `take` for each zero crossing in ascending order, until `take` returns a result. The
+    /// arguments of `take` are the crossing, and whether the quartic is decreasing there. Both ends
+    /// of [−reach, reach] count as points with a positive value.
     pub fn find_crossings<T>(
         &self,
         reach: f64,
@@ -81,8 +81,8 @@ impl Quartic {
 }
 
 /// Finds the zero of a monotone function that changes sign between two points, by Newton's method.
-/// `f` returns the value and the slope. A step that leaves the bracket, or gains less than
-/// bisection would, is replaced by bisection.
+/// `f` returns the value and the slope, and `at_from` is the value at `from`. Bisection replaces a
+/// step that leaves the bracket, or that is longer than half the last step.
 fn find_zero(from: f64, to: f64, at_from: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let rises = at_from < 0.0;
     let (mut low, mut high) = (from, to);

@@ -8,14 +8,15 @@ use super::{OuterTransforms, PreparedRay, SurfacePoint, TextureCoordinates, roun
 use crate::scalar::{Real, Vector};
 use glam::DVec3;
 
-/// Numbers of the surface's parts, stored as the first shape-specific number of a hit.
+/// Numbers of the surface's parts: wall, base and top. A hit stores such a number as its first
+/// shape-specific number.
 pub(super) const WALL: u8 = 0;
 pub(super) const BASE: u8 = 1;
 pub(super) const TOP: u8 = 2;
 
-/// A solid of revolution with a straight meridian between two radii. Its formulas are homogeneous
-/// in the axis. So rounding the axis changes the length or the direction of the solid, but never
-/// its roundness.
+/// A solid of revolution whose radius changes linearly between two ends. Its formulas are
+/// homogeneous in the axis. So rounding the axis changes the length or the direction of the solid,
+/// but never its roundness.
 pub(super) struct SurfaceOfRevolution {
     /// Centre of the base.
     pub base: DVec3,
@@ -23,7 +24,8 @@ pub(super) struct SurfaceOfRevolution {
     pub axis: DVec3,
     /// Radii of the base and of the other end.
     pub radii: [f64; 2],
-    /// Size for error bounds: the greatest coordinates of base and axis plus the greater radius.
+    /// Length to which error bounds are proportional: the greatest coordinates of base and axis
+    /// plus the greater radius.
     size: f64,
 }
 
@@ -39,9 +41,11 @@ impl SurfaceOfRevolution {
         }
     }
 
-    /// Intersects a ray with the infinite wall of a solid of equal radii. Returns distances from
-    /// the ray's origin. With `close`, the formula starts from the ray's point nearest to the base,
-    /// otherwise from the ray's origin ([`choose_reference_point`]).
+    /// Intersects a ray with the wall of a solid of equal radii, extended infinitely. Returns
+    /// distances from the ray's origin.
+    ///
+    /// With `close`, the formula starts from the ray's point nearest to the base, otherwise from
+    /// the ray's origin ([`choose_reference_point`]).
     #[inline(always)]
     pub fn intersect_infinite_tube(
         &self,
@@ -73,8 +77,8 @@ impl SurfaceOfRevolution {
         .map(|w| w.shift(ahead))
     }
 
-    /// Returns the range of distances at which the ray is between the planes of both ends; `None`
-    /// if a ray parallel to these planes is outside them.
+    /// Returns the range of distances at which the ray is between the planes of both ends. `None`
+    /// if the ray is parallel to these planes and not between them.
     #[inline(always)]
     pub fn clip_to_ends(&self, prepared_ray: &PreparedRay) -> Option<RaySpan> {
         let (height, slope) = (
@@ -94,8 +98,8 @@ impl SurfaceOfRevolution {
         ))
     }
 
-    /// Returns the range of distances at which the ray is inside the solid: within the given
-    /// crossings of the wall, and between the ends.
+    /// Returns the range of distances at which the ray is inside the solid: both between the
+    /// crossings of the wall and between the ends.
     #[inline(always)]
     pub fn clip_wall_crossings(
         &self,
@@ -114,7 +118,8 @@ impl SurfaceOfRevolution {
         self.size + point.abs().max_element()
     }
 
-    /// Evaluates the surface of a cap (`BASE` or `TOP`) at an offset from the cap's centre.
+    /// Evaluates the surface point of a cap (`BASE` or `TOP`) at an offset from the centre of the
+    /// cap.
     pub fn eval_cap_point(&self, part: u8, offset: DVec3) -> SurfacePoint {
         let (end, normal) = if part == TOP {
             (1.0, self.axis.normalize())
@@ -125,8 +130,9 @@ impl SurfaceOfRevolution {
         SurfacePoint::new(point, normal, rounding_bound(self.error_scale(point)))
     }
 
-    /// Texture coordinates at a point of a part. u runs around the axis. On the wall v is `top`
-    /// minus the fraction along the axis; on a cap it runs from 0 at the centre to 1 at the rim.
+    /// Texture coordinates at a point of a surface part. u runs around the axis. On the wall v is
+    /// `top` minus the fraction along the axis. On a cap v runs from 0 at the centre to 1 at the
+    /// rim.
     pub fn texture_coordinates<R: Real>(
         &self,
         point: DVec3,
@@ -151,9 +157,9 @@ impl SurfaceOfRevolution {
         }
     }
 
-    /// Samples a point of the surface from two numbers in [0, 1). The three areas are those of the
-    /// wall, the base and the other end, and `area` is their sum. `on_wall` returns the surface
-    /// point of the wall for a fraction of the wall's area and a direction perpendicular to the
+    /// Samples a point of the surface by two numbers in [0, 1). The three areas are those of the
+    /// wall, the base and the top; `area` is their sum. `on_wall` returns the surface point of the
+    /// wall. Its arguments are a fraction of the wall's area and a direction perpendicular to the
     /// axis.
     pub fn sample_surface(
         &self,
@@ -175,10 +181,10 @@ impl SurfaceOfRevolution {
         }
     }
 
-    /// Moves the base point of inward rays (the point from which their origins are offset) at a
-    /// surface point to the inside of the solid. Then no map of the chain brings a rounded origin
-    /// outside. `position` is the point's fraction along the axis and its offset perpendicular to
-    /// the axis.
+    /// Moves `below` of a surface point to the inside of the solid. `below` is the base point of
+    /// inward rays, from which their origins are offset along the normal. After the move, no
+    /// rounded origin lies outside under the maps of the chain. `position` is the point's fraction
+    /// along the axis, and its offset perpendicular to the axis.
     pub fn move_inward_ray_base<R: Real>(
         &self,
         surface_point: SurfacePoint,
@@ -197,13 +203,14 @@ impl SurfaceOfRevolution {
         }
     }
 
-    /// Computes the offset from a surface point to the base point of inward rays. The base point
-    /// keeps, from the wall and from both ends, the distance by which rounding and the normal
-    /// offset may move an origin towards them.
+    /// Computes the offset from a surface point to the base point of inward rays. Rounding and the
+    /// offset along the normal may move a ray origin towards the wall or an end. The base point
+    /// keeps that distance from the wall and from both ends. `along` is the surface point's
+    /// fraction along the axis, and `out` its offset perpendicular to the axis.
     ///
     /// Outward rays need no offset, since every point above a tangent plane of a convex solid is
-    /// outside. A solid thinner than the error of its points has no safe inside, and the base point
-    /// stays. The point is given by its fraction along the axis and its offset across the axis.
+    /// outside. In a solid thinner than the error of its points no base point is safe, so the
+    /// offset is zero.
     #[inline(never)]
     fn inward_ray_offset(
         &self,

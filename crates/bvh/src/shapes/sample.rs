@@ -1,4 +1,4 @@
-//! Sampling of points on a surface, for shapes that are lights.
+//! Sampling of points on the surface of a shape, for shapes that emit light.
 
 use super::{Shape, SurfacePoint};
 use crate::scalar::Real;
@@ -18,10 +18,10 @@ pub trait SampleArea<R: Real>: Shape<R> {
     }
 }
 
-/// Integrates an area as the mean of the inverse density over the unit square, by the midpoint
-/// rule: for surfaces without a closed form, and for mapped shapes. The error is below 1e-3 for
-/// semi-axes up to 1:10, and below 1e-2 up to 1:1000. Only the choice between lights depends on the
-/// result, not any density.
+/// Integrates an area: the mean of the inverse sampling density over the unit square, by the
+/// midpoint rule. It serves surfaces without a closed form and mapped shapes. The relative error is
+/// below 1e-3 for semi-axes up to 1:10, and below 1e-2 up to 1:1000. The result affects only the
+/// choice between lights, not any density.
 pub(crate) fn integrate_area(inverse_density: impl Fn(f64, f64) -> f64) -> f64 {
     const STEPS: u32 = 64;
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);

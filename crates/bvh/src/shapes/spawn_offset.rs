@@ -1,17 +1,17 @@
-//! Drift: the distance, in object space, between a hit point and the origin of a ray that starts at
-//! it. Base points of rays are moved to compensate for the drift, so that an origin stays on the
-//! right side of *every* nearby surface.
+//! Drift of a ray's origin: its distance, in object space, from the hit point at which the ray
+//! starts. The base points of rays are moved to compensate for the drift. So each origin stays on
+//! the right side of *every* nearby surface.
 //!
 //! In world space an origin is offset along the normal of one face, and rounded. Under a map that
-//! shears and flattens a shape, both steps also move the origin along the other faces, and the
-//! inverse map magnifies the rounding. Above a curved face, the origin lies above the tangent
-//! plane, but possibly so far aside that the face has curved away from the plane.
+//! shears and flattens a shape, both steps also move the origin towards other faces. The inverse
+//! map magnifies the rounding. Above a curved face, the origin lies above the tangent plane, but
+//! possibly so far from the hit point that the face has curved away from that plane.
 
 use super::{OuterTransforms, SurfacePoint, Transform};
 use crate::scalar::Real;
 use glam::DVec3;
 
-/// The nested maps from object space to the world, the innermost first.
+/// The nested maps from object space to the world, the innermost map first.
 #[derive(Clone, Copy, Debug)]
 pub struct TransformChain<'a> {
     /// Innermost map, from object space.
@@ -32,16 +32,16 @@ impl<'a> TransformChain<'a> {
             .map_or(mapped, |outer| outer.gradient_to_world(mapped))
     }
 
-    /// Upper bound of the object-space length of a vector whose world-space components are at most
-    /// one.
+    /// Upper bound of a length in object space: that of any vector whose world-space components are
+    /// at most one.
     fn magnification(self) -> f64 {
         let own = self.map.magnification;
         self.outer.map_or(own, |outer| own * outer.magnification())
     }
 }
 
-/// The maps from object space to the world, and an upper bound of the drift around one hit point:
-/// of the distance between the hit point and the origin of a ray that starts there.
+/// The maps from object space to the world, with an upper bound of the drift at one hit point. The
+/// drift is the distance between the hit point and the origin of a ray that starts there.
 #[derive(Clone, Copy)]
 pub(super) struct SpawnOffset<'a> {
     /// Upper bound of the drift along each axis of the world.
@@ -50,14 +50,15 @@ pub(super) struct SpawnOffset<'a> {
 }
 
 impl<'a> SpawnOffset<'a> {
-    /// Computes the drift bound for a point in object space with the given error.
+    /// Computes the bound of the drift at a point in object space. `error` is the error bound of
+    /// the point, in each axis.
     ///
     /// An origin is offset along the normal by the error bound times the sum of the normal's
-    /// absolute components, which is up to (1 + √3)/2 bounds in each axis. The rounding of the
-    /// point and of the offset sum each add less than one bound. The step to the next number adds
-    /// up to two bounds. The total is below five and a half bounds. Where the error of the
-    /// intersection test exceeds the rounding, the total is below half as much. The remaining half
-    /// covers the same uncertainty of the other faces.
+    /// absolute components. In each axis that is up to (1 + √3)/2 bounds. The rounding of the point
+    /// and of the offset sum each add less than one bound. The step to the next number adds up to
+    /// two bounds. The total is below five and a half bounds. If the error of the intersection test
+    /// exceeds the rounding, the total is below half as much. The remaining half covers the same
+    /// uncertainty of the other faces.
     #[inline]
     pub fn from_surface_error<R: Real>(
         transform_chain: Option<TransformChain<'a>>,
@@ -84,8 +85,8 @@ impl<'a> SpawnOffset<'a> {
         })
     }
 
-    /// Returns the greatest drift along a gradient: the greatest change of `gradient · p` from the
-    /// hit point to any possible ray origin p.
+    /// Returns the greatest drift along a gradient: the greatest difference of `gradient · p`
+    /// between the hit point and a possible ray origin p.
     #[inline]
     pub fn offset_along(&self, gradient: DVec3) -> f64 {
         let g = self.gradient_to_world(gradient).abs();
@@ -102,14 +103,14 @@ impl<'a> SpawnOffset<'a> {
     }
 }
 
-/// Moves the ray origins of a point on a curved surface off the surface, to allow for its
-/// curvature. `balls` returns the radii of two balls, on the outer and on the inner side, that may
-/// touch the surface at any point without crossing it. A radius is infinite where the surface
+/// Moves the base points of rays away from a curved surface, to allow for its curvature. `balls`
+/// returns two radii, for the outer and the inner side. A ball of such a radius may touch the
+/// surface on that side at any point without crossing it. A radius is infinite if the surface
 /// curves away from the side.
 ///
-/// An origin that is offset by its error bound lies above the tangent plane, up to the reach r away
-/// from the point. After a move along the normal by r²/ρ, the origin lies in the ball of radius ρ,
-/// if r is below ρ: (ρ − r²/ρ)² + r² < ρ². A larger reach has no safe origin.
+/// Let r be the drift: an origin lies above the tangent plane, up to r away from the hit point. Let
+/// ρ be the radius of the ball. After a move along the normal by r²/ρ, the origin lies in the ball
+/// if r is below ρ: (ρ − r²/ρ)² + r² < ρ². For a greater r no origin is safe.
 #[inline(always)]
 pub(super) fn offset_ray_origins_for_curvature<R: Real>(
     surface_point: SurfacePoint,
@@ -124,8 +125,8 @@ pub(super) fn offset_ray_origins_for_curvature<R: Real>(
     }
 }
 
-/// Moves the base points of rays into the balls of [`offset_ray_origins_for_curvature`]: along the
-/// normal by reach²/radius on each side.
+/// Moves the base points of rays along the normal by r²/ρ on each side, as
+/// [`offset_ray_origins_for_curvature`] describes.
 #[inline(never)]
 fn offset_base_points_for_curvature<R: Real>(
     surface_point: &SurfacePoint,

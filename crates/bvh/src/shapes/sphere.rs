@@ -33,19 +33,21 @@ impl<R: Real> Shape<R> for Sphere<R> {
         ))
     }
 
-    /// Intersects a ray with the sphere by the textbook discriminant b² − a·c, the fastest form.
-    /// For spheres stored in f32 its error is 2⁻³⁰ of r² for origins up to 1024 radii away. Farther
-    /// away the error grows with the square of the distance, and no digit is left at 10⁸ radii. For
-    /// far spheres, and for spheres stored in f64, the discriminant is computed from the
-    /// perpendicular distance of the centre to the ray. The error of that form grows only with the
+    /// Intersects a ray with the sphere.
+    ///
+    /// The fastest form is the textbook discriminant b² − a·c. For spheres stored in f32 its error
+    /// is 2⁻³⁰ of r², with r the radius, for origins up to 1024 radii away. Farther away its error
+    /// grows with the square of the distance, and no digit is left at 10⁸ radii. So for far
+    /// spheres, and for spheres stored in f64, the discriminant is computed from the perpendicular
+    /// distance of the centre to the ray. The error of that form grows only linearly with the
     /// distance ("Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter
     /// 7).
     ///
-    /// A first test rejects most rays without the second form. It uses
+    /// A first test rejects most rays without the second form. It is the textbook discriminant with
     /// [`PreparedRay::lower_length_squared`] in place of the squared length. For an origin outside
-    /// the sphere, this makes the textbook discriminant too great by 64 roundings of its terms,
-    /// which is more than its error. For an origin inside, the discriminant can't be negative. So
-    /// if the discriminant is negative here, the ray misses by either form.
+    /// the sphere, this discriminant is too great by 64 roundings of its terms, more than its
+    /// error. For an origin inside, it can't be negative. So if it is negative, the ray misses by
+    /// either form.
     #[inline(always)]
     fn intersect(
         &self,
@@ -114,9 +116,9 @@ impl<R: Real> Shape<R> for Sphere<R> {
         self.eval_surface_point((prepared_ray.at(hit.t) - centre).normalize())
     }
 
-    /// Texture coordinates in [0, 1]: u runs around +y from the −x side, to the right as seen from
-    /// outside, and v runs down from the top. An image wraps around the sphere like a map around a
-    /// globe.
+    /// Texture coordinates in [0, 1]. u starts at the −x side and runs around +y, to the right as
+    /// seen from outside. v runs down from the top. An image wraps around the sphere like a map
+    /// around a globe.
     #[inline]
     fn texture_coordinates(
         &self,
@@ -138,7 +140,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
 
 impl<R: Real> Sphere<R> {
     /// Computes a quarter of the discriminant from the perpendicular distance of the centre to the
-    /// ray, which is accurate from any distance.
+    /// ray. This form is accurate at any distance.
     #[inline(always)]
     fn stable_discriminant(&self, prepared_ray: &PreparedRay) -> f64 {
         let (f, r) = (
@@ -150,8 +152,8 @@ impl<R: Real> Sphere<R> {
         (r * r - l.dot(l)) * prepared_ray.length_squared
     }
 
-    /// Evaluates the surface in the unit direction `normal` from the centre. It computes in f64, so
-    /// that only the rounding of storage remains.
+    /// Evaluates the surface point in the unit direction `normal` from the centre. The computation
+    /// is in f64, so the error bound is small beside the rounding to f32.
     #[inline(always)]
     pub fn eval_surface_point(&self, normal: DVec3) -> SurfacePoint {
         let (centre, radius) = (self.centre.to_f64(), self.radius.to_f64());
@@ -176,10 +178,10 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
     }
 }
 
-/// Maps a direction to its coordinates in [0, 1] on an equirectangular map. The first coordinate
-/// runs around +y from the −x side, the second down from the top. Near the poles the coordinates
-/// keep full precision, whereas an arc cosine would be precise only to the square root of the
-/// scalar's rounding.
+/// Maps a direction to coordinates in [0, 1] on an equirectangular map. The first starts at −x and
+/// runs around +y. The second runs down from the top. Near the poles the coordinates have full
+/// precision. An arc cosine would be precise there only to the square root of the scalar's
+/// rounding.
 #[inline(always)]
 pub fn equirectangular_coordinates<R: Real>(n: R::Vec3) -> [R; 2] {
     let ring = (n.x() * n.x() + n.z() * n.z()).sqrt();
@@ -189,8 +191,8 @@ pub fn equirectangular_coordinates<R: Real>(n: R::Vec3) -> [R; 2] {
     ]
 }
 
-/// Maps the unit normal of a sphere to texture coordinates. An equirectangular map is seen from
-/// inside and a globe from outside, so the first coordinate has the opposite direction.
+/// Maps the unit normal of a sphere to texture coordinates. The first coordinate runs opposite to
+/// that of an equirectangular map, which is seen from inside. A globe is seen from outside.
 pub(super) fn globe_coordinates<R: Real>(n: R::Vec3) -> [R; 2] {
     let [u, v] = equirectangular_coordinates::<R>(n);
     [R::ONE - u, v]

@@ -1,4 +1,4 @@
-//! The surface at a hit, its error bound, and the origins of rays that start beyond that error.
+//! The surface at a hit and its error bound, and rays that start beyond that error.
 
 use crate::ray::{Interval, Ray};
 use crate::scalar::{Real, Vector};
@@ -9,21 +9,21 @@ use glam::DVec3;
 pub struct SurfacePoint {
     /// Hit point, corrected to lie on the surface.
     pub point: DVec3,
-    /// Base point of rays to the outer side, to which the offset along the normal is added. It is
-    /// the hit point, or a nearby point from which the offset and rounded origin lies on the outer
-    /// side of all adjacent surfaces.
+    /// Base point of rays to the outer side. The origin of such a ray is this point, offset along
+    /// the normal and rounded. It is the hit point, or a nearby point whose ray origins lie on the
+    /// outer side of all adjacent surfaces.
     pub above: DVec3,
-    /// Base point of rays to the inner side, defined as `above` for that side.
+    /// Base point of rays to the inner side, as `above` for that side.
     pub below: DVec3,
     /// Outward geometric unit normal, for a hit from either side.
     pub normal: DVec3,
-    /// Upper bound, in each axis, of the distance between `point` and the surface, and of the error
-    /// of a later intersection test of this surface.
+    /// Upper bound, in each axis, of two errors: the distance between `point` and the surface, and
+    /// the error of a later intersection test of this surface.
     pub error: f64,
 }
 
 impl SurfacePoint {
-    /// Creates a surface point whose rays start at the hit point itself, towards either side.
+    /// Creates a surface point whose base points for rays to either side are the hit point itself.
     #[inline(always)]
     pub fn new(point: DVec3, normal: DVec3, error: f64) -> Self {
         Self {
@@ -35,7 +35,8 @@ impl SurfacePoint {
         }
     }
 
-    /// Rounds the surface point to the stored scalar. The error bound grows by that rounding.
+    /// Rounds the surface point to the stored scalar. The error bound is increased by that
+    /// rounding.
     #[inline(always)]
     pub fn to_scalar<R: Real>(&self) -> Surface<R> {
         let rounding = R::ROUNDOFF.to_f64();
@@ -61,9 +62,9 @@ pub struct Surface<R: Real> {
     pub above: R::Vec3,
     /// Base point of rays to the inner side, as [`SurfacePoint::below`].
     pub below: R::Vec3,
-    /// Upper bound, in each axis, of the distance between `point` and the exact surface, including
-    /// the error of a later intersection test of this surface ("Managing Rounding Error",
-    /// Physically Based Rendering, 4th edition, 6.8).
+    /// Upper bound, in each axis, of two errors: the distance between `point` and the exact
+    /// surface, and the error of a later intersection test of this surface ("Managing Rounding
+    /// Error", Physically Based Rendering, 4th edition, 6.8).
     pub error: R,
     /// Outward geometric unit normal, for a hit from either side.
     pub normal: R::Vec3,
@@ -76,24 +77,24 @@ pub struct TextureCoordinates<R: Real> {
     pub u: R,
     /// Second texture coordinate.
     pub v: R,
-    /// Derivative dp/du of the point; not normalised, and possibly zero.
+    /// Derivative dp/du of the point p; not normalised, and possibly zero.
     pub dpdu: R::Vec3,
-    /// Whether dp/du × dp/dv points outwards. An image with columns along u and rows down along v
-    /// then appears mirrored from outside.
+    /// Whether dp/du × dp/dv points outwards. If so, an image with columns along u and rows down
+    /// along v appears mirrored from outside.
     pub mirrored: bool,
 }
 
 impl<R: Real> Surface<R> {
-    /// Computes the origin of a ray in `direction`: the base point, offset along the normal by the
-    /// error bound, to the side to which the direction points (outside for a tangent). Each
-    /// coordinate is rounded away from the surface.
+    /// Computes the origin of a ray in `direction`. It is the base point for the side to which the
+    /// direction points (the outer side for a tangent), offset along the normal by the error bound.
+    /// Each coordinate is rounded away from the surface.
     #[inline(always)]
     pub fn spawn_ray_origin(&self, direction: R::Vec3) -> R::Vec3 {
         self.offset_ray_origin(direction, self.error)
     }
 
     /// Creates the shadow ray to a point that lies on no surface, such as a point light, and the
-    /// open range of distances before the point. `None` at distance zero.
+    /// open range of distances before that point. `None` if the distance is zero or not finite.
     #[inline]
     pub fn spawn_ray_to_point(&self, target: R::Vec3) -> Option<(Ray<R>, Interval<R>)> {
         with_open_range(ray_between_points(
@@ -103,18 +104,21 @@ impl<R: Real> Surface<R> {
     }
 
     /// Creates the shadow ray to a point of another surface, and the open range of distances before
-    /// that point, so that the ray hits neither surface. `None` if the points coincide.
+    /// that point. In this range the ray hits neither surface. `None` if the distance is zero or
+    /// not finite.
     #[inline]
     pub fn spawn_ray_to_surface(&self, target: &Self) -> Option<(Ray<R>, Interval<R>)> {
         let (ray, length, _) = self.spawn_unchecked_ray_to_surface(target);
         with_open_range((ray, length))
     }
 
-    /// Creates the ray of [`Self::spawn_ray_to_surface`] without a branch, and its length. Both are
-    /// valid only if the length is positive and finite. The flags say whether the ray leaves this
-    /// surface on the side of its origin, and reaches the other from the side of its end. Both do
-    /// unless the points are about as near to each other as their error bounds. See
-    /// [`RayEnds`](crate::RayEnds).
+    /// Creates the ray of [`Self::spawn_ray_to_surface`], and its length, without a branch. Both
+    /// are valid only if the length is positive and finite.
+    ///
+    /// The two flags are for [`RayEnds`](crate::RayEnds). The first is whether the ray leaves this
+    /// surface on the side of the ray's origin. The second is whether the ray reaches `target` on
+    /// the side of the ray's end. Both are true unless the points are about as near to each other
+    /// as their error bounds.
     #[inline(always)]
     pub fn spawn_unchecked_ray_to_surface(&self, target: &Self) -> (Ray<R>, R, [bool; 2]) {
         let across = target.point - self.point;
@@ -165,12 +169,11 @@ impl<R: Real> Surface<R> {
     }
 }
 
-/// Greatest excess of a shadow ray's length over the distance between its two end points, as a
-/// fraction of that distance.
+/// Greatest relative excess of a shadow ray's length over the distance between its two end points.
 const EXCESS_LENGTH: f64 = 1.0 / 4096.0;
 
-/// Returns the ray from `start` to `end`, and its length. The length is computed in f64, so that it
-/// neither underflows nor overflows.
+/// Returns the ray from `start` to `end`, and its length. Squares are computed in f64, where they
+/// neither underflow nor overflow.
 #[inline(always)]
 fn ray_between_points<R: Real>(start: R::Vec3, end: R::Vec3) -> (Ray<R>, R) {
     let across = end.to_f64() - start.to_f64();
@@ -181,7 +184,7 @@ fn ray_between_points<R: Real>(start: R::Vec3, end: R::Vec3) -> (Ray<R>, R) {
     )
 }
 
-/// Adds the open range of distances from 0 to `max` to a ray; `None` if `max` is zero or not
+/// Returns the ray with the open range of distances from 0 to `max`; `None` if `max` is zero or not
 /// finite.
 #[inline(always)]
 fn with_open_range<R: Real>((ray, max): (Ray<R>, R)) -> Option<(Ray<R>, Interval<R>)> {

@@ -13,26 +13,26 @@ use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
 /// A torus: all points at distance `minor_radius` from a circle. Its formulas are homogeneous in
-/// the axis, so that the rounding of the axis does not change the torus's roundness.
+/// the axis. So rounding the axis does not change the torus's roundness.
 #[derive(Clone, Copy, Debug)]
 pub struct Torus<R: Real> {
     /// Centre.
     pub centre: R::Vec3,
     /// Axis of symmetry, of any positive length.
     pub axis: R::Vec3,
-    /// Radius of the circle at the centre of the tube.
+    /// Radius of the circle along the centre of the tube.
     pub major_radius: R,
     /// Radius of the tube, positive and below `major_radius`.
     pub minor_radius: R,
 }
 
-/// The quartic of a ray and a torus that is scaled to major radius one. Its variable x is the
-/// scaled distance along the ray from the point at distance `middle`.
+/// The quartic for the intersection of a ray and a torus, scaled to major radius one. Its variable
+/// x is the scaled distance along the ray, from the point at distance `middle`.
 struct TorusQuartic {
     quartic: Quartic,
     /// Upper bound of |x| over all roots.
     reach: f64,
-    /// Distance along the ray at x = 0. The distance at any x is middle + scale · x.
+    /// Distance along the ray at x = 0. At any x the distance is middle + scale · x.
     middle: f64,
     scale: f64,
 }
@@ -48,10 +48,13 @@ impl<R: Real> Torus<R> {
         }
     }
 
-    /// Computes the quartic of a ray relative to the ray's point nearest to the centre. The
-    /// coefficients then have the size of the torus, and the cubic term vanishes. `None` for a ray
-    /// that certainly misses: outside the bounding sphere, above or below the tube within the
-    /// sphere, or through the hole.
+    /// Computes the quartic of a ray, relative to the ray's point nearest to the centre. So the
+    /// coefficients have the size of the torus, and the cubic term vanishes. Returns `None` for a
+    /// ray that certainly misses in one of these ways:
+    ///
+    /// - outside the bounding sphere,
+    /// - above or below the tube within that sphere,
+    /// - through the hole.
     #[inline(always)]
     fn build_quartic(&self, prepared_ray: &PreparedRay) -> Option<TorusQuartic> {
         let (axis, major) = (self.axis.to_f64(), self.major_radius.to_f64());
@@ -98,8 +101,9 @@ impl<R: Real> Torus<R> {
         })
     }
 
-    /// Evaluates the surface at the unit vector `normal` from the centre of the tube. `spoke` is
-    /// the unit vector from the torus's centre to that centre of the tube.
+    /// Evaluates the surface point in the unit direction `normal` from the centre of the tube.
+    /// `spoke` is the unit vector from the centre of the torus to that point of the tube's centre
+    /// line.
     fn eval_tube_point(&self, spoke: DVec3, normal: DVec3) -> SurfacePoint {
         let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
         let point = self.centre.to_f64() + spoke * major + normal * minor;
@@ -111,8 +115,8 @@ impl<R: Real> Torus<R> {
         )
     }
 
-    /// Inverse of the sampling density per area, at a point whose unit normal has the component
-    /// `away` in the direction away from the axis.
+    /// Inverse of the sampling density per area. `away` is the component of the point's unit normal
+    /// in the direction away from the axis.
     fn inverse_area_density(&self, away: f64) -> f64 {
         let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
         core::f64::consts::TAU * core::f64::consts::TAU * minor * (major + minor * away)
@@ -192,8 +196,8 @@ impl<R: Real> Shape<R> for Torus<R> {
         )
     }
 
-    /// Texture coordinates in [0, 1]: u runs around the axis. v runs around the tube from its inner
-    /// side, downwards on the outer side.
+    /// Texture coordinates in [0, 1]. u runs around the axis. v starts at the inner side and runs
+    /// around the tube, downwards on the outer side.
     fn texture_coordinates(
         &self,
         prepared_ray: &PreparedRay,

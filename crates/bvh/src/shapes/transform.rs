@@ -12,10 +12,11 @@ use crate::scalar::{Real, Vector};
 pub struct Transform {
     /// Object-to-world map.
     pub(crate) to_world: DAffine3,
-    /// World-to-object matrix, which is applied to a point after subtracting the translation.
+    /// World-to-object matrix. It is applied to a point after the translation of `to_world` is
+    /// subtracted.
     pub(crate) inverse: DMat3,
-    /// Upper bound of the object-space length of a vector whose world-space components are at most
-    /// one.
+    /// Upper bound of a length in object space: that of any vector whose world-space components are
+    /// at most one.
     pub(super) magnification: f64,
 }
 
@@ -29,7 +30,7 @@ impl Transform {
         invertible.then_some(transform)
     }
 
-    /// Creates the transform from an object-to-world map that is known to be invertible. If
+    /// Creates the transform from an object-to-world map that is known to have an inverse. If
     /// rounding makes the map singular, mapped rays are NaN and hit nothing.
     pub(crate) fn from_invertible(to_world: DAffine3) -> Self {
         let inverse = invert_accurately(to_world.matrix3);
@@ -57,7 +58,7 @@ impl Transform {
         )
     }
 
-    /// Maps a world-space ray to object space. The direction is *not* normalised, so distances
+    /// Maps a world-space ray to object space. The direction is *not* normalised. So distances
     /// along the ray are the same numbers in both spaces, and hits and ranges need no conversion.
     #[inline]
     pub fn ray_to_object(&self, prepared_ray: &PreparedRay) -> PreparedRay {
@@ -71,10 +72,10 @@ impl Transform {
         )
     }
 
-    /// Maps a surface point from object space to the world: positions by the map, the normal by the
-    /// inverse transpose. The normal still points outward if the map reflects. The error bound
-    /// includes the magnification and rounding of the map, and the rounding of the inverse map for
-    /// a later ray from the point.
+    /// Maps a surface point from object space to the world. Positions are mapped by the map, the
+    /// normal by the inverse transpose. The normal points outward even if the map reflects. The
+    /// error bound includes the magnification and the rounding of the map. It also includes the
+    /// rounding of the inverse map for a later ray from the point.
     pub fn surface_point_to_world(&self, s: &SurfacePoint) -> SurfacePoint {
         let DAffine3 {
             matrix3: matrix,
@@ -100,7 +101,8 @@ impl Transform {
         self.inverse.transpose_mul_vec3(normal)
     }
 
-    /// Maps texture coordinates to the world: the derivative dp/du by the map's linear part.
+    /// Maps texture coordinates to the world. Only the derivative dp/du and the flag `mirrored`
+    /// change.
     pub fn texture_coordinates_to_world<R: Real>(
         &self,
         s: &TextureCoordinates<R>,
@@ -119,8 +121,8 @@ impl Transform {
     }
 }
 
-/// Greatest number of refinement steps. Each step gains as many correct digits as the first inverse
-/// has, which are few for a map that is barely invertible in f64.
+/// Greatest number of refinement steps for an inverse. Each step gains as many correct digits as
+/// the first inverse has. A map that is barely invertible in f64 has few.
 const MAX_REFINEMENTS: usize = 24;
 
 /// Condition number above which an inverse is refined.
@@ -128,11 +130,13 @@ const ILL_CONDITIONED: f64 = 100.0;
 
 /// Inverts a matrix with an error of a few roundings of the inverse's greatest entry.
 ///
-/// Elimination alone loses as many digits as the condition number has. For a map that stretches by
-/// 1000 in one direction and shrinks by 1000 in another, its inverse is wrong in the tenth digit,
-/// and such a map magnifies that error again. So each column x of the inverse is refined: x grows
-/// by the first inverse times the column's residual, which is summed without rounding ("Accuracy
-/// and Stability of Numerical Algorithms", Higham, 2nd edition 2002, chapter 12).
+/// Elimination alone loses as many digits as the condition number has. Consider a map that
+/// stretches by 1000 in one direction and shrinks by 1000 in another. Its inverse would be wrong in
+/// the tenth digit, and the map magnifies that error again.
+///
+/// So each column x of the inverse is refined. A step adds to x the product of the first inverse
+/// and the residual of x, which is summed without rounding ("Accuracy and Stability of Numerical
+/// Algorithms", Higham, 2nd edition 2002, chapter 12).
 fn invert_accurately(matrix: DMat3) -> DMat3 {
     let first = matrix.inverse();
     let norm = |m: DMat3| {
@@ -158,7 +162,8 @@ fn invert_accurately(matrix: DMat3) -> DMat3 {
     )
 }
 
-/// Computes the residual b − M·x of a linear system, with exact products and a double-double sum.
+/// Computes the residual b − M·x of a linear system with the matrix M. Products are exact, and
+/// their sum is double-double.
 fn compute_residual(matrix: DMat3, x: DVec3, b: DVec3) -> DVec3 {
     let row = |i: usize| {
         let taken =
@@ -168,7 +173,7 @@ fn compute_residual(matrix: DMat3, x: DVec3, b: DVec3) -> DVec3 {
     DVec3::new(row(0), row(1), row(2))
 }
 
-/// Returns the axis-aligned box around the image of a box.
+/// Returns the axis-aligned box around the image of a box under an affine map.
 pub fn transform_bounds(map: &DAffine3, bounds: &Aabb) -> Aabb {
     Aabb::from_points(bounds.corners().map(|c: DVec3| map.transform_point3(c)))
 }

@@ -11,9 +11,9 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A shape under an affine map, intersected in object space. Distances along a ray are the same
-/// numbers in object space and in the world ("Improving Ray Tracing Precision by Object Space
-/// Intersection Computation", Dammertz, Keller 2006).
+/// A shape under an affine map. Rays are mapped to object space and intersected there. Distances
+/// along a ray are the same numbers in object space and in the world ("Improving Ray Tracing
+/// Precision by Object Space Intersection Computation", Dammertz, Keller 2006).
 #[derive(Clone, Copy, Debug)]
 pub struct TransformedShape<R: Real> {
     shape: AnyShape<R>,
@@ -73,8 +73,8 @@ impl<R: Real> TransformedShape<R> {
         self.locate_point_under_transforms(prepared_ray, hit, None)
     }
 
-    /// Computes the surface point of a hit in the space of the ray. `outer` holds the maps from
-    /// that space to the world.
+    /// Computes the surface point of a hit in the space of the ray. `outer` holds the maps from the
+    /// ray's space to the world.
     pub(crate) fn locate_point_under_transforms(
         &self,
         prepared_ray: &PreparedRay,
@@ -106,13 +106,13 @@ impl<R: Real> TransformedShape<R> {
         )
     }
 
-    /// Local ratio of the mapped area to the object-space area, at a unit normal in object space.
+    /// Local factor by which the map changes areas, at a unit normal in object space.
     fn area_ratio(&self, normal: DVec3) -> f64 {
         self.volume * self.transform.normal_to_world(normal).length()
     }
 
-    /// Area of the mapped shape; `None` if it is infinite. It has a closed form for a similarity,
-    /// for flat shapes and for boxes, and is integrated by quadrature otherwise.
+    /// Area of the mapped shape; `None` if it is infinite. Similarities, flat shapes and boxes have
+    /// a closed form. Other areas are integrated numerically.
     pub fn area(&self) -> Option<f64> {
         let shape_area = self.shape.area()?;
         if is_similarity(self.transform.to_world.matrix3) {
@@ -137,8 +137,8 @@ impl<R: Real> TransformedShape<R> {
         }))
     }
 
-    /// Samples a point of the mapped shape, with its density per world-space area, as
-    /// [`super::SampleArea::sample_area`]; `None` if the area is infinite.
+    /// Samples a point of the mapped shape as [`super::SampleArea::sample_area`], with its density
+    /// per world-space area. `None` if the area is infinite.
     pub fn sample_area(&self, u: R, v: R) -> Option<(SurfacePoint, f64)> {
         let (surface_point, density) = self.shape.sample_area(u, v)?;
         let stretch = self.area_ratio(surface_point.normal);
@@ -148,8 +148,8 @@ impl<R: Real> TransformedShape<R> {
         ))
     }
 
-    /// Density, per world-space area, with which a point of the mapped shape is sampled; `None` if
-    /// the area is infinite.
+    /// Density, per world-space area, with which [`Self::sample_area`] samples a point of the
+    /// mapped shape. `None` if the area is infinite.
     pub fn area_density(&self, point: &SurfacePoint) -> Option<f64> {
         // The density needs no error bound, so the point is mapped by the inverse alone, and the
         // normal by the transpose.
@@ -166,13 +166,13 @@ impl<R: Real> TransformedShape<R> {
         Some(self.shape.area_density(&surface_point)? / stretch)
     }
 
-    /// Returns the shape in object space.
+    /// Returns the shape before the map, in object space.
     pub fn shape(&self) -> &AnyShape<R> {
         &self.shape
     }
 }
 
-/// Whether a map is a similarity: it preserves angles, up to the rounding of its entries.
+/// Whether a map preserves angles, up to the rounding of its entries.
 fn is_similarity(map: DMat3) -> bool {
     let [x, y, z] = [map.x_axis, map.y_axis, map.z_axis];
     let size = x.length_squared();

@@ -22,9 +22,9 @@ pub struct Triangle<R: Real> {
 }
 
 impl<R: Real> Triangle<R> {
-    /// Creates a triangle from its corners. A triangle of zero area, with collinear or coincident
-    /// corners, becomes a point that no ray hits. Otherwise the rounded projection of its corners
-    /// could have an area.
+    /// Creates a triangle from its corners. If the corners are collinear or coincident, all become
+    /// one point, which no ray hits. Otherwise the rounded projection of such corners could have an
+    /// area.
     pub fn new(vertices: [R::Vec3; 3]) -> Self {
         let [a, b, c] = vertices;
         Self {
@@ -42,7 +42,8 @@ impl<R: Real> Triangle<R> {
         (b - a).cross(c - a).normalize_or_zero()
     }
 
-    /// Intersects the triangle with a ray by the watertight test, without a range of distances.
+    /// Intersects the triangle with a ray by the watertight test, at any distance and from either
+    /// side.
     #[inline(always)]
     pub(crate) fn intersect_watertight(
         &self,
@@ -58,7 +59,8 @@ impl<R: Real> Triangle<R> {
         )
     }
 
-    /// Evaluates the surface at the weights `u` and `v` of the second and third corner.
+    /// Evaluates the surface point at the barycentric weights `u` and `v` of the second and third
+    /// corner.
     #[inline(always)]
     fn eval_surface_point([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> SurfacePoint {
         let (ab, ac, bc) = (b - a, c - a, c - b);
@@ -72,17 +74,17 @@ impl<R: Real> Triangle<R> {
         SurfacePoint::new(a + ab * u + ac * v, normal * inverse, error)
     }
 
-    /// Evaluates the surface at the weights of the second and third corner. The point is first
-    /// moved off the edges of the triangle by its rounding error.
+    /// Evaluates the surface point at the barycentric weights of the second and third corner. Near
+    /// an edge, the point is first moved off the edge by its rounding error.
     #[inline(always)]
     pub(crate) fn eval_inset_surface_point(&self, weights: [f64; 2]) -> SurfacePoint {
         let corners = self.vertices.map(Vector::to_f64);
         Self::eval_surface_point(corners, move_weights_off_border::<R>(corners, weights))
     }
 
-    /// Evaluates the surface as [`Self::eval_inset_surface_point`], but without a branch, for loops
-    /// over several triangles in lanes. The flag is set if the point is far enough from the edges;
-    /// otherwise the surface is invalid.
+    /// Evaluates the surface point as [`Self::eval_inset_surface_point`], but without the move off
+    /// an edge. So loops over several triangles in lanes have no branch. The flag is whether the
+    /// point needs no move. If it is false, the surface point is invalid.
     #[inline(always)]
     pub(crate) fn eval_interior_surface_point(
         corners: [DVec3; 3],
@@ -172,8 +174,9 @@ impl<R: Real> Shape<R> for Triangle<R> {
     }
 }
 
-/// Moves the weights of a point off the edges of its triangle by the rounding of the point. A ray
-/// that starts at a concave edge of a closed mesh then starts on the inner side of *both* faces.
+/// Moves the barycentric weights of a point off the edges of its triangle, by the rounding of the
+/// point. So a ray that starts at a concave edge of a closed mesh starts on the inner side of
+/// *both* faces.
 #[inline(always)]
 fn move_weights_off_border<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
     let border = BorderDistance::new::<R>([a, b, c], [u, v]);
@@ -200,15 +203,15 @@ fn move_weights_off_border<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> 
     [u + (third - u) * share, v + (third - v) * share]
 }
 
-/// Terms of the test whether a point of a triangle is too close to an edge.
+/// Terms of the test whether a point of a triangle is too close to an edge of the triangle.
 struct BorderDistance {
     /// Least of the point's three barycentric weights.
     least_weight: f64,
     /// Upper bound of the point's rounding error in each axis.
     rounding: f64,
-    /// Required distance from an edge times the longest edge, squared.
+    /// Square of a product: the required distance from an edge times the longest edge.
     scaled_margin_squared: f64,
-    /// Twice the area of the triangle, squared.
+    /// Square of twice the area of the triangle.
     twice_area_squared: f64,
 }
 
@@ -227,10 +230,10 @@ impl BorderDistance {
         }
     }
 
-    /// Whether the point is at least the margin away from every edge. A weight is the distance from
-    /// an edge over the triangle's height above that edge. Every height is at least twice the area
-    /// over the longest edge. Squares are compared, so that only points near an edge need a square
-    /// root.
+    /// Whether the point is at least the required distance away from every edge. A weight is the
+    /// distance from an edge over the triangle's height above that edge. Every height is at least
+    /// twice the area over the longest edge. Squares are compared, so that only points near an edge
+    /// need a square root.
     #[inline(always)]
     fn is_beyond_margin(&self) -> bool {
         self.least_weight * self.least_weight.abs() * self.twice_area_squared
@@ -244,8 +247,8 @@ impl<R: Real> SampleArea<R> for Triangle<R> {
         0.5 * (b - a).cross(c - a).length()
     }
 
-    /// Maps the unit square to the triangle by a square root ("Physically Based Rendering", 3rd
-    /// edition, 13.6.5).
+    /// Samples a point of the triangle uniformly, by the square-root map of the unit square
+    /// ("Physically Based Rendering", 3rd edition, 13.6.5).
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
         let root = u.to_f64().sqrt();
