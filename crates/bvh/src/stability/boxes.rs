@@ -1,5 +1,5 @@
 //! Cases T01, T02, T04, T05, T08 and T16: rays that enter boxes, which no traversal may cull. The
-//! boxes themselves are the primitives, as solids, so the oracle is a slab test in f64.
+//! primitives are the boxes themselves, as solids. So the oracle is a slab test in f64.
 
 use glam::DVec3;
 
@@ -65,9 +65,9 @@ fn scatter_boxes(seed: u64, count: u64) -> Vec<BoxCorners> {
     (0..count).map(one).collect()
 }
 
-/// Judges a ray that enters the box `aimed_at`. It is right if it hits something before it leaves
-/// that box, and if the tree's hit equals the hit of the linear scan. A ray that misses the box is
-/// skipped.
+/// Judges a ray that is aimed at the box `aimed_at`. The ray is right if it hits a box before it
+/// leaves `aimed_at`, and if the tree finds the same hit as the linear scan. A ray that misses
+/// `aimed_at` is skipped.
 fn judge_target_hit<R: Real>(
     tree: &Geometry<R>,
     scan: &Geometry<R>,
@@ -87,8 +87,8 @@ fn judge_target_hit<R: Real>(
     })
 }
 
-/// Measures case T01: rays along an axis, close to a face parallel to them (at 1 − δ), towards a
-/// box that begins at distance L.
+/// Measures case T01: rays along an axis towards a box, which starts at distance L from 1 to 10⁸.
+/// The rays are parallel to a face of the box at coordinate 1, at distance δ from it.
 pub fn measure_rays_along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let lengths: Vec<f64> = (0..=8).map(|k| 10_f64.powi(k)).collect();
     let boxes = |&length: &f64| -> Vec<BoxCorners> {
@@ -152,8 +152,8 @@ pub fn measure_rays_along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     measured
 }
 
-/// Measures case T02: rays with zero direction components of either sign, in the planes of box
-/// faces.
+/// Measures case T02: rays in the planes of box faces. The zero components of their directions have
+/// either sign.
 pub fn measure_signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let whole = |index| {
         let rng = &mut CaseRng::new(211, index);
@@ -222,7 +222,7 @@ pub fn measure_direction_lengths<R: Real>(rays: RayCount) -> Vec<Measurement> {
     })
 }
 
-/// Measures rays towards random points well within random boxes; `drawn` creates the ray to a
+/// Measures rays towards random points well inside random boxes. `drawn` returns a ray to the given
 /// point.
 fn measure_rays_at_boxes<R: Real>(
     case: &str,
@@ -274,7 +274,7 @@ pub fn measure_mixed_scales<R: Real>(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// Measures case T16: rays that start on a face of a box, or an ulp to either side of it, and go
+/// Measures case T16: rays that start on a face of a box, or an ulp inside or outside it. They go
 /// inwards, outwards or along the face.
 pub fn measure_rays_from_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let boxes = scatter_boxes(216, 300);

@@ -1,5 +1,5 @@
-//! Cases T03, T06, T07 and T10: lattices and closed meshes of any size and position, which no ray
-//! may pass through.
+//! Cases T03, T06, T07 and T10: lattices and closed meshes of any size and position. No ray may
+//! pass through them.
 
 use glam::{DVec3, Vec3};
 
@@ -15,7 +15,7 @@ use crate::{Aabb, AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, 
 /// Number of cells along each side of a lattice.
 const CELLS: usize = 20;
 
-/// Whether a ray hits the geometry, both by a closest-hit and by an any-hit query.
+/// Whether both a closest-hit query and an any-hit query of the ray find a hit.
 fn is_hit<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> bool {
     let range = Interval::positive();
     geometry.closest(ray, range, &mut ()).is_some()
@@ -30,8 +30,8 @@ fn point_across_axis(axis: usize, [a, b]: [f64; 2], along: f64) -> DVec3 {
     p
 }
 
-/// Builds a flat lattice of square cells perpendicular to an axis, with two triangles per cell,
-/// optionally with flipped winding.
+/// Builds a flat lattice of square cells perpendicular to an axis, with two triangles per cell.
+/// `is_flipped` reverses the winding of the triangles.
 fn build_flat_lattice<R: Real>(axis: usize, is_flipped: bool) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for cell in 0..CELLS * CELLS {
@@ -65,8 +65,8 @@ fn build_solid_lattice<R: Real>(axis: usize) -> Geometry<R> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// Measures case T03: rays along an axis through every lattice point and halfway between lattice
-/// points, with zero direction components of either sign.
+/// Measures case T03: rays along an axis, through every lattice point and halfway between lattice
+/// points. The zero components of their directions have either sign.
 pub fn measure_lattices<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let trees = (0..3)
         .flat_map(|axis| {
@@ -102,7 +102,7 @@ pub fn measure_lattices<R: Real>(rays: RayCount) -> Vec<Measurement> {
     })
 }
 
-/// Scales and translates a mesh; each corner is rounded to f32.
+/// Scales and then translates a mesh. Each corner is rounded to f32.
 fn transform_mesh(mesh: &ClosedMesh, size: f64, position: DVec3) -> ClosedMesh {
     let corner = |p: &Vec3| (p.as_dvec3() * size + position).as_vec3();
     ClosedMesh {
@@ -190,8 +190,8 @@ fn build_distant_meshes() -> [SphereMesh; 3] {
     ]
 }
 
-/// Measures case T07: rays from inside closed meshes, and onto a ground of square cells, far from
-/// the origin.
+/// Measures case T07: scenes far from the origin. Rays start inside closed meshes, or go towards a
+/// ground of square cells.
 pub fn measure_distant_meshes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let measured = measure_leaks::<R>("T07", 227, 1_000_000, rays, &build_distant_meshes());
     const SIDE: usize = 12;
@@ -253,9 +253,10 @@ pub fn measure_distant_meshes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     measured.into_iter().zip(ground).map(both).collect()
 }
 
-/// Measures case T10: the padding of boxes. Rays from inside the meshes of T07 and from inside a
-/// mesh at the origin must hit. Padding increases the surface area of boxes, and so the number of
-/// rays that enter them. For the mesh at the origin the increase must be below 30 percent.
+/// Measures case T10: the padding of boxes. Rays from inside the meshes of case T07, and from
+/// inside a mesh at the origin, must hit. Padding increases the surface area of boxes, and so the
+/// number of rays that enter them. For the mesh at the origin the area must increase by less than
+/// 30 percent.
 pub fn measure_box_inflation<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let [a, b, c] = build_distant_meshes();
     let near = SphereMesh::new(4, 1.0, DVec3::ZERO);

@@ -1,6 +1,7 @@
-//! The cost of accuracy: the same work by textbook formulas and by the library. Programs time both
-//! in turns. The rays are ordinary: they start five radii from a shape of about unit size, and
-//! about half of them hit. Hard cases are rare, but every ray pays for their treatment.
+//! The cost of accuracy: the same work by textbook formulas and by the library. Programs time the
+//! implementations alternately. The rays are ordinary: they start five radii from a shape of about
+//! unit size, and about half of them hit. Hard cases are rare, but every ray pays for their
+//! treatment.
 
 use core::fmt;
 use core::hint::black_box;
@@ -12,18 +13,19 @@ use super::{IntersectFunction, textbook};
 use crate::shapes::{AnyShape, Cone, Ellipsoid, Sphere, Torus, Triangle};
 use crate::{Interval, PreparedRay, Ray, Real, Shape, Side};
 
-/// Work that a program times: one call is one run.
+/// Work that a program times. One call processes all rays or samples of a comparison.
 pub type TimedWork = Box<dyn Fn()>;
 
 /// The same work in three implementations, for a comparison of their times.
 pub struct CostComparison {
-    /// Name of the operation that is done once per ray or sample.
+    /// Name of the operation that is timed, such as an intersection test.
     pub label: &'static str,
-    /// Number of rays or samples in one run.
+    /// Number of rays or samples that one call of the work processes.
     pub count: u32,
     /// Implementation by textbook formulas in f32.
     pub textbook: TimedWork,
-    /// Implementations by the library, with scalars in f32 (`robust`) and in f64 (`reference`).
+    /// Implementations by the library: with scalars in f32 (the setting `robust`), then in f64
+    /// (`reference`).
     pub library: [TimedWork; 2],
 }
 
@@ -39,8 +41,8 @@ impl fmt::Debug for CostComparison {
 /// Number of different rays that a comparison traces.
 const RAYS: u32 = 4096;
 
-/// Creates the comparison for a case, given by its number such as `P01`. Returns `None` if the case
-/// has no textbook formula, or if it concerns no shape.
+/// Creates the comparison for a case, given by its number such as `P01`. Returns `None` for a case
+/// without a textbook formula, and for a case about other things than shapes.
 pub fn build_cost_comparison(number: &str) -> Option<CostComparison> {
     let (zero, axis) = (DVec3::ZERO, DVec3::new(0.3, 1.0, -0.2));
     Some(match number {
@@ -100,7 +102,7 @@ fn build_test_triangle<R: Real>() -> AnyShape<R> {
     Triangle::new(corners.map(to_scalar::<R>)).into()
 }
 
-/// Creates the rays of the comparison: from points at distance 5 from the origin, towards points
+/// Creates the rays of the comparison. They start at distance 5 from the origin and aim at points
 /// near a shape of about unit size at the origin.
 fn create_random_rays<R: Real>() -> Vec<Ray<R>> {
     let ray = |i: u32| {
@@ -122,8 +124,8 @@ fn prepare_random_rays<R: Real>() -> Vec<PreparedRay> {
         .collect()
 }
 
-/// Creates the comparison of intersection tests of one shape, in f32 (`single`) and f64 (`double`).
-/// Each run tests all rays `turns` times.
+/// Creates the comparison of intersection tests of one shape, stored in f32 (`single`) and in f64
+/// (`double`). One call of the work tests all rays `turns` times.
 fn compare_intersections(
     label: &'static str,
     turns: u32,
@@ -153,8 +155,8 @@ fn compare_intersections(
     }
 }
 
-/// Creates the comparison of intersection tests of a sphere followed by the surface at the hit.
-/// Each run tests all rays `turns` times.
+/// Creates the comparison for a sphere: its intersection test, followed by the surface at the hit.
+/// One call of the work tests all rays `turns` times.
 fn compare_surfaces(turns: u32) -> CostComparison {
     fn all<R: Real>(turns: u32) -> TimedWork {
         let (sphere, rays) = (build_unit_sphere::<R>(), prepare_random_rays::<R>());

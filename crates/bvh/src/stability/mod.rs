@@ -1,8 +1,9 @@
-//! Hard cases of ray intersection: rays for which careless formulas lose digits or hits. Each case
-//! has a number, such as P01 or T03, and an oracle of higher accuracy that judges the library's
-//! results. Tests run the cases, and `raywright stability` prints a table of their results.
-//! Functions of cases that textbook formulas fail take the intersection function as a parameter, so
-//! that textbook and library can be compared.
+//! Hard cases of ray intersection: rays for which careless formulas lose digits or hits.
+//!
+//! Each case has a number, such as P01 or T03. It also has an oracle of higher accuracy, which
+//! judges the library's results. Tests run the cases, and `raywright stability` prints a table of
+//! their outcomes. Some cases also measure textbook formulas, which fail. Their functions have the
+//! intersection function as a parameter.
 
 pub mod boxes;
 pub mod closed_meshes;
@@ -22,23 +23,23 @@ use crate::{Geometry, Kernel, Ray, Real};
 
 use self::verdicts::{CaseOutcome, RayCount};
 
-/// Intersection function under test: returns the distance of the closest hit of a ray with a shape,
-/// in front of the origin and from either side.
+/// Intersection function under test. It returns the distance of the closest hit of a ray with a
+/// shape, from either side. Only hits in front of the ray's origin count.
 pub type IntersectFunction<R> = fn(&AnyShape<R>, &Ray<R>) -> Option<R>;
 
-/// Computes the distance of the closest hit by the library, in front of the origin and from either
-/// side.
+/// Computes the distance of the closest hit by the library's intersection test, as an
+/// [`IntersectFunction`].
 pub fn intersect_by_library<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>) -> Option<R> {
     verdicts::nearest_hit(shape, ray).map(|hit| hit.t)
 }
 
-/// Outcome of a case in one setting: a precision, and possibly a kernel (instruction set).
+/// Outcome of a case for one setting: a precision and, for trees, a kernel (instruction set).
 #[derive(Clone, Debug)]
 pub struct Measurement {
-    /// Name of the setting: the precision, and the kernel if several can traverse the tree, as in
-    /// `robust, avx2`; for a part of a case, also the name of the part.
+    /// Name of the setting: the precision and, if several kernels can traverse the tree, the
+    /// kernel, as in `robust, avx2`. The name of a part of the case may follow.
     pub setting: String,
-    /// Outcome of the case for the library's intersections.
+    /// Outcome of the case for the library's intersection tests.
     pub outcome: CaseOutcome,
     /// Outcome of the case for textbook formulas on the same rays; `None` if the case has no
     /// textbook formulas.
@@ -46,7 +47,7 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// Appends the name of a part of the case to the setting.
+    /// Appends the name of a part of the case to the name of the setting.
     #[must_use]
     pub fn with_part_name(self, part: &str) -> Self {
         Self {
@@ -56,14 +57,14 @@ impl Measurement {
     }
 }
 
-/// Returns the name of the precision that stores the scalar `R`: `robust` for f32, `reference` for
-/// f64.
+/// Returns the name of the precision in which primitives are stored as `R`: `robust` for f32,
+/// `reference` for f64.
 fn precision_name<R: Real>() -> &'static str {
     if R::IS_SINGLE { "robust" } else { "reference" }
 }
 
-/// Creates the measurement of a case in the precision of `R`, for shapes that are intersected
-/// without a tree.
+/// Creates the measurement of a case in the precision of `R`, for shapes that are tested without a
+/// tree.
 pub fn create_measurement_without_kernels<R: Real>(outcome: CaseOutcome) -> Measurement {
     Measurement {
         setting: precision_name::<R>().to_owned(),
@@ -73,7 +74,7 @@ pub fn create_measurement_without_kernels<R: Real>(outcome: CaseOutcome) -> Meas
 }
 
 /// Measures a case with each kernel that can traverse its trees. Trees of f64 have only one kernel.
-/// `judged` returns the outcome of the case for the trees with a selected kernel.
+/// `judged` returns the outcome of the case for trees whose kernel is already selected.
 pub fn measure_by_each_kernel<R: Real>(
     mut trees: Vec<Geometry<R>>,
     judged: impl Fn(&[Geometry<R>]) -> CaseOutcome,
@@ -102,7 +103,7 @@ pub fn measure_by_each_kernel<R: Real>(
 /// Measures a case in both precisions and by every kernel of this processor; `None` for an unknown
 /// case number.
 pub fn measure_case(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
-    /// Measures a case in both precisions.
+    /// Measures a case in both precisions, f32 and f64.
     macro_rules! both {
         ($module:ident::$of:ident) => {
             [$module::$of::<f32>(rays), $module::$of::<f64>(rays)].concat()

@@ -1,4 +1,4 @@
-//! Cases P07 and P08: planes at grazing angles, and far from their origin.
+//! Cases P07 and P08: planes at grazing angles, and hit points far from the origin.
 
 use glam::DVec3;
 
@@ -10,7 +10,8 @@ use super::{Measurement, create_measurement_without_kernels};
 use crate::shapes::Plane;
 use crate::{PreparedRay, Real, Shape, Vector};
 
-/// Measures case P07: the hit distance of a plane, by rays with slopes from 1e-2 down to 1e-7.
+/// Measures case P07: the hit distance of a plane, for rays whose slopes against the plane are from
+/// 1e-2 down to 1e-7.
 pub fn measure_grazing_planes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let slopes = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
     let outcome = judge_rays("P07", 7, 400_000, rays, |rng| {
@@ -66,8 +67,8 @@ pub fn measure_grazing_planes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![create_measurement_without_kernels::<R>(outcome)]
 }
 
-/// Measures case P08: the cell of a checkerboard that a ray hits, at distances from a thousand to
-/// ten million metres.
+/// Measures case P08: the cell of a checkerboard plane in which a hit point lies, at distances from
+/// 10³ to 10⁷ metres.
 pub fn measure_distant_checkerboard<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let plane = Plane::new(to_scalar::<R>(DVec3::ZERO), to_scalar::<R>(DVec3::Y));
     let at = |far: f64| {

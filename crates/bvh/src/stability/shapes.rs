@@ -1,5 +1,5 @@
-//! Cases P01, P02, P13, P15, P17, P21 and P22: shapes for which textbook formulas fail, measured by
-//! these formulas and by the library on the same rays.
+//! Cases P01, P02, P13, P15, P17, P21 and P22: shapes for which textbook formulas fail. Textbook
+//! formulas and the library are measured on the same rays.
 
 use super::quadrics::{judge_extreme_distance, judge_near_root_of_quadric};
 use super::sphere::{eval_library_surface, judge_far_sphere, judge_surface_point};
@@ -11,8 +11,8 @@ use super::verdicts::{CaseOutcome, RayCount};
 use super::{Measurement, create_measurement_without_kernels, intersect_by_library, textbook};
 use crate::Real;
 
-/// Returns the measurements of a case in f32 and f64, each paired with the outcome of the textbook
-/// formulas.
+/// Creates the measurements of a case for the precisions f32 (`robust`) and f64 (`reference`), each
+/// with the outcome of the textbook formulas.
 fn pair_outcomes_with_textbook(
     textbook: CaseOutcome,
     robust: CaseOutcome,
@@ -29,7 +29,7 @@ fn pair_outcomes_with_textbook(
     .to_vec()
 }
 
-/// Adds up the outcomes of the parts of a case, which `value_of` returns.
+/// Adds up the outcomes of the parts of a case. `value_of` returns the outcome of a part.
 fn sum_outcomes<T>(
     each: impl IntoIterator<Item = T>,
     value_of: impl Fn(T) -> CaseOutcome,
@@ -80,7 +80,7 @@ pub fn measure_surface_points(rays: RayCount) -> Vec<Measurement> {
 }
 
 /// Measures case P13: rays along, or nearly along, a generator of a cone or an asymptote of a
-/// hyperboloid.
+/// hyperboloid. The leading coefficient of the quadratic vanishes for such rays.
 pub fn measure_vanishing_coefficients(rays: RayCount) -> Vec<Measurement> {
     let parts = || {
         ["cone", "hyperboloid"]
@@ -164,8 +164,8 @@ pub fn measure_flipped_faces(rays: RayCount) -> Vec<Measurement> {
     vec![of::<f32>(1_000_000, rays), of::<f64>(100_000, rays)]
 }
 
-/// Measures case P21: rays at common edges and corners of closed meshes. The textbook formula gets
-/// fewer rays, since it has no tree and tests every face.
+/// Measures case P21: rays at common edges and corners of closed meshes. The textbook formula is
+/// measured with fewer rays: it has no tree, so it tests every face.
 pub fn measure_shared_edges(rays: RayCount) -> Vec<Measurement> {
     let meshes = build_closed_meshes();
     let parts = || {

@@ -13,18 +13,18 @@ use super::verdicts::{
 /// Surface function under test: returns the surface where a ray hits a sphere; `None` for a miss.
 pub type SurfaceFunction<R> = fn(&Sphere<R>, &Ray<R>) -> Option<Surface<R>>;
 
-/// Computes the surface where a ray hits a sphere by the library.
+/// Computes the surface where a ray hits a sphere, as a [`SurfaceFunction`] of the library.
 pub fn eval_library_surface<R: Real>(sphere: &Sphere<R>, ray: &Ray<R>) -> Option<Surface<R>> {
     nearest_hit::<R>(sphere, ray).map(|hit| sphere.surface(&PreparedRay::new(*ray), hit))
 }
 
-/// Position of a ray's line relative to a sphere, computed in f64 from the perpendicular of the
-/// sphere's centre to the line.
+/// Position of a ray's line relative to a sphere, computed in f64. The distance of the line is that
+/// of its point nearest to the sphere's centre.
 #[derive(Clone, Copy, Debug)]
 pub struct ClosestApproach {
     /// Distance of the line from the centre.
     pub distance: f64,
-    /// Distances along the ray of the two crossings; `None` for a miss.
+    /// Distances along the ray at which the line enters and leaves the sphere; `None` for a miss.
     pub roots: Option<[f64; 2]>,
 }
 
@@ -49,11 +49,14 @@ pub fn build_sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
     }
 }
 
-/// Judges the hit points that `intersect` gives on a sphere, by rays from `ratio` radii away over a
-/// disc of 1.05 radii around the centre. Wrong are points off the surface by more than `bound` of
-/// u·(D + C). Here u is the roundoff of the stored scalar, D the distance of the ray's origin, and
-/// C the greatest coordinate. Wrong are also hits and misses that contradict the oracle beyond its
-/// margin.
+/// Judges the hits of a unit sphere that `intersect` returns. The rays start `ratio` radii away and
+/// aim at a disc of 1.05 radii around the centre. A hit or a miss is wrong
+///
+/// - if it contradicts the oracle beyond the oracle's margin;
+/// - if the hit point is off the surface by more than `bound` · u · (D + C).
+///
+/// Here u is the roundoff of the stored scalar, D the distance of the ray's origin from the centre,
+/// and C the greatest coordinate.
 pub fn judge_far_sphere<R: Real>(
     ratio: f64,
     bound: f64,
@@ -110,9 +113,9 @@ pub fn judge_far_sphere<R: Real>(
     )
 }
 
-/// Judges the surface points of a unit sphere whose centre is at distance `offset` from the origin,
-/// by rays from `ratio` radii away. Right is a point off the sphere by at most four ulps of the
-/// coordinates, and within its own stated error bound.
+/// Judges the surface points of a unit sphere whose centre is at distance `offset` from the origin.
+/// The rays start `ratio` radii away. A point is right if it is off the sphere by at most four ulps
+/// of the coordinates, and within the error bound that the surface states.
 pub fn judge_surface_point<R: Real>(
     offset: f64,
     ratio: f64,

@@ -1,5 +1,5 @@
-//! Textbook intersections, all in f32, for comparison with the library. The library uses none of
-//! them. They show the errors of careless formulas.
+//! Textbook intersection tests, all in f32, for comparison with the library. They show the errors
+//! of careless formulas. The library itself uses none of them.
 
 use crate::shapes::{AnyShape, Cone, Ellipsoid, Hyperboloid, Sphere, Torus, Triangle};
 use crate::{Ray, Surface};
@@ -35,7 +35,7 @@ pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
     }
 }
 
-/// Returns the nearer crossing that is in front of the origin and satisfies `keep`.
+/// Returns the nearest crossing that is in front of the origin and for which `keep` returns true.
 fn nearest_crossing_ahead(crossings: TextbookCrossings, keep: impl Fn(f32) -> bool) -> Option<f32> {
     let ahead = crossings
         .into_iter()
@@ -60,7 +60,7 @@ fn intersect_sphere(sphere: &Sphere<f32>, ray: &Ray<f32>) -> Option<TextbookCros
 }
 
 /// Computes the surface where a ray hits a sphere: the point at the hit distance, and the normal
-/// from the centre to it, without an error bound.
+/// away from the centre. The surface has no error bound, so its `error` is infinite.
 pub fn intersect_sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<Surface<f32>> {
     let point = ray.at(nearest_crossing_ahead(
         intersect_sphere(shape, ray)?,
@@ -76,8 +76,8 @@ pub fn intersect_sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<S
     })
 }
 
-/// Intersects a ray with an ellipsoid in the space where it is a sphere: each axis is scaled by the
-/// product of the other two semi-axes.
+/// Intersects a ray with an ellipsoid, in the space where the ellipsoid is a sphere. Each axis is
+/// scaled by the product of the semi-axes along the other two.
 fn intersect_ellipsoid(body: &Ellipsoid<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     let s = body.semi_axes;
     let scale = Vec3::new(s.y * s.z, s.z * s.x, s.x * s.y);
@@ -97,7 +97,7 @@ fn intersect_hyperboloid(sheet: &Hyperboloid<f32>, ray: &Ray<f32>) -> Option<Tex
     quadratic_roots(form(d, d), form(d, f), form(f, f) - (a * c) * (a * c))
 }
 
-/// Intersects a ray with a cone: with the nappe of its wall, between both ends.
+/// Intersects a ray with the part of a cone's nappe between both ends.
 fn intersect_cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     let (axis, d, f) = (cone.axis, ray.direction, ray.origin - cone.base);
     let (squared, taper) = (axis.dot(axis), cone.top_radius - cone.radius);
@@ -128,8 +128,8 @@ fn intersect_cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings>
     (near < far).then_some([near, far])
 }
 
-/// Intersects a ray with a torus by a quartic with coefficients relative to the ray's origin, whose
-/// cubic term is removed afterwards.
+/// Intersects a ray with a torus by a quartic. Its coefficients are computed relative to the ray's
+/// origin. Then the cubic term is eliminated.
 fn intersect_torus(torus: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
     let (major, tube, axis) = (
         torus.major_radius,
@@ -155,8 +155,8 @@ fn intersect_torus(torus: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
     })
 }
 
-/// Finds the first zero of x⁴ + p·x² + q·x + w in [−reach, reach] for which `take` returns a
-/// result, by bisection between the extrema.
+/// Finds the least zero of x⁴ + p·x² + q·x + w in [−reach, reach] for which `take` returns a
+/// result, and returns that result. Zeros are found by bisection between the extrema.
 fn find_quartic_zero(
     [p, q, w]: [f32; 3],
     reach: f32,
@@ -178,8 +178,8 @@ fn find_quartic_zero(
         .find_map(take)
 }
 
-/// Finds the zero of a monotone function that changes sign between two points, by bisection; `None`
-/// without a change of sign.
+/// Finds the zero of a monotone function between two points by bisection; `None` if the values at
+/// both points have the same sign.
 fn find_zero((mut low, mut high): (f32, f32), f: impl Fn(f32) -> f32) -> Option<f32> {
     let rises = f(low) < 0.0;
     if rises == (f(high) < 0.0) {
@@ -222,8 +222,8 @@ pub fn hits_any(triangles: &[Triangle<f32>], ray: &Ray<f32>) -> bool {
         .any(|face| intersect_triangle(face, ray).is_some())
 }
 
-/// Whether a ray enters a box, by a slab test that clamps the reciprocal of each direction
-/// component to 2²³ in f32, to avoid a division by zero.
+/// Whether a ray enters a box, by a slab test in f32. To avoid a division by zero, the reciprocal
+/// of each direction component is clamped to at most 2²³.
 pub fn enters_box_clamped([min, max]: [Vec3; 2], ray: &Ray<f32>) -> bool {
     const MOST: f32 = 8_388_608.0;
     let inverse = ray.direction.map(|d| (1.0 / d).clamp(-MOST, MOST));

@@ -1,5 +1,5 @@
-//! Cases T12, T14, T15, T17, T19 and T20: trees compared with linear scans, for any content and any
-//! query.
+//! Cases T12, T14, T15, T17, T19 and T20: trees compared with linear scans, for any primitives and
+//! any query.
 
 use glam::DVec3;
 
@@ -43,7 +43,7 @@ fn random_shape<R: Real>(rng: &mut CaseRng) -> AnyShape<R> {
 }
 
 /// Builds a geometry of `count` random shapes. Every fifth shape is added twice, so that some hits
-/// have equal distances.
+/// are at equal distances.
 fn random_geometry<R: Real>(
     seed: u64,
     scene: u64,
@@ -62,15 +62,15 @@ fn random_geometry<R: Real>(
     Geometry::new(group, kind)
 }
 
-/// Creates a ray from a random point of a cube with half edge `size` towards a random point of the
-/// inner cube with 0.8 times that edge.
+/// Creates a ray from a random point of a cube towards a random point of a concentric cube with 0.8
+/// times the edge. `size` is half the edge of the greater cube.
 fn random_ray<R: Real>(rng: &mut CaseRng, size: f64) -> Ray<R> {
     let origin = rng.sample_cube() * size;
     ray_towards::<R>(origin, rng.sample_cube() * (0.8 * size))
 }
 
-/// Judges whether tree and linear scan agree on the closest hit of a ray in a range of distances,
-/// and on occlusion.
+/// Judges whether a tree and a linear scan agree on two results for a ray and a range of distances:
+/// the closest hit and the occlusion.
 fn judge_tree_against_scan<R: Real>(
     tree: &Geometry<R>,
     scan: &Geometry<R>,
@@ -93,8 +93,11 @@ fn judge_tree_against_scan<R: Real>(
     })
 }
 
-/// Measures case T12: nested boxes. One scene has a thousand boxes in even steps, another 120 boxes
-/// whose sizes are powers of two, and another 5000 boxes that grow by one percent each.
+/// Measures case T12: nested boxes, in three scenes:
+///
+/// - a thousand boxes whose sizes grow in even steps,
+/// - 120 boxes whose sizes are powers of two,
+/// - 5000 boxes that each grow by one percent.
 pub fn measure_nested_boxes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let halves: [Vec<f64>; 3] = [
         (1..=1000).map(f64::from).collect(),
@@ -147,7 +150,7 @@ pub fn measure_nested_boxes<R: Real>(rays: RayCount) -> Vec<Measurement> {
 }
 
 /// Measures case T14: a plane below a thousand spheres. The tree must find the hits of the linear
-/// scan, and visit as many nodes as without the plane, to within a tenth.
+/// scan. The number of nodes that it visits must be that without the plane, to within a tenth.
 pub fn measure_plane_beside_tree<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let geometry = |kind, has_plane| {
         let mut group = PrimitiveSet::<R>::default();
@@ -226,7 +229,8 @@ pub fn measure_tiny_scenes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     })
 }
 
-/// Measures case T17: ranges of distances that end or begin at a hit, or an ulp beside it.
+/// Measures case T17: ranges of distances that start or end at the distance of a hit, or an ulp
+/// beside it.
 pub fn measure_interval_ends<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let scan = random_geometry::<R>(247, 0, 60, AcceleratorKind::Linear);
     measure_by_each_kernel(
@@ -281,8 +285,8 @@ pub fn measure_interval_ends<R: Real>(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// Measures case T19: no shape returns a distance that is NaN or outside the range, even if the
-/// range begins at a hit.
+/// Measures case T19: no shape may return a distance that is NaN or outside the range, even if the
+/// range starts at the distance of a hit.
 pub fn measure_distances_in_interval<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("T19", 249, 400_000, rays, |rng| {
         let shape = random_shape::<R>(rng);

@@ -1,5 +1,5 @@
-//! Cases P20, P21 and P22: rays nearly in the plane of a thin triangle, and closed meshes without
-//! leaks at edges and corners.
+//! Cases P20, P21 and P22: rays nearly in the plane of a thin triangle, and closed meshes that must
+//! not leak at edges and corners.
 
 use crate::shapes::Triangle;
 use crate::{
@@ -72,8 +72,8 @@ pub fn icosphere(levels: u32) -> ClosedMesh {
     }
 }
 
-/// Creates the cube [−1, 1]³ with `n` × `n` cells per face, of two triangles each. Adjacent faces
-/// of the cube have the same bits of corners at their common edge.
+/// Creates the cube [−1, 1]³ with `n` × `n` cells per face, each of two triangles. At a common edge
+/// of two faces, the corners of both have the same bits.
 pub fn cube_mesh(n: usize) -> ClosedMesh {
     let mut mesh = ClosedMesh {
         corners: vec![],
@@ -126,7 +126,7 @@ impl ClosedMesh {
         self
     }
 
-    /// Builds a tree over the triangles of the mesh, for a library query.
+    /// Builds a geometry with a tree over the triangles of the mesh.
     pub fn build_tree<R: Real>(&self) -> Geometry<R> {
         let mut group = PrimitiveSet::<R>::default();
         for triangle in self.triangles() {
@@ -138,7 +138,7 @@ impl ClosedMesh {
     }
 }
 
-/// Target at which the rays of a case are aimed.
+/// Point of a closed mesh at which the rays of a case are aimed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayTarget {
     /// A corner of the mesh.
@@ -151,8 +151,8 @@ pub enum RayTarget {
     Anywhere,
 }
 
-/// Judges rays from inside a closed mesh, each of which must hit the mesh; `hits` returns whether a
-/// ray does.
+/// Judges rays from inside a closed mesh. Each ray must hit the mesh. `hits` returns whether a ray
+/// does.
 pub fn judge_leaks<R: Real>(
     name: &str,
     mesh: &ClosedMesh,
@@ -199,7 +199,8 @@ pub fn judge_leaks<R: Real>(
     )
 }
 
-/// Judges rays from inside a closed mesh by the library's tree over the mesh: each must hit.
+/// Judges rays from inside a closed mesh, with the library's tree over the mesh. Each ray must hit
+/// the mesh.
 pub fn judge_tree_leaks<R: Real>(
     name: &str,
     mesh: &ClosedMesh,
@@ -215,8 +216,8 @@ pub fn judge_tree_leaks<R: Real>(
     })
 }
 
-/// Measures case P20: rays nearly in the plane of a thin distant triangle. Any hit must lie in the
-/// triangle's box.
+/// Measures case P20: rays nearly in the plane of a thin distant triangle. If such a ray hits, the
+/// hit point must lie in the triangle's box.
 pub fn measure_nearly_parallel_rays<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("P20", 52, 600_000, rays, |rng| {
         let x = rng.sample_direction();

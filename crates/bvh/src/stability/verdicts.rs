@@ -1,5 +1,5 @@
-//! Random rays of a case, their verdicts by an oracle, and the outcome of the case. Rays are judged
-//! in parallel.
+//! Random rays of a case, the verdicts of an oracle about these rays, and the outcome of the case.
+//! Rays are judged in parallel.
 
 use core::fmt::Write;
 
@@ -11,14 +11,14 @@ use crate::{Interval, PreparedRay, Ray, Real, Shape, ShapeHit, Side, Vector};
 /// Unit roundoff of f32.
 pub const U: f64 = 5.960_464_477_539_063e-8;
 
-/// Distance from `x` to the next greater f32.
+/// Distance from `x`, rounded to f32, to the next greater f32.
 pub fn ulp(x: f64) -> f64 {
     let x = (x.abs() as f32).max(f32::MIN_POSITIVE);
     f64::from(x.next_up()) - f64::from(x)
 }
 
 /// A random number generator (SplitMix64: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
-/// Generators", 2014). It is seeded by case and ray, so that each ray can be repeated alone.
+/// Generators", 2014). Each ray of a case has a generator of its own, so it can be repeated alone.
 #[derive(Debug)]
 pub struct CaseRng {
     state: u64,
@@ -26,7 +26,8 @@ pub struct CaseRng {
 }
 
 impl CaseRng {
-    /// Creates the generator of one ray of a case.
+    /// Creates the generator of one ray of a case. `seed` is that of the case, and `index` that of
+    /// the ray.
     pub fn new(seed: u64, index: u64) -> Self {
         let state =
             seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index.wrapping_mul(0xd6e8_feb8_6659_fd93);
@@ -100,12 +101,13 @@ pub fn round_to_f32(v: DVec3) -> DVec3 {
     v.as_vec3().as_dvec3()
 }
 
-/// Creates a ray from an origin and a direction that is not normalised.
+/// Creates a ray whose direction is not normalised.
 pub fn unnormalised_ray<R: Real>(origin: DVec3, direction: DVec3) -> Ray<R> {
     Ray::new(to_scalar::<R>(origin), to_scalar::<R>(direction))
 }
 
-/// Creates a ray towards a point, whose direction has unit length up to the rounding to f32.
+/// Creates a ray from `origin` towards `target`. The direction has unit length up to the rounding
+/// to f32.
 pub fn ray_towards<R: Real>(origin: DVec3, target: DVec3) -> Ray<R> {
     let origin = round_to_f32(origin);
     unnormalised_ray::<R>(origin, round_to_f32((target - origin).normalize()))
@@ -116,7 +118,7 @@ pub fn nearest_hit<R: Real>(shape: &impl Shape<R>, ray: &Ray<R>) -> Option<Shape
     shape.intersect(&PreparedRay::new(*ray), Interval::positive(), Side::Both)
 }
 
-/// Formats the bit patterns of a ray's numbers in f32, for a message.
+/// Formats the bit patterns of the ray's numbers as f32, for a message.
 pub fn format_ray_bits<R: Real>(ray: &Ray<R>) -> String {
     let mut text = String::new();
     for (name, v) in [
@@ -137,20 +139,20 @@ pub fn format_ray_bits<R: Real>(ray: &Ray<R>) -> String {
 /// Verdict of an oracle about one ray.
 #[derive(Debug)]
 pub enum Verdict {
-    /// Right, with the error as a fraction of its bound.
+    /// Right. The number is the error as a fraction of its bound, in 0..=1.
     Right(f64),
-    /// Undecidable, since the ray is within the oracle's margin. The ray is counted, but not
-    /// judged.
+    /// Undecidable: the ray is so close to a boundary case that the oracle itself may err. The ray
+    /// is counted, but not judged.
     Undecidable,
     /// Wrong, with a message about the ray.
     Wrong(String),
-    /// Skipped, since the randomly built ray tests nothing.
+    /// Skipped: the randomly created ray tests nothing.
     Skipped,
 }
 
 impl Verdict {
-    /// Creates the verdict about an error: right if the error is at most the bound; wrong
-    /// otherwise, and for NaN. `label` returns the message of a wrong verdict.
+    /// Creates the verdict about an error. It is right if the error is at most `bound`. Otherwise,
+    /// and for NaN, it is wrong. `label` returns the message of a wrong verdict.
     pub fn from_error(error: f64, bound: f64, label: impl FnOnce() -> String) -> Self {
         if error <= bound {
             Self::Right(error / bound)
@@ -161,8 +163,8 @@ impl Verdict {
             ))
         }
     }
-    /// Creates the verdict about a condition: right if it holds. `label` returns the message of a
-    /// wrong verdict.
+    /// Creates the verdict about a condition, which is right if the condition holds. `label`
+    /// returns the message of a wrong verdict.
     pub fn from_condition(condition: bool, label: impl FnOnce() -> String) -> Self {
         if condition {
             Self::Right(0.0)
@@ -170,8 +172,8 @@ impl Verdict {
             Self::Wrong(label())
         }
     }
-    /// Combines two verdicts. If both are right, the result has the greater error. Otherwise it is
-    /// the first verdict that is not right.
+    /// Combines this verdict with the verdict that `other` returns. If both are right, the result
+    /// is right with the greater error. Otherwise it is the first of the two that is not right.
     pub fn and_then(self, other: impl FnOnce() -> Self) -> Self {
         match self {
             Self::Right(a) => match other() {
@@ -183,10 +185,10 @@ impl Verdict {
     }
 }
 
-/// Part of a case's rays that is traced.
+/// Fraction of a case's rays that are traced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RayCount {
-    /// A quarter of the rays, but at least 10,000, or all if the case has fewer.
+    /// A quarter of the rays, but at least 10,000. A case with fewer rays traces all of them.
     #[default]
     Quarter,
     /// All rays, which takes minutes on one core.
@@ -203,26 +205,26 @@ impl RayCount {
     }
 }
 
-/// Outcome of a case: the sum of its verdicts.
+/// Outcome of a case: counts of the verdicts about its rays.
 #[derive(Clone, Debug)]
 pub struct CaseOutcome {
     /// Name of the case.
     pub case: String,
-    /// Number of rays that the case has.
+    /// Number of rays that the whole case has.
     pub rays: u64,
     /// Number of rays that were traced, which may be less than `rays`.
     pub shot: u64,
-    /// Number of rays with a verdict of right or wrong.
+    /// Number of rays whose verdict is right or wrong.
     pub judged: u64,
-    /// Number of undecidable rays, within the oracle's margin.
+    /// Number of rays whose verdict is undecidable.
     pub undecidable: u64,
-    /// Number of rays whose hit is wrong.
+    /// Number of rays whose verdict is wrong.
     pub wrong: u64,
-    /// Number of skipped rays, which test nothing.
+    /// Number of skipped rays.
     pub skipped: u64,
-    /// Greatest error of a right ray, as a fraction of its bound.
+    /// Greatest error among right verdicts, as a fraction of its bound.
     pub worst: f64,
-    /// Index of the first wrong ray, and the message about it.
+    /// Index of the first ray with a wrong verdict, and the message of that verdict.
     pub first_wrong: Option<(u64, String)>,
 }
 
@@ -231,7 +233,8 @@ impl CaseOutcome {
     pub fn wrong_fraction(&self) -> f64 {
         self.wrong as f64 / (self.judged as f64).max(1.0)
     }
-    /// Adds the counts of two outcomes. The sum has the name of the first.
+    /// Merges two outcomes: counts are added, and the greater error and the first wrong ray are
+    /// kept. The name is that of `self`.
     #[must_use]
     pub fn merge(self, other: Self) -> Self {
         let first = match (self.first_wrong, other.first_wrong) {
@@ -252,9 +255,9 @@ impl CaseOutcome {
     }
 }
 
-/// Judges the rays of a case in parallel and adds up the verdicts. The case has `count` rays, of
-/// which `rays` selects all or a part. `f` builds and judges one ray from the ray's own random
-/// numbers.
+/// Judges the rays of a case in parallel and returns the outcome. The case has `count` rays, of
+/// which `rays` selects all or a part. `f` creates and judges one ray, by the random numbers of
+/// that ray.
 pub fn judge_rays(
     case: &str,
     seed: u64,
