@@ -3,9 +3,9 @@
 
 use super::plane::{ColourPlanes, PixelPlane, mean_colour};
 
-/// Squared differences between two pixels that are always tolerated. `ALBEDO` applies to the filter
-/// of reflected light, `SHARP_ALBEDO` to that of directly visible emission, `DEPTH` to logarithms
-/// of distances.
+/// Squared differences between two pixels that are always tolerated: of the albedo for reflected
+/// light, of the albedo for directly visible emission (`SHARP_ALBEDO`), of normals, and of
+/// logarithms of distances (`DEPTH`).
 const ALBEDO: f32 = 0.1 * 0.1;
 const SHARP_ALBEDO: f32 = 0.03 * 0.03;
 const NORMAL: f32 = 0.15 * 0.15;

@@ -158,13 +158,13 @@ impl<R: Real> BlockAccumulator<R> for SumAccumulator<R> {
     }
 }
 
-/// Accumulates sums and second central moments in `f64`. If samples of 10⁴ differ by 10⁻², an `f32`
-/// sum of sixteen samples has lost the digits needed to estimate the error.
+/// Accumulates sums and second central moments in `f64`. In `f32`, the sum of sixteen samples of
+/// 10⁴ that differ by 10⁻² would have lost the digits needed to estimate the error.
 ///
 /// Deviations are taken from the pixel's first sample, in one pass (Chan, Golub and LeVeque,
 /// "Algorithms for Computing the Sample Variance: Analysis and Recommendations", 1983). A sample is
-/// at most √n standard deviations from the mean of n samples. Therefore the number subtracted at
-/// the end is at most n times the result, and `f64` has digits enough for the `f32` result.
+/// at most √n standard deviations from the mean of n samples. The number subtracted at the end is
+/// therefore at most n times the result. `f64` has enough digits for this subtraction.
 #[derive(Default)]
 pub(crate) struct MomentAccumulator {
     /// First sample of the pixel.

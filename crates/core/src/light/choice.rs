@@ -27,8 +27,8 @@ pub struct LightSampler {
     far: Vec<LightId>,
     /// Cumulative distribution of the distant lights by power.
     far_shares: Vec<f64>,
-    /// Probability of choosing a distant light: 0 or 1 if the scene has only one kind of light,
-    /// else one half.
+    /// Probability of choosing a distant light: ½ if the scene has both distant and nearby lights,
+    /// else 0 or 1.
     far_share: f64,
     tree: LightTree,
     /// Slot of each emitter in the tree, a place for a child of a node. [`LightTree::NONE`] for an

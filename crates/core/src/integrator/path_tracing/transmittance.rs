@@ -101,8 +101,9 @@ impl<R: Real> PathTracer<'_, R> {
         ends
     }
 
-    /// Whether one shadow ray to the sampled point gives the light's visibility. No transmission,
-    /// absorption or varying emission along the ray is then needed.
+    /// Whether a single shadow ray to the sampled point decides the light's visibility. More is
+    /// needed for varying emission, hard shadows, transmissive surfaces, absorbing media, lights
+    /// without shadows, and spawn rules of constant offset.
     #[inline(always)]
     fn needs_one_shadow_ray(&self, light: LightId) -> bool {
         let (scene, lights) = (self.scene, &self.scene.lights);

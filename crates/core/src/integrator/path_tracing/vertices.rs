@@ -78,7 +78,7 @@ pub(super) struct VertexLanes<R: Real> {
     /// Further terms of common surfaces: metallic, roughness, and the dielectric's reflectances at
     /// normal and at grazing incidence. Unused for matte surfaces.
     pub model_terms: [LaneColumn<R>; 4],
-    /// Factor on the light of delta lights: their unit differs between classic and physical
+    /// Factor on the light of delta lights, whose unit differs between classic and physical
     /// materials.
     pub gain: LaneColumn<R>,
     pub throughput: Vec3Column<R>,
