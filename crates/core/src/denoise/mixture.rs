@@ -25,9 +25,9 @@ const REACH: usize = 20;
 /// Number of rows of pixels for which one task computes the shares.
 const BAND: usize = 64;
 
-/// Greatest ratio of the leave-one-out colour to the filtered colour, and of the latter to the
-/// former. The leave-one-out colour (filtered without the pixel itself) is clamped to this ratio.
-/// It then serves as the denominator of relative errors.
+/// Greatest ratio between the leave-one-out colour (filtered without the pixel itself) and the
+/// filtered colour, whichever is brighter. The leave-one-out colour is clamped to this ratio, and
+/// then serves as the denominator of relative errors.
 const MAX_COLOUR_RATIO: f64 = 1.5;
 
 /// Greatest number of rounds of coordinate descent. A round minimises the error over each share in
@@ -45,8 +45,8 @@ const MOMENTS: usize = CANDIDATES + PAIRS.len();
 /// Number of pixels whose shares are computed side by side in SIMD lanes.
 const LANES: usize = 8;
 
-/// Returns two colours of a pixel: the colour with all candidates applied in full, and the
-/// leave-one-out colour, clamped to [`MAX_COLOUR_RATIO`] relative to the former.
+/// Returns two colours of a pixel: the filtered colour with all candidates applied in full, and the
+/// leave-one-out colour. Their ratio is limited by [`MAX_COLOUR_RATIO`].
 pub(super) fn full_and_leave_one_out_colours(
     mean: [f64; 3],
     pixel: &PixelCandidates,

@@ -29,9 +29,9 @@ pub(super) fn colour_distances(
     }
 }
 
-/// Returns the squared difference `square` of two colours relative to their noise. The expected
-/// squared difference by noise is subtracted. The rest is divided by the sum of the variances `own`
-/// and `there`, and multiplied by `inverse`.
+/// Returns the squared difference `square` of two colours relative to their noise. The squared
+/// difference expected from noise is subtracted. The result is divided by the sum of both
+/// variances, `own` and `there`, and multiplied by `inverse`.
 #[inline(always)]
 pub(super) fn noise_relative_distance(square: f32, own: f32, there: f32, inverse: f32) -> f32 {
     let less = if own < there { own } else { there };

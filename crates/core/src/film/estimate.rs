@@ -289,8 +289,8 @@ fn chi_square_quantiles(freedom: u32) -> [f64; 2] {
 /// Squared deviations of a pixel's replicates from the pixel's mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ReplicateDeviations {
-    /// Sum over replicates of the squared deviation, per channel. The weights of replicates sum to
-    /// the number of samples; they are proportional to the replicates' sample counts, or all equal.
+    /// Weighted sum over replicates of the squared deviation, per channel. The weights are all
+    /// equal or proportional to the replicates' sample counts; their sum is the number of samples.
     pub squared_deviations: [f64; 3],
     /// Number of replicates with samples.
     pub replicates: u32,

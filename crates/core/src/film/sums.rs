@@ -128,8 +128,8 @@ impl<R: Real, B: BlockAccumulator<R>> SampleAccumulator<R, B> {
     }
 }
 
-/// Accumulates sums without squared deviations, for pictures without random sampling: no error is
-/// estimated for these. The samples of a block are summed in the renderer's precision.
+/// Accumulates sums without squared deviations, for pictures without random sampling, whose error
+/// is not estimated. The samples of a block are summed in the renderer's precision.
 #[derive(Default)]
 pub(crate) struct SumAccumulator<R: Real>(R::Vec3);
 

@@ -1,5 +1,5 @@
-//! Normal maps. They are applied when an interaction is created, and integrators need no code for
-//! them.
+//! Normal maps. A normal map is applied when an interaction is created: integrators need no code
+//! for normal maps.
 
 use raywright_bvh::{Hit, Real, Vector};
 

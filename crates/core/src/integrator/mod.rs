@@ -97,7 +97,7 @@ pub(crate) trait LightTransport<'a, R: Real> {
     /// Returns the numbers of rays traced since the last call, and resets them.
     fn take_counters(&mut self) -> Counters;
 
-    /// Whether the observer cancelled a path midway, so that the results are invalid.
+    /// Whether the observer cancelled a path midway. The results are then invalid.
     fn is_stopped(&self) -> bool {
         false
     }

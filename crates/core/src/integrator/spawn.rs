@@ -18,8 +18,8 @@ pub(crate) struct MinHitDistances<R> {
 }
 
 impl<R: Real> PreparedScene<R> {
-    /// Returns the least distances from the ray's origin at which hits count, as the scene's spawn
-    /// rule sets them.
+    /// Returns the least distances from the ray's origin at which hits count, according to the
+    /// scene's spawn rule.
     pub(crate) fn min_hit_distances(&self) -> MinHitDistances<R> {
         match self.rules.spawn {
             PreparedSpawnRule::ErrorBound => MinHitDistances {

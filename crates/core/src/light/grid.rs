@@ -258,8 +258,8 @@ impl SphereGrid {
         probability * within / self.angles[row]
     }
 
-    /// Returns the first column and row of cells of the block in column `x` and row `y` of blocks,
-    /// and its numbers of columns and rows of cells.
+    /// Returns two pairs for the block in column `x` and row `y` of blocks: its first column and
+    /// row of cells, and its numbers of columns and rows of cells.
     fn block_extent(&self, x: usize, y: usize) -> ([usize; 2], [usize; 2]) {
         let [width, height] = self.block;
         let (left, top) = (x * width, y * height);

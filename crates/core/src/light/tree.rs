@@ -1,7 +1,7 @@
-//! Tree over lights with a position, for sampling lights by their estimated contribution. Each node
-//! bounds positions, directions and power of its lights, and so the light that may arrive at a
-//! point ("Importance Sampling of Many Lights with Adaptive Tree Splitting", Conty Estevez, Kulla
-//! 2018; "Physically Based Rendering", 4th edition, 12.6.3).
+//! Tree over lights with a position, for sampling lights by their estimated contribution
+//! ("Importance Sampling of Many Lights with Adaptive Tree Splitting", Conty Estevez, Kulla 2018;
+//! "Physically Based Rendering", 4th edition, 12.6.3). Each node bounds positions, directions and
+//! power of its lights, and so the light that may arrive at a point.
 //!
 //! A node has up to eight children. A binary tree would have three times as many levels, and each
 //! level costs a memory latency and a mispredicted branch.

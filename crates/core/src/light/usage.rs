@@ -1,6 +1,6 @@
 //! Usage of lights: numbers of shadow rays that found no light. A light enclosed on all sides is
 //! missing in the picture and in the picture's error estimate; only these counts reveal it. A lamp
-//! in a closed box may be intended, but is reported all the same.
+//! in a closed box is reported even if its enclosure is intended.
 
 use raywright_bvh::Real;
 

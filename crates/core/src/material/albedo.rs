@@ -5,10 +5,11 @@
 //! The tables depend on no scene: they are constants in the file `albedo.table`. A test computes
 //! the file anew and compares it byte by byte.
 //!
-//! Isotropic microfacets have a table by roughness and cosine. A table of equal steps for
-//! anisotropic microfacets, with two angles and two roughnesses, would be a hundred times as long.
-//! The anisotropic table is coarser and holds differences to isotropic microfacets. Their roughness
-//! is the anisotropic roughness along the view's azimuth. These differences are small and smooth.
+//! Isotropic microfacets have a table by roughness and cosine. Anisotropic microfacets depend on
+//! two angles and two roughnesses. A table of equal steps for them would be a hundred times as
+//! long. The anisotropic table is therefore coarser, and holds the differences to isotropic
+//! microfacets that have the roughness along the view's azimuth. These differences are small and
+//! smooth.
 
 use core::array::from_fn;
 
@@ -171,9 +172,9 @@ fn anisotropic_mean_coordinates([wide, fine]: [f64; 2]) -> [f64; 2] {
     [(fine.sqrt().sqrt() - minimum) / (1.0 - minimum), strength]
 }
 
-/// Returns the four coordinates in [0, 1] of the anisotropic table for a unit direction in the
-/// frame of the microfacets, and the perceptual roughness along the direction's azimuth. The
-/// azimuth's coordinate is linear in the square root of this roughness.
+/// Returns the four coordinates in [0, 1] of the anisotropic table, and the perceptual roughness
+/// along the azimuth of the direction `v`. `v` is a unit direction in the frame of the microfacets.
+/// The azimuth's coordinate is linear in the square root of the roughness.
 fn anisotropic_table_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4], f64) {
     let (x2, y2) = (v.x * v.x, v.y * v.y);
     let across = x2 + y2;

@@ -1,8 +1,9 @@
 //! Thin-film interference: soap, oil, and the colours of tempered steel.
 //!
 //! The light that the film reflects is a series of terms, by the number of internal reflections.
-//! Each term is averaged over the observer's response before it becomes a colour ("A Practical
-//! Extension to Microfacet Theory for the Modeling of Varying Iridescence", Belcour, Barla 2017).
+//! Each term is averaged over the observer's response before it becomes a colour. The method is
+//! that of Belcour and Barla ("A Practical Extension to Microfacet Theory for the Modeling of
+//! Varying Iridescence", 2017).
 //!
 //! Unlike the paper, the series includes every term above a threshold, and a table of the
 //! observer's curves replaces the paper's fits. The error against a sum over wavelengths is about
@@ -48,8 +49,8 @@ impl<N: Number> ThinFilm<N> {
 }
 
 /// Returns the amplitude reflection coefficients of a boundary for perpendicular and for parallel
-/// polarisation. `here` and `beyond` are the indices on the incident and the transmitted side, `ci`
-/// and `ct` the cosines to the normal there.
+/// polarisation. `here` and `beyond` are the indices on the incident and on the transmitted side.
+/// `ci` and `ct` are the cosines of incidence and refraction.
 fn fresnel_amplitudes([here, beyond]: [f64; 2], [ci, ct]: [f64; 2]) -> [f64; 2] {
     let across = (here * ci - beyond * ct) / (here * ci + beyond * ct).max(f64::MIN_POSITIVE);
     let along = (beyond * ci - here * ct) / (beyond * ci + here * ct).max(f64::MIN_POSITIVE);

@@ -104,8 +104,8 @@ pub struct TintedDielectric<N: Number> {
 }
 
 impl<N: Number> TintedDielectric<N> {
-    /// Returns two reflectances of a microfacet in a SIMD lane at a cosine of incidence: with tint
-    /// and film by channel, then without them.
+    /// Returns two reflectances of a microfacet in a SIMD lane at a cosine of incidence: by channel
+    /// with tint and film, then the Fresnel reflectance without tint and film.
     fn tinted_and_fresnel_reflectance(&self, lane: usize, cosine: f64) -> (DVec3, f64) {
         let (exact, beyond) = facet_fresnel(cosine, N::f64_lane(self.boundary.eta, lane));
         let own = cosine.clamp(0.0, 1.0);

@@ -69,8 +69,8 @@ impl<N: Number> Coating<N> {
         })
     }
 
-    /// Returns the factor of coat and sheen on the lobe below them. Reflected light crosses both
-    /// layers twice, transmitted light once.
+    /// Returns the factor by which coat and sheen reduce the lobe below. Reflected light crosses
+    /// both layers twice, transmitted light once.
     fn two_way_transmittance(&self, directions: &Directions<N>) -> N {
         let out = self.one_way_transmittance(directions.normal, directions.wo);
         N::select(

@@ -148,8 +148,8 @@ impl<N: Number> MetallicRoughness<N> {
         self.microfacet_reflectances(N::ONE - self.metallic).0
     }
 
-    /// Returns the reflectances of the microfacets at normal and at grazing incidence, if a share
-    /// `dielectric` of them is dielectric.
+    /// Returns the reflectances of the microfacets at normal and at grazing incidence. `dielectric`
+    /// is the share of the surface with dielectric microfacets.
     #[inline(always)]
     fn microfacet_reflectances(&self, dielectric: N) -> (N::Vec3, N) {
         (
@@ -241,7 +241,9 @@ impl<N: Number> MetallicRoughness<N> {
     }
 
     /// Returns the BSDF for light transport, viewed along `wo`. `outside` is the mask of the SIMD
-    /// lanes whose ray comes from outside. It differs from [`Self::local_bsdf`] in three points:
+    /// lanes whose ray comes from outside.
+    ///
+    /// This BSDF differs from [`Self::local_bsdf`] in three points:
     /// - Nearly smooth surfaces are mirrors.
     /// - Rough surfaces include multiple scattering among microfacets if `compensated`.
     /// - Glass has lobes of its own, and all other lobes cover paint and metal alone.

@@ -108,8 +108,8 @@ fn eval_published_sheen(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
     density / ((1.0 + sheen_lambda(out, alpha) + sheen_lambda(into, alpha)) * 4.0 * out * into)
 }
 
-/// Returns the paper's Λ at a cosine: the masking of fibres by each other. The paper fits its
-/// parameters at α = 0 and α = 1; they are interpolated in between.
+/// Returns the paper's Λ at a cosine: the masking of fibres by each other. The paper fits the
+/// parameters of Λ at α = 0 and α = 1; other parameters are interpolated.
 fn sheen_lambda(cosine: f64, alpha: f64) -> f64 {
     let share = (1.0 - alpha) * (1.0 - alpha);
     let mix = |rough: f64, smooth: f64| rough + (smooth - rough) * share;

@@ -16,8 +16,9 @@ pub(super) fn independent_point(index: u32, scramble: u32) -> [f32; 4] {
 /// Returns four numbers in [0, 1) for the point `index` of a sequence: two stratified pairs (Cook,
 /// "Stochastic Sampling in Computer Graphics", 1986). `scramble` identifies the sequence.
 ///
-/// Points come in groups of sixteen. In each group, each pair has a point in every cell of a 4 × 4
-/// grid, jittered within the cell. Each pair visits the cells in a random order of its own.
+/// Points come in groups of sixteen. In each group, each of the two pairs has a point in every cell
+/// of a 4 × 4 grid, jittered within the cell. The order of the cells is random, and differs between
+/// the pairs.
 #[inline]
 pub(super) fn stratified_point(index: u32, scramble: u32) -> [f32; 4] {
     let grid = splitmix64(u64::from(scramble) << 32 | u64::from(index / 16) | 1 << 31);

@@ -66,7 +66,7 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Ends the path of a camera ray on a wireframe edge, with the colour of the edge. The stored
-    /// albedo is black there, so that denoising keeps the edge.
+    /// albedo of the pixel is black, to keep the edge in denoising.
     pub(super) fn end_on_wireframe_edge(&mut self, path: &mut PathState<R>, edge: R::Vec3) {
         let shown = path.throughput * edge;
         path.radiance += shown;

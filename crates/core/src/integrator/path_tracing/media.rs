@@ -69,8 +69,8 @@ impl MediumStack {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Finds the media around the camera, the innermost on top. These are the media that a ray from
-    /// the camera leaves more often than it enters them.
+    /// Returns the media around the camera, the innermost on top. A ray from the camera leaves each
+    /// of these media more often than it enters that medium.
     pub(super) fn find_camera_media(&self) -> MediumStack {
         let (scene, mut entered, mut around) =
             (self.scene, MediumStack::default(), MediumStack::default());

@@ -12,8 +12,8 @@ use crate::light::{
     set_lane_vector,
 };
 
-/// Results of shading a batch of vertices. A function of its own computes each field: the compiler
-/// then knows that outputs do not alias inputs.
+/// Results of shading a batch of vertices. Each field is computed by a separate function: the
+/// compiler then knows that outputs do not alias inputs.
 #[derive(Clone, Copy)]
 pub(super) struct ShadedLanes<R: Real> {
     pub lit: DirectLightLanes<R>,

@@ -8,9 +8,8 @@ use super::{EmitterShape, Emitters};
 use crate::light::{LightSample, ShadowRayTarget};
 
 impl<R: Real> Emitters<R> {
-    /// Redirects a light sample to the centre of its emitter. The centre is that of the emitter's
-    /// bounds; for a triangle it is a point of the triangle, because the centre of the bounds may
-    /// lie off the triangle.
+    /// Redirects a light sample to the centre of its emitter. For a triangle, this is a point of
+    /// the triangle; for other shapes, it is the centre of the bounds, which may lie off the shape.
     ///
     /// - The receiving point lies inside the bounds of a closed shape: the sample is returned
     ///   unchanged.
