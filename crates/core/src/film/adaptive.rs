@@ -40,7 +40,7 @@ const LEAST_TILE_WEIGHT: f64 = 0.25;
 /// Progress of a film towards a requested error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ErrorProgress {
-    /// The upper end of the error's confidence interval is below the requested error.
+    /// The upper end of the confidence interval of the error is at most the requested error.
     Reached,
     /// More samples are needed.
     NeedsSamples,

@@ -25,7 +25,8 @@ pub(super) struct PixelVariance {
     /// The same variance; the squared difference of each pair is relative to the squared mean of
     /// the same pair.
     pub by_pair_mean: f64,
-    /// Squared products of two independent differences between replicates.
+    /// Squared products of the differences of two disjoint pairs of replicates. Their sum over
+    /// pixels gives the uncertainty of the variance.
     pub product: f64,
     /// Uncertainty of the weight where a single replicate found light, without the part of the
     /// prior. Independent from pixel to pixel.

@@ -45,7 +45,7 @@ impl<R: Real> PhysicalInputs<R> {
         }
     }
 
-    /// Returns the metallic-roughness model at a point.
+    /// Returns the inputs of the metallic-roughness model, evaluated at a point.
     #[inline(always)]
     pub fn metallic_roughness_at(&self, context: &ShadingContext<'_, R>) -> MetallicRoughness<R> {
         let (boundary, base) = (

@@ -23,7 +23,7 @@ pub(super) fn push_cdf(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
     total
 }
 
-/// Returns the probability of the entry `index` in a cumulative distribution.
+/// Returns the probability of the entry `index`, given the cumulative distribution.
 pub(super) fn entry_probability<T: Copy + Into<f64>>(cumulative: &[T], index: usize) -> f64 {
     let before = if index == 0 {
         0.0

@@ -251,7 +251,7 @@ pub(super) struct Albedo<N: Number> {
 }
 
 impl<N: Number> Albedo<N> {
-    /// Creates the albedo from the two numbers of a table entry for each SIMD lane.
+    /// Creates the albedo from a table entry for each SIMD lane.
     #[inline(always)]
     fn from_lanes(entry: impl Fn(usize) -> [f64; 2]) -> Self {
         let both = <N::Vec3 as Vector3<N>>::from_lanes(|lane| {

@@ -20,7 +20,7 @@ pub struct DiffuseBase<N: Number> {
     pub(super) reflectance: N::Vec3,
     /// Diffuse transmittance by channel.
     pub(super) transmittance: N::Vec3,
-    /// Factor on the multiple scattering among white microfacets.
+    /// Factor by which these microfacets scale the multiple scattering of white microfacets.
     pub(super) multiple_scattering: N::Vec3,
     /// Whether the base transmits light.
     pub(super) transmits: bool,

@@ -24,7 +24,7 @@ layer! {
     thickness: Thickness by eval_thickness;
 }
 
-/// Greatest number of terms of the series.
+/// Greatest number of terms in the series of internal reflections.
 const TERMS: usize = 64;
 /// Amplitude at which the series ends: smaller terms are ignored.
 const LEAST_AMPLITUDE: f64 = 1e-5;

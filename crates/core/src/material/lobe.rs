@@ -22,7 +22,7 @@ pub enum Lobe<N: Number> {
     Diffuse {
         /// Diffuse reflectance of the base, for light that passes the microfacets.
         albedo: N::Vec3,
-        /// Factor on the multiple scattering among white microfacets.
+        /// Factor by which these microfacets scale the multiple scattering of white microfacets.
         interreflected: N::Vec3,
         /// Energy that the microfacets do not reflect. It feeds the base and the multiple
         /// scattering.
