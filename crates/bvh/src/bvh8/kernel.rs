@@ -171,8 +171,8 @@ impl Bvh8 {
         dispatch_kernel!(self.kernel, query, false, s, M => s.intersect_triangle_blocks::<M>(self, &leaf_ray, query, visitor))
     }
 
-    /// Passes hits as [`Self::visit_hits`], for a ray that was mapped to an instance's space, where
-    /// f32 does not represent it exactly. `traversal_ray` is the result of
+    /// Passes hits as [`Self::visit_hits`], for a ray in f64 that f32 does not represent exactly: a
+    /// ray in an instance's space, or of a set stored in f64. `traversal_ray` is the result of
     /// [`TraversalRay::from_f64_ray`].
     #[inline(never)]
     pub(crate) fn visit_hits_of_mapped_ray(
@@ -275,7 +275,7 @@ macro_rules! define_traversals {
             pub(super) fn traverse<M: TraversalMode>(
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, near: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { traverse::<_, M>(s, bvh, &TraversalRay::new([ox, oy, oz], [dx, dy, dz], near), query, visitor) } -> bool;
-            /// Traverses the tree by a ray in an instance's space.
+            /// Traverses the tree by a ray in f64, as in an instance's space, rounded to f32.
             pub(super) fn traverse_mapped<M: TraversalMode>(s, bvh: &Bvh8, traversal_ray: &TraversalRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
                 traverse::<_, M>(s, bvh, traversal_ray, query, visitor)
             } -> bool;
@@ -288,7 +288,8 @@ macro_rules! define_traversals {
             pub(super) fn intersect_rows_outside_tree<M: TraversalMode>(
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { intersect_rows_outside_tree::<_, M>(s, bvh, &PreparedRay::from_world_ray([ox, oy, oz], [dx, dy, dz]), query, visitor) } -> bool;
-            /// Intersects a ray in an instance's space with the rows that every query tests.
+            /// Intersects a ray in f64, as in an instance's space, with the rows that every query
+            /// tests.
             pub(super) fn intersect_rows_outside_tree_by_mapped_ray<M: TraversalMode>(s, bvh: &Bvh8, prepared_ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_rows_outside_tree::<_, M>(s, bvh, prepared_ray, query, visitor) } -> bool;
             /// Intersects a ray with all blocks and other primitives, for a structure without
             /// nodes.

@@ -15,8 +15,8 @@ use crate::stats::TraversalStats;
 pub(crate) trait TraversalMode {
     /// Whether any accepted hit ends the query. If so, children are visited in any order.
     const ANY: bool;
-    /// Whether the ray was mapped to an instance's space and rounded, see
-    /// [`super::TraversalRay::from_f64_ray`]. If so:
+    /// Whether the ray is in f64 and rounded for the traversal: a ray in an instance's space, or a
+    /// ray of a set stored in f64. If so:
     ///
     /// - Exact tests use [`TraversalQuery::prepared_ray`].
     /// - Every hit is passed to the visitor, since the primitives belong to an instance, or are

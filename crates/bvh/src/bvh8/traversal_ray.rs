@@ -128,9 +128,9 @@ impl TraversalRay {
         Self { box_ray, leaf_ray }
     }
 
-    /// Creates the traversal ray from a ray in an instance's space, in f64 and with a direction of
-    /// any length. The ray's start is moved along the ray to the bounds of the tree, and its
-    /// direction is scaled. So f32 represents the ray as precisely as the boxes.
+    /// Creates the traversal ray from a ray in f64, such as a ray in an instance's space, with a
+    /// direction of any length. The ray's start is moved along the ray to the bounds of the tree,
+    /// and its direction is scaled. So f32 represents the ray as precisely as the boxes.
     ///
     /// The rounded ray differs from the exact ray by `origin_error` at its origin, and by u = 2⁻²⁴
     /// in each component of its direction. So box tests lower entry distances and increase exit
@@ -270,8 +270,8 @@ impl TraversalRay {
     }
 }
 
-/// Conversion from distances along a ray in an instance's space to distances of the f32 traversal.
-/// A distance t becomes (t − start) · scale.
+/// Conversion from distances along a ray in f64, such as a ray in an instance's space, to distances
+/// of the f32 traversal. A distance t becomes (t − start) · scale.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RayReparametrisation {
     pub start: f64,
