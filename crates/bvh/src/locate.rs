@@ -1,4 +1,4 @@
-//! The surface point and the texture coordinates of a hit, computed after the query.
+//! Surface points and texture coordinates of hits, which are computed after the query.
 
 use glam::DVec3;
 

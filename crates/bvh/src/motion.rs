@@ -71,8 +71,7 @@ struct BoundedValue {
 }
 
 impl BoundedValue {
-    /// Whether the true value is certainly positive (`sign` = 1) or certainly negative (`sign` =
-    /// −1); false for NaN.
+    /// Whether the exact value certainly has the given sign, 1 or −1. False for NaN.
     fn has_sign(&self, sign: f64) -> bool {
         self.value * sign > self.error
     }

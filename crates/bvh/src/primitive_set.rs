@@ -20,8 +20,8 @@ use crate::slot::{MAX_PRIMITIVES, PrimitiveKind, PrimitiveSlot};
 #[derive(Clone, Debug, Default)]
 #[doc(alias("RTCGeometry", "rtcAttachGeometry"))]
 pub struct PrimitiveSet<R: Real> {
-    /// One slot for each primitive, in the order of insertion; in a [`Geometry`], in the
-    /// accelerator's order.
+    /// One slot (a record) for each primitive. In a set they are in the order of insertion, in a
+    /// [`Geometry`] in the accelerator's order.
     pub(crate) slots: Vec<PrimitiveSlot>,
     objects: u32,
     pub(crate) spheres: Vec<Sphere<R>>,
@@ -31,7 +31,7 @@ pub struct PrimitiveSet<R: Real> {
     pub(crate) shapes: Vec<AnyShape<R>>,
     pub(crate) transformed_shapes: Vec<TransformedShape<R>>,
     pub(crate) instances: Vec<Instance>,
-    /// Motions of moving instances, which refer to them by index.
+    /// Motions of the moving instances, in the order of [`Instance`]'s motion index.
     pub(crate) motions: Vec<Motion>,
     /// Geometries that instances place, in the order of their part numbers.
     pub(crate) parts: Vec<Geometry<R>>,

@@ -62,8 +62,8 @@ impl<R: Real> Ray<R> {
     }
 }
 
-/// Open interval of accepted distances: a hit counts iff `min < t < max`, for every query and every
-/// accelerator.
+/// Open interval of accepted distances. For every query and every accelerator, a hit counts if and
+/// only if `min < t < max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[doc(alias("tnear", "tfar", "tMax"))]
 pub struct Interval<R> {

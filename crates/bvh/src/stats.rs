@@ -1,7 +1,7 @@
 //! Statistics of traversals: the numbers of nodes, leaves and primitives that queries test.
 
-/// Receiver of work counts: how many nodes, leaves and primitives queries test. The receiver `()`
-/// discards the counts, at no cost.
+/// Receiver of work counts: the numbers of nodes, leaves and primitives that queries test. The
+/// receiver `()` discards the counts, at no cost.
 pub trait TraversalCounter {
     /// Whether the counter keeps any counts. Queries that count run on [`crate::Kernel::Portable`],
     /// so that the counts do not depend on the processor.

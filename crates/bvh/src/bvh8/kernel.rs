@@ -187,8 +187,8 @@ impl Bvh8 {
         dispatch_kernel!(self.kernel, query, true, s, M => s.traverse_mapped::<M>(self, traversal_ray, query, visitor))
     }
 
-    /// Passes hits as [`Self::visit_hits_of_mapped_ray`], in a structure with primitives outside
-    /// nodes.
+    /// Passes hits of a ray in f64 as [`Self::visit_hits_of_mapped_ray`], in a structure with
+    /// primitives outside nodes. Their order is that of [`Self::visit_without_nodes`].
     #[inline(never)]
     fn visit_without_nodes_by_mapped_ray(
         &self,
@@ -291,8 +291,8 @@ macro_rules! define_traversals {
             /// Intersects a ray in f64, as in an instance's space, with the rows that every query
             /// tests.
             pub(super) fn intersect_rows_outside_tree_by_mapped_ray<M: TraversalMode>(s, bvh: &Bvh8, prepared_ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_rows_outside_tree::<_, M>(s, bvh, prepared_ray, query, visitor) } -> bool;
-            /// Intersects a ray with all blocks and other primitives, for a structure without
-            /// nodes.
+            /// Intersects a ray with all triangle blocks and then all single primitives of a
+            /// structure without nodes.
             pub(super) fn intersect_triangle_blocks<M: TraversalMode>(s, bvh: &Bvh8, leaf_ray: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_all_triangle_blocks::<_, M>(s, bvh, leaf_ray, query, visitor) } -> bool;
             /// Traverses the tree with a packet of rays.
             pub(super) fn traverse_packet(s, bvh: &Bvh8, packet_state: &mut PacketState, visitor: &mut dyn PacketVisitor) {

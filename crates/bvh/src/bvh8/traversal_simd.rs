@@ -114,13 +114,14 @@ mod tests {
         *state
     }
 
-    /// Direction of the rays. Its largest component is one, so corners project unchanged to
-    /// integers of 24 bits, with products of 47 bits.
+    /// Direction of the rays. Its largest component is one, so the projection does not change
+    /// corners. Corners are integers of 24 bits, and their products have 47 bits.
     const ALONG: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 
-    /// Creates a triangle whose first edge passes through the origin in the x-y plane, exactly or
-    /// but for one rounding step of each coordinate. A quarter of the triangles also have their
-    /// third corner on the line of that edge, so that they are edge-on for a ray along z.
+    /// Creates a triangle whose first edge passes through the origin in the x-y plane. The edge
+    /// misses the origin by at most one rounding step of each coordinate. In a quarter of the
+    /// triangles the third corner is on the line of that edge too. Such a triangle is edge-on for a
+    /// ray along z.
     fn triangle(state: &mut u64) -> [Vec3; 3] {
         let mut corner = || ((next(state) >> 41) as i64 - (1 << 22)) as f32;
         let (a, c, scale) = (
@@ -144,13 +145,13 @@ mod tests {
         ]
     }
 
-    /// Creates a triangle and the origin of a ray that passes close to one of the triangle's edges.
-    /// The edge function is a few rounding units of its products, which have 42 digits. The corners
-    /// of the edge are integers, and the origin has twenty binary places.
+    /// Creates a triangle, and the origin of a ray that passes close to one of its edges. The edge
+    /// function is a few rounding units of its two products, which have 42 bits. The corners of
+    /// that edge are integers. The origin has twenty binary places.
     ///
-    /// With D along the edge, u × D = 1 and k a small integer, let the edge have ends k u + m D,
-    /// and let the origin be (k + 2⁻²⁰ r) u + n D. The edge functions are then 2⁻²⁰ r times an
-    /// integer.
+    /// Let D be the direction of the edge, u a vector with u × D = 1, and k a small integer. The
+    /// edge ends at k u + m D for two values of m. The origin is (k + 2⁻²⁰ r) u + n D. The edge
+    /// functions are then 2⁻²⁰ r times an integer.
     fn long(state: &mut u64) -> ([Vec3; 3], Vec3) {
         let mut below = |maximum: u64| (next(state) % maximum) as i64;
         let (d, u) = loop {
@@ -187,10 +188,13 @@ mod tests {
         (corners, Vec3::new(origin[0], origin[1], 0.0))
     }
 
-    /// Protects: the exact triangle test in SIMD registers gives the hit of the single-triangle
-    /// test, equal to the bit, or leaves the decision to that test. Cases: edge functions that are
-    /// zero or so close to zero that rounding could change their sign, edge-on triangles, and
-    /// ordinary triangles, with the largest component of the direction on each axis.
+    /// Protects: the exact triangle test in SIMD registers has the result of the scalar test, equal
+    /// to the bit, or leaves the decision to the scalar test. The largest component of the
+    /// direction is on each axis in turn. Triangles are
+    ///
+    /// - those with an edge function that is zero, or whose sign rounding could change;
+    /// - edge-on triangles;
+    /// - ordinary triangles.
     #[test]
     fn registers_are_as_exact_as_single_triangles() {
         let Some(avx2) = Avx2::detect() else { return };

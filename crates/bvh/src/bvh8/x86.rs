@@ -1,12 +1,13 @@
 //! Traversal operations in AVX2 and AVX-512.
 //!
-//! All unsafe code of the project lies in this crate: in the modules of `bvh8` that say so at their
-//! top (this one, `kernel`, `stack`, `traverse`, `packet` and `optimisation_barrier`), in
-//! `math/simd`, `processor.rs`, `memory.rs` and `heap.rs`. This module has three kinds of unsafe
-//! code. *Instructions*: a token of type [`Avx2`] or [`Avx512`] exists only after the processor was
-//! found to have the instructions, and methods of a token use no others. *Memory*: loads and stores
-//! use pointers to arrays of exactly the right length. *The stack*: entries are written before they
-//! are read.
+//! All unsafe code of the project lies in this crate: in `math/simd`, `processor.rs`, `memory.rs`
+//! and `heap.rs`, and in the modules `x86`, `kernel`, `stack`, `traverse`, `packet` and
+//! `optimisation_barrier` of `bvh8`. This module has three kinds of unsafe code:
+//!
+//! - *Instructions*: a token of type [`Avx2`] or [`Avx512`] proves that the processor has the
+//!   instructions. Methods of a token use no others.
+//! - *Memory*: loads and stores use pointers to arrays of exactly the right length.
+//! - *The stack*: entries are written before they are read.
 #![expect(
     unsafe_code,
     reason = "intrinsics of the processor; each block states why it is sound"

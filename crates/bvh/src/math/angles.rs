@@ -1,5 +1,5 @@
-//! Angles and rotations for [`crate::scalar::Real`]. The f32 functions use arithmetic alone, so
-//! that loops over them vectorise.
+//! Angles and rotations for [`crate::scalar::Real`]. The f32 functions use arithmetic only, without
+//! library calls. So the compiler vectorises loops over them.
 
 /// Computes the angle of the point (x, y) around the origin, in radians from the +x axis.
 /// Reflections about axes and diagonals bring the point into a sixteenth of a turn. There a

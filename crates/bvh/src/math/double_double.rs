@@ -2,9 +2,9 @@
 
 use core::ops::{Add, Mul};
 
-/// An unevaluated sum of two f64 numbers, of which the second is the rounding error of the first.
-/// Operations have errors of a few times 2⁻¹⁰⁶ relative to the operands ("Accurate Sum and Dot
-/// Product", Ogita, Rump, Oishi 2005), unless a number overflows or underflows.
+/// An unevaluated sum of two f64 numbers. The second is the rounding error of the first. Operations
+/// have errors of a few times 2⁻¹⁰⁶ relative to the operands, unless a number overflows or
+/// underflows ("Accurate Sum and Dot Product", Ogita, Rump, Oishi 2005).
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct DoubleDouble {
     high: f64,

@@ -22,16 +22,16 @@ pub(crate) const WIDTH: usize = 8;
 /// Arithmetic on eight lanes. A value of an implementing type is a token: it proves that the
 /// processor has the instructions.
 ///
-/// Minimum and maximum return the second operand unless the first is less or greater, so a NaN in
-/// the first operand is ignored. A comparison returns a mask with one bit per lane. The bit is
-/// never set if an operand is NaN.
+/// A comparison returns a mask with one bit per lane. The bit is zero if an operand is NaN. Minimum
+/// and maximum return the second operand unless the first is less or greater, respectively. So a
+/// NaN in the first operand is ignored.
 pub(crate) trait Simd: Copy {
     type Floats: Copy;
     type Doubles: Copy;
 
     fn splat(self, value: f32) -> Self::Floats;
     fn load(self, values: &[f32; WIDTH]) -> Self::Floats;
-    /// Loads eight numbers from index `first` on; zeros if fewer than eight are left.
+    /// Loads eight numbers from index `first` on. If fewer than eight are left, all lanes are zero.
     #[inline(always)]
     fn load_from_index(self, values: &[f32], first: usize) -> Self::Floats {
         self.load(values[first..].first_chunk().unwrap_or(&[0.0; WIDTH]))

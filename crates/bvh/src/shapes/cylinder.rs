@@ -24,7 +24,7 @@ pub enum CylinderEnds {
     Capped,
 }
 
-/// A cylinder: all points at distance `radius` from a line or a segment.
+/// A cylinder: its wall has the distance `radius` from a line or from a segment.
 #[derive(Clone, Copy, Debug)]
 pub struct Cylinder<R: Real> {
     /// Centre of one end. For an infinite cylinder it is any point of the axis.

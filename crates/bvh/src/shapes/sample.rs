@@ -12,7 +12,8 @@ pub trait SampleArea<R: Real>: Shape<R> {
     /// area, which is positive, finite, and equal to [`SampleArea::area_density`].
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64);
 
-    /// Density, per area, with which a point of the surface is sampled; constant by default.
+    /// Sampling density, per area, of a point of the surface. By default it is constant: one over
+    /// the area.
     fn area_density(&self, _point: &SurfacePoint) -> f64 {
         1.0 / self.area()
     }

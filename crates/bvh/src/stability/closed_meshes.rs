@@ -22,8 +22,8 @@ fn is_hit<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> bool {
         && geometry.occluded(ray, range, &mut |_| true, &mut ())
 }
 
-/// Creates a point whose coordinate along an axis is `along`, and whose other two coordinates are
-/// `a` and `b`.
+/// Creates a point from its coordinate `along` an axis and its coordinates `a` and `b` on the two
+/// axes that follow cyclically.
 fn point_across_axis(axis: usize, [a, b]: [f64; 2], along: f64) -> DVec3 {
     let mut p = DVec3::ZERO;
     (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (along, a, b);
@@ -145,7 +145,7 @@ impl SphereMesh {
     }
 }
 
-/// Measures rays from inside closed meshes, all of which must hit.
+/// Measures rays from inside the closed meshes `globes`. Each ray must hit.
 fn measure_leaks<R: Real>(
     case: &str,
     seed: u64,

@@ -1,9 +1,11 @@
-//! Lanes of AVX2, with eight f64 in two registers, and of AVX-512, with eight f64 in one register
-//! and f32 lanes at 256 bits.
+//! Lanes of AVX2 and of AVX-512. AVX2 has eight f64 in two registers. AVX-512 has eight f64 in one
+//! register, and eight f32 in a register of 256 bits.
 //!
-//! Unsafe code is of two kinds here. *Instructions*: a value of type [`Avx2`] or [`Avx512`] exists
-//! only after the processor was found to have the instructions, and its methods use no others.
-//! *Memory*: only arrays of exactly the right length are read.
+//! Unsafe code here is of two kinds:
+//!
+//! - *Instructions*: a value of type [`Avx2`] or [`Avx512`] proves that the processor has the
+//!   instructions. Its methods use no others.
+//! - *Memory*: only arrays of exactly the right length are read.
 #![expect(
     unsafe_code,
     reason = "intrinsics of the processor; each block states why it is sound"
@@ -117,7 +119,7 @@ impl Simd for Avx2 {
     }
 }
 
-/// Collects the sign bits of eight f64 numbers in a mask.
+/// Returns the mask of the negative numbers among eight f64, by their sign bits.
 #[inline]
 #[target_feature(enable = "avx")]
 fn sign_mask(low: __m256d, high: __m256d) -> u32 {
