@@ -7,8 +7,8 @@
 
 use core::mem::MaybeUninit;
 
-/// Least size, in bytes, of an array on huge pages: two pages, since an array rarely starts at a
-/// page boundary.
+/// Least size, in bytes, of an array on huge pages. It is two huge pages, since an array rarely
+/// starts at the boundary of a page.
 const MIN_BYTES: usize = 4 << 20;
 
 /// Creates an empty `Vec` with the given capacity. If it is large, the system is advised to use

@@ -88,7 +88,7 @@ pub(crate) struct TraversalQuery<'a> {
     pub source: RaySource<'a>,
     /// The ray for exact tests, made from `source` at its first use.
     pub prepared_ray: Option<PreparedRay>,
-    /// Conversion of distances to those of the traversal, if the ray was mapped and rounded.
+    /// Conversion of distances to those of the traversal, for a ray in f64 that is rounded.
     pub reparametrisation: RayReparametrisation,
     /// Counts of this traversal's work, if `counts_work` is set.
     pub stats: TraversalStats,

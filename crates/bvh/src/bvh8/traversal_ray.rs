@@ -50,8 +50,8 @@ pub(crate) struct BoxRay {
     /// Inverse direction for the planes at which the ray leaves a box, slightly greater in absolute
     /// value than `inverse`.
     pub exit_inverse: [f32; 3],
-    /// Amount, per axis, that is subtracted from entry distances; zero for a ray that was not
-    /// mapped.
+    /// Amount, per axis, that is subtracted from entry distances; zero for a ray that is exact in
+    /// f32.
     pub entry_margin: [f32; 3],
     /// Amount, per axis, that is added to exit distances. It is `entry_margin` plus a margin for
     /// negative distances, which `exit_inverse` makes smaller.

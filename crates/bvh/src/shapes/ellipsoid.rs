@@ -167,7 +167,7 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
 }
 
 /// Samples the unit sphere uniformly and maps the point to the ellipsoid. The density is that of
-/// the sphere, divided by the local change of areas.
+/// the sphere, divided by the local factor between the areas.
 impl<R: Real> SampleArea<R> for Ellipsoid<R> {
     fn area(&self) -> f64 {
         integrate_area(|u, v| {

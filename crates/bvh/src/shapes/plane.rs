@@ -34,8 +34,8 @@ impl<R: Real> Plane<R> {
 }
 
 /// Intersects a ray with the plane through the point `through`. Returns the hit point and its error
-/// bound. The distance is not rounded to the stored scalar, so the bound covers only the rounding
-/// of stored coordinates.
+/// bound. The bound is that of the computation in f64, since the distance is not rounded to the
+/// stored scalar.
 #[inline(always)]
 pub(super) fn intersect_plane(
     prepared_ray: &PreparedRay,

@@ -108,9 +108,10 @@ impl Crossings {
     }
 }
 
-/// Returns the reference point of an intersection test, relative to `centre`, and its distance
-/// along the ray from the origin. With `close` it is the ray's point nearest to `centre`, so no
-/// coefficient contains the distance of the origin. Otherwise it is the origin.
+/// Returns two values of the reference point of an intersection test: its distance along the ray
+/// from the origin, and its position relative to `centre`. With `close` it is the ray's point
+/// nearest to `centre`, so no coefficient contains the distance of the origin. Otherwise it is the
+/// origin.
 ///
 /// Let D be the distance of the origin from the shape, and r the size of the shape. With the origin
 /// as reference point, the discriminant has a relative error of about (D/r)²·2⁻⁵³. So no digit is
