@@ -47,15 +47,15 @@ pub(crate) fn apply_clay(scene: &mut Scene) {
     scene.unread.clear();
 }
 
-/// White copies of the textures whose alpha clay needs. Clay ignores their colours. Maps the name
-/// of each original texture to the name of its copy.
+/// Maps the name of each texture whose alpha clay needs to the name of a white copy of the texture.
+/// Clay ignores the texture's colours.
 #[derive(Default)]
 struct CutoutTextures(BTreeMap<String, String>);
 
 impl CutoutTextures {
-    /// Returns a default material that only cuts shapes out: alpha mode and opacity of `model`, and
-    /// a white copy of its base colour texture, whose alpha decides. Without a mask or an alpha
-    /// texture to blend by, the material is opaque.
+    /// Returns a default material that only cuts shapes out. A mask of `model` is kept, with its
+    /// opacity and a white copy of its base colour texture. Blending by the alpha of that texture
+    /// becomes a mask (see [`BLEND_CUTOFF`]). Any other material becomes opaque.
     fn alpha_only_material(&mut self, model: &Physical) -> Physical {
         let texture = model.base_colour_texture.as_ref();
         let (alpha, opacity) = match (model.alpha, texture) {

@@ -10,8 +10,8 @@ use crate::error_kind::ErrorKind;
 /// Largest number of problems rendered in full; a text in another format can have thousands.
 const MAX_SHOWN: usize = 20;
 
-/// Bytes of a long line shown before a problem. Up to three times this number of bytes are shown
-/// from the start of the problem on.
+/// Largest number of bytes of a long line that are shown before a problem. Up to three times this
+/// number of bytes are shown from the start of the problem on.
 const MARGIN: usize = 60;
 
 /// A problem in a text.
@@ -19,7 +19,7 @@ const MARGIN: usize = 60;
 pub struct Diagnostic {
     /// Description in one sentence.
     pub message: String,
-    /// Byte range of the problem; `None`: the text as a whole.
+    /// Byte range of the problem; `None` if the problem concerns the whole text.
     pub span: Option<Range<usize>>,
     /// Short label beside the caret; may be empty.
     pub label: String,

@@ -36,7 +36,8 @@ impl Error {
         Self::with_kind(ErrorKind::Limit, format!("{path}: {message}"))
     }
 
-    /// Creates the error for a name that does not exist, such as a preset, a camera or a parameter.
+    /// Creates the error for a wrong use of the program: a name that does not exist, or flags that
+    /// contradict each other or the input.
     pub fn invalid_usage(message: impl fmt::Display) -> Self {
         Self::with_kind(ErrorKind::Usage, message.to_string())
     }

@@ -1,4 +1,4 @@
-//! Kinds of failure, by which callers can decide without parsing the message.
+//! Kinds of failure, which let callers distinguish failures without parsing the message.
 
 /// Kind of a failure; the command line maps each kind to an exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,6 +9,7 @@ pub enum ErrorKind {
     File,
     /// A file needs more than the limits allow.
     Limit,
-    /// The caller names something that does not exist: a preset, a camera, a parameter.
+    /// The caller names something that does not exist (a preset, a camera, a parameter), or
+    /// requests something that the input does not support.
     Usage,
 }

@@ -21,7 +21,8 @@ use crate::limits::format_bytes;
 /// Error of a file named inside a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ReadError {
-    /// The reference is not allowed: it leads outside the folder, or to no regular file.
+    /// The reference is not allowed: it leads outside the folder, or to no regular file. The value
+    /// is the message.
     Refused(String),
     /// The file cannot be read.
     Unreadable(String),
@@ -39,14 +40,15 @@ impl fmt::Display for ReadError {
     }
 }
 
-/// Location of the files that a scene names.
+/// Where the files that a scene names are looked up.
 #[derive(Clone, Debug)]
 enum FolderRoot {
     /// Below a folder, given by its canonical path.
     Disk(PathBuf),
-    /// In a caller's resolver. The prefix of all paths is empty or ends in `/`.
+    /// The files come from a resolver of the caller. The text precedes every path; it is empty or
+    /// ends in `/`.
     Resolver(Resolver, String),
-    /// No location: every reference is refused, for this reason.
+    /// No file may be read. The text is the reason, for the message of each refusal.
     NoFiles(&'static str),
 }
 
@@ -132,7 +134,8 @@ impl Folder {
         }
     }
 
-    /// Creates the folder of a scene given as bytes: a caller's resolver, or no folder.
+    /// Creates the folder of a scene given as bytes. Its files come from `resolver`; without a
+    /// resolver, every reference is refused.
     pub fn from_resolver(resolver: Option<&Resolver>, file_bytes: u64) -> Self {
         let root = match resolver {
             Some(resolver) => FolderRoot::Resolver(resolver.clone(), String::new()),
@@ -282,7 +285,7 @@ impl Folder {
 }
 
 /// Resolves `.` and `..` in a reference without file access. Returns `None` for an absolute path,
-/// and for a path that leaves the folder, even if the path returns to the folder later.
+/// and for a path that leaves the folder at any step, such as `../here/a.png`.
 fn normalise_reference(reference: &str) -> Option<PathBuf> {
     // Windows paths are refused on every system, so that a scene is accepted by all machines or by
     // none.
@@ -349,7 +352,7 @@ pub(crate) fn read_file(file: &File, limit: u64) -> std::io::Result<Option<Vec<u
 }
 
 /// Reads all bytes of a source; returns `None` for more than `limit` bytes. `reported` is the
-/// length that the source states, or 0 if unknown.
+/// number of bytes that the source states, or 0 if unknown.
 pub(crate) fn read_limited(
     source: impl Read,
     reported: u64,

@@ -1,5 +1,5 @@
-//! Hash of a scene's sources. The hash is computed on request, because a preview of a small model
-//! takes less time than its hash.
+//! Hash of a scene's sources. The hash is computed on request only, because hashing a small model
+//! takes longer than a preview of the model.
 
 use std::fmt;
 use std::sync::OnceLock;
@@ -11,8 +11,9 @@ use sha2::{Digest, Sha256};
 const BUFFER_BYTES: usize = 1 << 20;
 
 /// SHA-256 of a sequence of byte strings, each preceded by its length; displayed as 64 hexadecimal
-/// digits. Without SHA instructions of the processor, hashing takes fifty instructions per byte;
-/// therefore up to a megabyte is buffered, and hashed only when the hash is displayed.
+/// digits. Hashing takes fifty instructions per byte on a processor without SHA instructions.
+/// Therefore up to a megabyte is kept in a buffer, which is hashed only when it is full or when the
+/// hash is displayed.
 #[derive(Clone, Debug, Default)]
 pub struct SceneHash {
     hasher: Sha256,

@@ -16,15 +16,15 @@ use crate::warning::WarningCode;
 /// the image's position in the file.
 #[derive(Debug, Default)]
 pub(crate) struct ImageDecodeReport {
-    /// Errors of images that could not be decoded. Their textures are removed by
-    /// [`drop_missing_images`], so that only the factors of the materials remain.
+    /// Errors of images that could not be decoded. [`drop_missing_images`] removes the textures of
+    /// these images; the materials keep the factors that the textures multiplied.
     pub errors: Vec<String>,
     /// Remarks about decoded images, such as replaced values.
     pub remarks: Vec<(WarningCode, String)>,
 }
 
-/// Images of a model that wait for decoding. Each has its index in the scene, its position for
-/// messages, and its encoded bytes.
+/// Images of a model that wait for decoding. Each entry is the image's index in the scene, the
+/// image's position for messages, and the encoded bytes.
 #[derive(Debug, Default)]
 pub(crate) struct ImageDecodeQueue<'a>(Vec<(usize, String, Cow<'a, [u8]>)>);
 

@@ -22,7 +22,7 @@ pub(crate) enum FaultKind {
     Input,
     /// The content needs more than the limits allow.
     Limit,
-    /// The user chose a part that the content lacks.
+    /// The user chose a scene, variant or animation that the file lacks.
     Choice,
 }
 
@@ -93,10 +93,11 @@ impl From<ReadError> for Fault {
     }
 }
 
-/// Separates broken pictures, which the caller leaves out, from failures of the import. A fault of
-/// kind input is returned as `Ok(Err(reason))`.
+/// Returns a fault of kind input as `Ok(Err(reason))`. The caller can then leave out a broken
+/// picture and continue the import.
 ///
 /// # Errors
+///
 /// A fault of any other kind.
 pub(crate) fn catch_invalid_input<T>(outcome: ImportResult<T>) -> ImportResult<Result<T, String>> {
     match outcome {
@@ -140,11 +141,11 @@ pub(crate) fn format_number(value: f64) -> String {
     }
 }
 
-/// List of warnings without repetitions; beyond a largest number, warnings are only counted.
+/// List of different warnings, at most [`Self::MOST`]. Further warnings are counted, but not kept.
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
     list: Vec<(WarningCode, String)>,
-    /// Triangles that the warnings of a message are about.
+    /// Number of triangles that were left out, by the message of the warning.
     triangles: HashMap<String, u64>,
     left_out: usize,
 }
@@ -166,7 +167,8 @@ impl Warnings {
         }
     }
 
-    /// Adds that triangles were left out for their corners; `place` ends with a separator.
+    /// Adds a warning that triangles with non-finite corners were left out. `place` is the start of
+    /// the message, with a separator at its end.
     pub fn add_dropped(&mut self, place: &str, triangles: usize) {
         let left_out = match triangles {
             0 => return,
@@ -247,9 +249,10 @@ impl UniqueNames {
 /// room for a smaller allocation has no room for the program at all.
 const CHECKED_BYTES: u64 = 1 << 20;
 
-/// Checks that the system has this much memory, before an allocation.
+/// Checks that the system can provide `bytes` bytes of memory. Called before the allocation.
 ///
 /// # Errors
+///
 /// A fault of kind limit if the system has less memory.
 pub(crate) fn check_available_memory(bytes: u64) -> ImportResult<()> {
     if bytes < CHECKED_BYTES || can_allocate(bytes) {
@@ -281,9 +284,10 @@ impl DecodeBudget {
         }
     }
 
-    /// Reserves memory before an allocation.
+    /// Reserves the memory of `count` items of `bytes_each` bytes. Called before the allocation.
     ///
     /// # Errors
+    ///
     /// A fault of kind limit when the budget is exceeded.
     pub fn reserve_memory(&mut self, count: usize, bytes_each: usize) -> ImportResult<()> {
         let bytes = (count as u64).saturating_mul(bytes_each as u64);

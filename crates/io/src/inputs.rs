@@ -67,8 +67,8 @@ impl InputFiles {
     }
 
     /// Returns the index of the first output path that would overwrite an input, and the reason.
-    /// Each output path comes with the fingerprint of the file that exists at the path, if any. All
-    /// output paths are checked in one call, so that each input is opened only once.
+    /// Each entry of `places` is a path and the fingerprint of the file that exists there, if any.
+    /// All paths are checked in one call, so that each input is opened only once.
     pub fn find_conflicting_output<'a>(
         &self,
         places: impl IntoIterator<Item = (&'a OutputPath, Option<u64>)>,

@@ -98,8 +98,8 @@ pub(crate) fn decode_vertex_colour(rgb: [f32; 3]) -> [f32; 4] {
     [r, g, b, 1.0]
 }
 
-/// Normalises the normals of a mesh. A zero or non-finite normal is replaced by the area-weighted
-/// mean normal of the vertex's facets.
+/// Normalises the normals of a mesh. A zero or non-finite normal is replaced by the mean normal of
+/// the triangles at the vertex, weighted by area.
 pub(crate) fn repair_normals(mesh: &mut MeshData) {
     let mend = |(i, normal): (usize, &mut [f32; 3])| match Vec3::from_array(*normal)
         .as_dvec3()

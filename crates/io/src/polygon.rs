@@ -5,8 +5,8 @@ use glam::{DVec2, DVec3};
 
 use crate::import::{DecodeBudget, Fault, ImportResult};
 
-/// Largest number of comparisons of vertices for all concave polygons of a file, about a second of
-/// work.
+/// Largest number of vertex comparisons for all concave polygons of a file together: about a second
+/// of work.
 const MOST_WORK: u64 = 300_000_000;
 
 /// Triangulates the polygons of a file by ear clipping, with a limit on the total work.
@@ -31,10 +31,11 @@ impl Default for EarClipper {
 }
 
 impl EarClipper {
-    /// Reserves the memory to triangulate a polygon of `corners` corners. A smaller polygon uses
-    /// the reservation of a larger polygon.
+    /// Reserves the memory to triangulate a polygon of `corners` corners. Only the largest polygon
+    /// so far needs memory; a smaller polygon uses the same memory.
     ///
     /// # Errors
+    ///
     /// A fault of kind limit when the budget is exceeded.
     pub fn reserve_memory(
         &mut self,

@@ -207,7 +207,7 @@ pub fn is_scene_or_model(file: &Path) -> bool {
         || SceneFormat::from_model_path(file).is_some()
 }
 
-/// Origin of a scene.
+/// Origin of a scene: its name, its format and, for a native scene, its text.
 #[derive(Clone, Debug)]
 pub struct SourceInfo {
     /// Name given by the user: a path, or `preset:NAME`.
@@ -218,7 +218,7 @@ pub struct SourceInfo {
     pub format: SceneFormat,
     /// Text of a native scene; `None` for a model.
     pub text: Option<Arc<str>>,
-    /// Entries of the scene that the text has by its models.
+    /// Positions, in the scene's lists, of the entries that come from model files.
     model_entries: Vec<ModelEntries>,
     /// Syntax tree of the text, built on first use.
     tree: OnceLock<Option<native::SyntaxTree>>,
@@ -241,7 +241,7 @@ impl SourceInfo {
         }
     }
 
-    /// Sets the entries that models have brought.
+    /// Sets the positions of the entries that come from model files.
     pub(crate) fn with_model_entries(self, model_entries: Vec<ModelEntries>) -> Self {
         Self {
             model_entries,
@@ -284,7 +284,8 @@ impl SourceInfo {
             .as_ref()
     }
 
-    /// Position of a part of the scene in the text: of what a model has brought that of the model.
+    /// Returns the byte range of a part of the scene in the text. A part that comes from a model
+    /// file has the range of the text's entry for this model.
     fn span(&self, path: &str) -> Option<Range<usize>> {
         let tree = self.tree()?;
         let (list, rest) = path.split_once('[').unwrap_or((path, ""));

@@ -1,5 +1,5 @@
-//! Up axis of models. A model whose up axis is not y is rotated as a whole, before the studio, its
-//! ground, views and films are set up.
+//! Up axis of models. A model whose up axis is not y is rotated as a whole. The studio, its ground
+//! and the views are set up after this rotation.
 
 use core::str::FromStr;
 

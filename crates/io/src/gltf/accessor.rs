@@ -90,8 +90,7 @@ pub(super) struct AccessorReader<'a> {
     pub buffers: &'a Buffers<'a>,
     /// Largest size of an accessor in bytes.
     pub memory_bytes: u64,
-    /// Number of bytes that further accessors without data may still have. The elements of such an
-    /// accessor are zeros.
+    /// Number of bytes that may still be given to accessors without data, whose elements are zeros.
     pub zero_bytes_left: Cell<u64>,
 }
 

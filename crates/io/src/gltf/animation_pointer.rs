@@ -1,10 +1,10 @@
 //! Animation of properties by JSON pointers (KHR_animation_pointer). The values at a time are
 //! written into the file's JSON, which is then parsed again.
 //!
-//! Pointers refer to properties of the file, not of the imported scene. With changed JSON, every
-//! supported property can be animated without code of its own. Unsupported properties, and those
-//! that change no picture, are named in a warning. Transforms and weights of nodes are handled by
-//! [`animation`](super::animation), animated by pointers or not.
+//! Pointers refer to properties of the file, not of the imported scene. Because the JSON itself
+//! changes, no property needs animation code of its own. A warning names each unsupported property
+//! and each property that changes no picture. [`animation`](super::animation) handles transforms
+//! and weights of nodes, even if pointers animate them.
 
 use std::collections::HashSet;
 
@@ -174,10 +174,11 @@ pub(super) fn parse_node_pointer(channel: &AnimationChannel) -> Option<(u32, &st
     known.then_some((index, path))
 }
 
-/// Parses the file again with the animated properties at a time in seconds. Returns `None` if no
-/// animation uses pointers.
+/// Sets all properties that pointers animate to their values at a time in seconds, and parses the
+/// file again. Returns `None` if no animation uses pointers.
 ///
 /// # Errors
+///
 /// A fault of kind input for a sampler whose keys do not fit its channel, and for a file that is
 /// invalid at this time; of kind limit beyond the limits.
 pub(super) fn apply_animation_pointers(

@@ -8,10 +8,10 @@ use super::nodes::NodeInstance;
 use crate::import::{Warnings, format_number};
 use crate::warning::WarningCode;
 
-/// Converts a camera, or returns `None` with a warning for invalid numbers.
+/// Converts a camera; returns `None`, and adds a warning, for invalid numbers.
 ///
-/// If the picture and the camera differ in aspect ratio, the picture shows the whole view of the
-/// camera, and more on two opposite sides.
+/// If the picture has another aspect ratio than the camera, the picture shows the camera's whole
+/// view, and more of the scene on two opposite sides.
 pub(super) fn convert_camera(
     camera: &Source,
     index: usize,

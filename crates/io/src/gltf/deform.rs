@@ -27,8 +27,9 @@ pub(super) struct MeshDeformation {
     /// Skin whose joints map vertices to world space; `None`: vertices are mapped by the node's
     /// transform.
     pub skin: Option<Rc<SkinTransforms>>,
-    /// Whether faces are reversed: the handedness of a node's transform decides even for a skinned
-    /// mesh (glTF 2.0, section 3.7.4, "Instantiation").
+    /// Whether faces are reversed, because the node's transform is a reflection. This holds even
+    /// for a skinned mesh, whose vertices the node's transform does not move (glTF 2.0, section
+    /// 3.7.4, "Instantiation").
     pub mirrored: bool,
 }
 
@@ -295,8 +296,8 @@ impl GltfImport<'_> {
 
 impl SkinTransforms {
     /// Returns the weighted mean of a vertex's joint transforms. The weights are divided by their
-    /// sum, which rounding keeps from being exactly 1. If all weights are zero, the vertex's first
-    /// joint has the weight 1.
+    /// sum, which differs from 1 by rounding. If all weights are zero, the vertex's first joint has
+    /// the weight 1.
     fn blend_joints(
         &self,
         sets: &[(Accessor<'_>, Accessor<'_>)],

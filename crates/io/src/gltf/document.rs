@@ -44,8 +44,8 @@ pub(super) struct Document {
 }
 
 impl Document {
-    /// Names of the extensions that the file declares, and of undeclared extensions without a type
-    /// here.
+    /// Names of the extensions that the file declares, and of undeclared extensions that have no
+    /// type in this importer.
     pub fn extensions(&self) -> impl Iterator<Item = &String> {
         let of_nodes = self
             .nodes
@@ -71,8 +71,9 @@ pub(super) struct AssetVersion {
     min_version: Option<String>,
 }
 
-/// The version and the required extensions from a glTF file's JSON. If the whole file cannot be
-/// parsed, these two are parsed alone, because they give a better message.
+/// The version and the required extensions from a glTF file's JSON. They are parsed alone if the
+/// whole file cannot be parsed, because a wrong version or a missing extension explains the failure
+/// better.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct DocumentHeader {

@@ -12,7 +12,7 @@ use super::buffers::missing_index_fault;
 use super::entries::{AnimationEntry, AnimationSampler, Interpolation};
 use crate::import::{Fault, ImportResult};
 
-/// Reads keyframes and interpolates between them. Each accessor is opened once and kept, because a
+/// Reads keyframes and interpolates between them. Opened accessors are kept, because opening a
 /// sparse accessor takes time and memory.
 pub(super) struct KeyframeReader<'a> {
     reader: &'a AccessorReader<'a>,
@@ -73,8 +73,9 @@ impl<'a> KeyframeReader<'a> {
             .filter(|seconds| seconds.is_finite())
     }
 
-    /// Locates a time in seconds among a sampler's keyframes. Returns the accessor of the values,
-    /// and the position of the time. `arity` is the expected number of components per value.
+    /// Locates a time in seconds among a sampler's keyframes. Returns the accessor of the sampler's
+    /// values, and the position of the time. `arity` is the expected number of components of each
+    /// value.
     fn locate_time(
         &mut self,
         sampler: &AnimationSampler,

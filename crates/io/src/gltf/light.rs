@@ -8,7 +8,7 @@ use super::nodes::NodeInstance;
 use crate::import::{Warnings, format_number};
 use crate::warning::WarningCode;
 
-/// Converts a light, or returns `None` with a warning for invalid numbers.
+/// Converts a light; returns `None`, and adds a warning, for invalid numbers.
 pub(super) fn convert_light(
     light: &Source,
     index: usize,
@@ -95,8 +95,7 @@ fn light_range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f
 }
 
 /// Returns the inner and the outer angle of a spotlight, in degrees from the axis; `None` for an
-/// empty cone. If the inner angle is not smaller than the outer angle, the edge of the light is
-/// hard.
+/// empty cone. The light has a hard edge if the inner angle is not smaller than the outer angle.
 fn spot_angles(spot: Option<&SpotCone>, label: &str, warnings: &mut Warnings) -> Option<[f64; 2]> {
     let spot = spot.map_or_else(SpotCone::default, SpotCone::clone);
     let [inner, outer] =

@@ -14,8 +14,9 @@ use super::entries::SpecularGlossiness;
 use super::texture::TextureRole;
 use crate::import::{DecodeBudget, ImportResult};
 
-/// Reflectance at normal incidence of a dielectric with the index of refraction 1.5. The specular
-/// colour of the file is divided by this value, because the renderer multiplies by it.
+/// Reflectance at normal incidence of a dielectric with the index of refraction 1.5. The renderer
+/// multiplies the specular colour by this reflectance; therefore the file's specular colour is
+/// divided by it.
 const DIELECTRIC: f64 = 0.04;
 
 impl GltfImport<'_> {
@@ -56,8 +57,8 @@ impl GltfImport<'_> {
         Ok(())
     }
 
-    /// Returns the name of the roughness texture for a glossiness texture and a factor. The texture
-    /// is created on first use; its image is computed later.
+    /// Returns the name of the roughness texture for a glossiness texture and its factor
+    /// `glossiness`. The texture is created on first use; its image is computed later.
     fn roughness_texture(&mut self, glossy: &str, glossiness: f64) -> String {
         let key = (glossy.to_owned(), glossiness.to_bits());
         if let Some(known) = self.roughness_baker.texture_names.get(&key) {
@@ -94,7 +95,8 @@ impl GltfImport<'_> {
     }
 }
 
-/// A roughness image to be computed from the glossiness in a texture's alpha channel and a factor.
+/// A roughness image that is computed later, from the glossiness in a texture's alpha channel and a
+/// factor on this glossiness.
 #[derive(Clone, Debug)]
 struct RoughnessBake {
     /// Name of the texture whose alpha channel is glossiness.
@@ -172,8 +174,9 @@ impl RoughnessBaker {
     }
 }
 
-/// Converts glossiness, which is the alpha channel times `factor`, to an image of 8-bit codes:
-/// roughness, 1 minus glossiness, in the green channel, and metalness zero in the blue channel.
+/// Converts glossiness to an image of 8-bit codes. Glossiness is the alpha channel times `factor`.
+/// The green channel of the result is the roughness, 1 minus glossiness; the blue channel is the
+/// metalness, zero.
 fn roughness_from_glossiness(glossy: &ImageData, factor: f64) -> ImageData {
     let code = |glossiness: f64| {
         [

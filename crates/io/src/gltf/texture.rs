@@ -155,9 +155,9 @@ impl<'a> GltfImport<'a> {
         }
     }
 
-    /// Returns the name of the scene's image for an image of the file, and queues the bytes for
-    /// decoding. Returns `None` with a warning if the image is unreadable, its header is invalid,
-    /// or its format is unsupported.
+    /// Returns the name of the scene's image for an image of the file, and queues the encoded bytes
+    /// for decoding. Returns `None`, and adds a warning, if the image is unreadable, its header is
+    /// invalid, or its format is unsupported.
     fn convert_image(&mut self, index: usize) -> ImportResult<Option<String>> {
         if let Some(known) = self.images.get(&index) {
             return Ok(known.clone());
@@ -233,9 +233,9 @@ impl<'a> GltfImport<'a> {
 }
 
 /// Returns the filter of a texture from the sampler's magnification filter; bilinear if the sampler
-/// states none. The minification filter is ignored. It selects mip maps, which average a texture
-/// over a pixel for renderers with a single sample per pixel; here, many samples per pixel compute
-/// this average. A setting of the renderer offers mip maps for renders with few samples.
+/// states none. The sampler's minification filter is ignored. It selects mip maps, which average a
+/// texture over a pixel for renderers with a single sample per pixel; here, many samples per pixel
+/// compute this average. A setting of the renderer offers mip maps for renders with few samples.
 fn convert_filter(sampler: &TextureSampler) -> TextureFilter {
     const NEAREST: u32 = 9728;
     if sampler.mag_filter == Some(NEAREST) {

@@ -39,10 +39,9 @@ impl VertexSelection {
     }
 }
 
-/// Selects the vertices that a primitive's triangles use, and renumbers the corners of the
-/// triangles accordingly. A primitive that uses a small part of a shared vertex list then copies
-/// only that part. If the triangles have at least `count` corners, all `count` vertices are
-/// selected.
+/// Selects the vertices that a primitive's triangles use, and renumbers the triangles' corners to
+/// match. Only the used part of a vertex list shared by several primitives is then copied. All
+/// `count` vertices are selected if the triangles have at least `count` corners.
 pub(super) fn select_used_vertices(
     corners: Vec<[u32; 3]>,
     count: usize,

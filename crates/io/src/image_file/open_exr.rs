@@ -90,7 +90,8 @@ struct ChosenPicture<'m> {
     remark: Option<String>,
 }
 
-/// Chooses the first picture outside any layer, or otherwise the first layer.
+/// Chooses the first picture outside any layer; without such a picture, the picture of the first
+/// layer.
 fn choose_picture(meta: &MetaData) -> ImportResult<ChosenPicture<'_>> {
     let flat = || meta.headers.iter().filter(|header| !header.deep);
     let all: Vec<(&Header, ColourChannels)> = flat()
@@ -156,10 +157,11 @@ fn read_headers(bytes: &[u8], limits: &Limits) -> ImportResult<MetaData> {
     Ok(meta)
 }
 
-/// Returns width and height of the larger of two areas: the display window, and the data window.
-/// The decoder allocates this number of pixels.
+/// Returns the width and height of the display window or of the data window, whichever is larger:
+/// the decoder allocates this number of pixels.
 ///
 /// # Errors
+///
 /// As [`decode`], for all faults that headers show.
 pub(super) fn read_size(bytes: &[u8], limits: &Limits) -> ImportResult<[u32; 2]> {
     let meta = read_headers(bytes, limits)?;

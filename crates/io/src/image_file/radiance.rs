@@ -1,5 +1,6 @@
-//! Decoding of Radiance pictures (`.hdr`, `.pic`) with the header of any program and pixels in any
-//! order. The `image` crate decodes the scan lines, but accepts only a single signature and order.
+//! Decoding of Radiance pictures (`.hdr`, `.pic`), written by any program and with scan lines in
+//! any direction. The `image` crate decodes the scan lines, but accepts only a single signature and
+//! a single direction.
 
 use std::io::{Cursor, Read};
 

@@ -2,8 +2,8 @@
 
 use super::{PacketFault, WRONG_STRIDE};
 
-/// Applies `change` to each element, which consists of four integers. The stride gives their size:
-/// one byte each for a stride of 4 bytes, two bytes each for a stride of 8 bytes.
+/// Applies `change` to each element, which consists of four integers. An element of `stride` bytes
+/// has integers of one byte (stride 4) or of two bytes (stride 8).
 fn for_each_element(
     stride: usize,
     bytes: &mut [u8],
@@ -40,8 +40,10 @@ fn scale_and_round(x: f32, scale: f32) -> i32 {
     (x * scale + 0.5_f32.copysign(x)) as i32
 }
 
-/// Decodes unit vectors from the octahedral map. The first two integers of an element are
-/// coordinates in the map, and the third is the code of the value 1; the fourth is unchanged.
+/// Decodes unit vectors from the octahedral map. The four integers of an element are:
+/// - two coordinates in the map;
+/// - the integer that stands for the value 1;
+/// - an integer that stays unchanged.
 pub(crate) fn decode_octahedral(stride: usize, bytes: &mut [u8]) -> Result<(), PacketFault> {
     let maximum = if stride == 4 { 127.0 } else { 32767.0 };
     for_each_element(stride, bytes, |[x, y, one, fourth]| {
@@ -57,9 +59,10 @@ pub(crate) fn decode_octahedral(stride: usize, bytes: &mut [u8]) -> Result<(), P
     })
 }
 
-/// Decodes unit quaternions. The first three integers of an element are components; the fourth
-/// holds, in its two lowest bits, the index of the omitted largest component, and in the other bits
-/// the code of the value 1.
+/// Decodes unit quaternions. The four integers of an element are:
+/// - three components of the quaternion, without the largest component;
+/// - an integer with the index of the largest component in its two lowest bits. With both bits set,
+///   this integer is the code of 1/√2, the greatest value of the three components.
 pub(crate) fn decode_quaternions(stride: usize, bytes: &mut [u8]) -> Result<(), PacketFault> {
     if stride != 8 {
         return Err(WRONG_STRIDE);

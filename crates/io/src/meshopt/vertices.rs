@@ -1,6 +1,6 @@
-//! Decoding of vertex packets. A packet consists of blocks of at most 256 vertices. Each byte of a
-//! vertex is coded as the difference to the same byte of the previous vertex, separately from the
-//! other bytes.
+//! Decoding of vertex packets. A packet consists of blocks of at most 256 vertices. A byte of a
+//! vertex is coded as the difference to the same byte of the previous vertex. In version 1, two or
+//! four bytes may be coded as one number.
 
 use super::{
     PacketFault, TOO_LONG, TOO_SHORT, WRONG_STRIDE, decode_zigzag, parse_header, split_off_bytes,
@@ -14,7 +14,7 @@ const BLOCK_BYTES: usize = 8192;
 /// Largest number of vertices in a block.
 const BLOCK: usize = 256;
 
-/// For one byte position within a vertex: the byte of each vertex in a block.
+/// The bytes at a single byte position of all vertices in a block.
 type BytePlane = [u8; BLOCK];
 
 /// Decodes a packet of `count` vertices of `stride` bytes each to the bytes of the vertices.
@@ -73,9 +73,13 @@ pub(crate) fn decode_vertices(
     }
 }
 
-/// Reads the differences of one byte position for each vertex in a block. In version 1, `control`
-/// selects the coding of the differences, such as the possible numbers of bits; `None` stands for
-/// version 0.
+/// Reads the differences of one byte position for each vertex in a block. `control` selects the
+/// coding of the differences:
+/// - `None` (version 0): 0, 2, 4 or 8 bits, chosen for each group of sixteen vertices;
+/// - 0: 0, 1, 2 or 4 bits, chosen for each group;
+/// - 1: 1, 2, 4 or 8 bits, chosen for each group;
+/// - 2: all differences are zero;
+/// - 3: a byte for each difference.
 fn read_byte_plane(
     rest: &mut &[u8],
     control: Option<u8>,
@@ -103,8 +107,8 @@ fn read_byte_plane(
     Ok(())
 }
 
-/// Reads the differences of a group, coded with `bits` bits each. The largest code means that the
-/// difference follows the group as a whole byte.
+/// Reads the differences of a group, coded with `bits` bits each. A difference beyond these bits
+/// has the largest code, and is stored as a whole byte after the group.
 fn read_byte_group(
     rest: &mut &[u8],
     bits: usize,
@@ -130,8 +134,10 @@ fn read_byte_group(
 }
 
 /// Adds up the differences of a 32-bit word from vertex to vertex, and stores the word in every
-/// vertex of a block. `rule` selects the kind of difference: of bytes, of 16-bit numbers, or the
-/// exclusive or of whole words, with rotated bits.
+/// vertex of a block. The two lowest bits of `rule` select the kind of difference:
+/// - 0: of single bytes;
+/// - 1: of 16-bit numbers;
+/// - 2: the exclusive or of whole words, rotated by the number of bits in the upper half of `rule`.
 fn decode_word_differences(
     planes: &[BytePlane; 4],
     rule: u8,

@@ -88,7 +88,7 @@ impl<'a> TableEntries<'a> {
         self.value
     }
 
-    /// Returns the entry whose key was read last, and a reader of its value.
+    /// Returns the entry whose key was read most recently, and a reader of its value.
     fn take_current_entry(&mut self) -> Result<(&'a TableEntry, ValueReader<'a>), ReadFailure> {
         let entry = self
             .value
@@ -103,7 +103,7 @@ fn add_key_to_path(failure: ReadFailure, entry: &TableEntry) -> ReadFailure {
     failure.with_step(PathStep::Key(entry.key.clone()))
 }
 
-/// The methods are short, because each is compiled once for every type of value.
+/// Each method is short, because it is compiled once for every type of value.
 impl<'a> MapAccess<'a> for TableEntries<'a> {
     type Error = ReadFailure;
 

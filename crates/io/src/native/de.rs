@@ -2,9 +2,9 @@
 //! failure its position in the text. The structs of the scene therefore need no code for
 //! expressions or positions.
 //!
-//! A failure in a value does not hide later failures: unknown keys, unknown words and malformed
-//! numbers are recorded and replaced by a valid value, so that one pass over the tree finds all of
-//! them. If any failure was recorded, the result is discarded.
+//! A failure does not hide later failures. Unknown keys, unknown words and malformed numbers are
+//! recorded and replaced by a valid value, so that one pass over the tree finds all of them. If any
+//! failure was recorded, the result is discarded.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -75,8 +75,8 @@ impl<'a> ValueReader<'a> {
         }
     }
 
-    /// Creates the failure at this value for a wrong type: "`radius` must be a number, not an
-    /// array".
+    /// Creates the failure for a value of the wrong type: "`radius` must be a number, not an
+    /// array". `requested` describes the required type.
     pub fn type_failure(&self, requested: &str) -> ReadFailure {
         let message = format!(
             "{self} must be {requested}, not {}",
@@ -85,13 +85,14 @@ impl<'a> ValueReader<'a> {
         ReadFailure::new(message).with_span(self.node.span.clone())
     }
 
-    /// Gives a failure without a position the position of this value.
+    /// Sets the position of a failure that has none to the position of this value, and puts the
+    /// name of the value before the message.
     pub fn with_location<T>(&self, result: Result<T, ReadFailure>) -> Result<T, ReadFailure> {
         result.map_err(|failure| self.locate_failure(failure))
     }
 
-    /// Gives a failure without a position the position and the name of this value. Separate from
-    /// [`Self::with_location`], which is compiled for every type of value.
+    /// Sets the position and the name in a failure that has no position. The function is separate
+    /// from [`Self::with_location`], which is compiled for every type of value.
     fn locate_failure(&self, mut failure: ReadFailure) -> ReadFailure {
         if failure.span.is_none() {
             let key = failure.key.as_deref().and_then(|key| self.node.entry(key));
@@ -198,7 +199,7 @@ impl<'a> ValueReader<'a> {
     }
 
     /// Returns the entries of a table, and records a failure for each key that is not in `keys`.
-    /// Separate from [`Self::read_struct`], which is compiled for every struct.
+    /// The function is separate from [`Self::read_struct`], which is compiled for every struct.
     fn check_keys(&self, keys: &[&str]) -> Result<&'a [TableEntry], ReadFailure> {
         let entries = self
             .read_table()
@@ -224,8 +225,8 @@ impl<'a> ValueReader<'a> {
         Ok(entries)
     }
 
-    /// Adds advice if a TOML header has double brackets for a single table, or single brackets for
-    /// a list of tables.
+    /// Adds advice to the failure if the brackets of a TOML header are wrong: double brackets for a
+    /// single table, or single brackets for a list of tables.
     fn explain_header_brackets(&self, failure: ReadFailure) -> ReadFailure {
         let header = self
             .context
@@ -319,10 +320,10 @@ impl<'a> Deserializer<'a> for ValueReader<'a> {
         }
     }
 
-    /// Reads a colour, or an input of a material. A colour may also be a single number, and
-    /// therefore an expression. Inputs that are evaluated at each hit point are read through
-    /// [`Self::deserialize_any`] and keep the text of their expression. An `EarlyInput` keeps the
-    /// text only if it does not evaluate to a number.
+    /// Reads a type that wraps another type, such as a colour or an input of a material:
+    /// - A colour may be a single number, and therefore an expression.
+    /// - An `EarlyInput` that evaluates to a number is read as this number.
+    /// - All other inputs keep the text of their expression, which is evaluated at each hit point.
     fn deserialize_newtype_struct<V: Visitor<'a>>(
         self,
         name: &'static str,

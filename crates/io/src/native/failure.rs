@@ -8,7 +8,7 @@ use serde::de::{self, Expected, Unexpected};
 
 use crate::diagnostic::Diagnostic;
 
-/// A step of a path, from a table or array to the value of a key or index.
+/// A step of a path from the root to a value: a key of a table or an index of an array.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum PathStep {
     Key(String),

@@ -34,11 +34,11 @@ use crate::limits::format_bytes;
 use crate::text::strip_byte_order_mark;
 use crate::warning::{Warning, WarningCode};
 
-/// Largest number of passes over a syntax tree. Each pass ends at the first failure that cannot be
-/// replaced by a valid value and may hide further failures.
+/// Largest number of passes over a syntax tree. A failure ends its pass if no valid value can
+/// replace the wrong value; the pass may then have missed later failures.
 const MAX_PASSES: usize = 20;
 
-/// Notation of a text.
+/// Syntax of a native scene's text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SceneNotation {
     /// TOML 1.1.
@@ -47,15 +47,15 @@ pub enum SceneNotation {
     Json,
 }
 
-/// A parsed scene with its text and syntax tree. Problems that are found later get their position
-/// from the tree.
+/// A parsed scene with its text and syntax tree. The tree gives problems that are found later their
+/// position in the text.
 pub(crate) struct ParsedScene<'a> {
     pub scene: Scene,
     /// File name for messages.
     pub file: &'a str,
     text: &'a str,
     root: ValueNode,
-    /// Entries of the scene that its models have brought.
+    /// Positions, in the scene's lists, of the entries that come from model files.
     pub model_entries: Vec<ModelEntries>,
 }
 
@@ -171,8 +171,8 @@ fn parse_tree(text: &str, notation: SceneNotation) -> Result<ValueNode, Vec<Diag
 }
 
 /// Deserializes the syntax tree as a scene. If a failure ends a pass, the object, material or
-/// section that contains the failure is removed from the tree, and the tree is read again. In this
-/// way one failure does not hide the next.
+/// section that contains the failure is removed from the tree, and the tree is read again. Later
+/// failures are found in this way, too.
 fn deserialize_scene(
     root: &mut ValueNode,
     text: &str,
@@ -244,7 +244,8 @@ impl SyntaxTree {
         parse_tree(text, notation).ok().map(Self)
     }
 
-    /// Position of the deepest existing value on a path; `None` for the root.
+    /// Returns the byte range of the deepest value on a path that exists in the text; `None` if
+    /// only the root exists.
     pub fn span(&self, path: &str) -> Option<std::ops::Range<usize>> {
         positions::value_span(&self.0, path)
     }

@@ -1,5 +1,5 @@
-//! Evaluation of the time `t` and of the parameters of a native scene. Both are evaluated before
-//! all other numbers, because every other number may use them, and in the order of the text.
+//! Evaluation of the time `t` and of the parameters of a native scene, in the order of the text.
+//! Both are evaluated before all other numbers, because every other number may use them.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -13,7 +13,7 @@ use crate::error::Error;
 /// Time and parameter values from the command line, which replace the values of the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParameterOverrides {
-    /// Time in seconds; `None` keeps the time of the file.
+    /// Time in seconds in place of the file's time; `None` keeps the file's time.
     pub time: Option<f64>,
     /// Names of parameters with their new values.
     pub set: Vec<(String, f64)>,

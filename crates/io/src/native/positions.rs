@@ -7,13 +7,13 @@ use raywright_core::validate::Problem;
 use super::node::{TextValue, ValueNode};
 use crate::diagnostic::Diagnostic;
 
-/// Entries of a list of the scene that a model has brought.
+/// Range of entries, in a list of the scene, that come from a model file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ModelEntries {
-    /// Key of the list in the scene: `objects`.
+    /// Key of the list in the scene, such as `objects`.
     pub list: &'static str,
     pub range: Range<usize>,
-    /// Index of the model in the text.
+    /// Index of the model in the text's list `models`.
     pub model: usize,
 }
 
@@ -38,8 +38,8 @@ pub(crate) fn diagnostic_from_problem(
     }
 }
 
-/// Returns the deepest existing value on a path, and whether the whole path exists in the text. If
-/// the text omits a value, a problem in its default is reported at the value that would contain it.
+/// Returns the deepest value on a path that exists in the text, and whether the whole path exists.
+/// A problem in a value that the text omits is therefore reported at the enclosing value.
 pub(crate) fn find_value<'a>(root: &'a ValueNode, path: &str) -> (&'a ValueNode, bool) {
     let mut node = root;
     for step in path.split(['.', '[']).filter(|step| !step.is_empty()) {
@@ -58,7 +58,8 @@ pub(crate) fn find_value<'a>(root: &'a ValueNode, path: &str) -> (&'a ValueNode,
     (node, true)
 }
 
-/// Returns the byte range of the deepest existing value on a path; `None` if that is the root.
+/// Returns the byte range of the deepest value on a path that exists in the text; `None` if only
+/// the root exists.
 pub(crate) fn value_span(root: &ValueNode, path: &str) -> Option<Range<usize>> {
     let (node, _) = find_value(root, path);
     (!std::ptr::eq(node, root)).then(|| node.span.clone())

@@ -17,8 +17,8 @@ pub(super) struct Statement<'a> {
 }
 
 /// Decodes the bytes of a file as text. A line that ends in `\` is joined to the next line, and
-/// carriage returns become line feeds. In a file with another encoding than UTF-8 only names become
-/// unreadable, because numbers are ASCII.
+/// carriage returns become line feeds. Bytes that are not UTF-8 make only names unreadable, because
+/// numbers are ASCII.
 pub(super) fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
     let bytes = strip_byte_order_mark(bytes);
     let text = if bytes

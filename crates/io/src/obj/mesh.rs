@@ -20,13 +20,14 @@ pub(super) struct MaterialMesh {
 }
 
 /// Key of a vertex normal in smooth shading: smoothing group, and bits of the position. Vertices
-/// that differ only in texture coordinates have the same key, and therefore the same normal.
+/// that differ only in texture coordinates have equal keys, and therefore equal normals.
 type PositionKey = (u32, [u32; 3]);
 
-/// Builds a mesh for each material and kind of shading. `models` are the parsed polygons; the name
-/// of a model is the index of its run in `runs`.
+/// Builds a mesh for each material and kind of shading. `models` are the parsed polygons. The name
+/// of a model is an index into `runs`, the properties that the model's faces have in common.
 ///
 /// # Errors
+///
 /// A fault of kind limit for too many vertices or oversized concave polygons.
 pub(super) fn build_meshes(
     runs: &[FaceGroup],
@@ -148,7 +149,8 @@ fn sum_smooth_normals(
     sums
 }
 
-/// Appends the vertices of a run of faces, which share material and kind of normals, to a mesh.
+/// Appends the vertices of a run of faces to a mesh. A run is a sequence of faces with the same
+/// material and kind of normals.
 fn append_vertices(
     out: &mut MeshData,
     run: &FaceGroup,
@@ -187,8 +189,8 @@ fn append_vertices(
     Ok(())
 }
 
-/// Appends the triangles of a run of faces to a mesh. The vertices of the run must have been
-/// appended immediately before.
+/// Appends the triangles of a run of faces (see [`FaceGroup`]) to a mesh. The vertices of the run
+/// must have been appended immediately before.
 fn append_triangles(
     out: &mut MeshData,
     (mesh, origin): (&tobj::Mesh, DVec3),
@@ -212,8 +214,8 @@ fn append_triangles(
     Ok(())
 }
 
-/// Appends the texture coordinates of a run of faces to a mesh. If only some runs of the mesh have
-/// texture coordinates, the vertices of the other runs get zeros.
+/// Appends the texture coordinates of a run of faces (see [`FaceGroup`]) to a mesh. If only some
+/// runs of the mesh have texture coordinates, the vertices of all other runs get zeros.
 fn append_uvs(out: &mut MeshData, run: &FaceGroup, mesh: &tobj::Mesh, before: usize, count: usize) {
     if run.has_uvs && out.uvs.is_empty() {
         out.uvs.push(vec![[0.0; 2]; before]);

@@ -176,8 +176,8 @@ fn build_scene(
     ))
 }
 
-/// Parses the rewritten text with `tobj`. Returns a model for each run of faces: its vertices and
-/// polygons.
+/// Parses the rewritten text with `tobj`. Returns a model, vertices and polygons, for each run of
+/// faces with the same properties.
 fn parse_rewritten_text(survey: &RewrittenObj) -> ImportResult<Vec<tobj::Model>> {
     let options = tobj::LoadOptions {
         single_index: true,

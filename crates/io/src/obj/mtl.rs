@@ -123,8 +123,8 @@ fn is_image_statement(statement: &Statement) -> bool {
     keyword.starts_with("map_") || matches!(keyword, "bump" | "disp" | "decal" | "refl" | "norm")
 }
 
-/// Reads the libraries of an `mtllib` statement: a single file whose name may contain blanks, or
-/// several files.
+/// Reads the libraries of an `mtllib` statement. The statement names a single file, whose name may
+/// contain blanks, or several files.
 fn read_libraries(
     rest: &str,
     folder: &Folder,

@@ -129,8 +129,8 @@ impl TextureStatement {
         Some(rest)
     }
 
-    /// Returns the first two rows of the matrix that transforms the texture coordinates, for v from
-    /// the top of the image; `None` for the identity.
+    /// Returns the first two rows of the matrix that transforms the texture coordinates; `None` for
+    /// the identity. The coordinate v counts from the top of the image.
     fn uv_transform(&self) -> Option<[[f64; 3]; 2]> {
         let ([su, sv], [ou, ov]) = (self.scale, self.offset);
         let finite = [su, sv, ou, ov].iter().all(|x| x.is_finite());

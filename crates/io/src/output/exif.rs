@@ -1,6 +1,6 @@
-//! Exif metadata, for picture formats that have no text entries of their own. The program is
-//! written to its own tag, and all other entries to lines of the image description (JEITA,
-//! "Exchangeable image file format for digital still cameras: Exif Version 2.3", 2010).
+//! Exif metadata, for picture formats that have no text entries of their own. The tag `Software`
+//! holds the name of the program. The image description holds all other entries, a line for each
+//! (JEITA, "Exchangeable image file format for digital still cameras: Exif Version 2.3", 2010).
 
 use std::collections::BTreeMap;
 
@@ -65,8 +65,8 @@ pub(super) fn encode_block(metadata: &PictureMetadata) -> Vec<u8> {
     block
 }
 
-/// Decodes the texts of an Exif block. Each text gets the name that OpenEXR files use for it. Empty
-/// for a broken block, and for a block of another program.
+/// Decodes the texts of an Exif block. Each text gets the name that OpenEXR files use for it. Only
+/// the layout that [`encode_block`] writes is read; any other block gives no texts.
 pub(super) fn decode_texts(block: &[u8]) -> BTreeMap<String, String> {
     let mut texts = BTreeMap::new();
     let Some(count) = block

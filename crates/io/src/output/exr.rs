@@ -11,16 +11,19 @@ use raywright_core::picture::{DataWindow, Picture};
 
 use super::metadata::{PictureMetadata, SOFTWARE};
 
-/// Encodes the picture as OpenEXR: one part, scan lines, ZIP, channels `R`, `G`, `B`, and `A` with
-/// coverage (associated alpha), and one channel for each layer under the layer's name. The metadata
-/// are text attributes. The display window is the whole picture, and the data window its rendered
-/// part.
+/// Encodes the picture as OpenEXR: one part, scan lines, ZIP compression.
 ///
-/// Every finite number is stored exactly. An infinite colour is stored as the largest finite number
-/// of its sign, because infinities spoil every later filter; a NaN stays NaN, because no number
-/// could replace it. Layers are stored unchanged. The same picture gives the same bytes.
+/// - The channels are `R`, `G` and `B`, `A` for coverage (associated alpha), and a channel for each
+///   layer under the layer's name.
+/// - The metadata are text attributes.
+/// - The display window is the whole picture, and the data window its rendered part.
+/// - Every finite number is stored exactly. An infinite colour is stored as the largest finite
+///   number of its sign, because infinities spoil every later filter. A NaN stays NaN, because no
+///   number could replace it. Layers are stored unchanged.
+/// - The same picture gives the same bytes.
 ///
 /// # Errors
+///
 /// A picture with inconsistent buffers.
 pub fn encode_exr(picture: &Picture, metadata: &PictureMetadata) -> io::Result<Vec<u8>> {
     super::check_buffer_sizes(picture)?;

@@ -46,10 +46,11 @@ struct FilmFileHeader {
     display: Display,
 }
 
-/// Writes a film file atomically. The film is borrowed mutably, because reading and writing share
-/// code, but it is not changed.
+/// Writes a film file atomically. The film is not changed; it is borrowed mutably only because
+/// reading and writing share their code.
 ///
 /// # Errors
+///
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
 pub fn write_film(path: &Path, kept_film: &mut StoredFilm) -> Result<(), Error> {
     write_stream(path, ReplaceRule::AnyFile, |out| {

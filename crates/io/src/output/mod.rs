@@ -127,11 +127,12 @@ pub fn write_picture_as(
     )
 }
 
-/// Writes a picture under a default name, not chosen by the user. Only a picture that this program
+/// Writes a picture under a name that the user did not choose. Only a picture that this program
 /// wrote is replaced. If another file has the name, or `is_free_path` returns false for the name,
-/// the next numbered name (`NAME-2.EXT`) is tried. Returns the path that was written.
+/// the next numbered name (`NAME-2.EXT`) is tried. Returns the path of the written file.
 ///
 /// # Errors
+///
 /// As [`write_picture`].
 pub fn write_picture_without_overwriting(
     path: &Path,

@@ -117,7 +117,8 @@ impl OutputPath {
         file_fingerprint(&self.path)
     }
 
-    /// Whether any of these absolute paths without links denotes the same file name as this path.
+    /// Whether the path of any entry of `paths` denotes the same file name as this path. The
+    /// entries are absolute paths without links.
     pub(crate) fn is_one_of(&self, paths: &BTreeSet<PathBuf>) -> bool {
         if self.ignores_case {
             paths.iter().any(|path| self.is_path(path))

@@ -1,5 +1,5 @@
-//! Recognition of pictures that this program wrote. A picture under a default name, not chosen by
-//! the user, may replace only such a picture.
+//! Recognition of PNG and OpenEXR pictures that this program wrote. A picture under a name that the
+//! user did not choose may replace only such a picture.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,9 +12,9 @@ use super::metadata::{PROGRAM, is_program_entry};
 use super::read::{EXR, PNG, read_picture};
 use crate::limits::Limits;
 
-/// Whether a regular file is a complete, unedited picture that this program wrote. The file must
-/// have the program's text entries, no text of another program, which would mean that the picture
-/// was edited, and it must decode to its end.
+/// Whether a regular file is a complete, unedited PNG or OpenEXR picture that this program wrote.
+/// The file must decode to its end, and must have the text entries of this program. An entry of
+/// another program means that the picture was edited.
 pub fn is_own_picture(path: &Path) -> bool {
     // Reading a pipe would block.
     if !path.is_file() {

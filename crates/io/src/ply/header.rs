@@ -54,8 +54,8 @@ impl NumberType {
         }
     }
 
-    /// Returns the code that stands for the value 1 in a number type that stores fractions: 255 or
-    /// 65535; `None` for other types.
+    /// Returns the integer that stands for the value 1 if this number type stores fractions: 255 or
+    /// 65535; `None` for number types that store the value itself.
     pub fn code_of_one(self) -> Option<f32> {
         match self {
             Self::U8 => Some(255.0),

@@ -6,7 +6,7 @@ pub(super) struct PlotScales {
     pub y: DecadeScale,
 }
 
-/// Maps values, by their decimal logarithm, to coordinates in the plot.
+/// Maps a value on a logarithmic axis to its coordinate in the plot.
 pub(super) struct DecadeScale {
     /// Decimal exponents at the start and at the end of the scale.
     pub decades: [i32; 2],

@@ -4,14 +4,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Outline of a cap: directed edges that form closed loops. Each edge has the indices of its two
-/// vertices, and their two-dimensional positions in the plane.
+/// Outline of a cap: directed edges that form closed loops. Each entry has the indices of an edge's
+/// two vertices, and the two-dimensional positions of these vertices in the plane.
 pub(super) struct SectionOutline {
     pub edges: Vec<([u32; 2], [[f64; 2]; 2])>,
 }
 
-/// A corner of a cap: the point on an edge, at a fraction of the way from its first vertex to its
-/// second.
+/// A corner of a cap: a point on an edge of the outline, at a fraction of the distance from the
+/// edge's first vertex to its second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CapCorner {
     pub vertices: [u32; 2],
@@ -96,9 +96,9 @@ impl CapTrapezoids {
     }
 
     /// Sweeps a horizontal line upwards over the given heights. A trapezoid continues as long as
-    /// its two edges are neighbours. The time is proportional to the number of edges times the
-    /// number of edges that cross the line. Of n edges, about the square root of n cross the line
-    /// for a typical body, and all n for the teeth of a comb.
+    /// its two edges bound the same inside span. The time is proportional to the number of edges
+    /// times the number of edges that cross the line. Of n edges, about the square root of n cross
+    /// the line for a typical body, and all n for the teeth of a comb.
     fn sweep_edges(&mut self, heights: &[f64]) {
         let (mut next, mut active) = (0, Vec::new());
         let mut open_trapezoids: BTreeMap<[usize; 2], f64> = BTreeMap::new();
@@ -137,8 +137,9 @@ impl CapTrapezoids {
         );
     }
 
-    /// Returns the pairs of neighbouring edges between which the area is inside, from left to
-    /// right.
+    /// Returns the spans of the sweep line that lie inside the outline, from left to right. Each
+    /// span is the pair of edges at its left and right end. `active` lists the edges that cross the
+    /// line, from left to right.
     fn inside_spans(&self, active: &[usize]) -> BTreeSet<[usize; 2]> {
         let (mut winding, mut left, mut spans) = (0, 0, BTreeSet::new());
         for &edge in active {

@@ -37,9 +37,11 @@ pub(super) struct MeshCutter<'a> {
     section: &'a SectionPlane,
     out: MeshData,
     positions: Vec<DVec3>,
-    /// For each new vertex: the index of its point, and whether the point lies in the plane.
+    /// For each new vertex: the index of the vertex's point, and whether the point lies in the
+    /// plane.
     points: Vec<(u32, bool)>,
-    /// Indices of new vertices that are kept old vertices, by index of the old vertex.
+    /// Index of the new vertex that copies a kept vertex of the old mesh, by index of the old
+    /// vertex.
     kept_vertices: HashMap<u32, u32>,
     edge_vertices: HashMap<[u32; 2], u32>,
     /// Index of the point of each old vertex.

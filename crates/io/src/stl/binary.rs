@@ -8,9 +8,9 @@ use crate::import::{DecodeBudget, Fault, ImportResult, Warnings};
 use crate::mesh_tools::decode_vertex_colour;
 use crate::warning::WarningCode;
 
-/// Bytes before the first facet.
+/// Number of bytes before the first facet.
 const HEADER_BYTES: usize = 84;
-/// Bytes of a facet.
+/// Number of bytes of a facet.
 const FACET_BYTES: usize = 50;
 
 /// Conventions by which programs store the colour of a facet in its attribute word.
