@@ -9,8 +9,8 @@ use crate::args::Arguments;
 use crate::console::ColorChoice;
 
 /// Inserts `render` if the command is missing: before files, and before flags that only some
-/// commands have. Flags that every command has, such as `-q`, are moved behind the command, so that
-/// of repeated flags the last applies.
+/// commands have. Flags that every command has, such as `-q`, are moved behind the command. Of
+/// repeated flags, the last then applies.
 pub fn insert_command(mut words: Vec<OsString>) -> Vec<OsString> {
     let Some(index) = find_command_index(&words) else {
         return words;
@@ -47,7 +47,8 @@ fn is_flag(word: &OsStr) -> bool {
         .is_some_and(|word| word.len() > 1 && word.starts_with('-'))
 }
 
-/// Whether a word is probably the name of a scene and not a misspelled command.
+/// Whether a word in place of a command is probably the name of a scene. Any other word is a
+/// misspelled command.
 fn is_scene_name(word: &OsStr) -> bool {
     let looks =
         |word: &str| word == "-" || word.starts_with("preset:") || word.contains(['.', '/']);

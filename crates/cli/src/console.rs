@@ -78,7 +78,7 @@ fn colour_labels(text: &str) -> String {
 }
 
 /// Returns the line width of standard output in characters, from COLUMNS or the terminal. `None`
-/// without either: a program then reads the lines, and they stay unbroken.
+/// without either: another program then reads the output, and no line is wrapped.
 pub fn line_width() -> Option<usize> {
     let from_environment = env::var("COLUMNS")
         .ok()

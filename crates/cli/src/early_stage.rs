@@ -20,8 +20,8 @@ use crate::failure::{Exit, Failure};
 use crate::preparation::NOTHING_KEPT;
 use crate::threads;
 
-/// Whether a run is in its early stage, loading and preparation. The thread that clears the flag
-/// ends the stage or the program, so that two threads never do both.
+/// Whether a run is in its early stage, loading and preparation. A thread must clear this flag
+/// before it ends the stage or the program, so that only one thread does either.
 static IS_EARLY_STAGE: AtomicBool = AtomicBool::new(false);
 
 /// Whether a request to stop has arrived. Such a request may arrive before the early stage begins,
@@ -101,7 +101,8 @@ pub fn exit_on_interrupt() {
 }
 
 /// Installs the handler of refused allocations. The handler prints a message and ends the program
-/// with the exit code of limits, where no check of a limit foresaw the allocation.
+/// with the exit code of limits. It acts only on allocations that no earlier check of a limit has
+/// refused.
 pub fn install_heap_handler() {
     set_heap_refusal_handler(exit_out_of_memory);
 }

@@ -13,8 +13,8 @@ pub struct RunObserver<'a> {
     pub progress: Option<&'a Progress>,
     /// Limits at which the render pauses or ends.
     pub deadlines: Deadlines,
-    /// Start of the run. With a deadline, the displayed progress is the elapsed share of the time
-    /// from this start to the deadline.
+    /// Start of the run. If there is a deadline, the displayed progress is the elapsed share of the
+    /// time between this start and the deadline.
     pub start: Instant,
     /// Flag that Ctrl-C sets.
     pub stop: &'a AtomicBool,

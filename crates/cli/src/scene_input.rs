@@ -68,9 +68,9 @@ pub fn default_scene_name() -> Result<OsString, Failure> {
     Ok(select_default_preset(&presets::names().collect::<Vec<_>>())?.into())
 }
 
-/// Returns the name of the default preset if it is among `carried`, the presets of this build. A
-/// build may lack it, because presets are files that can be deleted; the error then lists the other
-/// presets.
+/// Returns the name of the default preset if it is among `carried`, the presets of this build;
+/// otherwise an error that lists these presets. A build may lack the default preset, because
+/// presets are files that can be deleted.
 fn select_default_preset(carried: &[&str]) -> Result<String, Error> {
     if carried.contains(&DEFAULT_PRESET) {
         return Ok(format!("preset:{DEFAULT_PRESET}"));
@@ -87,8 +87,8 @@ fn select_default_preset(carried: &[&str]) -> Result<String, Error> {
     }))
 }
 
-/// Adds a note on the light, the camera and the up axis that the scene lacked, and on their
-/// replacements.
+/// Adds a note that lists what the scene lacks (light, camera, up axis) and what the program uses
+/// instead.
 pub fn note_added_parts(loaded: &LoadedScene, notes: &mut Notes) {
     let light = loaded
         .added_sky

@@ -1,4 +1,5 @@
-//! Number of threads, set nowhere else: the libraries use the thread pool of their caller.
+//! Threads of the program. Their number is set only here; the libraries use the thread pool of
+//! their caller.
 
 use std::error::Error;
 use std::fmt::Display;

@@ -187,8 +187,8 @@ fn parse_doubles(bytes: &[u8]) -> Vec<f64> {
         .collect()
 }
 
-/// Combines origins and directions to rays of six numbers. If only a single origin or direction is
-/// given, all rays have it.
+/// Combines origins and directions to rays of six numbers. A single origin or a single direction
+/// applies to all rays.
 fn combine_origins_and_directions(
     origins: &Bound<'_, PyAny>,
     directions: &Bound<'_, PyAny>,

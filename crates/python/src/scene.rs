@@ -144,8 +144,8 @@ pub fn compare<'py>(
     parse_json(py, &compared)
 }
 
-/// Returns one of the two pictures to compare: a rendered picture, which is called `name` in
-/// messages, or the picture in a file.
+/// Returns a picture to compare: a rendered picture, which messages call `name`, or the picture in
+/// a file.
 fn comparison_picture(
     of: &Bound<'_, PyAny>,
     name: &str,

@@ -32,8 +32,8 @@ pub struct AccuracyArgs {
     #[command(flatten)]
     pub changes: SceneArgs,
 
-    /// Rungs (quality levels of settings) and switched-off effects of the setting that all other
-    /// settings are compared with.
+    /// Rungs (quality levels of settings) and switched-off effects of the setting in use. All other
+    /// settings are compared with this setting.
     #[command(flatten)]
     pub choices: ChoiceArgs,
 
@@ -49,8 +49,8 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::parse_size)]
     pub size: Option<[u32; 2]>,
 
-    /// Number of renders of each setting, each with other random numbers, where all tiles of the
-    /// picture are measured; fewer where time runs out
+    /// Largest number of renders of each setting, each with other random numbers; reached only if
+    /// all tiles of the picture are measured and time is left
     #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=1000))]
     pub rounds: u32,
 

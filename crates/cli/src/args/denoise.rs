@@ -19,7 +19,7 @@ samples a pixel.";
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct DenoiseArgs {
-    /// Film file of a render, written by --checkpoint, or of merged parts
+    /// Film file of a render, written by --checkpoint or by `raywright merge`
     #[arg(value_name = "FILM")]
     pub film: PathBuf,
 

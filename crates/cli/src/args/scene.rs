@@ -144,7 +144,8 @@ pub struct ExplainArgs {
 #[derive(Debug, Args)]
 pub struct InfoArgs {
     /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, - for
-    /// standard input, or picture (.png, .exr), whose error and origin are shown
+    /// standard input, or a picture (.png, .exr) made by this program, whose estimated error, scene
+    /// and settings are shown
     #[arg(value_name = "FILE")]
     pub scene: OsString,
 
@@ -177,8 +178,8 @@ pub struct CheckArgs {
     #[arg(long)]
     pub deny_warnings: bool,
 
-    /// Codes of warnings that --deny-warnings allows, as in brackets after each warning; separated
-    /// by commas
+    /// Codes of warnings that --deny-warnings allows, separated by commas; each printed warning
+    /// ends with its code in brackets
     #[arg(long, value_name = "CODE", value_delimiter = ',', value_parser = values::parse_warning_code, requires = "deny_warnings")]
     pub allow: Vec<WarningCode>,
 

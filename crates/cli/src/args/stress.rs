@@ -60,7 +60,7 @@ pub struct StressArgs {
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::parse_bytes)]
     pub max_memory: Option<u64>,
 
-    /// Mildest finding that ends with exit code 1
+    /// Mildest kind of finding for which the exit code is 1
     #[arg(long, value_name = "KIND", value_enum, default_value_t)]
     pub deny: DeniedSeverity,
 

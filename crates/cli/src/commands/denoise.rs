@@ -116,5 +116,5 @@ pub fn denoise_with_progress(
     rendered
 }
 
-/// Number of pixels below which denoising ends before a progress display would be noticed.
+/// Largest number of pixels for which denoising is too short for a progress display.
 const SMALL_PIXELS: u64 = 1 << 18;

@@ -1,5 +1,6 @@
-//! File of the reference picture that `accuracy` compares with: a film file, which holds samples,
-//! whose settings text lists the rungs (quality levels) of the reference's render.
+//! File of the reference picture that `accuracy` compares with. The file is a film file, which
+//! holds the samples of a render. Its settings text lists the rungs (quality levels of settings) of
+//! that render.
 
 use std::path::Path;
 

@@ -23,8 +23,8 @@ use crate::threads::Threads;
 use crate::{plan, scene_input};
 use report::{BenchMeasurements, BenchReport, THREADS};
 
-/// Longest useful timing sample in seconds: in longer samples, the spread has other causes than the
-/// sample's length.
+/// Longest useful timing sample in seconds. The spread of longer samples has other causes than the
+/// length of the samples.
 const LONGEST_SAMPLE: f64 = 0.05;
 /// Number of rows in the table of a given scene: camera rays and bounces.
 const SCENE_ROWS: usize = 2;
@@ -67,8 +67,8 @@ fn require_svg_extension(path: &Path) -> Result<(), Failure> {
     .into())
 }
 
-/// Returns the options with a length of timing samples such that `rows` table rows, each with
-/// samples of two scans and the tree, together take the requested time.
+/// Returns the options of the measurement. The length of a timing sample is chosen such that `rows`
+/// table rows together take the requested time. A row has samples of two scans and of the tree.
 fn choose_bench_options(args: &BenchArgs, rows: usize) -> BenchOptions {
     let samples = f64::from(args.repeats) * 3.0 * rows as f64;
     BenchOptions {

@@ -1,5 +1,5 @@
-//! Report of `bench`: figures, scene and conditions of a measurement, the single source of table,
-//! JSON and plot.
+//! Report of `bench`: the measured figures, and the scene and conditions of the measurement. Table,
+//! JSON and plot are all made from this report.
 
 use std::thread::available_parallelism;
 
@@ -78,7 +78,8 @@ impl BenchReport {
         }
     }
 
-    /// Describes the rays, the query and the machine in sentences, for the lines above the table.
+    /// Describes the rays, the two compared methods and the machine in sentences, for the lines
+    /// above the table.
     pub fn format_preamble(&self) -> Vec<String> {
         let label = match &self.measured {
             BenchMeasurements::Generated(_) => {

@@ -17,7 +17,7 @@ pub struct ChosenDisplay {
     pub source: DisplaySource,
 }
 
-/// Source of those display settings that no flag gives.
+/// Source of the display settings that no flag gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DisplaySource {
@@ -41,10 +41,10 @@ pub struct DisplayReport {
 }
 
 impl ChosenDisplay {
-    /// Chooses the display for two pictures; `None` if both hold display values already. If one
-    /// picture holds display values, the display recorded in its file takes precedence over the
+    /// Chooses the display for two pictures; `None` if both hold display values already. If only
+    /// one picture holds display values, the display recorded in its file takes precedence over the
     /// display in the other file. `with_flags` applies the flags to a display; `all_given` states
-    /// whether flags give all its settings.
+    /// whether flags give all settings of a display.
     pub fn choose_display(
         (with_flags, all_given): (impl FnOnce(Display) -> Display, bool),
         picture: &ComparisonPicture,

@@ -93,10 +93,12 @@ fn standard_error_layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
     )
 }
 
-/// Derives the degrees of freedom of a picture's standard errors from its metadata. They are one
-/// less than the number of replicates, which are independent renders with a share of the samples: 3
-/// from 64 samples on and in denoised pictures, which have four replicates; otherwise 1, also for
-/// pictures of other programs, whose number of replicates is unknown.
+/// Returns the degrees of freedom of a picture's standard errors, from the picture's metadata. They
+/// are one less than the number of replicates (independent renders, each with a share of the
+/// samples):
+/// - 3 for pictures of at least 64 samples per pixel and for denoised pictures, which have four
+///   replicates;
+/// - 1 for all other pictures, which have at least two replicates if they have standard errors.
 fn degrees_of_freedom(metadata: &PictureMetadata) -> f64 {
     let many = metadata
         .setting("samples")
@@ -160,7 +162,7 @@ impl ComparisonPicture {
 }
 
 /// Tests whether two pictures differ by more than their noise. `level` is the probability of a
-/// false alarm.
+/// false alarm over all tested blocks of pixels together.
 pub fn test_against_noise(
     picture: &ComparisonPicture,
     reference: &ComparisonPicture,

@@ -23,7 +23,8 @@ struct PictureInfo {
     notation: &'static str,
     /// Width and height in pixels.
     size: [u32; 2],
-    /// Offset and size of the larger picture that the pixels were cropped from.
+    /// Offset of the picture in the larger picture from which it was cropped, and size of the
+    /// larger picture, in pixels.
     window: Option<Value>,
     layers: Vec<String>,
     software: String,
@@ -122,7 +123,8 @@ impl PictureInfo {
     }
 }
 
-/// Formats a data window, offset and full size in pixels: ` at 16, 8 of 320x180`.
+/// Formats the offset of a cropped picture and the size of the larger picture, in pixels: ` at 16,
+/// 8 of 320x180`.
 fn format_data_window(window: &Value) -> String {
     let number = |list: &str, i: usize| &window[list][i];
     format!(

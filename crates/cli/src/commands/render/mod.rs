@@ -35,9 +35,9 @@ pub use series::run;
 /// Advice in the message about a scene with nothing visible.
 const ALLOW_EMPTY: &str = "--allow-empty writes the picture nevertheless";
 
-/// Selects the estimated error that the final message and the picture's file report: for path
-/// tracing, for denoised pictures and with a target error. `None` for a Whitted render without
-/// these, whose samples have no random error.
+/// Selects the estimated error that the final message and the picture's file report. Path tracing,
+/// denoising and a target error each require an estimate. `None` for a Whitted render without
+/// denoising and target error, whose samples have no random error.
 fn select_reported_error<'a>(
     task: &RenderTask,
     (ready, rendered): (&ReadyScene, &RenderOutput),
@@ -297,9 +297,9 @@ fn check_stats_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<()
     outputs.add_output(path, "--stats")
 }
 
-/// Starts the early stage of a run, loading and preparation, which the time budget and the memory
-/// limit may end. With several scenes the memory limit does not apply to this stage, because a
-/// large scene must not end the program before the others are rendered.
+/// Starts the early stage of a run (loading and preparation). The time budget and the memory limit
+/// may end the program in this stage. In a run of several scenes the memory limit does not, because
+/// a large scene must not prevent the render of the others.
 fn start_early_stage(task: &RenderTask, clock: &StageClock) -> Result<EarlyStageGuard, Failure> {
     let time = task.budget.map(|budget| (clock.start_time(), budget));
     let memory = if task.scenes.len() > 1 {

@@ -15,8 +15,8 @@ use crate::preparation::NOTHING_KEPT;
 use crate::targets::OutputTarget;
 
 /// Writes the picture to all targets and returns the names of the written files. A failed write
-/// does not stop the others; its picture is kept beside the input or in the temporary folder, and
-/// the failure names the file there.
+/// does not stop the other writes. The picture of the failed target is then kept in the folder of
+/// the input or in the temporary folder, and the failure names this copy.
 pub fn write_targets(
     rendered: &RenderOutput,
     targets: &[OutputTarget],
@@ -52,9 +52,9 @@ pub fn write_targets(
     failed.map_or(Ok(written), Err)
 }
 
-/// Writes a file that could not be written under its own path: to the folder of the first input, or
-/// else to the temporary folder. No existing file is replaced. Returns the new path; `None` if
-/// neither folder is writable.
+/// Writes a file that could not be written under its own path. The new file is in the folder of the
+/// first input or, if that folder is not writable, in the temporary folder. No existing file is
+/// replaced. Returns the new path; `None` if neither folder is writable.
 pub fn write_to_fallback(
     path: &Path,
     (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),
@@ -70,8 +70,8 @@ pub fn write_to_fallback(
         .find_map(|folder| write(&folder.join(name), &is_new).ok())
 }
 
-/// Adds the path of the replacement file, if any, to the failure of a write. `file` says what the
-/// file holds.
+/// Adds the path of the fallback file, if any, as a hint to the failure of a write. `file`
+/// describes the content of the file.
 pub fn with_fallback_hint(failure: Failure, file: &str, fallback_path: Option<PathBuf>) -> Failure {
     match fallback_path {
         Some(kept) => failure.with_hint(format_args!(
@@ -144,8 +144,9 @@ pub fn select_picture_for_format(
     }
 }
 
-/// Creates the failure of an interrupted run. It names the files that keep the unfinished pictures
-/// and, for several pictures, the number of finished pictures and of all.
+/// Creates the failure of an interrupted run. The message names the files that keep the unfinished
+/// pictures. For several pictures, the message also states the number of finished pictures and of
+/// all pictures.
 pub fn interrupted_failure(
     kept: Result<Vec<String>, Error>,
     series: Option<[usize; 2]>,

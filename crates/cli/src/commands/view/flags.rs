@@ -66,8 +66,8 @@ pub struct ViewCommand {
 }
 
 impl ViewCommand {
-    /// Splits the `render` flags of the program's command line into fixed flags, which become part
-    /// of the command, and flags that the web page may change, which are returned.
+    /// Splits the `render` flags of the program's command line. Returns the command with the flags
+    /// that the web page cannot change, and a list of the flags that the page may change.
     pub fn from_command_line(scene: OsString, words: Vec<OsString>) -> (Self, Vec<Flag>) {
         let matches = Arguments::command().try_get_matches_from(words).ok();
         let typed = matches

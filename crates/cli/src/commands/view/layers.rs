@@ -99,8 +99,8 @@ pub fn encode_layer(picture: &Picture, layer: Aov) -> Vec<u8> {
 }
 
 /// Converts the standard errors of a film's pixels to heat colours, as 8-bit codes of red, green,
-/// blue and coverage. White stands for a fifth of the pixel's luminance plus 0.1, grey for an
-/// unknown error.
+/// blue and coverage. White stands for a standard error of a fifth of the pixel's luminance plus
+/// 0.1: (luminance + 0.1) / 5. Grey stands for an unknown error.
 pub fn encode_errors(film: &Film, picture: &Picture) -> Vec<u8> {
     let Some((errors, _)) = film.standard_errors() else {
         return encode_pixels(picture.rgb.iter().map(|_| [0.3; 3]));
@@ -145,8 +145,8 @@ fn quantise_to_8_bits(value: f32) -> u8 {
     (255.0 * value.clamp(0.0, 1.0) + 0.5) as u8
 }
 
-/// Returns the least and the greatest of the finite numbers; infinity and minus infinity if no
-/// number is finite.
+/// Returns the least and the greatest of the finite numbers; infinity and minus infinity if all
+/// numbers are non-finite.
 fn finite_range(numbers: impl Iterator<Item = f32>) -> [f32; 2] {
     let finite = numbers.filter(|number| number.is_finite());
     finite.fold(

@@ -21,7 +21,7 @@ const LARGEST_EDGE: u32 = 16;
 /// Shortest and longest duration of a slice, the part of a render between two looks for new
 /// requests.
 const PIECE_DURATIONS: [Duration; 2] = [Duration::from_millis(120), Duration::from_millis(1500)];
-/// Ratio of all samples of the render to the samples of its first stage.
+/// Number of samples of the whole render, divided by the number of samples of its first stage.
 const FIRST_STAGE: u64 = 128;
 /// Shortest interval between error estimates, as a multiple of the duration of the last estimate.
 const ERROR_SHARE: u32 = 10;

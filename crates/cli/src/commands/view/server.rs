@@ -102,8 +102,8 @@ impl ViewServer {
     }
 
     /// Returns the response to a request. A page of another site can send requests to this server
-    /// through a domain name that resolves to this machine. Therefore the host, the origin and the
-    /// token are checked first.
+    /// through a domain name that resolves to this machine. Therefore the request is refused unless
+    /// its host, its origin and its token are those of the viewer's page.
     fn respond_to_request(&self, request: &HttpRequest) -> HttpResponse {
         let is_own = |origin: &str| {
             self.hosts

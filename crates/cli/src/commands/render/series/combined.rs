@@ -94,8 +94,8 @@ impl CombinedFiles {
     }
 
     /// Writes the sheet and all animations, and returns their names. A failed write does not stop
-    /// the others; its content is kept beside the input or in the temporary folder, and the failure
-    /// names the file there.
+    /// the other writes. The content of the failed file is then kept in the folder of the input or
+    /// in the temporary folder, and the failure names this copy.
     pub fn write_all(
         &mut self,
         (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),
