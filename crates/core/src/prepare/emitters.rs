@@ -5,6 +5,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad, SampleArea, TransformedShape, Triangle};
 use raywright_bvh::{PrimitiveSet, Real, Side, Surface, Vector, Visibility};
 
+use super::emitter_filter::{Emission, EmitterFilter};
 use super::error::{PrepareError, check_cancelled};
 use super::geometry::{CANCEL_CHECK_INTERVAL, add_triangles, side_from_rule};
 use crate::generate::{objects_relative_to, objects_with_counts};
@@ -12,21 +13,9 @@ use crate::interaction::{Interaction, interpolate_vertex_attribute};
 use crate::light::{EmissionEstimate, EmitterList};
 use crate::lookup::SceneLookup;
 use crate::observer::Observer;
-use crate::scene::{Colour, MOST_UV_SETS, Material as MaterialData, MeshData, Scene, Shape};
+use crate::scene::{MOST_UV_SETS, MeshData, Scene, Shape};
 use crate::shape::convert_shape;
 use crate::texture::InputTables;
-
-/// Selection of the emissive materials whose objects become area lights.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct EmitterFilter {
-    /// Whether uniform emission is selected.
-    pub uniform: bool,
-    /// Whether varying emission is selected.
-    pub varying: bool,
-    /// Whether the emission of partly transparent surfaces is evaluated at each hit, as by a path
-    /// tracer.
-    pub evaluated_at_hits: bool,
-}
 
 /// Greatest number of points of all triangles together at which varying emission is evaluated while
 /// preparing a scene.
@@ -45,32 +34,6 @@ pub(super) fn emission_grid_size(triangles: u64) -> u64 {
     (MAX_EMISSION_POINTS / triangles.max(1))
         .isqrt()
         .clamp(minimum, maximum)
-}
-
-/// Emission of a material.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Emission {
-    /// Uniform radiance.
-    Uniform(Colour),
-    /// Radiance evaluated at each point.
-    Varying,
-}
-
-impl EmitterFilter {
-    /// Returns the emission of a material, or `None` if the material does not emit or is not
-    /// selected.
-    pub fn selected_emission(self, material: &MaterialData) -> Option<Emission> {
-        match material.uniform_emission() {
-            Some(_)
-                if self.uniform && self.evaluated_at_hits && material.is_partly_transparent() =>
-            {
-                Some(Emission::Varying)
-            }
-            Some(radiance) if self.uniform => Some(Emission::Uniform(radiance)),
-            None if self.varying && material.emits() => Some(Emission::Varying),
-            _ => None,
-        }
-    }
 }
 
 /// Counts the triangles of selected varying emission in a scene.

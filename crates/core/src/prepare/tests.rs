@@ -4,6 +4,8 @@ use std::sync::Arc;
 use serde_json::json;
 
 use super::*;
+use crate::light::DeltaLight;
+use crate::scene::Integrator;
 use crate::scene::{ImageData, MeshSource, PixelData};
 
 /// A mesh used once directly and twice by instances, under two textures of one image.

@@ -1,9 +1,11 @@
 //! Prepared shapes.
 
+use glam::DVec3;
+
 use super::*;
 use crate::scene::{
-    Colour, Generator, GeneratorKind, Material, MaterialModel, Mesh, MeshSource, Physical,
-    TransformStep,
+    Colour, Generator, GeneratorKind, Material, MaterialModel, Mesh, MeshSource, Object, Physical,
+    Shape, TransformStep,
 };
 use crate::shape::convert_moved_shape;
 use raywright_bvh::shapes::AnyShape;

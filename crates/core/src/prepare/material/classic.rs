@@ -8,7 +8,8 @@ use super::{colour_vector, prepare_optional};
 use crate::expr::{ExprScope, Variable};
 use crate::material::Glass;
 use crate::scene::{
-    ClassicMaterial as ClassicData, Colour, Mixture, SpecularModel, TransmissionChoice,
+    ClassicHighlight, ClassicMaterial as ClassicData, Colour, MirrorReflection, Mixture,
+    SpecularModel, Transmission, TransmissionChoice,
 };
 use crate::texture::PreparedInput;
 
@@ -76,48 +77,31 @@ pub(crate) struct TransmissionInputs<R: Real> {
     pub choice: TransmissionChoice,
 }
 
+/// Prepares a classic material. `ambient` is the scene's ambient light, for a material without its
+/// own.
+///
+/// # Errors
+/// Inputs that do not compile.
 pub(super) fn prepare_classic<R: Real>(
     m: &ClassicData,
     ambient: Colour,
     inputs: &mut InputCompiler<'_, R>,
 ) -> Result<ClassicInputs<R>, PrepareError> {
-    let specular = prepare_optional(m.specular.as_ref(), |s| {
-        Ok(SpecularInputs {
-            model: s.model,
-            exponent: s.exponent,
-            strength: inputs.compile_weight(&s.strength, ExprScope::Light, "specular.strength")?,
-            lit: s.lit,
-            shadowed: s.shadowed,
-            on_reflection: s.on_reflection,
-        })
-    })?;
-    let reflection = prepare_optional(m.reflection.as_ref(), |r| {
-        Ok(ReflectionInputs {
-            weight: inputs.compile_weight(&r.weight, ExprScope::Light, "reflection.weight")?,
-            tinted: r.tinted,
-            fuzz: r.fuzz.as_ref().map(|f| {
-                (
-                    R::from_f64(f.amount),
-                    f.frequencies.map(|row| R::Vec3::from_f64(row.into())),
-                )
-            }),
-        })
-    })?;
+    let specular = prepare_optional(m.specular.as_ref(), |s| prepare_specular(s, inputs))?;
+    let reflection = prepare_optional(m.reflection.as_ref(), |r| prepare_reflection(r, inputs))?;
     let diffuse = inputs.compile_weight(&m.diffuse, ExprScope::Light, "diffuse")?;
     let shadow = prepare_optional(m.shadow.as_ref(), |s| {
         inputs.compile_weight(s, ExprScope::Light, "shadow")
     })?;
-    let further = [
-        specular.as_ref().map(|s: &SpecularInputs<R>| &s.strength),
-        reflection.as_ref().map(|r: &ReflectionInputs<R>| &r.weight),
-    ];
-    let weights = [Some(&diffuse), shadow.as_ref()]
-        .into_iter()
-        .chain(further)
-        .flatten();
-    let asks_how_far = weights
-        .into_iter()
-        .any(|w| w.reads_variable(&inputs.texture_tables, &[Variable::OccluderDistance]));
+    let reads_occluder_distance = [
+        Some(&diffuse),
+        shadow.as_ref(),
+        specular.as_ref().map(|s| &s.strength),
+        reflection.as_ref().map(|r| &r.weight),
+    ]
+    .into_iter()
+    .flatten()
+    .any(|w| w.reads_variable(&inputs.texture_tables, &[Variable::OccluderDistance]));
     let rim = prepare_optional(m.rim.as_ref(), |r| {
         Ok((
             inputs.compile_weight(&r.strength, ExprScope::Surface, "rim.strength")?,
@@ -132,15 +116,7 @@ pub(super) fn prepare_classic<R: Real>(
         diffuse,
         specular,
         reflection,
-        transmission: m.transmission.as_ref().map(|t| TransmissionInputs {
-            glass: Glass {
-                share: R::ONE,
-                ior: t.ior,
-                reflected: colour_vector::<R>(t.reflected_tint),
-                transmitted: colour_vector::<R>(t.refracted_tint),
-            },
-            choice: t.choice,
-        }),
+        transmission: m.transmission.as_ref().map(prepare_transmission),
         emission: prepare_optional(m.emission.as_ref(), |e| inputs.compile_input(e, "emission"))?,
         mixture: m.mixture,
         shadow_transmittance: R::from_f64(m.shadow_transmittance),
@@ -151,10 +127,59 @@ pub(super) fn prepare_classic<R: Real>(
             )
         }),
         shadow,
-        reads_occluder_distance: asks_how_far,
+        reads_occluder_distance,
         matte: m.specular.is_none()
             && m.reflection.is_none()
             && m.transmission.is_none()
             && m.mixture.is_none(),
     })
+}
+
+/// Prepares the highlight of a classic material.
+fn prepare_specular<R: Real>(
+    specular: &ClassicHighlight,
+    inputs: &mut InputCompiler<'_, R>,
+) -> Result<SpecularInputs<R>, PrepareError> {
+    Ok(SpecularInputs {
+        model: specular.model,
+        exponent: specular.exponent,
+        strength: inputs.compile_weight(
+            &specular.strength,
+            ExprScope::Light,
+            "specular.strength",
+        )?,
+        lit: specular.lit,
+        shadowed: specular.shadowed,
+        on_reflection: specular.on_reflection,
+    })
+}
+
+/// Prepares the traced mirror reflection of a classic material.
+fn prepare_reflection<R: Real>(
+    reflection: &MirrorReflection,
+    inputs: &mut InputCompiler<'_, R>,
+) -> Result<ReflectionInputs<R>, PrepareError> {
+    Ok(ReflectionInputs {
+        weight: inputs.compile_weight(&reflection.weight, ExprScope::Light, "reflection.weight")?,
+        tinted: reflection.tinted,
+        fuzz: reflection.fuzz.as_ref().map(|fuzz| {
+            (
+                R::from_f64(fuzz.amount),
+                fuzz.frequencies.map(|row| R::Vec3::from_f64(row.into())),
+            )
+        }),
+    })
+}
+
+/// Prepares the traced refraction of a classic material.
+fn prepare_transmission<R: Real>(transmission: &Transmission) -> TransmissionInputs<R> {
+    TransmissionInputs {
+        glass: Glass {
+            share: R::ONE,
+            ior: transmission.ior,
+            reflected: colour_vector::<R>(transmission.reflected_tint),
+            transmitted: colour_vector::<R>(transmission.refracted_tint),
+        },
+        choice: transmission.choice,
+    }
 }

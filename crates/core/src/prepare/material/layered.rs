@@ -11,7 +11,10 @@ use crate::material::{
     Anisotropy, Coat, DiffuseTransmissionLayer, FresnelRule, LayerFieldTypes, LayeredSurface,
     Sheen, ThinFilm,
 };
-use crate::scene::{Channel, MaterialModel, Physical as PhysicalData, Scene};
+use crate::scene::{
+    Anisotropy as AnisotropyData, Channel, Clearcoat, DiffuseTransmission, Iridescence,
+    MaterialModel, Physical as PhysicalData, Scene, Sheen as SheenData,
+};
 use crate::texture::{InputProduct, NormalMapInput, PreparedInput};
 
 /// The field types of a layer before a hit: inputs.
@@ -105,6 +108,11 @@ pub(crate) fn count_layered_materials(scene: &Scene, rule: FresnelRule) -> u64 {
         .count() as u64
 }
 
+/// Prepares the layers of a physical material; `None` for a material without layers, or if the
+/// integrator ignores layers.
+///
+/// # Errors
+/// Inputs that do not compile.
 pub(super) fn prepare_layers<R: Real>(
     m: &PhysicalData,
     inputs: &mut InputCompiler<'_, R>,
@@ -113,89 +121,18 @@ pub(super) fn prepare_layers<R: Real>(
     if m.unlit || !context.is_path_tracing || !is_layered(m, context.fresnel) {
         return Ok(None);
     }
-    let diffused = m
-        .diffuse_transmission
-        .as_ref()
-        .filter(|_| m.may_transmit_diffusely());
-    let diffused = prepare_optional(diffused, |layer| {
-        Ok(DiffuseTransmissionLayer {
-            share: inputs.compile_factor(
-                &layer.factor,
-                &layer.factor_texture,
-                "diffuse_transmission.factor",
-            )?,
-            colour: inputs.compile_factor(
-                &layer.colour,
-                &layer.colour_texture,
-                "diffuse_transmission.colour",
-            )?,
-        })
-    })?;
-    let sheen = prepare_optional(m.active_sheen(), |layer| {
-        Ok(Sheen {
-            colour: inputs.compile_factor(&layer.colour, &layer.colour_texture, "sheen.colour")?,
-            roughness: inputs.compile_factor(
-                &layer.roughness,
-                &layer.roughness_texture,
-                "sheen.roughness",
-            )?,
-        })
-    })?;
+    let diffuse_transmission = prepare_optional(
+        m.diffuse_transmission
+            .as_ref()
+            .filter(|_| m.may_transmit_diffusely()),
+        |layer| prepare_diffuse_transmission(layer, inputs),
+    )?;
+    let sheen = prepare_optional(m.active_sheen(), |layer| prepare_sheen(layer, inputs))?;
     let anisotropy = prepare_optional(m.active_anisotropy(), |layer| {
-        let image = inputs.compile_image(&layer.texture, "anisotropy.texture")?;
-        let strength = inputs.compile_product(
-            &layer.strength,
-            image.map(|image| image.with_channel(Channel::Blue)),
-            "anisotropy.strength",
-        )?;
-        let angle = layer.rotation.to_radians();
-        Ok(Anisotropy {
-            strength,
-            frame: AnisotropyFrame {
-                rotation: [libm::cos(angle), libm::sin(angle)].map(R::from_f64),
-                image,
-            },
-        })
+        prepare_anisotropy(layer, inputs)
     })?;
-    let film = prepare_optional(m.active_iridescence(), |layer| {
-        Ok(ThinFilm {
-            share: inputs.compile_factor(
-                &layer.factor,
-                &layer.factor_texture,
-                "iridescence.factor",
-            )?,
-            ior: layer.ior,
-            thickness: FilmThickness {
-                thickest: inputs.compile_factor(
-                    &layer.thickness,
-                    &None,
-                    "iridescence.thickness",
-                )?,
-                thinnest: R::from_f64(layer.thinnest),
-                image: inputs
-                    .compile_image(&layer.thickness_texture, "iridescence.thickness_texture")?,
-            },
-        })
-    })?;
-    let coat = prepare_optional(m.active_clearcoat(), |layer| {
-        let bump = inputs.compile_image(&layer.normal_texture, "clearcoat.normal_texture")?;
-        Ok(Coat {
-            weight: inputs.compile_factor(
-                &layer.factor,
-                &layer.factor_texture,
-                "clearcoat.factor",
-            )?,
-            roughness: inputs.compile_factor(
-                &layer.roughness,
-                &layer.roughness_texture,
-                "clearcoat.roughness",
-            )?,
-            normal: bump.map(|image| NormalMapInput {
-                image,
-                scale: R::from_f64(layer.normal_scale),
-            }),
-        })
-    })?;
+    let film = prepare_optional(m.active_iridescence(), |layer| prepare_film(layer, inputs))?;
+    let coat = prepare_optional(m.active_clearcoat(), |layer| prepare_coat(layer, inputs))?;
     Ok(Some(LayeredSurface {
         base: (),
         // Before a hit, this field holds the dispersion in place of an index.
@@ -210,7 +147,7 @@ pub(super) fn prepare_layers<R: Real>(
             .active_conductor()
             .map(|index| [index.n, index.k].map(|c| R::Vec3::from_f64(c.0.into()))),
         thin: m.thin_walled,
-        diffuse_transmission: diffused,
+        diffuse_transmission,
         anisotropy,
         film,
         sheen,
@@ -218,4 +155,96 @@ pub(super) fn prepare_layers<R: Real>(
         rule: context.fresnel,
         multiple_scattering: context.multiple_scattering,
     }))
+}
+
+/// Prepares the layer that transmits light diffusely.
+fn prepare_diffuse_transmission<R: Real>(
+    layer: &DiffuseTransmission,
+    inputs: &mut InputCompiler<'_, R>,
+) -> Result<DiffuseTransmissionLayer<InputFieldTypes<R>>, PrepareError> {
+    Ok(DiffuseTransmissionLayer {
+        share: inputs.compile_factor(
+            &layer.factor,
+            &layer.factor_texture,
+            "diffuse_transmission.factor",
+        )?,
+        colour: inputs.compile_factor(
+            &layer.colour,
+            &layer.colour_texture,
+            "diffuse_transmission.colour",
+        )?,
+    })
+}
+
+/// Prepares the layer of fibres.
+fn prepare_sheen<R: Real>(
+    layer: &SheenData,
+    inputs: &mut InputCompiler<'_, R>,
+) -> Result<Sheen<InputFieldTypes<R>>, PrepareError> {
+    Ok(Sheen {
+        colour: inputs.compile_factor(&layer.colour, &layer.colour_texture, "sheen.colour")?,
+        roughness: inputs.compile_factor(
+            &layer.roughness,
+            &layer.roughness_texture,
+            "sheen.roughness",
+        )?,
+    })
+}
+
+/// Prepares the anisotropy of a material's roughness.
+fn prepare_anisotropy<R: Real>(
+    layer: &AnisotropyData,
+    inputs: &mut InputCompiler<'_, R>,
+) -> Result<Anisotropy<InputFieldTypes<R>>, PrepareError> {
+    let image = inputs.compile_image(&layer.texture, "anisotropy.texture")?;
+    let strength = inputs.compile_product(
+        &layer.strength,
+        image.map(|image| image.with_channel(Channel::Blue)),
+        "anisotropy.strength",
+    )?;
+    let angle = layer.rotation.to_radians();
+    Ok(Anisotropy {
+        strength,
+        frame: AnisotropyFrame {
+            rotation: [libm::cos(angle), libm::sin(angle)].map(R::from_f64),
+            image,
+        },
+    })
+}
+
+/// Prepares the thin film that makes a material iridescent.
+fn prepare_film<R: Real>(
+    layer: &Iridescence,
+    inputs: &mut InputCompiler<'_, R>,
+) -> Result<ThinFilm<InputFieldTypes<R>>, PrepareError> {
+    Ok(ThinFilm {
+        share: inputs.compile_factor(&layer.factor, &layer.factor_texture, "iridescence.factor")?,
+        ior: layer.ior,
+        thickness: FilmThickness {
+            thickest: inputs.compile_factor(&layer.thickness, &None, "iridescence.thickness")?,
+            thinnest: R::from_f64(layer.thinnest),
+            image: inputs
+                .compile_image(&layer.thickness_texture, "iridescence.thickness_texture")?,
+        },
+    })
+}
+
+/// Prepares the clear coat, with its normal map.
+fn prepare_coat<R: Real>(
+    layer: &Clearcoat,
+    inputs: &mut InputCompiler<'_, R>,
+) -> Result<Coat<InputFieldTypes<R>>, PrepareError> {
+    let normal_image = inputs.compile_image(&layer.normal_texture, "clearcoat.normal_texture")?;
+    Ok(Coat {
+        weight: inputs.compile_factor(&layer.factor, &layer.factor_texture, "clearcoat.factor")?,
+        roughness: inputs.compile_factor(
+            &layer.roughness,
+            &layer.roughness_texture,
+            "clearcoat.roughness",
+        )?,
+        normal: normal_image.map(|image| NormalMapInput {
+            image,
+            scale: R::from_f64(layer.normal_scale),
+        }),
+    })
 }

@@ -8,7 +8,7 @@ use super::layered::{MaterialContext, prepare_layers};
 use super::prepare_optional;
 use crate::effects::Effect;
 use crate::scene::{AlphaMode, Channel, Physical as PhysicalData};
-use crate::texture::{InputProduct, NormalMapInput};
+use crate::texture::{InputProduct, NormalMapInput, PreparedInput};
 
 /// Inputs of a physical material, the metallic-roughness model.
 #[derive(Clone, Copy, Debug)]
@@ -100,42 +100,19 @@ impl<R: Real> PhysicalInputs<R> {
 /// absorbs practically all light and fits an `f32`.
 const MOST_ABSORPTION: f64 = 1e30;
 
+/// Prepares a physical material. Its layers are added to the list of the context.
+///
+/// # Errors
+/// Inputs that do not compile.
 pub(super) fn prepare_physical<R: Real>(
     m: &PhysicalData,
     inputs: &mut InputCompiler<'_, R>,
     context: &mut MaterialContext<R>,
 ) -> Result<PhysicalInputs<R>, PrepareError> {
-    let image = inputs.compile_image(&m.base_colour_texture, "base_colour_texture")?;
-    let base = inputs.compile_product(&m.base_colour, image, "base_colour")?;
-    // Mipmaps average alpha, which changes the share of the surface above the alpha cutoff.
-    inputs.ignore_mipmaps = matches!(m.alpha, AlphaMode::Mask { .. });
-    let again = inputs.ignore_mipmaps
-        && m.base_colour_texture
-            .as_ref()
-            .is_some_and(|texture| inputs.uses_mipmaps(texture));
-    let cover = if again {
-        inputs.compile_image(&m.base_colour_texture, "base_colour_texture")?
-    } else {
-        image
-    };
-    let opacity = inputs.compile_product(
-        &m.opacity,
-        cover.map(|image| image.with_channel(Channel::Alpha)),
-        "opacity",
-    )?;
-    inputs.ignore_mipmaps = false;
-    let image =
-        inputs.compile_image(&m.metallic_roughness_texture, "metallic_roughness_texture")?;
-    let roughness = inputs.compile_product(
-        &m.roughness,
-        image.map(|image| image.with_channel(Channel::Green)),
-        "roughness",
-    )?;
-    let metallic = inputs.compile_product(
-        &m.metallic,
-        image.map(|image| image.with_channel(Channel::Blue)),
-        "metallic",
-    )?;
+    let base_image = inputs.compile_image(&m.base_colour_texture, "base_colour_texture")?;
+    let base = inputs.compile_product(&m.base_colour, base_image, "base_colour")?;
+    let opacity = prepare_opacity(m, base_image, inputs)?;
+    let [roughness, metallic] = prepare_roughness_and_metallic(m, inputs)?;
     let emission = prepare_optional(m.active_emission(), |emission| {
         inputs.compile_factor(emission, &m.emission_texture, "emission")
     })?;
@@ -143,38 +120,27 @@ pub(super) fn prepare_physical<R: Real>(
         Some(ior) => RefractiveIndex::Constant(ConstantIor::new(ior)),
         None => RefractiveIndex::Varying(inputs.compile_factor(&m.ior, &None, "ior")?),
     };
-    let transmission = prepare_optional(m.may_transmit().then_some(&m.transmission), |share| {
-        let share = inputs.compile_factor(share, &m.transmission_texture, "transmission")?;
-        let transmission = PhysicalTransmission {
-            share,
-            tint: base.constant_factor().unwrap_or(R::Vec3::ONE),
-            constant_transmittance: None,
-        };
-        Ok(PhysicalTransmission {
-            constant_transmittance: share
-                .constant_value()
-                .map(|share| transmission.shadow_transmittance(share.x())),
-            ..transmission
-        })
+    let transmission = prepare_optional(m.may_transmit().then_some(m), |m| {
+        prepare_transmission(m, &base, inputs)
     })?;
-    let bump = prepare_optional(m.active_normal_map(), |image| {
+    let normal_image = prepare_optional(m.active_normal_map(), |image| {
         inputs.compile_texture(image, "normal_texture")
     })?
     .flatten();
-    let layered = prepare_layers(m, inputs, context)?.map(|layered| {
-        context.layers.push(layered);
+    let layers = prepare_layers(m, inputs, context)?.map(|layers| {
+        context.layers.push(layers);
         context.layers.len() as u32 - 1
     });
-    let factor = m
+    let specular = m
         .constant_specular_factor()
-        .filter(|_| context.is_path_tracing && layered.is_none());
-    let opaque = m.alpha == AlphaMode::Opaque && transmission.is_none() && !m.unlit;
+        .filter(|_| context.is_path_tracing && layers.is_none());
+    let is_opaque = m.alpha == AlphaMode::Opaque && transmission.is_none() && !m.unlit;
     Ok(PhysicalInputs {
-        is_common: opaque && layered.is_none() && !inputs.dependencies.expressions,
-        layers: layered,
-        specular: R::from_f64(factor.unwrap_or(1.0)),
+        is_common: is_opaque && layers.is_none() && !inputs.dependencies.expressions,
+        layers,
+        specular: R::from_f64(specular.unwrap_or(1.0)),
         thin: m.thin_walled,
-        normal_map: bump.map(|image| NormalMapInput {
+        normal_map: normal_image.map(|image| NormalMapInput {
             image,
             scale: R::from_f64(m.normal_scale),
         }),
@@ -192,5 +158,74 @@ pub(super) fn prepare_physical<R: Real>(
         opacity,
         unlit: m.unlit,
         mirrors: !context.disabled_effects.has(Effect::MirrorReflection),
+    })
+}
+
+/// Prepares the opacity of a physical material: its factor times the alpha of the base colour's
+/// image. Mipmaps average alpha, which changes the share of the surface above the cutoff of an
+/// alpha mask. The opacity of a mask thus reads the image without mipmaps.
+fn prepare_opacity<R: Real>(
+    m: &PhysicalData,
+    base_image: Option<PreparedInput<R>>,
+    inputs: &mut InputCompiler<'_, R>,
+) -> Result<InputProduct<R>, PrepareError> {
+    inputs.ignore_mipmaps = matches!(m.alpha, AlphaMode::Mask { .. });
+    let needs_other_image = inputs.ignore_mipmaps
+        && m.base_colour_texture
+            .as_ref()
+            .is_some_and(|texture| inputs.uses_mipmaps(texture));
+    let image = if needs_other_image {
+        inputs.compile_image(&m.base_colour_texture, "base_colour_texture")?
+    } else {
+        base_image
+    };
+    let opacity = inputs.compile_product(
+        &m.opacity,
+        image.map(|image| image.with_channel(Channel::Alpha)),
+        "opacity",
+    )?;
+    inputs.ignore_mipmaps = false;
+    Ok(opacity)
+}
+
+/// Prepares the roughness and the metallic share of a physical material, which are the green and
+/// the blue channel of one image.
+fn prepare_roughness_and_metallic<R: Real>(
+    m: &PhysicalData,
+    inputs: &mut InputCompiler<'_, R>,
+) -> Result<[InputProduct<R>; 2], PrepareError> {
+    let image =
+        inputs.compile_image(&m.metallic_roughness_texture, "metallic_roughness_texture")?;
+    Ok([
+        inputs.compile_product(
+            &m.roughness,
+            image.map(|image| image.with_channel(Channel::Green)),
+            "roughness",
+        )?,
+        inputs.compile_product(
+            &m.metallic,
+            image.map(|image| image.with_channel(Channel::Blue)),
+            "metallic",
+        )?,
+    ])
+}
+
+/// Prepares the transmission of a physical material with a base colour.
+fn prepare_transmission<R: Real>(
+    m: &PhysicalData,
+    base: &InputProduct<R>,
+    inputs: &mut InputCompiler<'_, R>,
+) -> Result<PhysicalTransmission<R>, PrepareError> {
+    let share = inputs.compile_factor(&m.transmission, &m.transmission_texture, "transmission")?;
+    let transmission = PhysicalTransmission {
+        share,
+        tint: base.constant_factor().unwrap_or(R::Vec3::ONE),
+        constant_transmittance: None,
+    };
+    Ok(PhysicalTransmission {
+        constant_transmittance: share
+            .constant_value()
+            .map(|share| transmission.shadow_transmittance(share.x())),
+        ..transmission
     })
 }

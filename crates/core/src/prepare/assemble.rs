@@ -1,0 +1,92 @@
+//! Assembly of a prepared scene from its separately prepared parts.
+
+use raywright_bvh::{Real, Vector};
+
+use super::context::PrepareContext;
+use super::geometry::BuiltGeometry;
+use super::material::PreparedMaterial;
+use super::material_set::MaterialSet;
+use super::prepared_scene::{PreparedClassicRules, PreparedScene};
+use super::studio::Backdrop;
+use super::tangents::CornerTangents;
+use crate::camera::PreparedCamera;
+use crate::effects::Effect;
+use crate::light::{Irradiance, Lights};
+use crate::scene::{self, Scene};
+use crate::settings::{AreaShadows, Background, MicrofacetEnergy};
+
+/// The separately prepared parts of a scene.
+pub(super) struct PreparedParts<R: Real> {
+    pub built: BuiltGeometry<R>,
+    /// Generated tangents of meshes.
+    pub tangents: Vec<CornerTangents>,
+    pub materials: MaterialSet<R>,
+    pub lights: Lights<R>,
+    /// Cosine-weighted mean of the sky's radiance; `None` if no material needs it.
+    pub irradiance: Option<Irradiance<R>>,
+    pub camera: PreparedCamera<R>,
+}
+
+impl<R: Real> PreparedScene<R> {
+    /// Assembles a prepared scene, still without the backdrop and ground of a studio. Properties
+    /// of all materials together are computed here, once.
+    pub(super) fn from_parts(context: &PrepareContext<'_>, parts: PreparedParts<R>) -> Self {
+        let (scene, settings) = (context.scene, context.settings);
+        let materials = parts.materials;
+        let absorbs = context.simulated.has(Effect::Absorption) && materials.absorbs();
+        let priorities = if context.is_path_tracing && context.simulated.has(Effect::NestedMedia) {
+            medium_priorities(scene)
+        } else {
+            Vec::new()
+        };
+        let has_thin_walls = materials.materials.iter().any(PreparedMaterial::is_thin);
+        Self {
+            geometry_bytes: parts.built.geometry.memory_bytes(),
+            geometry: parts.built.geometry,
+            meshes: parts.built.meshes,
+            objects: parts.built.objects,
+            collapsed_meshes: parts.built.collapsed_meshes,
+            origin: context.origin,
+            absorbs,
+            tracks_media: absorbs || !priorities.is_empty(),
+            transmits_straight: context.is_path_tracing
+                && (!priorities.is_empty() || has_thin_walls),
+            priorities,
+            tangents: parts.tangents,
+            materials: materials.materials,
+            cone: (!materials.texture_tables.pyramids.is_empty()).then(|| parts.camera.ray_cone()),
+            texture_tables: materials.texture_tables,
+            lights: parts.lights,
+            backdrop: match settings.background {
+                Background::Environment => None,
+                Background::Transparent => Some(Backdrop::Constant(Vector::ZERO)),
+            },
+            ground: None,
+            studio_backdrop: None,
+            irradiance: parts.irradiance,
+            camera: parts.camera,
+            rules: PreparedClassicRules::new(&scene.classic),
+            layers: materials.layers,
+            light_sampling: settings.light_sampling,
+            hard_shadows: settings.area_shadows == AreaShadows::Hard,
+            roulette: settings.roulette,
+            clamp: settings.clamp.map(R::from_f64),
+            compensates: settings.microfacets == MicrofacetEnergy::Compensated,
+            veil: Vector::from_f64(scene.render.veil.0.into()),
+            draws_edges: settings.wireframe,
+        }
+    }
+}
+
+/// Returns the priority of each material's bodies. Where bodies overlap, light is in the body of
+/// the greatest priority.
+fn medium_priorities(scene: &Scene) -> Vec<u32> {
+    let priority = |material: &scene::Material| {
+        if let scene::MaterialModel::Physical(m) = &material.model {
+            m.priority
+        } else {
+            0
+        }
+    };
+    scene.materials.iter().map(priority).collect()
+}

@@ -1,0 +1,51 @@
+//! Selection of the emissive materials that need area lights, before any material is prepared.
+
+use crate::effects::{Effect, EffectSet};
+use crate::scene::{Colour, Material};
+
+/// Selection of the emissive materials whose objects become area lights.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EmitterFilter {
+    /// Whether uniform emission is selected.
+    pub uniform: bool,
+    /// Whether varying emission is selected.
+    pub varying: bool,
+    /// Whether the emission of partly transparent surfaces is evaluated at each hit, as by a path
+    /// tracer.
+    pub evaluated_at_hits: bool,
+}
+
+/// Emission of a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Emission {
+    /// Uniform radiance.
+    Uniform(Colour),
+    /// Radiance evaluated at each point.
+    Varying,
+}
+
+impl EmitterFilter {
+    /// Returns the selection that the simulated effects and the integrator need.
+    pub fn from_effects(simulated: EffectSet, is_path_tracing: bool) -> Self {
+        Self {
+            uniform: simulated.has(Effect::SoftShadows),
+            varying: is_path_tracing && simulated.has(Effect::TexturedEmitters),
+            evaluated_at_hits: is_path_tracing,
+        }
+    }
+
+    /// Returns the emission of a material, or `None` if the material does not emit or is not
+    /// selected.
+    pub fn selected_emission(self, material: &Material) -> Option<Emission> {
+        match material.uniform_emission() {
+            Some(_)
+                if self.uniform && self.evaluated_at_hits && material.is_partly_transparent() =>
+            {
+                Some(Emission::Varying)
+            }
+            Some(radiance) if self.uniform => Some(Emission::Uniform(radiance)),
+            None if self.varying && material.emits() => Some(Emission::Varying),
+            _ => None,
+        }
+    }
+}
