@@ -1,7 +1,6 @@
-//! Early stage of a run: loading and preparation, before a result exists that could be kept. The
-//! first Ctrl-C, the end of the time budget and the memory limit end the program in this stage at
-//! once, because parsers, decoders and builders check for no cancellation and hold no file open for
-//! writing.
+//! Early stage of a run: loading and preparation, when no result exists yet. In this stage the
+//! first Ctrl-C, the end of the time budget and the memory limit end the program at once. Parsers,
+//! decoders and builders do not check for cancellation, but hold no file open for writing.
 
 use std::ffi::OsStr;
 use std::io::{self, IsTerminal, Write};
@@ -48,8 +47,8 @@ const LEAST_TIME: Duration = Duration::from_secs(1);
 pub struct EarlyStageGuard(());
 
 impl EarlyStageGuard {
-    /// Starts the early stage of a run (loading and preparation) that loads `name`, with a memory
-    /// limit in bytes and, where given, the start of the run and its time budget.
+    /// Starts the early stage of a run (loading and preparation). `name` is the input, and `memory`
+    /// the memory limit in bytes. `time`, if given, holds the start of the run and its time budget.
     pub fn start(
         name: &OsStr,
         memory: u64,

@@ -1,6 +1,6 @@
-//! Messages of a run in addition to its result. With `-v` each message is printed at once,
-//! otherwise at the end of the run in a line for each file with a problem, and with `-q` not at
-//! all.
+//! Messages of a run in addition to its result. With `-v` each message is printed at once, and with
+//! `-q` none. Otherwise the messages are printed at the end of the run, a line for each file with a
+//! problem.
 
 use std::collections::HashSet;
 
@@ -126,7 +126,8 @@ impl Notes {
             .collect()
     }
 
-    /// Prints the kept messages, a line for each file with a problem, and forgets them.
+    /// Prints the kept messages, a line for each file with a problem, and removes them from the
+    /// collection.
     pub fn print_kept_messages(&mut self) {
         if self.verbosity == Verbosity::Normal {
             self.format_message_lines()

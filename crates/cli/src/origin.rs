@@ -77,8 +77,8 @@ pub fn format_error_metadata(
     )
 }
 
-/// Returns a text that identifies a scene with all changes that flags make to it. The film files of
-/// a picture's parts have the same text; files with different texts are not merged.
+/// Returns a text that identifies a scene and all changes that flags make to the scene. The film
+/// files of a picture's parts have the same text; films with different texts are not merged.
 pub fn format_scene_identity(
     loaded: &LoadedScene,
     options: &LoadOptions,

@@ -1,5 +1,5 @@
-//! Preparation of a loaded scene for rendering. Failures are reported with the file's name, the
-//! parts that need memory, and flags that help.
+//! Preparation of a loaded scene for rendering. The message of a failure names the file, the parts
+//! of the scene that need memory, and helpful flags.
 
 use std::cmp::Reverse;
 

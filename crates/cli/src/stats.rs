@@ -26,7 +26,7 @@ pub struct RenderStats<'a> {
     rays: RayCounts,
     /// Number of samples in the picture, of all pixels together.
     samples: u64,
-    /// Number of samples left out of the picture because they were not finite.
+    /// Number of non-finite samples, which were left out of the picture.
     dropped: u64,
     /// Number of rays that ended because they crossed the largest allowed number of surfaces
     /// without a change of direction.

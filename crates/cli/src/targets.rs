@@ -44,8 +44,8 @@ impl OutputTarget {
     }
 }
 
-/// All output files of a run. They are compared with one another and with the inputs, to refuse a
-/// file that would be written twice or overwrite an input.
+/// All output files of a run. Each is compared with the other outputs and with the inputs. A file
+/// that would be written twice, or would overwrite an input, is refused.
 #[derive(Debug, Default)]
 pub struct OutputFiles {
     all: Vec<OutputFile>,
@@ -121,7 +121,8 @@ impl OutputFiles {
             .filter(|other| other.place.is_same_file(place))
     }
 
-    /// Refuses outputs that would overwrite an input of the run or a file that the scene names.
+    /// Refuses outputs that would overwrite an input of the run, or another file named in the
+    /// scene.
     pub fn check_against_inputs(&self, inputs: &InputFiles) -> Result<(), Failure> {
         let places = self
             .all

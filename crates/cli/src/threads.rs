@@ -18,9 +18,9 @@ pub struct Threads(Option<ThreadPool>);
 
 impl Threads {
     /// Creates a pool of `count` threads. Without a count, the pool is rayon's global pool with a
-    /// thread for each processor. The calling thread belongs to that pool, because handing work to
-    /// another thread and back takes 0.05 ms, and preparing a small model consists of many small
-    /// tasks.
+    /// thread for each processor. The calling thread belongs to the global pool, because a transfer
+    /// of work to another thread takes 0.05 ms, and the preparation of a small model consists of
+    /// many small tasks.
     pub fn new(count: Option<u32>) -> Result<Self, Failure> {
         let global_pool = ThreadPoolBuilder::new().use_current_thread();
         // With a count, the global pool consists of the calling thread alone.

@@ -89,11 +89,13 @@ impl Folder {
         })
     }
 
-    /// Returns the folder of the file that `reference` names, for the references inside that file.
+    /// Returns the folder of the file that `reference` names. References inside that file start
+    /// from this folder.
     ///
     /// # Errors
-    /// [`ReadError::Refused`] for a reference that may not be followed, [`ReadError::Unreadable`]
-    /// for a missing file.
+    ///
+    /// [`ReadError::Refused`] for a forbidden reference, [`ReadError::Unreadable`] for a missing
+    /// file.
     pub fn folder_of_reference(&self, reference: &str) -> Result<Self, ReadError> {
         let root = match self.locate_reference(reference)? {
             FileLocation::Disk(path) => path.parent().map_or(self.root.clone(), |parent| {

@@ -61,8 +61,8 @@ pub(crate) fn detect_format(bytes: &[u8]) -> ImageKind {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct DecodedImage {
     pub image: ImageData,
-    /// Remarks for the user about values that differ from the file, each a sentence whose subject
-    /// is the picture.
+    /// Remarks for the user about values that differ from the file. The subject of each sentence is
+    /// the picture.
     pub remarks: Vec<String>,
     /// Number of infinite and NaN channel values, all of which were replaced.
     pub repaired_count: u64,
@@ -244,10 +244,10 @@ fn decode_with_image_crate(
     })
 }
 
-/// Decodes a PNG with an 8-bit palette in less than half the time of the decoder's expansion to
-/// RGB. Returns `None` for every other picture, and for a broken or oversized picture, for which
-/// the general decoder reports the error. Rows are converted one by one: a buffer of all codes
-/// would double the memory, and its allocation takes as long as the decoding.
+/// Decodes a PNG with an 8-bit palette, in less than half the time of the decoder's expansion to
+/// RGB. Returns `None` for every other picture. `None` is also returned for a broken or oversized
+/// picture; the general decoder then reports the error. Rows are converted one by one: a buffer of
+/// all codes would double the memory, and its allocation takes as long as the decoding.
 fn decode_palette(bytes: &[u8], limits: &Limits) -> Option<ImageData> {
     // Depth and colour type are at fixed offsets of the first chunk.
     if bytes.get(24..26) != Some(&[png::BitDepth::Eight as u8, png::ColorType::Indexed as u8])

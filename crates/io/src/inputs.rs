@@ -9,7 +9,7 @@ use same_file::Handle;
 use crate::hash::SceneHash;
 use crate::output::{OutputPath, file_fingerprint};
 
-/// Files that were read, and paths that a scene names.
+/// Files that a run read or looked for, and paths that its scene names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InputFiles {
     /// Paths of files that were read.

@@ -86,7 +86,7 @@ fn merge_meshes(scene: &Scene) -> MeshData {
     mesh_data
 }
 
-/// Returns a copy of a mesh in which each triangle has three vertices of its own, whose normals are
+/// Returns a copy of a mesh in which each triangle has three vertices of its own. Their normals are
 /// the normal of the triangle.
 fn make_faceted(part: &MeshData) -> MeshData {
     let corners = || part.indices.iter().flatten().map(|index| *index as usize);

@@ -58,7 +58,7 @@ pub fn get(name: &str) -> Result<Preset, Error> {
     Err(Error::invalid_usage(format!("there is no preset `{name}`")).with_hint(hint))
 }
 
-/// Returns the bytes of a file that is built into the program, which a preset names as
+/// Returns the bytes of a file that is built into the program. A preset names such a file as
 /// `embedded:NAME`.
 pub(crate) fn asset(name: &str) -> Option<&'static [u8]> {
     ASSETS

@@ -33,11 +33,12 @@ pub(crate) fn record_reference(folder: &Folder, uri: &str) {
     }
 }
 
-/// Returns the data of a reference: an embedded `data:` reference (RFC 2397) or a relative
-/// reference to a file (RFC 3986).
+/// Returns the data of a reference. The reference is embedded data (`data:`, RFC 2397) or a
+/// relative reference to a file (RFC 3986).
 ///
 /// # Errors
-/// A fault of kind input: broken base64, a percent escape that is not UTF-8, or a file that
+///
+/// A fault of kind input for broken base64, a percent escape that is not UTF-8, or a file that
 /// [`Folder::read`] refuses.
 pub(crate) fn read_reference(folder: &Folder, uri: &str) -> ImportResult<Vec<u8>> {
     if is_data_uri(uri) {

@@ -16,8 +16,8 @@ use crate::failure::to_exception;
 
 /// Time between two checks for Ctrl-C and for progress.
 const CHECK_INTERVAL: Duration = Duration::from_millis(20);
-/// Longest time to wait for work that was told to stop. Work that cannot stop soon, such as
-/// parsing, continues after that time, and its result is dropped.
+/// Longest time to wait for work after a request to stop. Some work, such as parsing, cannot stop
+/// soon; it continues after that time, and its result is dropped.
 const GRACE: Duration = Duration::from_millis(100);
 /// Stack size of each thread in bytes, as usual for the main thread of a program.
 const STACK_BYTES: usize = 8 << 20;

@@ -1,5 +1,5 @@
-//! `explain`: the effects that a render of a scene would simulate, the effects that the scene
-//! lacks, and those left out; also the current rung (quality level) of each ladder.
+//! `explain`: the simulated, absent and left-out effects of a scene, and the current rung (quality
+//! level) of each ladder.
 
 use raywright_core::accuracy::{EffectCosts, measure_effects};
 use raywright_core::effects::{EffectAssessment, EffectReport, EffectStatus, detect};

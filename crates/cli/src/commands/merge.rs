@@ -85,8 +85,8 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     Ok(film_result?)
 }
 
-/// Reads the film files of all parts in turn and joins them. At any time memory holds the parts
-/// joined so far, the next part, and the result of joining the two.
+/// Reads the film files of all parts in turn and joins them. The memory holds at most the parts
+/// joined so far, the next part, and the result of joining these two films.
 fn merge_files(paths: &[PathBuf], limits: &Limits) -> Result<StoredFilm, Failure> {
     let mut all: Option<StoredFilm> = None;
     for path in paths {

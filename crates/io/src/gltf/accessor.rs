@@ -159,8 +159,8 @@ impl<'a> AccessorReader<'a> {
         })
     }
 
-    /// Reserves `count` zero elements of `size` bytes each for an accessor without data, and
-    /// returns an empty slice, which stands for the zeros.
+    /// Reserves `count` zero elements of `size` bytes each for an accessor without data. Returns an
+    /// empty slice, which stands for the zeros.
     fn reserve_zeros(&self, count: usize, size: usize) -> ImportResult<&'a [u8]> {
         let left = self
             .zero_bytes_left
@@ -174,7 +174,7 @@ impl<'a> AccessorReader<'a> {
         Ok(&[])
     }
 
-    /// Returns the bytes of `count` elements of a buffer view, from byte `offset` on, and the
+    /// Returns `count` elements of a buffer view, from byte `offset` on: their bytes, and the
     /// distance in bytes between the starts of two elements (the stride).
     fn slice_view(
         &self,

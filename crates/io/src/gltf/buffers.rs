@@ -49,10 +49,11 @@ impl<'a> Buffers<'a> {
         })
     }
 
-    /// Returns the bytes of a buffer view, and the distance in bytes between its elements (the
-    /// stride), if the file states the distance.
+    /// Returns the bytes of a buffer view and, if the file states it, the distance in bytes between
+    /// the view's elements (the stride).
     ///
     /// # Errors
+    ///
     /// A fault of kind input for an unknown view or buffer, or a view beyond its buffer.
     pub fn view_bytes(
         &self,

@@ -1,10 +1,13 @@
 //! Typed data of a glTF file's JSON. No number in the file is trusted.
 //!
 //! Every index is a `u32`, and its range is checked at each use. Faults in the data, extensions
-//! included, are reported with their path in the file. The types of the `gltf` crate are not used:
-//! they take indices modulo 2³², have no animation without a target node (KHR_animation_pointer),
-//! no scene without nodes, half of the extensions as untyped JSON, and node transforms in single
-//! precision only, which moves a city in geocentric coordinates by half a metre.
+//! included, are reported with their path in the file. The types of the `gltf` crate are not used,
+//! because they
+//! - take indices modulo 2³²;
+//! - have no animation without a target node (KHR_animation_pointer), and no scene without nodes;
+//! - leave half of the extensions as untyped JSON;
+//! - store node transforms in single precision, which moves a city in geocentric coordinates by
+//!   half a metre.
 
 use serde::Deserialize;
 

@@ -1,7 +1,7 @@
 //! GLB container (glTF 2.0, section 4): a header, a JSON chunk, and an optional binary chunk.
 //!
-//! This parser replaces `gltf::Glb`, which subtracts before comparing (a length below 12 panics)
-//! and refuses unknown chunks, although the specification requires readers to skip unknown chunks.
+//! This parser replaces `gltf::Glb`, which has two defects: it panics for a length below 12, and it
+//! refuses unknown chunks, although the specification requires readers to skip them.
 
 use crate::import::{Fault, ImportResult, Warnings};
 use crate::warning::WarningCode;

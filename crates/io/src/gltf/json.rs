@@ -1,11 +1,11 @@
 //! Rewriting of JSON that is valid glTF but does not fit typed data. Three things are rewritten:
-//! integers with a decimal point or an exponent (glTF 2.0, section 2.7); names that are repeated in
-//! an object, of which the last applies; and numbers beyond f64, which some programs write for
-//! infinity.
+//! - integers with a decimal point or an exponent (glTF 2.0, section 2.7);
+//! - repeated names in an object, of which the last applies;
+//! - numbers beyond f64, which some programs write for infinity.
 //!
-//! A text is rewritten only after it failed to parse, so that other files cost no time. A rewritten
-//! number or name keeps its length wherever the new text is not longer, so that lines and columns
-//! in messages match the file.
+//! Only a text that failed to parse is rewritten; other files cost no time. A rewritten number or
+//! name keeps its length unless the new text is longer. Therefore lines and columns in messages
+//! match the file.
 
 use std::collections::HashMap;
 

@@ -227,7 +227,7 @@ fn hermite<const N: usize>(
 }
 
 /// Spherical linear interpolation along the shorter arc (Shoemake, "Animating Rotation with
-/// Quaternion Curves", 1985), with functions that are the same on every platform.
+/// Quaternion Curves", 1985). The result is the same on every platform.
 fn slerp(a: DQuat, b: DQuat, share: f64) -> DQuat {
     let cosine = a.dot(b);
     let b = if cosine < 0.0 { -b } else { b };

@@ -12,7 +12,7 @@ struct RingBuffer<T> {
 }
 
 impl<T: Copy> RingBuffer<T> {
-    /// Creates a buffer whose entries are all `nothing`, a value that stands for no entry.
+    /// Creates a buffer in which every entry is `nothing`, the value of a missing entry.
     fn new(nothing: T) -> Self {
         Self {
             values: [nothing; 16],

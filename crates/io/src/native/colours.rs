@@ -10,7 +10,8 @@ use super::node::{TextValue, ValueNode};
 use crate::colour::parse_colour;
 use crate::warning::{Warning, WarningCode};
 
-/// Keys whose values are colours, in addition to all keys that end in `colour`.
+/// Keys of colours whose names do not end in `colour`. All keys that end in `colour` have colours
+/// too.
 const COLOUR_KEYS: [&str; 9] = [
     "ambient",
     "emission",

@@ -47,8 +47,8 @@ pub enum SceneNotation {
     Json,
 }
 
-/// A parsed scene with its text and syntax tree. The tree gives problems that are found later their
-/// position in the text.
+/// A parsed scene with its text and syntax tree. Problems that are found after parsing are located
+/// in the text by the tree.
 pub(crate) struct ParsedScene<'a> {
     pub scene: Scene,
     /// File name for messages.

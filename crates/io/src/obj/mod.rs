@@ -71,8 +71,8 @@ fn import(
     build_scene(file, parts, materials, budget, warnings)
 }
 
-/// Builds the scene of a file that consists of a single mesh. The material is that of an OBJ file
-/// without materials, so that the same mesh gives the same picture in every format.
+/// Builds the scene of a file that consists of a single mesh. The mesh has the material of an OBJ
+/// file without materials. The same mesh therefore gives the same picture in every format.
 pub(crate) fn scene_from_mesh(
     file: &Path,
     data: MeshData,

@@ -51,8 +51,8 @@ impl MaterialLibrary {
         (names, Self { materials })
     }
 
-    /// Returns the material with this name, or the default material if no library has the name.
-    /// `requested` states that the file uses the name, so that a missing material gives a warning.
+    /// Returns the material with this name, or the default material if no library has the name. If
+    /// `requested` is set, the file uses the name, and a missing material gives a warning.
     pub fn find_material(
         &self,
         name: &str,

@@ -100,9 +100,9 @@ fn create_temporary_file(
     Ok(file)
 }
 
-/// Copies owner, group and mode of another file. Only root may change the owner. If owner or group
-/// cannot be copied, the set-ID and sticky bits of the mode are cleared. If the group cannot be
-/// copied, the file's current group gets no more rights than all other users.
+/// Copies owner, group and mode of the file `other` to `file`. Only root may change the owner. If
+/// owner or group cannot be copied, the set-ID and sticky bits of the mode are cleared. If the
+/// group cannot be copied, the mode gives the file's present group the rights of all other users.
 #[cfg(unix)]
 fn copy_ownership(file: &fs::File, other: &fs::Metadata) -> io::Result<()> {
     use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};

@@ -2,9 +2,12 @@
 //! among machines that write a film each. The format is specific to this program, because no common
 //! format keeps the sums of replicates (independent repetitions of the picture) separately.
 //!
-//! A file consists of sixteen magic bytes, the version of the format (u32), the length of the
-//! header (u64), the header as JSON, the film's numbers in the order of [`Film::transfer_data`],
-//! and the SHA-256 of everything before; all little-endian.
+//! A file consists of these parts, all little-endian:
+//! - sixteen magic bytes;
+//! - the version of the format (u32);
+//! - the length of the header (u64), and the header as JSON;
+//! - the film's numbers in the order of [`Film::transfer_data`];
+//! - the SHA-256 of all bytes before.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
@@ -80,13 +83,14 @@ fn encode_film(out: &mut dyn Write, kept_film: &mut StoredFilm) -> io::Result<()
     out.out.flush()
 }
 
-/// Reads a film file. The header states the memory that the film takes, which is checked against
-/// the limits before any allocation.
+/// Reads a film file. The memory that the film takes is computed from the header, and checked
+/// against the limits before any allocation.
 ///
 /// # Errors
-/// Of kind [`File`](crate::ErrorKind::File) for an unreadable file,
-/// [`Input`](crate::ErrorKind::Input) for anything but a complete film of this version,
-/// [`Limit`](crate::ErrorKind::Limit) for a film beyond the memory limit.
+///
+/// - Of kind [`File`](crate::ErrorKind::File) for an unreadable file;
+/// - [`Input`](crate::ErrorKind::Input) for anything but a complete film of this version;
+/// - [`Limit`](crate::ErrorKind::Limit) for a film beyond the memory limit.
 pub fn read_film(path: &Path, limits: &Limits) -> Result<StoredFilm, Error> {
     let file = File::open(path).map_err(|cause| Error::unreadable(path, &cause))?;
     if file.metadata().is_ok_and(|metadata| metadata.is_dir()) {

@@ -261,9 +261,9 @@ fn insert_suffix_before_extension(path: &Path, suffix: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Returns SHA-256 of the pixels as 64 hexadecimal digits, independent of the file format. Hashed
-/// are width and height, the linear red, green and blue of each pixel row by row, and the coverage
-/// of each pixel if present, all as little-endian 32-bit numbers.
+/// Returns SHA-256 of the pixels as 64 hexadecimal digits, independent of the file format. The
+/// hashed numbers are the width, the height, the linear red, green and blue of each pixel row by
+/// row, and the coverage of each pixel if present. Each is a little-endian 32-bit number.
 pub fn pixel_hash(picture: &Picture) -> String {
     let mut hash = Sha256::new();
     [picture.width, picture.height]

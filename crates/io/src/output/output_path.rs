@@ -165,7 +165,7 @@ fn strip_file_name(cause: &io::Error) -> io::Error {
 }
 
 /// Checks that the existing file can be replaced. In a shared folder such as `/tmp` (sticky bit),
-/// only the owner of the file or of the folder may replace a file.
+/// only the owner of the file or the owner of the folder may replace the file.
 #[cfg(unix)]
 fn check_replaceable(
     folder: &Path,

@@ -194,8 +194,8 @@ pub(super) fn composite_over_background(picture: &Picture, display: Display) -> 
 
 const FONT: RasterHeight = RasterHeight::Size16;
 
-/// Draws a line of text, centred in `width` pixels. A text that is too long loses its middle,
-/// because names differ at both ends.
+/// Draws a line of text, centred in `width` pixels. A text that is too long is shortened in the
+/// middle, because names differ at their ends.
 fn draw_text_line(sheet: &mut RgbImage, [left, top]: [u32; 2], width: u32, text: &str) {
     let line = shorten_text(text, (width / letter_width()) as usize);
     let start = left + width.saturating_sub(line.len() as u32 * letter_width()) / 2;

@@ -8,10 +8,11 @@ use crate::import::{DecodeBudget, ImportResult, Warnings};
 use crate::warning::WarningCode;
 
 /// Divides a mesh by the image numbers of its triangles. Returns a mesh for each image, and a mesh
-/// of the triangles without an image. Warnings name images that no triangle uses, and numbers for
-/// which the file names no image.
+/// of the triangles without an image. A warning names each image that no triangle uses; another
+/// warning counts the triangles whose number exceeds the images of the file.
 ///
 /// # Errors
+///
 /// A fault of kind limit beyond the limits.
 pub(super) fn split_by_image(
     mesh: &MeshData,
@@ -64,7 +65,7 @@ pub(super) fn split_by_image(
         .collect())
 }
 
-/// Returns a mesh that consists of the given triangles of a mesh and the vertices that they use.
+/// Returns a mesh of the given triangles of a mesh, with only the vertices of these triangles.
 fn extract_triangles(mesh: &MeshData, triangles: &[[u32; 3]]) -> MeshData {
     let (mut numbers, mut used) = (HashMap::new(), Vec::new());
     let mut number = |old: u32| {

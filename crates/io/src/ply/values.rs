@@ -107,12 +107,12 @@ impl<'b> ValueStream<'b> {
         })
     }
 
-    /// Reads the length of a list, which is at most the number of items that the remaining bytes
-    /// can hold.
+    /// Reads the length of a list. The remaining bytes can hold this number of items.
     ///
     /// # Errors
-    /// A fault of kind input for a negative number, and for more items than the remaining bytes can
-    /// hold.
+    ///
+    /// A fault of kind input for a negative or fractional length, and for a length that the
+    /// remaining bytes cannot hold.
     pub fn read_list_length(
         &mut self,
         kind: NumberType,

@@ -39,7 +39,7 @@ pub(super) fn colour_channel(name: &str) -> Option<usize> {
 }
 
 /// Colours as stored in the file. Integer codes have a known scale. Floats may range to 1 or to
-/// 255, as in OBJ files, so that their scale is known only after all colours are read.
+/// 255, as in OBJ files; their scale follows from the largest of all colours.
 #[derive(Default)]
 pub(super) struct VertexColours {
     stored_colours: Vec<[f32; 3]>,

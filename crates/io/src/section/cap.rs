@@ -51,8 +51,8 @@ impl AscendingEdge {
     }
 }
 
-/// Trapezoids that fill an outline. Each has the indices of its left and right edge, and its lower
-/// and upper height.
+/// Trapezoids that fill an outline. Each entry has the indices of the trapezoid's left and right
+/// edge, and the trapezoid's lower and upper height.
 pub(super) struct CapTrapezoids {
     edges: Vec<AscendingEdge>,
     trapezoids: Vec<([usize; 2], [f64; 2])>,

@@ -19,8 +19,8 @@ pub(super) enum MeshCutResult {
     Partial(Box<CutMesh>),
 }
 
-/// The kept part of a mesh, and the cap that closes it; the cap may be empty. `is_open` states that
-/// a part of the opening has no cap, because the mesh is not closed.
+/// The kept part of a mesh, and the cap that closes its opening; the cap may be empty. `is_open`
+/// states that a part of the opening has no cap, because the mesh is not closed.
 pub(super) struct CutMesh {
     pub mesh: MeshData,
     pub cap: MeshData,
@@ -277,8 +277,8 @@ impl<'a> MeshCutter<'a> {
         self.points.len() as u32 - 1
     }
 
-    /// Returns the outline of the cap, which consists of the closed loops of edges in the plane,
-    /// and whether edges remain that form no closed loop.
+    /// Returns the outline of the cap, and whether the mesh is open. The outline consists of the
+    /// closed loops of edges in the plane; the mesh is open if further edges form no closed loop.
     fn section_outline(&self) -> (SectionOutline, bool) {
         let mut edges: Vec<([u32; 2], [u32; 2])> = Vec::new();
         for (points, of) in &self.plane_edges {

@@ -70,7 +70,8 @@ pub(super) fn read_ascii(
 }
 
 impl StlAsciiReader {
-    /// Reads a line, which may hold several keywords with their numbers, or only a part of them.
+    /// Reads a line. A line may hold several keywords with their numbers, or only a part of these
+    /// numbers.
     fn read_line(
         &mut self,
         line: &str,

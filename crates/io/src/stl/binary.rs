@@ -1,6 +1,6 @@
 //! Binary STL: 80 arbitrary bytes, the number of facets, and 50 bytes for each facet. A facet
-//! consists of its normal, three corners, and an attribute word of two bytes, which was meant as a
-//! length and is used as a colour.
+//! consists of its normal, three corners, and an attribute word of two bytes. The word was meant as
+//! a length; programs store the facet's colour in it.
 
 use raywright_core::scene::MeshData;
 
@@ -16,12 +16,12 @@ const FACET_BYTES: usize = 50;
 /// Conventions by which programs store the colour of a facet in its attribute word.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum ColourDialect {
-    /// Convention of Materialise Magics. The header holds a default colour, which is the value
-    /// here. If the top bit of the attribute word is clear, the facet has a colour of its own, with
-    /// red in the low bits.
+    /// Convention of Materialise Magics. The value is the default colour, from the header. A facet
+    /// has a colour of its own if the top bit of its attribute word is clear; red is in the low
+    /// bits.
     Magics([f32; 3]),
-    /// Convention of VisCAM and SolidView. If the top bit of the attribute word is set, the facet
-    /// has a colour of its own, with blue in the low bits.
+    /// Convention of VisCAM and SolidView. A facet has a colour of its own if the top bit of its
+    /// attribute word is set; blue is in the low bits.
     VisCam,
 }
 

@@ -51,9 +51,9 @@ pub(crate) fn is_stl(bytes: &[u8]) -> bool {
     is_ascii_stl(bytes) || binary::has_matching_length(bytes)
 }
 
-/// Whether bytes are an ASCII file: the first keyword is present, the first lines have no byte
-/// foreign to texts, and the length differs from that of a binary file with the same count of
-/// facets.
+/// Whether bytes are an ASCII file. The first keyword must be present, and the first lines must
+/// contain only bytes of texts. The length must differ from that of a binary file with the same
+/// count of facets.
 fn is_ascii_stl(bytes: &[u8]) -> bool {
     let start = strip_byte_order_mark(bytes).trim_ascii_start();
     let begins = start

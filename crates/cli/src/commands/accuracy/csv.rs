@@ -140,9 +140,13 @@ impl CsvLine {
     }
 }
 
-/// Formats the file: a line for the scene's own setting, for each rung (quality level) of each
-/// ladder, for settings of several rungs (`together`), for settings on the Pareto frontier of error
-/// and time (`frontier`), for output formats (`output`), and for effects (`effect`).
+/// Formats the file. The lines describe:
+/// - the scene's own setting;
+/// - each rung (quality level) of each ladder;
+/// - settings of several rungs (`together`);
+/// - settings on the Pareto frontier of error and time (`frontier`);
+/// - output formats (`output`);
+/// - effects (`effect`).
 pub fn format_csv(report: &AccuracyReport) -> String {
     let mut lines = vec![CsvLine::new("own", "", true).with_measured_setting(&report.own)];
     for ladder in &report.ladders {

@@ -1,5 +1,5 @@
-//! Plot of `bench`: time per ray against the number N of primitives, for linear scan and tree, and
-//! the N from which the tree is faster.
+//! Plot of `bench`: time per ray against the number N of primitives, for linear scan and tree. A
+//! mark shows the least N at which the tree is faster.
 
 use raywright_core::bench::{
     Crossover, GeneratedPrimitive, GeneratedSceneTimings, PowerLaw, QueryCost, ScanTreeTiming,

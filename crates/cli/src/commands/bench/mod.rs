@@ -1,5 +1,6 @@
-//! `bench`: time per ray with a linear scan of primitives or of their boxes, time per ray with a
-//! tree, and the growth of both with the number N of primitives.
+//! `bench`: time per ray with a linear scan of primitives or of their boxes, and time per ray with
+//! a tree. In generated scenes, the growth of these times with the number N of primitives is
+//! measured too.
 
 mod chart;
 mod report;

@@ -98,7 +98,7 @@ fn standard_error_layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
 /// samples):
 /// - 3 for pictures of at least 64 samples per pixel and for denoised pictures, which have four
 ///   replicates;
-/// - 1 for all other pictures, which have at least two replicates if they have standard errors.
+/// - 1 for all other pictures, which have two replicates or, from other programs, an unknown number.
 fn degrees_of_freedom(metadata: &PictureMetadata) -> f64 {
     let many = metadata
         .setting("samples")

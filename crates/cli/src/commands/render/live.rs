@@ -63,8 +63,8 @@ impl LivePreviews {
             .then(|| self.next_update.unwrap_or_else(pixels))
     }
 
-    /// Updates the previews. Returns the message of a failed update, which does not end the render.
-    /// A viewer that closed its connection gets no further updates.
+    /// Updates the previews. Returns a message if the update failed; the render continues
+    /// nevertheless. If the viewer has closed its connection, later updates leave it out.
     pub fn update_previews(
         &mut self,
         film: &Film,

@@ -241,8 +241,8 @@ fn refuse_transparent_jpegs(task: &RenderTask, targets: &[OutputTarget]) -> Resu
         .into())
 }
 
-/// Refuses `--rung output=float`, which requests linear values, for all formats but OpenEXR,
-/// because they hold quantised display values.
+/// Refuses `--rung output=float`, which requests linear values, for all formats but OpenEXR. The
+/// other formats hold quantised display values.
 fn require_exr_for_linear(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
     if !wants_linear_output(task) || targets.iter().all(OutputTarget::has_layers) {
         return Ok(());
@@ -255,8 +255,8 @@ fn require_exr_for_linear(task: &RenderTask, targets: &[OutputTarget]) -> Result
         .into())
 }
 
-/// Checks that `--preview` names a PNG file that no other flag names, and adds it to the output
-/// files.
+/// Adds the file of `--preview` to the output files. Refuses a file that is no PNG file or that
+/// another flag names too.
 fn check_preview_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<(), Failure> {
     let Some(path) = &task.preview else {
         return Ok(());
@@ -276,8 +276,8 @@ fn check_preview_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<
     outputs.add_output(path, "--preview")
 }
 
-/// Checks that `--stats` names a JSON file that no other flag names, and adds it to the output
-/// files.
+/// Adds the file of `--stats` to the output files. Refuses a file that is no JSON file or that
+/// another flag names too.
 fn check_stats_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<(), Failure> {
     let Some(path) = &task.stats else {
         return Ok(());
@@ -298,8 +298,8 @@ fn check_stats_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<()
 }
 
 /// Starts the early stage of a run (loading and preparation). The time budget and the memory limit
-/// may end the program in this stage. In a run of several scenes the memory limit does not, because
-/// a large scene must not prevent the render of the others.
+/// may end the program in this stage. In a run of several scenes the memory limit does not end the
+/// program, because a single large scene must not prevent the render of the others.
 fn start_early_stage(task: &RenderTask, clock: &StageClock) -> Result<EarlyStageGuard, Failure> {
     let time = task.budget.map(|budget| (clock.start_time(), budget));
     let memory = if task.scenes.len() > 1 {

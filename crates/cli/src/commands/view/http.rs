@@ -159,7 +159,7 @@ fn receive_bytes(
 }
 
 /// Parses the head of a request: its first line and its headers. Returns the request without its
-/// body, the length of the head and the length of the body in bytes, or `None` while the head is
+/// body, and two lengths in bytes, of the head and of the body; `None` while the head is
 /// incomplete.
 fn parse_request_head(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpResponse> {
     let wrong = |reason: &str| HttpResponse::with_text(400, reason);

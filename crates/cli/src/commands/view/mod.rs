@@ -1,9 +1,9 @@
 //! `view`: a page on the loopback interface that shows a scene while it renders.
 //!
-//! A thread computes (`worker`). It takes the page's latest request, which is a set of flags, and
-//! does only the work that the request needs (`viewed_scene`). It shows a coarse preview at once,
-//! and then renders in slices of time (`progress`). Other threads serve HTTP requests (`server`,
-//! `http`). All threads communicate through `shared` only.
+//! One thread computes (`worker`). Its input is the page's latest request, a set of flags. The
+//! thread does only the work that the request needs (`viewed_scene`): first a coarse preview, then
+//! the render in slices of time (`progress`). Other threads serve HTTP requests (`server`, `http`).
+//! All threads communicate through `shared` only.
 
 mod flags;
 mod http;

@@ -46,8 +46,8 @@ pub struct RequestObserver<'a> {
 }
 
 impl<'a> RequestObserver<'a> {
-    /// Creates an observer that stops when `stop` is set, for a job of the page, and for a request
-    /// with a number above `wish`.
+    /// Creates an observer that stops the work in three cases: `stop` is set, a job of the page
+    /// waits, or a request of the page has a number above `wish`.
     pub fn new(shared: &'a SharedView, stop: &'a AtomicBool, wish: Option<u64>) -> Self {
         Self {
             watch: RunObserver::with_stop_flag(stop),
@@ -94,8 +94,8 @@ impl Default for PreviewSpeed {
 }
 
 impl PreviewSpeed {
-    /// Returns the edge of the first preview's pixels, in pixels of the picture, with which the
-    /// preview takes its target time.
+    /// Returns the pixel size of the first preview, in pixels of the picture. With this size, the
+    /// preview is expected to take its target time.
     pub fn choose_preview_pixel_edge(&self, [width, height]: [u32; 2]) -> u32 {
         let pixels = f64::from(width) * f64::from(height);
         ((pixels / (self.0 * PREVIEW_SECONDS)).sqrt().ceil() as u32).clamp(1, LARGEST_EDGE)
@@ -251,8 +251,9 @@ impl LiveRender {
         };
     }
 
-    /// Updates the displayed picture and its error from the samples so far, unless that would take
-    /// too large a share of the time. Returns whether the picture is new.
+    /// Updates the displayed picture and its error from the samples so far. An error estimate or a
+    /// denoising is skipped if it would take too large a share of the time. Returns whether the
+    /// picture is new.
     fn update_picture(&mut self, watch: &RequestObserver<'_>) -> bool {
         let is_due = |last: Option<(Duration, Duration)>, share: u32, spent: Duration| {
             last.is_none_or(|(at, took)| spent.saturating_sub(at) >= took * share)

@@ -38,8 +38,9 @@ pub struct ViewServer {
     shared: Arc<SharedView>,
 }
 
-/// Generates a random token of 128 bits. The standard library keys its hash function with random
-/// numbers of the system, and hash values of different inputs do not reveal one another.
+/// Generates a random token of 128 bits. Each half is a hash value of the standard library, whose
+/// hash function has a random key from the system. Hash values of different inputs do not reveal
+/// one another.
 fn generate_token() -> String {
     let keyed = RandomState::new();
     (0..2)

@@ -105,8 +105,8 @@ impl SharedView {
         state.request_count
     }
 
-    /// Returns the page's current request and its number; `None` if that number equals `number`, so
-    /// that the caller has the request already.
+    /// Returns the page's current request and its number; `None` if the caller has this request
+    /// already, because its number equals `number`.
     pub fn request_newer_than(&self, number: u64) -> Option<(u64, ViewRequest)> {
         let state = self.lock_state();
         (state.request_count != number).then(|| (state.request_count, state.view_request.clone()))

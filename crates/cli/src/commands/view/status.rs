@@ -115,8 +115,8 @@ pub struct EffectSwitch {
     pub cost: Option<f64>,
 }
 
-/// Length in seconds that the page offers for a scene file with time expressions, which states no
-/// length.
+/// Length in seconds that the page offers for a scene file with time expressions. The scene file
+/// states no length.
 const DEFAULT_LENGTH: f64 = 10.0;
 
 impl SceneStatus {

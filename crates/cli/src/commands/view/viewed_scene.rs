@@ -154,8 +154,8 @@ fn chosen_rungs(task: &RenderTask) -> &[RungChoice] {
     &task.choices.rungs
 }
 
-/// Resolves the settings of the picture. A scene without a camera gets a camera that frames it, so
-/// that the page has a camera to turn.
+/// Resolves the settings of the picture. If the scene has no camera, a camera is added that frames
+/// the scene; the page needs a camera to move.
 fn resolve_plan(
     task: &RenderTask,
     loaded: &mut LoadedScene,

@@ -11,8 +11,8 @@ use crate::plan::Shot;
 use crate::targets::{self, OutputFiles, OutputTarget};
 
 /// Resolves the outputs of each picture from names with a placeholder for the picture's number,
-/// such as `%04d`. Names of sheets and animations, which hold all pictures, are skipped. Without a
-/// count, the run has a single picture and the names are used unchanged.
+/// such as `%04d`. Sheets and animations hold all pictures, and their names are skipped. If `count`
+/// is absent, the run has a single picture and the names are used unchanged.
 pub fn resolve_named_files(
     outputs: &[PathBuf],
     count: Option<usize>,
