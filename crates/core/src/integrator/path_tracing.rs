@@ -232,9 +232,7 @@ impl<R: Real> PathTracer<'_, R> {
         let rest = path.segment.direction_error;
         let ray = Ray {
             is_camera_ray: path.segment.ray.is_camera_ray,
-            ..self
-                .scene
-                .spawn_ray(interaction, interaction.direction, -R::ONE)
+            ..self.scene.spawn_straight_ray(interaction)
         };
         path.segment.advance_to_ray(&ray, rest);
         self.count_passed_surface(path)

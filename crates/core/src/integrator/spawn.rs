@@ -60,6 +60,16 @@ impl<R: Real> PreparedScene<R> {
         Ray::new(origin, direction)
     }
 
+    /// Returns the ray that continues straight behind a surface.
+    #[inline(always)]
+    pub(crate) fn spawn_straight_ray(&self, interaction: &Interaction<R>) -> Ray<R> {
+        self.spawn_ray(
+            interaction,
+            interaction.direction,
+            -interaction.facing_sign(),
+        )
+    }
+
     /// Whether the hit side of an emissive surface emits light.
     #[inline(always)]
     pub(super) fn is_emissive_side(&self, interaction: &Interaction<R>) -> bool {

@@ -338,9 +338,7 @@ impl<R: Real> WhittedTracer<'_, R> {
     fn ray_behind_surface(&self, path: &WhittedState<R>, interaction: &Interaction<R>) -> Ray<R> {
         Ray {
             is_camera_ray: path.segment.ray.is_camera_ray,
-            ..self
-                .scene
-                .spawn_ray(interaction, interaction.direction, -R::ONE)
+            ..self.scene.spawn_straight_ray(interaction)
         }
     }
 

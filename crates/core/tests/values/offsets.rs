@@ -136,20 +136,20 @@ fn what_is_too_near_does_not_count() {
     );
 }
 
-/// Protects: behind an absent surface a ray starts on the other side, from either side.
+/// Protects: behind an absent surface a ray starts on the other side, from either side, whether the
+/// normal is flipped or not.
 #[test]
 fn rays_go_on_behind_what_is_absent() {
     let absent = physical(json!({ "opacity": 0, "alpha": "blend" }));
-    let parts = |along: &str| json!({ "sky": { "expression": "2 + o" }, "classic": constant(json!({ "along": along })) });
-    expect_pixel(
-        &floor(absent.clone(), parts("normal")),
-        SLANTED,
-        [2.0, 1.5, 2.0],
-    );
-    expect_pixel(
-        &floor(absent.clone(), parts("normal")),
-        FROM_BELOW,
-        [2.0, 2.5, 2.0],
-    );
-    expect_pixel(&floor(absent, parts("ray")), SLANTED, [1.7, 1.6, 2.0]);
+    for face_viewer in [true, false] {
+        let scene = |along: &str| {
+            let parts = json!({ "sky": { "expression": "2 + o" }, "classic": constant(json!({ "along": along })) });
+            let mut scene = floor(absent.clone(), parts);
+            scene.objects[0].face_viewer = face_viewer;
+            scene
+        };
+        expect_pixel(&scene("normal"), SLANTED, [2.0, 1.5, 2.0]);
+        expect_pixel(&scene("normal"), FROM_BELOW, [2.0, 2.5, 2.0]);
+        expect_pixel(&scene("ray"), SLANTED, [1.7, 1.6, 2.0]);
+    }
 }

@@ -82,9 +82,7 @@ impl<R: Real> PathTracer<'_, R> {
     ) -> bool {
         (path.has_hit, path.segments_traced, path.matched_segments) =
             (true, path.segments_traced + 1, path.matched_segments + 1);
-        let ray = self
-            .scene
-            .spawn_ray(interaction, interaction.direction, -R::ONE);
+        let ray = self.scene.spawn_straight_ray(interaction);
         let scattered_ray = ScatteredRay {
             direction_error: path.segment.direction_error,
             is_delta: true,

@@ -99,12 +99,7 @@ impl<R: Real> PathTracer<'_, R> {
                     around.insert(0, interaction.material);
                 }
             }
-            segment.advance_to_ray(
-                &self
-                    .scene
-                    .spawn_ray(&interaction, interaction.direction, -R::ONE),
-                Vector::ZERO,
-            );
+            segment.advance_to_ray(&self.scene.spawn_straight_ray(&interaction), Vector::ZERO);
         }
         around
     }
