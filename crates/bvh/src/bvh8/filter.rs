@@ -70,12 +70,12 @@ use crate::math::simd::Simd;
 /// With a factor of two, the filter never decides this for a triangle that the exact test treats as
 /// edge-on ([`crate::shapes::EDGE_ON_RATIO`]):
 ///
-/// - Such a triangle has an exact |D| below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|.
-/// - The error of f32 is below 12 u E² |d|, so |D| in f32 is below 24 u E² |d|.
+/// - Such a triangle has an exact |D| below 24 · 2⁻²⁶ E² |d| = 6 u E² |d|.
+/// - The error of f32 is below 12 u E² |d|, so |D| in f32 is below 18 u E² |d|.
 /// - The bound e_D in use is at least 14 u E² |d|, so the filter requires |D| above 28 u E² |d|.
 ///
 /// With a factor of one, *beyond the range* would still be correct for a range that ends above
-/// zero. For an edge-on triangle |T| in f32 is below (12 + 12) u E² R, and e_T is 28 u E² R. A
+/// zero. For an edge-on triangle |T| in f32 is below (6 + 12) u E² R, and e_T is 28 u E² R. A
 /// factor of two needs no such argument.
 const EDGE_ON_FACTOR: f32 = 2.0;
 

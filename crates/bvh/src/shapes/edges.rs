@@ -63,16 +63,23 @@ impl From<&TriangleHit<f64>> for TriangleHit {
 /// the determinant has an error of 8 w R s S. The hit distance is the mean of the corners'
 /// distances, weighted by the edge functions. So its error is 8 w R s S Δ/|determinant|. A
 /// traversal tolerates an error of 4 u R, with u = 2⁻²⁴, since boxes are padded and exit distances
-/// widened. A determinant of 2⁻²⁵ S Δ limits the error to 2⁻²⁴ R.
+/// widened. A determinant of 2⁻²⁶ S Δ limits the error to 2⁻²³ R.
 ///
 /// **Below the ratio.** The weights may be noise, so the hit distance is that of the ray's crossing
-/// with an edge ([`find_edge_entry`]). The crossing lies on the face, up to the face's lesser
-/// extent across the ray. That extent is at most the determinant over the greater extent, and S is
-/// at most three times the greater extent. So the lesser extent is at most 3 · 2⁻²⁵ Δ. Boxes are
-/// padded by 2⁻²² of their greatest extent, which is at least Δ/√3. For any partition of the face,
-/// the ray is therefore within the padded box of the part that contains the crossing. So the hit
-/// does not depend on the order of traversal.
-pub(crate) const EDGE_ON_RATIO: f64 = 1.0 / 33_554_432.0;
+/// with an edge ([`find_edge_entry`]). The hit does not depend on the order of traversal if the ray
+/// passes the padded box of each part of the face that contains the crossing:
+///
+/// - Let n be the absolute components of the unit direction, and m the greatest of them. The
+///   projection vectors measure displacements along the two other coordinate axes, times m.
+/// - The crossing is displaced from the ray along one of these axes j by at most c, the length of
+///   the face's section along j through the ray. For a ray within the face, S c is at most three
+///   times the determinant. Equality needs a face as long as wide, and a ray through a corner. So c
+///   is at most 3 · 2⁻²⁶ Δ/m.
+/// - A shift along the ray leaves a displacement of c m/(m + nⱼ) along the axes, which is
+///   3 · 2⁻²⁶ Δ/(m + nⱼ).
+/// - Each side of a box is padded by 2⁻²³ of the face's greatest extent
+///   ([`crate::Aabb::to_padded`]), which is m Δ. This is more, because m (m + nⱼ) is at least 1/2.
+pub(crate) const EDGE_ON_RATIO: f64 = 1.0 / 67_108_864.0;
 
 impl ProjectedCorner {
     /// Projects a corner along the ray.
@@ -229,7 +236,14 @@ fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{difference_of_products, find_edge_entry};
+    use glam::DVec3;
+
+    use super::{
+        EDGE_ON_RATIO, ProjectedCorner, difference_of_products, find_edge_entry,
+        intersect_projected_triangle,
+    };
+    use crate::ray::Ray;
+    use crate::shapes::PreparedRay;
 
     /// Next 64 random bits (SplitMix64).
     fn next(state: &mut u64) -> u64 {
@@ -259,6 +273,63 @@ mod tests {
             find_edge_entry([0.0, 0.0, 2.0], noise, [7.0, 5.0, 1.0]),
             (5.0, [0.0, 1.0, 0.0])
         );
+    }
+
+    /// Protects: the crossing that stands for the hit of an edge-on face lies so near the ray that
+    /// the ray passes any box of the crossing, padded by 2⁻²³ of the face's greatest extent. The
+    /// faces are barely edge-on and as long as wide, and the ray passes a corner.
+    #[test]
+    fn crossings_of_faces_edge_on_are_within_the_padding() {
+        let state = &mut 11;
+        let mut unit = || (next(state) >> 11) as f64 * f64::EPSILON / 2.0;
+        for case in 0..20_000 {
+            // The greatest component is the first; the two others are zero, equal to it, or random.
+            let mut component = |kind: u32| match kind {
+                0 => 0.0,
+                1 => 1.0,
+                _ => unit(),
+            };
+            let direction = DVec3::new(1.0, component(case % 3), component(case / 3 % 3));
+            let steepness = direction.normalize().x;
+            let size = 2.999 * EDGE_ON_RATIO / steepness;
+            let (share, nearest) = (unit(), unit());
+            let corners = [
+                [-share * size, -size, nearest],
+                [0.0, 0.0, nearest + 1.0],
+                [(1.0 - share) * size, -size, nearest + unit()],
+            ];
+            let corners = corners.map(|[a, b, along]| {
+                let (a, b) = if case % 2 == 0 { (a, b) } else { (b, a) };
+                direction.normalize() * along + DVec3::new(0.0, a, b)
+            });
+            let ray = PreparedRay::new(Ray::<f64>::new(DVec3::ZERO, direction));
+            let [a, b, c] = corners.map(|corner| ProjectedCorner::new(&ray, corner));
+            let Some(hit) = intersect_projected_triangle(&ray, &a, &b, &c) else {
+                continue;
+            };
+            let [v, w] = hit.weights;
+            let crossing = corners[0] * (1.0 - v - w) + corners[1] * v + corners[2] * w;
+            let extent = |axis: usize| {
+                let [a, b, c] = corners.map(|corner| corner[axis]);
+                a.max(b).max(c) - a.min(b).min(c)
+            };
+            let padding = extent(0).max(extent(1)).max(extent(2)) / 8_388_608.0;
+            let displacement = |t: f64| (crossing - direction * t).abs().max_element();
+            let (mut low, mut high) = (hit.t - 1e-6, hit.t + 1e-6);
+            for _ in 0..100 {
+                let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+                if displacement(a) < displacement(b) {
+                    high = b
+                } else {
+                    low = a
+                }
+            }
+            assert!(
+                displacement(low) <= padding,
+                "{corners:?} {direction}: {} of {padding}",
+                displacement(low)
+            );
+        }
     }
 
     /// Protects: the sign of a·b − c·d under any cancellation, and its value to a third, compared
