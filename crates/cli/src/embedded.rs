@@ -130,9 +130,9 @@ impl EmbeddedCommand {
         }
     }
 
-    /// Returns the JSON of `compare --json` for two pictures in memory, which the report calls by
-    /// `names`. A measure of difference beyond its threshold is reported in the JSON and is no
-    /// failure.
+    /// Returns the JSON of `compare --json` for two pictures in memory. `names` are the names of
+    /// the pictures in the report. A measure of difference beyond its threshold is reported in the
+    /// JSON and is no failure.
     pub fn comparison_json(
         &self,
         names: [PathBuf; 2],

@@ -1,6 +1,6 @@
-//! Handling of Ctrl-C. The first Ctrl-C stops the work at its next check; before any result exists,
-//! while a scene is loaded or prepared, it ends the program. The second Ctrl-C ends the program at
-//! once.
+//! Handling of Ctrl-C. The first Ctrl-C stops the work at its next check. While a scene is loaded
+//! or prepared, no result exists, and the first Ctrl-C ends the program. The second Ctrl-C always
+//! ends the program at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};

@@ -127,7 +127,8 @@ const RUNG_PREFIX: &str = " rung:";
 /// Prefix of each switched-off effect in a picture's settings text.
 const WITHOUT_PREFIX: &str = " without=";
 
-/// Replaces the number of samples taken in a picture's settings text, or adds it.
+/// Sets the number of rendered samples in a picture's settings text. A number that the text
+/// contains already is replaced.
 pub fn replace_sample_count(settings: &str, samples: &str) -> String {
     let plain = settings.split(" taken=").next().unwrap_or_default();
     format!("{plain} taken={}", quote_for_shell(samples))

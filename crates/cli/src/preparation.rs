@@ -41,8 +41,9 @@ pub fn prepare_failure(source: &SourceInfo, error: PrepareError) -> Failure {
     }
 }
 
-/// Creates the error for too little memory. It lists the memory of each part, largest first, with
-/// advice on the largest part. Without a limit, the system has not enough memory.
+/// Creates the error for too little memory. The message lists the memory of each part, largest
+/// first, with advice on the largest part. `allowed` is the exceeded limit; `None` if the system
+/// itself has too little memory.
 fn memory_error(name: &str, needed: &MemoryUse, allowed: Option<u64>) -> Error {
     let advice = |part: &str| match part {
         "picture" => "render fewer pixels with --size or --crop",

@@ -47,8 +47,8 @@ pub(crate) fn apply_clay(scene: &mut Scene) {
     scene.unread.clear();
 }
 
-/// Maps the name of each texture whose alpha clay needs to the name of a white copy of the texture.
-/// Clay ignores the texture's colours.
+/// White copies of the textures whose alpha clay needs: the name of each copy, by the name of its
+/// original. Clay ignores the colours of the originals.
 #[derive(Default)]
 struct CutoutTextures(BTreeMap<String, String>);
 

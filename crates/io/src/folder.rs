@@ -223,7 +223,7 @@ impl Folder {
     }
 
     /// Returns the hash of all bytes added since the last call, in order, and starts a new hash.
-    /// The hash is moved, because it buffers up to a megabyte.
+    /// The hash is moved, not copied, because its buffer holds up to a megabyte.
     pub fn take_hash(&self) -> SceneHash {
         self.hash.take()
     }

@@ -80,10 +80,12 @@ impl From<ImageData> for DecodedImage {
 
 /// Decodes a whole image file.
 ///
-/// PNG, JPEG, WebP and KTX2 become [`PixelData::Codes`] (grey and palettes expanded to RGBA, 16-bit
-/// samples rounded to 8 bits), HDR and EXR become [`PixelData::Linear`].
+/// - PNG, JPEG, WebP and KTX2 become [`PixelData::Codes`]. Grey and palettes are expanded to RGBA,
+///   and 16-bit samples are rounded to 8 bits.
+/// - HDR and EXR become [`PixelData::Linear`].
 ///
 /// # Errors
+///
 /// A fault of kind limit for a header beyond `limits`, before any allocation; of kind input for an
 /// unsupported format and for broken data.
 pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage> {

@@ -39,8 +39,11 @@ fn replace_control_characters(text: &str, put: impl Fn(char, &mut String)) -> Co
     Cow::Owned(out)
 }
 
-/// Whether a character controls the display: control characters except line breaks and tabs, line
-/// and paragraph separators, and Unicode's format characters, which reverse or hide text.
+/// Whether a character controls the display. Such characters are:
+/// - control characters except line breaks and tabs;
+/// - line and paragraph separators;
+/// - Unicode's format characters, which reverse or hide text.
+///
 /// Exceptions are the joiners (U+200C, U+200D), required by some scripts, and visible signs (such
 /// as U+0600, the Arabic number sign).
 fn is_display_control(c: char) -> bool {

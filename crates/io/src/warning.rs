@@ -62,7 +62,8 @@ codes! {
     Samples "samples" LeftOut,
     /// Degenerate triangles: zero area, too few corners or non-finite coordinates.
     Geometry "geometry" LeftOut,
-    /// Shapes that a section does not cut, cuts without a cap, and sections that remove everything.
+    /// Shapes that a section does not cut, cuts that stay open, and sections that remove
+    /// everything.
     Section "section" LeftOut,
     /// Points and lines.
     PointsAndLines "points-and-lines" LeftOut,
@@ -91,7 +92,7 @@ codes! {
 }
 
 impl WarningCode {
-    /// Returns the code of a remark about an image, of which `repaired` texels were replaced.
+    /// Returns the code of a remark about an image. `repaired` is the number of replaced texels.
     pub(crate) fn from_repaired_texels(repaired: impl Into<u64>) -> Self {
         if repaired.into() > 0 {
             Self::Texels

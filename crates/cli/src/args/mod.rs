@@ -136,7 +136,8 @@ pub enum Command {
     Check(CheckArgs),
     /// Measure error and time of each rung (quality level), and list those worth their time
     Accuracy(AccuracyArgs),
-    /// Measure the time per ray of scan and tree, and its growth with the size of the scene
+    /// Measure the time per ray of a linear scan and of a tree, and the growth of both times with
+    /// the size of the scene
     Bench(BenchArgs),
     /// Measure errors of hard numerical cases on this machine, and compare with the bounds
     Stability(StabilityArgs),

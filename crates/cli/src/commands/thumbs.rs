@@ -208,7 +208,7 @@ fn thumbnail_path(output: &Path, below: &Path) -> PathBuf {
     output.join(below.with_file_name(name))
 }
 
-/// Renders a model whole from its front, or a scene file from its own camera, and writes the
+/// Renders a whole model from its front, or a scene file from its own camera, and writes the
 /// picture.
 fn render_thumbnail(
     loaded: &LoadedScene,

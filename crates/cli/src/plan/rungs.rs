@@ -54,8 +54,8 @@ impl RungChoices {
         self.rungs.iter().any(|choice| choice.ladder() == ladder)
     }
 
-    /// Formats each choice: rungs as `LADDER=RUNG` after the prefix `rung`, and effects, with
-    /// hyphens in place of blanks, after the prefix `without`.
+    /// Formats each choice. A rung becomes `LADDER=RUNG` after the prefix `rung`. A switched-off
+    /// effect becomes its name, with hyphens in place of blanks, after the prefix `without`.
     pub fn format_choices(&self, rung: &str, without: &str) -> Vec<String> {
         let rungs = self.rungs.iter().map(|choice| format!("{rung}{choice}"));
         let without = self

@@ -21,8 +21,9 @@ pub struct Shot {
 }
 
 impl Shot {
-    /// Returns the view of the picture; `None`: the scene's own camera. `silhouette` returns the
-    /// scene's silhouette, by which a turntable without a view finds the front of the scene.
+    /// Returns the view of the picture; `None` stands for the scene's own camera. `silhouette`
+    /// returns the scene's silhouette. A turntable without a view starts at the front of the scene,
+    /// which is found from the silhouette.
     pub fn resolve_view<'a>(
         &self,
         silhouette: impl FnOnce() -> &'a Silhouette,
@@ -80,8 +81,8 @@ pub(super) fn list_shots(args: &ViewArgs) -> Vec<Shot> {
     }
 }
 
-/// Returns the pictures per second of an animation file: the rate of `--frames`, 25 for a
-/// turntable, and 1 for other series, whose pictures are looked at one by one.
+/// Returns the pictures per second of an animation file: the rate of `--frames`, or 25 for a
+/// turntable. Other series have a rate of 1, so that each picture can be looked at.
 pub(super) fn frame_rate(args: &ViewArgs) -> f64 {
     match (args.frames, args.turntable) {
         (Some(frames), _) => frames.rate,

@@ -87,8 +87,8 @@ pub(super) fn warn_unsupported_extensions<'a>(
     }
 }
 
-/// Unsupported material extensions, each with the key whose value 0 disables the extension. Some
-/// programs write such extensions for all materials.
+/// Unsupported material extensions that some programs write for all materials, each with a key. An
+/// extension has no effect if the value of its key is 0.
 const DISABLED_BY_ZERO: [(&str, &str); 1] = [("KHR_materials_subsurface", "scatterDistance")];
 
 /// Returns the names of the unsupported extensions of a material that would change its appearance.

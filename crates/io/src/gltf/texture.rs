@@ -29,8 +29,8 @@ pub(super) enum TextureRole {
 }
 
 impl<'a> GltfImport<'a> {
-    /// Returns a material's texture reference; `None` without a texture or, with a warning, without
-    /// a readable image.
+    /// Returns a material's texture reference; `None` without a texture. If the image is
+    /// unreadable, a warning is added and `None` is returned.
     pub(super) fn convert_texture_ref(
         &mut self,
         info: Option<&TextureInfo>,

@@ -12,7 +12,7 @@ use super::node::{TextValue, ValueNode};
 pub(crate) struct VariantReader<'a> {
     reader: ValueReader<'a>,
     word: &'a str,
-    /// Content of the table under the word; `None` if the word stands alone.
+    /// Content of the variant's table; `None` if the variant is written as a word alone.
     content: Option<&'a ValueNode>,
 }
 
@@ -51,7 +51,8 @@ impl<'a> VariantReader<'a> {
         })
     }
 
-    /// Returns a reader of the content under the word, or a failure that shows the required syntax.
+    /// Returns a reader of the content of the variant's table, or a failure that shows the required
+    /// syntax.
     fn read_variant_content(&self, keys: &[&str]) -> Result<ValueReader<'a>, ReadFailure> {
         match self.content {
             Some(node) => Ok(ValueReader {

@@ -14,7 +14,7 @@ const PROGRAM: u16 = 0x0131;
 const ASCII: u16 = 2;
 /// Size of a directory entry in bytes.
 const ENTRY_BYTES: usize = 12;
-/// Largest size of an Exif block in bytes, because a JPEG segment holds no more.
+/// Largest size of an Exif block in bytes. A JPEG segment holds at most 65 533 bytes.
 const MOST_BYTES: usize = 60_000;
 
 /// Encodes metadata as an Exif block; empty without metadata. Entries beyond the size limit are

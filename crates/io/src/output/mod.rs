@@ -1,5 +1,5 @@
-//! Picture files: PNG, JPEG and WebP for display, OpenEXR for linear values, films for unfinished
-//! pictures; all written atomically, and read back.
+//! Picture files, written atomically and read back: PNG, JPEG and WebP for display, OpenEXR for
+//! linear values, and films for unfinished pictures.
 
 mod animation;
 mod atomic;

@@ -158,8 +158,8 @@ fn create_test_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     Ok(test_file)
 }
 
-/// Removes from an error the name of the temporary file, which means nothing to the user; only the
-/// kind of the error stays.
+/// Returns an error of the same kind without the name of the temporary file, which means nothing to
+/// the user.
 fn strip_file_name(cause: &io::Error) -> io::Error {
     cause.kind().into()
 }

@@ -9,12 +9,16 @@ use raywright_core::scene::TransferCurve;
 
 use super::metadata::PictureMetadata;
 
-/// Encodes the picture as PNG, converted for display: RGB with 8 bits, or with 16 bits if the
-/// settings require 16, or RGBA with coverage (straight alpha). An sRGB curve is declared by the
-/// sRGB chunk, any other curve by gAMA alone. Metadata are tEXt chunks, or iTXt chunks for text
-/// beyond plain ASCII. Pixels with a NaN have the codes of [`raywright_core::display::NAN_MARKER`].
+/// Encodes the picture as PNG, converted for display.
+///
+/// - RGB with 8 bits, or with 16 bits if the settings require 16; RGBA with coverage (straight
+///   alpha).
+/// - An sRGB curve is declared by the sRGB chunk, any other curve by gAMA alone.
+/// - Metadata are tEXt chunks, or iTXt chunks for text beyond plain ASCII.
+/// - Pixels with a NaN have the codes of [`raywright_core::display::NAN_MARKER`].
 ///
 /// # Errors
+///
 /// A picture with inconsistent buffers.
 pub fn encode_png(
     picture: &Picture,

@@ -2,8 +2,8 @@
 
 use crate::import::{Fault, ImportResult, sanitise_text};
 
-/// Largest number of elements, of properties per element and of images: more than any real file
-/// has, and few enough for the memory.
+/// Largest number of elements, of properties per element and of images. No real file has as many,
+/// and their memory is small.
 const MAX_DECLARATIONS: usize = 1000;
 /// Largest length of a header line in bytes.
 const MAX_LINE_BYTES: usize = 4096;

@@ -1,19 +1,22 @@
 //! Import of PLY, the Stanford triangle format ("The PLY Polygon File Format", Turk, 1994), in
 //! ASCII and in binary of either byte order.
 //!
-//! The importer reads vertices with normals, colours and texture coordinates, in properties of any
-//! order and type; faces with any number of corners, triangulated as in OBJ files; colours and
-//! texture coordinates of faces, as scanners and MeshLab write them; triangle strips; and the
-//! images that MeshLab names in comments, each on the faces whose `texnumber` is its index. Other
-//! elements and properties, lists included, are skipped.
+//! The importer reads:
+//! - vertices with normals, colours and texture coordinates, in properties of any order and type;
+//! - faces with any number of corners, triangulated as in OBJ files;
+//! - colours and texture coordinates of faces, as scanners and MeshLab write them;
+//! - triangle strips;
+//! - the images that MeshLab names in comments, each on the faces whose `texnumber` is its index.
 //!
-//! A file without normals is shown with flat facets, as in OBJ without smoothing groups: the file
-//! does not say which edges are sharp, a cube is as likely as a scan, and the facets are the
+//! Other elements and properties, lists included, are skipped.
+//!
+//! A file without normals is shown with flat facets, as in OBJ without smoothing groups. The file
+//! does not state which edges are sharp, a cube is as likely as a scan, and the facets are the
 //! measured data.
 //!
-//! `ply-rs` creates a map from names to values for each element, some hundred times the size of the
-//! file, and allocates by the counts that a header claims; therefore this reader does not use that
-//! crate.
+//! This reader does not use the crate `ply-rs`, which creates a map from names to values for each
+//! element, some hundred times the size of the file, and allocates by the counts that a header
+//! claims.
 
 mod faces;
 mod header;

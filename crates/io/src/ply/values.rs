@@ -49,7 +49,8 @@ impl<'b> ValueStream<'b> {
     /// allocation.
     ///
     /// # Errors
-    /// A fault of kind input.
+    ///
+    /// A fault of kind input if the element has too many items.
     pub fn check_count(&self, element: &PlyElement) -> ImportResult<()> {
         let least = |number: NumberType| {
             if self.encoding == PlyEncoding::Ascii {

@@ -1,5 +1,6 @@
-//! Plot of error margins, with a row for each case of a numerical test. A margin is the ratio of
-//! the case's error bound to its worst error, on a logarithmic scale; the bound is at ratio 1.
+//! Plot of error margins, with a row for each case of a numerical test. A margin is the error bound
+//! of a case divided by its worst error. The scale is logarithmic; a case within its bound has a
+//! margin of at least 1.
 
 use std::fmt::Write;
 

@@ -15,8 +15,8 @@ enum ExpectedToken {
     /// A keyword of the format.
     #[default]
     Word,
-    /// The remaining numbers of a facet's normal, which are ignored. A keyword may follow before
-    /// they are complete, because some programs omit the numbers.
+    /// The remaining numbers of a facet's normal, which are ignored. A keyword may follow at once,
+    /// because some programs omit the numbers.
     Normal(usize),
     /// The coordinates of a corner; the list holds the coordinates that were read already.
     Vertex(Vec<f64>),

@@ -60,7 +60,7 @@ pub enum BenchMeasurements {
 }
 
 impl BenchReport {
-    /// Combines measured times, visits and memory with the options of the measurement and the
+    /// Combines measured times, node visits and memory with the options of the measurement and the
     /// machine.
     pub fn new(options: BenchOptions, measured: BenchMeasurements) -> Self {
         Self {

@@ -29,8 +29,9 @@ pub struct LivePreviews {
 }
 
 impl LivePreviews {
-    /// Creates the previews that a task requests and connects to the viewer. `name` is the
-    /// picture's name in the viewer.
+    /// Creates the previews that a task requests, and connects to the viewer tev if requested.
+    /// `name` is the picture's name in the viewer. `is_exposed` states that the exposure is chosen
+    /// from the picture.
     pub fn from_task(task: &RenderTask, name: &str, is_exposed: bool) -> Result<Self, Failure> {
         let refused = |cause: std::io::Error, host: &str, port: u16| {
             let failure = Failure::new(

@@ -65,8 +65,9 @@ fn picture_metadata(
     }
 }
 
-/// Prints the hash of a picture's pixels if `--hash` is set: a line for each file that holds the
-/// pixels, with its name, or a line with `name` if no file holds them.
+/// Prints the hash of a picture's pixels if `--hash` is set. A line is printed for each file that
+/// holds the pixels, with the name of the file. If no file holds them, a single line with `name` is
+/// printed.
 fn print_pixel_hash(
     task: &RenderTask,
     (rendered, display): (&RenderOutput, Display),

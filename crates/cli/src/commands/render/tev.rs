@@ -136,8 +136,8 @@ fn encode_update_packet(
 struct TevPacket(Vec<u8>);
 
 impl TevPacket {
-    /// Starts a packet of this kind for the image `name`. The zero byte tells the viewer not to
-    /// select the image.
+    /// Starts a packet of this kind for the image `name`. The zero byte after the kind means that
+    /// the viewer does not select the image.
     fn new(kind: u8, name: &str) -> Self {
         let mut packet = Self(vec![0, 0, 0, 0, kind, 0]);
         packet.push_text(name);

@@ -125,8 +125,9 @@ pub fn printable_path(path: &Path) -> String {
     console::mask_to_one_line(&path.display().to_string())
 }
 
-/// Returns the content of a file in this format: for EXR the picture with all layers, over the
-/// linear background colour if any; for all other formats the displayed colours.
+/// Returns the content of a file in this format. For EXR this is the picture with all layers,
+/// composited over the linear background colour, if any. For all other formats these are the
+/// displayed colours.
 pub fn select_picture_for_format(
     rendered: &RenderOutput,
     format: PictureFormat,

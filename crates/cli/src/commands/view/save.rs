@@ -68,8 +68,8 @@ pub fn save_picture(
     }
 }
 
-/// Converts a name without folder that is valid on every system to a path; `None` for any other
-/// name.
+/// Returns the path of a file name in the working folder. `None` for a name with a folder, and for
+/// a name that is invalid on some system.
 fn parse_plain_name(name: &str) -> Option<PathBuf> {
     let is_odd = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
     if name.len() > 200 || name.starts_with(['.', '-', '~']) || name.contains(is_odd) {

@@ -94,8 +94,8 @@ pub struct CameraStatus {
     pub eye: [f64; 3],
     pub target: [f64; 3],
     pub up: [f64; 3],
-    /// Vertical field of view in degrees, approximate for a horizontal one; null for parallel
-    /// projections.
+    /// Vertical field of view in degrees; approximate if the camera states a horizontal one, null
+    /// for parallel projections.
     pub fov: Option<f64>,
 }
 
