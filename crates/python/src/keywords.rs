@@ -6,8 +6,7 @@ use std::ffi::OsString;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyTuple};
 
-/// Keywords whose names differ from their flags, each with the name of the flag. Some keywords name
-/// the content of a value, and some flags have names that Python reserves.
+/// Keywords whose names differ from their flags: the keyword, and the name of the flag.
 const RENAMED: [(&str, &str); 3] = [
     ("layers", "aov"),
     ("rungs", "rung"),
