@@ -51,70 +51,130 @@ pub(super) fn measure_output_formats(
     in_use: OutputFormat,
     stopwatch: Stopwatch,
 ) -> Vec<OutputFormatReport> {
-    let shown: Vec<(f64, Picture)> = tiles
+    let shown = DisplayedTiles::new(tiles, display);
+    let clipped = shown.clipped_share();
+    // Codes hold neither alpha nor layers.
+    let opaque: Vec<Picture> = tiles
         .iter()
-        .map(|(chance, picture)| (1.0 / chance, display.to_values(picture)))
+        .map(|(_, tile)| Picture {
+            alpha: None,
+            layers: Vec::new(),
+            ..(*tile).clone()
+        })
         .collect();
-    let total = |of: &dyn Fn(&Picture) -> f64| {
-        shown
-            .iter()
-            .map(|(weight, tile)| weight * of(tile))
-            .sum::<f64>()
-    };
-    let counted = total(&|tile| tile.pixel_count() as f64).max(1.0);
-    let saturated = |tile: &Picture| {
-        tile.rgb
-            .iter()
-            .filter(|rgb| rgb.iter().any(|&v| v >= 1.0))
-            .count() as f64
-    };
-    let share = total(&saturated) / counted;
+    let tile_pixels: usize = opaque.iter().map(Picture::pixel_count).sum();
     let report = |choice: RungChoice| {
-        let RungValue::Output(kind) = choice.value() else {
+        let RungValue::Output(format) = choice.value() else {
             return None;
         };
-        let bare = OutputFormatReport {
+        let exact = OutputFormatReport {
             rung: choice.rung(),
             about: choice.description(),
-            in_use: kind == in_use,
-            bytes_per_pixel: 3 * kind.bytes_per_channel(),
+            in_use: format == in_use,
+            bytes_per_pixel: 3 * format.bytes_per_channel(),
             seconds: None,
             rmse: 0.0,
             greatest: 0.0,
             flip: 0.0,
             clipped: 0.0,
         };
-        if !kind.has_codes() {
-            return Some(bare);
+        if !format.has_codes() {
+            return Some(exact);
         }
-        let coder = Display {
-            output: kind,
+        let encoder = Display {
+            output: format,
             ..display
         };
-        let opaque: Vec<Picture> = tiles
-            .iter()
-            .map(|(_, tile)| Picture {
-                alpha: None,
-                layers: Vec::new(),
-                ..(*tile).clone()
-            })
-            .collect();
-        let mut codes = Vec::new();
-        let mut once = || {
+        let (codes, seconds) = time_encoding(&opaque, encoder, stopwatch);
+        let CodeErrors {
+            rmse,
+            greatest,
+            flip,
+        } = shown.measure_code_errors(&codes, format);
+        Some(OutputFormatReport {
+            seconds: Some(seconds.scale(pixels / tile_pixels.max(1) as f64)),
+            rmse,
+            greatest,
+            flip,
+            clipped,
+            ..exact
+        })
+    };
+    Ladder::Output.choices().filter_map(report).collect()
+}
+
+/// Encodes tiles repeatedly. Returns the codes of each tile, and the seconds of a repetition,
+/// summed over all threads.
+fn time_encoding(
+    tiles: &[Picture],
+    encoder: Display,
+    stopwatch: Stopwatch,
+) -> (Vec<Vec<u8>>, SampleQuantiles) {
+    let mut codes: Vec<Vec<u8>> = Vec::new();
+    let seconds: Vec<f64> = (0..ROUNDS)
+        .map(|_| {
             stopwatch(&mut || {
-                codes = opaque.iter().map(|tile| coder.to_codes(tile)).collect();
-                codes.iter().map(|codes: &Vec<u8>| codes.len() as u64).sum()
+                codes = tiles.iter().map(|tile| encoder.to_codes(tile)).collect();
+                codes.iter().map(|codes| codes.len() as u64).sum()
             })
-        };
-        let seconds: Vec<f64> = (0..ROUNDS).map(|_| once()).collect();
-        let here = opaque
+        })
+        .collect();
+    (codes, SampleQuantiles::from_samples(&seconds))
+}
+
+/// Errors of decoded codes against display values before quantisation. See [`OutputFormatReport`].
+struct CodeErrors {
+    rmse: f64,
+    greatest: f64,
+    flip: f64,
+}
+
+/// Tiles of a picture as display values, 0 to 1, before quantisation. Each tile has a weight, the
+/// inverse of its inclusion probability.
+struct DisplayedTiles {
+    tiles: Vec<(f64, Picture)>,
+    /// Weighted number of pixels, an estimate of that of the whole picture.
+    pixels: f64,
+}
+
+impl DisplayedTiles {
+    /// Converts tiles, each given with its inclusion probability, to display values.
+    fn new(tiles: &[(f64, &Picture)], display: Display) -> Self {
+        let tiles: Vec<(f64, Picture)> = tiles
             .iter()
-            .map(Picture::pixel_count)
-            .sum::<usize>()
-            .max(1);
+            .map(|(chance, picture)| (1.0 / chance, display.to_values(picture)))
+            .collect();
+        let pixels: f64 = tiles
+            .iter()
+            .map(|(weight, tile)| weight * tile.pixel_count() as f64)
+            .sum();
+        Self {
+            tiles,
+            pixels: pixels.max(1.0),
+        }
+    }
+
+    /// Returns the share of the pixels, 0 to 1, with a channel at its maximum.
+    fn clipped_share(&self) -> f64 {
+        let clipped = |tile: &Picture| {
+            tile.rgb
+                .iter()
+                .filter(|rgb| rgb.iter().any(|&v| v >= 1.0))
+                .count() as f64
+        };
+        let sum: f64 = self
+            .tiles
+            .iter()
+            .map(|(weight, tile)| weight * clipped(tile))
+            .sum();
+        sum / self.pixels
+    }
+
+    /// Returns the errors of the codes of a format, which are given for each tile.
+    fn measure_code_errors(&self, codes: &[Vec<u8>], format: OutputFormat) -> CodeErrors {
         let (mut squares, mut flips, mut greatest) = (0.0, 0.0, 0.0_f64);
-        for ((weight, shown), codes) in shown.iter().zip(&codes) {
-            let stored = decode_display_codes(codes, kind, shown);
+        for ((weight, shown), codes) in self.tiles.iter().zip(codes) {
+            let stored = decode_display_codes(codes, format, shown);
             let differences = stored
                 .rgb
                 .iter()
@@ -125,16 +185,12 @@ pub(super) fn measure_output_formats(
             let map = flip(&stored, shown, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default();
             flips += weight * map.iter().map(|&v| f64::from(v)).sum::<f64>();
         }
-        Some(OutputFormatReport {
-            seconds: Some(SampleQuantiles::from_samples(&seconds).scale(pixels / here as f64)),
-            rmse: (squares / (3.0 * counted)).sqrt(),
+        CodeErrors {
+            rmse: (squares / (3.0 * self.pixels)).sqrt(),
             greatest,
-            flip: flips / counted,
-            clipped: share,
-            ..bare
-        })
-    };
-    Ladder::Output.choices().filter_map(report).collect()
+            flip: flips / self.pixels,
+        }
+    }
 }
 
 /// Decodes the codes of an output format to a picture of display values, 0 to 1, with the width and

@@ -1,30 +1,32 @@
 //! Rendering and timing of settings. Preparation is timed separately. A render ends without a
 //! result when the observer stops it or its time runs out.
 
+mod deadline;
+mod incremental_reference;
+mod pilot_renders;
+
 use std::cell::RefCell;
 use std::time::Instant;
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use super::estimate::relative_variance;
-use super::setting::{RungSetting, reference_setup};
-use super::tiles::{PilotPass, TileGrid};
-use super::{MeasureError, MeasurementStart};
+use super::MeasureError;
+use super::setting::RungSetting;
 use crate::bench::clock::Stopwatch;
 use crate::denoise::DenoiseError;
 use crate::dispatch::{ReadyScene, prepare};
-use crate::film::{Film, FilmPart};
+use crate::film::Film;
 use crate::ladder::Ladder;
 use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::PrepareError;
 use crate::render::RenderOutput;
 use crate::scene::Scene;
-use crate::settings::{Crop, Sampling, Settings};
+use crate::settings::{Crop, Settings};
 
-/// Number of replicates (independent renders) of the reference, from which its standard error is
-/// estimated.
-const REPLICATES: u32 = 4;
+use deadline::DeadlineObserver;
+pub(super) use deadline::{ClockFunction, UnfinishedRender};
+pub(super) use incremental_reference::IncrementalReference;
 
 /// Margin in pixels around a denoised tile. The denoiser averages pixels within this distance. A
 /// few pixels farther away affect only the weights of that average.
@@ -33,48 +35,9 @@ pub(super) const MARGIN: u32 = 20;
 /// Largest memory, in bytes, of all prepared scenes that are kept for reuse.
 const KEPT_BYTES: u64 = 1 << 30;
 
-/// Largest number of samples per pixel of the pilot pass, a short render that measures time and
-/// noise of the tiles.
-const LOOK_SAMPLES: u32 = 4;
-
 /// Edge in pixels of the square blocks into which threads divide a tile, if the picture does not
 /// depend on this edge.
 const UNIT: u32 = 16;
-
-/// Number that selects the random numbers of the first pilot (noisy whole picture). No measured
-/// setting uses these random numbers.
-const PILOT_ROUND: u64 = 1000;
-
-/// Function that returns the current instant. Tests use a clock that advances with each call.
-pub(super) type ClockFunction<'a> = &'a (dyn Fn() -> Instant + Sync);
-
-/// Reason why a render has no result.
-#[derive(Debug)]
-pub(super) enum UnfinishedRender {
-    /// The time ran out, or the observer stopped the render.
-    Interrupted,
-    /// The scene cannot be prepared.
-    Failed(PrepareError),
-}
-
-impl UnfinishedRender {
-    /// Converts the reason to an error, for a measurement that cannot continue without the render.
-    pub fn into_error(self) -> PrepareError {
-        match self {
-            Self::Interrupted => PrepareError::Cancelled,
-            Self::Failed(error) => error,
-        }
-    }
-
-    /// Converts a render that was stopped, or whose time ran out, to `None`; other errors stay.
-    pub fn interrupted_as_none<T>(result: Result<T, Self>) -> Result<Option<T>, PrepareError> {
-        match result {
-            Ok(value) => Ok(Some(value)),
-            Err(Self::Interrupted) => Ok(None),
-            Err(Self::Failed(error)) => Err(error),
-        }
-    }
-}
 
 /// Scene prepared for a setting. It is reused by all settings that differ only in samples, sampler
 /// or denoising.
@@ -114,19 +77,6 @@ pub(super) struct TimedRender {
     pub geometry_bytes: u64,
 }
 
-/// Observer that stops a render at a deadline, or when the caller's observer stops it.
-struct DeadlineObserver<'a> {
-    observer: &'a dyn Observer,
-    now: ClockFunction<'a>,
-    end: Instant,
-}
-
-impl Observer for DeadlineObserver<'_> {
-    fn is_cancelled(&self) -> bool {
-        self.observer.is_cancelled() || (self.now)() >= self.end
-    }
-}
-
 impl<'a> SettingRenderer<'a> {
     pub fn new(
         scene: &'a Scene,
@@ -162,105 +112,6 @@ impl<'a> SettingRenderer<'a> {
         self.run_on_prepared_scene(setting, (&scene, &settings), end, |ready| {
             self.render_and_time(ready, (&settings, parts), 0.0, end)
         })?
-    }
-
-    /// Returns the number of samples per pixel of the pilot pass, a short render that measures time
-    /// and noise of the tiles.
-    pub fn pilot_pass_samples(&self) -> u32 {
-        let samples = self.settings.sampling.samples_per_pixel();
-        if self.settings.sampling.is_fixed() {
-            samples
-        } else {
-            samples.clamp(2, LOOK_SAMPLES)
-        }
-    }
-
-    /// Renders tiles with few samples and returns the time and the noise of each tile; see
-    /// [`PilotPass`] for units.
-    pub fn run_pilot_pass(
-        &self,
-        grid: TileGrid,
-        tiles: &[u32],
-        end: Instant,
-    ) -> Result<Vec<PilotPass>, UnfinishedRender> {
-        let sampling = self.settings.sampling;
-        let sampling = if sampling.is_fixed() {
-            sampling
-        } else {
-            Sampling::General(self.pilot_pass_samples())
-        };
-        let settings = Settings {
-            sampling,
-            replicates: Some(2),
-            denoise: false,
-            ..self.settings.clone()
-        };
-        let (until, parts) = (
-            self.deadline_observer(end),
-            tiles
-                .iter()
-                .map(|&tile| grid.tile_crop(tile))
-                .collect::<Vec<_>>(),
-        );
-        self.run_on_prepared_scene(
-            &RungSetting::default(),
-            (self.scene, &settings),
-            end,
-            |ready| {
-                let render = |settings: &Settings| ready.render_with_settings(settings, &until);
-                let films = self.render_crops_in_parallel(&parts, &settings, render, |film| {
-                    film.counters().ray_count()
-                });
-                if films.iter().any(|(film, _)| film.unfinished_pixels() > 0) {
-                    return Err(UnfinishedRender::Interrupted);
-                }
-                let noise = |film: &Film| {
-                    let pixels = film
-                        .full_part()
-                        .tiles
-                        .filter_map(|part| film.tile_means_and_variances(part))
-                        .flatten();
-                    pixels.map(|pixel| relative_variance(&pixel)).sum()
-                };
-                Ok(tiles
-                    .iter()
-                    .zip(&films)
-                    .map(|(&tile, (film, seconds))| PilotPass {
-                        tile,
-                        seconds: *seconds,
-                        noise: noise(film),
-                    })
-                    .collect())
-            },
-        )?
-    }
-
-    /// Renders a pilot: a noisy whole picture with the scene's settings, but with this number of
-    /// samples per pixel and with random numbers that no setting uses.
-    pub fn render_pilot(
-        &self,
-        samples: u32,
-        round: u64,
-        end: Instant,
-    ) -> Result<Picture, UnfinishedRender> {
-        let seed = self.settings.seed.wrapping_add(PILOT_ROUND + round);
-        let settings = Settings {
-            sampling: Sampling::General(samples),
-            denoise: false,
-            seed,
-            ..self.settings.clone()
-        };
-        let render = |ready: &ReadyScene| self.render_and_time(ready, (&settings, &[]), 0.0, end);
-        let mut renders = self.run_on_prepared_scene(
-            &RungSetting::default(),
-            (self.scene, &settings),
-            end,
-            render,
-        )??;
-        renders
-            .pop()
-            .map(|render| render.picture)
-            .ok_or(UnfinishedRender::Interrupted)
     }
 
     /// Renders crops in parallel and returns each result with its seconds. The total CPU time is
@@ -454,46 +305,13 @@ impl<'a> SettingRenderer<'a> {
         Ok(renders.into_iter().zip(films).map(timed).collect())
     }
 
+    /// Returns an observer that stops a render at `end`, or when the caller's observer stops it.
     fn deadline_observer(&self, end: Instant) -> DeadlineObserver<'_> {
         DeadlineObserver {
             observer: self.observer,
             now: self.now,
             end,
         }
-    }
-
-    /// Prepares a reference with the rungs (quality levels) of `exact` and this number of samples
-    /// per pixel. Its film is empty, or the film of an earlier reference.
-    pub fn prepare_reference(
-        &self,
-        exact: &RungSetting,
-        samples: u32,
-        grid: TileGrid,
-        start: MeasurementStart<'_>,
-        end: Instant,
-    ) -> Result<IncrementalReference<'_>, MeasureError> {
-        let (scene, settings) = reference_setup(exact, self.scene, self.settings, samples);
-        let settings = Settings {
-            replicates: Some(REPLICATES),
-            tile_size: grid.edge,
-            ..settings
-        };
-        let (ready, _) = self
-            .prepare_and_time(&scene, &settings, end)
-            .map_err(|error| self.to_measure_error(error.into_error()))?;
-        let mut film = ready.new_film(start.scene);
-        if let Some(earlier) = start.reference {
-            film.continue_from(earlier.film)
-                .map_err(MeasureError::Reference)?;
-        }
-        let kept = film.counters().ray_count();
-        Ok(IncrementalReference {
-            renderer: self,
-            ready,
-            film,
-            reused_rays: kept,
-            seconds: 0.0,
-        })
     }
 
     /// Converts an error of preparation to an error of the measurement. A cancelled preparation
@@ -505,52 +323,5 @@ impl<'a> SettingRenderer<'a> {
             }
             error => error.into(),
         }
-    }
-}
-
-/// Reference picture that is rendered tile by tile.
-pub(super) struct IncrementalReference<'a> {
-    renderer: &'a SettingRenderer<'a>,
-    ready: ReadyScene,
-    pub film: Film,
-    /// Number of rays of the earlier reference, zero for a new one.
-    reused_rays: u64,
-    /// Render time of the new tiles, in seconds summed over all threads.
-    pub seconds: f64,
-}
-
-impl IncrementalReference<'_> {
-    /// Renders all samples of these tiles of the grid, given by index. Returns false if the time
-    /// runs out.
-    pub fn render_tiles(&mut self, tiles: &[u32], end: Instant) -> bool {
-        let Self {
-            renderer,
-            ready,
-            film,
-            ..
-        } = self;
-        let until = renderer.deadline_observer(end);
-        let whole_part = film.full_part();
-        let mut tiles = tiles.to_vec();
-        tiles.sort_unstable();
-        let part = FilmPart {
-            selected_tiles: Some(tiles),
-            ..whole_part
-        };
-        if film.unfinished_tiles(&part) == 0 {
-            return true;
-        }
-        let before = film.counters().ray_count();
-        self.seconds += (renderer.stopwatch)(&mut || {
-            // The film belongs to this scene, so no part is refused.
-            let _ = ready.render_part(film, &part, &until);
-            film.counters().ray_count() - before
-        });
-        film.unfinished_tiles(&part) == 0
-    }
-
-    /// Whether the whole film comes from an earlier measurement.
-    pub fn is_reused(&self) -> bool {
-        self.reused_rays > 0 && self.reused_rays == self.film.counters().ray_count()
     }
 }

@@ -5,7 +5,8 @@ use super::super::ProgressListener;
 use super::super::effects::{EffectBench, EffectCosts};
 use super::super::measurements::Measurements;
 use super::super::report::{LadderCostReport, RungCostReport};
-use super::{COSTS_END, MeasurementSession, PRICES_END};
+use super::MeasurementSession;
+use super::time_budget::{COSTS_END, PRICES_END};
 use crate::prepare::PrepareError;
 
 /// Progress listener of one stage. It converts the progress of the stage, 0 to 1, to that of the

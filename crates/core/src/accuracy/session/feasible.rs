@@ -2,14 +2,16 @@
 //! slowest tile finds the most exact rungs (quality levels) whose render ends within a time limit;
 //! the reference uses these rungs.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use super::super::renderer::{SettingRenderer, TimedRender, UnfinishedRender};
-use super::super::setting::RungSetting;
-use super::super::tiles::{PilotPass, TileGrid};
-use super::{FEASIBLE_RUNGS_END, MeasurementSession, PILOT_PASS_END};
+use super::MeasurementSession;
+use super::time_budget::{FEASIBLE_RUNGS_END, PILOT_PASS_END};
+use crate::accuracy::renderer::{SettingRenderer, TimedRender, UnfinishedRender};
+use crate::accuracy::setting::RungSetting;
+use crate::accuracy::tiles::{PilotPass, TileGrid};
 use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
+use crate::settings::Crop;
 
 /// Time limit of a render of the slowest tile with a changed rung (quality level), as a multiple of
 /// the time that the tile takes with the unchanged setting. The limit is at least
@@ -29,6 +31,16 @@ const FIRST_LOOK: usize = 8;
 /// Least number of tiles into which a picture is divided, unless the tile edge would be less than
 /// eight pixels.
 const FEWEST_TILES: f64 = 48.0;
+
+/// Outcome of the trial of a ladder's rungs (quality levels).
+enum LadderTrial {
+    /// The reference uses this rung.
+    Feasible(RungChoice),
+    /// The reference uses the scene's rung.
+    KeepsRung,
+    /// The time for trials is spent.
+    TimeSpent,
+}
 
 impl MeasurementSession<'_> {
     /// Chooses the division of the picture into tiles, and makes the first estimate of the time per
@@ -127,76 +139,94 @@ impl MeasurementSession<'_> {
         grid: TileGrid,
         pilot_passes: &[PilotPass],
     ) -> Result<RungSetting, PrepareError> {
-        let longest = pilot_passes
+        let slowest = pilot_passes
             .iter()
             .max_by(|a, b| a.seconds.total_cmp(&b.seconds))
             .map_or(0, |pilot_pass| pilot_pass.tile);
-        let (part, before, end) = (
-            [grid.tile_crop(longest)],
-            (self.now)(),
-            self.instant_of_budget_share(FEASIBLE_RUNGS_END),
+        let tile = grid.tile_crop(slowest);
+        let before = (self.now)();
+        let end = self.instant_of_budget_share(FEASIBLE_RUNGS_END);
+        let own_render = renderer.render_setting(
+            &self.baseline,
+            &[tile],
+            0,
+            self.instant_of_budget_share(1.0),
         );
-        let own =
-            renderer.render_setting(&self.baseline, &part, 0, self.instant_of_budget_share(1.0));
         let timeout = ((self.now)() - before)
             .mul_f64(PATIENCE)
             .max(LEAST_PATIENCE);
-        let renders = own.map_err(UnfinishedRender::into_error)?;
+        let own_render = own_render.map_err(UnfinishedRender::into_error)?;
         let mut exact = RungSetting::default();
-        for ladder in self
-            .picture_ladders
-            .iter()
-            .copied()
-            .filter(|&ladder| ladder != Ladder::Samples && !ladder.has_equal_accuracy())
-        {
-            for choice in self
-                .applicable_rungs(ladder)
-                .rev()
-                .filter(RungChoice::can_be_reference)
-            {
-                if (self.now)() >= end {
-                    return Ok(exact);
-                }
-                let end = end.min((self.now)() + timeout);
-                match UnfinishedRender::interrupted_as_none(renderer.render_setting(
-                    &self.setting_of_rung(choice),
-                    &part,
-                    0,
-                    end,
-                ))? {
-                    // A ladder without bias keeps the scene's rung, because a slower rung gains
-                    // less than more samples.
-                    Some(_) if ladder.is_free_of_bias() => break,
-                    Some(_) => {
-                        exact = exact.with_rung(choice);
-                        break;
-                    }
-                    None => self.infeasible_rungs.push(choice),
-                }
+        for ladder in self.picture_ladders.clone() {
+            if ladder == Ladder::Samples || ladder.has_equal_accuracy() {
+                continue;
+            }
+            match self.try_rungs(renderer, tile, ladder, (timeout, end))? {
+                LadderTrial::Feasible(choice) => exact = exact.with_rung(choice),
+                LadderTrial::KeepsRung => {}
+                LadderTrial::TimeSpent => return Ok(exact),
             }
         }
-        let all = exact
+        self.measure_reference_time_ratio(renderer, tile, (&exact, &own_render), end)?;
+        Ok(exact)
+    }
+
+    /// Renders a tile with the rungs (quality levels) of a ladder, the most exact first, until a
+    /// render ends within `timeout`. Rungs that take longer are stored as infeasible. No trial starts after `end`.
+    fn try_rungs(
+        &mut self,
+        renderer: &SettingRenderer<'_>,
+        tile: Crop,
+        ladder: Ladder,
+        (timeout, end): (Duration, Instant),
+    ) -> Result<LadderTrial, PrepareError> {
+        for choice in self
+            .applicable_rungs(ladder)
+            .rev()
+            .filter(RungChoice::can_be_reference)
+        {
+            if (self.now)() >= end {
+                return Ok(LadderTrial::TimeSpent);
+            }
+            let end = end.min((self.now)() + timeout);
+            let render = renderer.render_setting(&self.setting_of_rung(choice), &[tile], 0, end);
+            match UnfinishedRender::interrupted_as_none(render)? {
+                // A ladder without bias keeps the scene's rung, because a slower rung gains less
+                // than more samples.
+                Some(_) if ladder.is_free_of_bias() => return Ok(LadderTrial::KeepsRung),
+                Some(_) => return Ok(LadderTrial::Feasible(choice)),
+                None => self.infeasible_rungs.push(choice),
+            }
+        }
+        Ok(LadderTrial::KeepsRung)
+    }
+
+    /// Measures the render time per sample of the reference, divided by that of the unchanged
+    /// setting, on a tile. `exact` holds the rungs (quality levels) of the reference, `own_render`
+    /// the render of the unchanged setting. An unfinished render leaves the assumed ratio.
+    fn measure_reference_time_ratio(
+        &mut self,
+        renderer: &SettingRenderer<'_>,
+        tile: Crop,
+        (exact, own_render): (&RungSetting, &[TimedRender]),
+        end: Instant,
+    ) -> Result<(), PrepareError> {
+        let reference_setting = exact
             .choices()
             .iter()
             .fold(self.baseline.clone(), |setting, &choice| {
                 setting.with_rung(choice)
             });
-        if let Some(reference) =
-            UnfinishedRender::interrupted_as_none(renderer.render_setting(&all, &part, 0, end))?
-        {
-            let seconds = |each_renders: &[TimedRender]| {
-                each_renders
-                    .iter()
-                    .map(|render| render.seconds)
-                    .sum::<f64>()
+        let render = renderer.render_setting(&reference_setting, &[tile], 0, end);
+        if let Some(reference) = UnfinishedRender::interrupted_as_none(render)? {
+            let seconds = |renders: &[TimedRender]| -> f64 {
+                renders.iter().map(|render| render.seconds).sum()
             };
-            let cost = seconds(&reference) / seconds(&renders);
-            self.reference_time_ratio = if cost.is_finite() {
-                cost.max(1.0)
-            } else {
-                self.reference_time_ratio
-            };
+            let ratio = seconds(&reference) / seconds(own_render);
+            if ratio.is_finite() {
+                self.reference_time_ratio = ratio.max(1.0);
+            }
         }
-        Ok(exact)
+        Ok(())
     }
 }

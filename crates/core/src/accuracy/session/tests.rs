@@ -3,10 +3,11 @@
 use core::time::Duration;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use super::super::RungReport;
-use super::super::measurements::crop_picture;
+use super::super::estimate::ReferenceTile;
+use super::super::measurements::tile_errors::crop_picture;
 use super::super::renderer::MARGIN;
 use super::super::tiles::TileGrid;
+use super::super::{LadderReport, RungReport};
 use super::*;
 use crate::picture::Picture;
 use crate::scene::Scene;

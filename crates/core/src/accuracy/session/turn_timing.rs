@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 use super::super::ProgressListener;
 use super::super::measurements::Measurements;
 use super::super::setting::RungSetting;
-use super::{MeasurementSession, TURNS_END};
+use super::MeasurementSession;
+use super::time_budget::TURNS_END;
 use crate::prepare::PrepareError;
 
 /// Largest number of settings that are timed alternately besides the recommended settings. Some
