@@ -1,19 +1,17 @@
-//! Collector of a scene's problems. It tracks the path of the checked value, and has the checks
-//! that many kinds of values need.
+//! Collector of a scene's problems, with the path of the checked value.
+
+mod requirements;
 
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::{self, Display, Write as _};
 
-use super::{FARTHEST, MAX_PROBLEMS, Problem, SMALLEST};
+use super::{MAX_PROBLEMS, Problem};
 use crate::expr::{self, Constant, ExprError, ExprScope, Program};
 use crate::lookup::{NameIndex, SceneLookup};
-use crate::scene::{Colour, Material, Scene, Triple};
+use crate::scene::{Colour, Material, Scene};
 use crate::suggest::closest_word;
 
-/// Shortest direction. The squared length of a shorter direction does not fit an `f64`.
-const SHORTEST_DIRECTION: f64 = 1e-100;
-/// Longest direction. The squared length of a longer direction does not fit an `f64`.
-const LONGEST_DIRECTION: f64 = 1e100;
+pub(crate) use requirements::format_list;
 
 /// Greatest absolute value of a number that is no length, for example a radiance. Sums of such
 /// numbers must fit the renderer's `f32`.
@@ -29,6 +27,7 @@ const MAX_COMPARISONS: usize = 1_000_000;
 
 /// Collector of a scene's problems.
 pub(super) struct SceneCheck<'a> {
+    /// Path of the checked value in the scene file.
     path: String,
     problems: Vec<Problem>,
     names: SceneLookup<'a>,
@@ -39,6 +38,7 @@ pub(super) struct SceneCheck<'a> {
 }
 
 impl<'a> SceneCheck<'a> {
+    /// Creates a collector without problems for a scene.
     pub fn new(scene: &'a Scene) -> Self {
         let mut numbers = scene.parameters.clone();
         numbers.insert("t".to_owned(), scene.t);
@@ -102,13 +102,13 @@ impl<'a> SceneCheck<'a> {
     }
 
     /// Reports a problem of the value under a key: the message is the value's name followed by
-    /// `said`. An empty key stands for the value at the current path.
-    fn report_value(&mut self, key: &str, said: impl Display) {
+    /// `requirement`. An empty key stands for the value at the current path.
+    fn report_value(&mut self, key: &str, requirement: impl Display) {
         if key.is_empty() {
-            self.report_problem(format!("{} {said}", self.current_key()));
+            self.report_problem(format!("{} {requirement}", self.current_key()));
         } else {
             self.with_key(key, |check| {
-                check.report_problem(format!("{} {said}", check.current_key()))
+                check.report_problem(format!("{} {requirement}", check.current_key()))
             });
         }
     }
@@ -243,6 +243,7 @@ impl<'a> SceneCheck<'a> {
         }
     }
 
+    /// Reports an expression that does not compile, at the place of its error.
     fn report_expression_error(&mut self, error: ExprError) {
         let message = format!(
             "in the expression of {}: {}",
@@ -251,166 +252,4 @@ impl<'a> SceneCheck<'a> {
         );
         self.push_problem(message, error.hint, Some(error.span));
     }
-
-    /// Checks a number against a range, both ends included.
-    pub fn require_within(&mut self, key: &str, value: f64, minimum: f64, greatest: f64) {
-        if !(minimum..=greatest).contains(&value) {
-            self.report_value(
-                key,
-                format_args!("must be from {minimum} to {greatest}, not {value}"),
-            );
-        }
-    }
-
-    /// Checks a number that must be zero or within a range, both ends included.
-    pub fn require_zero_or_within(&mut self, key: &str, value: f64, minimum: f64, greatest: f64) {
-        if value != 0.0 && !(minimum..=greatest).contains(&value) {
-            self.report_value(
-                key,
-                format_args!("must be 0, or from {minimum} to {greatest}, not {value}"),
-            );
-        }
-    }
-
-    /// Checks a number against a range, both ends excluded.
-    pub fn require_between(&mut self, key: &str, value: f64, low: f64, high: f64) {
-        if !(value > low && value < high) {
-            self.report_value(
-                key,
-                format_args!("must be above {low} and below {high}, not {value}"),
-            );
-        }
-    }
-
-    /// Checks a whole number against a range, both ends included.
-    pub fn require_count_within(&mut self, key: &str, value: u32, minimum: u32, greatest: u32) {
-        self.require_within(
-            key,
-            f64::from(value),
-            f64::from(minimum),
-            f64::from(greatest),
-        );
-    }
-
-    /// Checks that a number is finite and not too large.
-    pub fn require_finite(&mut self, key: &str, value: f64) {
-        if !value.is_finite() {
-            self.report_value(key, format_args!("must be a finite number, not {value}"));
-        } else if value.abs() > GREATEST {
-            self.report_value(
-                key,
-                format_args!(
-                    "must be from {:e} to {GREATEST:e}, not {value:e}",
-                    -GREATEST
-                ),
-            );
-        }
-    }
-
-    /// Checks that a factor is not negative.
-    pub fn require_not_negative(&mut self, key: &str, value: f64) {
-        if value < 0.0 {
-            self.report_value(key, format_args!("must not be negative, but is {value}"));
-        } else {
-            self.require_finite(key, value);
-        }
-    }
-
-    /// Checks that a length is above zero and within the supported range.
-    pub fn require_length(&mut self, key: &str, value: f64) {
-        if value <= 0.0 {
-            self.report_value(key, format_args!("must be above zero, not {value}"));
-        } else if !(SMALLEST..=FARTHEST).contains(&value) {
-            self.report_value(
-                key,
-                format_args!("must be from {SMALLEST:e} to {FARTHEST:e}, not {value:e}"),
-            );
-        }
-    }
-
-    /// Checks that a point is finite and within [`FARTHEST`] of the origin on each axis.
-    pub fn require_point(&mut self, key: &str, point: Triple) {
-        if point.iter().any(|x| !x.is_finite()) {
-            self.report_value(
-                key,
-                format_args!("must be three finite numbers, not {}", format_list(&point)),
-            );
-        } else if point.iter().any(|x| x.abs() > FARTHEST) {
-            self.report_value(
-                key,
-                format_args!("must lie within {FARTHEST:e} world units of the origin on each axis"),
-            );
-        }
-    }
-
-    /// Checks that a direction is finite and has a length above zero.
-    pub fn require_direction(&mut self, key: &str, direction: Triple) {
-        let longest = direction
-            .iter()
-            .fold(0.0_f64, |longest, x| longest.max(x.abs()));
-        if direction.iter().any(|x| !x.is_finite()) {
-            self.report_value(
-                key,
-                format_args!(
-                    "must be three finite numbers, not {}",
-                    format_list(&direction)
-                ),
-            );
-        } else if longest == 0.0 {
-            self.report_value(key, "has length zero, so it gives no direction");
-        } else if !(SHORTEST_DIRECTION..=LONGEST_DIRECTION).contains(&longest) {
-            self.report_value(
-                key,
-                format_args!(
-                    "must have a length from {SHORTEST_DIRECTION:e} to {LONGEST_DIRECTION:e}"
-                ),
-            );
-        }
-    }
-
-    /// Checks that a colour has no negative channel and none above [`GREATEST`].
-    pub fn require_not_negative_colour(&mut self, key: &str, colour: Colour) {
-        self.require_colour_up_to(key, colour, GREATEST);
-    }
-
-    /// Checks the intensity of a light with inverse-square falloff. It may be as large as
-    /// [`GREATEST_INTENSITY`], because the falloff bounds the irradiance.
-    pub fn require_intensity(&mut self, key: &str, colour: Colour) {
-        self.require_colour_up_to(key, colour, GREATEST_INTENSITY);
-    }
-
-    /// Checks that a colour has no negative channel and none above a limit.
-    fn require_colour_up_to(&mut self, key: &str, colour: Colour, greatest: f64) {
-        if colour.0.iter().any(|x| *x < 0.0) {
-            self.report_value(
-                key,
-                format_args!(
-                    "must have no negative channel, but is {}",
-                    format_list(&colour.0)
-                ),
-            );
-        } else if colour.0.iter().any(|x| !x.is_finite()) {
-            self.report_value(
-                key,
-                format_args!("must be finite, not {}", format_list(&colour.0)),
-            );
-        } else if colour.0.iter().any(|x| *x > greatest) {
-            self.report_value(key, format_args!("must have no channel above {greatest:e}"));
-        }
-    }
-}
-
-/// Formats numbers as a list such as `[1, 2, 3]`; numbers with many zeros have exponents, as in
-/// `[1e-30, 1, 1]`.
-pub(crate) fn format_list(values: &[f64]) -> String {
-    let plain = |x: f64| x == 0.0 || !x.is_finite() || (1e-6..1e6).contains(&x.abs());
-    let number = |x: &f64| {
-        if plain(*x) {
-            x.to_string()
-        } else {
-            format!("{x:e}")
-        }
-    };
-    let values: Vec<String> = values.iter().map(number).collect();
-    format!("[{}]", values.join(", "))
 }

@@ -13,6 +13,7 @@ mod mesh;
 mod motion;
 mod object;
 mod render;
+mod shape;
 mod transform;
 
 use std::ops::Range;
@@ -20,7 +21,7 @@ use std::ops::Range;
 pub(crate) use check::format_list;
 pub use check::{GREATEST, GREATEST_INTENSITY};
 pub use mesh::{check_mesh_data, find_missing_uv_sets};
-pub(crate) use object::spans_no_area;
+pub(crate) use shape::spans_no_area;
 
 use self::check::SceneCheck;
 use crate::scene::{FORMAT, Scene};
