@@ -1,6 +1,6 @@
-//! Errors of a tile against a noisy reference. The reference's variance is subtracted from the
-//! squared errors. The result is divided into noise, which falls with more samples, and bias, which
-//! does not.
+//! Estimated errors of a rendered tile. The reference, with which the tile is compared, has noise
+//! too; its variance is subtracted from the squared errors. Errors are divided into noise and bias.
+//! Noise falls with more samples, bias does not.
 
 use serde::Serialize;
 
@@ -9,8 +9,8 @@ use crate::film::MeanVariance;
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, RELATIVE_FLOOR, flip};
 use crate::picture::Picture;
 
-/// Edge in pixels of the square blocks over which errors are summed. The sums of two blocks count
-/// as independent.
+/// Edge in pixels of the square blocks of a tile over which errors are summed. The sums of
+/// different blocks count as statistically independent.
 pub(super) const BLOCK: usize = 8;
 
 /// Estimated value with its confidence interval of about 95 %.
@@ -34,12 +34,12 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Whether the interval contains zero, so that the value may be noise alone.
+    /// Whether the interval contains zero. The value may then be noise alone.
     pub fn includes_zero(&self) -> bool {
         self.low <= 0.0
     }
 
-    /// Applies a non-decreasing function to the value and to both ends.
+    /// Returns the interval after applying a non-decreasing function to the value and to both ends.
     #[must_use]
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self {
@@ -50,8 +50,8 @@ impl ConfidenceInterval {
     }
 
     /// Returns the interval of a positive value with the uncertainty `error`. Its ends are the
-    /// value divided by and multiplied by exp(`error`/`value`). The interval extends farther up
-    /// than down, as does the distribution of a sum with a few dominant terms.
+    /// value divided and multiplied by exp(`error`/`value`). The interval is wider above the value
+    /// than below it, like the distribution of a sum with a few dominant terms.
     pub(super) fn from_relative_error(value: f64, error: f64) -> Self {
         let spread = libm::exp(error / value);
         Self {
@@ -61,8 +61,8 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns the interval from zero to the value plus its uncertainty `error`. It suits a value
-    /// that may be noise alone.
+    /// Returns an interval from zero to the value plus its uncertainty `error`, for a value that
+    /// may be noise alone.
     pub(super) fn from_value_within_noise(value: f64, error: f64) -> Self {
         let high = value.max(0.0) + error;
         Self {
@@ -72,8 +72,8 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns the interval of the ratio of this value to `other`, whose uncertainty is
-    /// independent.
+    /// Returns the interval of this value divided by `other`. The uncertainties of the two values
+    /// are independent.
     pub(super) fn divide(&self, other: &Self) -> Self {
         let value = self.value / other.value;
         if self.includes_zero() || other.includes_zero() {
@@ -94,8 +94,8 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns the interval of the product of this value and a positive `other`, whose uncertainty
-    /// is independent.
+    /// Returns the interval of this value multiplied by a positive `other`. The uncertainties of
+    /// the two values are independent.
     pub(super) fn multiply(&self, other: &Self) -> Self {
         if other.low == other.high || self.value <= 0.0 {
             return Self {
@@ -116,14 +116,15 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns the relative uncertainty: half the width of the interval divided by the value.
+    /// Returns the relative uncertainty of the value: half the width of the interval divided by the
+    /// value.
     pub fn relative_half_width(&self) -> f64 {
         0.5 * (self.high - self.low) / self.value
     }
 }
 
-/// Errors of a setting against the reference in the whole picture, in linear radiance, averaged
-/// over pixels and channels.
+/// Errors of a setting over the whole picture: differences in linear radiance from the reference,
+/// averaged over pixels and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SettingErrors {
     /// Root mean squared error; the reference's variance is subtracted.
@@ -131,14 +132,14 @@ pub struct SettingErrors {
     /// Mean of (I − R)² / (R² + 0.01) for picture I and reference R; the reference's variance is
     /// subtracted.
     pub relmse: ConfidenceInterval,
-    /// Part of `relmse` that remains with more samples; `None` if it is unknown, because the
-    /// setting was rendered once.
+    /// Part of `relmse` that more samples do not reduce. `None` if it is unknown because the
+    /// setting was rendered only once.
     pub bias: Option<ConfidenceInterval>,
     /// Ratio of the summed radiance of the picture to that of the reference.
     pub light: ConfidenceInterval,
 }
 
-/// Tile of the reference: means, variances, and display values.
+/// The reference in one tile: mean radiances, their variances, and display values.
 #[derive(Clone, Debug)]
 pub(super) struct ReferenceTile {
     /// Mean radiance of each pixel.
@@ -147,27 +148,29 @@ pub(super) struct ReferenceTile {
     variance: Vec<[f64; 3]>,
     /// Mean radiance converted to display values, for FLIP.
     display_picture: Picture,
-    /// Variance that the reference's noise gives to the tile's sum of relative squared errors.
+    /// Variance of the tile's sum of relative squared errors that is due to the noise of the
+    /// reference.
     pub error_variance: f64,
 }
 
-/// Errors of a setting in a tile, summed over pixels. Vectors hold one sum per block of 8 × 8
-/// pixels.
+/// Errors of a setting in one tile. Each vector holds a sum per block of 8 × 8 pixels; the other
+/// fields are sums over the tile.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct TileErrors {
-    /// Relative squared errors, averaged over channels, per block.
+    /// Relative squared errors, averaged over channels, summed over each block.
     pub relative: Vec<f64>,
-    /// Squared errors in linear radiance, averaged over channels, per block.
+    /// Squared errors in linear radiance, averaged over channels, summed over each block.
     pub squared: Vec<f64>,
-    /// Squared bias contained in `relative`, per block: the error that renders with different
-    /// random numbers have in common. Empty for a single random render.
+    /// Squared bias, summed over each block and already contained in `relative`. It is the error
+    /// that renders with different random numbers have in common. Empty for a single render with
+    /// random numbers.
     pub bias: Vec<f64>,
     /// Sum of the radiance over pixels and channels, averaged over renders.
     pub light: f64,
     /// Sum of the FLIP differences of the first render.
     pub flip: f64,
-    /// Squared and relative squared difference to renders of another setting with the same random
-    /// numbers, summed over pixels. Zero if no other setting is compared.
+    /// Squared and relative squared difference from renders of a second setting with the same
+    /// random numbers, summed over pixels. Zero without a second setting.
     pub paired_difference: [f64; 2],
 }
 
@@ -215,7 +218,8 @@ impl ReferenceTile {
             .collect()
     }
 
-    /// Returns the variance of the mean radiance, averaged over channels and summed over pixels.
+    /// Returns the variance of each pixel's mean radiance, averaged over channels and summed over
+    /// pixels.
     pub fn summed_variance(&self) -> f64 {
         self.variance.iter().flatten().sum::<f64>() / 3.0
     }
@@ -225,9 +229,13 @@ impl ReferenceTile {
         total_radiance(&self.picture)
     }
 
-    /// Computes the errors of one or more renders of this tile by the same setting, each with other
-    /// random numbers. `by_chance` is whether the setting uses random numbers. `beside` holds
-    /// renders of another setting with the same random numbers, in the same order; it may be empty.
+    /// Computes the errors of one setting in this tile, averaged over `renders`. Each render has
+    /// other random numbers.
+    ///
+    /// - `by_chance`: whether the setting uses random numbers.
+    /// - `beside`: renders of a second setting with the same random numbers, in the same order; may
+    ///   be empty.
+    /// - `display`: conversion to display values, for FLIP.
     pub fn measure_tile_errors(
         &self,
         renders: &[Picture],
@@ -292,15 +300,15 @@ impl ReferenceTile {
     }
 }
 
-/// Returns 1/(3(R² + 0.01)) for a channel's reference R: the weight of its squared error in the
-/// relative error, averaged over three channels.
+/// Returns 1/(3(R² + 0.01)) for the reference value R of a channel. The sum over the three channels
+/// of this weight times the squared error is a pixel's relative squared error.
 pub(super) fn relative_error_weight(reference: f32) -> f64 {
     let reference = f64::from(reference);
     1.0 / (3.0 * (reference * reference + RELATIVE_FLOOR))
 }
 
-/// Returns the variance of a pixel's mean relative to the squared mean plus 0.01, averaged over
-/// channels.
+/// Returns the relative variance of a pixel's mean radiance: variance / (mean² + 0.01), averaged
+/// over channels.
 pub(super) fn relative_variance([mean, variance]: &MeanVariance) -> f64 {
     (0..3)
         .map(|i| variance[i] * relative_error_weight(mean[i] as f32))

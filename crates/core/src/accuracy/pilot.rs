@@ -1,9 +1,10 @@
 //! Squared error of a picture, estimated without a reference from two noisy pictures of the same
-//! view, the *pilots*. The noise of the picture and of both pilots is mutually independent. So the
-//! expectation of (I − P₁)(I − P₂), the product of the differences between the picture I and each
-//! pilot, is the squared error of I. The estimate serves denoised pictures: their error is
-//! concentrated at few edges, which a sample of tiles may miss. It does not include the bias of the
-//! scene's own rungs (quality levels), which the pilots share.
+//! view, the *pilots*. The noise of the picture I and of the pilots P₁ and P₂ is mutually
+//! independent. So the expectation of (I − P₁)(I − P₂) is the squared error of I.
+//!
+//! The estimate serves denoised pictures. Their error is concentrated at few edges, which a sample
+//! of tiles may miss. The bias of the scene's own rungs (quality levels) is not included, because
+//! the pilots have it too.
 
 use super::estimate::{BLOCK, ConfidenceInterval, relative_error_weight};
 use super::tiles::variance_of_sum;
@@ -14,7 +15,7 @@ use crate::picture::Picture;
 #[derive(Clone, Debug)]
 pub(super) struct PilotPicturePair(pub [Picture; 2]);
 
-/// Squared errors of a picture, one sum per block of 8 × 8 pixels.
+/// Squared errors of a picture: sums over blocks of 8 × 8 pixels, and the number of pixels.
 #[derive(Clone, Debug)]
 pub(super) struct PictureBlockErrors {
     relative: Vec<f64>,
@@ -23,10 +24,9 @@ pub(super) struct PictureBlockErrors {
 }
 
 impl PilotPicturePair {
-    /// Estimates the squared errors of one or more renders of a setting, averaged over the renders.
-    /// All pictures have the same size. `best` is the most accurate picture known. It gives the
-    /// denominators of the relative error, because the two noisy pictures of the pair are too noisy
-    /// for that.
+    /// Estimates the squared errors of one setting, averaged over its `renders`. All pictures have
+    /// the same size. `best` is the most accurate picture known. The denominators of the relative
+    /// error come from it, because the pilots are too noisy for that.
     pub fn estimate_errors<'p>(
         &self,
         renders: impl Iterator<Item = &'p Picture>,
@@ -69,7 +69,8 @@ impl PilotPicturePair {
 }
 
 impl PictureBlockErrors {
-    /// Returns the mean over pixels of (I − R)² / (R² + 0.01) for picture I and exact picture R.
+    /// Returns the mean over pixels of (I − R)² / (R² + 0.01), where I is the picture and R the
+    /// exact picture.
     pub fn relmse(&self) -> ConfidenceInterval {
         mean_from_blocks(&self.relative, self.pixels)
     }
@@ -80,8 +81,8 @@ impl PictureBlockErrors {
     }
 }
 
-/// Returns the sum of the block sums divided by the number of pixels, with a confidence interval.
-/// Its width follows from the differences between neighbouring blocks.
+/// Returns the sum of `blocks` divided by the number of pixels, with a confidence interval. The
+/// width of the interval follows from the differences between neighbouring blocks.
 fn mean_from_blocks(blocks: &[f64], pixels: f64) -> ConfidenceInterval {
     let value = blocks.iter().sum::<f64>() / pixels;
     if blocks.len() < 2 {

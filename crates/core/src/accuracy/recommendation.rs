@@ -1,5 +1,5 @@
-//! Recommendations of a report: the fastest setting with half the error, and the fastest setting
-//! with the same error in less time.
+//! Recommendations of a report: the fastest setting with half the error of the scene's own setting,
+//! and the fastest setting with the same error in less time.
 
 use super::estimate::{ConfidenceInterval, SettingErrors};
 use super::measurements::RelativeCost;
@@ -7,31 +7,30 @@ use super::report::{MeasuredSetting, Recommendation, Recommendations};
 use super::setting::RungSetting;
 use crate::ladder::Ladder;
 
-/// Largest ratios of root errors that count as half: for the estimate itself, and for the upper end
-/// of its interval. Four times the samples halve the noise within this uncertainty.
+/// Largest ratios of root errors that count as half the error. The first limits the estimate, the
+/// second the upper end of its interval. Four times the samples halve noise within these limits.
 const HALF: [f64; 2] = [0.55, 0.6];
-/// Largest ratios of root errors that count as the same error: for the estimate itself, and for the
-/// upper end of its interval.
+/// Largest ratios of root errors that count as the same error. The first limits the estimate, the
+/// second the upper end of its interval.
 const SAME: [f64; 2] = [1.05, 1.05];
-/// Largest ratio of times that counts as less time. It applies to the upper end of the ratio's
+/// Largest ratio of times that counts as less time. It limits the upper end of the ratio's
 /// interval.
 const SOONER: f64 = 0.8;
-/// Largest share of the estimated bias in the squared error of a recommended setting.
+/// Largest ratio of estimated squared bias to squared error of a recommended setting.
 const MOST_BIAS: f64 = 0.25;
-/// Largest share of bias in the squared error, if the bias has the upper end of its confidence
-/// interval.
+/// Largest ratio of squared bias to squared error, where the bias is at the upper end of its
+/// confidence interval.
 const SURE_BIAS: f64 = 0.5;
 /// Largest relative difference between the summed radiance of a recommended setting and that of the
 /// reference.
 const MOST_LIGHT: f64 = 0.005;
-/// Factor in time within which settings count as equally fast. Of these, the setting with the
-/// fewest changes from the scene's own is recommended.
+/// Ratio of times up to which a setting counts as equally fast as the fastest. Of these settings,
+/// the one with the fewest changes from the scene's own is recommended.
 const NEAR: f64 = 1.1;
-/// Largest ratio of the needed time budget to the given time budget for which a report names the
-/// needed budget.
+/// Largest needed time budget that a report names, as a multiple of the given budget.
 const LONGEST: f64 = 60.0;
 
-/// Measured setting that may be recommended.
+/// Measured setting that is considered for a recommendation.
 #[derive(Clone, Debug)]
 pub(super) struct RecommendationCandidate {
     pub setting: RungSetting,
@@ -40,9 +39,12 @@ pub(super) struct RecommendationCandidate {
     pub is_recommendable: bool,
 }
 
-/// Whether a setting may be recommended. Its summed radiance must be right and its bias small, or
-/// both must certainly be better than those of the scene's own setting. A setting that differs from
-/// the scene's own only in noise may always be recommended.
+/// Whether a setting may be recommended. A setting that differs from the scene's own only in noise
+/// always may. Any other setting must satisfy two conditions:
+///
+/// - Its summed radiance equals the reference's, or is certainly closer to it than the scene's own.
+/// - Its squared bias is small, or certainly smaller than the scene's own. This condition is waived
+///   if denoising is the only biased change.
 pub(super) fn is_recommendable(
     setting: &RungSetting,
     measured: &MeasuredSetting,
@@ -76,7 +78,7 @@ pub(super) fn is_recommendable(
     }
 }
 
-/// Chooses the recommendations among measured settings. `budget` is the time budget of the
+/// Chooses the recommended settings among `all` measured ones. `budget` is the time budget of the
 /// measurement in seconds.
 pub(super) fn recommend_settings(
     mut all: Vec<RecommendationCandidate>,

@@ -1,5 +1,5 @@
-//! Report of a measurement of accuracy against time: plain data for tables, JSON files and HTML
-//! pages.
+//! Report of a measurement of accuracy against time, as plain data. Tables, JSON files and HTML
+//! pages are made from it.
 
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ use crate::picture::Picture;
 pub struct AccuracyReport {
     /// Width and height of the picture in pixels.
     pub size: [u32; 2],
-    /// Numbers and size of the measured tiles.
+    /// Number, size and place of the measured tiles.
     pub tiles: TileReport,
     /// Reference with which all settings are compared.
     pub reference: ReferenceReport,
@@ -24,33 +24,33 @@ pub struct AccuracyReport {
     pub recommendations: Recommendations,
     /// Time and error of the scene's own setting.
     pub own: MeasuredSetting,
-    /// Scene with fewer samples per pixel, to which all changes except sample counts were applied;
-    /// `None` if the scene's own number of samples was used.
+    /// Measurement of the scene with fewer samples per pixel, to which all changes except sample
+    /// counts were applied. `None` if they were applied to the scene's own number of samples.
     pub base: Option<BaselineReport>,
-    /// Measurements of each ladder (quality setting) that changes the scene's picture, rung by rung
+    /// Measurements of the ladders (quality settings) that change the picture, each rung by rung
     /// (level by level).
     pub ladders: Vec<LadderReport>,
     /// Measured settings in which several rungs (quality levels) are changed.
     pub combinations: Vec<FrontierSetting>,
-    /// Costs of each ladder (quality setting) that changes time and memory but not the picture.
+    /// Time and memory of the ladders (quality settings) that do not change the picture.
     pub prices: Vec<LadderCostReport>,
     /// Error that each output format adds to the picture of the scene's own setting.
     pub outputs: Vec<OutputFormatReport>,
-    /// Names of the ladders (quality settings) that do not affect the scene.
+    /// Names of the ladders (quality settings) that have no effect on this scene.
     pub not_called_for: Vec<&'static str>,
-    /// Cost of each effect: time that it adds, and change of the picture without it. `None` if the
-    /// time did not suffice.
+    /// Cost of each effect: the time that it adds, and the change of the picture without it. `None`
+    /// if the time did not suffice.
     pub costs: Option<EffectCosts>,
-    /// Settings on the Pareto front of time and error, by ascending time. Settings with wrong
-    /// summed radiance or large bias are excluded.
+    /// Settings on the Pareto front of time and error, by ascending time. Settings whose summed
+    /// radiance is wrong or whose bias is large are excluded.
     pub frontier: Vec<FrontierSetting>,
     /// Wall-clock seconds of the measurement.
     pub seconds: f64,
     /// Whether the time ran out before the planned measurements were finished.
     pub cut_short: bool,
-    /// Pictures of the first tile; of the whole picture if all tiles were measured. They are the
-    /// reference, and the first render of each setting that differs from the scene's own in one
-    /// choice.
+    /// Pictures for comparison: the reference, and the first render of each setting that differs
+    /// from the scene's own in one choice. They show the first tile, or the whole picture if all
+    /// tiles were measured.
     #[serde(skip)]
     pub pictures: Vec<ReportPicture>,
 }
@@ -68,20 +68,20 @@ pub struct TileReport {
     pub shown: [u32; 2],
 }
 
-/// Recommended settings, each with the time budget that would confirm a better candidate.
+/// Recommended settings. Where no setting is confirmed, the time budget that would confirm one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Recommendations {
-    /// Fastest setting with at most about half of the root error; `None` if no measured setting
+    /// Fastest setting with about half of the root error or less. `None` if no measured setting
     /// certainly qualifies.
     pub half_the_error: Option<Recommendation>,
-    /// Time budget in seconds that would probably confirm a setting with about half of the root
-    /// error; `None` if a setting is confirmed, or no setting is likely to be.
+    /// Time budget in seconds that would probably confirm such a setting. `None` if a setting is
+    /// already confirmed, or if no setting is likely to be.
     pub half_needs: Option<f64>,
-    /// Fastest setting with at most about the same root error in clearly less time; `None` if no
+    /// Fastest setting with about the same root error or less, in clearly less time. `None` if no
     /// measured setting certainly qualifies.
     pub same_error: Option<Recommendation>,
-    /// Time budget in seconds that would probably confirm a setting with the same root error in
-    /// less time; `None` if a setting is confirmed, or no setting is likely to be.
+    /// Time budget in seconds that would probably confirm such a setting. `None` if a setting is
+    /// already confirmed, or if no setting is likely to be.
     pub same_needs: Option<f64>,
 }
 
@@ -99,16 +99,16 @@ pub struct Recommendation {
     pub measured: MeasuredSetting,
 }
 
-/// Scene with fewer samples per pixel, to which all changes except sample counts are applied.
+/// The scene with fewer samples per pixel, to which all changes except sample counts are applied.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BaselineReport {
     /// Samples per pixel.
     pub samples: u32,
-    /// Time and error of the scene with this number of samples.
+    /// Time and error of the scene with this number of samples per pixel.
     pub measured: MeasuredSetting,
 }
 
-/// Picture for the HTML page, with its name.
+/// Named picture for the HTML page.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReportPicture {
     /// Name: `reference`, `as it is` for the scene's own setting, or the changed quality level,
@@ -118,8 +118,8 @@ pub struct ReportPicture {
     pub picture: Picture,
 }
 
-/// Reference picture, which counts as exact. It is computed in f64, with the most exact rung
-/// (quality level) of each ladder that does not take too long.
+/// The reference picture, which counts as exact. It is computed in f64 with the most exact rung
+/// (quality level) of each ladder, unless that rung takes too long.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReferenceReport {
     /// Samples per pixel.
@@ -128,7 +128,7 @@ pub struct ReferenceReport {
     pub rungs: Vec<String>,
     /// Number of tiles on which the reference was rendered.
     pub tiles: usize,
-    /// Root mean square over the picture of the reference's standard error, in linear radiance. Its
+    /// Root mean square, over all pixels, of the reference's standard error in linear radiance. Its
     /// square is subtracted from squared errors.
     pub standard_error: f64,
     /// Render time of the reference in this measurement, in seconds summed over all threads.
@@ -147,15 +147,16 @@ pub struct MeasuredSetting {
     /// Time of a render of the whole picture, in seconds summed over all threads, without
     /// preparation.
     pub seconds: ConfidenceInterval,
-    /// Ratio of the setting's time to the time of a compared setting: the scene's own, or the scene
-    /// with fewer samples for a change measured with fewer samples. NaN if unknown.
+    /// Time of the setting divided by the time of a base setting; NaN if unknown. The base is the
+    /// scene's own setting. For a change that was measured with fewer samples, it is the scene with
+    /// fewer samples.
     pub ratio: ConfidenceInterval,
     /// Number of rays of a render of the whole picture.
     pub rays: u64,
     /// Errors of the setting against the reference.
     pub errors: SettingErrors,
-    /// Mean FLIP difference, 0 to 1, between the display values of the setting and of the
-    /// reference. Noise of the reference increases it.
+    /// Mean FLIP difference, 0 to 1, from the reference's display values. Noise of the reference
+    /// increases it.
     pub flip: ConfidenceInterval,
 }
 
@@ -171,13 +172,13 @@ pub struct LadderReport {
     pub rungs: Vec<RungReport>,
 }
 
-/// Largest relative difference of two times, and of two errors, that counts as equal.
+/// Largest relative difference of two times that counts as equal; below, the same for two errors.
 const SAME_TIME: f64 = 0.03;
 const SAME_ERROR: f64 = 0.04;
 
 impl LadderReport {
-    /// Whether the rung (quality level) `rung` takes longer and has a larger error than the rung in
-    /// use.
+    /// Whether a rung (quality level) is worse than the rung in use in both respects: it takes
+    /// longer, and its error is larger.
     pub fn is_dominated(&self, rung: &RungReport) -> bool {
         let measured = |rung: &RungReport| {
             rung.measured
@@ -196,7 +197,7 @@ impl LadderReport {
     }
 }
 
-/// Time and error of one rung, a quality level of a ladder; all other ladders have the scene's
+/// Time and error of one rung (a quality level of a ladder). All other ladders keep the scene's
 /// values.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungReport {
@@ -210,9 +211,9 @@ pub struct RungReport {
     pub flag: Option<String>,
     /// Time and error; `None` if a render takes too long, or the time ran out.
     pub measured: Option<MeasuredSetting>,
-    /// Error caused by this rung (quality level) alone: root mean squared difference, in linear
-    /// radiance, to renders on the ladder's most exact rung with the same random numbers. `None` if
-    /// the two rungs cannot share random numbers, or one was not measured.
+    /// Error caused by this rung (quality level) alone: the root mean squared difference, in linear
+    /// radiance, from renders on the ladder's most exact rung with the same random numbers. `None`
+    /// if the two rungs cannot share random numbers, or if either was not measured.
     pub own_error: Option<ConfidenceInterval>,
 }
 
@@ -251,8 +252,8 @@ pub struct RungCost {
     pub preparing: SampleQuantiles,
     /// Render time of the whole picture, in seconds summed over all threads.
     pub seconds: SampleQuantiles,
-    /// Ratio of the render time with the rung to the time of the scene's own setting, one value per
-    /// repetition.
+    /// Render time with this rung divided by the time of the scene's own setting, over the
+    /// repetitions.
     pub ratio: SampleQuantiles,
     /// Memory of geometry and acceleration structure in bytes.
     pub geometry: u64,
@@ -261,7 +262,8 @@ pub struct RungCost {
     pub same_bits: bool,
 }
 
-/// Measured setting with its command-line flags, for the Pareto front and the list of combinations.
+/// Measured setting with its command-line flags. It stands on the Pareto front or in the list of
+/// combinations.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrontierSetting {
     /// Command-line flags of the setting; empty for the scene's own.
@@ -271,8 +273,8 @@ pub struct FrontierSetting {
 }
 
 impl FrontierSetting {
-    /// Returns the setting's changed quality levels as `LADDER=RUNG` separated by spaces, or `as it
-    /// is` for the scene's own setting.
+    /// Returns the setting's changed quality levels, as `LADDER=RUNG` separated by spaces. For the
+    /// scene's own setting, it is `as it is`.
     pub fn name(&self) -> String {
         let rungs: Vec<&str> = self
             .flags

@@ -1,4 +1,4 @@
-//! Setting to be measured: the scene's own settings with some changed rungs (quality levels).
+//! A setting to be measured: the scene with some changed rungs (quality levels).
 
 use core::fmt;
 
@@ -6,8 +6,8 @@ use crate::ladder::{Ladder, RungChoice};
 use crate::scene::Scene;
 use crate::settings::{PrecisionChoice, Sampling, Settings};
 
-/// Set of rungs (quality levels) that replace the scene's own, at most one per ladder. Empty for
-/// the scene's own setting.
+/// Set of rungs (quality levels) that replace the scene's own, at most one per ladder (choice). The
+/// empty set is the scene's own setting.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RungSetting(Vec<RungChoice>);
 
@@ -30,8 +30,8 @@ impl RungSetting {
         &self.0
     }
 
-    /// Returns the setting with this rung (quality level) added, or exchanged for the rung of the
-    /// same ladder.
+    /// Returns the setting with this rung (quality level) added. It replaces a rung of the same
+    /// ladder.
     #[must_use]
     pub fn with_rung(&self, choice: RungChoice) -> Self {
         let others = self
@@ -44,7 +44,8 @@ impl RungSetting {
         Self(all)
     }
 
-    /// Returns the setting with this ladder reset to the scene's own rung (quality level).
+    /// Returns the setting without a change of this ladder, which has the scene's own rung (quality
+    /// level) again.
     #[must_use]
     pub fn without_ladder(&self, ladder: Ladder) -> Self {
         Self(
@@ -74,8 +75,8 @@ impl RungSetting {
         (scene, settings)
     }
 
-    /// Whether the setting differs from the scene's own only in noise: no changed ladder has a
-    /// bias.
+    /// Whether the setting differs from the scene's own only in noise: none of its changed ladders
+    /// adds bias.
     pub fn is_free_of_bias(&self) -> bool {
         self.0
             .iter()
@@ -106,9 +107,8 @@ impl fmt::Display for RungSetting {
     }
 }
 
-/// Returns scene and settings of the reference. It has the rungs (quality levels) of `exact`,
-/// computes in f64, has this number of samples per pixel and no denoising, and uses random numbers
-/// of its own.
+/// Returns scene and settings of the reference picture. It has the rungs (quality levels) of
+/// `exact`, `samples` per pixel, arithmetic in f64, random numbers of its own, and no denoising.
 pub(super) fn reference_setup(
     exact: &RungSetting,
     scene: &Scene,

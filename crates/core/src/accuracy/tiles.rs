@@ -1,22 +1,23 @@
-//! Sampling of a picture by tiles drawn with known probabilities, and estimates for the whole
-//! picture.
+//! Random sample of a picture's tiles, and estimates for the whole picture from the sample.
 //!
-//! The inclusion probability of a tile grows with its noise in the pilot pass, and is at least a
-//! quarter of the uniform probability. Tiles are ordered once, by a key divided by the probability
-//! (sequential Poisson sampling: Ohlsson, "Sequential Poisson Sampling", 1998). So the first n
-//! tiles are a sample for every n, and more time adds tiles. The keys are multiples of the golden
-//! ratio along rows in alternating direction, which spreads a sample evenly over the picture.
+//! The probability that a tile is drawn grows with its noise in the pilot pass, a short render of
+//! the tiles. It is at least a quarter of the probability under uniform sampling.
+//!
+//! Tiles are ordered once, by a key divided by the probability (sequential Poisson sampling:
+//! Ohlsson, "Sequential Poisson Sampling", 1998). The first n tiles are a valid sample for every n,
+//! so more time only adds tiles. The keys are multiples of the golden ratio along rows in
+//! alternating direction. They spread a sample evenly over the picture.
 
 use super::estimate::ConfidenceInterval;
 use crate::hash::splitmix64;
 use crate::metrics::student_factor_95;
 use crate::settings::Crop;
 
-/// Golden ratio minus one; the fractional parts of its multiples are evenly spread.
+/// Golden ratio minus one. The fractional parts of its multiples are evenly spread over 0..1.
 const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
 
-/// Share of the inclusion probability, 0 to 1, that is equal for all tiles of a size. The remainder
-/// is proportional to noise.
+/// Fraction of a tile's probability that depends only on its area. The remaining fraction is
+/// proportional to its noise.
 const EVEN: f64 = 0.25;
 
 /// Division of a picture into square tiles, numbered row by row as in the film.
@@ -75,8 +76,8 @@ impl TileGrid {
         }
     }
 
-    /// Returns the sorting key of every tile, 0 to 1, evenly spread in every neighbourhood of
-    /// tiles. Tiles are drawn by ascending key.
+    /// Returns the sorting key of every tile, 0 to 1. Neighbouring tiles have evenly spread keys.
+    /// Tiles are drawn by ascending key.
     fn ordering_keys(&self) -> Vec<f64> {
         let start = splitmix64(self.seed) as f64 / 2_f64.powi(64);
         let place = |index: u32| {
@@ -93,8 +94,8 @@ impl TileGrid {
             .collect()
     }
 
-    /// Returns the indices of all tiles in an order in which the first n tiles, for every n, are
-    /// spread evenly over the picture.
+    /// Returns the indices of all tiles. For every n, the first n tiles are spread evenly over the
+    /// picture.
     pub fn spread_order(&self) -> Vec<u32> {
         let keys = self.ordering_keys();
         let mut all: Vec<u32> = (0..self.tile_count() as u32).collect();
@@ -113,19 +114,19 @@ pub(super) struct PilotPass {
     pub noise: f64,
 }
 
-/// Tiles in the order in which they are drawn, with their probabilities.
+/// Tiles in the order in which they are drawn, with the probability of each.
 #[derive(Clone, Debug)]
 pub(super) struct TileSample {
     pub grid: TileGrid,
     /// Results of the pilot pass (a short render of the tiles), in the order in which the tiles are
     /// drawn.
     pub passes: Vec<PilotPass>,
-    /// Probability of each tile for a single draw, in the order of drawing; the sum is one.
+    /// Probability of each tile in a draw of one tile, in the order of drawing. The sum is one.
     draw_probabilities: Vec<f64>,
 }
 
 impl TileSample {
-    /// Orders the tiles of the pilot pass (a short render) for drawing. They are the first tiles of
+    /// Orders the tiles of the pilot pass for drawing. They are the first tiles of
     /// [`TileGrid::spread_order`].
     pub fn new(grid: TileGrid, looks: &[PilotPass]) -> Self {
         let keys = grid.ordering_keys();
@@ -153,15 +154,15 @@ impl TileSample {
         }
     }
 
-    /// Returns the number of tiles that can be drawn: those of the pilot pass, a short render that
-    /// measured their time and noise.
+    /// Returns the number of tiles that can be drawn. These are the tiles of the pilot pass, a
+    /// short render that measured their time and noise.
     pub fn drawable_tile_count(&self) -> usize {
         self.passes.len()
     }
 
-    /// Returns the number of pixels that a tile stands for: the number of pixels of all tiles times
-    /// the tile's probability per draw. The error divided by this number differs less between tiles
-    /// than the error per pixel, because error and probability both grow with noise.
+    /// Returns the number of pixels that a tile represents: the number of pixels of all tiles times
+    /// the tile's probability in a draw of one tile. Error and probability both grow with noise. So
+    /// the error per represented pixel differs less between tiles than the error per pixel.
     pub fn represented_pixel_count(&self, position: usize) -> f64 {
         self.draw_probabilities[position]
             * self
@@ -171,12 +172,12 @@ impl TileSample {
                 .sum::<f64>()
     }
 
-    /// Whether this number of tiles is the whole picture.
+    /// Whether the first `count` tiles are the whole picture.
     pub fn covers_picture(&self, count: usize) -> bool {
         count >= self.grid.tile_count()
     }
 
-    /// Returns the inclusion probabilities of the first `count` tiles.
+    /// Returns the probability of each of the first `count` tiles to be in a sample of this size.
     pub fn inclusion_probabilities(&self, count: usize) -> Vec<f64> {
         let looked = self.drawable_tile_count() as f64 / self.grid.tile_count() as f64;
         let count = count.min(self.drawable_tile_count());
@@ -218,8 +219,8 @@ impl TileSample {
     }
 }
 
-/// Contribution of a tile to a ratio of two totals. Numerator and denominator are lists of
-/// independent terms, such as one per block of pixels.
+/// Terms of one tile in a ratio of two sums over the picture. Numerator and denominator are lists
+/// of independent terms, such as one per block of pixels.
 #[derive(Clone, Debug)]
 pub(super) struct RatioTerm<'a> {
     pub inclusion_probability: f64,
@@ -230,8 +231,8 @@ pub(super) struct RatioTerm<'a> {
 }
 
 impl RatioTerm<'_> {
-    /// Returns the residual of the tile, numerator minus `ratio` times denominator, and the
-    /// variance of the residual. The variance is estimated from differences of neighbouring terms.
+    /// Returns the residual of the tile, which is numerator minus `ratio` times denominator, and
+    /// its variance. The variance is estimated from differences of neighbouring terms.
     fn ratio_residual(&self, ratio: f64) -> (f64, f64) {
         let sum = |values: &[f64]| values.iter().sum::<f64>();
         let total = sum(self.numerator) - ratio * sum(self.denominator);
@@ -248,8 +249,8 @@ impl RatioTerm<'_> {
     }
 }
 
-/// Returns the variance of a sum of at least two terms, estimated from the differences of
-/// neighbouring terms.
+/// Returns the variance of the sum of at least two independent terms. It is estimated from the
+/// differences of neighbouring terms.
 pub(super) fn variance_of_sum(pieces: &[f64]) -> f64 {
     let steps: f64 = pieces
         .windows(2)
@@ -259,10 +260,10 @@ pub(super) fn variance_of_sum(pieces: &[f64]) -> f64 {
     n / (2.0 * (n - 1.0)) * steps
 }
 
-/// Estimates the ratio of two totals over the whole picture (Hájek, "Comment on a Paper by D.
-/// Basu", 1971). Returns the ratio, its standard error and Student's factor. The standard error
-/// combines the choice of tiles and the noise within the drawn tiles. `None` for a denominator of
-/// zero.
+/// Estimates the ratio of two sums over the whole picture from a sample of tiles (Hájek, "Comment
+/// on a Paper by D. Basu", 1971). Returns the ratio, its standard error and Student's factor. The
+/// standard error includes the choice of tiles and the noise within tiles. `None` if the
+/// denominator is zero.
 pub(super) fn hajek_ratio_estimate(shares: &[RatioTerm<'_>]) -> Option<(f64, f64, f64)> {
     let total = |of: fn(&RatioTerm<'_>) -> f64| {
         shares
@@ -330,8 +331,8 @@ pub(super) fn hajek_ratio_estimate(shares: &[RatioTerm<'_>]) -> Option<(f64, f64
     ))
 }
 
-/// Returns the estimated ratio of two totals with its confidence interval. The interval starts at
-/// zero if the reference's noise alone could explain the ratio.
+/// Returns the estimated ratio of two sums over the whole picture, with its confidence interval.
+/// The interval starts at zero if noise of the reference alone could explain the ratio.
 pub(super) fn ratio_interval(shares: &[RatioTerm<'_>]) -> ConfidenceInterval {
     let Some((value, error, factor)) = hajek_ratio_estimate(shares) else {
         return ConfidenceInterval {

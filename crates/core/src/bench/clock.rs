@@ -1,5 +1,5 @@
-//! Clock of the benchmarks: CPU time on Unix, which depends less on the load by other programs;
-//! wall-clock time elsewhere.
+//! Clock of the benchmarks. On Unix it measures CPU time, which depends less on other programs than
+//! wall-clock time. Elsewhere it measures wall-clock time.
 
 /// Name of the time that [`thread_seconds`] measures, as reports show it.
 pub const CLOCK: &str = if cfg!(unix) {
@@ -19,9 +19,9 @@ pub fn process_seconds() -> f64 {
     cpu_seconds(TimerScope::Process)
 }
 
-/// Function that runs `work` and returns the seconds that it takes. `work` returns its amount, such
-/// as a number of rays. The stopwatch of the tests computes the time from the amount, so that it
-/// does not depend on the machine's load.
+/// Function that runs `work` and returns the duration in seconds. `work` returns its amount, such
+/// as a number of rays. Tests use a stopwatch that computes the duration from the amount,
+/// independently of the machine's load.
 pub(crate) type Stopwatch = fn(work: &mut dyn FnMut() -> u64) -> f64;
 
 /// Runs the work and returns the CPU seconds of the calling thread.
@@ -41,7 +41,7 @@ fn time_work(scope: TimerScope, work: &mut dyn FnMut() -> u64) -> f64 {
     cpu_seconds(scope) - start
 }
 
-/// Runs the work and returns ten nanoseconds per unit of its amount: a stopwatch for tests.
+/// Runs the work and returns ten nanoseconds per unit of its amount. The stopwatch of tests.
 #[cfg(test)]
 pub(super) fn simulate_stopwatch(work: &mut dyn FnMut() -> u64) -> f64 {
     work() as f64 * 1e-8

@@ -95,8 +95,8 @@ fn compare_scene_with_method(
     Ok(SceneComparison { camera, bounce })
 }
 
-/// Returns camera rays through the pixel centres of every n-th column and row. Their origins are
-/// relative to `origin`. The step n limits the number of rays.
+/// Returns camera rays through the pixel centres of every n-th column and row. The step n is chosen
+/// to limit the number of rays. Ray origins are relative to `origin`.
 fn camera_rays(geometry: &Geometry<f32>, settings: &Settings, origin: DVec3) -> Vec<Ray<f32>> {
     let [width, height] = settings.size;
     let aspect = f64::from(width) / f64::from(height);

@@ -1,8 +1,8 @@
-//! Generated scenes of any number of primitives, and rays through them. They depend only on a seed,
-//! and are the same on every machine.
+//! Generated scenes of any number of primitives, and rays through these scenes. Both depend only on
+//! a seed and are the same on every machine.
 //!
-//! N primitives are scattered in the unit cube. Their size is proportional to N^(−1/3), so that the
-//! spheres fill the same share of the cube for every N.
+//! The N primitives of a scene are scattered in the unit cube. Their size is proportional to
+//! N^(−1/3). So spheres fill the same fraction of the cube for every N.
 
 use core::f64::consts::{PI, TAU};
 
@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::hash::splitmix64;
 
-/// Total volume of the spheres of a generated scene over the volume of the unit cube. Overlaps
+/// Total volume of the spheres of a generated scene, where the unit cube has volume 1. Overlaps
 /// count twice, and parts outside the cube are included.
 pub const FILL: f64 = 0.01;
 
@@ -111,8 +111,8 @@ pub fn generate_primitives<R: Real>(
     Ok(group)
 }
 
-/// Generates rays that start on a sphere around the unit cube in uniform directions. Each ray aims
-/// at a uniform point in the cube.
+/// Generates rays in uniform directions. Each ray starts outside the unit cube, at a distance of 2
+/// from a uniform point in the cube, at which it aims.
 pub fn generate_rays<R: Real>(count: u32, seed: u64) -> Vec<Ray<R>> {
     let numbers = HashedRandom { seed };
     let ray = |i: u64| {

@@ -15,8 +15,8 @@ use super::statistics::SampleQuantiles;
 pub struct BenchOptions {
     /// Number of alternating timings of scan and BVH, at least one.
     pub repeats: usize,
-    /// Intended duration of a timed sample in seconds. A much shorter sample is dominated by the
-    /// error of the clock.
+    /// Intended duration of a timed sample (a repeated set of rays) in seconds. In a much shorter
+    /// sample, the error of the clock dominates.
     pub sample_seconds: f64,
     /// Build quality of the BVH.
     pub build: BuildQuality,
@@ -46,10 +46,10 @@ impl BenchMethod {
     }
 }
 
-/// Least number of rays of a sample.
+/// Least number of rays in a timed sample.
 const FEWEST_RAYS: usize = 16;
-/// Largest ratio of a scan's expected time per sample to the intended time. A slower scan is not
-/// timed.
+/// Largest ratio of a linear scan's expected time per sample to the intended time. A linear scan
+/// above this ratio is not timed.
 const PATIENCE: f64 = 8.0;
 
 /// Geometry with one accelerator, linear scan or BVH.
@@ -72,8 +72,8 @@ pub(super) struct ScanTreePair<'a> {
 pub struct QueryCost {
     /// Nanoseconds per closest-hit query.
     pub nanoseconds: SampleQuantiles,
-    /// Number of different rays that are timed: all rays, or evenly spread rays if a query takes
-    /// long.
+    /// Number of different rays that are timed. They are all rays, or an evenly spaced subset if a
+    /// query takes long.
     pub rays: usize,
     /// Mean number of visited nodes per ray.
     pub nodes_per_ray: f64,
@@ -92,17 +92,17 @@ pub struct ScanTreeTiming {
     pub primitives: usize,
     /// Share of the rays, 0 to 1, that hit a primitive.
     pub hit_share: f64,
-    /// Cost of the linear scan, which tests every primitive; `None` if a sample would take too
-    /// long.
+    /// Cost of the linear scan, which tests every primitive. `None` if a timed sample would take
+    /// too long.
     pub scan: Option<QueryCost>,
     /// Cost of closest-hit queries by the BVH.
     pub tree: QueryCost,
-    /// Ratio of the scan's time to that of the BVH, from pairs of consecutive samples; `None` if
-    /// the scan was not timed.
+    /// Time of the linear scan divided by that of the BVH, over pairs of consecutive samples.
+    /// `None` if the scan was not timed.
     pub ratio: Option<SampleQuantiles>,
 }
 
-/// Error: linear scan and BVH find different hits for a ray, so that a comparison of their times is
+/// Linear scan and BVH find different hits for a ray. A comparison of their times is then
 /// meaningless.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
@@ -149,8 +149,8 @@ pub(super) fn measure_scan_and_tree(
     })
 }
 
-/// Timing of the linear scan, and of its ratio to the BVH. It records nothing if a sample would
-/// take too long.
+/// Timing of the linear scan, also relative to the BVH. It records nothing if a sample would take
+/// too long.
 struct ScanTimer<'a> {
     scan_geometry: &'a BenchedGeometry<'a>,
     sample: Option<RaySample<'a>>,
@@ -179,8 +179,8 @@ impl<'a> ScanTimer<'a> {
         }
     }
 
-    /// Compares the hits of scan and `tree` to the bit: distance, surface parameters, primitive and
-    /// instance.
+    /// Compares the hits of the scan with those of `tree` to the bit: distance, surface parameters,
+    /// primitive and instance.
     fn compare_hits(&self, tree: &Geometry<f32>) -> Result<(), HitMismatch> {
         let bits = |hit: &Option<Hit<f32>>| {
             hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.tie_order()))
@@ -207,14 +207,15 @@ impl<'a> ScanTimer<'a> {
         Ok(())
     }
 
-    /// Returns the scan's seconds per ray for one sample; `None` if the scan is not timed.
+    /// Times the scan on one sample. Returns the seconds per ray, or `None` if the scan is not
+    /// timed.
     fn time_ray_sample(&self) -> Option<f64> {
         self.sample
             .as_ref()
             .map(|sample| sample.time_per_ray(self.scan_geometry.geometry))
     }
 
-    /// Records the seconds per ray of the scan (`own`), and their ratio to those of the BVH.
+    /// Records `own`, the seconds per ray of the scan, and its ratio to `tree`, those of the BVH.
     fn record_times(&mut self, own: Option<f64>, tree: f64) {
         self.seconds.extend(own);
         self.ratios.extend(own.map(|own| own / tree));
@@ -237,7 +238,7 @@ fn closest_hit(geometry: &Geometry<f32>, ray: &Ray<f32>) -> Option<Hit<f32>> {
     geometry.closest(ray, Interval::positive(), &mut ())
 }
 
-/// Rays that are timed together: every `step`-th ray of a list, repeated `passes` times.
+/// Rays that are timed together: every `step`-th ray of a list, traced `passes` times.
 struct RaySample<'a> {
     rays: &'a [Ray<f32>],
     step: usize,
@@ -247,8 +248,8 @@ struct RaySample<'a> {
 }
 
 impl<'a> RaySample<'a> {
-    /// Returns a sample that takes about the intended time. The trial runs that find its size also
-    /// warm up caches and branch predictors.
+    /// Returns a sample that takes about the intended time. Trial runs determine its size; they
+    /// also warm up caches and branch predictors.
     fn with_fitting_size(
         geometry: &Geometry<f32>,
         rays: &'a [Ray<f32>],
@@ -305,7 +306,8 @@ impl<'a> RaySample<'a> {
         (self.stopwatch)(&mut trace) / rays as f64
     }
 
-    /// Returns the cost per query from the seconds per ray of several samples.
+    /// Returns the cost per query. `seconds` are the seconds per ray of several timings of the
+    /// sample.
     fn query_cost(&self, contestant: &BenchedGeometry<'_>, seconds: &[f64]) -> QueryCost {
         let mut stats = TraversalStats::default();
         for ray in self.selected_rays() {
@@ -325,14 +327,15 @@ impl<'a> RaySample<'a> {
     }
 }
 
-/// Limit of the total time of repeated builds of an accelerator, as a multiple of a sample's
-/// intended time.
+/// Limit of the total time of an accelerator's repeated builds, as a multiple of the intended
+/// duration of a sample.
 const BUILD_PATIENCE: f64 = 8.0;
 /// Largest number of builds that are timed together.
 const LARGEST_BATCH: usize = 256;
 
-/// Builds an accelerator several times. Returns the last accelerator, and the seconds per build.
-/// `input` creates the input of a build before the clock starts. Short builds are timed in batches.
+/// Builds an accelerator several times. Returns the last accelerator and the seconds per build.
+/// `input` creates the input of a build before the clock starts. Builds that are too short for the
+/// clock are timed in batches.
 pub(super) fn time_builds<I, G>(
     method: &BenchMethod,
     input: impl Fn() -> I,

@@ -1,11 +1,10 @@
 //! Benchmark of closest-hit queries by linear scan and by BVH (called tree). The module prints
 //! nothing.
 //!
-//! Every ray is traced on the calling thread, whose CPU time is measured (see [`clock`]), so that
-//! the load by other programs matters little. Accelerators are built on the current thread pool.
-//! Both accelerators trace the same rays, and their hits are compared to the bit before they are
-//! timed. Timed samples of the two accelerators alternate, so that a change of the machine's speed
-//! affects both.
+//! Every ray is traced on the calling thread. Its CPU time is measured (see [`clock`]), which other
+//! programs hardly change. Accelerators are built on the current thread pool. Both accelerators
+//! trace the same rays, and their hits are compared to the bit before they are timed. Timed samples
+//! of the two accelerators alternate, so that a change of the machine's speed affects both.
 
 pub mod clock;
 mod comparison;
@@ -49,14 +48,16 @@ const SEEDS: [u64; 2] = [0x5eed_0001, 0x5eed_0002];
 /// caches and constant costs dominate.
 const FIT_FROM: f64 = 1e3;
 
-/// Costs of linear scan and BVH on generated scenes of growing size, and the growth of these costs.
+/// Costs of linear scan and BVH on generated scenes of growing size, and how these costs grow with
+/// the number of primitives.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GeneratedSceneTimings {
     /// Kind of the primitives.
     pub kind: GeneratedPrimitive,
     /// Results by ascending number of primitives.
     pub rows: Vec<ScanTreeTiming>,
-    /// Number of primitives from which on the BVH is faster; `None` if the scan was never timed.
+    /// Number of primitives from which on the BVH is faster than the scan. `None` if the scan was
+    /// never timed.
     pub crossover: Option<Crossover>,
     /// Power law of the BVH's time per ray from 1000 primitives on; `None` with fewer than three
     /// sizes of at least 1000 primitives.

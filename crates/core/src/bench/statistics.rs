@@ -41,7 +41,7 @@ impl SampleQuantiles {
         }
     }
 
-    /// Returns all quantiles multiplied by a factor, as in a change of units.
+    /// Returns the quantiles multiplied by a factor, for instance to change the unit.
     pub fn scale(self, factor: f64) -> Self {
         let Self {
             median,

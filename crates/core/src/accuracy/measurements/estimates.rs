@@ -8,24 +8,25 @@ use super::super::tiles::{RatioTerm, ratio_interval};
 use super::{Measurements, SettingMeasurements, TileMeasurement};
 use crate::ladder::Ladder;
 
-/// Largest ratio of bias to squared error at which the estimate from the pilots (two noisy
-/// pictures) is used. The bias is that of the scene's own rungs, which the pilots have too, so that
-/// their estimate does not contain it.
+/// Largest ratio of squared bias to squared error at which the estimate from the pilots (two noisy
+/// pictures) is used. The pilots have the bias of the scene's own rungs too, so their estimate
+/// omits this bias.
 const MOST_BIAS: f64 = 0.1;
 
-/// Ratios of time and error of two settings, from the tiles on which both were measured.
+/// Time and error of one setting relative to a second setting, from the tiles on which both
+/// settings were measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in super::super) struct RelativeCost {
-    /// Ratio of the settings' render times.
+    /// Render time of the first setting divided by the time of the second.
     pub time: ConfidenceInterval,
-    /// Ratio of the settings' relative mean squared errors.
+    /// Relative mean squared error of the first setting divided by the error of the second.
     pub error: ConfidenceInterval,
 }
 
 impl Measurements<'_> {
-    /// Estimates the ratio of two totals over the whole picture from the first `count` tiles.
-    /// `value_of` returns, for the tile of a position, the terms of the numerator and of the
-    /// denominator. `doubtful` is whether the numerator contains noise of the reference.
+    /// Estimates the ratio of two sums over the whole picture from the first `count` tiles.
+    /// `value_of` returns the terms of numerator and denominator for the tile at a position of the
+    /// sample. `doubtful` is whether the numerator contains noise of the reference.
     fn estimate_ratio<'b>(
         &'b self,
         count: usize,
@@ -55,8 +56,8 @@ impl Measurements<'_> {
         )
     }
 
-    /// Estimates a mean over all pixels of the picture from sums over tiles. `value_of` returns the
-    /// sum of a tile, or the sums of its blocks.
+    /// Estimates a mean over all pixels of the picture from the first `count` tiles. `value_of`
+    /// returns the sum over a tile, or the sums over its blocks.
     fn estimate_mean(
         &self,
         count: usize,
@@ -65,9 +66,9 @@ impl Measurements<'_> {
         self.estimate_weighted_mean(count, false, value_of, |_| 1.0)
     }
 
-    /// Estimates the mean of an error over all pixels of the picture. The denominator sums the
-    /// pixels that each tile represents. These pixels grow with a tile's noise, as its error does,
-    /// so that the ratio varies little.
+    /// Estimates the mean error over all pixels of the picture from the first `count` tiles. The
+    /// sum of errors is divided by the number of pixels that the tiles represent. Both grow with a
+    /// tile's noise, so their ratio varies little between tiles.
     fn estimate_mean_error(
         &self,
         count: usize,
@@ -83,9 +84,11 @@ impl Measurements<'_> {
         self.estimate_weighted_mean(count, true, value_of, weight)
     }
 
-    /// Estimates a weighted mean over all pixels of the picture from sums over tiles. The
-    /// denominator is the number of pixels of each tile times its `weight`. `doubtful` is whether
-    /// the sums contain noise of the reference.
+    /// Estimates a weighted mean over all pixels of the picture from the first `count` tiles.
+    ///
+    /// - `value_of` returns the sum over a tile, or the sums over its blocks.
+    /// - `weight` returns the factor on a tile's number of pixels in the denominator.
+    /// - `doubtful` is whether the sums contain noise of the reference.
     fn estimate_weighted_mean(
         &self,
         count: usize,
@@ -116,8 +119,8 @@ impl Measurements<'_> {
         })
     }
 
-    /// Returns time and errors of a setting, and the ratio of its time to that of the setting
-    /// `beside`; `None` if the setting was not measured.
+    /// Returns time and errors of a setting, and its time divided by that of the setting `beside`.
+    /// `None` if the setting was not measured. The ratio is NaN if `beside` was not measured.
     pub fn summarise_setting(
         &self,
         setting: &RungSetting,
@@ -177,8 +180,8 @@ impl Measurements<'_> {
     }
 
     /// Returns the relative and the absolute mean squared error of a setting. They are estimated
-    /// from tiles. If the estimate from the pilots (two noisy pictures) is more precise, and its
-    /// unseen bias negligible, that estimate is returned.
+    /// from tiles, or from the pilots (two noisy pictures) if that estimate is more precise and the
+    /// bias that it omits is negligible.
     fn mean_squared_errors(&self, figures: &SettingMeasurements) -> [ConfidenceInterval; 2] {
         let count = figures.tiles.len();
         let by_tiles = [
@@ -199,9 +202,9 @@ impl Measurements<'_> {
         }
     }
 
-    /// Returns the relative and the absolute mean squared error, estimated from the pilots, a pair
-    /// of noisy pictures. `None` without pilots, or if the bias of the scene's own rungs, which the
-    /// pilots share, is more than a tenth of the error.
+    /// Returns the relative and the absolute mean squared error, estimated from the pilots (two
+    /// noisy pictures). `None` without pilots. Also `None` if the squared bias of the scene's own
+    /// rungs, which the pilots share, is more than a tenth of the squared error.
     fn errors_from_pilots(&self, figures: &SettingMeasurements) -> Option<[ConfidenceInterval; 2]> {
         let whole = figures.whole_errors.as_ref()?;
         let noisy = self
@@ -217,9 +220,9 @@ impl Measurements<'_> {
         (!has_bias).then(|| [relmse, whole.mse()])
     }
 
-    /// Returns the ratio of the summed radiance of a setting's picture to that of the reference. If
-    /// denoising is the only biased choice of the setting, its picture before denoising replaces
-    /// the reference.
+    /// Returns the summed radiance of a setting's picture divided by that of the reference. If
+    /// denoising is the only biased choice of the setting, its picture before denoising takes the
+    /// place of the reference.
     pub fn radiance_ratio(&self, setting: &RungSetting) -> Option<ConfidenceInterval> {
         let figures = self.find_setting_measurements(setting)?;
         let is_alone = self.is_denoised(setting)
@@ -252,8 +255,8 @@ impl Measurements<'_> {
         }))
     }
 
-    /// Returns the ratios of a setting's time and error to those of the setting `beside`, from the
-    /// tiles on which both were measured. `None` if either setting was not measured.
+    /// Returns the time and the error of a setting relative to the setting `beside`, from the tiles
+    /// on which both settings were measured. `None` if either setting was not measured.
     pub fn relative_cost(
         &self,
         setting: &RungSetting,
@@ -303,8 +306,8 @@ impl Measurements<'_> {
         Some(RelativeCost { time, error })
     }
 
-    /// Returns the root mean squared and the relative mean squared difference between the pictures
-    /// of a setting and those of the setting it was compared with, under the same random numbers.
+    /// Returns the root mean squared and the relative mean squared difference between a setting and
+    /// the setting that was rendered beside it with the same random numbers.
     pub fn paired_differences(&self, setting: &RungSetting) -> Option<[ConfidenceInterval; 2]> {
         let figures = self.find_setting_measurements(setting)?;
         let sum = |i: usize| {
@@ -315,7 +318,7 @@ impl Measurements<'_> {
         Some([sum(0).map(f64::sqrt), sum(1)])
     }
 
-    /// Returns the root mean square over the picture of the reference's standard errors, in linear
+    /// Returns the root mean square, over all pixels, of the reference's standard error in linear
     /// radiance.
     pub fn reference_standard_error(&self) -> f64 {
         self.estimate_mean(self.reference_tile_count(), |position| {

@@ -11,13 +11,12 @@ use crate::bench::SampleQuantiles;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// Number of repetitions with which a rung (quality level) that does not change the picture is
-/// timed.
+/// Number of repetitions of the timing of a rung (quality level) that does not change the picture.
 const PRICE_ROUNDS: u64 = 3;
-/// Greatest number of tiles that a repetition of this timing renders.
+/// Greatest number of tiles that one repetition renders.
 const PRICE_TILES: usize = 4;
-/// Time limit of a repetition with the changed rung (quality level), as a multiple of the time that
-/// the same repetition took with the unchanged setting. The limit is at least [`LEAST_PATIENCE`].
+/// Time limit for rendering with the changed rung (quality level), as a multiple of the time for
+/// the unchanged setting in the same repetition. The limit is at least [`LEAST_PATIENCE`].
 const PATIENCE: f64 = 20.0;
 /// Least time limit of a repetition with the changed rung.
 const LEAST_PATIENCE: Duration = Duration::from_secs(1);
@@ -25,7 +24,7 @@ const LEAST_PATIENCE: Duration = Duration::from_secs(1);
 impl Measurements<'_> {
     /// Measures time and memory of a setting whose picture must equal that of the setting `beside`.
     /// Each repetition prepares and renders the first tiles with `beside`, then with `setting`.
-    /// Returns `None` if not even one repetition ends before its time limit and before `end`.
+    /// Returns `None` if no repetition ends within its time limit and before `end`.
     pub fn measure_rung_cost(
         &self,
         setting: &RungSetting,

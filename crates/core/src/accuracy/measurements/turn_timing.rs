@@ -1,6 +1,6 @@
-//! Timing in turns: settings are rendered one after the other, repeatedly. A machine's speed
-//! changes within a minute, so a ratio of two times is reliable only if both settings are rendered
-//! within a short time.
+//! Timing of settings by rendering them alternately, several times. The speed of a machine changes
+//! within a minute. So a ratio of two times is reliable only if both were measured shortly after
+//! one another.
 
 use std::time::Instant;
 
@@ -11,24 +11,26 @@ use super::{Measurements, SettingMeasurements};
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// Largest number of turns, and least number that gives an estimate. In a turn each setting is
-/// rendered once.
+/// Largest number of turns, followed by the least number that gives an estimate. In a turn, each
+/// setting is rendered once.
 const MOST_TURNS: usize = 5;
 const FEWEST_TURNS: usize = 3;
-/// Half width of the 95 % interval of a mean divided by half the range of its samples, for three,
-/// four and five samples. The factor is approximate: Student's factor, with the standard deviation
-/// estimated from the range.
+/// Half width of the 95 % interval of a mean, divided by half the range of its samples. The three
+/// values hold for three, four and five samples. They are Student's factor, with the standard
+/// deviation estimated from the range.
 const WIDENING: [f64; 3] = [2.9, 1.54, 1.07];
-/// Factor by which a time may be wrong if time was lacking to measure it alternately with the other
-/// settings.
+/// Factor by which the ratio of two settings' times may be wrong if they could not be rendered
+/// alternately.
 const UNSURE: f64 = 1.5;
 
 impl Measurements<'_> {
-    /// Times settings in turns: they are rendered alternately, with the random numbers of the first
-    /// render. A setting is rendered on its first tiles, or as a whole picture if it was measured
-    /// as a whole picture. The times are relative to the first setting. If the first setting was
-    /// timed in turns before, the new times are scaled to its earlier times. If time is lacking for
-    /// three turns, the times are only marked as uncertain.
+    /// Times settings by rendering them alternately, with the random numbers of their first render.
+    ///
+    /// - A setting is rendered on its first tiles, or as a whole picture if it was measured so.
+    /// - Times are relative to the first setting of the list. If this setting has such times from
+    ///   an earlier call, the new times are scaled to them.
+    /// - Without time for three turns (renders of all settings), no time is stored, and the
+    ///   settings count as uncertain.
     pub fn time_settings_alternately(
         &mut self,
         settings: &[RungSetting],
@@ -88,7 +90,8 @@ impl Measurements<'_> {
         Ok(())
     }
 
-    /// Whether a setting was timed in turns (alternately with other settings).
+    /// Whether the times of a setting were measured by rendering it alternately with other
+    /// settings.
     pub fn has_alternating_times(&self, setting: &RungSetting) -> bool {
         self.find_setting_measurements(setting)
             .is_some_and(|figures| !figures.turn_ratios.is_empty())
@@ -100,8 +103,8 @@ impl Measurements<'_> {
             .is_some_and(|figures| figures.whole_seconds.is_some())
     }
 
-    /// Renders a setting again on its first tiles. Returns the new time divided by the time of its
-    /// first render, or `None` if the time runs out.
+    /// Renders a setting again on its first tiles. Returns the new time divided by the time of the
+    /// setting's first render. `None` if the time limit `end` is reached.
     fn render_time_drift(
         &self,
         setting: &RungSetting,
@@ -143,8 +146,8 @@ impl Measurements<'_> {
         Ok((before > 0.0 && after > 0.0).then(|| after / before))
     }
 
-    /// Returns the factor that corrects the ratio of two settings' times for changes of the
-    /// machine's speed, with its interval.
+    /// Returns a factor for the ratio of two settings' times, with its interval. The factor
+    /// corrects the ratio for changes of the machine's speed between the two measurements.
     pub(super) fn relative_time_drift(
         &self,
         figures: &SettingMeasurements,
@@ -169,9 +172,9 @@ impl Measurements<'_> {
         }
     }
 
-    /// Returns the factor that corrects a setting's time for changes of the machine's speed. A
-    /// setting that was not timed in turns (alternately with other settings) gets the factor of the
-    /// scene's own setting.
+    /// Returns a factor that corrects a setting's time for changes of the machine's speed. A
+    /// setting that was not rendered alternately with others has the factor of the scene's own
+    /// setting.
     pub(super) fn setting_time_drift(&self, figures: &SettingMeasurements) -> ConfidenceInterval {
         if !figures.turn_ratios.is_empty() {
             return median_with_interval(figures.turn_ratios.clone());
@@ -194,8 +197,8 @@ impl Measurements<'_> {
     }
 }
 
-/// Returns the median of the time ratios of at least three turns (alternating renders), with a
-/// confidence interval that fits the number of turns.
+/// Returns the median of at least three time ratios, one per turn (a render of each setting). The
+/// confidence interval follows from their range and number.
 fn median_with_interval(mut turns: Vec<f64>) -> ConfidenceInterval {
     turns.sort_by(f64::total_cmp);
     let (middle, last) = (turns.len() / 2, turns.len() - 1);
@@ -213,9 +216,9 @@ fn median_with_interval(mut turns: Vec<f64>) -> ConfidenceInterval {
     }
 }
 
-/// Returns the factor that corrects the ratio of two times if only one of them was measured in
-/// turns (alternately with other settings). The true factor lies between 1 and the median of the
-/// ratios in `turns`.
+/// Returns a factor that corrects the ratio of two times if only one setting was rendered
+/// alternately with others. The true factor lies between 1 and the median of `turns`, the time
+/// ratios of that setting.
 fn one_sided_time_drift(turns: impl Iterator<Item = f64>) -> ConfidenceInterval {
     let drift = median_with_interval(turns.collect()).value;
     ConfidenceInterval {

@@ -9,8 +9,8 @@ use super::MeasurementSession;
 use super::time_budget::{COSTS_END, PRICES_END};
 use crate::prepare::PrepareError;
 
-/// Progress listener of one stage. It converts the progress of the stage, 0 to 1, to that of the
-/// whole measurement.
+/// Progress listener of one stage of the measurement. It converts the progress of the stage, 0 to
+/// 1, to the progress of the whole measurement.
 struct ProgressRange<'a> {
     listener: &'a mut dyn ProgressListener,
     from: f64,

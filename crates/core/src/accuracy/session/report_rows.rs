@@ -13,8 +13,8 @@ use crate::ladder::{Ladder, RungChoice};
 use crate::picture::Picture;
 
 impl MeasurementSession<'_> {
-    /// Returns the report of a ladder with time and error of each rung (quality level).
-    /// `own_errors` lists the settings that were compared with another setting under the same
+    /// Returns the report of a ladder: time and error of each rung (quality level). `own_errors`
+    /// lists the settings that were compared with the ladder's most exact rung under the same
     /// random numbers.
     pub(super) fn ladder_report(
         &self,
@@ -61,8 +61,8 @@ impl MeasurementSession<'_> {
         }
     }
 
-    /// Returns time and error of the baseline, the scene with fewer samples; `None` if the baseline
-    /// is the scene's own setting.
+    /// Returns time and error of the baseline (the scene with fewer samples). `None` if the
+    /// baseline is the scene's own setting.
     pub(super) fn baseline_report(
         &self,
         measurements: &Measurements<'_>,
@@ -109,7 +109,7 @@ impl MeasurementSession<'_> {
         })
     }
 
-    /// Returns the pictures for the report: the reference, and the first render of each setting
+    /// Returns the pictures for comparison: the reference, and the first render of each setting
     /// that differs from the scene's own in one choice. They show the first tile, or the whole
     /// picture if all tiles were measured.
     pub(super) fn report_pictures(

@@ -1,4 +1,4 @@
-//! Choice of the settings that are timed in turns (rendered alternately): the recommended settings
+//! Choice of the settings that are timed by rendering them alternately: the recommended settings
 //! and their closest competitors.
 
 use std::time::{Duration, Instant};
@@ -10,14 +10,14 @@ use super::MeasurementSession;
 use super::time_budget::TURNS_END;
 use crate::prepare::PrepareError;
 
-/// Largest number of settings that are timed alternately besides the recommended settings. Some
-/// settings only look fast because the machine was fast when they were timed.
+/// Largest number of settings that are timed alternately besides the recommended ones. An earlier
+/// time may be too short only because the machine was fast at that moment.
 const MOST: usize = 6;
 /// Number of turns (one render of each setting) for which time is reserved.
 const PLANNED: f64 = 4.0;
 
-/// Share of the stage's time, 0 to 1, that is spent at the end of each pass. A pass may change the
-/// recommended setting, which the next pass then times.
+/// Progress of the stage at which each of its three passes ends, as a fraction of the stage's time.
+/// If a pass changes the recommended setting, the next pass times the new one.
 const PASSES: [f64; 3] = [0.5, 0.7, 1.0];
 
 impl MeasurementSession<'_> {
@@ -51,8 +51,8 @@ impl MeasurementSession<'_> {
         Ok(())
     }
 
-    /// Times the first settings of the list by rendering them alternately, with as many settings
-    /// and tiles as the time until `end` allows.
+    /// Times the first settings of the list by rendering them alternately. Their number and the
+    /// number of tiles are as large as the time until `end` permits.
     fn time_affordable_alternately(
         &self,
         end: Instant,
