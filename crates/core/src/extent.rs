@@ -1,5 +1,5 @@
-//! Extent of a scene, computed from its data alone, so that framing a camera needs no acceleration
-//! structure.
+//! Extent of a scene, computed from its data alone. A camera can then be framed without an
+//! acceleration structure.
 
 mod uses;
 
@@ -26,8 +26,8 @@ pub struct SceneExtent {
     pub unbounded: usize,
 }
 
-/// Returns the extent of a scene whose coordinates are stored as `R`. It equals the extent of the
-/// built geometry to the bit. Objects that cannot be built do not count.
+/// Returns the extent of a scene whose coordinates are stored as `R`. To the bit, it equals the
+/// extent of the built geometry. Objects that cannot be built do not count.
 pub(crate) fn scene_extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> SceneExtent {
     let origin = StorageOrigin::from_scene::<R>(scene, lookup).origin;
     let uses = MeshUseCounts::from_scene(scene);
@@ -96,8 +96,8 @@ pub(crate) fn scene_extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> 
 }
 
 impl SceneExtent {
-    /// Adds the box of a primitive, as the construction of a geometry does. A primitive without a
-    /// box, or whose box no tree can hold, counts as unbounded.
+    /// Adds the box of a primitive, as the construction of a geometry does. A primitive counts as
+    /// unbounded if it has no box, or if its box is too large for a tree.
     fn include_box(&mut self, bounds: Option<Aabb>) {
         match bounds {
             Some(bounds) if bounds.is_empty() => {}
@@ -107,8 +107,8 @@ impl SceneExtent {
     }
 }
 
-/// Returns the box around the triangles of a mesh as stored in `R`: transformed by a map, or
-/// relative to the mesh's own origin.
+/// Returns the box around the triangles of a mesh as stored in `R`. With `map`, the triangles are
+/// transformed; without it, they are relative to the mesh's own origin.
 fn mesh_bounds<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
     let position = |i: u32| {
         let own = || DVec3::from(data.positions.offsets()[i as usize].map(f64::from));

@@ -1,4 +1,4 @@
-//! Findings (status and reason) for every effect, from the facts about a scene and the settings.
+//! Status and reason of every effect, determined from facts about a scene and from the settings.
 
 use self::EffectTreatment::{
     Conditional, LeftOut, Simulated, SimulatedByRays, UnsupportedExtensions,
@@ -9,39 +9,40 @@ use super::{Effect, EffectAssessment, EffectStatus};
 use crate::scene::Integrator;
 use crate::settings::Settings;
 
-/// Treatment by an integrator of an effect that the scene needs, with the reason given to users.
+/// How an integrator treats an effect that the scene needs. The texts are reasons and hints for
+/// users.
 #[derive(Clone, Copy)]
 enum EffectTreatment {
     /// Simulated, with the reason.
     Simulated(&'static str),
-    /// Simulated by additional ray segments, with the reason. A maximum depth of 1 leaves the
-    /// effect out.
+    /// Simulated by additional ray segments, with the reason. With a maximum depth of 1, the effect
+    /// is left out.
     SimulatedByRays(&'static str),
     /// Left out, with the reason and a hint how to simulate the effect.
     LeftOut(&'static str, &'static str),
     /// Left out, because the scene format cannot represent some properties of an imported file. The
-    /// reason lists these properties; the field is the hint.
+    /// field is the hint; the reason lists these properties.
     UnsupportedExtensions(&'static str),
     /// Treatment that depends on facts of the scene and on settings.
     Conditional(fn(&EffectFacts, &Settings) -> EffectTreatment),
 }
 
-/// Treatment of an effect by an integrator, and the reason given to users if the scene does not
-/// need the effect.
+/// An integrator's treatment of an effect, and the reason given to users if the scene does not need
+/// the effect.
 struct IntegratorTreatment(EffectTreatment, &'static str);
 
-/// Rule for one effect: its cause in the scene, and its treatment by each integrator.
+/// Rule for one effect: what in a scene causes the effect, and how each integrator treats it.
 struct EffectRule {
     effect: Effect,
     /// Function that returns the path, in the scene file, of the first object or setting that needs
-    /// the effect. The flag is whether path tracing is used.
+    /// the effect. Its second argument is whether path tracing is used.
     source: fn(&EffectFacts, bool) -> Option<&String>,
     /// Treatments by Whitted ray tracing and by path tracing.
     treatments: [IntegratorTreatment; 2],
 }
 
-/// Returns the same treatment for both integrators. `absent` is the reason given if the scene does
-/// not need the effect.
+/// Returns the same treatment `how` for both integrators. `absent` is the reason given if the scene
+/// does not need the effect.
 const fn same_treatment_in_both(
     how: EffectTreatment,
     absent: &'static str,
@@ -59,8 +60,8 @@ const fn treatment_in_each(
     treatments_with_reasons((whitted, absent), (paths, absent))
 }
 
-/// Returns a treatment for each integrator, each with its own reason for scenes that do not need
-/// the effect.
+/// Returns a treatment for each integrator. The text beside each treatment is the reason that this
+/// integrator gives if the scene does not need the effect.
 const fn treatments_with_reasons(
     whitted: (EffectTreatment, &'static str),
     paths: (EffectTreatment, &'static str),
@@ -72,7 +73,7 @@ const fn treatments_with_reasons(
 }
 
 /// Returns the treatments of an effect that path tracing simulates and Whitted ray tracing leaves
-/// out. `present` and `absent` are the reasons given if the scene needs the effect or not.
+/// out. `present` is the reason given if the scene needs the effect, `absent` if it does not.
 const fn path_tracing_only_treatment(
     present: &'static str,
     absent: &'static str,
@@ -89,16 +90,16 @@ const SAMPLES: &str = "--spp 64, for example";
 
 macro_rules! rows {
     ($($(#[$doc:meta])* $variant:ident = $name:literal, $role:ident, $source:expr, $treatments:expr;)*) => {
-        /// Rows of all effects, in the order of [`Effect::ALL`].
+        /// Rules of all effects, in the order of [`Effect::ALL`].
         const ROWS: &[EffectRule] = &[$(EffectRule { effect: Effect::$variant, source: $source, treatments: $treatments }),*];
     };
 }
 effects!(rows);
 
-/// Returns the integrator that suits a scene, for users who chose none. Whitted ray tracing is used
-/// if it simulates every effect that path tracing does, as for classic materials. Its pictures have
-/// no noise, and samples only smooth edges. Physical materials illuminate each other and need path
-/// tracing.
+/// Returns the integrator for a scene whose user chose none. It is Whitted ray tracing if that
+/// simulates every effect of the scene that path tracing does, as for classic materials: its
+/// pictures have no noise, and samples only smooth edges. Otherwise it is path tracing, because
+/// physical materials illuminate each other.
 pub(super) fn choose_integrator(effect_facts: &EffectFacts) -> Integrator {
     let needs_paths = |row: &EffectRule| {
         matches!(row.treatments[0].0, LeftOut(_, PATH))

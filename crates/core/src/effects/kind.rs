@@ -1,4 +1,4 @@
-//! Effects: the closed set of features that a scene may need, with their names and roles.
+//! Effects: the fixed set of features that a scene may need, with their names and roles.
 
 use serde::{Serialize, Serializer};
 

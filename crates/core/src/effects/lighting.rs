@@ -1,4 +1,4 @@
-//! Detection of scenes without light, as imported models often are, and a substitute sky.
+//! Detection of scenes without light, such as many imported models, and a substitute sky for them.
 
 use glam::DVec3;
 
@@ -31,12 +31,12 @@ pub fn emits_light(scene: &Scene) -> bool {
     .any(Option::is_some)
 }
 
-/// Total irradiance of the lights below which they count as absent. A white surface with this
-/// irradiance is darker than a tenth of the display's range.
+/// Total irradiance of the lights below which a scene counts as unlit. At this irradiance, a white
+/// surface is darker than a tenth of the display's range.
 const DIM: f64 = 0.02;
 
-/// Whether a scene's lights illuminate its objects noticeably: their total irradiance at the model,
-/// from power, range and distance, is at least 0.02.
+/// Whether a scene's lights illuminate its objects noticeably. Their total irradiance at the
+/// objects, computed from power, range and distance, must be at least 0.02.
 pub fn lights_reach_surfaces(scene: &Scene) -> bool {
     let bounds = scene_extent::<f32>(scene, &SceneLookup::new(scene)).bounds;
     let (centre, radius) = match bounds.is_empty() {
@@ -58,7 +58,7 @@ fn max_channel(colour: [f64; 3]) -> f64 {
     colour.into_iter().fold(0.0, f64::max)
 }
 
-/// Returns the irradiance of a light on a model with this centre and radius.
+/// Returns the irradiance of a light on a model, given by its centre and radius.
 fn irradiance_at(light: &Light, centre: DVec3, radius: f64) -> f64 {
     let strength = max_channel(light.colour.0);
     let (position, falloff, range) = match light.kind {

@@ -1,12 +1,13 @@
-//! Effects: the features that a scene needs, and which of them a render simulates, with reasons.
+//! Effects: the features that a scene needs, which of them a render simulates, and the reasons.
 //!
-//! [`detect`] depends only on the scene and the settings. An effect is **simulated**, **absent**
-//! (the scene does not need it, so nothing is built, traced or sampled for it) or **left out** (the
-//! scene needs it, but the render does not simulate it; a hint is always given). Only features of
-//! visible objects count: an unused material needs no effect.
+//! [`detect`] depends only on the scene and the settings. An effect has one of three states:
 //!
-//! Preparation builds data only for the simulated effects, and the render uses the smallest kernel
-//! that contains them.
+//! - **Simulated**: the render simulates it.
+//! - **Absent**: the scene does not need it, so nothing is built, traced or sampled for it.
+//! - **Left out**: the scene needs it, but the render does not simulate it. A hint is always given.
+//!
+//! Only features of visible objects count: an unused material needs no effect. Preparation builds
+//! data only for the simulated effects, and the render uses the smallest kernel that contains them.
 
 mod detect;
 mod facts;

@@ -27,17 +27,17 @@ impl EffectSet {
         self.0 >> effect as u8 & 1 == 1
     }
 
-    /// Returns the effects of this set that are not in the other.
+    /// Returns the effects of this set that are not in `other`.
     pub const fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
 
-    /// Returns the union of two sets.
+    /// Returns the union of this set and `other`.
     pub const fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// Returns the intersection of two sets.
+    /// Returns the intersection of this set and `other`.
     pub const fn and(self, other: Self) -> Self {
         Self(self.0 & other.0)
     }

@@ -1,4 +1,4 @@
-//! Decisions before preparation: the integrator, the simulated effects, and the reasons for both.
+//! Decisions before preparation: the integrator and the simulated effects, with reasons.
 
 use std::borrow::Cow;
 
@@ -9,15 +9,15 @@ use super::{EffectAssessment, EffectReport, EffectSet, EffectStatus};
 use crate::scene::{Integrator, Scene};
 use crate::settings::Settings;
 
-/// Decisions before preparation, made in one pass over the scene. If effects are switched off, the
-/// scene without them is examined too.
+/// Decisions before preparation: integrator, simulated effects, and the scene without the effects
+/// that are switched off.
 pub(crate) struct RenderSetup<'a> {
     /// The scene, without the effects that are switched off.
     pub scene: Cow<'a, Scene>,
-    /// The settings with the chosen integrator. Their camera has none of the effects that are
-    /// switched off.
+    /// The settings with the chosen integrator and the adapted camera. Effects that are switched
+    /// off are removed from the camera.
     pub settings: Settings,
-    /// Findings for all effects.
+    /// Status and reason of every effect.
     pub effects: EffectReport,
 }
 
@@ -73,7 +73,7 @@ impl<'a> RenderSetup<'a> {
     }
 }
 
-/// Returns the status of every effect of a scene under these settings, with reasons.
+/// Returns the status of every effect of a scene under these settings, with the reasons.
 pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
     RenderSetup::new(scene, settings).effects
 }
@@ -105,9 +105,9 @@ fn integrator_reason(
     }
 }
 
-/// Changes the finding of an effect to left out if `off` contains the effect, or if the scene no
-/// longer needs the effect once all effects of `off` are removed. `left` is the effect's status in
-/// the scene without them.
+/// Changes the status of an effect to left out in two cases: `off` contains the effect, or the
+/// scene no longer needs it once all effects of `off` are removed. `left` is the effect's status in
+/// the scene without the effects of `off`.
 fn mark_switched_off(finding: &mut EffectAssessment, left: EffectStatus, off: EffectSet) {
     let named = off.has(finding.effect);
     if finding.status == EffectStatus::Absent || !named && left != EffectStatus::Absent {

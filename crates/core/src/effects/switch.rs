@@ -1,4 +1,4 @@
-//! Removal of effects: the causes of switched-off effects are removed from the scene, so that later
+//! Removal of effects. The causes of switched-off effects are removed from the scene, so that later
 //! stages need no special case.
 
 use std::sync::Arc;
@@ -10,8 +10,8 @@ use crate::scene::{
 };
 
 /// Returns the scene and the camera without the causes of the effects in `off`. `SkyLight`,
-/// `SoftShadows`, `Motion` and the mirror reflection of physical materials have no data of their
-/// own; preparation leaves them out if they are not simulated.
+/// `SoftShadows`, `Motion` and the mirror reflection of physical materials have no cause of their
+/// own to remove. Preparation leaves them out if they are not simulated.
 pub(crate) fn remove_effects(
     scene: &Scene,
     camera: &Option<Camera>,
@@ -93,8 +93,7 @@ fn remove_from_classic(m: &mut ClassicMaterial, off: EffectSet) {
         .for_each(|input| flatten_input(input, off));
 }
 
-/// Defines the function that resets the fields of a physical material whose effects are switched
-/// off.
+/// Defines a function that resets the fields of a physical material whose effects are switched off.
 macro_rules! switches {
     ($(#[$meta:meta])* $Name:ident
      $($(#[$of:meta])* $key:ident: $Type:ty = $default:expr, $bounds:expr $(, $effect:ident)?;)*) => {

@@ -1,9 +1,12 @@
 //! Table of effects: name, role, cause in the scene, and treatment by each integrator.
 
-/// Passes the table to another macro. A row is `KIND = NAME, ROLE, SOURCE, TREATMENTS`. `SOURCE`
-/// returns the effect's cause from the facts about a scene; its flag is whether path tracing is
-/// used. `TREATMENTS` gives the treatment by Whitted ray tracing and by path tracing, and the
-/// reason given if the scene does not need the effect. Rows are in the order of reports.
+/// Passes the table of effects to another macro. Rows are in the order of reports. A row is `KIND =
+/// NAME, ROLE, SOURCE, TREATMENTS`:
+///
+/// - `SOURCE` is a function of the facts about a scene. It returns the path of what causes the
+///   effect. Its second argument is whether path tracing is used.
+/// - `TREATMENTS` are the treatments by Whitted ray tracing and by path tracing, with the reason
+///   given if the scene does not need the effect.
 macro_rules! effects {
     ($then:ident) => {
         $then! {

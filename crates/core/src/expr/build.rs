@@ -1,5 +1,5 @@
-//! Builder of an expression's graph, which the parser calls. It resolves names, checks types, and
-//! turns every construct of the language into operations.
+//! Builder of an expression's graph, called by the parser. It resolves names, checks types, and
+//! converts every construct of the language to operations.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -19,7 +19,7 @@ pub(super) struct SourceTerm {
     pub span: Range<usize>,
 }
 
-/// Greatest absolute whole exponent for which a power is computed by multiplications; larger
+/// Greatest magnitude of a whole exponent for which a power is computed by multiplications. Larger
 /// exponents use the power function.
 const LARGEST_WHOLE_POWER: f64 = 65536.0;
 
@@ -100,7 +100,7 @@ impl<'a> GraphBuilder<'a> {
         ExprError::new(format!("unknown name `{name}`"), span).with_hint(hint)
     }
 
-    /// Returns a sentence that lists the names of this scope, for a hint.
+    /// Returns a sentence that lists the names of this scope, as a hint in a message.
     fn list_allowed_names(&self) -> String {
         const SHOWN: usize = 12;
         let mut names: Vec<&str> = self.scope.variables().iter().map(|v| v.name()).collect();
@@ -226,8 +226,8 @@ impl<'a> GraphBuilder<'a> {
         }
     }
 
-    /// Applies `make` to the operands' components x, y and z, and composes a vector of the results.
-    /// An operand that is a number is used for each component.
+    /// Calls `make` for the operands' components x, y and z, and composes a vector of the three
+    /// results. An operand that is a number is used for each component.
     pub fn apply_to_components(
         &mut self,
         operands: [NodeId; 3],
@@ -259,8 +259,8 @@ impl<'a> GraphBuilder<'a> {
         })
     }
 
-    /// Returns the node of a term that must be a number. For a vector, it returns an error that
-    /// begins with `label`.
+    /// Returns the node of a term that must be a number. If it is a vector, the message of the
+    /// error begins with `label`.
     pub fn expect_number(&self, term: &SourceTerm, label: &str) -> Result<NodeId> {
         if self.is_vector(term) {
             return Err(ExprError::new(
@@ -271,8 +271,8 @@ impl<'a> GraphBuilder<'a> {
         Ok(term.id)
     }
 
-    /// Returns the node of a term that must be a vector. For a number, it returns an error that
-    /// begins with `label`.
+    /// Returns the node of a term that must be a vector. If it is a number, the message of the
+    /// error begins with `label`.
     pub fn expect_vector(&self, term: &SourceTerm, label: &str) -> Result<NodeId> {
         if !self.is_vector(term) {
             let error = ExprError::new(
@@ -285,7 +285,7 @@ impl<'a> GraphBuilder<'a> {
     }
 }
 
-/// Applies an operation to two numbers. A power with a constant whole exponent becomes
+/// Adds an operation on two numbers. A power whose exponent is a constant whole number becomes
 /// multiplications.
 fn apply_to_numbers(graph: &mut ExprGraph, operation: Operation, a: NodeId, b: NodeId) -> NodeId {
     if operation == Operation::Power

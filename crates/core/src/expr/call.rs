@@ -12,8 +12,8 @@ use crate::noise::MAX_OCTAVES;
 use crate::suggest::closest_word;
 
 impl GraphBuilder<'_> {
-    /// Adds the operations of a function call. `span` is the span of the whole call, `name_span`
-    /// the span of the function's name.
+    /// Adds the operations of a function call. `span` is the place of the whole call in the text,
+    /// `name_span` the place of the function's name.
     pub fn call_function(
         &mut self,
         name: &str,
@@ -133,7 +133,7 @@ impl GraphBuilder<'_> {
     }
 
     /// Splits the arguments of a noise function into the coordinates of the point and the number of
-    /// octaves, which is 1 for a function without this argument.
+    /// octaves. The number is 1 if the function has no such argument.
     fn split_octave_count<'t>(
         &self,
         octaves: NoiseKind,
@@ -235,7 +235,7 @@ impl GraphBuilder<'_> {
     }
 }
 
-/// Returns the error for a call with a wrong number of arguments, with the right usage as a hint.
+/// Returns the error for a call with a wrong number of arguments. Its hint is the right usage.
 fn argument_count_error(
     function: Function,
     name: &str,

@@ -1,5 +1,5 @@
-//! The functions of the language by name: a common table for the parser, the messages and the
-//! documentation.
+//! The functions of the expression language by name. Parser, messages and documentation share this
+//! table.
 
 use super::operation::Operation;
 

@@ -1,8 +1,8 @@
 //! An expression as a graph of typed operations. Equal subexpressions share a node. Operations on
-//! constants are evaluated when they are added, in `f64`.
+//! constants are evaluated in `f64` as soon as they are added.
 //!
-//! Operands precede the operation that uses them in the list of nodes. Every pass over the graph is
-//! therefore a loop, and a deeply nested source cannot overflow the stack.
+//! In the list of nodes, operands precede the operation that uses them. So every pass over the
+//! graph is a loop, and a deeply nested source cannot overflow the stack.
 
 use std::collections::HashMap;
 
@@ -84,7 +84,7 @@ pub(super) struct ExprGraph {
 }
 
 impl ExprGraph {
-    /// Returns the nodes up to and including `root`, which contain all its operands.
+    /// Returns the nodes up to and including `root`. They contain all operands of `root`.
     pub fn nodes_up_to(&self, root: NodeId) -> &[ExprNode] {
         &self.nodes[..=root.index()]
     }
@@ -97,7 +97,7 @@ impl ExprGraph {
         self.node(id).is_vector()
     }
 
-    /// Returns the value of a node that is a constant number, else `None`.
+    /// Returns the value of a node that is a constant number; `None` for any other node.
     pub fn as_number(&self, id: NodeId) -> Option<f64> {
         match self.node(id) {
             ExprNode::Number(bits) => Some(f64::from_bits(bits)),
@@ -105,7 +105,7 @@ impl ExprGraph {
         }
     }
 
-    /// Returns the value of a node that is a constant number or vector, else `None`.
+    /// Returns the value of a node that is a constant number or vector; `None` for any other node.
     pub fn constant(&self, id: NodeId) -> Option<Constant> {
         match self.node(id) {
             ExprNode::Number(x) => Some(Constant::Number(f64::from_bits(x))),
@@ -188,7 +188,7 @@ impl ExprGraph {
         self.intern_node(ExprNode::Operation(operation, operands))
     }
 
-    /// Returns the factors of a node that is a product of numbers.
+    /// Returns the two factors of a node that is a product of numbers; `None` for any other node.
     fn product_factors(&self, id: NodeId) -> Option<[NodeId; 2]> {
         match self.node(id) {
             ExprNode::Operation(Operation::Multiply, [x, y, ..]) => Some([x, y]),
@@ -196,8 +196,8 @@ impl ExprGraph {
         }
     }
 
-    /// Evaluates an operation whose operands are all constant, with the bits that a program would
-    /// have.
+    /// Evaluates an operation whose operands are all constant; `None` otherwise. The result has the
+    /// same bits as if a program evaluated the operation.
     fn fold_constants(&self, operation: Operation, operands: [NodeId; 4]) -> Option<ExprNode> {
         let row = |id: NodeId| match self.constant(id)? {
             Constant::Number(x) => Some([x; 4]),

@@ -93,7 +93,7 @@ pub fn compile(
     Program::new(&builder.graph, term.id, term.span)
 }
 
-/// Compiles an expression as [`compile`] does; the value must be a number, such as a weight.
+/// Compiles an expression whose value must be a number, such as a weight. See [`compile`].
 ///
 /// # Errors
 /// Those of [`compile`], and a vector value.
@@ -108,7 +108,8 @@ pub fn compile_number(
 }
 
 /// Returns the reason why `name` cannot be the name of a parameter; `None` for a valid name. A
-/// valid name is a word of the language and no constant.
+/// valid name consists of letters, digits and `_`, does not begin with a digit, and is neither `t`
+/// nor a constant.
 pub fn parameter_name_problem(name: &str) -> Option<String> {
     let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
     if !name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')

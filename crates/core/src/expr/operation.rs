@@ -1,7 +1,8 @@
 //! Operations of the expression language. Each node of the graph and each instruction of a program
 //! holds an operation. The module [`run`](super::run) defines the results.
 
-/// An operation on one to four operands a, b, c, d, which are numbers unless vectors are named.
+/// An operation on one to four operands, called a, b, c and d. Operands are numbers unless the text
+/// says vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Operation {
     Negate,
@@ -25,12 +26,13 @@ pub(super) enum Operation {
     Subtract,
     Multiply,
     Divide,
-    /// Remainder a − b ⌊a/b⌋, as `mod` in GLSL: zero or a number between zero and the divisor b, so
-    /// the sign is that of b.
+    /// Remainder a − b ⌊a/b⌋, as `mod` in GLSL. It is zero or lies between zero and b, so it has
+    /// the sign of b.
     Modulo,
     Power,
-    /// The number a to this whole power; zero where the magnitude of a is below b, the
-    /// [`vanishing_limit`](super::semantics::vanishing_limit).
+    /// The number a to the power of the stored whole exponent. Where the magnitude of a is below b,
+    /// the result is zero; b is the [`vanishing_limit`](super::semantics::vanishing_limit) of the
+    /// exponent.
     WholePower(u32),
     Min,
     Max,
@@ -47,11 +49,11 @@ pub(super) enum Operation {
     NotEqual,
     And,
     Or,
-    /// a·b·c + d: a sum with a product, the most frequent form in formulas, as a single step.
+    /// a·b·c + d, computed as a single step: the most frequent form in formulas.
     ProductSum,
     /// Interpolation from a at c = 0 to b at c = 1.
     Mix,
-    /// Cubic step of c between a and b.
+    /// Cubic step from 0 at c = a to 1 at c = b.
     Smoothstep,
     /// b where a is true, else c.
     Select,

@@ -1,5 +1,5 @@
-//! Parser of the language by recursive descent. It counts the nesting depth, because only here
-//! nested source becomes nested calls.
+//! Parser of the language by recursive descent. Nested source becomes nested calls here and nowhere
+//! else, so the parser limits the nesting depth.
 //!
 //! ```text
 //! expression = or [ "?" expression ":" expression ]
@@ -108,8 +108,8 @@ impl Parser<'_, '_> {
         found
     }
 
-    /// Consumes the closing `symbol` and returns its end. `open` is the span of the opening symbol,
-    /// for the error.
+    /// Consumes the closing `symbol` and returns the byte position of its end. `open` is the place
+    /// of the opening symbol, for the error message.
     fn expect_closing(&mut self, symbol: &str, open: &Range<usize>) -> Result<usize> {
         let token = self.current_token();
         if self.take_symbol(symbol) {
@@ -187,7 +187,7 @@ impl Parser<'_, '_> {
         })
     }
 
-    /// Parses values joined by binary operators of at least the precedence `level`.
+    /// Parses values joined by binary operators whose precedence is at least `level`.
     fn parse_operators(&mut self, level: u8) -> Result<SourceTerm> {
         let mut left = self.parse_prefix()?;
         let mut compared = false;
@@ -331,8 +331,8 @@ impl Parser<'_, '_> {
         Ok(SourceTerm { id, span: whole })
     }
 
-    /// Parses expressions between commas up to a closing symbol. Returns them and the end of the
-    /// symbol.
+    /// Parses expressions separated by commas, up to the closing symbol. Returns the expressions
+    /// and the byte position of the symbol's end.
     fn parse_list(&mut self, close: &str, open: &Range<usize>) -> Result<(Vec<SourceTerm>, usize)> {
         let end = self.current_token().span.end;
         if self.take_symbol(close) {

@@ -6,8 +6,8 @@ use super::program::{MAX_OPERATIONS, Program, ProgramHeader};
 use super::run::{Instruction, RegisterFile, RegisterRow};
 use super::scope::{Variable, VariableValues};
 
-/// Table of programs. [`ProgramTable::add`] returns the index of a program. By this index, any
-/// thread can evaluate the program, without allocation.
+/// Table of programs (compiled expressions). [`ProgramTable::add`] returns the index of a program.
+/// With this index, any thread can evaluate the program without allocation.
 ///
 /// ```
 /// use std::collections::BTreeMap;
@@ -21,12 +21,12 @@ use super::scope::{Variable, VariableValues};
 #[derive(Clone, Debug, Default)]
 pub struct ProgramTable<R: Real> {
     steps: Vec<Instruction>,
-    /// Registers of all programs before their first instruction.
+    /// Initial registers of all programs, which contain the constants.
     registers: Vec<RegisterRow<R>>,
     headers: Vec<ProgramHeader>,
 }
 
-/// Returns `count` entries of a table from `start` on.
+/// Returns `count` entries of a table, beginning with entry `start`.
 #[inline(always)]
 fn table_slice<T>(table: &[T], [start, count]: [u32; 2]) -> &[T] {
     &table[start as usize..][..count as usize]
@@ -56,8 +56,8 @@ impl<R: Real> ProgramTable<R> {
         self.headers.len() as u32 - 1
     }
 
-    /// Runs a program and returns its value as a row of four registers. A number is repeated in all
-    /// four.
+    /// Runs a program and returns its value as a row of four registers. If the value is a number,
+    /// all four registers hold it.
     #[inline(always)]
     fn run_program(&self, program: u32, inputs: &VariableValues<R>) -> RegisterRow<R> {
         let head = &self.headers[program as usize];
@@ -69,7 +69,7 @@ impl<R: Real> ProgramTable<R> {
         }
     }
 
-    /// Does the work of [`Self::run_program`] with a register file of `ROWS` rows.
+    /// Runs a program that needs at most `ROWS` rows of four registers.
     #[inline(never)]
     fn run_with_rows<const ROWS: usize>(
         &self,
@@ -97,7 +97,7 @@ impl<R: Real> ProgramTable<R> {
         }
     }
 
-    /// Evaluates a program as a number; of a vector, the first component.
+    /// Evaluates a program as a number. If its value is a vector, the first component is returned.
     ///
     /// # Panics
     /// If the program does not exist.
@@ -106,7 +106,7 @@ impl<R: Real> ProgramTable<R> {
         self.run_program(program, inputs)[0]
     }
 
-    /// Evaluates a program as a vector; a number is repeated in every component.
+    /// Evaluates a program as a vector. If its value is a number, every component has this value.
     ///
     /// # Panics
     /// If the program does not exist.

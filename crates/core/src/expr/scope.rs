@@ -10,8 +10,8 @@ pub enum Variable {
     Position,
     /// `n`: unit shading normal on the side of the incoming ray.
     Normal,
-    /// `d`: unit direction of the incoming ray, towards the surface; for a sky, away from the ray's
-    /// origin.
+    /// `d`: unit direction of the incoming ray, towards the surface. For a sky, the direction in
+    /// which the ray leaves the scene.
     Direction,
     /// `r`: `d` mirrored at the normal.
     Reflected,
@@ -25,10 +25,10 @@ pub enum Variable {
     V,
     /// `distance`: length of the incoming ray, metres.
     Distance,
-    /// `occluder_distance`: distance from the hit to the occluder of the light, metres; infinite
-    /// without an occluder.
+    /// `occluder_distance`: distance in metres from the hit to the object that blocks the light;
+    /// infinite if none does.
     OccluderDistance,
-    /// `shadow`: share of the light that arrives, by the scene's shadow rule.
+    /// `shadow`: fraction of the light that reaches the hit, 0 to 1, by the scene's shadow rule.
     Shadow,
 }
 
@@ -83,8 +83,8 @@ impl Variable {
         1 << self as u32
     }
 
-    /// Returns the variable's row of registers (0 to 7) and its register in the row (0 to 3). A
-    /// program loads only the rows that it reads.
+    /// Returns the place of the variable among the registers: the row (0 to 7), and the register in
+    /// that row (0 to 3). A program loads only the rows that it reads.
     pub(super) const fn register_position(self) -> (u8, u8) {
         match self {
             Self::Position => (0, 0),
@@ -102,7 +102,7 @@ impl Variable {
     }
 }
 
-/// Use of an expression in the scene, which determines the variables that it may read.
+/// The use of an expression in a scene. It determines which variables the expression may read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExprScope {
     /// A number of the scene, evaluated once while loading: no variables.
@@ -145,7 +145,7 @@ impl ExprScope {
         }
     }
 
-    /// Returns the end of the message "`d` does not exist …": the place in the scene.
+    /// Returns the place in the scene that ends the message "`d` does not exist …".
     pub(super) const fn description(self) -> &'static str {
         match self {
             Self::Load => "in a number of the scene, which is evaluated once while loading",

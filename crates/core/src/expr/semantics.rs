@@ -1,4 +1,5 @@
-//! Numeric functions of the language that need more than a processor instruction, for every scalar.
+//! Numeric functions of the language that are not a single processor instruction. They are defined
+//! for every scalar type.
 
 use raywright_bvh::scalar::Real;
 
@@ -14,20 +15,22 @@ pub(super) fn is_true<R: Real>(value: R) -> bool {
     value.abs() > R::ZERO
 }
 
-/// Returns the smaller number; of a number and NaN, the number; of two zeros, the first.
-/// [`f32::min`] does not specify the sign of the zero, which could change a bit of the picture.
+/// Returns the smaller of two numbers. If one is NaN, the other is returned; of two zeros, the
+/// first. [`f32::min`] does not specify the sign of the zero, which could change a bit of the
+/// picture.
 #[inline(always)]
 pub(super) fn min<R: Real>(a: R, b: R) -> R {
     if b < a || a.is_nan() { b } else { a }
 }
 
-/// Returns the larger number; of a number and NaN, the number; of two zeros, the first.
+/// Returns the larger of two numbers. If one is NaN, the other is returned; of two zeros, the
+/// first.
 #[inline(always)]
 pub(super) fn max<R: Real>(a: R, b: R) -> R {
     if b > a || a.is_nan() { b } else { a }
 }
 
-/// Returns the sign −1 or 1; returns a zero or NaN unchanged.
+/// Returns −1 or 1, the sign of x. Zero and NaN are returned unchanged.
 #[inline(always)]
 pub(super) fn sign<R: Real>(x: R) -> R {
     if x > R::ZERO {
@@ -51,9 +54,9 @@ pub(super) fn fraction<R: Real>(x: R) -> R {
     }
 }
 
-/// Returns a − b ⌊a/b⌋, from zero to b, excluding b. Two roundings are corrected: the quotient may
-/// round up to a whole number, which gives a remainder of the wrong sign, and the difference may
-/// round to b.
+/// Returns a − b ⌊a/b⌋, from zero to b, excluding b. Two rounding errors are corrected. The
+/// quotient may round up to a whole number, so that the remainder has the wrong sign. The
+/// difference may round to b.
 #[inline(always)]
 pub(super) fn remainder<R: Real>(a: R, b: R) -> R {
     let rest = a - b * (a / b).floor();
@@ -86,9 +89,9 @@ pub(super) fn is_odd_checker_cell<R: Real>(x: R, y: R) -> bool {
     half - half.floor() > R::ZERO
 }
 
-/// Returns the same bits as [`Real::powi`], but without its last squaring, whose result is unused
-/// and may be a slow subnormal. `limit` is [`vanishing_limit`] of the exponent; an `f32` of a
-/// smaller magnitude gives zero.
+/// Returns the same bits as [`Real::powi`]. The last squaring of that function is omitted, because
+/// its result is unused and may be a slow subnormal. `limit` is the [`vanishing_limit`] of the
+/// exponent; an `f32` of a smaller magnitude gives zero.
 #[inline(always)]
 pub(super) fn integer_power<R: Real>(mut base: R, exponent: u32, limit: R) -> R {
     if size_of::<R>() == size_of::<f32>() && base.abs() < limit {
@@ -108,9 +111,9 @@ pub(super) fn integer_power<R: Real>(mut base: R, exponent: u32, limit: R) -> R 
     result
 }
 
-/// Returns a magnitude below which this power of an `f32` is zero. The multiplications of such a
-/// power are slow, because the squares are subnormal, and they are frequent, because highlights
-/// with high exponents are zero at most hits.
+/// Returns a magnitude below which an `f32` raised to this exponent is zero. Such powers are
+/// frequent, because highlights with high exponents are zero at most hits. Computing them would be
+/// slow, because their squares are subnormal.
 pub(super) fn vanishing_limit(exponent: u32) -> f64 {
     // Magnitudes below 2⁻¹⁵⁰ round to zero. The last factor is below 2⁻⁷⁵, and at most twice too
     // large if it is subnormal. A further factor of two exceeds all other roundings.
@@ -123,7 +126,7 @@ pub(super) fn mix<R: Real>(a: R, b: R, t: R) -> R {
     a * (R::ONE - t) + b * t
 }
 
-/// Returns the cubic step from 0 at `low` to 1 at `high`, with zero slope at both ends.
+/// Returns a cubic step: 0 below `low`, 1 above `high`, with zero slope at both ends.
 #[inline(always)]
 pub(super) fn smoothstep<R: Real>(low: R, high: R, x: R) -> R {
     // Comparisons in this direction compile to an instruction each, without a branch. NaN becomes

@@ -1,5 +1,5 @@
-//! Use counts of meshes. A mesh that several objects show, or a moving object, becomes instances.
-//! The extent, the memory estimate and the geometry read the counts.
+//! Numbers of objects that show each mesh. A mesh becomes instances if several objects or a moving
+//! object show it. The extent, the memory estimate and the geometry read these numbers.
 
 use std::collections::HashMap;
 
@@ -7,11 +7,12 @@ use crate::generate::objects_with_counts;
 use crate::motion::object_transforms_at_ends;
 use crate::scene::{Scene, Shape, SideRule};
 
-/// Number of objects that show each mesh with each side rule.
+/// Number of objects that show each mesh with each side rule. A moving object counts as at least
+/// two.
 pub(crate) struct MeshUseCounts<'a>(HashMap<(&'a str, SideRule), u64>);
 
 impl<'a> MeshUseCounts<'a> {
-    /// Counts the uses in a scene.
+    /// Counts the objects of a scene that show meshes.
     pub fn from_scene(scene: &'a Scene) -> Self {
         let mut uses = HashMap::new();
         for (object, count) in objects_with_counts(scene) {
@@ -29,8 +30,8 @@ impl<'a> MeshUseCounts<'a> {
     }
 
     /// Whether the objects that show a mesh with a side rule are instances of a shared geometry.
-    /// They are if several objects show the mesh, or if a moving object does. Each triangle stores
-    /// its side rule, so only objects with the same rule share triangles.
+    /// This is so if several objects or a moving object show the mesh. Each triangle stores its
+    /// side rule, so only objects with the same rule share triangles.
     pub fn is_shared(&self, mesh: &'a str, side: SideRule) -> bool {
         self.0.get(&(mesh, side)).is_some_and(|&n| n > 1)
     }

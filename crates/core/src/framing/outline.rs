@@ -1,5 +1,5 @@
-//! Outline points of a silhouette: the outermost points of a scene, found in two passes without
-//! storing all points.
+//! Outermost points of a scene, which determine its silhouette from any side. They are found in two
+//! passes without storing all points.
 
 use std::collections::HashMap;
 
@@ -12,16 +12,17 @@ use crate::lookup::SceneLookup;
 use crate::scene::{MeshData, Scene, Shape};
 use crate::shape::convert_moved_shape;
 
-/// Number of cells of directions along an edge of a cube, for a scene or a mesh with few uses.
+/// Number of cells along an edge of the cube that divides directions, for a scene or for a mesh
+/// with few uses (see [`select_outermost_points`]).
 pub(super) const FINE_CELLS: usize = 64;
-/// Number of cells of directions along an edge of a cube, for a mesh with many uses.
+/// Number of cells along an edge of that cube, for a mesh with many uses.
 const COARSE_CELLS: usize = 12;
 
-/// Greatest number of objects that use a mesh, if the mesh has the fine outline.
+/// Greatest number of objects that show a mesh for which the fine division is used.
 const MAX_FINE_USES: u64 = 4;
 
-/// Greatest number of points that are visited in full detail. For objects beyond it, only the
-/// corners of their bounding boxes are visited. Points are visited, not stored.
+/// Greatest number of points that are visited. For any further object, only the corners of its
+/// bounding box are visited. Points are visited one by one and not stored.
 const MAX_POINTS: usize = 1 << 22;
 
 /// Outermost points of the objects of a scene, in the objects' own spaces.
@@ -113,7 +114,7 @@ impl<'a> OutlinePoints<'a> {
     }
 }
 
-/// Returns a flag for each vertex position of a mesh: whether a triangle uses it.
+/// Returns for each vertex of a mesh whether a triangle uses it.
 fn find_used_vertices(data: &MeshData) -> Vec<bool> {
     let mut used = vec![false; data.positions.len()];
     data.indices
@@ -130,7 +131,7 @@ fn used_vertex_positions(data: &MeshData, used: &[bool]) -> impl Iterator<Item =
         .filter(|point| point.is_finite())
 }
 
-/// Returns points on a ball of radius 1: one in the middle of each coarse cell of directions.
+/// Returns points on a sphere of radius 1, one in the middle of each coarse cell of directions.
 fn unit_sphere_points() -> Vec<DVec3> {
     let direction = |cell: usize| {
         let (face, row, column) = (
@@ -160,11 +161,14 @@ fn bounding_box_corners(shape: &Shape) -> Vec<DVec3> {
         .map_or(Vec::new(), |bounds| bounds.corners().to_vec())
 }
 
-/// Returns outermost points of a set: for each cell of directions from the middle, the point
-/// farthest from the middle. The directions are divided by the faces of a cube, with `edge` cells
-/// along an edge, and are taken in a space in which the bounding box is a cube. Of equally far
-/// points the first is kept. If there are at most as many points as cells, all are kept. `points`
-/// is called twice, so that no list of all points takes memory.
+/// Returns the outermost points of a set: in each cell of directions from the middle of its
+/// bounding box, the farthest point.
+///
+/// - The cells divide the faces of a cube, `edge` cells along each edge.
+/// - Directions and distances are measured after scaling the bounding box to a cube.
+/// - Of equally far points, the first is returned.
+/// - If the points are not more than the cells, all are returned.
+/// - `points` is called twice, so that no list of all points is stored.
 pub(super) fn select_outermost_points(
     points: impl Fn(&mut dyn FnMut(DVec3)),
     edge: usize,

@@ -1,4 +1,5 @@
-//! Rung (quality level) together with its ladder, as users name it: `samples=16`.
+//! A rung (quality level) together with its ladder (quality setting), as users name it:
+//! `samples=16`.
 
 use core::fmt;
 
@@ -9,15 +10,15 @@ use crate::scene::Scene;
 use crate::settings::{AreaShadows, Settings};
 use crate::suggest::closest_word;
 
-/// Rung (quality level) together with its ladder, such as `samples=16`.
+/// A rung (quality level) together with its ladder (quality setting), such as `samples=16`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RungChoice {
     pub(super) ladder: Ladder,
     pub(super) rung: &'static Rung,
 }
 
-/// Error for a text that names no ladder or no rung of it. Contains the message for users, with a
-/// hint.
+/// Error: a text names an unknown ladder, or an unknown rung of a ladder. Contains the message for
+/// users, with a hint.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct UnknownRungError(String);
@@ -68,9 +69,9 @@ impl RungChoice {
         self.rung.value
     }
 
-    /// Whether the rung can change the picture of a scene with these effects. Only two rungs depend
-    /// on effects: hard shadows need area lights, and shadows are switched off only for lights of
-    /// zero size.
+    /// Whether the rung can change the picture of a scene with the effects `present`. Only two
+    /// rungs depend on effects. Hard shadows change only scenes with area lights. Without shadows,
+    /// only scenes with shadows of lights without size change.
     pub fn changes_picture(&self, present: EffectSet) -> bool {
         match self.value() {
             RungValue::Shadows(Some(AreaShadows::Hard)) => present.has(Effect::SoftShadows),
@@ -97,8 +98,8 @@ impl fmt::Display for RungChoice {
     }
 }
 
-/// Returns the error for an unknown name of the kind `label`, with the nearest known name or all
-/// known names.
+/// Returns the error for an unknown name. `label` says what the name stands for. The hint is the
+/// nearest known name, or all known names.
 fn unknown_rung_error(label: &str, name: &str, known: &[&str]) -> UnknownRungError {
     let hint = match closest_word(name, known.iter().copied()) {
         Some(word) => format!("did you mean `{word}`?"),

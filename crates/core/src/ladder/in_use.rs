@@ -1,4 +1,5 @@
-//! Current value of a ladder (a choice that trades accuracy for time) in a scene and its settings.
+//! The value that a ladder (a choice that trades accuracy for time) has in a scene and its
+//! settings.
 
 use raywright_bvh::AcceleratorKind;
 
@@ -8,8 +9,9 @@ use crate::scene::{Scene, SpawnRule};
 use crate::settings::Settings;
 
 impl Ladder {
-    /// Returns the ladder's value in a scene and its settings. `None` for the texture filter if
-    /// textures have different filters, and for the build quality of a scene without a BVH.
+    /// Returns the ladder's value in a scene and its settings. `None` if textures have different
+    /// filters (for the ladder of the texture filter), or if no BVH is used (for its build
+    /// quality).
     pub(super) fn current_value(self, scene: &Scene, settings: &Settings) -> Option<RungValue> {
         Some(match self {
             Self::Integrator => RungValue::Integrator(chosen_integrator(scene, settings)),

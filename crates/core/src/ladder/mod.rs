@@ -1,9 +1,8 @@
 //! Ladders and rungs. A ladder is a choice that trades accuracy for time, such as the number of
-//! samples; a rung is one of its values.
+//! samples. A rung is one of its values, from fast to exact.
 //!
-//! A ladder is a closed set of rungs from fast to exact. The rung in use is read from scene and
-//! settings, and choosing a rung changes only scene and settings. So a rung cannot differ from the
-//! command-line flag or scene key with the same meaning.
+//! The rung in use is read from scene and settings, and choosing a rung changes only scene and
+//! settings. So a rung always means the same as the command-line flag or scene key for that choice.
 
 mod choice;
 mod in_use;
@@ -26,7 +25,7 @@ pub use value::RungValue;
 pub struct Rung {
     /// Name in reports and on the command line.
     pub name: &'static str,
-    /// Description for users, which names the error of the rung.
+    /// Description for users. It says which error the rung causes.
     pub about: &'static str,
     /// Value that the rung sets in scene and settings.
     #[serde(skip)]
@@ -34,27 +33,28 @@ pub struct Rung {
 }
 
 impl Ladder {
-    /// Iterates over the ladder's rungs, each together with the ladder, from fast to exact.
+    /// Iterates over the ladder's rungs from fast to exact, each as a choice that names the ladder
+    /// too.
     pub fn choices(self) -> impl DoubleEndedIterator<Item = RungChoice> {
         self.rungs()
             .iter()
             .map(move |rung| RungChoice { ladder: self, rung })
     }
 
-    /// Whether the ladder's rungs give different pictures. All other ladders change only time,
-    /// memory or the file format.
+    /// Whether different rungs of the ladder give different pictures. All other ladders change only
+    /// time, memory or the file format.
     pub const fn changes_pictures(self) -> bool {
         !matches!(self, Self::Build | Self::Accelerator | Self::Output)
     }
 
-    /// Whether all rungs are equally accurate, although their pictures differ. A reference picture
-    /// then uses the scene's own rung.
+    /// Whether all rungs are equally accurate although their pictures differ. The reference picture
+    /// then keeps the scene's own rung.
     pub const fn has_equal_accuracy(self) -> bool {
         matches!(self, Self::PixelFilter)
     }
 
-    /// Whether renders on different rungs can use the same random numbers, so that their difference
-    /// has no noise.
+    /// Whether renders with different rungs can use the same random numbers. The difference of the
+    /// two pictures then has no noise.
     pub const fn shares_random_numbers(self) -> bool {
         !matches!(
             self,
@@ -68,8 +68,7 @@ impl Ladder {
         )
     }
 
-    /// Whether all rungs have the same expected picture, so that their renders differ only in
-    /// noise.
+    /// Whether all rungs have the same expected picture. Their renders then differ only in noise.
     pub const fn is_free_of_bias(self) -> bool {
         matches!(
             self,
@@ -77,8 +76,8 @@ impl Ladder {
         )
     }
 
-    /// Returns the effects that the ladder's rungs change. The ladder matters to scenes with any of
-    /// these effects. An empty set means that it matters to every scene.
+    /// Returns the effects on which the ladder has an influence. The ladder matters to scenes with
+    /// any of these effects. An empty set means that it matters to every scene.
     pub const fn affected_effects(self) -> EffectSet {
         match self {
             Self::RayOffset => EffectSet::from_effects(&[
@@ -112,7 +111,7 @@ impl Ladder {
     }
 
     /// Returns the name of the ladder's rung in a scene and its settings. A number of samples or
-    /// segments that is no rung is returned as text.
+    /// segments that is not among the rungs is returned as a numeral.
     pub fn current_rung_name(self, scene: &Scene, settings: &Settings) -> String {
         let Some(value) = self.current_value(scene, settings) else {
             return if self == Self::Build { "none" } else { "mixed" }.to_owned();
@@ -139,7 +138,7 @@ pub fn build_quality_rung(quality: BuildQuality) -> &'static str {
         .map_or("", |rung| rung.name)
 }
 
-/// Ladder (a choice that trades accuracy for time) with its rung (value) in use, for reports.
+/// A ladder (a choice that trades accuracy for time) and the rung (value) in use, for reports.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CurrentRung {
     /// Name of the ladder.
@@ -154,7 +153,7 @@ pub struct CurrentRung {
     pub rungs: &'static [Rung],
 }
 
-/// Returns the effects that a scene needs: those that are simulated or left out.
+/// Returns the effects that a scene needs, whether they are simulated or left out.
 pub fn needed_effects(effects: &EffectReport) -> EffectSet {
     effects
         .effects
@@ -164,7 +163,8 @@ pub fn needed_effects(effects: &EffectReport) -> EffectSet {
         .collect()
 }
 
-/// Iterates over the ladders that matter to a scene with its integrator, sampling and effects.
+/// Iterates over the ladders that matter to a scene. They depend on its integrator, sampling and
+/// effects.
 pub fn applicable_ladders(
     scene: &Scene,
     settings: &Settings,

@@ -11,9 +11,9 @@ use crate::settings::{
     AreaShadows, LightSampling, MicrofacetEnergy, PrecisionChoice, RouletteStart, SamplerKind,
 };
 
-/// Defines the ladders from a table. A ladder is written `KIND = NAME, DEFAULT, VALUE;`, where
-/// `VALUE` is the variant of [`RungValue`] that its rungs set. A line `RUNG { VALUE } ABOUT` for
-/// each rung follows.
+/// Defines the ladders from a table. A ladder is written `KIND = NAME, DEFAULT, VALUE;`. `VALUE` is
+/// the variant of [`RungValue`] that its rungs set. Then follows a line `RUNG { VALUE } ABOUT` for
+/// each rung.
 macro_rules! ladders {
     ($($(#[$doc:meta])* $kind:ident = $name:literal, $default:literal, $value:ident;
         $($rung:literal { $sets:expr } $about:literal)*)*) => {
@@ -41,8 +41,8 @@ macro_rules! ladders {
                 }
             }
 
-            /// Returns the rungs from fast to exact; for ladders that do not change pictures, from
-            /// the shortest preparation to the longest.
+            /// Returns the rungs from fast to exact. For ladders that do not change pictures, the
+            /// order is from the shortest preparation to the longest.
             pub const fn rungs(self) -> &'static [Rung] {
                 match self {
                     $(Self::$kind => &[$(Rung { name: $rung, about: $about, value: RungValue::$value($sets) }),*],)*

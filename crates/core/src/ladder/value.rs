@@ -12,8 +12,8 @@ use crate::settings::{
     Sampling, Settings,
 };
 
-/// Distance in metres from a surface at which rays start with the rung `ray-offset=constant`. It
-/// applies to scenes that do not set a constant offset themselves.
+/// Constant offset in metres of the start of rays with the rung `ray-offset=constant`. It applies
+/// to scenes that do not set a constant offset themselves.
 pub(super) const OFFSET: ConstantOffset = ConstantOffset {
     offset: 1e-3,
     along: OffsetDirection::Normal,
@@ -91,7 +91,7 @@ impl RungValue {
         }
     }
 
-    /// Returns the name, in reports, of a value that is not among the rungs: a number, or
+    /// Returns the name, in reports, of a value that is not among the rungs. It is a numeral or
     /// `unlimited`.
     pub(super) fn name_of_number(self) -> String {
         match self {

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use crate::scene::Physical;
 
-/// Function that returns whether a physical material has a layer. The flags are whether part of the
-/// material may be non-metallic, and whether the non-metallic part may transmit light.
+/// Function that returns whether a physical material has a layer. The two flags are whether part of
+/// the material may be non-metallic, and whether that part may transmit light.
 type LayerPredicate = fn(&Physical, [bool; 2]) -> bool;
 
 /// Name of each layer over, under or in surfaces, with the function that detects the layer.

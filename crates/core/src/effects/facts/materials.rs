@@ -51,7 +51,7 @@ impl EffectFacts {
         }
     }
 
-    /// Gathers the facts of an input: expression, image and checker.
+    /// Gathers the facts of a material's input: its expression, image or checkerboard.
     fn gather_input(&mut self, input: &dyn FieldValue, path: impl Fn() -> String) {
         record_first_use(&mut self.program, input.expression().is_some(), &path);
         record_first_use(&mut self.image, input.texture().is_some(), &path);

@@ -116,8 +116,8 @@ impl EffectFacts {
         self.instant = self.exposure.is_none() && camera.shutter.is_some();
     }
 
-    /// Gathers the properties that the scene format cannot represent, with the materials that have
-    /// them.
+    /// Gathers the material properties of imported files that the scene format cannot represent,
+    /// with the materials that have them.
     pub(super) fn gather_unread_extensions(&mut self, scene: &Scene, used: &BTreeSet<&str>) {
         const MOST: usize = 3;
         let mut parts: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
