@@ -2,7 +2,8 @@
 //! camera use these functions.
 //!
 //! A motion runs from time 0 to time 1. The entries of an object's transform are interpolated
-//! linearly (see [`raywright_bvh::Motion`]), and so are the numbers of a camera's pose.
+//! linearly (see [`raywright_bvh::Motion`]). The numbers of a camera's pose are interpolated in the
+//! same manner.
 
 use std::borrow::Cow;
 
@@ -28,14 +29,14 @@ pub(crate) fn camera_moves(camera: &Camera) -> bool {
         .is_some_and(|end| *end != camera.pose)
 }
 
-/// Returns the opening and closing times of the camera's shutter, in [0, 1]; `None` without a
-/// shutter or if the two are equal.
+/// Returns the opening and the closing time of the camera's shutter, in [0, 1]. `None` without a
+/// shutter, or if the two times are equal.
 pub(crate) fn shutter_interval(camera: &Camera) -> Option<[f64; 2]> {
     camera.shutter.filter(|[open, close]| open < close)
 }
 
-/// Returns the opening time of the camera's shutter, 0 without a shutter. A picture without
-/// simulated motion shows this time.
+/// Returns the opening time of the camera's shutter; 0 without a shutter. A picture in which motion
+/// is not simulated shows the scene at this time.
 pub(crate) fn shutter_opening(camera: &Camera) -> f64 {
     camera.shutter.map_or(0.0, |[open, _]| open)
 }
@@ -100,7 +101,7 @@ pub(crate) fn pose_at(camera: &Camera, time: f64) -> Pose {
     }
 }
 
-/// Returns a static camera with the pose at a time, without a shutter.
+/// Returns a static camera with the pose of `camera` at a time. The result has no shutter.
 pub(crate) fn camera_at(camera: &Camera, time: f64) -> Camera {
     Camera {
         pose: pose_at(camera, time),
@@ -150,8 +151,8 @@ pub(crate) fn scene_with_simulated_motion<'a>(
     Cow::Owned(scene)
 }
 
-/// Makes an object static, at its position at a time. An object with a singular motion stays
-/// unchanged, and the construction of its geometry reports the error.
+/// Makes an object static, at its position at a time. If its transform at that time is singular,
+/// the object stays unchanged, and the construction of its geometry reports the error.
 fn freeze_object(object: &mut Object, time: f64) {
     if let Some(ends) = object_transforms_at_ends(object) {
         let Ok(motion) = Motion::new(ends) else {

@@ -1,6 +1,6 @@
-//! Storage origin of a scene's coordinates. An `f32` has seven digits, and the coordinates of a
-//! model far from zero use them for its position. Relative to an origin near the model, all digits
-//! describe its shape.
+//! Storage origin of a scene: the point to which stored coordinates are relative. An `f32` has
+//! seven digits. Far from zero, most of them describe the position of a model. Relative to an
+//! origin near the model, all digits describe its shape.
 
 use std::collections::HashMap;
 
@@ -16,17 +16,17 @@ use crate::origin_grid::{SCENE_DISTANCE_LIMIT, storage_origin_near};
 use crate::scene::{Camera, Light, LightKind, Object, Pose, Scene, Shape, Triple};
 use crate::shape::convert_moved_shape;
 
-/// Fraction of an object's size that stored coordinates must resolve.
+/// Distance that stored coordinates must resolve, as a fraction of an object's size.
 const RESOLVED: f64 = 1e-3;
 
-/// Storage origin of a scene for a scalar type.
+/// Storage origin of a scene for coordinates of a scalar type.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct StorageOrigin {
     /// The origin; zero for a scene near zero.
     pub origin: DVec3,
-    /// Index of the first unresolved object, generated objects last: relative to the origin, the
-    /// scalar does not distinguish points of this object a thousandth of its size apart. `None` if
-    /// all objects are resolved.
+    /// Index of the first unresolved object, where generated objects come last. In an unresolved
+    /// object, stored coordinates do not distinguish points that are a thousandth of the object's
+    /// size apart. `None` if all objects are resolved.
     pub unresolved: Option<u32>,
 }
 
@@ -60,19 +60,19 @@ impl StorageOrigin {
     }
 }
 
-/// Returns the spacing of the stored scalar at the farthest coordinate of a box.
+/// Returns the spacing of stored numbers at the farthest coordinate of a box from the origin.
 pub(crate) fn spacing<R: Real>(bounds: &Aabb, origin: DVec3) -> f64 {
     let farthest = (bounds.min - origin).abs().max((bounds.max - origin).abs());
     2.0 * R::ROUNDOFF.to_f64() * farthest.max_element()
 }
 
-/// Returns whether stored coordinates separate points of an object of a size, a thousandth of it
-/// apart. What has no size is resolved.
+/// Whether stored coordinates distinguish points of an object that are a thousandth of its size
+/// apart. True for an object of size zero.
 pub(crate) fn resolves<R: Real>(bounds: &Aabb, size: f64, origin: DVec3) -> bool {
     spacing::<R>(bounds, origin) <= RESOLVED * size || size <= 0.0
 }
 
-/// Survey of the objects that coordinates relative to an origin resolve.
+/// Result of a survey: the objects whose shape coordinates relative to an origin resolve or do not.
 #[derive(Clone, Copy)]
 struct ResolutionSurvey {
     origin: DVec3,
@@ -130,7 +130,7 @@ impl ResolutionSurvey {
     }
 }
 
-/// Box around an object over its whole motion, without the offset of a generator.
+/// Box around an object over its whole motion. A generator's offset is not included.
 #[derive(Clone, Copy)]
 struct ObjectBox {
     bounds: Aabb,
@@ -174,7 +174,7 @@ impl ObjectBox {
     }
 }
 
-/// Returns the coordinates of a point relative to an origin.
+/// Returns the coordinates of a point of the scene, relative to an origin.
 fn subtract_origin(point: Triple, origin: DVec3) -> Triple {
     (DVec3::from(point) - origin).into()
 }

@@ -1,21 +1,23 @@
-//! Choice of a storage origin near a box. Coordinates far from zero lose digits when stored;
-//! coordinates relative to a near origin keep their digits.
+//! Choice of a storage origin near a box. Coordinates far from zero lose digits when they are
+//! stored. Coordinates relative to a near origin keep their digits.
 
 use glam::DVec3;
 use raywright_bvh::Aabb;
 
-/// Distance of a scene from zero, in sizes of its box, beyond which the scene counts as far. Most
-/// scenes are nearer, so their coordinates keep every bit.
+/// Distance from zero beyond which a scene is stored relative to an origin near it, as a multiple
+/// of the size of the scene's box. Most scenes are nearer, so their coordinates are stored
+/// unchanged.
 pub(crate) const SCENE_DISTANCE_LIMIT: f64 = 4.0;
-/// Distance of a mesh or shape from the origin of its own space, in sizes of its box, beyond which
-/// it counts as far. A nearer mesh loses at most six of 24 bits. The limit is larger than
-/// [`SCENE_DISTANCE_LIMIT`], because a mesh may stand anywhere in its scene.
+/// Distance from zero beyond which a mesh or shape is stored relative to an origin near it, as a
+/// multiple of the size of its box. A nearer mesh loses at most six of 24 bits. The limit is larger
+/// than [`SCENE_DISTANCE_LIMIT`], because a mesh may stand anywhere in its scene.
 pub(crate) const MESH_DISTANCE_LIMIT: f64 = 64.0;
 
-/// Returns an origin near a box. Along each axis on which the box's centre is at most `far` sizes
-/// of the box from zero, the origin is zero. The origin lies on a grid whose step is a power of
-/// two, at least as wide as the box, so that coordinates representable in `f32` stay exact relative
-/// to the origin.
+/// Returns a storage origin near a box. Along an axis, it is zero if the distance of the box's
+/// centre from zero is at most `far` times the size of the box.
+///
+/// The origin lies on a grid whose step is a power of two and at least the size of the box. So
+/// coordinates that `f32` represents exactly stay exact relative to the origin.
 pub(crate) fn storage_origin_near(bounds: &Aabb, far: f64) -> DVec3 {
     let size = bounds.extent().max_element();
     if bounds.is_empty() || !size.is_finite() {

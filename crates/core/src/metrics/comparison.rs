@@ -9,11 +9,11 @@ use super::{
 use crate::display::Display;
 use crate::picture::{Encoding, Picture};
 
-/// Thresholds, in 255ths of the display range. For each, the pixels with a larger difference are
-/// counted.
+/// Thresholds in 255ths of the display range. For each threshold, the pixels with a larger
+/// difference are counted.
 const THRESHOLDS: [u32; 5] = [0, 1, 2, 8, 32];
 
-/// Picture to be compared, with the encoding of its pixel values.
+/// Picture to be compared, with the encoding (linear or display) of its pixel values.
 #[derive(Clone, Copy, Debug)]
 pub struct ComparedPicture<'a> {
     /// Picture to be compared.
@@ -22,8 +22,8 @@ pub struct ComparedPicture<'a> {
     pub encoding: Encoding,
 }
 
-/// Result of the comparison of a picture with a reference. Layers are ignored; coverage is compared
-/// separately from colour.
+/// Result of the comparison of a picture with a reference. Additional layers of the pictures are
+/// ignored. Coverage (alpha) is compared separately from colour.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Width in pixels.
@@ -37,14 +37,14 @@ pub struct Comparison {
     pub encoding: Encoding,
     /// Numerical errors of the colours, in the units of `encoding`.
     pub errors: PictureErrors,
-    /// Share of the pixels whose display values differ by more than a threshold, for each
-    /// threshold.
+    /// For each of several thresholds, the share of the pixels whose display values differ by more
+    /// than the threshold.
     pub beyond: Vec<ExceedingPixels>,
-    /// Mean and quantiles of the FLIP difference of display values at
+    /// Mean and quantiles over all pixels of the FLIP difference of display values, at
     /// [`DEFAULT_PIXELS_PER_DEGREE`].
     pub flip: Statistics,
-    /// Largest difference of coverage, 0 to 1, where a picture without coverage counts as 1; `None`
-    /// if neither picture has coverage.
+    /// Largest difference of coverage, 0 to 1; `None` if neither picture has coverage. If only one
+    /// picture has it, the other picture has the coverage 1 everywhere.
     pub coverage: Option<f64>,
     /// Errors of the coverage; `None` if neither picture has coverage.
     pub coverage_errors: Option<CoverageErrors>,
@@ -70,7 +70,7 @@ pub struct CoverageErrors {
     pub flip: f64,
 }
 
-/// Share of the pixels in which a channel differs by more than a threshold, or is not finite.
+/// Share of the pixels in which some channel differs by more than a threshold or is not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ExceedingPixels {
     /// Threshold in 255ths of the display range.
@@ -135,8 +135,8 @@ pub fn compare(
     })
 }
 
-/// Converts a threshold from 255ths to a display value. It is increased by 1e-6, so that rounding
-/// does not make codes exceed the threshold whose difference equals it.
+/// Converts a threshold from 255ths to a display value. A threshold above zero is increased by
+/// 1e-6. Without this margin, rounding could let a difference of exactly the threshold exceed it.
 fn threshold_of_codes(codes: u32) -> f64 {
     if codes == 0 {
         0.0

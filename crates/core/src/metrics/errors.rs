@@ -10,11 +10,11 @@ use crate::picture::Picture;
 /// Constant added to the squared colour in the denominator of the relative error, so that the error
 /// of dark pixels stays finite.
 pub(crate) const RELATIVE_FLOOR: f64 = 0.01;
-/// Number of pixels of which the trimmed relative error leaves out one, the worst.
+/// One in this many pixels, the worst, is omitted from the trimmed relative error.
 const TRIM: usize = 1000;
 
 /// Errors of a picture against a reference, over all pixels and three channels, in the units of the
-/// pictures. Pixels that are not finite in one of the pictures are left out and counted.
+/// pictures. A pixel that is not finite in one of the pictures is left out and counted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PictureErrors {
     /// Number of compared pixels.
@@ -34,7 +34,7 @@ pub struct PictureErrors {
     pub mean_abs: f64,
     /// Largest absolute error of a channel.
     pub max_abs: f64,
-    /// Pixel with the largest absolute error, the first such pixel row by row; `None` for equal
+    /// Pixel with the largest absolute error: the first of several, row by row. `None` for equal
     /// pictures.
     pub worst: Option<WorstPixel>,
 }
@@ -156,8 +156,8 @@ pub fn max_channel_differences(
         .collect())
 }
 
-/// Returns the share of the pixels, 0 to 1, whose difference is above a threshold.
-/// [`max_channel_differences`] computes the differences.
+/// Returns the share of the pixels, 0 to 1, whose difference is above a threshold. `differences`
+/// comes from [`max_channel_differences`].
 pub fn share_of_pixels_above(differences: &[f32], threshold: f64) -> f64 {
     let beyond = differences
         .iter()

@@ -5,7 +5,7 @@ use crate::picture::Picture;
 use crate::scene::TransferCurve;
 
 /// Colours of the scale as display values, at equal steps from 0 to 1. Their luminance increases,
-/// so that the map is also readable in greyscale.
+/// so the map is readable in greyscale too.
 const SCALE: [[f64; 3]; 8] = [
     [0.00, 0.00, 0.02],
     [0.14, 0.07, 0.32],
@@ -17,9 +17,9 @@ const SCALE: [[f64; 3]; 8] = [
     [0.99, 0.97, 0.76],
 ];
 
-/// Returns a heat map of one number per pixel, row by row from the top. 0 is black, `full` and
-/// above are pale yellow, NaN stays NaN. The picture is linear;
-/// [`Display::PLAIN`](crate::display::Display::PLAIN) shows it with the intended colours.
+/// Returns a heat map of one number per pixel, row by row from the top. 0 is black; `full` and
+/// greater numbers are pale yellow; NaN stays NaN. The picture is linear. It has the intended
+/// colours under [`Display::PLAIN`](crate::display::Display::PLAIN).
 pub fn heat_map(width: u32, height: u32, values: &[f32], full: f32) -> Picture {
     let colour = |value: &f32| {
         let rgb = colour_of_scale(f64::from(value / full));

@@ -1,5 +1,5 @@
 //! Comparison of a picture with a reference: numerical errors, visible differences (FLIP),
-//! differences beyond noise, and heat maps.
+//! differences that noise does not explain, and heat maps.
 
 mod comparison;
 mod errors;

@@ -42,7 +42,8 @@ pub fn statistics(values: &[f32]) -> Statistics {
     }
 }
 
-/// Returns the quantile of a sorted list, where `share` is 0 to 1, interpolated linearly.
+/// Returns a quantile of a sorted list, interpolated linearly. `share` is 0 for the least number
+/// and 1 for the greatest.
 fn quantile(sorted: &[f32], share: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return 0.0;
@@ -58,12 +59,12 @@ fn quantile(sorted: &[f32], share: f64) -> f64 {
     }
 }
 
-/// Returns Student's factor for 95 %: a mean ± this many standard errors contains the true value in
-/// 95 of 100 cases. The standard error is estimated from independent normal values; their number is
-/// `freedom` plus one. Infinite for zero degrees of freedom.
+/// Returns Student's factor for 95 %. A mean ± this many standard errors contains the true value in
+/// 95 of 100 cases. `freedom` plus one is the number of independent normal values from which the
+/// standard error is estimated. Infinite for zero degrees of freedom.
 ///
-/// The factor is tabulated up to ten degrees of freedom, and beyond computed by the expansion in
-/// Abramowitz and Stegun, "Handbook of Mathematical Functions" (1964), 26.7.5, to five digits.
+/// Up to ten degrees of freedom, the factor is tabulated. Beyond, it is computed to five digits by
+/// the expansion in Abramowitz and Stegun, "Handbook of Mathematical Functions" (1964), 26.7.5.
 pub fn student_factor_95(freedom: u32) -> f64 {
     const FEW: [f64; 10] = [
         12.706_205, 4.302_653, 3.182_446, 2.776_445, 2.570_582, 2.446_912, 2.364_624, 2.306_004,

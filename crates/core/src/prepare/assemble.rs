@@ -28,8 +28,8 @@ pub(super) struct PreparedParts<R: Real> {
 }
 
 impl<R: Real> PreparedScene<R> {
-    /// Assembles a prepared scene, still without the backdrop and ground of a studio. Properties
-    /// of all materials together are computed here, once.
+    /// Assembles a prepared scene. A studio's backdrop and ground are not yet included. Properties
+    /// of all materials together, such as whether any absorbs light, are computed here once.
     pub(super) fn from_parts(context: &PrepareContext<'_>, parts: PreparedParts<R>) -> Self {
         let (scene, settings) = (context.scene, context.settings);
         let materials = parts.materials;

@@ -1,6 +1,6 @@
-//! Detection of shapes that collapse when their coordinates are rounded for storage, because
-//! differences of large coordinates lie below the resolution of the scalar. Preparation makes the
-//! check, because validation does not know the scalar: an extent lost in `f32` may exist in `f64`.
+//! Detection of shapes that collapse when their coordinates are rounded for storage: an extent such
+//! as the height of a box becomes zero. Preparation makes the check. Validation cannot, because it
+//! does not know whether coordinates are stored in `f32` or `f64`.
 
 use glam::{DMat3, DVec3};
 use raywright_bvh::Real;
@@ -21,17 +21,19 @@ struct LostExtent {
     key: &'static str,
     /// Description of the lost extent, for the message.
     label: &'static str,
-    /// Whether the cause is the shape's distance from the origin, and not its own sizes.
+    /// Whether the cause is the shape's distance from the storage origin. Otherwise the shape
+    /// itself is too flat.
     caused_by_distance: bool,
 }
 
-/// Whether a shape collapses if its coordinates, moved by an offset, are rounded by `round`.
+/// Whether a shape collapses if `offset` is added to its coordinates and they are rounded by
+/// `round`.
 pub(super) fn shape_collapses(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> bool {
     find_lost_extent(shape, offset, round).is_some()
 }
 
-/// Returns the extent that a shape loses if its coordinates, moved by an offset, are rounded by
-/// `round`.
+/// Returns the extent that a shape loses if `offset` is added to its coordinates and they are
+/// rounded by `round`; `None` if it loses none.
 fn find_lost_extent(
     shape: &Shape,
     offset: DVec3,
@@ -88,17 +90,17 @@ pub(crate) fn round_to_scalar<R: Real>(x: f64) -> f64 {
     R::from_f64(x).to_f64()
 }
 
-/// Returns the translation of an object that is only translated; such a shape is stored in
-/// translated coordinates. `None` for a rotated, scaled or moving object, whose shape is stored in
-/// its own coordinates.
+/// Returns the translation of an object whose transform is only a translation. The shape of such an
+/// object is stored in translated coordinates. `None` for a rotated, scaled or moving object, whose
+/// shape is stored in its own coordinates.
 fn pure_translation(object: &Object) -> Option<DVec3> {
     let map = affine_from_steps(&object.transform);
     (map.matrix3 == DMat3::IDENTITY && object_transforms_at_ends(object).is_none())
         .then_some(map.translation)
 }
 
-/// Returns a problem for each listed object that collapses when stored, and for each generator's
-/// first such object; at most [`MAX_PROBLEMS`] problems.
+/// Returns the problems of objects that collapse when stored: one for each listed object, and one
+/// for the first collapsing object of each generator. At most [`MAX_PROBLEMS`] problems.
 pub(crate) fn find_collapsed_objects<R: Real>(scene: &Scene) -> Vec<Problem> {
     find_collapsed_objects_relative_to::<R>(
         scene,
@@ -178,8 +180,9 @@ fn generated_object_problem<R: Real>(
     ))
 }
 
-/// Returns the problem of a collapsing object, with hints. `which` names the object of a generator,
-/// `nearer` is a hint about its place. `kept` tells whether the shape survives in double precision.
+/// Returns the problem of a collapsing object, with hints. `which` describes an object of a
+/// generator. `nearer` is a hint that proposes another position. `kept` is whether the shape
+/// survives in double precision.
 fn collapse_problem<R: Real>(
     path: &str,
     loss: &LostExtent,

@@ -1,4 +1,4 @@
-//! The common input of all steps of a preparation, so that each step takes one argument.
+//! Common input of all steps that prepare a scene. With it, each step takes a single argument.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use crate::settings::Settings;
 /// The common input of all steps of a preparation.
 #[derive(Clone, Copy)]
 pub(super) struct PrepareContext<'a> {
-    /// The scene, without motion that is not simulated.
+    /// The scene. If motion is not simulated, its objects are static.
     pub scene: &'a Scene,
     pub settings: &'a Settings,
     /// The simulated effects. Tables of other effects stay empty.
@@ -51,7 +51,7 @@ impl<'a> PrepareContext<'a> {
         }
     }
 
-    /// Returns the selection of the emissive materials whose objects become area lights.
+    /// Returns which emissive materials make their objects area lights.
     pub fn emitter_filter(&self) -> EmitterFilter {
         EmitterFilter::from_effects(self.simulated, self.is_path_tracing)
     }

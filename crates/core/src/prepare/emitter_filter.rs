@@ -1,4 +1,5 @@
-//! Selection of the emissive materials that need area lights, before any material is prepared.
+//! Selection of the emissive materials whose objects become area lights. It is made before any
+//! material is prepared.
 
 use crate::effects::{Effect, EffectSet};
 use crate::scene::{Colour, Material};
@@ -6,12 +7,12 @@ use crate::scene::{Colour, Material};
 /// Selection of the emissive materials whose objects become area lights.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EmitterFilter {
-    /// Whether uniform emission is selected.
+    /// Whether materials of uniform emission are selected.
     pub uniform: bool,
-    /// Whether varying emission is selected.
+    /// Whether materials of varying emission are selected.
     pub varying: bool,
-    /// Whether the emission of partly transparent surfaces is evaluated at each hit, as by a path
-    /// tracer.
+    /// Whether partly transparent surfaces of uniform emission count as varying. A path tracer
+    /// evaluates their emission times alpha at each hit.
     pub evaluated_at_hits: bool,
 }
 
@@ -25,7 +26,7 @@ pub(super) enum Emission {
 }
 
 impl EmitterFilter {
-    /// Returns the selection that the simulated effects and the integrator need.
+    /// Returns the selection that fits the simulated effects and the integrator.
     pub fn from_effects(simulated: EffectSet, is_path_tracing: bool) -> Self {
         Self {
             uniform: simulated.has(Effect::SoftShadows),
@@ -34,7 +35,7 @@ impl EmitterFilter {
         }
     }
 
-    /// Returns the emission of a material, or `None` if the material does not emit or is not
+    /// Returns the emission of a selected material. `None` if the material does not emit or is not
     /// selected.
     pub fn selected_emission(self, material: &Material) -> Option<Emission> {
         match material.uniform_emission() {

@@ -17,14 +17,14 @@ use crate::scene::{MOST_UV_SETS, MeshData, Scene, Shape};
 use crate::shape::convert_shape;
 use crate::texture::InputTables;
 
-/// Greatest number of points of all triangles together at which varying emission is evaluated while
-/// preparing a scene.
+/// Greatest number of points, on all triangles together, at which varying emission is evaluated
+/// during preparation.
 const MAX_EMISSION_POINTS: u64 = 1 << 20;
 /// Least and greatest number of points along each side of a triangle at which varying emission is
 /// evaluated.
 const TRIANGLE_GRID_RANGE: [u64; 2] = [2, 32];
-/// Number of points along each side of a shape that is no mesh, at which varying emission is
-/// evaluated.
+/// Number of points along each side of a shape at which varying emission is evaluated. It does not
+/// apply to meshes.
 const SHAPE_GRID_SIZE: usize = 8;
 
 /// Returns the number of points along each side of a triangle at which varying emission is
@@ -36,7 +36,7 @@ pub(super) fn emission_grid_size(triangles: u64) -> u64 {
         .clamp(minimum, maximum)
 }
 
-/// Counts the triangles of selected varying emission in a scene.
+/// Counts the triangles in a scene whose emission varies and is selected by `requested`.
 fn count_varying_triangles(
     scene: &Scene,
     lookup: &SceneLookup<'_>,
@@ -129,7 +129,7 @@ pub(super) fn list_emitters<R: Real>(
     Ok(list)
 }
 
-/// Emission of an object while its area lights are added.
+/// Emission of the object whose area lights are being added.
 enum EmissionSource<'a, R: Real> {
     /// Uniform radiance.
     Uniform(R::Vec3),
@@ -146,9 +146,9 @@ struct VaryingEmission<'a, R: Real> {
 }
 
 impl<R: Real> VaryingEmission<'_, R> {
-    /// Evaluates the radiance at a point times the surface's alpha. Inputs that depend on the ray
-    /// are replaced by constants. The values serve only as sampling weights of emitters, which do
-    /// not change the expectation of a picture.
+    /// Returns the radiance at a point times the surface's alpha. Constants replace inputs that
+    /// depend on a ray. The result serves only as a sampling weight of emitters, so it does not
+    /// change the expectation of a picture.
     fn eval(&self, surface: &Surface<R>, uv: [[R; 2]; MOST_UV_SETS], colour: [R; 4]) -> R::Vec3 {
         let interaction = Interaction {
             surface: *surface,
@@ -177,8 +177,8 @@ impl<R: Real> VaryingEmission<'_, R> {
     }
 }
 
-/// Evaluates `at`, a function of a point of the unit square, at the centres of `across` × `across`
-/// equal cells, row by row. The values replace the content of `found`.
+/// Evaluates the function `at` at the centres of `across` × `across` equal cells of the unit
+/// square, row by row. The results replace the content of `found`.
 fn eval_on_grid<R: Real>(
     across: usize,
     found: &mut Vec<R::Vec3>,
@@ -189,9 +189,9 @@ fn eval_on_grid<R: Real>(
     found.extend((0..across * across).map(|i| at([step(i % across), step(i / across)])));
 }
 
-/// Adds a shape under a transform as an area light, and returns its area. `area` is the known area
-/// of an equal shape, if any. A pure translation moves the shape's own coordinates, as in the
-/// geometry.
+/// Adds a transformed shape as an area light, and returns its area. `area` is the area if it is
+/// already known from an equal shape. As in the geometry, a pure translation is added to the
+/// shape's coordinates.
 fn add_shape<R: Real>(
     list: &mut EmitterList<R>,
     shape: &Shape,
@@ -223,8 +223,8 @@ fn add_shape<R: Real>(
     Some(list.add_transformed_shape(transformed_shape, emission, side, area))
 }
 
-/// Adds the triangles of a transformed mesh as area lights. Two triangles that form a parallelogram
-/// of uniform emission become a quad.
+/// Adds the triangles of a transformed mesh as area lights. Two triangles of uniform emission that
+/// form a parallelogram become a single quad.
 fn add_mesh<R: Real>(
     list: &mut EmitterList<R>,
     (object, data): (usize, &MeshData),
@@ -279,9 +279,9 @@ fn add_mesh<R: Real>(
     Ok(())
 }
 
-/// Returns the quad that a triangle of a mesh forms with the next triangle, as in most lamps of
-/// models. The quad must be an exact parallelogram in the coordinates of the file, so that the
-/// result is the same in every precision.
+/// Returns the quad that a mesh's triangle and the next triangle form, as in most lamps of models.
+/// In the coordinates of the file, the two must form an exact parallelogram. The result is then the
+/// same in every precision.
 fn merge_into_quad<R: Real>(
     triangles: &[Triangle<R>],
     (data, index, flipped): (&MeshData, usize, bool),
@@ -315,8 +315,8 @@ fn merge_into_quad<R: Real>(
     (a + c == b + d).then_some(Quad { corners })
 }
 
-/// Evaluates the radiance of a mesh's triangle at the point to which the random numbers `u` and `v`
-/// in [0, 1) are mapped.
+/// Returns the radiance at a point of a mesh's triangle. The point is the one to which sampling
+/// maps the random numbers `u` and `v` in [0, 1).
 fn eval_on_triangle<R: Real>(
     varied: &VaryingEmission<'_, R>,
     triangle: &Triangle<R>,

@@ -29,7 +29,8 @@ pub enum PrepareError {
         /// one.
         problems: Vec<Problem>,
     },
-    /// A name is not defined. Validation reports the same problem with its location in the file.
+    /// The scene uses a name that it does not define. Validation reports the same problem with its
+    /// place in the file.
     #[error("{path}: there is no {kind} named `{name}`")]
     Missing {
         /// Path of the field that uses the name.
@@ -39,8 +40,8 @@ pub enum PrepareError {
         /// The undefined name.
         name: String,
     },
-    /// An input of the sky needs a surface. Validation reports the same problem with its location
-    /// in the file.
+    /// An input of the sky can only be evaluated on a surface. Validation reports the same problem
+    /// with its place in the file.
     #[error("{path}: a sky has no surface, so it cannot have a texture or a checkerboard")]
     NoSurface {
         /// Path of the input.
@@ -57,7 +58,7 @@ pub enum PrepareError {
     /// The observer cancelled preparation.
     #[error("preparation was cancelled")]
     Cancelled,
-    /// The estimated memory exceeds the limit. Nothing was built.
+    /// The estimated memory exceeds the limit that the settings set. Nothing was built.
     #[error("rendering needs about {} bytes of memory, but the limit is {allowed} bytes", needed.total())]
     Memory {
         /// Estimated memory by purpose.

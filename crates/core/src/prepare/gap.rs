@@ -1,17 +1,19 @@
-//! Detection of gaps beside transmissive surfaces. A gap that is narrower than the error bound of a
-//! hit is missing in the picture: a ray that leaves the surface starts beyond the next surface.
+//! Detection of gaps beside transmissive surfaces that are too narrow to be rendered. Where a gap
+//! is narrower than the error bound of a hit, a ray that leaves one surface starts beyond the
+//! other. The picture then lacks the gap.
 
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
 use super::{PreparedScene, PreparedSpawnRule};
 
-/// Numbers of rays along the width and the height of the picture that search for gaps.
+/// Numbers of search rays along the width and the height of the picture.
 const GRID_RAYS: [u32; 2] = [32, 18];
 
 /// Greatest number of surfaces along a ray that are tested for a gap.
 const MAX_HITS: usize = 16;
 
-/// A gap between two objects that is narrower than the offset of spawned rays.
+/// A gap between two objects that is too narrow to be rendered: rays that leave one surface start
+/// beyond the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnresolvedGap {
     /// Index of the transmissive object in the scene's list of objects; generated objects follow
@@ -20,14 +22,14 @@ pub struct UnresolvedGap {
     /// Index of the object on the far side of the gap. Rays spawned at `object` start beyond this
     /// object's surface.
     pub other: usize,
-    /// Least width in metres that a gap must have at this hit for rays to resolve it.
+    /// Least width in metres that the gap must have here, so that rays resolve it.
     pub resolved_width: f64,
 }
 
 impl<R: Real> PreparedScene<R> {
-    /// Returns the pairs of objects with unresolved gaps along 576 straight rays through a picture
-    /// of the given size, without duplicates. A scene with a constant ray offset closes gaps on
-    /// purpose, so the list is then empty.
+    /// Returns the pairs of objects with unresolved gaps, each pair once. They are searched along
+    /// 576 straight rays through a picture of the given size. A scene with a constant ray offset
+    /// closes gaps on purpose, so the list is then empty.
     pub(crate) fn find_unresolved_gaps(&self, [width, height]: [u32; 2]) -> Vec<UnresolvedGap> {
         let mut gaps: Vec<UnresolvedGap> = Vec::new();
         if !matches!(self.rules.spawn, PreparedSpawnRule::ErrorBound)
@@ -48,7 +50,7 @@ impl<R: Real> PreparedScene<R> {
         gaps
     }
 
-    /// Adds the unresolved gaps along a straight ray.
+    /// Adds the unresolved gaps along a ray that passes straight through surfaces.
     fn find_gaps_along_ray(&self, ray: &Ray<R>, gaps: &mut Vec<UnresolvedGap>) {
         let mut range = Interval::positive();
         for _ in 0..MAX_HITS {

@@ -1,5 +1,5 @@
-//! Preparation of materials' inputs: converts the inputs of the file to entries of tables, which
-//! shading evaluates.
+//! Preparation of materials' inputs. The inputs of the scene file are converted to entries of
+//! tables, which are evaluated during shading.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use crate::texture::{
     TextureSampler, mipmap,
 };
 
-/// Dependencies of a material's inputs on properties of the hit.
+/// Properties of a hit that the inputs of a material read.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct InputDependencies {
     /// Whether an input reads the surface's texture coordinates.
@@ -27,21 +27,21 @@ pub(super) struct InputDependencies {
     pub expressions: bool,
 }
 
-/// Compiler of materials' inputs, material by material, into common tables.
+/// Compiler of materials' inputs. It takes one material after the other and fills common tables.
 pub(super) struct InputCompiler<'a, R: Real> {
     constants: &'a BTreeMap<String, f64>,
     lookup: &'a SceneLookup<'a>,
     /// Path of the current material in the scene, for errors.
     pub path: String,
     pub texture_tables: InputTables<R>,
-    /// Index of each image in [`InputTables::images`], by the address of the image in memory.
+    /// Index of each image in [`InputTables::images`], by its address in memory.
     image_indices: HashMap<*const ImageData, u32>,
     /// Index of an image's mipmap levels in [`InputTables::pyramids`], by the image's index and
     /// whether its codes are sRGB.
     mipmap_indices: HashMap<(u32, bool), u32>,
     /// Whether texture uses ignore mipmaps.
     pub ignore_mipmaps: bool,
-    /// Dependencies of the current material's inputs so far.
+    /// Dependencies of the inputs that were compiled so far for the current material.
     pub dependencies: InputDependencies,
 }
 
@@ -175,9 +175,9 @@ impl<'a, R: Real> InputCompiler<'a, R> {
         )))
     }
 
-    /// Returns the index of the first texture use with the same footprint as a new texture use.
-    /// Only the last 16 uses are searched, because a material's textures are added in sequence.
-    /// Without a match, it is the index of the new use itself.
+    /// Returns the index of the first texture use that has the same footprint as a new texture use.
+    /// Only the last 16 texture uses are searched, because a material's textures are added in
+    /// sequence. Without a match, the index of the new use itself is returned.
     fn first_texture_use_with_footprint(
         &self,
         image: u32,
@@ -204,7 +204,7 @@ impl<'a, R: Real> InputCompiler<'a, R> {
         found.unwrap_or(textures.len() as u32)
     }
 
-    /// Returns the index of an image in the table, to which it is added if missing.
+    /// Returns the index of an image in the table. A missing image is added.
     fn find_or_add_image(&mut self, image: &Arc<ImageData>) -> u32 {
         let images = &mut self.texture_tables.images;
         *self
@@ -223,7 +223,7 @@ impl<'a, R: Real> InputCompiler<'a, R> {
             .is_some_and(|texture| texture.filter == TextureFilter::Mipmaps)
     }
 
-    /// Returns the index of an image's mipmap levels, which are built if missing.
+    /// Returns the index of an image's mipmap levels. Missing levels are built.
     fn find_or_build_mipmaps(&mut self, image: u32, srgb: bool) -> u32 {
         let InputTables {
             images, pyramids, ..
@@ -234,7 +234,7 @@ impl<'a, R: Real> InputCompiler<'a, R> {
         })
     }
 
-    /// Compiles an optional image that multiplies an input.
+    /// Compiles the image by which an input is multiplied; `None` without an image.
     pub fn compile_image(
         &mut self,
         reference: &Option<TextureRef>,
@@ -269,7 +269,8 @@ impl<'a, R: Real> InputCompiler<'a, R> {
         })
     }
 
-    /// Compiles the product of an input and the image of a separate key.
+    /// Compiles the product of an input and the image under a separate key, such as `base_colour`
+    /// and `base_colour_texture`.
     pub fn compile_factor<T: InputValue>(
         &mut self,
         input: &InputData<T>,

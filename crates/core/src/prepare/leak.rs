@@ -1,4 +1,4 @@
-//! Detection of light leaks: a lamp lies so close behind an opaque surface that shadow rays do not
+//! Detection of light leaks. A lamp lies so close behind an opaque surface that shadow rays do not
 //! resolve the gap, and its light shines through the surface.
 
 use raywright_bvh::{Interval, Ray, Real, Surface, Vector};
@@ -6,15 +6,15 @@ use raywright_bvh::{Interval, Ray, Real, Surface, Vector};
 use super::{PreparedScene, PreparedSpawnRule};
 use crate::light::{LightId, ShadowRayTarget};
 
-/// Numbers of camera rays along the width and the height of the picture. The first hit of each ray
-/// samples lights.
+/// Numbers of camera rays along the width and the height of the picture. At the first hit of each
+/// ray, lights are sampled.
 const GRID_RAYS: [u32; 2] = [32, 18];
 
-/// Greatest number of lights that a hit samples. In a scene with more lights, each hit continues in
-/// the list of lights after the previous hit's last light.
+/// Greatest number of lights that are sampled at a hit. If a scene has more lights, each hit
+/// continues in the list of lights where the previous hit ended.
 const LIGHTS_PER_HIT: usize = 8;
 
-/// Greatest number of surfaces tested in front of a lamp.
+/// Greatest number of surfaces that are tested in front of a lamp.
 const MAX_HITS: usize = 4;
 
 /// A delta light or an emissive object.
@@ -35,14 +35,15 @@ pub struct LightLeak {
     /// Index of the opaque object in the scene's list of objects; generated objects follow the
     /// listed objects.
     pub cover: usize,
-    /// Least distance in metres from the lamp at which the object blocks the light.
+    /// Least distance in metres between lamp and object at which the object blocks the light.
     pub resolved_distance: f64,
 }
 
 impl<R: Real> PreparedScene<R> {
-    /// Returns the light leaks onto the first hits of 576 rays through a picture of the given size,
-    /// without duplicate pairs. At most eight shadow rays start at each hit. A scene with a
-    /// constant ray offset lets light through on purpose, so the list is then empty.
+    /// Returns the light leaks onto the first hits of 576 camera rays through a picture of the
+    /// given size. Each pair of lamp and object is listed once. At most eight shadow rays start at
+    /// each hit. A scene with a constant ray offset lets light through on purpose, so the list is
+    /// then empty.
     pub(crate) fn find_light_leaks(&self, [width, height]: [u32; 2]) -> Vec<LightLeak> {
         let mut leaks = Vec::new();
         let lights: Vec<LightId> = self
@@ -90,9 +91,10 @@ impl<R: Real> PreparedScene<R> {
         self.materials[self.objects[object as usize].material as usize].is_opaque()
     }
 
-    /// Returns the leak through which a sampled point of a light reaches the surface point `from`,
-    /// if any. `place` holds two random numbers in [0, 1) that select the light's point. `faces`
-    /// tells whether light from a direction falls on the visible side of the surface.
+    /// Returns the light leak through which light from a sampled point reaches the surface point
+    /// `from`; `None` if the light arrives rightly or not at all. `place` holds two random numbers
+    /// in [0, 1) that select the point of the light. `faces` returns whether light from a direction
+    /// falls on the visible side of the surface.
     fn find_light_leak(
         &self,
         from: &Surface<R>,
@@ -150,8 +152,8 @@ impl<R: Real> PreparedScene<R> {
         })
     }
 
-    /// Follows a ray that starts behind a lamp. Returns the lamp's own object, if the ray hits it,
-    /// and the first other opaque object after the lamp.
+    /// Follows a ray that starts just behind a lamp. Returns the first other opaque object after
+    /// the lamp, and before it the lamp's own object if the ray hits that.
     fn find_covering_object(
         &self,
         light: LightId,
@@ -189,7 +191,8 @@ fn quasirandom_point(i: u32) -> [f32; 2] {
         .map(|step: f64| ((0.5 + step * f64::from(i)).fract() as f32).min(0.999_999))
 }
 
-/// Merges leaks of the same lamp and object to a single leak with the greatest distance.
+/// Merges the leaks of the same lamp and object to a single leak. Its distance is the greatest of
+/// theirs.
 fn merge_light_leaks(mut leaks: Vec<LightLeak>) -> Vec<LightLeak> {
     let key = |leak: &LightLeak| match leak.lamp {
         LampRef::Light(index) => (0, index, leak.cover),

@@ -13,7 +13,7 @@ use crate::light::{
 use crate::origin::light_relative_to;
 use crate::settings::{LightSampling, Settings};
 
-/// Prepares the lights of a scene. A path tracer's lights have samplers.
+/// Prepares the lights of a scene. Samplers are built only for a path tracer.
 ///
 /// # Errors
 /// [`PrepareError::Cancelled`].
@@ -60,7 +60,7 @@ fn prepare_emitters<R: Real>(
     )
 }
 
-/// Returns the delta lights of a scene. Lights whose effect is disabled are left out, so that no
+/// Returns the delta lights of a scene. Lights whose effect is switched off are left out, so no
 /// loop visits them.
 fn prepare_delta_lights<R: Real>(context: &PrepareContext<'_>) -> Vec<DeltaLight<R>> {
     let simulated = context.simulated;
@@ -76,7 +76,7 @@ fn prepare_delta_lights<R: Real>(context: &PrepareContext<'_>) -> Vec<DeltaLight
         .collect()
 }
 
-/// Builds the sampler of the sky, in the form that the sampling strategy needs.
+/// Builds the sampler of the sky in the form that the settings' sampling strategy needs.
 pub(super) fn build_sky_sampler<R: Real>(lights: &mut Lights<R>, settings: &Settings) {
     lights.build_sky_sampler();
     if settings.light_sampling == LightSampling::Both {
@@ -84,7 +84,8 @@ pub(super) fn build_sky_sampler<R: Real>(lights: &mut Lights<R>, settings: &Sett
     }
 }
 
-/// Returns the cosine-weighted mean of the sky's radiance; `None` if no integrator reads it.
+/// Returns the cosine-weighted mean of the sky's radiance; `None` if the integrator does not read
+/// it.
 pub(super) fn prepare_irradiance<R: Real>(
     context: &PrepareContext<'_>,
     sky: &SkyRadiance<R>,

@@ -20,7 +20,7 @@ use crate::material::MaterialTables;
 use crate::scene::{AlphaMode, Colour, Material as MaterialData, MaterialModel, Scene};
 use crate::texture::ShadingContext;
 
-/// Returns the tables that the given layers need.
+/// Returns the tabulated functions that the given layers need.
 pub(super) fn required_tables<R: Real>(layers: &[LayeredInputs<R>]) -> MaterialTables {
     let some = |has: fn(&LayeredInputs<R>) -> bool| layers.iter().any(has);
     MaterialTables {
@@ -90,13 +90,13 @@ impl<R: Real> PreparedMaterial<R> {
         }
     }
 
-    /// Whether no ray passes straight through the surface at any point. Refracted rays do not
-    /// count, because their direction changes.
+    /// Whether every point of the surface blocks rays that go straight on. Surfaces that transmit
+    /// rays only by refraction block such rays, because refraction changes the direction.
     pub fn blocks_straight_rays(&self) -> bool {
         !matches!(self, Self::Physical(m) if m.alpha != AlphaMode::Opaque)
     }
 
-    /// Whether the material is a thin wall, which transmits light straight on.
+    /// Whether the surface is a thin wall, which transmits light without refraction.
     pub fn is_thin(&self) -> bool {
         matches!(self, Self::Physical(m) if m.is_thin())
     }
@@ -107,7 +107,7 @@ impl<R: Real> PreparedMaterial<R> {
         matches!(self, Self::Physical(m) if m.normal_map.is_some() || m.layers.is_some_and(directed))
     }
 
-    /// Whether the surface bounds a solid body, into which transmitted light enters.
+    /// Whether the surface encloses a solid body, into which transmitted light enters.
     pub fn is_solid_boundary(&self) -> bool {
         !matches!(self, Self::Physical(m) if m.thin)
     }
@@ -154,7 +154,7 @@ pub(super) fn prepare_material<R: Real>(
     }
 }
 
-/// Prepares an optional part of a material, such as its highlight.
+/// Calls `prepare` for a part of a material, such as its highlight, if the part exists.
 fn prepare_optional<T, P>(
     part: Option<T>,
     prepare: impl FnOnce(T) -> Result<P, PrepareError>,

@@ -1,4 +1,4 @@
-//! Preparation of all materials of a scene into common tables.
+//! Preparation of all materials of a scene. The results are entries of common tables.
 
 use raywright_bvh::{Occlusion, Real};
 
@@ -13,7 +13,7 @@ use crate::scene::{MOST_UV_SETS, Material, ShadowRule};
 use crate::settings::{AreaShadows, MicrofacetEnergy};
 use crate::texture::InputTables;
 
-/// The prepared materials of a scene, with the tables to which they refer.
+/// The prepared materials of a scene and their common tables.
 pub(super) struct MaterialSet<R: Real> {
     /// The materials in the order of the scene.
     pub materials: Vec<PreparedMaterial<R>>,
@@ -75,7 +75,7 @@ impl<R: Real> MaterialSet<R> {
         })
     }
 
-    /// Returns the properties of each material that the geometry needs.
+    /// Returns for each material which properties of a hit the geometry must provide.
     pub fn geometry_needs(&self, context: &PrepareContext<'_>) -> Vec<GeometryNeeds> {
         // The order or the distance of occluders matters to some rules of shadows. Shadow rays
         // then visit all occluders.
@@ -104,7 +104,7 @@ impl<R: Real> MaterialSet<R> {
             .collect()
     }
 
-    /// Whether any material absorbs light inside its body.
+    /// Whether any material absorbs light inside the body that it encloses.
     pub fn absorbs(&self) -> bool {
         self.materials
             .iter()
@@ -112,8 +112,8 @@ impl<R: Real> MaterialSet<R> {
     }
 }
 
-/// Returns the effect of a material's objects on shadow rays. `blocks_light` tells whether such an
-/// object blocks all light, so that its hits need no filter.
+/// Returns how objects of a material affect shadow rays. `blocks_light` is whether such an object
+/// blocks all light. Shadow rays then end at the object without evaluating its material.
 fn occlusion_needs<R: Real>(
     material: &PreparedMaterial<R>,
     context: &PrepareContext<'_>,
@@ -140,8 +140,8 @@ fn occlusion_needs<R: Real>(
     }
 }
 
-/// Returns the bit mask of a mesh's sets of texture coordinates that a material reads.
-/// Expressions and shapes read set 0.
+/// Returns a bit mask of the sets of texture coordinates that a material reads. Expressions read
+/// set 0. Shapes other than meshes have only this set.
 fn uv_set_mask(material: &Material, reads_coordinates: bool) -> u8 {
     material
         .uv_sets()

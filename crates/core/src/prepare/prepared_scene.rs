@@ -34,15 +34,15 @@ pub(crate) enum PreparedSpawnRule<R: Real> {
     },
 }
 
-/// The rules of classic materials, in the scalar `R` (see [`ClassicRules`]).
+/// The rules that all classic materials share, in the scalar `R` (see [`ClassicRules`]).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PreparedClassicRules<R: Real> {
     pub spawn: PreparedSpawnRule<R>,
-    /// Whether only the occluder that is first in the scene's order blocks light.
+    /// Whether only the first occluder in the order of the scene's objects blocks light.
     pub first_occluder_decides: bool,
     /// Farthest occluder of a directional light in metres; infinite without a limit.
     pub shadow_max_distance: R,
-    /// Whether a hit at the depth limit shows only its local term, and otherwise nothing.
+    /// Whether a surface hit at the depth limit shows its local term. Otherwise it shows nothing.
     pub local_only_at_limit: bool,
 }
 
@@ -68,9 +68,8 @@ impl<R: Real> PreparedClassicRules<R> {
 }
 
 /// The prepared scene, which integrators read. It consists of flat arrays that refer to each other
-/// by index, without a pointer, closure or trait object for each object, material or primitive.
-/// Meshes and images are shared with the scene by a pointer for each buffer, so that nothing is
-/// copied.
+/// by index. No object, material or primitive has a pointer, closure or trait object of its own.
+/// Meshes and images are not copied: each is shared with the scene by one pointer.
 #[derive(Clone, Debug)]
 pub struct PreparedScene<R: Real> {
     pub(crate) geometry: Geometry<R>,
@@ -89,23 +88,23 @@ pub struct PreparedScene<R: Real> {
     pub(crate) backdrop: Option<Backdrop<R>>,
     /// Invisible ground of a studio, whose shadow dims the backdrop; `None` without a ground.
     pub(crate) ground: Option<StudioGround<R>>,
-    /// Radiance of a studio's backdrop; `None` before the first camera.
+    /// Radiance of a studio's backdrop; `None` until the first camera is set.
     pub(crate) studio_backdrop: Option<f64>,
-    /// Cosine-weighted mean of the sky's radiance; `None` if no material needs it.
+    /// Cosine-weighted mean of the sky's radiance; `None` if no material reads it.
     pub(crate) irradiance: Option<Irradiance<R>>,
     pub(crate) camera: PreparedCamera<R>,
-    /// Ray cone of the camera, for textures with mipmaps; `None` without such textures.
+    /// Ray cone of the camera, which selects mipmap levels; `None` without textures that use them.
     pub(crate) cone: Option<RayCone<R>>,
     pub(crate) rules: PreparedClassicRules<R>,
     /// Whether any material absorbs light inside its body.
     pub(crate) absorbs: bool,
-    /// Priority of each material's bodies: where bodies overlap, light is in the body of the
+    /// Priority of each material's bodies. Where bodies overlap, light is in the body of the
     /// greatest priority. Empty if priorities are not simulated.
     pub(crate) priorities: Vec<u32>,
     /// Whether a path tracks which bodies it is inside.
     pub(crate) tracks_media: bool,
-    /// Whether light samples may pass straight through surfaces, whose hits shadow rays then visit
-    /// in order.
+    /// Whether light samples may pass straight through surfaces. Shadow rays then visit the hits of
+    /// such surfaces in order.
     pub(crate) transmits_straight: bool,
     /// Layers of the materials that have layers.
     pub(crate) layers: Vec<LayeredInputs<R>>,
@@ -155,9 +154,9 @@ pub struct TableCounts {
 }
 
 impl<R: Real> PreparedScene<R> {
-    /// Returns the sampling strategy of a path tracer for a light. Lamps with hard shadows are
-    /// sampled by light sampling alone, because a path that hits such a lamp by chance does not
-    /// know whether the lamp's centre is visible.
+    /// Returns the strategy by which path tracing samples a light. Lamps with hard shadows are only
+    /// sampled directly: a path that hits a lamp by chance does not know whether the lamp's centre
+    /// is visible.
     #[inline(always)]
     pub(crate) fn light_sampling_strategy(&self, light: LightId) -> LightSampling {
         match light {
@@ -177,7 +176,8 @@ impl<R: Real> PreparedScene<R> {
         self.hard_shadows && !self.lights.emitters.has_varying_emission(emitter)
     }
 
-    /// Converts a point to the coordinates of the scene file.
+    /// Converts a point from stored coordinates, relative to the storage origin, to those of the
+    /// scene file.
     #[inline]
     pub(crate) fn to_world(&self, point: R::Vec3) -> DVec3 {
         let stored = point.to_f64();
@@ -226,8 +226,8 @@ impl<R: Real> PreparedScene<R> {
         }
     }
 
-    /// Returns the bytes of the images of materials and sky, without duplicates, with their
-    /// mipmaps.
+    /// Returns the bytes of the images of materials and sky with their mipmaps. An image that is
+    /// used several times counts once.
     fn texture_bytes(&self) -> usize {
         let sky = self.lights.sky.image().filter(|&sky| {
             !self

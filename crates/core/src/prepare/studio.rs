@@ -1,4 +1,5 @@
-//! The backdrop of a studio, which only camera rays see, and its ground, which catches shadows.
+//! The backdrop of a studio, which only camera rays see, and the ground of a studio, which shows
+//! shadows.
 
 use glam::DVec3;
 use raywright_bvh::{Real, Vector};
@@ -62,9 +63,10 @@ pub(crate) struct StudioGround<R: Real> {
     pub height: R,
     /// Centre of the shadow.
     pub centre: R::Vec3,
-    /// Radius of the shadow. Beyond it, the scene blocks a negligible share of the light.
+    /// Radius of the shadow on the ground. Outside it, the scene blocks a negligible part of the
+    /// light.
     pub shadow_radius: R,
-    /// Distribution of directions above the ground, by their contribution to the ground's
-    /// irradiance.
+    /// Distribution of sampled directions above the ground, proportional to the irradiance that the
+    /// ground receives from them.
     pub direction_sampler: SphereGrid,
 }

@@ -1,5 +1,5 @@
-//! Adds the backdrop and the ground of a studio sky to a prepared scene. The brightness of the
-//! backdrop depends on the objects, the shadow on the ground on the studio's lights.
+//! Adds the backdrop and the ground of a studio to a prepared scene. The brightness of the backdrop
+//! depends on the objects. The shadow on the ground depends on the studio's lights.
 
 use core::f64::consts::PI;
 
@@ -19,8 +19,8 @@ use crate::settings::{Background, Settings};
 use crate::studio::direction_from_angles;
 
 impl<R: Real> StudioGround<R> {
-    /// Creates the ground below a scene, lit by a sky; `None` for a scene with unbounded objects or
-    /// without objects, or if no light comes from above.
+    /// Creates the ground below a scene, lit by a sky. `None` if the scene has no objects or
+    /// unbounded ones, or if no light comes from above.
     fn build_below_scene(scene: &PreparedScene<R>, sky: &SkyRadiance<R>) -> Option<Self> {
         const SIZE: [usize; 2] = [64, 32];
         let bounds = scene.geometry.bounded_primitives_box();
@@ -51,10 +51,10 @@ impl<R: Real> StudioGround<R> {
     }
 }
 
-/// Brightness from 0 to 1 on the display, above which surfaces count as bright: halfway between the
-/// display codes of the dark and the light backdrop.
+/// Display brightness, 0 to 1, above which surfaces count as bright. It lies halfway between the
+/// display codes of the dark and of the light backdrop.
 const BRIGHT: f64 = 0.48;
-/// Approximate radiance of a white surface in a studio.
+/// Approximate radiance of a white surface that a studio lights.
 const LIT: f64 = 0.7;
 
 impl<R: Real> PreparedScene<R> {
@@ -95,8 +95,8 @@ impl<R: Real> PreparedScene<R> {
     }
 
     /// Returns the median display brightness, 0 to 1, of the surfaces that parallel rays from six
-    /// directions hit. It depends on no camera, so that the backdrop is the same from all sides.
-    /// `None` if no ray hits.
+    /// fixed directions hit; `None` if no ray hits. It does not depend on the camera, so the
+    /// backdrop is the same from all sides.
     fn median_brightness(&self) -> Option<f64> {
         const EDGE: u16 = 16;
         let bounds = self.geometry.bounded_primitives_box();
@@ -131,8 +131,8 @@ impl<R: Real> PreparedScene<R> {
         found.get(found.len() / 2).copied()
     }
 
-    /// Returns the display brightness, 0 to 1, of the first surface along a ray whose alpha is at
-    /// least 0.5.
+    /// Returns the display brightness, 0 to 1, of a surface along a ray: the first whose alpha is
+    /// at least 0.5. `None` if the ray hits no such surface.
     fn brightness_along_ray(&self, ray: &Ray<R>) -> Option<f64> {
         const CUTOUTS: usize = 16;
         let mut min = R::ZERO;

@@ -1,6 +1,6 @@
-//! Generation of tangents for meshes whose file has none, but whose material has a normal map or
-//! anisotropy. The algorithm is MikkTSpace, which programs that bake normal maps use (Mikkelsen,
-//! "Simulation of Wrinkled Surfaces Revisited", 2008).
+//! Generation of tangents. They are needed for meshes whose file has none, but whose material has a
+//! normal map or anisotropy. The algorithm is MikkTSpace, which is also used by programs that bake
+//! normal maps (Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008).
 
 use std::collections::HashMap;
 
@@ -19,12 +19,12 @@ use crate::scene::{Material, MaterialModel, MeshData, Scene, Shape};
 /// [`MeshData::tangents`].
 pub(crate) type CornerTangents = Vec<[[f32; 4]; 3]>;
 
-/// Key of generated tangents: the set of texture coordinates, and the linear part of their
-/// transform as bits of four `f64`.
+/// Key of generated tangents: the index of the set of texture coordinates, and the linear part of
+/// their transform as the bits of four `f64`.
 pub(super) type TangentKey = (u32, [u64; 4]);
 
-/// Returns the key of the tangents to generate for a mesh with a material; `None` if the mesh has
-/// tangents or needs none.
+/// Returns the key of the tangents to be generated for a mesh with a material. `None` if the mesh
+/// has tangents or the material needs none.
 pub(super) fn tangent_key(material: Option<&Material>, data: &MeshData) -> Option<TangentKey> {
     let MaterialModel::Physical(model) = &material?.model else {
         return None;
@@ -45,7 +45,8 @@ pub(super) fn tangent_key(material: Option<&Material>, data: &MeshData) -> Optio
     })
 }
 
-/// Generates the missing tangents without duplicates, and stores their indices in the objects.
+/// Generates the missing tangents and stores their indices in the objects. Objects with the same
+/// mesh and key share them.
 ///
 /// # Errors
 /// [`PrepareError::Cancelled`], checked between meshes.

@@ -1,12 +1,12 @@
-//! Report of the lights that contributed nothing to a picture.
+//! Detection of lights that contributed nothing to a picture.
 
 use raywright_bvh::Real;
 
 use super::PreparedScene;
 use crate::light::{LightId, LightUsage};
 
-/// Least number of blocked shadow rays for a report. If a twentieth of the rays reached the light,
-/// the probability that a hundred are all blocked would be less than a hundredth.
+/// Least number of blocked shadow rays for which a light is reported. If one ray in twenty reached
+/// the light, all of a hundred rays would be blocked with a probability below 1 %.
 const MIN_BLOCKED_RAYS: u64 = 100;
 
 /// A light or an emissive object that contributed nothing to a picture.
@@ -30,8 +30,8 @@ pub enum UnreachedLight {
 }
 
 impl<R: Real> PreparedScene<R> {
-    /// Returns the lights without a contribution to which at least [`MIN_BLOCKED_RAYS`] shadow rays
-    /// were blocked.
+    /// Returns the lights that contributed nothing although at least [`MIN_BLOCKED_RAYS`] shadow
+    /// rays were traced to them. All these rays were blocked.
     pub(crate) fn find_unreached_lights(&self, usage: &LightUsage) -> Vec<UnreachedLight> {
         let in_vain = |light| usage.blocked_rays(light).map(u64::from);
         let lights = (0..self.lights.delta.len()).filter_map(|index| {

@@ -1,5 +1,6 @@
-//! Colour spaces of FLIP: from sRGB to the linearised opponent space YCxCz for filtering, and then
-//! to Hunt-adjusted L*a*b*.
+//! Colour spaces of FLIP. Pictures are converted from sRGB to YCxCz, a space of opponent colours
+//! that is linear in light, for filtering. Then they are converted to L*a*b* with a Hunt
+//! adjustment.
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -35,9 +36,9 @@ fn white_xyz() -> DVec3 {
     RGB_TO_XYZ * DVec3::ONE
 }
 
-/// Returns a picture in the opponent space YCxCz, one plane per channel (section 3.1 of the FLIP
-/// paper). The channels resemble L*, a*, b* but are linear in light, so that a filter may average
-/// them.
+/// Converts a picture to the opponent colour space YCxCz, with one plane per channel (section 3.1
+/// of the FLIP paper). The channels resemble L*, a*, b*, but are linear in light, so filters may
+/// average them.
 pub(super) fn srgb_to_ycxcz(picture: &Picture) -> OpponentImage {
     let white = white_xyz();
     let convert = |rgb: &[f32; 3]| {
@@ -63,8 +64,8 @@ pub(super) fn srgb_to_ycxcz(picture: &Picture) -> OpponentImage {
     })
 }
 
-/// Returns each filtered pixel as L*, a*, b*, clipped to the gamut (section 4.1.2 of the FLIP
-/// paper). a* and b* are weighted by lightness for the Hunt effect: bright colours look more
+/// Converts filtered pixels to L*, a*, b*, clipped to the gamut of sRGB (section 4.1.2 of the FLIP
+/// paper). a* and b* are multiplied by lightness for the Hunt effect: bright colours look more
 /// saturated.
 pub(super) fn to_hunt_lab(planes: &OpponentImage) -> Vec<[f32; 3]> {
     let (white, to_rgb) = (white_xyz(), RGB_TO_XYZ.inverse());
@@ -87,7 +88,7 @@ pub(super) fn to_hunt_lab(planes: &OpponentImage) -> Vec<[f32; 3]> {
         .collect()
 }
 
-/// Lightness curve of L*a*b*: a cube root, linear near black (CIE 15:2004).
+/// Lightness function of L*a*b*: a cube root, and linear near black (CIE 15:2004).
 fn lab_curve(t: f64) -> f64 {
     const DELTA: f64 = 6.0 / 29.0;
     if t > DELTA * DELTA * DELTA {

@@ -72,16 +72,17 @@ impl ScalarImage {
 }
 
 /// Contrast sensitivity functions of the eye, as Fourier transforms (section 4.1.1 of the FLIP
-/// paper). Each is a sum of Gaussians a·√(π/b)·exp(−π²·x²/b), x in degrees. An entry holds the
-/// pairs (a, b) of one channel: achromatic, red-green, blue-yellow; a = 0 marks an unused second
-/// Gaussian.
+/// paper). Each is a sum of two Gaussians a·√(π/b)·exp(−π²·x²/b), with x in degrees. An entry holds
+/// the two pairs (a, b) of a channel: achromatic, red-green, blue-yellow. a = 0 marks an unused
+/// second Gaussian.
 const SENSITIVITY: [[(f64, f64); 2]; 3] = [
     [(1.0, 0.0047), (0.0, 1e-5)],
     [(1.0, 0.0053), (0.0, 1e-5)],
     [(34.1, 0.04), (13.5, 0.025)],
 ];
 
-/// Filters of the eye's contrast sensitivity at a viewing distance, one per opponent channel.
+/// Filters that imitate the contrast sensitivity of the eye at a viewing distance, one per opponent
+/// channel.
 pub(super) struct ContrastFilters {
     /// Gaussians of each channel, as pairs of a row kernel and a column kernel. Over all Gaussians
     /// of a channel, the products of the two kernels sum to one.
@@ -115,8 +116,8 @@ impl ContrastFilters {
     }
 }
 
-/// Returns the row kernel and the column kernel of each Gaussian of a channel. The sum of all
-/// Gaussians is normalised to one over a square window. The share of a Gaussian is contained in its
+/// Returns the row kernel and the column kernel of each Gaussian of a channel. Over a square
+/// window, the sum of all Gaussians is one. The weight of a Gaussian in this sum is a factor of its
 /// column kernel.
 fn contrast_kernels(
     gaussians: [(f64, f64); 2],
@@ -142,14 +143,14 @@ fn contrast_kernels(
         .collect()
 }
 
-/// Returns the values of a function at the integers from −`radius` to `radius`.
+/// Returns the values of a function at the whole numbers from −`radius` to `radius`.
 fn sample_taps(radius: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
     let radius = radius as i32;
     (-radius..=radius).map(|x| f(f64::from(x))).collect()
 }
 
-/// Returns the feature difference of each pixel, 0 to 1: how much edges and points differ between
-/// the achromatic channels of two pictures (section 4.2 of the FLIP paper).
+/// Returns for each pixel, 0 to 1, how much edges and points differ between two pictures. Only the
+/// achromatic channels are compared (section 4.2 of the FLIP paper).
 pub(super) fn feature_differences(
     picture: &ScalarImage,
     reference: &ScalarImage,
@@ -157,7 +158,7 @@ pub(super) fn feature_differences(
 ) -> Vec<f32> {
     /// Width in degrees of visual angle of the edges that the eye detects best.
     const WIDTH: f64 = 0.082;
-    /// Exponent that emphasises small feature differences.
+    /// Exponent below 1 that emphasises small feature differences.
     const EXPONENT: f32 = 0.5;
     let detectors = FeatureDetectors::new(0.5 * WIDTH * pixels_per_degree);
     let [a, b] = [picture, reference].map(|plane| detectors.edge_and_point_strengths(plane));
@@ -188,7 +189,7 @@ impl FeatureDetectors {
         }
     }
 
-    /// Returns the strength of edges and of points at each pixel. Their direction does not matter.
+    /// Returns the strength of edges and of points at each pixel, whatever their direction.
     fn edge_and_point_strengths(&self, plane: &ScalarImage) -> Vec<[f32; 2]> {
         // Lightness 0..100 to 0..1, as the detectors are calibrated for.
         let values = plane.values.iter().map(|y| (y + 16.0) / 116.0).collect();

@@ -23,8 +23,8 @@ pub const DEFAULT_PIXELS_PER_DEGREE: f64 = 3840.0 * core::f64::consts::PI / 180.
 
 /// Exponent applied to HyAB distances of colours (section 4.1.3 of the FLIP paper).
 const COLOUR_EXPONENT: f32 = 0.7;
-/// Joint of the piecewise linear mapping from colour differences to 0..1 (section 4.1.3 of the FLIP
-/// paper). This share of the largest difference is mapped to [`SPREAD_TO`].
+/// Bend of the piecewise linear map from colour differences to 0..1 (section 4.1.3 of the FLIP
+/// paper). The largest difference times this factor is mapped to [`SPREAD_TO`].
 const SPREAD_FROM: f32 = 0.4;
 const SPREAD_TO: f32 = 0.95;
 
@@ -58,7 +58,7 @@ pub fn flip(
     Ok(pixels.into_par_iter().map(combine).collect())
 }
 
-/// Mapping of HyAB colour distances to errors in 0..1 (section 4.1.3 of the FLIP paper).
+/// Map of HyAB colour distances to colour errors in 0..1 (section 4.1.3 of the FLIP paper).
 struct ColourErrorMapping {
     max_distance: f32,
 }
@@ -79,7 +79,7 @@ impl ColourErrorMapping {
         }
     }
 
-    /// Returns the colour error, 0 to 1, of a HyAB distance.
+    /// Returns the colour error, 0 to 1, for a HyAB colour distance.
     fn apply(&self, distance: f32) -> f32 {
         let power = Real::powf(distance, COLOUR_EXPONENT);
         let joint = SPREAD_FROM * self.max_distance;
@@ -91,7 +91,7 @@ impl ColourErrorMapping {
     }
 }
 
-/// Picture in an opponent colour space, one plane per channel.
+/// Picture in an opponent colour space, with one plane per channel.
 type OpponentImage = [ScalarImage; 3];
 
 #[cfg(test)]

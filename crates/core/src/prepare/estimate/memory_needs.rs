@@ -1,4 +1,4 @@
-//! Count of the objects, meshes and images of a scene that take memory.
+//! Count of everything in a scene that takes memory: objects, meshes and images.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use crate::settings::Settings;
 use crate::shape::convert_moved_shape;
 use crate::texture::mipmap;
 
-/// Counts and bytes that the preparation of a scene needs.
+/// Numbers of items, and bytes, that the preparation of a scene needs.
 #[derive(Default)]
 pub(super) struct MemoryNeeds {
     /// Counts of the primitives on the scene's top level.
@@ -35,8 +35,8 @@ pub(super) struct MemoryNeeds {
     pub lamps: u64,
     /// Number of emissive shapes that are rotated or scaled.
     pub transformed_lamps: u64,
-    /// Number of triangles of varying emission, and the number of points along each side of a
-    /// triangle.
+    /// Number of triangles of varying emission, followed by the number of points along each side of
+    /// a triangle at which it is evaluated.
     pub varying_emission: [u64; 2],
     /// Number of texture uses.
     pub texture_uses: u64,
@@ -45,7 +45,7 @@ pub(super) struct MemoryNeeds {
 }
 
 impl MemoryNeeds {
-    /// Counts the needs of a scene with the selected emitters.
+    /// Counts what a scene needs. `requested` selects the emitters.
     pub fn from_scene<R: Real>(
         scene: &Scene,
         settings: &Settings,
@@ -72,7 +72,7 @@ impl MemoryNeeds {
         needs
     }
 
-    /// Adds a number of moving or static instances.
+    /// Adds `count` instances of a shared geometry. `moves` is whether they move.
     fn add_instances(&mut self, count: u64, moves: bool) {
         self.geometry_memory.instances = self.geometry_memory.instances.saturating_add(count);
         self.geometry_memory.moving_instances = self
@@ -140,7 +140,7 @@ impl MemoryNeeds {
     }
 }
 
-/// Counter of what a scene's objects need. It counts shared meshes once.
+/// Counter of what a scene's objects need. It counts a shared mesh once.
 struct MemoryCounter<'a> {
     needs: MemoryNeeds,
     settings: &'a Settings,
@@ -148,14 +148,14 @@ struct MemoryCounter<'a> {
     uses: MeshUseCounts<'a>,
     /// Addresses of the meshes counted so far.
     counted_meshes: HashSet<*const MeshData>,
-    /// Addresses of meshes and keys of their generated tangents counted so far.
+    /// Meshes (by address) and keys of their generated tangents that are counted so far.
     counted_tangents: HashSet<(*const MeshData, TangentKey)>,
     /// Meshes and side rules whose shared geometry is counted.
     counted_geometries: HashSet<(&'a str, SideRule)>,
 }
 
 impl<'a> MemoryCounter<'a> {
-    /// Counts `count` objects that are equal but for their position. An object of an undefined mesh
+    /// Counts `count` objects that differ only in their position. An object whose mesh is undefined
     /// needs nothing.
     fn count_object<R: Real>(&mut self, object: &'a Object, count: u64, requested: EmitterFilter) {
         let material = self
@@ -211,7 +211,7 @@ impl<'a> MemoryCounter<'a> {
         }
     }
 
-    /// Counts shapes that are no meshes: primitives, or instances if the shapes move.
+    /// Counts `count` shapes other than meshes. They are primitives, or instances if they move.
     fn count_shape<R: Real>(&mut self, object: &Object, count: u64, emits: bool) {
         let shape = convert_moved_shape::<R>(&object.shape, DVec3::ZERO);
         if object_transforms_at_ends(object).is_some() {

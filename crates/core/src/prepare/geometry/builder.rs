@@ -34,7 +34,8 @@ pub(super) struct GeometryBuilder<'a, R: Real> {
     pub records: Vec<ObjectRecord<R>>,
     /// Indices, ascending, of the objects so far whose mesh collapses when stored.
     pub collapsed_meshes: Vec<u32>,
-    /// The last moving object, the index of its shared geometry, and the origin of its coordinates.
+    /// The last moving object whose shape is no mesh, with the index of its shared geometry and the
+    /// origin of that geometry's coordinates.
     last_moving_shape: Option<(&'a Object, u32, DVec3)>,
     observer: &'a dyn Observer,
 }
@@ -216,8 +217,8 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         Ok(*vacant.insert(part))
     }
 
-    /// Adds a mesh as triangles of the top level. Returns whether its transform mirrors, which
-    /// reverses the triangles' orientation.
+    /// Adds a mesh as triangles of the top level. Returns whether its transform mirrors. The
+    /// orientation of mirrored triangles is reversed, so that their outside stays outside.
     ///
     /// # Errors
     /// Triangles that the geometry rejects, and cancellation.
@@ -243,8 +244,8 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         Ok(flipped)
     }
 
-    /// Adds a shape. If a pure translation of the shape's own coordinates is exact in `f64`, the
-    /// shape is moved, so that a generator's objects need no transforms.
+    /// Adds a shape. If its transform is a translation that is exact in `f64`, the shape's
+    /// coordinates are translated. So a generator's objects need no transforms.
     ///
     /// # Errors
     /// A shape that the geometry rejects.
@@ -268,8 +269,8 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         })
     }
 
-    /// Adds a moving shape as an instance of a geometry of its own, which all objects of a
-    /// generator share.
+    /// Adds a moving shape as an instance of a geometry that contains only this shape. All objects
+    /// of a generator share the geometry.
     ///
     /// # Errors
     /// A shape that the geometry rejects.
@@ -312,7 +313,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
     }
 }
 
-/// Returns the visibility of an object whose material has the given needs.
+/// Returns the sides of an object that rays hit, and its effect on shadow rays.
 fn object_visibility(object: &Object, geometry_needs: &GeometryNeeds) -> Visibility {
     let occlusion = if object.casts_shadow {
         geometry_needs.occlusion

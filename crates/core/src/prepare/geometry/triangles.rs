@@ -1,4 +1,4 @@
-//! Conversion of a mesh's triangles to stored coordinates.
+//! Conversion of a mesh's triangles to coordinates as they are stored.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::{PrimitiveSet, Real, Vector, Visibility};
@@ -9,8 +9,8 @@ use crate::prepare::collapse::{round_to_scalar, shape_collapses};
 use crate::prepare::error::{PrepareError, check_cancelled};
 use crate::scene::{MeshData, Shape};
 
-/// Whether all triangles of a transformed mesh collapse when stored, though not all are degenerate
-/// before. The test ends at the first surviving triangle.
+/// Whether all triangles of a transformed mesh collapse to zero area when stored. False if all of
+/// them are degenerate already in the file. The test ends at the first triangle that survives.
 pub(super) fn mesh_collapses<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
     let corner = |i: u32| {
         map.transform_point3(data.positions.position(i as usize))
@@ -25,9 +25,9 @@ pub(super) fn mesh_collapses<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
     nothing(round_to_scalar::<R>) && !nothing(|x| x)
 }
 
-/// Adds the triangles of a mesh as a single object. `map` holds the mesh's transform, and whether
-/// it mirrors; triangles of a mirrored mesh are reversed, so that its outside stays outside.
-/// Without a map, the triangles are relative to the mesh's own origin.
+/// Adds the triangles of a mesh as a single object. `map` is the mesh's transform and whether it
+/// mirrors. Triangles of a mirrored mesh are reversed, so that their outside stays outside. Without
+/// `map`, the triangles are relative to the mesh's own origin.
 ///
 /// # Errors
 /// Triangles that the geometry rejects, and [`PrepareError::Cancelled`].
