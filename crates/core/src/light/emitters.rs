@@ -154,6 +154,21 @@ impl<R: Real> Emitters<R> {
             .filter(|(_, emitters)| !emitters.is_empty())
     }
 
+    /// Iterates over the emissive objects, each with its area, its power and the greatest radiance
+    /// of its emitters, the mean of three channels.
+    pub fn areas_and_powers(&self) -> impl Iterator<Item = (usize, f64, f64, f64)> {
+        self.emitters_by_object().map(|(object, emitters)| {
+            let all = &self.list.emitters[emitters.start as usize..emitters.end as usize];
+            let radiance = all
+                .iter()
+                .map(|emitter| emitter.radiance.to_f64().element_sum() / 3.0)
+                .fold(0.0, f64::max);
+            let area = all.iter().map(|emitter| emitter.area).sum();
+            let power = all.iter().map(Emitter::power).sum();
+            (object, area, power, radiance)
+        })
+    }
+
     /// Samples an emitter in proportion to power, by two uniform numbers in [0, 1). Returns the
     /// emitter and its probability; `None` if no emitter has power.
     ///

@@ -3,12 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::aimed::AimedRayResult;
-use super::coplanar::{DepthResolution, separation_remedy};
+use super::coplanar::DepthResolution;
 use super::duplicates::DuplicateObjects;
 use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
-use super::finding::{
-    FindingCode, FindingSubject, Severity, StressFinding, metres, round_up_to_digit, with_metres,
-};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
+use super::numbers::{metres, round_up_to_digit, with_metres};
+use super::overlaps::separation_remedy;
 use super::ray_survey::{RaySurvey, SightingCount};
 use super::topology::Topology;
 use crate::prepare::{LampRef, LightLeak, UnresolvedGap};

@@ -2,10 +2,11 @@
 //! things are.
 
 use glam::DVec3;
-use raywright_bvh::{Aabb, Ray};
+use raywright_bvh::{Aabb, Ray, Real};
 
 use super::facts::{SceneFacts, SurfaceKind};
-use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, format_decimal};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
+use super::numbers::format_decimal;
 use super::ray_survey::RaySurvey;
 use crate::camera::{PreparedCamera as Prepared, eye_and_axes};
 use crate::scene::{AspectFit, Camera, Projection, Shape};
@@ -54,7 +55,13 @@ impl CameraView {
         point.lerp(self.eye(), 0.01)
     }
 
-    fn eye(&self) -> DVec3 {
+    /// How far in front of its eye its rays start in a scene of these bounds, in metres.
+    pub fn skipped_distance<R: Real>(&self, bounds: &Aabb) -> f64 {
+        let prepared = Prepared::<R>::for_scene_bounds(&self.data, self.size, bounds);
+        prepared.skipped_distance().to_f64()
+    }
+
+    pub fn eye(&self) -> DVec3 {
         eye_and_axes(&self.data.pose).0
     }
 
@@ -125,7 +132,7 @@ pub(super) fn check_cameras(
                     "look whether objects are hidden, or nothing is left of them"
                 }
                 _ => {
-                    "turn it to the scene with --eye and --target, or leave it out: a scene without a camera is shown whole"
+                    "turn it to the scene (`pose`, or render with --eye and --target), or leave it out: a scene without a camera is shown whole"
                 }
             };
             findings.push(StressFinding::new(
@@ -139,25 +146,25 @@ pub(super) fn check_cameras(
         findings.extend(cameras_in_bodies(scene_facts, view, survey));
         findings.extend(small_scene_finding(scene_facts, view));
         findings.extend(focus_finding(scene_facts, view));
-        let [width, height] = view.size.map(f64::from);
-        if let Some(aspect) = view.data.aspect.filter(|aspect| {
-            view.data.fit == AspectFit::Stretch && (aspect * height / width - 1.0).abs() > 0.02
-        }) {
-            let reason = format!(
-                "its `aspect` is {aspect:.3} and the picture's {:.3}, so that everything is stretched",
-                width / height
-            );
-            let remedy = "remove `aspect`, or give the picture that shape with --size";
-            findings.push(StressFinding::new(
-                FindingCode::StretchedPicture,
-                Severity::Harmless,
-                view.subject,
-                reason,
-                remedy,
-            ));
-        }
+        findings.extend(aspect_finding(view));
     }
     findings
+}
+
+/// A picture of another shape than the camera's, over which it is stretched.
+fn aspect_finding(view: &CameraView) -> Option<StressFinding> {
+    let [width, height] = view.size.map(f64::from);
+    let aspect = view.data.aspect?;
+    let is_stretched =
+        view.data.fit == AspectFit::Stretch && (aspect * height / width - 1.0).abs() > 0.02;
+    let reason = format!(
+        "its `aspect` is {aspect:.3} and the picture's {:.3}, so that everything is stretched",
+        width / height
+    );
+    let remedy =
+        "remove `aspect`, or give the picture that shape with `render.size`, or render with --size";
+    let (code, severity) = (FindingCode::StretchedPicture, Severity::PictureWrong);
+    is_stretched.then(|| StressFinding::new(code, severity, view.subject, reason, remedy))
 }
 
 /// Bodies that a camera is in: of glass, or so that it sees nothing else.
@@ -269,7 +276,7 @@ fn small_scene_finding(scene_facts: &SceneFacts<'_>, view: &CameraView) -> Optio
     }
     let pixel = view.pixel_width_at(scene_facts.bounds.centre());
     let reason = format!("all of the scene is {:.2} pixels wide in it", size / pixel);
-    let remedy = "move it nearer with --eye, or narrow its field of view";
+    let remedy = "move it nearer (`pose`, or render with --eye), or narrow its field of view";
     (size < 2.0 * pixel).then(|| {
         StressFinding::new(
             FindingCode::SceneBelowPixel,
@@ -308,16 +315,22 @@ fn focus_finding(scene_facts: &SceneFacts<'_>, view: &CameraView) -> Option<Stre
     let along = (centre - eye).dot(-frame.z_axis);
     let reach = half.dot(frame.z_axis.abs());
     let [near, far] = [along - reach, along + reach];
+    let sharpest = focus_distance.clamp(near, far);
+    // The disc over which a point there is spread, at its own distance.
+    let spread = 2.0 * aperture_radius * (sharpest / focus_distance - 1.0).abs();
+    let pixels = spread / view.pixel_width_at(eye - frame.z_axis * sharpest);
     let reason = format!(
-        "its lens is sharp at {focus_distance} metres, and everything lies between {} and {} metres",
+        "its lens is sharp at {focus_distance} metres, and everything lies between {} and {} metres: the sharpest point there is {} pixels wide",
         format_decimal(near),
-        format_decimal(far)
+        format_decimal(far),
+        format_decimal(pixels)
     );
     let remedy = "set `focus_distance` to the distance of what is to be sharp";
-    (focus_distance < near || focus_distance > far).then(|| {
+    // A point less than a pixel wide is as sharp as the picture is.
+    (sharpest != focus_distance && pixels > 1.0).then(|| {
         StressFinding::new(
             FindingCode::FocusNowhere,
-            Severity::Harmless,
+            Severity::PictureWrong,
             view.subject,
             reason,
             remedy,

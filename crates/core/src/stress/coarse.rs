@@ -5,7 +5,8 @@ use raywright_bvh::Real;
 
 use super::cameras::{CameraView, is_box_in_view};
 use super::facts::{ObjectFacts, SceneFacts, finite_point};
-use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, metres};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
+use super::numbers::metres;
 use super::ray_survey::RaySurvey;
 use super::rounding::{RoundingEffect, measure_effects};
 use crate::dispatch::{ReadyScene, prepare};
@@ -103,9 +104,8 @@ fn measure_coarse_objects<R: Real>(
         .map(|exact| measure_effects(scene_facts, [ready, &exact], views, &measured))
         .unwrap_or_default();
     let distances = ObjectDistances::new(scene_facts, views);
-    let mut groups: Vec<CoarseObjects> = Vec::new();
-    for (index, object_facts, is_seen) in coarse {
-        let coarse = CoarseObjects {
+    let own_group =
+        |(index, object_facts, is_seen): (usize, &ObjectFacts<'_>, bool)| CoarseObjects {
             objects: vec![index],
             far: distances.find_farther_object(index).unwrap_or(index),
             is_seen,
@@ -115,11 +115,18 @@ fn measure_coarse_objects<R: Real>(
                 .map_or(0.0, |bounds| spacing::<R>(&bounds, origin)),
             effect: effects.get(&index).copied(),
         };
+    group_by_cause(coarse.into_iter().map(own_group))
+}
+
+/// Coarse objects, each as a group of its own, together by the far object and how bad they are.
+fn group_by_cause(all: impl Iterator<Item = CoarseObjects>) -> Vec<CoarseObjects> {
+    let mut groups: Vec<CoarseObjects> = Vec::new();
+    for coarse in all {
         let is_alike = |group: &&mut CoarseObjects| {
             group.far == coarse.far && group.severity() == coarse.severity()
         };
         // An object that is far away itself has a group of its own.
-        let alike = (coarse.far != index)
+        let alike = (coarse.objects[0] != coarse.far)
             .then(|| groups.iter_mut().find(is_alike))
             .flatten();
         match alike {

@@ -16,7 +16,17 @@ enum ConsequentFindingScope {
 }
 
 /// Causes with what follows from them.
-const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 10] = [
+const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 12] = [
+    (
+        FindingCode::LightBehindGlass,
+        ConsequentFindingScope::Scene,
+        &[FindingCode::BlackPicture],
+    ),
+    (
+        FindingCode::StrayVertices,
+        ConsequentFindingScope::Scene,
+        &[FindingCode::ExtremeScale],
+    ),
     (
         FindingCode::DegenerateTriangles,
         ConsequentFindingScope::Scene,

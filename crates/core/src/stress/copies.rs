@@ -5,9 +5,11 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use glam::DVec3;
 
+use super::duplicates::{DuplicateObjects, duplicate_finding};
 use super::facts::{SceneFacts, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding};
-use crate::generate::generator_offsets;
+use super::ray_survey::RaySurvey;
+use crate::generate::{count_generated_objects, generator_offsets};
 use crate::scene::Generator;
 
 /// Copies in one place from which on rays are slower by them.
@@ -15,7 +17,11 @@ const MANY: u64 = 64;
 
 /// Generators of which copies are in one place with another copy, of their own or of a generator
 /// before them. The time grows with the number of copies, not with pairs of generators.
-pub(super) fn check(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
+pub(super) fn check(
+    scene_facts: &SceneFacts<'_>,
+    doubles: &DuplicateObjects,
+    survey: &RaySurvey,
+) -> Vec<StressFinding> {
     let mut first_by_key: HashMap<(u64, String), usize> = HashMap::new();
     let mut findings = Vec::new();
     for (index, generator) in scene_facts.scene.generators.iter().enumerate() {
@@ -25,6 +31,9 @@ pub(super) fn check(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
         findings.extend(own_copies(scene_facts, index, generator).or_else(|| {
             (first < index).then(|| twin_generator_finding(scene_facts, [first, index]))
         }));
+        if let Some(found) = doubles.copies_over_objects(scene_facts, index) {
+            findings.push(copy_over_object_finding(scene_facts, survey, index, found));
+        }
     }
     findings
 }
@@ -97,6 +106,27 @@ fn own_copies(
         .bounds
         .and_then(|bounds| finite_point(bounds.centre() + first - start));
     Some(finding.with_place(at))
+}
+
+/// The finding that copies of a generator stand in the place of listed objects.
+fn copy_over_object_finding(
+    scene_facts: &SceneFacts<'_>,
+    survey: &RaySurvey,
+    generator: usize,
+    (count, listed, offset): (u64, usize, DVec3),
+) -> StressFinding {
+    let own = scene_facts.scene.objects.len() + generator;
+    let finding = duplicate_finding(scene_facts, survey, [listed, own]);
+    let total = count_generated_objects(&scene_facts.scene.generators[generator].kind);
+    let centre = scene_facts.objects[own]
+        .bounds
+        .map(|bounds| bounds.centre());
+    StressFinding {
+        reason: finding.reason.replacen("it is", "a copy of it is", 1),
+        ..finding
+    }
+    .with_count(count, total, "copies", "stood where a listed object stands")
+    .with_place(centre.and_then(|centre| finite_point(centre + offset)))
 }
 
 /// The finding that a generator makes the copies of another one again.

@@ -7,17 +7,14 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use raywright_bvh::Aabb;
 
 use super::cameras::CameraView;
 use super::faces::{
     ALL_MESH_FACES, FlatFace, clip_polygon, counter_clockwise_corners, find_flat_faces,
     signed_double_area,
 };
-use super::facts::{SceneFacts, finite_point};
-use super::finding::{
-    FindingCode, Severity, StressFinding, metres, round_up_to_digit, with_metres,
-};
-use super::ray_survey::RaySurvey;
+use super::facts::SceneFacts;
 use super::topology::Topology;
 use crate::settings::PrecisionChoice;
 
@@ -38,23 +35,45 @@ const MOST_PAIRS: usize = 1 << 24;
 pub(super) struct CoplanarOverlap {
     pub objects: [usize; 2],
     /// Whether no body is among them, whose face may be hidden by what it stands on.
-    are_sheets: bool,
+    pub are_sheets: bool,
     normal: DVec3,
     /// Convex, counter-clockwise about the normal; empty where both have no end.
     outline: Vec<DVec3>,
-    position: DVec3,
+    pub position: DVec3,
     /// How far apart they are there at most, in metres.
-    gap: f64,
+    pub gap: f64,
     tolerance: f64,
 }
 
 /// What a precision tells apart in the pictures of some cameras.
 pub(super) struct DepthResolution<'a> {
     pub precision: PrecisionChoice,
-    pub views: &'a [CameraView],
+    views: &'a [CameraView],
+    /// How far in front of each camera's eye its rays start, in metres.
+    skipped: Vec<f64>,
 }
 
-impl DepthResolution<'_> {
+impl<'a> DepthResolution<'a> {
+    pub fn new(precision: PrecisionChoice, views: &'a [CameraView], bounds: &Aabb) -> Self {
+        let skipped = |view: &CameraView| match precision {
+            PrecisionChoice::Robust => view.skipped_distance::<f32>(bounds),
+            PrecisionChoice::Reference => view.skipped_distance::<f64>(bounds),
+        };
+        Self {
+            precision,
+            views,
+            skipped: views.iter().map(skipped).collect(),
+        }
+    }
+
+    /// The cameras, each with the length of a ray of it to a place, in metres.
+    fn ray_lengths(&self, position: DVec3) -> impl Iterator<Item = (&CameraView, f64)> {
+        let length = move |(view, skipped): (&'a CameraView, &f64)| {
+            (view, (view.distance_from_eye(position) - skipped).abs())
+        };
+        self.views.iter().zip(&self.skipped).map(length)
+    }
+
     fn unit_roundoff(&self) -> f64 {
         0.5 * match self.precision {
             PrecisionChoice::Robust => f64::from(f32::EPSILON),
@@ -66,12 +85,9 @@ impl DepthResolution<'_> {
     /// so is the place itself.
     pub fn min_separation_at(&self, position: DVec3) -> f64 {
         let in_view = self
-            .views
-            .iter()
-            .filter(|view| view.project_point(position).is_some());
-        let farthest = in_view
-            .map(|view| view.distance_from_eye(position))
-            .fold(0.0, f64::max);
+            .ray_lengths(position)
+            .filter(|(view, _)| view.project_point(position).is_some());
+        let farthest = in_view.map(|(_, length)| length).fold(0.0, f64::max);
         ROUNDINGS * self.unit_roundoff() * (position.abs().max_element() + farthest)
     }
 }
@@ -92,7 +108,7 @@ impl CoplanarOverlap {
 /// All overlaps of a scene, and those of each object.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OverlapTable {
-    list: Vec<CoplanarOverlap>,
+    pub list: Vec<CoplanarOverlap>,
     of: BTreeMap<usize, Vec<usize>>,
     /// Pairs that were compared.
     pairs: usize,
@@ -137,9 +153,8 @@ pub(super) fn find_overlaps(
             maximum.max(corner.abs().max_element())
         });
     let way = resolution
-        .views
-        .iter()
-        .map(|view| view.distance_from_eye(DVec3::ZERO))
+        .ray_lengths(DVec3::ZERO)
+        .map(|(_, length)| length)
         .fold(reach, f64::max);
     let tolerance = (reach * ONE_PLANE).max(ROUNDINGS * resolution.unit_roundoff() * way);
     all.sort_by(|a, b| a.plane_key()[0].total_cmp(&b.plane_key()[0]));
@@ -268,138 +283,4 @@ fn overlap_of_faces(
         gap,
         tolerance,
     })
-}
-
-/// An object that others cover, of which one is named.
-struct CoveredObject {
-    other: usize,
-    others: usize,
-    /// Rays that see any of them there, and those of which that is itself.
-    rays: [u64; 2],
-    position: DVec3,
-    gap: f64,
-    /// Whether each is seen here and there.
-    flickers: bool,
-}
-
-/// What overlaps and is not told by rays that see now the one and now the other: the picture is
-/// wrong where all that is to be seen of one of them is where others are seen, and where rounding
-/// decides from ray to ray.
-pub(super) fn check_overlaps(
-    scene_facts: &SceneFacts<'_>,
-    overlaps: &OverlapTable,
-    survey: &RaySurvey,
-    resolution: &DepthResolution<'_>,
-    is_told: impl Fn([usize; 2]) -> bool,
-) -> Vec<StressFinding> {
-    let mut pairs: BTreeMap<[usize; 2], &CoplanarOverlap> = BTreeMap::new();
-    for overlap in &overlaps.list {
-        pairs.entry(overlap.objects).or_insert(overlap);
-    }
-    let mut all: BTreeMap<(bool, usize), CoveredObject> = BTreeMap::new();
-    for ([a, b], overlap) in pairs {
-        let [first, second] =
-            [[a, b], [b, a]].map(|pair| RaySurvey::sighting_count(&survey.coplanar, &pair));
-        let is_seen = first + second >= 3;
-        let flickers = first + second >= 10 && 20 * first.min(second) >= first + second;
-        let is_apart = overlap.gap > resolution.min_separation_at(overlap.position) && !flickers;
-        if is_told([a, b]) || is_apart || !is_seen && !overlap.are_sheets {
-            continue;
-        }
-        let [hidden, other] = if second > first { [a, b] } else { [b, a] };
-        let sighting = survey.coplanar.get(&[other, hidden]).filter(|_| is_seen);
-        let position = sighting.map_or(overlap.position, |sighting| sighting.position);
-        let covered = all.entry((flickers, hidden)).or_insert(CoveredObject {
-            other,
-            others: 0,
-            rays: [0; 2],
-            position,
-            gap: overlap.gap,
-            flickers,
-        });
-        if is_seen {
-            (covered.rays[0], covered.rays[1]) = (
-                covered.rays[0] + first + second,
-                covered.rays[1] + first.min(second),
-            );
-        }
-        covered.others += 1;
-    }
-    all.iter()
-        .map(|(&(_, hidden), covered)| {
-            overlap_finding(scene_facts, hidden, covered, survey, resolution)
-        })
-        .collect()
-}
-
-fn overlap_finding(
-    scene_facts: &SceneFacts<'_>,
-    hidden: usize,
-    covered: &CoveredObject,
-    survey: &RaySurvey,
-    resolution: &DepthResolution<'_>,
-) -> StressFinding {
-    let named = scene_facts.objects[covered.other]
-        .subject
-        .display_name(scene_facts.scene);
-    let others = match covered.others {
-        1 => named,
-        more => format!("{named} and {} more", more - 1),
-    };
-    let [rays, own] = covered.rays;
-    let is_lost = 20 * own < rays && RaySurvey::sighting_count(&survey.first, &hidden) <= own;
-    let minimum = resolution.min_separation_at(covered.position);
-    let lies = match covered.gap {
-        0.0 => format!("it lies in one plane with {others}"),
-        gap => format!(
-            "it lies {} from {others}, and surfaces less than {} apart cannot be told apart there for certain",
-            metres(gap),
-            with_metres(&round_up_to_digit(minimum))
-        ),
-    };
-    let elsewhere = RaySurvey::sighting_count(&survey.first, &hidden).saturating_sub(own);
-    let (code, severity) = match (covered.flickers, is_lost) {
-        (true, _) => (FindingCode::FlickeringSurfaces, Severity::PictureWrong),
-        (_, true) => (FindingCode::CoplanarSurfaces, Severity::PictureWrong),
-        _ => (FindingCode::CoplanarSurfaces, Severity::Harmless),
-    };
-    let end = match (covered.flickers, is_lost, rays) {
-        (true, ..) => format!(
-            ": rounding decides from ray to ray which of them is seen ({own} of {rays} rays see this one)"
-        ),
-        (_, true, _) => format!(
-            ", which {} of {rays} rays see in its place, and none sees it elsewhere",
-            rays - own
-        ),
-        (.., 0) => "; no ray of the cameras has met that place".to_owned(),
-        _ => format!(
-            "; it is seen nevertheless: {own} of the {rays} rays that hit both show this one there, and {elsewhere} rays show it elsewhere"
-        ),
-    };
-    let remedy = match severity {
-        Severity::Harmless => format!(
-            "nothing, unless this one is meant to be seen there: then {}",
-            separation_remedy(minimum, covered.gap, resolution.precision)
-        ),
-        _ => separation_remedy(minimum, covered.gap, resolution.precision),
-    };
-    let subject = scene_facts.objects[hidden].subject;
-    let finding = StressFinding::new(code, severity, subject, lies + &end, remedy);
-    let counted_finding = if rays > 0 {
-        finding.with_count(rays, survey.rays, "rays", "of the cameras met that place")
-    } else {
-        finding
-    };
-    counted_finding.with_place(finite_point(covered.position))
-}
-
-/// Returns the remedy for two surfaces with this gap between them, where `minimum` is the least
-/// distance at which surfaces are told apart, both in metres.
-pub(super) fn separation_remedy(minimum: f64, gap: f64, precision: PrecisionChoice) -> String {
-    let exact = match precision {
-        PrecisionChoice::Robust if gap > 0.0 => ", or add --precision reference",
-        _ => "",
-    };
-    let least = with_metres(&round_up_to_digit(minimum));
-    format!("move one of them by {least} or more, or remove it{exact}")
 }

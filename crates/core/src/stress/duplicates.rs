@@ -4,9 +4,12 @@ use std::collections::HashMap;
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
 
+use glam::{DAffine3, DVec3};
+
 use super::facts::{ObjectFacts, SceneFacts, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding};
 use super::ray_survey::RaySurvey;
+use crate::generate::generator_offsets;
 use crate::scene::{MeshData, Object, Shape};
 
 /// Share of an object's size that parts two places. No round number of it is on the border between
@@ -16,17 +19,23 @@ const STEP: f64 = 0.739_085e-8;
 /// Where and what an object is, the same for all that are in one place.
 type ObjectKey = (String, Vec<i64>);
 
+/// Objects by what they are, and then by where.
+type PlacedObjects = HashMap<String, HashMap<Vec<i64>, usize>>;
+
 /// Which objects are in one place and of one shape.
 pub(super) struct DuplicateObjects {
     /// The first of those in its place, for each listed object.
     first: Vec<usize>,
     /// Whether others are in its place.
     have_twins: Vec<bool>,
+    places: PlacedObjects,
+    /// Hashes of the meshes that listed objects show.
+    meshes: HashMap<usize, u64>,
 }
 
 impl DuplicateObjects {
     pub fn from_scene(scene_facts: &SceneFacts<'_>) -> Self {
-        let mut places: HashMap<ObjectKey, usize> = HashMap::new();
+        let mut places = PlacedObjects::new();
         let mut meshes: HashMap<usize, u64> = HashMap::new();
         let listed = scene_facts
             .objects
@@ -40,16 +49,57 @@ impl DuplicateObjects {
                         .entry(mesh)
                         .or_insert_with(|| mesh_content_hash(data))
                 });
-            *places
-                .entry(object_key(object_facts, content))
-                .or_insert(index)
+            let (label, place) = object_key(object_facts, object_facts.map, content);
+            let alike = places.entry(label).or_default();
+            *alike.entry(place).or_insert(index)
         };
         let first: Vec<usize> = listed.enumerate().map(first_of).collect();
         let mut have_twins = vec![false; first.len()];
         for (index, &first) in first.iter().enumerate().filter(|(i, first)| i != *first) {
             (have_twins[index], have_twins[first]) = (true, true);
         }
-        Self { first, have_twins }
+        Self {
+            first,
+            have_twins,
+            places,
+            meshes,
+        }
+    }
+
+    /// Objects that are there twice.
+    pub fn check(&self, scene_facts: &SceneFacts<'_>, survey: &RaySurvey) -> Vec<StressFinding> {
+        let twins = self.first.iter().enumerate();
+        twins
+            .filter(|(index, first)| index != *first)
+            .map(|(index, &first)| duplicate_finding(scene_facts, survey, [first, index]))
+            .collect()
+    }
+
+    /// Copies of a generator in the place of a listed object: how many, and the first with its
+    /// offset from the generator's first copy.
+    pub fn copies_over_objects(
+        &self,
+        scene_facts: &SceneFacts<'_>,
+        generator: usize,
+    ) -> Option<(u64, usize, DVec3)> {
+        let object_facts = &scene_facts.objects[scene_facts.scene.objects.len() + generator];
+        let mesh = scene_facts.mesh_of_object(object_facts.object);
+        let content = mesh.and_then(|(mesh, _)| self.meshes.get(&mesh).copied());
+        let (label, _) = object_key(object_facts, object_facts.map, content);
+        let alike = self.places.get(&label)?;
+        let kind = &scene_facts.scene.generators[generator].kind;
+        let start = generator_offsets(kind).next()?;
+        let (mut count, mut first) = (0, None);
+        for offset in generator_offsets(kind) {
+            let mut map = object_facts.map;
+            map.translation += offset - start;
+            let (_, place) = object_key(object_facts, map, content);
+            if let Some(&listed) = alike.get(&place) {
+                count += 1;
+                first = first.or(Some((listed, offset - start)));
+            }
+        }
+        first.map(|(listed, offset)| (count, listed, offset))
     }
 
     /// Whether both of two objects are in one place.
@@ -66,19 +116,6 @@ impl DuplicateObjects {
     }
 }
 
-/// Objects that are there twice.
-pub(super) fn check_duplicates(
-    scene_facts: &SceneFacts<'_>,
-    duplicates: &DuplicateObjects,
-    survey: &RaySurvey,
-) -> Vec<StressFinding> {
-    let twins = duplicates.first.iter().enumerate();
-    twins
-        .filter(|(index, first)| index != *first)
-        .map(|(index, &first)| duplicate_finding(scene_facts, survey, [first, index]))
-        .collect()
-}
-
 /// A number that meshes of the same corners and triangles have in common.
 fn mesh_content_hash(data: &MeshData) -> u64 {
     let mut hasher = DefaultHasher::new();
@@ -89,7 +126,8 @@ fn mesh_content_hash(data: &MeshData) -> u64 {
     hasher.finish()
 }
 
-fn object_key(object_facts: &ObjectFacts<'_>, content: Option<u64>) -> ObjectKey {
+/// What an object is and where a map puts it.
+fn object_key(object_facts: &ObjectFacts<'_>, map: DAffine3, content: Option<u64>) -> ObjectKey {
     let Object {
         shape,
         transform_end,
@@ -101,17 +139,14 @@ fn object_key(object_facts: &ObjectFacts<'_>, content: Option<u64>) -> ObjectKey
     let way = transform_end
         .as_ref()
         .map(|end| format!("{transform:?}{end:?}"));
-    let matrix = object_facts.map.matrix3;
+    let matrix = map.matrix3;
     let scale = matrix.determinant().abs().cbrt();
     // A ball is the same however it is turned.
     if let Shape::Sphere { centre, radius } = *shape
         && is_similarity_transform(matrix, scale)
         && way.is_none()
     {
-        let (centre, size) = (
-            object_facts.map.transform_point3(centre.into()),
-            radius * scale,
-        );
+        let (centre, size) = (map.transform_point3(centre.into()), radius * scale);
         let mut place = quantise_coordinates(&centre.to_array(), size);
         place.extend(quantise_coordinates(&[libm::log(size)], 1.0));
         return (format!("ball{side:?}"), place);
@@ -128,7 +163,7 @@ fn object_key(object_facts: &ObjectFacts<'_>, content: Option<u64>) -> ObjectKey
     let size = object_facts
         .bounds
         .map_or(1.0, |bounds| bounds.extent().length());
-    let origin = object_facts.map.translation.to_array();
+    let origin = map.translation.to_array();
     place.extend(quantise_coordinates(&origin, size.max(f64::MIN_POSITIVE)));
     (format!("{label}{side:?}{way:?}"), place)
 }
@@ -153,7 +188,8 @@ fn is_similarity_transform(matrix: glam::DMat3, scale: f64) -> bool {
     square.abs_diff_eq(other, 1e-9 * scale * scale)
 }
 
-fn duplicate_finding(
+/// The finding that the second of two objects is in one place with the first.
+pub(super) fn duplicate_finding(
     scene_facts: &SceneFacts<'_>,
     survey: &RaySurvey,
     [before, index]: [usize; 2],

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::facts::SceneFacts;
+use super::facts::{ObjectFacts, SceneFacts};
 use super::topology::Topology;
 use crate::scene::Shape;
 
@@ -45,25 +45,58 @@ pub(super) fn find_flat_faces(
     if object_facts.object.transform_end.is_some() {
         return Vec::new();
     }
+    let found = match object_facts.object.shape {
+        Shape::Mesh(_) => mesh_faces(object_facts, scene_facts, topologies, room),
+        ref shape => shape_faces(shape),
+    };
     let turned = object_facts.map.matrix3.inverse().transpose();
-    let face = |normal: DVec3, corners: &[DVec3], is_sheet: bool| {
-        let corners = corners
+    let in_world = |face: LocalFace| FlatFace {
+        object,
+        normal: (turned * face.normal).normalize(),
+        corners: face
+            .corners
             .iter()
             .map(|&corner| object_facts.map.transform_point3(corner))
-            .collect();
-        FlatFace {
-            object,
-            normal: (turned * normal).normalize(),
-            corners,
+            .collect(),
+        is_endless: face.is_endless,
+        is_sheet: face.is_sheet,
+    };
+    let is_finite = |face: &FlatFace| {
+        face.normal.is_finite() && face.corners.iter().all(|corner| corner.is_finite())
+    };
+    found.into_iter().map(in_world).filter(is_finite).collect()
+}
+
+/// A flat face in the space of its object.
+struct LocalFace {
+    normal: DVec3,
+    corners: Vec<DVec3>,
+    is_endless: bool,
+    is_sheet: bool,
+}
+
+impl LocalFace {
+    fn new(normal: DVec3, corners: &[DVec3], is_sheet: bool) -> Self {
+        Self {
+            normal,
+            corners: corners.to_vec(),
             is_endless: false,
             is_sheet,
         }
-    };
+    }
+
+    fn from_triangle([a, b, c]: [DVec3; 3], is_sheet: bool) -> Self {
+        Self::new((b - a).cross(c - a), &[a, b, c], is_sheet)
+    }
+}
+
+/// The flat faces of a shape that is no mesh.
+fn shape_faces(shape: &Shape) -> Vec<LocalFace> {
     let v = DVec3::from_array;
-    let found = match object_facts.object.shape {
-        Shape::Plane { point, normal } => vec![FlatFace {
+    match *shape {
+        Shape::Plane { point, normal } => vec![LocalFace {
             is_endless: true,
-            ..face(v(normal), &[v(point)], true)
+            ..LocalFace::new(v(normal), &[v(point)], true)
         }],
         Shape::Disk {
             centre,
@@ -74,11 +107,8 @@ pub(super) fn find_flat_faces(
             let angle = |i: u32| f64::from(i) / f64::from(SIDES) * core::f64::consts::TAU;
             let corner =
                 |i: u32| v(centre) + (x * libm::cos(angle(i)) + y * libm::sin(angle(i))) * radius;
-            vec![face(
-                v(normal),
-                &(0..SIDES).map(corner).collect::<Vec<_>>(),
-                true,
-            )]
+            let corners: Vec<DVec3> = (0..SIDES).map(corner).collect();
+            vec![LocalFace::new(v(normal), &corners, true)]
         }
         Shape::Quad {
             corner,
@@ -86,52 +116,48 @@ pub(super) fn find_flat_faces(
             edge_v,
         } => {
             let (c, a, b) = (v(corner), v(edge_u), v(edge_v));
-            vec![face(a.cross(b), &[c, c + a, c + a + b, c + b], true)]
+            let corners = [c, c + a, c + a + b, c + b];
+            vec![LocalFace::new(a.cross(b), &corners, true)]
         }
-        Shape::Triangle { vertices } => {
-            let [a, b, c] = vertices.map(v);
-            vec![face((b - a).cross(c - a), &[a, b, c], true)]
-        }
-        Shape::Box { min, max } => {
-            let ends = [v(min), v(max)];
-            let side = |index: usize| {
-                let (axis, end) = (index / 2, index % 2);
-                let corner = |i: usize, j: usize| {
-                    let mut corner = ends[end];
-                    (corner[(axis + 1) % 3], corner[(axis + 2) % 3]) =
-                        (ends[i][(axis + 1) % 3], ends[j][(axis + 2) % 3]);
-                    corner
-                };
-                let out = DVec3::AXES[axis] * if end == 1 { 1.0 } else { -1.0 };
-                face(
-                    out,
-                    &[corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)],
-                    false,
-                )
-            };
-            (0..6).map(side).collect()
-        }
-        Shape::Mesh(_) => match scene_facts.mesh_of_object(object_facts.object) {
-            Some((mesh, data)) if data.indices.len() <= MESH_FACES.min(*room) => {
-                *room -= data.indices.len();
-                let is_sheet = topologies.get(&mesh).is_none_or(|t| !t.is_closed());
-                let at = |corner: u32| data.positions.position(corner as usize);
-                let value_of = |&corners: &[u32; 3]| {
-                    let [a, b, c] = corners.map(at);
-                    face((b - a).cross(c - a), &[a, b, c], is_sheet)
-                };
-                data.indices.iter().map(value_of).collect()
-            }
-            _ => Vec::new(),
-        },
+        Shape::Triangle { vertices } => vec![LocalFace::from_triangle(vertices.map(v), true)],
+        Shape::Box { min, max } => (0..6).map(|side| box_side(v(min), v(max), side)).collect(),
         _ => Vec::new(),
+    }
+}
+
+/// A side of a box by its index: its axis, and whether it is the lower or the upper one.
+fn box_side(min: DVec3, max: DVec3, index: usize) -> LocalFace {
+    let ends = [min, max];
+    let (axis, end) = (index / 2, index % 2);
+    let corner = |i: usize, j: usize| {
+        let mut corner = ends[end];
+        (corner[(axis + 1) % 3], corner[(axis + 2) % 3]) =
+            (ends[i][(axis + 1) % 3], ends[j][(axis + 2) % 3]);
+        corner
     };
-    found
-        .into_iter()
-        .filter(|face| {
-            face.normal.is_finite() && face.corners.iter().all(|corner| corner.is_finite())
-        })
-        .collect()
+    let out = DVec3::AXES[axis] * if end == 1 { 1.0 } else { -1.0 };
+    let corners = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
+    LocalFace::new(out, &corners, false)
+}
+
+/// The triangles of a mesh with few, as far as there is room for them.
+fn mesh_faces(
+    object_facts: &ObjectFacts<'_>,
+    scene_facts: &SceneFacts<'_>,
+    topologies: &BTreeMap<usize, Topology>,
+    room: &mut usize,
+) -> Vec<LocalFace> {
+    let Some((mesh, data)) = scene_facts.mesh_of_object(object_facts.object) else {
+        return Vec::new();
+    };
+    if data.indices.len() > MESH_FACES.min(*room) {
+        return Vec::new();
+    }
+    *room -= data.indices.len();
+    let is_sheet = topologies.get(&mesh).is_none_or(|t| !t.is_closed());
+    let at = |corner: u32| data.positions.position(corner as usize);
+    let face = |corners: &[u32; 3]| LocalFace::from_triangle(corners.map(at), is_sheet);
+    data.indices.iter().map(face).collect()
 }
 
 /// A face's corners, counter-clockwise about a normal.

@@ -8,26 +8,26 @@ use raywright_bvh::Aabb;
 
 use super::cameras::{CameraView, item_nearest_to_camera};
 use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
-use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, metres};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
+use super::light_reach;
+use super::light_survey::LightSurvey;
 use crate::display::curve::decode_transfer;
+use crate::generate::generator_offsets;
 use crate::scene::{
-    Colour, ColourSpace, ImageData, Light, LightKind, MaterialModel, Physical, PixelData, Shape,
-    SideRule, Sky, TextureRef, TransferCurve,
+    Colour, ColourSpace, ImageData, MaterialModel, Physical, PixelData, Shape, SideRule, Sky,
+    TextureRef, TransferCurve,
 };
 
-/// What is wrong with the lights of a scene.
+/// What is wrong with the lights of a scene, as far as it is known without rays, and by rays.
 pub(super) fn check_lights(
     scene_facts: &SceneFacts<'_>,
     views: &[CameraView],
+    survey: Option<&LightSurvey>,
 ) -> Vec<StressFinding> {
     let (mut findings, mut first) = (Vec::new(), HashMap::new());
     for (index, light) in scene_facts.scene.lights.iter().enumerate() {
-        let subject = FindingSubject::Light(index);
-        findings.extend(unreachable_scene_finding(
-            subject,
-            light,
-            &scene_facts.bounds,
-        ));
+        let reach = survey.and_then(|survey| survey.lights.get(index));
+        findings.extend(light_reach::check_light(scene_facts, index, reach));
         let twin = *first.entry(format!("{:?}", light.kind)).or_insert(index);
         if twin != index {
             findings.push(duplicate_light_finding(scene_facts, [twin, index]));
@@ -41,7 +41,9 @@ pub(super) fn check_lights(
     findings.extend(
         lamps().filter_map(|object_facts| light_facing_away_finding(scene_facts, object_facts)),
     );
-    findings.extend(small_light_findings(lamps(), views));
+    findings.extend(small_light_findings(scene_facts, lamps(), views));
+    let sizeless = survey.iter().flat_map(|survey| &survey.lamps);
+    findings.extend(sizeless.filter_map(|lamp| light_reach::sizeless_lamp(scene_facts, lamp)));
     findings.extend(sky_spike_finding(scene_facts));
     findings
 }
@@ -60,10 +62,6 @@ fn duplicate_light_finding(
         let end = "of another colour, and both are added";
         (Severity::Harmless, end)
     };
-    let at = match b.kind {
-        LightKind::Directional { .. } => None,
-        LightKind::Point { position, .. } | LightKind::Spot { position, .. } => Some(position),
-    };
     StressFinding::new(
         FindingCode::DuplicateLight,
         severity,
@@ -71,76 +69,7 @@ fn duplicate_light_finding(
         format!("it is in one place with {other}: {end}"),
         "remove one of them; if both are meant, make one with the sum of their colours",
     )
-    .with_place(at)
-}
-
-/// A light of which nothing comes to where the scene is.
-fn unreachable_scene_finding(
-    subject: FindingSubject,
-    light: &Light,
-    bounds: &Aabb,
-) -> Option<StressFinding> {
-    if bounds.is_empty() {
-        return None;
-    }
-    let (centre, radius) = (bounds.centre(), 0.5 * bounds.extent().length());
-    let (position, range) = match light.kind {
-        LightKind::Directional { .. } => return None,
-        LightKind::Point {
-            position, range, ..
-        }
-        | LightKind::Spot {
-            position, range, ..
-        } => (DVec3::from(position), range),
-    };
-    let finding = |reason: String, remedy: String| {
-        let severity = Severity::SlowOrNoisy;
-        StressFinding::new(
-            FindingCode::LightMissesScene,
-            severity,
-            subject,
-            reason,
-            remedy,
-        )
-        .with_place(finite_point(position))
-    };
-    let nearest = position.clamp(bounds.min, bounds.max).distance(position);
-    if let Some(range) = range.filter(|range| *range <= nearest) {
-        let reason = format!(
-            "its `range` of {} ends before anything, so that it lights nothing: the nearest object is {} away",
-            metres(range),
-            metres(nearest)
-        );
-        let remedy = format!(
-            "move it nearer, or raise its `range` above {}, or leave that away",
-            metres(nearest)
-        );
-        return Some(finding(reason, remedy));
-    }
-    let LightKind::Spot {
-        direction,
-        outer_angle,
-        ..
-    } = light.kind
-    else {
-        return None;
-    };
-    let unit_direction = centre - position;
-    if unit_direction.length() <= radius {
-        return None;
-    }
-    let off = unit_direction
-        .normalize()
-        .dot(DVec3::from(direction).normalize())
-        .clamp(-1.0, 1.0)
-        .acos();
-    let reach = outer_angle.to_radians() + (radius / unit_direction.length()).min(1.0).asin();
-    let reason = format!(
-        "its cone points past everything: the scene is {:.0} degrees from its `direction`, and its `outer_angle` is {outer_angle} degrees",
-        off.to_degrees()
-    );
-    let remedy = "turn its `direction` to the scene, or widen its `outer_angle`";
-    (off > reach).then(|| finding(reason, remedy.to_owned()))
+    .with_place(light_reach::light_position(&b.kind))
 }
 
 /// A flat lamp with one side, behind which everything is.
@@ -189,27 +118,42 @@ fn light_facing_away_finding(
     })
 }
 
-/// Lamps in view that are smaller than a pixel.
+/// Lamps in view that are smaller than a pixel, each copy of a generator counted.
 fn small_light_findings<'a>(
+    scene_facts: &SceneFacts<'_>,
     lamps: impl Iterator<Item = &'a ObjectFacts<'a>>,
     views: &[CameraView],
 ) -> Option<StressFinding> {
-    let (mut total, mut small) = (0, Vec::new());
+    let listed = scene_facts.scene.objects.len();
+    let (mut total, mut count, mut nearest) = (0, 0, None);
     for object_facts in lamps {
         let Some(bounds) = object_facts.bounds else {
             continue;
         };
         let (centre, radius) = (bounds.centre(), 0.5 * bounds.extent().length());
-        total += 1;
-        if views
-            .iter()
-            .any(|view| view.is_sphere_below_pixel(centre, radius))
-        {
-            small.push((object_facts.subject, centre));
+        let generator = object_facts.subject.list_index().checked_sub(listed);
+        let mut judge = |centre: DVec3| {
+            total += 1;
+            if views
+                .iter()
+                .any(|view| view.is_sphere_below_pixel(centre, radius))
+            {
+                count += 1;
+                let own = (object_facts.subject, centre);
+                nearest = item_nearest_to_camera(views, nearest.into_iter().chain([own]));
+            }
+        };
+        match generator {
+            None => judge(centre),
+            // Its bounds are those of its first copy.
+            Some(generator) => {
+                let kind = &scene_facts.scene.generators[generator].kind;
+                let start = generator_offsets(kind).next().unwrap_or_default();
+                generator_offsets(kind).for_each(|offset| judge(centre + offset - start));
+            }
         }
     }
-    let count = small.len() as u64;
-    let (subject, centre) = item_nearest_to_camera(views, small.into_iter())?;
+    let (subject, centre) = nearest?;
     let reason = "lamps that are in view are smaller than a pixel: samples meet one here and there, as bright specks";
     let remedy =
         "make them larger, hide them from the camera, or light by a `lights` entry in their place";
@@ -263,8 +207,7 @@ fn sky_spike_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
     let reason = format!(
         "points of it are over {SPIKE:.0} times as bright as most of it, and hardly any of it is so: what mirrors and glass show of them is noise"
     );
-    let remedy =
-        "take the sun out of the picture and add it as a directional light, or take more --spp";
+    let remedy = "take the sun out of the picture and add it as a directional light, or render with more --spp";
     (count > 0 && share < FEW).then(|| {
         StressFinding::new(
             FindingCode::SkySpikes,

@@ -1,8 +1,9 @@
 //! Materials: values that are none, energy, glass and what it absorbs.
 
 use super::facts::{SceneFacts, SurfaceKind, finite_point};
-use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, metres};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::furnace::FurnaceAlbedo;
+use super::numbers::metres;
 use super::ray_survey::RaySurvey;
 use crate::scene::{AlphaMode, MaterialModel};
 use crate::settings::Settings;
@@ -19,6 +20,21 @@ pub(super) fn check_materials(
     survey: &RaySurvey,
     furnaces: &[FurnaceAlbedo],
 ) -> Vec<StressFinding> {
+    let mut findings = value_findings(survey, furnaces);
+    findings.extend(
+        furnaces
+            .iter()
+            .filter(|furnace| furnace.creates_energy())
+            .map(|furnace| energy_finding(furnace, survey)),
+    );
+    findings.extend(invisible_object_findings(scene_facts));
+    findings.extend(absorption_findings(scene_facts));
+    findings.extend(depth_limit_finding(scene_facts, settings.max_depth));
+    findings
+}
+
+/// Values that are no numbers, and such out of their range of materials that make no energy.
+fn value_findings(survey: &RaySurvey, furnaces: &[FurnaceAlbedo]) -> Vec<StressFinding> {
     let mut findings = Vec::new();
     for (&(material, key), sighting) in &survey.not_numbers {
         let reason = format!(
@@ -73,15 +89,6 @@ pub(super) fn check_materials(
                 .with_place(finite_point(sighting.position)),
         );
     }
-    findings.extend(
-        furnaces
-            .iter()
-            .filter(|furnace| furnace.creates_energy())
-            .map(|furnace| energy_finding(furnace, survey)),
-    );
-    findings.extend(invisible_object_findings(scene_facts));
-    findings.extend(absorption_findings(scene_facts));
-    findings.extend(depth_limit_finding(scene_facts, settings.max_depth));
     findings
 }
 
@@ -120,7 +127,7 @@ fn depth_limit_finding(scene_facts: &SceneFacts<'_>, deepest: u32) -> Option<Str
         .find(|object_facts| object_facts.matter == SurfaceKind::Body && deepest < 3)?;
     let reason =
         format!("paths have {deepest} segments at most, and the way through glass takes three");
-    let remedy = "raise `render.max_depth` or --max-depth to 8";
+    let remedy = "raise `render.max_depth` to 8, or render with --max-depth 8";
     Some(StressFinding::new(
         FindingCode::DepthBelowGlass,
         Severity::PictureWrong,

@@ -1,17 +1,18 @@
-//! Meshes: single triangles, how they hang together, their normals and texture coordinates.
+//! Meshes: single triangles, how they hang together, and which way they are turned.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 
 use glam::DVec3;
 
 use super::cameras::{CameraView, item_nearest_to_camera};
 use super::count::CountAndFirst;
 use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
-use super::finding::{FindingCode, Severity, StressFinding, format_decimal};
+use super::finding::{FindingCode, Severity, StressFinding};
+use super::numbers::format_decimal;
 use super::ray_survey::{RaySurvey, SightingCounts};
 use super::topology::{Topology, TriangleEdge};
 use super::triangles::TriangleDefects;
-use crate::scene::{MaterialModel, MeshData};
+use crate::scene::MeshData;
 
 /// Share of the rays that see an object from which on what they see of it counts.
 const SEEN: f64 = 0.01;
@@ -52,6 +53,7 @@ pub(super) fn check_meshes(
             continue;
         };
         let shown_mesh = UsedMesh {
+            scene_facts,
             data,
             objects,
             survey,
@@ -62,30 +64,34 @@ pub(super) fn check_meshes(
         shown_mesh.check_duplicates(topology, &mut findings);
         shown_mesh.check_edges(topology, &mut findings);
         shown_mesh.check_orientation(topology, &mut findings);
-        shown_mesh.check_texture_coordinates(&mut findings);
+        findings.extend(shown_mesh.check_stray_vertices(&counts[&mesh].strays));
+        findings.extend(shown_mesh.check_hollows(topology));
+        findings.extend(shown_mesh.check_holes(topology));
+        findings.extend(shown_mesh.check_texture_coordinates());
     }
     findings
 }
 
 /// A mesh with the objects that show it.
-struct UsedMesh<'a> {
-    data: &'a MeshData,
-    objects: Vec<&'a ObjectFacts<'a>>,
-    survey: &'a RaySurvey,
-    views: &'a [CameraView],
+pub(super) struct UsedMesh<'a> {
+    pub scene_facts: &'a SceneFacts<'a>,
+    pub data: &'a MeshData,
+    pub objects: Vec<&'a ObjectFacts<'a>>,
+    pub survey: &'a RaySurvey,
+    pub views: &'a [CameraView],
     /// Whether no triangle of any object has an area.
     nothing_left: bool,
 }
 
 impl UsedMesh<'_> {
     /// Where a triangle of an object is.
-    fn triangle_centre(&self, object_facts: &ObjectFacts<'_>, triangle: u32) -> DVec3 {
+    pub fn triangle_centre(&self, object_facts: &ObjectFacts<'_>, triangle: u32) -> DVec3 {
         let corners = self.data.indices[triangle as usize];
         self.corner_centroid(object_facts, &corners)
     }
 
     /// The middle of some corners as an object shows them.
-    fn corner_centroid(&self, object_facts: &ObjectFacts<'_>, corners: &[u32]) -> DVec3 {
+    pub fn corner_centroid(&self, object_facts: &ObjectFacts<'_>, corners: &[u32]) -> DVec3 {
         let sum: DVec3 = corners
             .iter()
             .map(|&corner| self.data.positions.position(corner as usize))
@@ -96,7 +102,7 @@ impl UsedMesh<'_> {
     }
 
     /// A finding about triangles, at the one that is nearest to a camera.
-    fn triangle_finding(
+    pub fn triangle_finding(
         &self,
         (code, severity): (FindingCode, Severity),
         object_facts: &ObjectFacts<'_>,
@@ -141,12 +147,12 @@ impl UsedMesh<'_> {
         .with_place(near.and_then(|(_, point)| finite_point(point)))
     }
 
-    fn triangle_count(&self) -> u64 {
+    pub fn triangle_count(&self) -> u64 {
         self.data.indices.len() as u64
     }
 
     /// Whether more than a hundredth of the rays that see an object saw something of it.
-    fn is_visible_on(
+    pub fn is_visible_on(
         &self,
         sightings: &SightingCounts<usize>,
         object_facts: &ObjectFacts<'_>,
@@ -359,109 +365,6 @@ impl UsedMesh<'_> {
             );
             findings.push(self.triangle_finding(kind, object_facts, label, (&reason, remedy)));
         }
-    }
-
-    fn check_texture_coordinates(&self, findings: &mut Vec<StressFinding>) {
-        let mut judged = HashSet::new();
-        for object_facts in &self.objects {
-            let Some((_, material)) = object_facts
-                .material
-                .filter(|(index, _)| judged.insert(*index))
-            else {
-                continue;
-            };
-            let sets = material.uv_sets();
-            // Readers put (0, 0) where a file has none.
-            let lacks = |set: u32| {
-                let uvs = self.data.uvs.get(set as usize);
-                uvs.is_none_or(|uvs| uvs.iter().all(|uv| *uv == [0.0; 2]))
-            };
-            if let Some(set) = sets.iter().copied().find(|&set| lacks(set)) {
-                let is_there = self
-                    .data
-                    .uvs
-                    .get(set as usize)
-                    .is_some_and(|uvs| !uvs.is_empty());
-                let reason = match (set, is_there) {
-                    (_, true) => format!(
-                        "the material shows an image by set {set} of texture coordinates, which the mesh lacks or which is (0, 0) everywhere: one texel is shown everywhere"
-                    ),
-                    (0, false) => "the material shows an image and the mesh has no texture coordinates: each triangle shows its own copy of a corner of it".to_owned(),
-                    _ => format!(
-                        "the material reads set {set} of texture coordinates, which the mesh does not have: one texel is shown everywhere"
-                    ),
-                };
-                let remedy = "export the mesh with texture coordinates, or take the image away";
-                let finding = StressFinding::new(
-                    FindingCode::NoTextureCoordinates,
-                    Severity::PictureWrong,
-                    object_facts.subject,
-                    reason,
-                    remedy,
-                );
-                let all = (0..self.triangle_count().min(1 << 10) as u32)
-                    .map(|triangle| ((), self.triangle_centre(object_facts, triangle)));
-                let at = item_nearest_to_camera(self.views, all)
-                    .and_then(|(_, point)| finite_point(point));
-                findings.push(finding.with_place(at));
-                return;
-            }
-            let MaterialModel::Physical(m) = &material.model else {
-                continue;
-            };
-            let Some(set) = m
-                .active_normal_map()
-                .filter(|texture| texture.uv.is_none())
-                .map(|texture| texture.uv_set)
-            else {
-                continue;
-            };
-            if let Some(finding) = self.degenerate_uv_finding(object_facts, set) {
-                findings.push(finding);
-                return;
-            }
-        }
-    }
-
-    /// Triangles on which no direction of a normal map is known.
-    fn degenerate_uv_finding(
-        &self,
-        object_facts: &ObjectFacts<'_>,
-        set: u32,
-    ) -> Option<StressFinding> {
-        let uvs = self
-            .data
-            .uvs
-            .get(set as usize)
-            .filter(|_| self.data.tangents.is_empty())?;
-        let is_flat = |corners: &[u32; 3]| {
-            let [a, b, c] = corners.map(|corner| {
-                uvs.get(corner as usize)
-                    .copied()
-                    .unwrap_or_default()
-                    .map(f64::from)
-            });
-            let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-            area == 0.0
-        };
-        let flat = self
-            .data
-            .indices
-            .iter()
-            .enumerate()
-            .filter(|(_, corners)| is_flat(corners));
-        let tally = CountAndFirst::from_items(flat.map(|(index, _)| index as u32));
-        let most = 2 * tally.count > self.triangle_count();
-        let severity = if most {
-            Severity::PictureWrong
-        } else {
-            Severity::Harmless
-        };
-        let reason = "triangles with a normal map have texture coordinates without area, so that the map's directions are not known there";
-        let words = (reason, "unwrap the mesh anew, or give it tangents");
-        let label = (&tally, "had such coordinates");
-        let kind = (FindingCode::FlatTextureCoordinates, severity);
-        (tally.count > 0).then(|| self.triangle_finding(kind, object_facts, label, words))
     }
 }
 

@@ -1,15 +1,18 @@
-//! A small picture of each camera: samples that are no numbers, rays that were cut short, what is
-//! black, and lights that were not found.
+//! A small picture of each camera: samples that are no numbers, rays that were cut short, and
+//! lights that were not found.
 
+use super::chance::{ChanceNoise, enclosed_light_finding};
 use super::covers::Cover;
-use super::facts::{SceneFacts, SurfaceKind, finite_point};
-use super::finding::{CheckRun, FindingCode, FindingSubject, Severity, StressFinding, metres};
-use super::{RayDeadline, lights};
+use super::facts::{SceneFacts, finite_point};
+use super::finding::{CheckRun, FindingCode, FindingSubject, Severity, StressFinding};
+use super::light_survey::LightSurvey;
+use super::{RayDeadline, light_reach, lights};
 use crate::counters::{Counters, SampleLoss};
 use crate::dispatch::ReadyScene;
 use crate::picture::Picture;
 use crate::prepare::UnreachedLight;
-use crate::scene::Sky;
+use crate::scene::Triple;
+use crate::settings::Settings;
 
 /// What a small picture of a camera showed.
 pub(super) struct SmallRender {
@@ -57,12 +60,26 @@ impl SmallRender {
         }
     }
 
-    /// Whether something is seen, and all of it is black.
+    /// Whether something is seen, and all of it is black: light that grazes a surface by rounding
+    /// alone is none.
     pub fn is_black(&self) -> bool {
-        let shines = |pixel: [f32; 3]| pixel.iter().any(|&channel| channel > 0.0);
+        const BLACK: f32 = 1e-6;
+        let shines = |pixel: [f32; 3]| pixel.iter().any(|&channel| channel > BLACK);
         self.counters.hits > 0
             && self.first_pixel_where(shines).is_none()
             && !self.run.is_cut_short()
+    }
+
+    /// The mean of what is seen of surfaces, without the brightest twentieth of the pixels.
+    pub fn mean_radiance(&self) -> f64 {
+        let value = |pixel: &[f32; 3]| f64::from(pixel.iter().sum::<f32>()) / 3.0;
+        let mut values: Vec<f64> = self.picture.rgb.iter().map(value).collect();
+        values.retain(|value| value.is_finite());
+        values.sort_unstable_by(f64::total_cmp);
+        values.truncate(values.len() - values.len() / 20);
+        let (hits, samples) = (self.counters.hits, self.counters.samples);
+        let surfaces = values.len() as f64 * hits as f64 / samples.max(1) as f64;
+        values.iter().sum::<f64>() / surfaces.max(1.0)
     }
 
     /// The middle of a pixel of it as a place of the picture, whose size is another.
@@ -88,17 +105,14 @@ impl SmallRender {
 pub(super) fn check_samples(
     scene_facts: &SceneFacts<'_>,
     pictures: &[SmallRender],
-    size: [u32; 2],
+    survey: &LightSurvey,
+    settings: &Settings,
 ) -> Vec<StressFinding> {
+    let (size, sampling) = (settings.size, settings.sampling);
     let mut findings: Vec<StressFinding> = pictures
         .iter()
         .flat_map(|picture| sample_loss_findings(picture, size))
         .collect();
-    findings.extend(
-        pictures
-            .iter()
-            .filter_map(|picture| black_picture_finding(scene_facts, picture)),
-    );
     if let Some(brightest) = lights::max_emitted_radiance(scene_facts) {
         findings.extend(
             pictures
@@ -106,18 +120,20 @@ pub(super) fn check_samples(
                 .filter_map(|picture| brightness_finding(picture, brightest, size)),
         );
     }
-    findings.extend(unreached_light_findings(scene_facts, pictures));
-    let cover = pictures.iter().find_map(|picture| picture.cover);
-    merge_black_picture_findings(scene_facts, cover, &mut findings);
-    findings.extend(
-        pictures
-            .iter()
-            .filter_map(|picture| light_hit_by_chance_finding(scene_facts, picture)),
-    );
+    findings.extend(unreached_light_findings(scene_facts, pictures, survey));
+    let noise = ChanceNoise {
+        scene_facts,
+        survey,
+        samples_per_pixel: sampling.samples_per_pixel(),
+    };
+    findings.extend(pictures.iter().filter_map(|picture| noise.check(picture)));
     findings
 }
 
-fn camera_subject(scene_facts: &SceneFacts<'_>, picture: &SmallRender) -> FindingSubject {
+pub(super) fn camera_subject(
+    scene_facts: &SceneFacts<'_>,
+    picture: &SmallRender,
+) -> FindingSubject {
     FindingSubject::Camera((!scene_facts.scene.cameras.is_empty()).then_some(picture.camera))
 }
 
@@ -161,34 +177,6 @@ fn sample_loss_findings(picture: &SmallRender, size: [u32; 2]) -> Vec<StressFind
     picture.counters.sample_losses().map(finding).collect()
 }
 
-fn black_picture_finding(
-    scene_facts: &SceneFacts<'_>,
-    picture: &SmallRender,
-) -> Option<StressFinding> {
-    let words = |subject: FindingSubject| subject.display_name(scene_facts.scene);
-    let (reason, remedy) = match picture.cover {
-        None => (
-            "everything that is seen is black: no light arrives".to_owned(),
-            "add a light or a sky, or open what is in its way".to_owned(),
-        ),
-        Some(Cover { object, light }) => {
-            let cover = words(scene_facts.objects[object].subject);
-            (
-                format!(
-                    "everything that is seen is black: {cover} is in the way of the light of {}",
-                    words(light)
-                ),
-                format!("open or remove {cover}, or add a light on this side of it"),
-            )
-        }
-    };
-    let (code, severity) = (FindingCode::BlackPicture, Severity::PictureWrong);
-    let subject = camera_subject(scene_facts, picture);
-    picture
-        .is_black()
-        .then(|| StressFinding::new(code, severity, subject, reason, remedy))
-}
-
 fn brightness_finding(
     picture: &SmallRender,
     brightest: f64,
@@ -208,7 +196,7 @@ fn brightness_finding(
         .filter(|&&pixel| is_beyond(pixel))
         .count();
     let reason = "pixels are over four times as bright as the brightest light of the scene, which no surface can be: light is found too rarely there";
-    let remedy = "take more --spp, or --clamp for less noise and less light";
+    let remedy = "render with more --spp, or with --clamp for less noise and less light";
     let finding = StressFinding::new(
         FindingCode::BrighterThanLights,
         Severity::SlowOrNoisy,
@@ -224,47 +212,35 @@ fn brightness_finding(
     })
 }
 
-/// Where everything is black since lights are shut away, tells that as one.
-fn merge_black_picture_findings(
+/// Whether a light that nothing reaches is told by its rays: a lamp of no area, or a light behind
+/// glass.
+fn is_told_by_rays(
     scene_facts: &SceneFacts<'_>,
-    cover: Option<Cover>,
-    findings: &mut Vec<StressFinding>,
-) {
-    if !findings
-        .iter()
-        .any(|finding| finding.code == FindingCode::BlackPicture)
-    {
-        return;
+    survey: &LightSurvey,
+    subject: FindingSubject,
+) -> bool {
+    match subject {
+        FindingSubject::Object(index) => {
+            let mut own = survey.lamps.iter().filter(|lamp| lamp.object == index);
+            own.any(|lamp| light_reach::sizeless_lamp(scene_facts, lamp).is_some())
+        }
+        FindingSubject::Light(index) => {
+            let reach = survey.lights.get(index);
+            reach.is_some_and(light_reach::is_behind_glass)
+        }
+        _ => false,
     }
-    let is_shut = |finding: &StressFinding| finding.code == FindingCode::UnreachedLight;
-    let shut: Vec<String> = findings
-        .iter()
-        .filter(|finding| is_shut(finding))
-        .map(|finding| finding.subject.display_name(scene_facts.scene))
-        .collect();
-    let Some(first) = shut.first() else {
-        return;
-    };
-    findings.retain(|finding| !is_shut(finding));
-    let lights = match shut.len() {
-        1 => format!("{first} is"),
-        more => format!("{first} and {} more are", more - 1),
-    };
-    let cover = cover.map(|cover| {
-        let subject = scene_facts.objects[cover.object].subject;
-        subject.display_name(scene_facts.scene)
-    });
-    let (why, what) = match &cover {
-        Some(cover) => (format!("shut away by {cover}"), cover.as_str()),
-        None => (
-            "shut away, or turned from all of that".to_owned(),
-            "the cover of the light",
-        ),
-    };
-    let is_black = |finding: &&mut StressFinding| finding.code == FindingCode::BlackPicture;
-    for black in findings.iter_mut().filter(is_black) {
-        black.reason = format!("everything that is seen is black: {lights} {why}");
-        black.remedy = format!("open or remove {what}, or add a light or a sky");
+}
+
+fn light_place(scene_facts: &SceneFacts<'_>, subject: FindingSubject) -> Option<Triple> {
+    match subject {
+        FindingSubject::Light(index) => {
+            light_reach::light_position(&scene_facts.scene.lights[index].kind)
+        }
+        _ => {
+            let bounds = scene_facts.objects[subject.list_index()].bounds;
+            bounds.and_then(|bounds| finite_point(bounds.centre()))
+        }
     }
 }
 
@@ -272,6 +248,7 @@ fn merge_black_picture_findings(
 fn unreached_light_findings(
     scene_facts: &SceneFacts<'_>,
     pictures: &[SmallRender],
+    survey: &LightSurvey,
 ) -> Vec<StressFinding> {
     let subject_of = |unreached_light: &UnreachedLight| match *unreached_light {
         UnreachedLight::Light { index, .. } => FindingSubject::Light(index),
@@ -294,6 +271,9 @@ fn unreached_light_findings(
     };
     let finding = |unreached_light: &UnreachedLight| {
         let subject = subject_of(unreached_light);
+        if is_told_by_rays(scene_facts, survey, subject) {
+            return None;
+        }
         if let FindingSubject::Object(index) = subject
             && let Some(glass) = lights::enclosing_glass(scene_facts, index)
         {
@@ -318,93 +298,8 @@ fn unreached_light_findings(
                 "rays",
                 "towards it were blocked",
             )
+            .with_place(light_place(scene_facts, subject))
         })
     };
     first.shut_away.iter().filter_map(finding).collect()
-}
-
-/// Light that is found by chance alone, by what it comes from.
-fn light_hit_by_chance_finding(
-    scene_facts: &SceneFacts<'_>,
-    picture: &SmallRender,
-) -> Option<StressFinding> {
-    const ENOUGH: u64 = 1000;
-    const RARE: u64 = 1000;
-    let Counters { unaided, found, .. } = picture.counters;
-    if unaided < ENOUGH || found * RARE > unaided {
-        return None;
-    }
-    let lamps = || {
-        scene_facts
-            .objects
-            .iter()
-            .filter(|object_facts| object_facts.emits_light())
-    };
-    let within = lamps().find_map(|object_facts| {
-        let glass = lights::enclosing_glass(scene_facts, object_facts.subject.list_index())?;
-        Some((object_facts, glass))
-    });
-    let finding = if let Some((object_facts, glass)) = within {
-        enclosed_light_finding(scene_facts, object_facts.subject.list_index(), glass)
-    } else if let Some(lamp) = lamps().next() {
-        let reason = "lamps and suns that shine by way of mirrors or glass are met by chance, and hardly any path meets one";
-        let lamp = lamp.subject.display_name(scene_facts.scene);
-        // What is thin already, and mirrors, can only be rougher.
-        let has_body = scene_facts
-            .objects
-            .iter()
-            .any(|object_facts| object_facts.matter == SurfaceKind::Body);
-        let thin = match has_body {
-            true => ", the glass thin (`thin_walled`),",
-            false => "",
-        };
-        let remedy =
-            format!("make {lamp} larger{thin} or mirrors and glass rough; or take more --spp");
-        new_light_by_chance_finding(FindingSubject::Scene, reason, remedy)
-    } else if matches!(scene_facts.scene.sky, Some(Sky::Studio(_))) {
-        let reason =
-            "the studio's lights are met by way of mirrors or glass, and hardly any path meets one";
-        let remedy = "take more --spp, or another environment with --env, or make the mirrors or the glass rough";
-        new_light_by_chance_finding(FindingSubject::Sky, reason, remedy)
-    } else {
-        let reason = "the sky has a small bright sun, and hardly any path by way of mirrors or glass meets it";
-        let remedy = "take more --spp, or a sky with a larger sun or none";
-        new_light_by_chance_finding(FindingSubject::Sky, reason, remedy)
-    };
-    Some(finding.with_count(unaided - found, unaided, "paths", "met no light"))
-}
-
-fn new_light_by_chance_finding(
-    subject: FindingSubject,
-    reason: impl Into<String>,
-    remedy: impl Into<String>,
-) -> StressFinding {
-    let (code, severity) = (FindingCode::LightByChance, Severity::SlowOrNoisy);
-    StressFinding::new(code, severity, subject, reason, remedy)
-}
-
-/// A lamp within a body of glass.
-fn enclosed_light_finding(
-    scene_facts: &SceneFacts<'_>,
-    lamp: usize,
-    glass: FindingSubject,
-) -> StressFinding {
-    let (object_facts, glass) = (
-        &scene_facts.objects[lamp],
-        glass.display_name(scene_facts.scene),
-    );
-    let across = object_facts
-        .bounds
-        .map_or(0.0, |bounds| bounds.extent().max_element());
-    let reason = format!(
-        "it is {} across and shines through {glass}, which is glass around it: paths come to it by chance alone, and hardly any does",
-        metres(across)
-    );
-    let remedy = format!(
-        "set `thin_walled` for the material of {glass}, make the lamp larger, or take more --spp"
-    );
-    let at = object_facts
-        .bounds
-        .and_then(|bounds| finite_point(bounds.centre()));
-    new_light_by_chance_finding(object_facts.subject, reason, remedy).with_place(at)
 }

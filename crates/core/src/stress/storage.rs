@@ -1,12 +1,13 @@
 //! What stored coordinates make of a scene, and how large it is.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use raywright_bvh::{Aabb, Real};
 
 use super::cameras::{CameraView, is_box_in_view};
 use super::coarse;
 use super::facts::{SceneFacts, finite_point, largest_extent};
-use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, metres};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
+use super::numbers::metres;
 use super::ray_survey::RaySurvey;
 use crate::dispatch::ReadyScene;
 use crate::extent::MeshUseCounts;
@@ -134,35 +135,7 @@ fn lost_triangle_findings<R: Real>(
         if uses.is_shared(name, object_facts.object.side) {
             continue;
         }
-        let map = object_facts.map;
-        let is_flat = |corners: [DVec3; 3]| {
-            let [a, b, c] = corners;
-            a == b || b == c || c == a || spans_no_area(b - a, c - a)
-        };
-        let stored = |p: DVec3| {
-            DVec3::from(
-                (map.transform_point3(p) - origin)
-                    .to_array()
-                    .map(round_to_scalar::<R>),
-            )
-        };
-        let is_lost = |corners: &[u32; 3]| {
-            let corners = corners.map(|corner| data.positions.position(corner as usize));
-            is_flat(corners.map(stored)) && !is_flat(corners)
-        };
-        if keeps_vertex_digits::<R>(data, map.translation - origin, map.matrix3.x_axis.length()) {
-            continue;
-        }
-        let (mut count, mut first) = (0, None);
-        for (index, _) in data
-            .indices
-            .iter()
-            .enumerate()
-            .filter(|(_, corners)| is_lost(corners))
-        {
-            count += 1;
-            first = first.or(Some(index as u32));
-        }
+        let (count, first) = count_lost_triangles::<R>(data, object_facts.map, origin);
         let Some(first) = first else { continue };
         let total = data.indices.len() as u64;
         let is_seen =
@@ -181,7 +154,8 @@ fn lost_triangle_findings<R: Real>(
             "move the mesh nearer to the rest of the scene, or add --precision reference",
         );
         let corner = data.indices[first as usize][0];
-        let at = finite_point(map.transform_point3(data.positions.position(corner as usize)));
+        let position = data.positions.position(corner as usize);
+        let at = finite_point(object_facts.map.transform_point3(position));
         findings.push(
             finding
                 .with_count(count, total, "triangles", "lost their area")
@@ -190,6 +164,37 @@ fn lost_triangle_findings<R: Real>(
         );
     }
     findings
+}
+
+/// Triangles of a mesh that lose their area where a map puts them, and the first of them.
+fn count_lost_triangles<R: Real>(
+    data: &MeshData,
+    map: DAffine3,
+    origin: DVec3,
+) -> (u64, Option<u32>) {
+    if keeps_vertex_digits::<R>(data, map.translation - origin, map.matrix3.x_axis.length()) {
+        return (0, None);
+    }
+    let is_flat = |corners: [DVec3; 3]| {
+        let [a, b, c] = corners;
+        a == b || b == c || c == a || spans_no_area(b - a, c - a)
+    };
+    let stored = |p: DVec3| {
+        let relative = (map.transform_point3(p) - origin).to_array();
+        DVec3::from(relative.map(round_to_scalar::<R>))
+    };
+    let is_lost = |corners: &[u32; 3]| {
+        let corners = corners.map(|corner| data.positions.position(corner as usize));
+        is_flat(corners.map(stored)) && !is_flat(corners)
+    };
+    let (mut count, mut first) = (0, None);
+    for (index, corners) in data.indices.iter().enumerate() {
+        if is_lost(corners) {
+            count += 1;
+            first = first.or(Some(index as u32));
+        }
+    }
+    (count, first)
 }
 
 /// Whether a mesh is stored where its own digits are kept: no farther away than its own numbers are
@@ -234,15 +239,14 @@ fn scale_findings(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Vec<Str
         ));
     }
     for object_facts in &scene_facts.objects {
-        let radius = match object_facts.object.shape {
-            Shape::Sphere { radius, .. } | Shape::Disk { radius, .. } => radius,
-            _ => continue,
+        let Some(bounds) = object_facts.bounds else {
+            continue;
         };
-        let size_of = radius * object_facts.map.matrix3.determinant().abs().cbrt();
-        if size_of < TINY * size {
+        let across = largest_extent(&bounds);
+        if across < 2.0 * TINY * size {
             let reason = format!(
-                "its radius is {}, and the longest edge of the scene's box {}",
-                metres(size_of),
+                "it is {} across, and the longest edge of the scene's box {}",
+                metres(across),
                 metres(size)
             );
             let finding = StressFinding::new(
@@ -252,13 +256,7 @@ fn scale_findings(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Vec<Str
                 reason,
                 "look whether it is in other units than the rest",
             );
-            findings.push(
-                finding.with_place(
-                    object_facts
-                        .bounds
-                        .and_then(|bounds| finite_point(bounds.centre())),
-                ),
-            );
+            findings.push(finding.with_place(finite_point(bounds.centre())));
         }
     }
     findings

@@ -72,6 +72,19 @@ fn image_data<'a>(scene_facts: &SceneFacts<'a>, reference: &TextureRef) -> Optio
         .as_deref()
 }
 
+/// Whether all texels of an image are the same.
+pub fn is_uniform_image(data: &ImageData) -> bool {
+    match &data.pixels {
+        PixelData::Codes(pixels) => pixels.iter().all(|pixel| *pixel == pixels[0]),
+        PixelData::Linear(pixels) => pixels.iter().all(|pixel| *pixel == pixels[0]),
+    }
+}
+
+/// Whether a texture reads an image of one colour, for which no coordinates are needed.
+pub(super) fn is_uniform_texture(scene_facts: &SceneFacts<'_>, reference: &TextureRef) -> bool {
+    image_data(scene_facts, reference).is_some_and(is_uniform_image)
+}
+
 fn colour_space_findings(
     scene_facts: &SceneFacts<'_>,
     reference: &TextureRef,
@@ -159,30 +172,26 @@ fn check_image(scene_facts: &SceneFacts<'_>, index: usize) -> Vec<StressFinding>
         );
         findings.push(finding.with_count(repaired, 3 * texels, "channels", "had such numbers"));
     }
-    let is_uniform = match &data.pixels {
-        PixelData::Codes(pixels) => pixels.iter().all(|pixel| *pixel == pixels[0]),
-        PixelData::Linear(pixels) => {
-            let is_wrong = |pixel: &&[f32; 4]| {
-                pixel
-                    .iter()
-                    .any(|channel| !channel.is_finite() || *channel < 0.0)
-            };
-            let wrong = pixels.iter().filter(is_wrong).count() as u64;
-            if wrong > 0 {
-                let reason = "it has texels that are negative, infinite or no numbers";
-                let finding = StressFinding::new(
-                    FindingCode::ImageNotLight,
-                    Severity::PictureWrong,
-                    subject,
-                    reason,
-                    remedy,
-                );
-                findings.push(finding.with_count(wrong, texels, "texels", "had such numbers"));
-            }
-            pixels.iter().all(|pixel| *pixel == pixels[0])
+    if let PixelData::Linear(pixels) = &data.pixels {
+        let is_wrong = |pixel: &&[f32; 4]| {
+            pixel
+                .iter()
+                .any(|channel| !channel.is_finite() || *channel < 0.0)
+        };
+        let wrong = pixels.iter().filter(is_wrong).count() as u64;
+        if wrong > 0 {
+            let reason = "it has texels that are negative, infinite or no numbers";
+            let finding = StressFinding::new(
+                FindingCode::ImageNotLight,
+                Severity::PictureWrong,
+                subject,
+                reason,
+                remedy,
+            );
+            findings.push(finding.with_count(wrong, texels, "texels", "had such numbers"));
         }
-    };
-    if is_uniform {
+    }
+    if is_uniform_image(data) {
         let reason = "all its texels are the same";
         let finding = StressFinding::new(
             FindingCode::UniformImage,

@@ -26,8 +26,29 @@ pub(crate) struct MeshComponent {
     pub first: u32,
     /// Above zero where the outside is outside.
     pub volume: f64,
+    /// The sum of the absolute values of which the volume is the sum, by which its rounding is told.
+    volume_terms: f64,
     bounds: [DVec3; 2],
     is_closed: bool,
+}
+
+impl MeshComponent {
+    /// Whether its outside is within. Two shells in one place, of which one is turned, have no
+    /// volume but that of rounding.
+    fn is_inverted(&self) -> bool {
+        self.volume < -1e-10 * self.volume_terms
+    }
+
+    /// Whether both are closed with their outside outside, and the other one is in the box of this
+    /// one.
+    pub fn holds_filled(&self, inner: &Self) -> bool {
+        let [least, greatest] = self.bounds;
+        let is_filled = |part: &Self| part.is_closed && part.volume > 1e-10 * part.volume_terms;
+        is_filled(self)
+            && is_filled(inner)
+            && least.cmplt(inner.bounds[0]).all()
+            && greatest.cmpgt(inner.bounds[1]).all()
+    }
 }
 
 /// An edge that two triangles share, for rays that are aimed at it: its corners, and those across
@@ -51,6 +72,8 @@ pub(crate) struct Topology {
     /// Triangles that disagree with most of those that they hang together with.
     pub flipped_triangles: CountAndFirst,
     pub components: Vec<MeshComponent>,
+    /// The part of each triangle, by its place among them; of copies none.
+    pub component_of: Vec<u32>,
     /// Some edges of exactly two triangles whose sides agree.
     pub shared_edges: Vec<SharedEdge>,
     /// Some corners that triangles are all around.
@@ -93,7 +116,8 @@ impl Topology {
         topology.seam = seam_width(data, &irregular.open);
         let open = &irregular.corners;
         topology.fans = find_triangle_fans(&data.indices, &corners, &kept, open);
-        topology.components = connected_components(data, (&corners, &kept), &mut parents, open);
+        (topology.components, topology.component_of) =
+            connected_components(data, (&corners, &kept), &mut parents, open);
         topology
     }
 
@@ -119,7 +143,7 @@ impl Topology {
         };
         let is_wrong = |part: &&MeshComponent| {
             part.is_closed
-                && part.volume < 0.0
+                && part.is_inverted()
                 && !self.components.iter().any(|outer| holds(outer, part))
         };
         self.components.iter().filter(is_wrong).copied().collect()
@@ -276,7 +300,8 @@ fn connected_components(
     (corners, kept): (&[u32], &[bool]),
     parents: &mut [u32],
     open: &[u32],
-) -> Vec<MeshComponent> {
+) -> (Vec<MeshComponent>, Vec<u32>) {
+    let mut component_of = vec![u32::MAX; data.indices.len()];
     let mut places: HashMap<u32, usize> = HashMap::new();
     let mut parts: Vec<MeshComponent> = Vec::new();
     for (i, triangle) in data.indices.iter().enumerate().filter(|(i, _)| kept[*i]) {
@@ -287,6 +312,7 @@ fn connected_components(
                 triangles: 0,
                 first: i as u32,
                 volume: 0.0,
+                volume_terms: 0.0,
                 bounds,
                 is_closed: true,
             });
@@ -294,9 +320,12 @@ fn connected_components(
         });
         let [a, b, c] = triangle
             .map(|corner| DVec3::from(data.positions.offsets()[corner as usize].map(f64::from)));
+        component_of[i] = index as u32;
         let part = &mut parts[index];
         part.triangles += 1;
-        part.volume += a.dot(b.cross(c)) / 6.0;
+        let volume = a.dot(b.cross(c)) / 6.0;
+        part.volume += volume;
+        part.volume_terms += volume.abs();
         for corner in [a, b, c] {
             part.bounds = [part.bounds[0].min(corner), part.bounds[1].max(corner)];
         }
@@ -306,5 +335,5 @@ fn connected_components(
             parts[index].is_closed = false;
         }
     }
-    parts
+    (parts, component_of)
 }

@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::count::CountAndFirst;
+use super::stray::StrayVertices;
 use crate::scene::MeshData;
 
 /// The height of a triangle as a share of its longest edge below which it is next to a line.
@@ -16,19 +17,21 @@ pub(super) struct TriangleDefects {
     pub slivers: CountAndFirst,
     /// All three normals point to the other side.
     pub against: CountAndFirst,
+    /// Those that reach to a vertex far out are neither degenerate nor slivers.
+    pub strays: StrayVertices,
 }
 
 impl TriangleDefects {
     pub fn from_mesh(data: &MeshData) -> Self {
         const BLOCK: usize = 1 << 14;
+        let strays = StrayVertices::from_mesh(data);
         let block = |(block, triangles): (usize, &[[u32; 3]])| {
             let mut counts = Self::default();
             for (i, corners) in triangles.iter().enumerate() {
-                counts.classify_triangle(
-                    data,
-                    (block * BLOCK + i) as u32,
-                    corners.map(|c| c as usize),
-                );
+                let index = (block * BLOCK + i) as u32;
+                if strays.triangles.binary_search(&index).is_err() {
+                    counts.classify_triangle(data, index, corners.map(|c| c as usize));
+                }
             }
             counts
         };
@@ -36,12 +39,15 @@ impl TriangleDefects {
             degenerate: a.degenerate.merge(b.degenerate),
             slivers: a.slivers.merge(b.slivers),
             against: a.against.merge(b.against),
+            strays: StrayVertices::default(),
         };
-        data.indices
+        let counts = data
+            .indices
             .par_chunks(BLOCK)
             .enumerate()
             .map(block)
-            .reduce(Self::default, plus)
+            .reduce(Self::default, plus);
+        Self { strays, ..counts }
     }
 
     fn classify_triangle(&mut self, data: &MeshData, index: u32, corners: [usize; 3]) {

@@ -3,9 +3,12 @@
 
 mod causes;
 mod data;
+mod lamps;
 mod light;
 mod meshes;
 mod places;
+mod shells;
+mod strays;
 
 use raywright_core::scene::Scene;
 use raywright_core::stress::{

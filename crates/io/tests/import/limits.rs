@@ -332,3 +332,24 @@ fn numbers_and_names_in_other_words() {
         .to_string();
     assert!(refused.contains("accessors[0].count"), "{refused}");
 }
+
+/// Protects: triangles that a node of no height moves beyond all coordinates are left out with one
+/// warning, which has their number and the mesh.
+#[test]
+fn triangles_that_a_flat_node_moves_too_far_are_told() {
+    let made = KeyedTriangle::new().with(|document| {
+        document["nodes"][0]["scale"] = json!([9e14, 0.0, 1.0]);
+        document["nodes"][0]["translation"] = json!([9e14, 0.0, 0.0]);
+    });
+    let loaded = made
+        .load_with(None, None, None)
+        .unwrap_or_else(|e| panic!("{e}"));
+    let told: Vec<_> = loaded
+        .warnings
+        .iter()
+        .filter(|warning| warning.triangles > 0)
+        .collect();
+    assert_eq!(told.len(), 1, "{:?}", loaded.warnings);
+    assert_eq!(told[0].triangles, 1);
+    assert!(told[0].message.contains("mesh `"), "{}", told[0].message);
+}

@@ -1,6 +1,9 @@
 //! What reading a file has left out or replaced, as findings.
 
-use raywright_core::stress::{FindingCode, FindingSubject, Severity, StressFinding, StressSummary};
+use raywright_core::scene::Image;
+use raywright_core::stress::{
+    FindingCode, FindingSubject, Severity, StressFinding, StressSummary, is_uniform_image,
+};
 use raywright_io::{LoadedScene, Warning, WarningCode};
 
 /// Adds what the reader had to leave out of the scene, so that no check sees it there.
@@ -27,7 +30,10 @@ pub(super) fn add_findings(report: &mut StressSummary, loaded: &LoadedScene) {
             "put an image that can be read where the file names it",
         ),
     ] {
-        if report.findings.iter().any(|found| found.code == code) {
+        let is_told = report.findings.iter().any(|found| found.code == code);
+        let is_needless =
+            about == WarningCode::TextureCoordinates && all_images_are_uniform(loaded);
+        if is_told || is_needless {
             continue;
         }
         let of_code = warnings.iter().filter(|warning| warning.code == about);
@@ -40,6 +46,13 @@ pub(super) fn add_findings(report: &mut StressSummary, loaded: &LoadedScene) {
     report
         .findings
         .sort_by_key(|found| (found.severity, found.code));
+}
+
+/// Whether there are images, all of one colour, which are the same by any texture coordinates.
+fn all_images_are_uniform(loaded: &LoadedScene) -> bool {
+    let images = &loaded.scene.images;
+    let is_uniform = |image: &Image| image.data.as_deref().is_some_and(is_uniform_image);
+    !images.is_empty() && images.iter().all(is_uniform)
 }
 
 /// Adds triangles that were left out, to the finding that nothing is left where they are its cause.

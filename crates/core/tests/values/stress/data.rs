@@ -200,6 +200,10 @@ fn texture_coordinates() {
         PictureWrong,
         &[],
     );
+    // An image of one colour is the same everywhere.
+    let mut plain = cube(None, json!({ "base_colour_texture": texture() }));
+    plain.images[0].data = codes(|_| [90; 4]).map(Arc::new);
+    alone(&plain, FindingCode::UniformImage, Harmless);
     let same = Some(vec![[0.5, 0.5]; 8]);
     expect_finding(
         &cube(same, json!({ "normal_texture": texture() })),

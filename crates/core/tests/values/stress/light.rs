@@ -4,7 +4,7 @@ use raywright_core::stress::FindingSubject;
 
 use super::*;
 
-fn point(position: [f64; 3], terms: Value) -> Value {
+pub(super) fn point(position: [f64; 3], terms: Value) -> Value {
     let mut kind = json!({ "position": position });
     terms
         .as_object()
@@ -14,7 +14,7 @@ fn point(position: [f64; 3], terms: Value) -> Value {
     json!({ "kind": { "point": kind }, "colour": 4 })
 }
 
-fn lamp(emission: f64) -> Value {
+pub(super) fn lamp(emission: f64) -> Value {
     paint(
         "lamp",
         json!({ "base_colour": 0, "specular": 0, "emission": emission }),
@@ -22,7 +22,7 @@ fn lamp(emission: f64) -> Value {
 }
 
 /// The materials of a clean scene and a lamp.
-fn with_lamp(emission: f64) -> Value {
+pub(super) fn with_lamp(emission: f64) -> Value {
     json!([
         paint("paint", json!({ "base_colour": 0.6 })),
         paint("glass", json!({ "transmission": 1, "roughness": 0 })),
@@ -299,8 +299,14 @@ fn cameras() {
         "thin_lens": { "pinhole": { "vertical_fov": 40 }, "aperture_radius": 0.1, "focus_distance": 0.05 }
     }))
     .expect("a lens");
-    expect_finding(&lens, FindingCode::FocusNowhere, Harmless, &[]);
+    expect_finding(&lens, FindingCode::FocusNowhere, PictureWrong, &[]);
+    // A lens of a pixel's width blurs nothing, wherever it is sharp.
+    lens.cameras[0].projection = serde_json::from_value(json!({
+        "thin_lens": { "pinhole": { "vertical_fov": 40 }, "aperture_radius": 1e-5, "focus_distance": 0.05 }
+    }))
+    .expect("a lens");
+    assert_eq!(listed(&summarise_findings(&lens).findings), []);
     let mut wide = scene(&json!({}));
     wide.cameras[0].aspect = Some(3.0);
-    expect_finding(&wide, FindingCode::StretchedPicture, Harmless, &[]);
+    expect_finding(&wide, FindingCode::StretchedPicture, PictureWrong, &[]);
 }

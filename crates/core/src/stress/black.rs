@@ -1,0 +1,113 @@
+//! Pictures in which everything that is seen is black, told as one with the cause.
+
+use super::covers::Cover;
+use super::facts::SceneFacts;
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
+use super::samples::{SmallRender, camera_subject};
+
+/// What keeps light away, in the order in which one is named as the cause of a black picture.
+const CAUSES: [FindingCode; 3] = [
+    FindingCode::UnreachedLight,
+    FindingCode::LightInSurface,
+    FindingCode::LightMissesScene,
+];
+
+/// Adds the findings of black pictures, and takes away those of lights that are their cause.
+pub(super) fn add_black_pictures(
+    scene_facts: &SceneFacts<'_>,
+    pictures: &[SmallRender],
+    findings: &mut Vec<StressFinding>,
+) {
+    let black: Vec<StressFinding> = pictures
+        .iter()
+        .filter_map(|picture| black_picture_finding(scene_facts, picture))
+        .collect();
+    if black.is_empty() {
+        return;
+    }
+    let cover = pictures.iter().find_map(|picture| picture.cover);
+    let (reason, remedy) = match cause_texts(scene_facts, cover, findings) {
+        Some(texts) => texts,
+        None => return findings.extend(black),
+    };
+    findings.retain(|finding| !CAUSES.contains(&finding.code));
+    findings.extend(black.into_iter().map(|finding| StressFinding {
+        reason: reason.clone(),
+        remedy: remedy.clone(),
+        ..finding
+    }));
+}
+
+fn black_picture_finding(
+    scene_facts: &SceneFacts<'_>,
+    picture: &SmallRender,
+) -> Option<StressFinding> {
+    let words = |subject: FindingSubject| subject.display_name(scene_facts.scene);
+    let (reason, remedy) = match picture.cover {
+        None => (
+            "everything that is seen is black: no light arrives".to_owned(),
+            "add a light or a sky, or open what is in its way".to_owned(),
+        ),
+        Some(Cover { object, light }) => {
+            let cover = words(scene_facts.objects[object].subject);
+            (
+                format!(
+                    "everything that is seen is black: {cover} is in the way of the light of {}",
+                    words(light)
+                ),
+                format!("open or remove {cover}, or add a light on this side of it"),
+            )
+        }
+    };
+    let (code, severity) = (FindingCode::BlackPicture, Severity::PictureWrong);
+    let subject = camera_subject(scene_facts, picture);
+    picture
+        .is_black()
+        .then(|| StressFinding::new(code, severity, subject, reason, remedy))
+}
+
+/// Why everything is black and what to do, by what was found of lights.
+fn cause_texts(
+    scene_facts: &SceneFacts<'_>,
+    cover: Option<Cover>,
+    findings: &[StressFinding],
+) -> Option<(String, String)> {
+    let of_code = |code| findings.iter().filter(move |finding| finding.code == code);
+    let code = CAUSES
+        .into_iter()
+        .find(|&code| of_code(code).next().is_some())?;
+    let names: Vec<String> = of_code(code)
+        .map(|finding| finding.subject.display_name(scene_facts.scene))
+        .collect();
+    let lights = match names.len() {
+        1 => format!("{} is", names[0]),
+        more => format!("{} and {} more are", names[0], more - 1),
+    };
+    if code != FindingCode::UnreachedLight {
+        let first = of_code(code).next()?;
+        let what = match code {
+            FindingCode::LightInSurface => "in the surface that it would light",
+            _ => "turned away from everything or too far away",
+        };
+        let reason = format!(
+            "everything that is seen is black: {lights} {what} ({})",
+            first.reason
+        );
+        return Some((reason, first.remedy.clone()));
+    }
+    let cover = cover.map(|cover| {
+        let subject = scene_facts.objects[cover.object].subject;
+        subject.display_name(scene_facts.scene)
+    });
+    let (why, what) = match &cover {
+        Some(cover) => (format!("shut away by {cover}"), cover.as_str()),
+        None => (
+            "shut away, or turned from all of that".to_owned(),
+            "the cover of the light",
+        ),
+    };
+    Some((
+        format!("everything that is seen is black: {lights} {why}"),
+        format!("open or remove {what}, or add a light or a sky"),
+    ))
+}

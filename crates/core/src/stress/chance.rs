@@ -1,0 +1,131 @@
+//! Lamps and suns that paths meet by chance alone, by way of mirrors and glass: how noisy they make
+//! the picture, and which they are.
+
+use super::facts::{SceneFacts, SurfaceKind, finite_point};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
+use super::light_survey::LightSurvey;
+use super::lights;
+use super::numbers::metres;
+use super::samples::SmallRender;
+use crate::counters::Counters;
+use crate::scene::Sky;
+
+/// Paths that may meet light by chance from which on the noise is judged.
+const ENOUGH: u64 = 1000;
+/// Noise of a pixel by that light as a share of the picture's light from which on it is told.
+const NOISY: f64 = 0.3;
+/// Share of the picture's light below which that light is no part of the picture.
+const SHARE: f64 = 0.01;
+/// Hits that are added to those that were counted: where there were none, there are up to so many
+/// on average with a certainty of 95 % (the rule of three).
+const UNSEEN: u64 = 3;
+
+/// Judges the light that paths meet by chance.
+pub(super) struct ChanceNoise<'a> {
+    pub scene_facts: &'a SceneFacts<'a>,
+    pub survey: &'a LightSurvey,
+    pub samples_per_pixel: u32,
+}
+
+impl ChanceNoise<'_> {
+    /// What is found of a picture, if the light is a part of it and noisy with the samples that the
+    /// scene asks for.
+    pub fn check(&self, picture: &SmallRender) -> Option<StressFinding> {
+        let Counters {
+            unaided,
+            found,
+            samples,
+            ..
+        } = picture.counters;
+        if unaided < ENOUGH {
+            return None;
+        }
+        // One sample in so many meets the light, each as bright as the light at most.
+        let chance = (found + UNSEEN) as f64 / samples.max(1) as f64;
+        let radiance = self.survey.max_radiance() / picture.mean_radiance().max(1e-12);
+        let noise = (chance / f64::from(self.samples_per_pixel.max(1))).sqrt() * radiance;
+        if chance * radiance < SHARE || noise < NOISY {
+            return None;
+        }
+        let finding = self.finding();
+        Some(finding.with_count(unaided - found, unaided, "paths", "met no light"))
+    }
+
+    /// The finding, by what the light comes from.
+    fn finding(&self) -> StressFinding {
+        let scene_facts = self.scene_facts;
+        let lamps = || {
+            scene_facts
+                .objects
+                .iter()
+                .filter(|object_facts| object_facts.emits_light())
+        };
+        let within = lamps().find_map(|object_facts| {
+            let glass = lights::enclosing_glass(scene_facts, object_facts.subject.list_index())?;
+            Some((object_facts, glass))
+        });
+        if let Some((object_facts, glass)) = within {
+            enclosed_light_finding(scene_facts, object_facts.subject.list_index(), glass)
+        } else if let Some(lamp) = lamps().next() {
+            let reason = "lamps and suns that shine by way of mirrors or glass are met by chance, and hardly any path meets one";
+            let lamp = lamp.subject.display_name(scene_facts.scene);
+            // What is thin already, and mirrors, can only be rougher.
+            let has_body = scene_facts
+                .objects
+                .iter()
+                .any(|object_facts| object_facts.matter == SurfaceKind::Body);
+            let thin = match has_body {
+                true => ", the glass thin (`thin_walled`),",
+                false => "",
+            };
+            let remedy = format!(
+                "make {lamp} larger{thin} or mirrors and glass rough; or render with more --spp"
+            );
+            new_light_by_chance_finding(FindingSubject::Scene, reason, remedy)
+        } else if matches!(scene_facts.scene.sky, Some(Sky::Studio(_))) {
+            let reason = "the studio's lights are met by way of mirrors or glass, and hardly any path meets one";
+            let remedy = "render with more --spp, or another environment (--env), or make the mirrors or the glass rough";
+            new_light_by_chance_finding(FindingSubject::Sky, reason, remedy)
+        } else {
+            let reason = "the sky has a small bright sun, and hardly any path by way of mirrors or glass meets it";
+            let remedy =
+                "render with more --spp, or give the scene a sky with a larger sun or none";
+            new_light_by_chance_finding(FindingSubject::Sky, reason, remedy)
+        }
+    }
+}
+
+fn new_light_by_chance_finding(
+    subject: FindingSubject,
+    reason: impl Into<String>,
+    remedy: impl Into<String>,
+) -> StressFinding {
+    let (code, severity) = (FindingCode::LightByChance, Severity::SlowOrNoisy);
+    StressFinding::new(code, severity, subject, reason, remedy)
+}
+
+/// A lamp within a body of glass.
+pub(super) fn enclosed_light_finding(
+    scene_facts: &SceneFacts<'_>,
+    lamp: usize,
+    glass: FindingSubject,
+) -> StressFinding {
+    let (object_facts, glass) = (
+        &scene_facts.objects[lamp],
+        glass.display_name(scene_facts.scene),
+    );
+    let across = object_facts
+        .bounds
+        .map_or(0.0, |bounds| bounds.extent().max_element());
+    let reason = format!(
+        "it is {} across and shines through {glass}, which is glass around it: paths come to it by chance alone, and hardly any does",
+        metres(across)
+    );
+    let remedy = format!(
+        "set `thin_walled` for the material of {glass}, make the lamp larger, or render with more --spp"
+    );
+    let at = object_facts
+        .bounds
+        .and_then(|bounds| finite_point(bounds.centre()));
+    new_light_by_chance_finding(object_facts.subject, reason, remedy).with_place(at)
+}

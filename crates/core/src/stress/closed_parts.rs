@@ -1,0 +1,224 @@
+//! Closed surfaces of a mesh within each other, and small holes in what is closed otherwise.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::cameras::item_nearest_to_camera;
+use super::count::CountAndFirst;
+use super::facts::{ObjectFacts, SurfaceKind, finite_point};
+use super::finding::{FindingCode, Severity, StressFinding};
+use super::meshes::UsedMesh;
+use super::ray_survey::RaySurvey;
+use super::topology::{MeshComponent, Topology};
+use crate::scene::{MeshData, SideRule};
+
+/// Triangles that are tested for whether a part is within another.
+const MOST_TESTS: usize = 1 << 26;
+/// Parts of a mesh that are compared with each other.
+const MOST_PARTS: usize = 1000;
+/// Share of the edges of a closed surface that may be those of holes.
+const FEW: u64 = 10;
+
+/// A hole of three edges.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MeshHole {
+    corners: [u32; 3],
+    /// A triangle beside it.
+    beside: u32,
+}
+
+impl Topology {
+    /// Closed parts within others whose outside is on the same side as that of the other one: as
+    /// walls of hollows they are turned the wrong way.
+    pub fn filled_hollows(&self, data: &MeshData) -> Vec<MeshComponent> {
+        if self.components.len() < 2 || self.components.len() > MOST_PARTS {
+            return Vec::new();
+        }
+        let mut room = MOST_TESTS;
+        let mut is_filled = |inner: usize| {
+            let mut outer_parts = (0..self.components.len()).filter(|&outer| outer != inner);
+            outer_parts.any(|outer| {
+                let [outer_part, inner_part] = [outer, inner].map(|i| &self.components[i]);
+                if !outer_part.holds_filled(inner_part) || room < data.indices.len() {
+                    return false;
+                }
+                room -= data.indices.len();
+                self.is_within(data, inner_part.first, outer as u32)
+            })
+        };
+        let filled: Vec<usize> = (0..self.components.len())
+            .filter(|&i| is_filled(i))
+            .collect();
+        filled
+            .into_iter()
+            .map(|part| self.components[part])
+            .collect()
+    }
+
+    /// Whether a triangle is within a closed part, by the number of times that a ray from it
+    /// crosses the part.
+    fn is_within(&self, data: &MeshData, triangle: u32, part: u32) -> bool {
+        // No direction along which models are built.
+        let direction = DVec3::new(0.539_134, 0.617_291, 0.573_008);
+        let corners = |triangle: usize| {
+            data.indices[triangle].map(|corner| data.positions.position(corner as usize))
+        };
+        let from = corners(triangle as usize).iter().sum::<DVec3>() / 3.0;
+        let own = (0..data.indices.len()).filter(|&i| self.component_of.get(i) == Some(&part));
+        let crossings = own.filter(|&i| crosses_triangle(from, direction, corners(i)));
+        crossings.count() % 2 == 1
+    }
+
+    /// Holes with three edges, of a mesh that has no other open edge.
+    pub fn triangular_holes(&self) -> CountAndFirst<MeshHole> {
+        let open = &self.open_edges;
+        let is_all_kept = open.count == open.some.len() as u64;
+        if open.count == 0 || !is_all_kept || open.count * FEW > self.edges || self.seam.is_some() {
+            return CountAndFirst::default();
+        }
+        let mut edges_of: HashMap<u32, Vec<usize>> = HashMap::new();
+        for (index, edge) in open.some.iter().enumerate() {
+            for end in edge.ends {
+                edges_of.entry(end).or_default().push(index);
+            }
+        }
+        let mut holes = CountAndFirst::default();
+        for (index, edge) in open.some.iter().enumerate() {
+            let other =
+                |end: u32, but: usize| edges_of[&end].iter().copied().find(|&other| other != but);
+            let [a, b] = edge.ends;
+            let (Some(from_a), Some(from_b)) = (other(a, index), other(b, index)) else {
+                return CountAndFirst::default();
+            };
+            let across = |other: usize, end: u32| {
+                let [low, high] = open.some[other].ends;
+                if low == end { high } else { low }
+            };
+            let triangles = [index, from_a, from_b].map(|edge| open.some[edge].triangle);
+            let is_alone = triangles[0] == triangles[1] || triangles[0] == triangles[2];
+            let is_hole = edges_of[&a].len() == 2
+                && edges_of[&b].len() == 2
+                && across(from_a, a) == across(from_b, b)
+                && !is_alone;
+            if !is_hole {
+                return CountAndFirst::default();
+            }
+            // Each hole is met by each of its edges.
+            if index < from_a && index < from_b {
+                holes.add_item(MeshHole {
+                    corners: [a, b, across(from_a, a)],
+                    beside: edge.triangle,
+                });
+            }
+        }
+        holes
+    }
+}
+
+/// Whether a ray crosses a triangle ("Fast, Minimum Storage Ray-Triangle Intersection", Möller,
+/// Trumbore 1997).
+fn crosses_triangle(from: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
+    let (u_edge, v_edge) = (b - a, c - a);
+    let p = direction.cross(v_edge);
+    let determinant = u_edge.dot(p);
+    if determinant == 0.0 {
+        return false;
+    }
+    let s = from - a;
+    let q = s.cross(u_edge);
+    let [u, v, t] = [s.dot(p), direction.dot(q), v_edge.dot(q)].map(|x| x / determinant);
+    u >= 0.0 && v >= 0.0 && u + v < 1.0 && t > 0.0
+}
+
+impl UsedMesh<'_> {
+    /// Bubbles in glass whose wall is turned the wrong way.
+    pub fn check_hollows(&self, topology: &Topology) -> Option<StressFinding> {
+        let is_body = |object: &&&ObjectFacts<'_>| object.matter == SurfaceKind::Body;
+        let bodies = || self.objects.iter().filter(is_body);
+        bodies().next()?;
+        let filled = topology.filled_hollows(self.data);
+        let seen = bodies().find(|object| self.is_visible_on(&self.survey.sightings, object));
+        let object_facts = seen.or(bodies().next())?;
+        let severity = match seen {
+            Some(_) => Severity::PictureWrong,
+            None => Severity::Harmless,
+        };
+        let tally = CountAndFirst {
+            count: filled.iter().map(|part| part.triangles).sum(),
+            some: filled.iter().map(|part| part.first).collect(),
+        };
+        let reason = "closed surfaces within this glass have their outside on the same side as the surface around them: they are no bubbles but glass that is there twice";
+        let remedy = "turn them over where the model is made, if they are walls of bubbles; remove them if not";
+        let kind = (FindingCode::InsideOut, severity);
+        (!filled.is_empty()).then(|| {
+            let label = (&tally, "belonged to them");
+            self.triangle_finding(kind, object_facts, label, (reason, remedy))
+        })
+    }
+
+    /// Holes in an opaque surface that is closed but for them: wrong where a camera sees its inside.
+    pub fn check_holes(&self, topology: &Topology) -> Option<StressFinding> {
+        let opaque = || {
+            let all = self.objects.iter();
+            all.filter(|object| object.matter == SurfaceKind::Opaque)
+        };
+        opaque().next()?;
+        let holes = topology.triangular_holes();
+        let is_seen_through = |object: &&&ObjectFacts<'_>| match object.object.side {
+            // Rays that come through it meet the inside.
+            SideRule::Both => {
+                let (index, survey) = (object.subject.list_index(), self.survey);
+                RaySurvey::sighting_count(&survey.first_within, &index) > 0
+            }
+            // The inside is not there, so that they meet what is behind.
+            side => {
+                let is_visible = self.is_visible_on(&self.survey.sightings, object);
+                let faces = |hole: &MeshHole| self.faces_camera(object, hole);
+                is_visible
+                    && holes
+                        .some
+                        .iter()
+                        .any(|hole| faces(hole) == (side != SideRule::Inside))
+            }
+        };
+        let seen = opaque().find(is_seen_through);
+        let &object_facts = seen.or(opaque().next())?;
+        let (severity, end) = match seen {
+            Some(_) => (Severity::PictureWrong, "and a camera sees through it"),
+            None => (Severity::Harmless, "and no camera sees through one"),
+        };
+        let places = holes.some.iter().map(|hole| {
+            let centre = self.corner_centroid(object_facts, &hole.corners);
+            ((), centre)
+        });
+        let (_, place) = item_nearest_to_camera(self.views, places)?;
+        let reason = format!(
+            "a triangle is missing in a surface that is closed otherwise, {end}: light comes in there, and the inside or what is behind is seen"
+        );
+        let remedy = "fill the hole where the model is made";
+        let (code, subject) = (FindingCode::OpenEdges, object_facts.subject);
+        let finding = StressFinding::new(code, severity, subject, reason, remedy).with_count(
+            holes.count,
+            0,
+            "holes",
+            "with three edges",
+        );
+        Some(finding.with_place(finite_point(place)))
+    }
+
+    /// Whether a hole is in view of a camera that is in front of the triangle beside it.
+    fn faces_camera(&self, object_facts: &ObjectFacts<'_>, hole: &MeshHole) -> bool {
+        let corners = self.data.indices[hole.beside as usize];
+        let [a, b, c] = corners.map(|corner| {
+            let position = self.data.positions.position(corner as usize);
+            object_facts.map.transform_point3(position)
+        });
+        let turn = object_facts.map.matrix3.determinant().signum();
+        let normal = (b - a).cross(c - a) * turn;
+        let centre = self.corner_centroid(object_facts, &hole.corners);
+        self.views.iter().any(|view| {
+            view.project_point(centre).is_some() && normal.dot(view.eye() - centre) > 0.0
+        })
+    }
+}

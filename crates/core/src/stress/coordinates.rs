@@ -1,0 +1,120 @@
+//! Texture coordinates of meshes: such as an image needs and the mesh lacks, and such as give no
+//! direction to a normal map.
+
+use std::collections::{BTreeSet, HashSet};
+
+use super::cameras::item_nearest_to_camera;
+use super::count::CountAndFirst;
+use super::facts::{ObjectFacts, finite_point};
+use super::finding::{FindingCode, Severity, StressFinding};
+use super::meshes::UsedMesh;
+use super::textures::is_uniform_texture;
+use crate::scene::{Material, MaterialModel};
+
+impl UsedMesh<'_> {
+    /// The first fault of the coordinates that the materials of its objects read.
+    pub fn check_texture_coordinates(&self) -> Option<StressFinding> {
+        let mut judged = HashSet::new();
+        self.objects.iter().find_map(|object_facts| {
+            let (index, material) = object_facts.material?;
+            let is_new = judged.insert(index);
+            let lacking = self.first_lacking_set(material).filter(|_| is_new);
+            match lacking {
+                Some(set) => Some(self.missing_uv_finding(object_facts, set)),
+                None => {
+                    let MaterialModel::Physical(m) = &material.model else {
+                        return None;
+                    };
+                    let texture = m.active_normal_map().filter(|texture| texture.uv.is_none());
+                    self.degenerate_uv_finding(object_facts, texture.filter(|_| is_new)?.uv_set)
+                }
+            }
+        })
+    }
+
+    /// The first set of coordinates that the mesh lacks and that an image of a material is read
+    /// by. An image of one colour is the same wherever it is read.
+    fn first_lacking_set(&self, material: &Material) -> Option<u32> {
+        let sets: BTreeSet<u32> = material
+            .textures()
+            .filter(|texture| texture.uv.is_none())
+            .filter(|texture| !is_uniform_texture(self.scene_facts, texture))
+            .map(|texture| texture.uv_set)
+            .collect();
+        // Readers put (0, 0) where a file has none.
+        sets.into_iter().find(|&set| {
+            let uvs = self.data.uvs.get(set as usize);
+            uvs.is_none_or(|uvs| uvs.iter().all(|uv| *uv == [0.0; 2]))
+        })
+    }
+
+    fn missing_uv_finding(&self, object_facts: &ObjectFacts<'_>, set: u32) -> StressFinding {
+        let is_there = self
+            .data
+            .uvs
+            .get(set as usize)
+            .is_some_and(|uvs| !uvs.is_empty());
+        let reason = match (set, is_there) {
+            (_, true) => format!(
+                "the material shows an image by set {set} of texture coordinates, which the mesh lacks or which is (0, 0) everywhere: one texel is shown everywhere"
+            ),
+            (0, false) => "the material shows an image and the mesh has no texture coordinates: each triangle shows its own copy of a corner of it".to_owned(),
+            _ => format!(
+                "the material reads set {set} of texture coordinates, which the mesh does not have: one texel is shown everywhere"
+            ),
+        };
+        let remedy = "export the mesh with texture coordinates, or take the image away";
+        let finding = StressFinding::new(
+            FindingCode::NoTextureCoordinates,
+            Severity::PictureWrong,
+            object_facts.subject,
+            reason,
+            remedy,
+        );
+        let all = (0..self.triangle_count().min(1 << 10) as u32)
+            .map(|triangle| ((), self.triangle_centre(object_facts, triangle)));
+        let nearest = item_nearest_to_camera(self.views, all);
+        finding.with_place(nearest.and_then(|(_, point)| finite_point(point)))
+    }
+
+    /// Triangles on which no direction of a normal map is known.
+    fn degenerate_uv_finding(
+        &self,
+        object_facts: &ObjectFacts<'_>,
+        set: u32,
+    ) -> Option<StressFinding> {
+        let uvs = self
+            .data
+            .uvs
+            .get(set as usize)
+            .filter(|_| self.data.tangents.is_empty())?;
+        let is_flat = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|corner| {
+                uvs.get(corner as usize)
+                    .copied()
+                    .unwrap_or_default()
+                    .map(f64::from)
+            });
+            let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            area == 0.0
+        };
+        let flat = self
+            .data
+            .indices
+            .iter()
+            .enumerate()
+            .filter(|(_, corners)| is_flat(corners));
+        let tally = CountAndFirst::from_items(flat.map(|(index, _)| index as u32));
+        let most = 2 * tally.count > self.triangle_count();
+        let severity = if most {
+            Severity::PictureWrong
+        } else {
+            Severity::Harmless
+        };
+        let reason = "triangles with a normal map have texture coordinates without area, so that the map's directions are not known there";
+        let words = (reason, "unwrap the mesh anew, or give it tangents");
+        let label = (&tally, "had such coordinates");
+        let kind = (FindingCode::FlatTextureCoordinates, severity);
+        (tally.count > 0).then(|| self.triangle_finding(kind, object_facts, label, words))
+    }
+}

@@ -1,0 +1,210 @@
+//! What is wrong with a light by where it shines: past everything, along the surface that it lies
+//! in, or through glass; and lamps without area.
+
+use glam::DVec3;
+use raywright_bvh::Aabb;
+
+use super::facts::{SceneFacts, finite_point};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
+use super::light_survey::{Lamp, LightReach};
+use super::numbers::{format_decimal, metres};
+use crate::scene::{Light, LightKind, Triple};
+
+/// Share of the square of a distance below which a lamp has hardly an area, and light at that
+/// distance, as a share of that under a radiance of 1 all around, below which it is dark. The
+/// distance is that to the camera, or the size of the scene where that is less.
+const NO_AREA: f64 = 1e-10;
+const DARK: f64 = 1e-8;
+
+/// Where a light is, if it is not infinitely far away.
+pub(super) fn light_position(kind: &LightKind) -> Option<Triple> {
+    match *kind {
+        LightKind::Directional { .. } => None,
+        LightKind::Point { position, .. } | LightKind::Spot { position, .. } => Some(position),
+    }
+}
+
+/// Whether most of the ways to a light on which nothing opaque is lead through glass.
+pub(super) fn is_behind_glass(reach: &LightReach) -> bool {
+    const FEWEST: u64 = 8;
+    reach.glass_ways >= FEWEST && reach.glass_ways > reach.free_ways
+}
+
+/// What is wrong with a light, as far as rays are needed by those that were sent.
+pub(super) fn check_light(
+    scene_facts: &SceneFacts<'_>,
+    index: usize,
+    reach: Option<&LightReach>,
+) -> Vec<StressFinding> {
+    let light = &scene_facts.scene.lights[index];
+    let name = |object: usize| {
+        let subject = scene_facts.objects[object].subject;
+        subject.display_name(scene_facts.scene)
+    };
+    let finding = |code, severity, reason: String, remedy: String| {
+        StressFinding::new(code, severity, FindingSubject::Light(index), reason, remedy)
+            .with_place(light_position(&light.kind))
+    };
+    let mut findings = Vec::new();
+    if let Some(surface) = reach.and_then(|reach| reach.surface) {
+        let reason = format!(
+            "it lies in the surface of {} and shines along it, so that it does not light it",
+            name(surface)
+        );
+        let remedy = "move it out of that surface, to the side that it should light";
+        let (code, severity) = (FindingCode::LightInSurface, Severity::Harmless);
+        findings.push(finding(code, severity, reason, remedy.to_owned()));
+    } else if let Some((reason, remedy)) = miss_texts(scene_facts, light, reach) {
+        let (code, severity) = (FindingCode::LightMissesScene, Severity::SlowOrNoisy);
+        findings.push(finding(code, severity, reason, remedy));
+    }
+    if let Some((reach, glass)) = reach
+        .filter(|reach| is_behind_glass(reach))
+        .and_then(|reach| Some((reach, reach.glass?)))
+    {
+        let glass = name(glass);
+        let reason = format!(
+            "it has no size, and {glass} is glass in its way: no path can meet it through that, so that it lights nothing behind it"
+        );
+        let remedy = format!(
+            "set `thin_walled` for the material of {glass}, or give the light a size: an object that shines, or a sun in the sky"
+        );
+        let (code, severity) = (FindingCode::LightBehindGlass, Severity::PictureWrong);
+        let all = reach.glass_ways + reach.free_ways;
+        findings.push(finding(code, severity, reason, remedy).with_count(
+            reach.glass_ways,
+            all,
+            "rays",
+            "that nothing opaque blocks pass through glass",
+        ));
+    }
+    findings
+}
+
+/// Why nothing of a light arrives at the scene, and what to do.
+fn miss_texts(
+    scene_facts: &SceneFacts<'_>,
+    light: &Light,
+    reach: Option<&LightReach>,
+) -> Option<(String, String)> {
+    let (position, range) = match light.kind {
+        LightKind::Directional { .. } => return None,
+        LightKind::Point {
+            position, range, ..
+        }
+        | LightKind::Spot {
+            position, range, ..
+        } => (DVec3::from(position), range),
+    };
+    let sent = reach.filter(|reach| reach.rays > 0);
+    let misses = sent.is_some_and(|reach| reach.hits == 0);
+    // The surface that its rays hit; the box of everything is nearer, and has no surface there.
+    let nearest = sent.and_then(|reach| reach.nearest);
+    if let Some(range) = range.filter(|range| misses && nearest.is_some_and(|n| *range <= n)) {
+        let nearest = metres(nearest?);
+        let reason = format!(
+            "its `range` of {} ends before any surface, so that it lights nothing: the nearest one that its rays hit is {nearest} away",
+            metres(range)
+        );
+        let remedy =
+            format!("move it nearer, or raise its `range` well above {nearest}, or remove that");
+        return Some((reason, remedy));
+    }
+    let to_other = match light.kind {
+        LightKind::Spot { .. } => "turn its `direction` to what it should light, or move it",
+        _ => "move it to what it should light",
+    };
+    if let Some(lamp) = sent.filter(|_| misses).and_then(|reach| reach.lamp) {
+        let lamp = scene_facts.objects[lamp].subject;
+        let reason = format!(
+            "it shines at nothing but {}, which shines itself",
+            lamp.display_name(scene_facts.scene)
+        );
+        return Some((reason, to_other.to_owned()));
+    }
+    if let Some((reason, remedy)) = spot_texts(light, position, &scene_facts.bounds, misses) {
+        return Some((reason, remedy));
+    }
+    let rays = sent.filter(|_| misses)?.rays;
+    let reason = match light.kind {
+        LightKind::Spot { .. } => {
+            format!("its cone points past everything: none of {rays} rays in it hits a surface")
+        }
+        _ => format!("none of {rays} rays from it hits a surface"),
+    };
+    Some((reason, to_other.to_owned()))
+}
+
+/// Of a spot outside the box of everything, how far its cone is from that.
+fn spot_texts(
+    light: &Light,
+    position: DVec3,
+    bounds: &Aabb,
+    misses: bool,
+) -> Option<(String, String)> {
+    let LightKind::Spot {
+        direction,
+        outer_angle,
+        ..
+    } = light.kind
+    else {
+        return None;
+    };
+    if bounds.is_empty() {
+        return None;
+    }
+    let away = bounds.centre() - position;
+    let radius = 0.5 * bounds.extent().length();
+    if away.length() <= radius {
+        return None;
+    }
+    let direction = DVec3::from(direction).normalize_or_zero();
+    let off = away
+        .normalize()
+        .dot(direction)
+        .clamp(-1.0, 1.0)
+        .acos()
+        .to_degrees();
+    let half_width = (radius / away.length()).min(1.0).asin().to_degrees();
+    if off <= outer_angle + half_width && !misses {
+        return None;
+    }
+    let reason = format!(
+        "its cone points past everything: the middle of the scene is {off:.0} degrees from its `direction`, and its `outer_angle` is {outer_angle} degrees"
+    );
+    // No cone is wider than 90 degrees.
+    let remedy = match off.ceil() {
+        angle if angle < 90.0 => format!(
+            "turn its `direction` to the scene, or widen its `outer_angle` to {angle:.0} degrees or more"
+        ),
+        _ => "turn its `direction` to the scene".to_owned(),
+    };
+    Some((reason, remedy))
+}
+
+/// The finding of a lamp that has so little area that it lights nothing.
+pub(super) fn sizeless_lamp(scene_facts: &SceneFacts<'_>, lamp: &Lamp) -> Option<StressFinding> {
+    let object_facts = &scene_facts.objects[lamp.object];
+    let size = scene_facts.bounds_diagonal();
+    let distance = if size > 0.0 {
+        size.min(lamp.eye_distance)
+    } else {
+        lamp.eye_distance
+    };
+    let square = distance * distance;
+    if lamp.area > NO_AREA * square || lamp.power / 3.0 > DARK * square {
+        return None;
+    }
+    let area = match lamp.area {
+        0.0 => "no area".to_owned(),
+        area => format!("an area of {} square metres", format_decimal(area)),
+    };
+    let reason = format!(
+        "it has {area}, so that it gives off no light to speak of, and rays go to it in vain"
+    );
+    let remedy = "make it larger, or remove it; for a light without a size add one to `lights`";
+    let (code, severity) = (FindingCode::UnreachedLight, Severity::SlowOrNoisy);
+    let place = object_facts.bounds.map(|bounds| bounds.centre());
+    let finding = StressFinding::new(code, severity, object_facts.subject, reason, remedy);
+    Some(finding.with_place(place.and_then(finite_point)))
+}

@@ -1,0 +1,363 @@
+//! Rays from the lights without size, and from what the camera sees to them; how large and bright
+//! lamps are.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
+
+use super::facts::{SceneFacts, SurfaceKind};
+use crate::dispatch::PreparedSceneTask;
+use crate::prepare::PreparedScene;
+use crate::scene::{Colour, LightKind, MaterialModel};
+
+/// Lights from which rays are sent, and rays of all and of each light.
+const LIGHTS: usize = 256;
+const ALL_RAYS: usize = 1 << 16;
+const MOST_RAYS: usize = 4096;
+/// Objects at whose middle rays of a light are aimed.
+const AIMED: usize = 1024;
+/// Places that the camera sees, along width and height, from which rays go to the lights.
+const PLACES: [u32; 2] = [40, 24];
+/// Surfaces on a way that are looked through.
+const HITS: usize = 64;
+/// Share of its distance from the camera nearer than which a light is in a surface.
+const IN_SURFACE: f64 = 1e-6;
+/// Share of a way at its ends where no surface is in the way.
+const NEAR: f64 = 1e-4;
+/// Directions in which the brightest part of a sky is looked for.
+const SKY_DIRECTIONS: usize = 256;
+
+/// What rays say of a light without size.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LightReach {
+    /// Rays that left it, and the distance to the nearest surface that one of them hit, in metres.
+    pub rays: u64,
+    pub nearest: Option<f64>,
+    /// Rays that hit within its range what is no lamp, and a lamp that others hit.
+    pub hits: u64,
+    pub lamp: Option<usize>,
+    /// An opaque object in whose surface it lies.
+    pub surface: Option<usize>,
+    /// Ways from seen places on which nothing is, and on which glass is and nothing opaque.
+    pub free_ways: u64,
+    pub glass_ways: u64,
+    /// The glass of the first such way.
+    pub glass: Option<usize>,
+}
+
+/// A surface that shines.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lamp {
+    pub object: usize,
+    /// In square metres.
+    pub area: f64,
+    /// Radiance times area, both sides of it counted, summed over three channels.
+    pub power: f64,
+    /// The greatest radiance of its parts, the mean of three channels.
+    pub radiance: f64,
+    /// The distance to the nearest camera, in metres.
+    pub eye_distance: f64,
+}
+
+/// What a camera's rays and those of the lights say.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LightSurvey {
+    /// The first lights of the scene, in order.
+    pub lights: Vec<LightReach>,
+    pub lamps: Vec<Lamp>,
+    /// The greatest radiance of the sky where most of its light comes from, the mean of three
+    /// channels.
+    pub sky_radiance: f64,
+}
+
+impl LightSurvey {
+    /// Adds what another camera says.
+    #[must_use]
+    pub fn combine(mut self, other: Self) -> Self {
+        if self.lights.is_empty() && self.lamps.is_empty() {
+            return other;
+        }
+        for (own, other) in self.lights.iter_mut().zip(other.lights) {
+            own.free_ways += other.free_ways;
+            own.glass_ways += other.glass_ways;
+            own.glass = own.glass.or(other.glass);
+        }
+        for (own, other) in self.lamps.iter_mut().zip(other.lamps) {
+            own.eye_distance = own.eye_distance.min(other.eye_distance);
+        }
+        self
+    }
+
+    /// The greatest radiance of what shines and has a size.
+    pub fn max_radiance(&self) -> f64 {
+        let lamps = self.lamps.iter().map(|lamp| lamp.radiance);
+        lamps.fold(self.sky_radiance, f64::max)
+    }
+}
+
+pub(super) struct LightSurveyTask<'a> {
+    pub scene_facts: &'a SceneFacts<'a>,
+    pub size: [u32; 2],
+    pub eye: DVec3,
+}
+
+impl PreparedSceneTask for LightSurveyTask<'_> {
+    type Output = LightSurvey;
+
+    fn run<R: Real>(&self, prepared: &PreparedScene<R>) -> LightSurvey {
+        let tracer = LightTracer {
+            prepared,
+            scene_facts: self.scene_facts,
+            eye: self.eye,
+        };
+        let lights = &self.scene_facts.scene.lights;
+        let seen = match lights.is_empty() {
+            true => Vec::new(),
+            false => tracer.seen_places(self.size),
+        };
+        let count = (ALL_RAYS / lights.len().max(1)).clamp(64, MOST_RAYS);
+        let lights = lights
+            .par_iter()
+            .take(LIGHTS)
+            .map(|light| match light.colour {
+                Colour::BLACK => LightReach::default(),
+                _ => tracer.survey_light(&light.kind, count, &seen),
+            })
+            .collect();
+        LightSurvey {
+            lights,
+            lamps: tracer.lamps(),
+            sky_radiance: tracer.sky_radiance(),
+        }
+    }
+}
+
+struct LightTracer<'a, R: Real> {
+    prepared: &'a PreparedScene<R>,
+    scene_facts: &'a SceneFacts<'a>,
+    eye: DVec3,
+}
+
+/// A place that the camera sees, and the side of the surface on which the camera is.
+struct SeenPlace {
+    position: DVec3,
+    normal: DVec3,
+}
+
+/// What is on a way.
+enum Obstacle {
+    Opaque,
+    Glass(usize),
+}
+
+impl<R: Real> LightTracer<'_, R> {
+    fn closest(&self, from: DVec3, direction: DVec3, [min, max]: [f64; 2]) -> Option<Hit<R>> {
+        let from = from - self.prepared.origin.origin;
+        let [start, direction] = [from, direction].map(R::Vec3::from_f64);
+        let [min, max] = [min, max].map(R::from_f64);
+        let (ray, range) = (Ray::new(start, direction), Interval { min, max });
+        self.prepared.geometry.closest(&ray, range, &mut ())
+    }
+
+    fn facts_index(&self, hit: &Hit<R>) -> usize {
+        self.scene_facts.facts_index(hit.outermost_id())
+    }
+
+    /// Opaque places that the camera sees.
+    fn seen_places(&self, size: [u32; 2]) -> Vec<SeenPlace> {
+        let [width, height] = PLACES;
+        let places = (0..width * height).filter_map(|i| {
+            let at = |axis: usize, cell: u32| {
+                let share = (f64::from(cell) + 0.5) / f64::from(PLACES[axis]);
+                R::from_f64(share * f64::from(size[axis]))
+            };
+            let camera = &self.prepared.camera;
+            let ray = camera.generate_ray(at(0, i % width), at(1, i / width), [0.5; 2]);
+            let range = Interval::positive();
+            let hit = self.prepared.geometry.closest(&ray, range, &mut ())?;
+            let object_facts = &self.scene_facts.objects[self.facts_index(&hit)];
+            if object_facts.matter != SurfaceKind::Opaque || object_facts.emits_light() {
+                return None;
+            }
+            let surface = self.prepared.geometry.surface(&ray, &hit);
+            let (normal, direction) = (surface.normal.to_f64(), ray.direction.to_f64());
+            let is_back = normal.dot(direction) > 0.0;
+            Some(SeenPlace {
+                position: self.prepared.to_world(surface.point),
+                normal: if is_back { -normal } else { normal },
+            })
+        });
+        places.collect()
+    }
+
+    fn survey_light(&self, kind: &LightKind, count: usize, seen: &[SeenPlace]) -> LightReach {
+        let mut reach = LightReach::default();
+        self.count_ways(kind, seen, &mut reach);
+        let (position, range, cone) = match *kind {
+            LightKind::Directional { .. } => return reach,
+            LightKind::Point {
+                position, range, ..
+            } => (DVec3::from(position), range, None),
+            LightKind::Spot {
+                position,
+                range,
+                direction,
+                outer_angle,
+                ..
+            } => {
+                let axis = DVec3::from(direction).normalize_or_zero();
+                (DVec3::from(position), range, Some((axis, outer_angle)))
+            }
+        };
+        reach.surface = self.surface_of_point(position);
+        let (axis, lowest) = cone.map_or((DVec3::Y, -1.0), |(axis, angle)| {
+            (axis, libm::cos(angle.to_radians()))
+        });
+        let objects = self.scene_facts.objects.iter().take(AIMED);
+        let aimed = objects
+            .filter_map(|object| (object.bounds?.centre() - position).try_normalize())
+            .filter(|direction| direction.dot(axis) >= lowest);
+        for direction in directions_in_cone(axis, lowest, count).chain(aimed) {
+            reach.rays += 1;
+            let Some(hit) = self.closest(position, direction, [0.0, f64::INFINITY]) else {
+                continue;
+            };
+            let distance = hit.t.to_f64();
+            reach.nearest = Some(reach.nearest.map_or(distance, |least| least.min(distance)));
+            let object = self.facts_index(&hit);
+            if range.is_some_and(|range| distance >= range) {
+            } else if self.scene_facts.objects[object].emits_light() {
+                reach.lamp = reach.lamp.or(Some(object));
+            } else {
+                reach.hits += 1;
+            }
+        }
+        reach
+    }
+
+    /// The opaque object in whose surface a point is: short rays along the axes pass through the
+    /// point, of which each surface crosses one.
+    fn surface_of_point(&self, point: DVec3) -> Option<usize> {
+        let rounding = 2.0 * f64::from(f32::EPSILON) * point.abs().max_element();
+        let half = rounding.max(IN_SURFACE * point.distance(self.eye));
+        DVec3::AXES.into_iter().find_map(|axis| {
+            let hit = self.closest(point - axis * half, axis, [0.0, 2.0 * half])?;
+            let object = self.facts_index(&hit);
+            let is_opaque = self.scene_facts.objects[object].matter == SurfaceKind::Opaque;
+            is_opaque.then_some(object)
+        })
+    }
+
+    /// Follows the ways from seen places to a light.
+    fn count_ways(&self, kind: &LightKind, seen: &[SeenPlace], reach: &mut LightReach) {
+        for place in seen {
+            let (direction, distance) = match *kind {
+                LightKind::Directional { to_light } => {
+                    (DVec3::from(to_light).normalize_or_zero(), f64::INFINITY)
+                }
+                LightKind::Point { position, .. } | LightKind::Spot { position, .. } => {
+                    let away = DVec3::from(position) - place.position;
+                    (away.normalize_or_zero(), away.length())
+                }
+            };
+            if place.normal.dot(direction) <= 1e-3 || !lights_direction(kind, direction) {
+                continue;
+            }
+            match self.obstacle(place.position, direction, distance) {
+                None => reach.free_ways += 1,
+                Some(Obstacle::Opaque) => {}
+                Some(Obstacle::Glass(object)) => {
+                    reach.glass_ways += 1;
+                    reach.glass = reach.glass.or(Some(object));
+                }
+            }
+        }
+    }
+
+    /// What ends a shadow ray.
+    fn obstacle(&self, from: DVec3, direction: DVec3, distance: f64) -> Option<Obstacle> {
+        let size = self.scene_facts.bounds_diagonal();
+        let start = NEAR * if distance.is_finite() { distance } else { size };
+        let (mut least, end) = (start, distance * (1.0 - NEAR));
+        let mut glass = None;
+        for _ in 0..HITS {
+            let Some(hit) = self.closest(from, direction, [least, end]) else {
+                break;
+            };
+            let object = self.facts_index(&hit);
+            let object_facts = &self.scene_facts.objects[object];
+            let is_physical = object_facts
+                .material
+                .is_some_and(|(_, m)| matches!(m.model, MaterialModel::Physical(_)));
+            match object_facts.matter {
+                _ if !object_facts.object.casts_shadow => {}
+                SurfaceKind::Opaque => return Some(Obstacle::Opaque),
+                SurfaceKind::Body if is_physical => glass = glass.or(Some(object)),
+                SurfaceKind::Body | SurfaceKind::Veil => {}
+            }
+            least = hit.t.to_f64();
+        }
+        glass.map(Obstacle::Glass)
+    }
+
+    fn lamps(&self) -> Vec<Lamp> {
+        let emitters = &self.prepared.lights.emitters;
+        let lamp = |(object, area, power, radiance): (usize, f64, f64, f64)| {
+            let object = self.scene_facts.facts_index(object as u32);
+            let bounds = self.scene_facts.objects[object].bounds;
+            Lamp {
+                object,
+                area,
+                power,
+                radiance,
+                eye_distance: bounds.map_or(0.0, |b| b.centre().distance(self.eye)),
+            }
+        };
+        emitters.areas_and_powers().map(lamp).collect()
+    }
+
+    fn sky_radiance(&self) -> f64 {
+        let lights = &self.prepared.lights;
+        let Some(sampler) = lights.sky_sampler() else {
+            return 0.0;
+        };
+        let radiance = |i: usize| {
+            let [u, v] = [i % 16, i / 16].map(|cell| (cell as f32 + 0.5) / 16.0);
+            let direction = sampler.sample_direction::<R>([u, v]);
+            let origin = R::Vec3::from_f64(DVec3::ZERO);
+            lights
+                .sky
+                .radiance(origin, direction)
+                .to_f64()
+                .element_sum()
+                / 3.0
+        };
+        (0..SKY_DIRECTIONS).map(radiance).fold(0.0, f64::max)
+    }
+}
+
+/// Whether a light shines against a direction towards it.
+fn lights_direction(kind: &LightKind, towards: DVec3) -> bool {
+    let LightKind::Spot {
+        direction,
+        outer_angle,
+        ..
+    } = *kind
+    else {
+        return true;
+    };
+    let axis = DVec3::from(direction).normalize_or_zero();
+    axis.dot(-towards) >= libm::cos(outer_angle.to_radians())
+}
+
+/// Directions all over a cone, by the cosine of its half angle.
+fn directions_in_cone(axis: DVec3, lowest: f64, count: usize) -> impl Iterator<Item = DVec3> {
+    const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+    let (x, y) = axis.any_orthonormal_pair();
+    (0..count).map(move |i| {
+        let z = 1.0 - (1.0 - lowest) * (i as f64 + 0.5) / count as f64;
+        let (sin, cos) = libm::sincos(GOLDEN_ANGLE * i as f64);
+        let ring = (1.0 - z * z).max(0.0).sqrt();
+        axis * z + x * (ring * cos) + y * (ring * sin)
+    })
+}

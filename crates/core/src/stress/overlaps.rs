@@ -1,0 +1,178 @@
+//! What is told of flat surfaces of two objects in one plane, by the rays that see them.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::coplanar::{CoplanarOverlap, DepthResolution, OverlapTable};
+use super::facts::{SceneFacts, finite_point};
+use super::finding::{FindingCode, Severity, StressFinding};
+use super::numbers::{metres, round_up_to_digit, with_metres};
+use super::ray_survey::RaySurvey;
+use crate::settings::PrecisionChoice;
+
+/// An object that others cover, of which one is named.
+struct CoveredObject {
+    other: usize,
+    others: usize,
+    /// Rays that see any of them there, and those of which that is itself.
+    rays: [u64; 2],
+    position: DVec3,
+    gap: f64,
+    /// Whether each is seen here and there.
+    flickers: bool,
+    /// Whether one of two shines.
+    shines: bool,
+}
+
+/// What overlaps and is not told by rays that see now the one and now the other: the picture is
+/// wrong where all that is to be seen of one of them is where others are seen, and where rounding
+/// decides from ray to ray.
+pub(super) fn check_overlaps(
+    scene_facts: &SceneFacts<'_>,
+    overlaps: &OverlapTable,
+    survey: &RaySurvey,
+    resolution: &DepthResolution<'_>,
+    is_told: impl Fn([usize; 2]) -> bool,
+) -> Vec<StressFinding> {
+    let mut pairs: BTreeMap<[usize; 2], &CoplanarOverlap> = BTreeMap::new();
+    for overlap in &overlaps.list {
+        pairs.entry(overlap.objects).or_insert(overlap);
+    }
+    let mut all: BTreeMap<(bool, usize), CoveredObject> = BTreeMap::new();
+    for ([a, b], overlap) in pairs {
+        let [first, second] =
+            [[a, b], [b, a]].map(|pair| RaySurvey::sighting_count(&survey.coplanar, &pair));
+        let is_seen = first + second >= 3;
+        let flickers = first + second >= 10 && 20 * first.min(second) >= first + second;
+        let is_apart = overlap.gap > resolution.min_separation_at(overlap.position) && !flickers;
+        if is_told([a, b]) || is_apart || !is_seen && !overlap.are_sheets {
+            continue;
+        }
+        let [hidden, other] = if second > first { [a, b] } else { [b, a] };
+        let sighting = survey.coplanar.get(&[other, hidden]).filter(|_| is_seen);
+        let position = sighting.map_or(overlap.position, |sighting| sighting.position);
+        let covered = all.entry((flickers, hidden)).or_insert(CoveredObject {
+            other,
+            others: 0,
+            rays: [0; 2],
+            position,
+            gap: overlap.gap,
+            flickers,
+            shines: false,
+        });
+        covered.shines |= [a, b]
+            .iter()
+            .any(|&of| scene_facts.objects[of].emits_light());
+        if is_seen {
+            (covered.rays[0], covered.rays[1]) = (
+                covered.rays[0] + first + second,
+                covered.rays[1] + first.min(second),
+            );
+        }
+        covered.others += 1;
+    }
+    all.iter()
+        .map(|(&(_, hidden), covered)| {
+            overlap_finding(scene_facts, hidden, covered, survey, resolution)
+        })
+        .collect()
+}
+
+fn overlap_finding(
+    scene_facts: &SceneFacts<'_>,
+    hidden: usize,
+    covered: &CoveredObject,
+    survey: &RaySurvey,
+    resolution: &DepthResolution<'_>,
+) -> StressFinding {
+    let named = scene_facts.objects[covered.other]
+        .subject
+        .display_name(scene_facts.scene);
+    let others = match covered.others {
+        1 => named,
+        more => format!("{named} and {} more", more - 1),
+    };
+    let [rays, own] = covered.rays;
+    let is_lost = 20 * own < rays && RaySurvey::sighting_count(&survey.first, &hidden) <= own;
+    let minimum = resolution.min_separation_at(covered.position);
+    let lies = match covered.gap {
+        0.0 => format!("it lies in one plane with {others}"),
+        gap => format!(
+            "it lies {} from {others}, and surfaces less than {} apart cannot be told apart there for certain",
+            metres(gap),
+            with_metres(&round_up_to_digit(minimum))
+        ),
+    };
+    let elsewhere = RaySurvey::sighting_count(&survey.first, &hidden).saturating_sub(own);
+    let (code, severity, end) = overlap_verdict(covered, is_lost, elsewhere);
+    let remedy = match severity {
+        Severity::Harmless => format!(
+            "nothing, unless this one is meant to be seen there: then {}",
+            separation_remedy(minimum, covered.gap, resolution.precision)
+        ),
+        _ => separation_remedy(minimum, covered.gap, resolution.precision),
+    };
+    let subject = scene_facts.objects[hidden].subject;
+    let finding = StressFinding::new(code, severity, subject, lies + &end, remedy);
+    let counted_finding = if rays > 0 {
+        finding.with_count(rays, survey.rays, "rays", "of the cameras met that place")
+    } else {
+        finding
+    };
+    counted_finding.with_place(finite_point(covered.position))
+}
+
+/// How bad it is that an object is covered, by the rays that see it there and elsewhere.
+fn overlap_verdict(
+    covered: &CoveredObject,
+    is_lost: bool,
+    elsewhere: u64,
+) -> (FindingCode, Severity, String) {
+    let [rays, own] = covered.rays;
+    match (covered.flickers, is_lost, covered.shines, rays) {
+        (true, ..) => (
+            FindingCode::FlickeringSurfaces,
+            Severity::PictureWrong,
+            format!(
+                ": rounding decides from ray to ray which of them is seen ({own} of {rays} rays see this one)"
+            ),
+        ),
+        (_, true, ..) => (
+            FindingCode::CoplanarSurfaces,
+            Severity::PictureWrong,
+            format!(
+                ", which {} of {rays} rays see in its place, and none sees it elsewhere",
+                rays - own
+            ),
+        ),
+        (_, _, true, _) => (
+            FindingCode::CoplanarSurfaces,
+            Severity::PictureWrong,
+            ", and one of them shines: the order of the objects in the file decides whether its light is seen there, and what it lights".to_owned(),
+        ),
+        (.., 0) => (
+            FindingCode::CoplanarSurfaces,
+            Severity::Harmless,
+            "; no ray of the cameras has met that place".to_owned(),
+        ),
+        _ => (
+            FindingCode::CoplanarSurfaces,
+            Severity::Harmless,
+            format!(
+                "; the picture is right all the same: {own} of the {rays} rays that hit both show this one there, and {elsewhere} rays show it elsewhere"
+            ),
+        ),
+    }
+}
+
+/// Returns the remedy for two surfaces with this gap between them, where `minimum` is the least
+/// distance at which surfaces are told apart, both in metres.
+pub(super) fn separation_remedy(minimum: f64, gap: f64, precision: PrecisionChoice) -> String {
+    let exact = match precision {
+        PrecisionChoice::Robust if gap > 0.0 => ", or add --precision reference",
+        _ => "",
+    };
+    let least = with_metres(&round_up_to_digit(minimum));
+    format!("move one of them by {least} or more, or remove it{exact}")
+}

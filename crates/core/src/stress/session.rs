@@ -1,0 +1,331 @@
+//! The order of all checks of a scene: its data, rays and samples of each camera, and what they say.
+
+use std::collections::BTreeMap;
+
+use super::aimed::{AimedRayResult, AimedRayTask};
+use super::bodies::BodyChecks;
+use super::cameras::CameraView;
+use super::coplanar::{DepthResolution, OverlapTable};
+use super::covers::CoverSearch;
+use super::duplicates::DuplicateObjects;
+use super::facts::SceneFacts;
+use super::finding::{CheckRun, FindingSubject, StressFinding};
+use super::furnace::FurnaceAlbedo;
+use super::light_survey::{LightSurvey, LightSurveyTask};
+use super::ray_survey::RaySurvey;
+use super::rays::RaySurveyTask;
+use super::samples::SmallRender;
+use super::summary::summarise_findings;
+use super::topology::Topology;
+use super::{
+    RayDeadline, StressSummary, black, bodies, cameras, copies, coplanar, furnace, hidden, lights,
+    materials, meshes, overlaps, samples, storage, textures,
+};
+use crate::dispatch::{ReadyScene, find_collapsed_objects, measure_extent, prepare};
+use crate::framing::{FIELD_OF_VIEW, Silhouette};
+use crate::observer::Observer;
+use crate::prepare::PrepareError;
+use crate::prepare::{LampRef, check_cancelled};
+use crate::scene::Scene;
+use crate::settings::{Aov, Sampling, Settings};
+use crate::validate::Problem;
+
+/// Cameras whose rays are sent; a scene with more has its first ones looked at.
+const CAMERAS: usize = 8;
+
+/// Pixels of the small picture of each camera, and most samples of each.
+const PIXELS: f64 = 20_000.0;
+const SAMPLES: u32 = 16;
+
+pub(super) struct StressSession<'a> {
+    pub scene: &'a Scene,
+    pub settings: &'a Settings,
+    pub observer: &'a dyn Observer,
+    pub deadline: RayDeadline<'a>,
+}
+
+/// What is known of a scene before rays are sent.
+struct SceneData<'a> {
+    scene_facts: &'a SceneFacts<'a>,
+    topologies: BTreeMap<usize, Topology>,
+    overlaps: OverlapTable,
+    doubles: DuplicateObjects,
+    resolution: &'a DepthResolution<'a>,
+}
+
+/// What is found of a scene that can't be prepared, so that no ray can be sent.
+fn summarise_unprepared(
+    scene_facts: &SceneFacts<'_>,
+    views: &[CameraView],
+    lost: &[Problem],
+) -> StressSummary {
+    let mut findings = storage::lost_shape_findings(scene_facts.scene, lost);
+    findings.extend(textures::check_textures(scene_facts));
+    findings.extend(lights::check_lights(scene_facts, views, None));
+    StressSummary {
+        cameras: [0, scene_facts.scene.cameras.len().max(1)],
+        ..summarise_findings(scene_facts, views, None, findings)
+    }
+}
+
+impl StressSession<'_> {
+    pub fn run_all_checks(&self) -> Result<StressSummary, PrepareError> {
+        let (scene, settings) = (self.scene, self.settings);
+        let lost = find_collapsed_objects(scene, settings.precision);
+        let scene_facts = SceneFacts::new(scene, measure_extent(scene, settings.precision).bounds);
+        let views = self.camera_views();
+        if !lost.is_empty() {
+            return Ok(summarise_unprepared(&scene_facts, &views, &lost));
+        }
+        let steps = 2 + views.len() as u64 * 3;
+        let progress = |done: u64| self.observer.progress(done, steps);
+        let resolution = DepthResolution::new(settings.precision, &views, &scene_facts.bounds);
+        let topologies = meshes::mesh_topologies(&scene_facts);
+        let data = SceneData {
+            scene_facts: &scene_facts,
+            overlaps: coplanar::find_overlaps(&scene_facts, &topologies, &resolution),
+            doubles: DuplicateObjects::from_scene(&scene_facts),
+            topologies,
+            resolution: &resolution,
+        };
+        check_cancelled(self.observer)?;
+        progress(1);
+        let mut looks = CameraCheckResults::default();
+        let mut ready = prepare(
+            scene,
+            &self.small_picture_settings(&views[0]),
+            self.observer,
+        )?;
+        let mut findings = Vec::new();
+        for (done, view) in views.iter().enumerate() {
+            if done > 0 && !ready.replace_camera(scene, &view.data) {
+                ready = prepare(scene, &self.small_picture_settings(view), self.observer)?;
+            }
+            self.run_camera_checks(&ready, &data, view, &mut looks);
+            let (gaps, leaks) = (ready.find_closed_gaps(), ready.find_light_leaks());
+            looks.leaks.extend(leaks.iter().filter_map(|leak| {
+                let LampRef::Object(lamp) = leak.lamp else {
+                    return None;
+                };
+                Some([lamp, leak.cover].map(|object| scene_facts.facts_index(object as u32)))
+            }));
+            findings.extend(bodies::closed_gap_findings(
+                &scene_facts,
+                &data.doubles,
+                &gaps,
+                &leaks,
+            ));
+            check_cancelled(self.observer)?;
+            progress(2 + 3 * done as u64);
+        }
+        let (furnaces, total) = furnace::measure_furnaces(&scene_facts, settings, &self.deadline);
+        findings.extend(self.judge(&data, (&ready, &views), &looks, &furnaces));
+        progress(steps);
+        let furnaces = CheckRun {
+            name: "furnaces",
+            looked_at: furnaces.len() as u64,
+            unit: "materials",
+            planned: total as u64,
+        };
+        Ok(StressSummary {
+            checks: looks.merge_check_runs(furnaces),
+            cameras: [views.len(), scene.cameras.len().max(1)],
+            ..summarise_findings(&scene_facts, &views, Some(&ready), findings)
+        })
+    }
+
+    /// What the data and everything that rays saw say.
+    fn judge(
+        &self,
+        data: &SceneData<'_>,
+        (ready, views): (&ReadyScene, &[CameraView]),
+        looks: &CameraCheckResults,
+        furnaces: &[FurnaceAlbedo],
+    ) -> Vec<StressFinding> {
+        let (scene_facts, settings) = (data.scene_facts, self.settings);
+        let survey = looks.rays.iter().cloned().reduce(RaySurvey::combine);
+        let survey = survey.unwrap_or_default();
+        let lights = looks.lights.iter().cloned().reduce(LightSurvey::combine);
+        let lights = lights.unwrap_or_default();
+        let bodies = BodyChecks {
+            scene_facts,
+            topologies: &data.topologies,
+            doubles: &data.doubles,
+            survey: &survey,
+            resolution: data.resolution,
+        };
+        let is_leak = |[a, b]: [usize; 2]| {
+            let leaks = &looks.leaks;
+            leaks.contains(&[a, b]) || leaks.contains(&[b, a])
+        };
+        let is_told = |pair| {
+            data.doubles.are_duplicates(pair) || bodies.is_flickering_pair(pair) || is_leak(pair)
+        };
+        let mut findings = storage::check_storage(scene_facts, ready, &survey, views);
+        findings.extend(meshes::check_meshes(
+            scene_facts,
+            &data.topologies,
+            &survey,
+            views,
+        ));
+        findings.extend(data.doubles.check(scene_facts, &survey));
+        findings.extend(copies::check(scene_facts, &data.doubles, &survey));
+        findings.extend(bodies.check_bodies(&looks.aimed));
+        findings.extend(overlaps::check_overlaps(
+            scene_facts,
+            &data.overlaps,
+            &survey,
+            data.resolution,
+            is_told,
+        ));
+        findings.extend(samples::check_samples(
+            scene_facts,
+            &looks.pictures,
+            &lights,
+            settings,
+        ));
+        findings.extend(materials::check_materials(
+            scene_facts,
+            settings,
+            &survey,
+            furnaces,
+        ));
+        findings.extend(hidden::check_hidden_sheets(scene_facts, &survey, views));
+        findings.extend(textures::check_textures(scene_facts));
+        findings.extend(lights::check_lights(scene_facts, views, Some(&lights)));
+        findings.extend(cameras::check_cameras(scene_facts, views, &looks.rays));
+        black::add_black_pictures(scene_facts, &looks.pictures, &mut findings);
+        findings
+    }
+
+    /// The cameras that are checked, each with a picture of the size in the settings.
+    fn camera_views(&self) -> Vec<CameraView> {
+        let (scene, size) = (self.scene, self.settings.size);
+        let cameras = scene.cameras.iter().enumerate().take(CAMERAS);
+        let mut views: Vec<CameraView> = cameras
+            .map(|(index, camera)| {
+                CameraView::new(
+                    index,
+                    FindingSubject::Camera(Some(index)),
+                    camera.clone(),
+                    size,
+                )
+            })
+            .collect();
+        if views.is_empty() {
+            let silhouette = Silhouette::from_scene(scene);
+            let framed = || {
+                silhouette.frame_camera(
+                    silhouette.default_view(),
+                    FIELD_OF_VIEW,
+                    f64::from(size[0]) / f64::from(size[1]),
+                )
+            };
+            let camera = self.settings.camera.clone().unwrap_or_else(framed);
+            views.push(CameraView::new(
+                0,
+                FindingSubject::Camera(None),
+                camera,
+                size,
+            ));
+        }
+        views
+    }
+
+    /// The settings of a small picture.
+    fn small_picture_settings(&self, view: &CameraView) -> Settings {
+        let [width, height] = view.size.map(f64::from);
+        let scale = (PIXELS / (width * height)).sqrt().min(1.0);
+        let sampling = match self.settings.sampling {
+            Sampling::General(samples) => Sampling::General(samples.min(SAMPLES)),
+            pattern => pattern,
+        };
+        Settings {
+            size: [width, height].map(|edge| ((edge * scale).round() as u32).max(1)),
+            crop: None,
+            camera: Some(view.data.clone()),
+            sampling,
+            aovs: vec![Aov::Samples],
+            denoise: false,
+            max_error: None,
+            ..self.settings.clone()
+        }
+    }
+
+    /// Sends rays of a camera.
+    fn run_camera_checks(
+        &self,
+        ready: &ReadyScene,
+        data: &SceneData<'_>,
+        view: &CameraView,
+        looks: &mut CameraCheckResults,
+    ) {
+        let (scene_facts, deadline, seed) = (data.scene_facts, &self.deadline, self.settings.seed);
+        let size = ready.settings().size;
+        let survey = ready.run_task(&RaySurveyTask {
+            scene_facts,
+            overlaps: &data.overlaps,
+            size,
+            seed,
+            deadline,
+        });
+        looks.aimed.push(ready.run_task(&AimedRayTask {
+            scene_facts,
+            topologies: &data.topologies,
+            seed,
+            deadline,
+        }));
+        looks.lights.push(ready.run_task(&LightSurveyTask {
+            scene_facts,
+            size,
+            eye: view.eye(),
+        }));
+        let mut picture = SmallRender::render_small_picture(ready, view.index, &self.deadline);
+        if picture.is_black() {
+            let seen = survey
+                .first
+                .values()
+                .map(|sighting| view.in_front_of(sighting.position));
+            picture.cover = ready.run_task(&CoverSearch {
+                scene_facts,
+                seen: seen.collect(),
+            });
+        }
+        looks.pictures.push(picture);
+        looks.rays.push(survey);
+    }
+}
+
+/// What rays of each camera saw.
+#[derive(Default)]
+struct CameraCheckResults {
+    rays: Vec<RaySurvey>,
+    aimed: Vec<AimedRayResult>,
+    lights: Vec<LightSurvey>,
+    pictures: Vec<SmallRender>,
+    /// Lamps that shine through a cover, each with that.
+    leaks: Vec<[usize; 2]>,
+}
+
+impl CameraCheckResults {
+    /// The checks of all cameras together.
+    fn merge_check_runs(&self, furnaces: CheckRun) -> Vec<CheckRun> {
+        let rays = self.rays.iter().map(RaySurvey::to_check_run);
+        let aimed = self.aimed.iter().map(AimedRayResult::to_check_run);
+        let mut sums: Vec<CheckRun> = Vec::new();
+        for run in rays
+            .chain(aimed)
+            .chain(self.pictures.iter().map(|picture| picture.run.clone()))
+            .chain([furnaces])
+        {
+            match sums.iter_mut().find(|sum| sum.name == run.name) {
+                Some(sum) => {
+                    (sum.looked_at, sum.planned) =
+                        (sum.looked_at + run.looked_at, sum.planned + run.planned)
+                }
+                None => sums.push(run),
+            }
+        }
+        sums
+    }
+}

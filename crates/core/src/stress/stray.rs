@@ -1,0 +1,140 @@
+//! Vertices far out of their mesh: the triangles that reach to them are spikes, or so thin that no
+//! ray meets them.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::cameras::item_nearest_to_camera;
+use super::facts::{ObjectFacts, finite_point};
+use super::finding::{FindingCode, Severity, StressFinding};
+use super::meshes::UsedMesh;
+use super::numbers::{format_decimal, metres};
+use crate::scene::MeshData;
+
+/// How many times as far out as nearly all others a vertex is.
+const FAR: f64 = 1e4;
+/// Vertices by which the middle of a mesh and its reach are judged.
+const SAMPLES: usize = 1 << 12;
+/// Share of these vertices that the reach holds, and share of all that may be far out.
+const NEARLY_ALL: f64 = 0.95;
+const FEW: f64 = 0.01;
+
+/// Vertices far out, and the triangles that reach from the rest of the mesh to one of them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct StrayVertices {
+    /// Triangles, in order.
+    pub triangles: Vec<u32>,
+    /// Vertices, in order.
+    pub vertices: Vec<u32>,
+    /// How far nearly all others are from the middle of the mesh, in its own space.
+    reach: f64,
+}
+
+impl StrayVertices {
+    pub fn from_mesh(data: &MeshData) -> Self {
+        let count = data.positions.len();
+        if count == 0 {
+            return Self::default();
+        }
+        let sample = || (0..count).step_by(count.div_ceil(SAMPLES));
+        let quantile = |mut values: Vec<f64>, share: f64| {
+            let index = (values.len() as f64 * share) as usize;
+            let index = index.min(values.len() - 1);
+            *values.select_nth_unstable_by(index, f64::total_cmp).1
+        };
+        let along = |axis: usize| sample().map(move |i| data.positions.position(i)[axis]);
+        let middle = DVec3::from([0, 1, 2].map(|axis| quantile(along(axis).collect(), 0.5)));
+        let distance = |vertex: usize| data.positions.position(vertex).distance(middle);
+        let reach = quantile(sample().map(distance).collect(), NEARLY_ALL);
+        let vertices: Vec<u32> = (0..count as u32)
+            .into_par_iter()
+            .filter(|&vertex| distance(vertex as usize) > FAR * reach)
+            .collect();
+        if vertices.is_empty()
+            || reach == 0.0
+            || vertices.len() as f64 > (FEW * count as f64).max(1.0)
+        {
+            return Self::default();
+        }
+        let far = |corner: &u32| vertices.binary_search(corner).is_ok();
+        // A triangle of which all corners are far out is a thing of its own.
+        let triangles: Vec<u32> = (0..data.indices.len() as u32)
+            .into_par_iter()
+            .filter(|&triangle| {
+                let number = data.indices[triangle as usize]
+                    .iter()
+                    .filter(|c| far(c))
+                    .count();
+                number == 1 || number == 2
+            })
+            .collect();
+        let mut joined: Vec<u32> = triangles
+            .iter()
+            .flat_map(|&triangle| data.indices[triangle as usize])
+            .filter(far)
+            .collect();
+        joined.sort_unstable();
+        joined.dedup();
+        Self {
+            triangles,
+            vertices: joined,
+            reach,
+        }
+    }
+}
+
+impl UsedMesh<'_> {
+    /// The finding of vertices far out, which names the first: the picture is wrong where a camera
+    /// has in view where the triangles start that reach to it.
+    pub fn check_stray_vertices(&self, strays: &StrayVertices) -> Option<StressFinding> {
+        let (&vertex, &object_facts) = (strays.vertices.first()?, self.objects.first()?);
+        let near_corners = strays.triangles.iter().flat_map(|&triangle| {
+            let corners = self.data.indices[triangle as usize];
+            corners
+                .into_iter()
+                .filter(|corner| strays.vertices.binary_search(corner).is_err())
+                .map(move |corner| (triangle, self.vertex_position(object_facts, corner)))
+        });
+        let (triangle, place) = item_nearest_to_camera(self.views, near_corners)?;
+        let is_seen = |point| {
+            self.views
+                .iter()
+                .any(|view| view.project_point(point).is_some())
+        };
+        let (severity, end) = match is_seen(place) {
+            true => (Severity::PictureWrong, ""),
+            false => (Severity::Harmless, "; no camera has it in view"),
+        };
+        let [x, y, z] = self
+            .vertex_position(object_facts, vertex)
+            .to_array()
+            .map(format_decimal);
+        let scale = object_facts.map.matrix3.determinant().abs().cbrt();
+        let (named, what) = match strays.vertices.len() {
+            1 => (format!("vertex {vertex} is"), "it"),
+            more => (format!("vertex {vertex} and {} more are", more - 1), "them"),
+        };
+        let reason = format!(
+            "{named} far out, at ({x}, {y}, {z}) metres, while nearly all others are within {} of the middle of the mesh: the triangles that reach to {what} are spikes, or too thin for any ray to hit{end}",
+            metres(strays.reach * scale)
+        );
+        let remedy = format!(
+            "move {what} to the rest of the mesh where the model is made, or remove {what}: a coordinate has lost its decimal point, or was not set"
+        );
+        let (code, subject) = (FindingCode::StrayVertices, object_facts.subject);
+        let finding = StressFinding::new(code, severity, subject, reason, remedy)
+            .with_count(
+                strays.triangles.len() as u64,
+                self.triangle_count(),
+                "triangles",
+                "reach to such a vertex",
+            )
+            .with_primitive(triangle);
+        Some(finding.with_place(finite_point(place)))
+    }
+
+    fn vertex_position(&self, object_facts: &ObjectFacts<'_>, vertex: u32) -> DVec3 {
+        let position = self.data.positions.position(vertex as usize);
+        object_facts.map.transform_point3(position)
+    }
+}

@@ -1,0 +1,89 @@
+//! All findings as one list: each cause once, the worst first, with the pixels in which they are.
+
+use std::collections::BTreeMap;
+
+use super::cameras::{self, CameraView};
+use super::facts::SceneFacts;
+use super::finding::{FindingSubject, StressFinding};
+use super::finding_code::{FindingCode, Severity};
+use super::{StressSummary, consequences, sightlines};
+use crate::dispatch::ReadyScene;
+
+/// Findings of a kind that are kept.
+const KEPT: usize = 16;
+
+/// The findings, the worst first, each cause once, with the pixels in which they are.
+pub(super) fn summarise_findings(
+    scene_facts: &SceneFacts<'_>,
+    views: &[CameraView],
+    ready: Option<&ReadyScene>,
+    mut findings: Vec<StressFinding>,
+) -> StressSummary {
+    findings.extend(empty_scene_finding(scene_facts));
+    let findings = consequences::remove_consequent_findings(scene_facts, findings);
+    let mut findings = merge_findings(views, findings);
+    findings.sort_by(|a, b| {
+        (a.severity, a.code, a.subject, &a.reason).cmp(&(b.severity, b.code, b.subject, &b.reason))
+    });
+    let (all, mut of_kind) = (findings.len(), BTreeMap::new());
+    findings.retain(|finding| {
+        let kept = of_kind.entry((finding.severity, finding.code)).or_insert(0);
+        *kept += 1;
+        *kept <= KEPT
+    });
+    let left_out = all - findings.len();
+    if let Some(ready) = ready {
+        sightlines::assign_pixels(scene_facts, ready, views, &mut findings);
+    }
+    StressSummary {
+        findings,
+        left_out,
+        checks: Vec::new(),
+        cameras: [0; 2],
+        size: views.first().map_or([1, 1], |view| view.size),
+    }
+}
+
+/// That there is no object.
+fn empty_scene_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
+    let reason =
+        "it has no object: the file has none, or nothing was left of them when it was read";
+    let remedy = "look at the warnings of reading, and whether the file's scene has a mesh with finite corners";
+    scene_facts.is_empty().then(|| {
+        let (code, severity) = (FindingCode::NothingSeen, Severity::PictureWrong);
+        StressFinding::new(code, severity, FindingSubject::Scene, reason, remedy)
+    })
+}
+
+/// Findings of one kind and cause as one, at the place that is nearest to a camera.
+fn merge_findings(views: &[CameraView], mut findings: Vec<StressFinding>) -> Vec<StressFinding> {
+    findings.sort_by(|a, b| {
+        (a.severity, a.code, &a.reason, &a.remedy, a.subject)
+            .cmp(&(b.severity, b.code, &b.reason, &b.remedy, b.subject))
+    });
+    let mut groups: Vec<StressFinding> = Vec::new();
+    for finding in findings {
+        let is_one = |last: &&mut StressFinding| {
+            (last.severity, last.code, &last.reason, &last.remedy)
+                == (
+                    finding.severity,
+                    finding.code,
+                    &finding.reason,
+                    &finding.remedy,
+                )
+                && last.subject.is_same_kind(finding.subject)
+        };
+        match groups.last_mut().filter(is_one) {
+            // Of several cameras.
+            Some(last) if last.subject == finding.subject => {}
+            Some(last) => last.merge(finding, |place| {
+                cameras::view_distance_key(views, place.into())
+            }),
+            None => groups.push(finding),
+        }
+    }
+    groups
+        .iter_mut()
+        .for_each(|group| group.others.sort_unstable());
+    groups
+}

@@ -1,0 +1,258 @@
+//! Lights without size and lamps without area, by where they shine and how noisy they are.
+
+use raywright_core::stress::FindingSubject;
+
+use super::light::{lamp, point, with_lamp};
+use super::*;
+
+fn floor() -> Value {
+    object(
+        "floor",
+        json!({ "plane": { "point": [0, -1, 0], "normal": [0, 1, 0] } }),
+        "paint",
+    )
+}
+
+fn spot(position: [f64; 3], direction: [f64; 3], outer: f64) -> Value {
+    json!({ "colour": 9, "kind": { "spot": {
+        "position": position, "direction": direction, "inner_angle": 5, "outer_angle": outer } } })
+}
+
+/// Protects: a point light in the plane of a floor is the cause of a black picture, and harmless
+/// where something else is lit; a hair above the floor it is neither.
+#[test]
+fn a_light_in_a_surface() {
+    let of = |y: f64, objects: Value| {
+        scene(
+            &json!({ "sky": null, "lights": [point([0.0, y, 0.0], json!({}))], "objects": objects }),
+        )
+    };
+    let finding = alone(
+        &of(-1.0, json!([floor()])),
+        FindingCode::BlackPicture,
+        PictureWrong,
+    );
+    assert!(
+        finding.reason.contains("lights[0] is in the surface")
+            && finding.remedy.contains("move it"),
+        "{finding:?}"
+    );
+    let with_ball = json!([floor(), object("ball", ball([1.0, 0.0, 0.0], 0.5), "other")]);
+    let finding = alone(&of(-1.0, with_ball), FindingCode::LightInSurface, Harmless);
+    assert!(finding.reason.contains("objects[0] `floor`"), "{finding:?}");
+    assert_eq!(
+        listed(&summarise_findings(&of(-0.9, json!([floor()]))).findings),
+        []
+    );
+}
+
+/// Protects: a spot within the scene's box whose cone holds only the sky, or only a lamp, misses it;
+/// what is advised is no cone beyond 90 degrees, and a range beyond the surface and not its box.
+#[test]
+fn lights_that_miss() {
+    let with_spot = |light: Value| {
+        let high = json!({ "box": { "min": [-0.5, 4, -0.5], "max": [0.5, 5, 0.5] } });
+        scene(&json!({
+            "lights": [light], "materials": with_lamp(4.0),
+            "objects": [floor(), object("ball", ball([0.0; 3], 1.0), "paint"), object("lamp", high, "lamp")],
+        }))
+    };
+    let of = |light: Value| {
+        expect_finding(
+            &with_spot(light),
+            FindingCode::LightMissesScene,
+            SlowOrNoisy,
+            &[],
+        )
+    };
+    let sky = of(spot([2.0, 1.0, 0.0], [1.0, 1.0, 0.0], 20.0));
+    assert!(
+        sky.reason.contains("none of") && !sky.remedy.contains("widen"),
+        "{sky:?}"
+    );
+    let only_lamp = of(spot([0.0, 2.0, 0.0], [0.0, 1.0, 0.0], 10.0));
+    assert!(only_lamp.reason.contains("`lamp`"), "{only_lamp:?}");
+    let behind = of(spot([0.0, 30.0, 0.0], [0.0, 1.0, 0.1], 20.0));
+    assert!(!behind.remedy.contains("widen"), "{behind:?}");
+    let beside = of(spot([0.0, 30.0, 0.0], [1.0, -0.9, 0.0], 20.0));
+    assert!(
+        beside.remedy.contains("to 48 degrees") || beside.remedy.contains("to 49 degrees"),
+        "{beside:?}"
+    );
+    let lit = with_spot(spot([2.0, 1.0, 0.0], [-1.0, -0.5, 0.0], 20.0));
+    assert_eq!(listed(&summarise_findings(&lit).findings), []);
+    // The corner of the ball's box is nearer than the ball.
+    let corner = scene(&json!({
+        "lights": [point([2.0, 2.0, 2.0], json!({ "range": 1.8 }))],
+        "objects": [object("ball", ball([0.0; 3], 1.0), "paint")],
+    }));
+    let finding = alone(&corner, FindingCode::LightMissesScene, SlowOrNoisy);
+    assert!(finding.remedy.contains("above 2.46"), "{finding:?}");
+}
+
+/// Protects: a lamp of no area is said to have none, and not to be shut away; so is one with almost
+/// none, and a small bright one is left alone.
+#[test]
+fn lamps_without_area() {
+    let of = |edge: f64, emission: f64| {
+        scene(&json!({
+            "materials": with_lamp(emission),
+            "objects": [floor(), object("ball", ball([0.0; 3], 1.0), "paint"),
+                        object("strip", quad([8.0, 3.0, 0.0], [1e-2, 0.0, 0.0], [0.0, 0.0, edge]), "lamp")],
+        }))
+    };
+    for edge in [1e-25, 1e-10] {
+        let finding = alone(&of(edge, 9.0), FindingCode::UnreachedLight, SlowOrNoisy);
+        assert!(
+            finding.reason.contains("area") && !finding.reason.contains("shut away"),
+            "{finding:?}"
+        );
+        assert!(finding.place.is_some(), "{finding:?}");
+    }
+    assert_eq!(listed(&summarise_findings(&of(1e-2, 9e4)).findings), []);
+    // A moon far away makes no lamp smaller.
+    let mut with_moon = of(1e-2, 9.0);
+    let moon = object("moon", ball([0.0, 0.0, -1e9], 1e6), "paint");
+    with_moon
+        .objects
+        .push(serde_json::from_value(moon).expect("an object"));
+    let all = summarise_findings(&with_moon).findings;
+    let is_unreached = |found: &StressFinding| found.code == FindingCode::UnreachedLight;
+    assert!(!all.iter().any(is_unreached), "{all:?}");
+}
+
+/// Protects: lamps that a generator makes are counted one by one.
+#[test]
+fn lamps_of_generators_are_counted() {
+    let motes = scene(&json!({
+        "materials": with_lamp(9.0),
+        "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), object("mote", ball([0.0, 1.2, 0.0], 1e-4), "lamp")],
+        "generators": [{
+            "kind": { "grid": { "counts": [5, 1, 1], "origin": [-1, 1.5, 0], "step": [0.5, 0, 0] } },
+            "object": object("copy", ball([0.0; 3], 1e-4), "lamp"),
+        }],
+    }));
+    let finding = expect_finding(&motes, FindingCode::LampBelowPixel, SlowOrNoisy, &[]);
+    assert_eq!((finding.count, finding.of), (6, 6), "{finding:?}");
+}
+
+/// Protects: a bulb in a globe of glass that lights everything is noisy, and the same bulb is not
+/// where it brings next to nothing beside the sky, though no path meets it.
+#[test]
+fn chance_is_judged_by_the_light_that_it_brings() {
+    let of = |emission: f64, sky: f64| {
+        scene(&json!({
+            "materials": with_lamp(emission), "sky": { "constant": sky },
+            "render": { "size": [160, 90], "samples": 64, "integrator": "path" },
+            "objects": [floor(), object("globe", ball([0.0, 0.7, 0.0], 0.6), "glass"),
+                        object("bulb", ball([0.0, 0.7, 0.0], 0.1), "lamp")],
+        }))
+    };
+    let finding = alone(&of(60.0, 0.01), FindingCode::LightByChance, SlowOrNoisy);
+    assert_eq!(finding.subject, FindingSubject::Object(2));
+    assert!(
+        finding.remedy.contains("render with more --spp"),
+        "{finding:?}"
+    );
+    assert_eq!(listed(&summarise_findings(&of(1e-3, 1.0)).findings), []);
+}
+
+/// Protects: the light of a sun without size behind a pane of glass never arrives: the picture is
+/// wrong, and not where the pane is thin or a ball of glass shades a part.
+#[test]
+fn a_sun_behind_a_pane() {
+    let wall = |name: &str, min: [f64; 3], max: [f64; 3], material: &str| {
+        object(name, json!({ "box": { "min": min, "max": max } }), material)
+    };
+    let of = |pane: Value, thin: bool| {
+        let mut scene = scene(&json!({
+            "sky": null,
+            "lights": [{ "kind": { "directional": { "to_light": [0, 1, 0.2] } }, "colour": 3 }],
+            "materials": [paint("paint", json!({ "base_colour": 0.6 })),
+                          paint("glass", json!({ "transmission": 1, "roughness": 0, "thin_walled": thin }))],
+            "objects": [wall("floor", [-5.0, -1.2, -5.0], [5.0, -1.0, 5.0], "paint"), pane],
+        }));
+        scene.cameras[0].pose = serde_json::from_value(
+            json!({ "look_at": { "eye": [0.5, 0.5, 4.5], "target": [0, -1, 0] } }),
+        )
+        .expect("a pose");
+        scene
+    };
+    let pane = || wall("pane", [-9.0, 2.0, -9.0], [9.0, 2.1, 9.0], "glass");
+    let finding = alone(
+        &of(pane(), false),
+        FindingCode::LightBehindGlass,
+        PictureWrong,
+    );
+    assert!(
+        finding.reason.contains("`pane`") && finding.remedy.contains("thin_walled"),
+        "{finding:?}"
+    );
+    assert_eq!(listed(&summarise_findings(&of(pane(), true)).findings), []);
+    let globe = || object("globe", ball([0.0, 0.0, 0.0], 0.5), "glass");
+    assert_eq!(
+        listed(&summarise_findings(&of(globe(), false)).findings),
+        []
+    );
+}
+
+/// Protects: where everything is black since the one panel is turned away, that is told with the
+/// black picture, and no other light is advised.
+#[test]
+fn a_black_picture_by_a_panel_that_is_turned() {
+    let mut panel = object(
+        "panel",
+        json!({ "disk": { "centre": [0, 4, 0], "normal": [0, 1, 0], "radius": 1 } }),
+        "lamp",
+    );
+    panel["side"] = json!("outside");
+    let dark = scene(&json!({
+        "sky": { "constant": 0 }, "materials": [paint("paint", json!({})), lamp(9.0)],
+        "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), panel],
+    }));
+    let finding = alone(&dark, FindingCode::BlackPicture, PictureWrong);
+    assert!(
+        finding.reason.contains("`panel` is turned away")
+            && finding.remedy.contains("turn it over"),
+        "{finding:?}"
+    );
+}
+
+/// Protects: two surfaces in one plane of which one shines are wrong whichever is seen, as the order
+/// in the file decides; a rug a millimetre above a floor that is seen from 20 km is left alone.
+#[test]
+fn glow_in_one_plane_and_a_rug_from_afar() {
+    let sheet = |y: f64, half: f64| {
+        quad(
+            [-half, y, half],
+            [2.0 * half, 0.0, 0.0],
+            [0.0, 0.0, -2.0 * half],
+        )
+    };
+    let rug = |y: f64| object("rug", sheet(y, 1.0), "lamp");
+    let ground = || object("ground", sheet(-1.0, 5.0), "paint");
+    for objects in [json!([rug(-1.0), ground()]), json!([ground(), rug(-1.0)])] {
+        let glow = scene(&json!({ "materials": with_lamp(2.0), "objects": objects }));
+        let all = summarise_findings(&glow).findings;
+        let found = all
+            .iter()
+            .find(|found| found.code == FindingCode::CoplanarSurfaces);
+        assert_eq!(
+            found.map(|found| found.severity),
+            Some(PictureWrong),
+            "{all:?}"
+        );
+    }
+    for (gap, is_silent) in [(1e-3, true), (1e-5, true), (1e-8, false)] {
+        let mut far = scene(
+            &json!({ "objects": [object("ground", sheet(0.0, 5.0), "paint"), object("rug", sheet(gap, 1.0), "other")] }),
+        );
+        far.cameras[0] = serde_json::from_value(json!({
+            "pose": { "look_at": { "eye": [3000, 9000, 18000], "target": [0, 0, 0] } },
+            "projection": { "pinhole": { "vertical_fov": 0.02 } },
+        }))
+        .expect("a camera");
+        let all = summarise_findings(&far).findings;
+        assert_eq!(all.is_empty(), is_silent, "{gap}: {all:?}");
+    }
+}

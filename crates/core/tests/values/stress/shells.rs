@@ -1,0 +1,165 @@
+//! Closed surfaces within and upon each other, and holes in them.
+
+use super::strays::ball_scene;
+use super::*;
+
+/// Protects: two shells in one place, of which one is turned, are there twice, and not inside out
+/// too.
+#[test]
+fn two_shells_in_one_place_are_one_cause() {
+    let shells = ball_scene("paint", |_, indices| {
+        indices.extend(indices.clone().iter().map(|&[a, b, c]| [a, c, b]));
+    });
+    alone(&shells, FindingCode::DuplicateTriangles, Harmless);
+}
+
+/// Protects: the wall of a bubble in glass that is turned the wrong way makes the picture wrong, and
+/// one that is turned inwards is right; a closed part beside another, in its box and not within it,
+/// is no bubble.
+#[test]
+fn bubbles_are_turned_inwards() {
+    let with_inner = |scale: f64, away: f64, turned: bool| {
+        ball_scene("glass", |positions, indices| {
+            let (more, count) = (positions.clone(), positions.len() as u32);
+            positions.extend(more.iter().map(|p| p.map(|x| scale * x + away)));
+            let inner = |&[a, b, c]: &[u32; 3]| match turned {
+                true => [a + count, c + count, b + count],
+                false => [a + count, b + count, c + count],
+            };
+            indices.extend(indices.clone().iter().map(inner));
+        })
+    };
+    assert_eq!(
+        listed(&summarise_findings(&with_inner(0.6, 0.0, true)).findings),
+        []
+    );
+    let finding = alone(
+        &with_inner(0.6, 0.0, false),
+        FindingCode::InsideOut,
+        PictureWrong,
+    );
+    assert_eq!((finding.count, finding.of), (528, 1056));
+    assert!(finding.reason.contains("bubbles"), "{finding:?}");
+    // In the corner of the box.
+    assert_eq!(
+        listed(&summarise_findings(&with_inner(0.1, 0.8, false)).findings),
+        []
+    );
+}
+
+/// Protects: a triangle that is missing in an opaque ball makes the picture wrong where a camera
+/// sees through the hole, and is harmless behind; a bowl and a heap of single triangles have none.
+#[test]
+fn a_hole_in_what_is_closed_otherwise() {
+    let without = |near: bool| {
+        ball_scene("paint", |positions, indices| {
+            let depth = |t: &[u32; 3]| t.iter().map(|&c| positions[c as usize][2]).sum::<f64>();
+            let by_depth =
+                |a: &usize, b: &usize| depth(&indices[*a]).total_cmp(&depth(&indices[*b]));
+            let all = 0..indices.len();
+            let hole = if near {
+                all.max_by(by_depth)
+            } else {
+                all.min_by(by_depth)
+            };
+            indices.remove(hole.expect("a triangle"));
+        })
+    };
+    let finding = alone(&without(true), FindingCode::OpenEdges, PictureWrong);
+    assert_eq!(
+        finding.count_text().as_deref(),
+        Some("1 hole with three edges")
+    );
+    assert!(finding.pixel.is_some(), "{finding:?}");
+    alone(&without(false), FindingCode::OpenEdges, Harmless);
+    for (near, severity) in [(true, PictureWrong), (false, Harmless)] {
+        let mut one_sided = without(near);
+        one_sided.objects[0].side = raywright_core::scene::SideRule::Outside;
+        alone(&one_sided, FindingCode::OpenEdges, severity);
+    }
+    let bowl = ball_scene("paint", |positions, indices| {
+        indices.retain(|t| t.iter().all(|&corner| positions[corner as usize][1] < 0.3));
+    });
+    assert_eq!(listed(&summarise_findings(&bowl).findings), []);
+    let heap = ball_scene("paint", |positions, indices| {
+        *positions = indices
+            .iter()
+            .flatten()
+            .enumerate()
+            .map(|(i, &corner)| {
+                positions[corner as usize].map(|x| x * (1.0 + 1e-3 * (i / 3) as f64))
+            })
+            .collect();
+        *indices = (0..indices.len() as u32)
+            .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+            .collect();
+    });
+    assert_eq!(listed(&summarise_findings(&heap).findings), []);
+}
+
+/// Protects: a poster wholly within a wall is never seen, and one on the wall or in a room with the
+/// camera is left alone.
+#[test]
+fn a_poster_within_a_wall() {
+    let of = |z: f64, depth: f64| {
+        let wall = json!({ "box": { "min": [-2, -1, -1.2], "max": [2, 2, depth] } });
+        scene(&json!({ "objects": [
+            object("wall", wall, "paint"),
+            object("poster", quad([-1.0, 0.0, z], [2.0, 0.0, 0.0], [0.0, 1.2, 0.0]), "other"),
+        ] }))
+    };
+    let finding = alone(&of(-1.005, -1.0), FindingCode::InvisibleObject, Harmless);
+    assert!(finding.reason.contains("`wall`"), "{finding:?}");
+    assert_eq!(listed(&summarise_findings(&of(-0.99, -1.0)).findings), []);
+    let room = summarise_findings(&of(7.0, 9.0)).findings;
+    let is_hidden = |finding: &&StressFinding| finding.code == FindingCode::InvisibleObject;
+    assert_eq!(room.iter().filter(is_hidden).count(), 0, "{room:?}");
+}
+
+/// Protects: a copy of a generator in the place of a listed object is found, and as bad as two
+/// listed ones are.
+#[test]
+fn a_copy_over_a_listed_object() {
+    let of = |material: &str, y: f64| {
+        scene(&json!({
+            "objects": [object("listed", ball([0.0, 0.0, 0.0], 0.7), "paint")],
+            "generators": [{
+                "kind": { "grid": { "counts": [3, 1, 1], "origin": [-1.6, y, 0], "step": [1.6, 0, 0] } },
+                "object": object("copy", ball([0.0; 3], 0.7), material),
+            }],
+        }))
+    };
+    assert_eq!(listed(&summarise_findings(&of("other", 0.2)).findings), []);
+    for (material, severity) in [("other", PictureWrong), ("paint", Harmless)] {
+        let finding = alone(&of(material, 0.0), FindingCode::DuplicateObject, severity);
+        assert_eq!((finding.count, finding.of), (1, 3));
+        assert!(
+            finding
+                .reason
+                .starts_with("a copy of it is in one place with objects[0] `listed`")
+                && finding.place.is_some_and(|[x, ..]| x.abs() < 1e-9),
+            "{finding:?}"
+        );
+    }
+}
+
+/// Protects: a model that is scaled to nothing beside the others is told.
+#[test]
+fn a_model_scaled_to_nothing() {
+    let mut tiny = ball_scene("paint", |_, _| {});
+    tiny.objects.push(
+        serde_json::from_value(object("big", ball([0.0, 0.0, -3.0], 1.0), "other"))
+            .expect("an object"),
+    );
+    tiny.objects[0].transform = vec![raywright_core::scene::TransformStep::Scale([1e-14; 3])];
+    let all = summarise_findings(&tiny).findings;
+    let found = all
+        .iter()
+        .find(|found| found.code == FindingCode::ExtremeScale);
+    let subject = found.map(|found| found.subject);
+    assert_eq!(
+        subject,
+        Some(raywright_core::stress::FindingSubject::Object(0)),
+        "{all:?}"
+    );
+}
