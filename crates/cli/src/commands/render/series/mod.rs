@@ -4,38 +4,29 @@
 //! studio's backdrop is the same for all pictures.
 
 mod combined;
+mod frame;
+mod loading;
 mod moment;
 mod names;
 
 use std::collections::HashMap;
-use std::ffi::OsString;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use raywright_core::denoise::DenoiseError;
-use raywright_core::display::Display;
-use raywright_core::film::Uncertainty;
-use raywright_core::scene::Sky;
-use raywright_core::settings::Settings;
-use raywright_core::{ReadyScene, RenderOutput, Scene, estimate_scene_memory};
-use raywright_io::output::write_atomically;
-use raywright_io::{Error, Input, InputFiles, LoadOptions, LoadedScene};
+use raywright_io::{Error, Input, InputFiles, LoadedScene};
 
-use super::film::FilmSession;
-use super::{ALLOW_EMPTY, film, messages, write};
-use crate::clock::{StageClock, StageSeconds, format_duration};
-use crate::commands::denoise;
+use super::{ALLOW_EMPTY, film};
+use crate::clock::{StageClock, format_duration};
 use crate::console;
 use crate::early_stage::EarlyStageGuard;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::plan::{PicturePlan, RenderTask, Shot};
+use crate::plan::RenderTask;
 use crate::progress::Progress;
-use crate::stats::RenderStats;
 use crate::table::format_significant_digits;
 use crate::targets::{OutputFiles, OutputTarget};
 use crate::threads::Threads;
-use crate::{interrupt, origin, scene_input};
+use crate::{interrupt, scene_input};
 use combined::CombinedFiles;
 use moment::SceneAtTime;
 
@@ -98,82 +89,46 @@ struct PictureSeries<'a> {
     checkpoint_error: Option<Error>,
 }
 
-/// A rendered picture of a series, before it is written.
-struct RenderedFrame<'a> {
-    plan: PicturePlan,
-    session: FilmSession<'a>,
-    rendered: RenderOutput,
-    /// Estimated error of the picture before denoising.
-    noisy: Option<Uncertainty>,
-    /// Wall-clock seconds of the stages of the run so far.
-    seconds: StageSeconds,
-}
-
 impl<'a> PictureSeries<'a> {
     /// Creates the series after all checks that need no loaded scene, and starts the run's early
     /// stage, loading and preparation.
     fn start(task: &'a RenderTask) -> Result<Self, Failure> {
         let clock = StageClock::start();
-        let mut outputs = OutputFiles::with_quality(task.jpeg_quality());
         let count = task.scenes.len() * task.shots.len();
-        let targets = names::resolve_named_files(
-            &task.outputs,
-            (!task.is_single).then_some(count),
-            &mut outputs,
-        )?;
-        let together = CombinedFiles::start(task, count, &mut outputs)?;
-        if task.is_single || targets.iter().any(|targets| !targets.is_empty()) {
-            targets
-                .iter()
-                .try_for_each(|targets| super::check_targets(task, targets))?;
-        }
-        super::check_stats_target(task, &mut outputs)?;
-        super::check_preview_target(task, &mut outputs)?;
-        film::check_film_flags(task, &targets[0], &mut outputs)?;
+        let (outputs, targets, combined_files) = resolve_outputs(task, count)?;
         let (stop, threads) = (interrupt::install_stop_flag()?, Threads::new(task.threads)?);
-        if task.scenes.iter().filter(|name| *name == "-").count() > 1 {
-            return Err(Error::invalid_usage(
-                "`-` is named twice, and standard input holds a single scene",
-            )
-            .into());
-        }
-        let beginning = Some(super::start_early_stage(task, &clock)?);
-        let input = |name: &OsString| scene_input::resolve_input(name, &task.options.limits);
+        refuse_repeated_stdin(task)?;
+        let early_stage = Some(super::start_early_stage(task, &clock)?);
         let inputs = task
             .scenes
             .iter()
-            .map(input)
+            .map(|name| scene_input::resolve_input(name, &task.options.limits))
             .collect::<Result<Vec<_>, _>>()?;
         let progress =
             Progress::start("rendering", task.progress, task.verbosity).with_pieces(count);
-        let (names, failed, shortfalls, description) =
-            (Vec::new(), Vec::new(), Vec::new(), Default::default());
-        let (loaded, clear_of, finished, error, unkept) =
-            (HashMap::new(), InputFiles::default(), 0, None, None);
-        let (exposure, backdrop, shows) = (None, None, false);
         let mut series = Self {
             task,
             clock,
-            early_stage: beginning,
+            early_stage,
             stop,
             threads,
             progress,
             outputs,
             inputs,
-            preloaded: loaded,
-            checked_inputs: clear_of,
+            preloaded: HashMap::new(),
+            checked_inputs: InputFiles::default(),
             targets,
-            combined_files: together,
-            written_files: names,
-            finished,
-            description,
-            error,
-            exposure,
-            backdrop,
-            shows_object: shows,
-            failed_exits: failed,
-            shortfalls,
-            checkpoint_error: unkept,
+            combined_files,
+            written_files: Vec::new(),
+            finished: 0,
+            description: Default::default(),
+            error: None,
+            exposure: None,
+            backdrop: None,
+            shows_object: false,
+            failed_exits: Vec::new(),
+            shortfalls: Vec::new(),
+            checkpoint_error: None,
         };
         if !task.is_single {
             // Scene files are never overwritten by pictures. Other files that a scene names are
@@ -197,64 +152,6 @@ impl<'a> PictureSeries<'a> {
             )?;
         }
         Ok(())
-    }
-
-    /// Checks that no output overwrites a file of any scene. The files that a later scene names are
-    /// known only after it is loaded, which is too late if an earlier picture has overwritten a
-    /// file. Therefore, if any output exists already, all scenes are loaded first. Small scenes are
-    /// kept in memory for their turn; load errors are reported then.
-    fn check_outputs_against_scenes(&mut self) -> Result<(), Failure> {
-        let mut input_paths = InputFiles::default();
-        self.inputs.iter().for_each(|input| {
-            if let Input::Path(path) = input {
-                input_paths.record_read(path)
-            }
-        });
-        self.outputs.check_against_inputs(&input_paths)?;
-        if !self.outputs.has_existing_file() {
-            return Ok(());
-        }
-        let mut bytes = 0;
-        for scene in 1..self.inputs.len() {
-            let loaded = self.load_scene(scene, &self.task.shots[0]);
-            if let Ok(loaded) = &loaded {
-                self.outputs.check_against_inputs(&loaded.inputs)?;
-                bytes += estimate_scene_bytes(&loaded.scene);
-            }
-            if bytes <= MOST_KEPT_BYTES {
-                self.preloaded.insert(scene, loaded);
-            }
-        }
-        Ok(())
-    }
-
-    /// Returns the load options of a picture: at the picture's own time, or at the time of `--at`.
-    fn shot_load_options(&self, shot: &Shot) -> LoadOptions {
-        let mut options = self.task.options.clone();
-        options.overrides.time = shot.at.or(options.overrides.time);
-        options
-    }
-
-    fn load_scene(&self, scene: usize, shot: &Shot) -> Result<LoadedScene, Failure> {
-        let RenderTask {
-            is_single,
-            progress,
-            verbosity,
-            ..
-        } = *self.task;
-        // In a run of several pictures, the progress display counts pictures and shows no loads.
-        let loading = if is_single {
-            Progress::start("loading", progress, verbosity)
-        } else {
-            Progress::hidden()
-        };
-        self.threads.run(|| {
-            scene_input::load_with_progress(
-                &self.inputs[scene],
-                &self.shot_load_options(shot),
-                &loading,
-            )
-        })
     }
 
     /// Renders the pictures of all scenes. Returns the final message, or `None` for a picture that
@@ -349,256 +246,6 @@ impl<'a> PictureSeries<'a> {
         }
     }
 
-    /// Loads a scene at the time of its picture `i`, and checks that no output overwrites a file of
-    /// the scene.
-    fn load_scene_at_time(
-        &mut self,
-        scene: usize,
-        i: usize,
-        notes: &mut Notes,
-    ) -> Result<SceneAtTime, Failure> {
-        let early = if i == 0 {
-            self.preloaded.remove(&scene)
-        } else {
-            None
-        };
-        let loaded = early.unwrap_or_else(|| self.load_scene(scene, &self.task.shots[i]))?;
-        if self.inputs.len() > 1 && i == 0 {
-            notes.set_current_file(&loaded.source.name);
-        }
-        notes.add_scene_warnings(&loaded);
-        if self.task.is_single {
-            self.choose_file_names(&loaded.inputs)?;
-        }
-        // Outputs are checked again only for new input files: an animation loads the same files
-        // thousands of times.
-        if loaded.inputs != self.checked_inputs {
-            self.outputs.check_against_inputs(&loaded.inputs)?;
-            self.checked_inputs = loaded.inputs.clone();
-        }
-        if let Some(failure) =
-            scene_input::empty_scene_failure(&loaded).filter(|_| self.task.refuses_empty_pictures())
-        {
-            return Err(failure.with_hint(ALLOW_EMPTY));
-        }
-        scene_input::note_added_parts(&loaded, notes);
-        let mut loaded = loaded;
-        if let Some(Sky::Studio(studio)) = &mut loaded.scene.sky {
-            studio.backdrop = studio.backdrop.or(self.backdrop);
-        }
-        Ok(SceneAtTime::new(loaded))
-    }
-
-    /// Renders a picture and writes it. `number` is the index of the picture in the run.
-    fn render_shot(
-        &mut self,
-        number: usize,
-        shot: &Shot,
-        moment: &mut SceneAtTime,
-        notes: &mut Notes,
-    ) -> Result<(), Failure> {
-        let plan = moment.resolve_plan(self.task, shot)?;
-        let load = self.clock.lap();
-        match moment.prepare_picture(&plan, &self.threads, self.stop) {
-            Err(failure) if failure.exit == Exit::Interrupted && !self.task.is_single => {
-                let is_free = |path: &Path| self.outputs.is_free_path(path, &moment.loaded.inputs);
-                return Err(write::interrupted_failure(
-                    self.combined_files.write_partial_files(is_free),
-                    Some([self.finished, self.targets.len()]),
-                ));
-            }
-            prepared => prepared?,
-        }
-        let prepare = self.clock.lap();
-        let SceneAtTime {
-            loaded,
-            ready: Some(ready),
-            ..
-        } = moment
-        else {
-            return Ok(());
-        };
-        self.backdrop = self.backdrop.or(ready.backdrop_radiance());
-        super::note_preparation(loaded, ready, &plan.settings, notes);
-        super::refuse_impossible_denoising(self.task, &plan.settings, ready, notes)?;
-        let mut session = super::start_session(
-            self.task,
-            &self.shot_load_options(shot),
-            (loaded, ready),
-            (&plan, &shot.label),
-        )?;
-        if self.early_stage.take().is_some() {
-            self.progress.restart_clock();
-        }
-        self.threads
-            .run(|| session.render(ready, &self.progress, (&self.clock, self.stop)))?;
-        // A run of several pictures has a single progress display, without a display for each
-        // picture.
-        let mut verbosity = console::Verbosity::Quiet;
-        if self.task.is_single {
-            self.progress.finish();
-            verbosity = self.task.verbosity;
-        }
-        session.note_exceeded_budget(&self.clock, notes);
-        let rendered = self.threads.run(|| {
-            denoise::denoise_with_progress(
-                session.film(),
-                (self.task.progress, verbosity),
-                self.stop,
-            )
-        });
-        let noisy = self
-            .threads
-            .run(|| rendered.error_before_denoising(session.film()));
-        let [render, render_cpu] = self.clock.lap_with_cpu();
-        let seconds = StageSeconds {
-            load,
-            prepare,
-            render,
-            render_cpu,
-            ..StageSeconds::default()
-        };
-        let caption = match (self.inputs.len(), shot.caption.as_str()) {
-            (_, "") => loaded.source.stem.clone(),
-            (1, caption) => caption.to_owned(),
-            (_, caption) => format!("{} {caption}", loaded.source.stem),
-        };
-        self.write_rendered_frame(
-            number,
-            &caption,
-            (loaded, ready),
-            RenderedFrame {
-                plan,
-                session,
-                rendered,
-                noisy,
-                seconds,
-            },
-            notes,
-        )
-    }
-
-    /// Writes a picture, finished or interrupted, and records its messages.
-    fn write_rendered_frame(
-        &mut self,
-        number: usize,
-        caption: &str,
-        (loaded, ready): (&mut LoadedScene, &ReadyScene),
-        rendered_frame: RenderedFrame<'_>,
-        notes: &mut Notes,
-    ) -> Result<(), Failure> {
-        let RenderedFrame {
-            mut plan,
-            mut session,
-            rendered,
-            noisy,
-            mut seconds,
-        } = rendered_frame;
-        if session.is_done() {
-            self.refuse_empty_picture(loaded, &rendered, &plan)?;
-        }
-        if plan.has_auto_exposure {
-            plan.display.exposure_stops = self.choose_scene_exposure(&rendered, plan.display);
-            session.set_display(
-                plan.display,
-                origin::picture_metadata(loaded, &plan, &self.task.choices),
-            );
-        }
-        let (task, targets) = (self.task, &self.targets[number]);
-        let claimed = super::select_reported_error(task, (ready, &rendered), noisy.as_ref());
-        let metadata = super::picture_metadata(task, &session, &rendered, claimed);
-        let is_free = |path: &Path| self.outputs.is_free_path(path, &loaded.inputs);
-        if !session.is_done() || matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled))) {
-            let own =
-                write::write_partial_picture(&rendered, targets, plan.display, &metadata, is_free);
-            let kept = own.and_then(|own| {
-                Ok(session.with_checkpoint_path(
-                    [own, self.combined_files.write_partial_files(is_free)?].concat(),
-                ))
-            });
-            let of = (!task.is_single).then_some([self.finished, self.targets.len()]);
-            return Err(session.with_resume_hint(write::interrupted_failure(kept, of)));
-        }
-        let names = write::write_targets(
-            &rendered,
-            targets,
-            plan.display,
-            &metadata,
-            (&loaded.inputs, is_free),
-        )?;
-        super::print_pixel_hash(task, (&rendered, plan.display), &names, caption)?;
-        self.written_files.push(session.with_checkpoint_path(names));
-        self.combined_files
-            .add_picture(rendered.final_picture(), plan.display, caption)?;
-        (seconds.write, seconds.total) = (self.clock.lap(), self.clock.total_seconds());
-        loaded
-            .warnings
-            .extend(messages::note_lost_samples(&rendered.counters, notes));
-        if let Some(path) = &task.stats {
-            let stats = RenderStats::new(loaded, ready, &rendered, noisy, seconds);
-            write_atomically(path, console::format_json(&stats).as_bytes())?;
-        }
-        super::note_picture(loaded, &rendered, &plan, targets, notes);
-        messages::note_unreached_lights(loaded, ready, session.film(), notes);
-        if let Some(noisy) = claimed {
-            messages::note_denoising(noisy, &plan.settings, notes);
-        }
-        let description =
-            super::describe_picture(task, &plan.settings, &session, &rendered, claimed, notes);
-        let shortfall = task.max_error.and_then(|requested| {
-            messages::describe_shortfall(requested, claimed, session.film(), &rendered)
-        });
-        self.shortfalls.extend(shortfall);
-        if task.is_single {
-            notes.print_detail(messages::format_details(ready, &rendered, &seconds).trim_end());
-        }
-        self.description = [
-            description,
-            super::format_size_and_samples(&plan.settings, &session),
-        ];
-        let error = rendered
-            .denoise_output()
-            .map(|denoised| denoised.error)
-            .or(noisy);
-        let error = error
-            .filter(|_| ready.is_path_traced())
-            .map(|error| error.root_relmse.value);
-        self.error = self.error.into_iter().chain(error).reduce(f64::max);
-        self.finished += 1;
-        self.progress.finish_piece();
-        self.checkpoint_error = session.into_checkpoint_error();
-        Ok(())
-    }
-
-    /// Refuses a picture that shows no object before it is written, if its scene has no other
-    /// picture.
-    fn refuse_empty_picture(
-        &mut self,
-        loaded: &LoadedScene,
-        rendered: &RenderOutput,
-        plan: &PicturePlan,
-    ) -> Result<(), Failure> {
-        let reason = scene_input::describe_empty_picture(loaded, rendered, &plan.settings);
-        self.shows_object |= reason.is_none();
-        match reason.filter(|_| self.task.shots.len() == 1 && self.task.refuses_empty_pictures()) {
-            Some(reason) => Err(
-                scene_input::empty_picture_failure(&loaded.source.name, reason)
-                    .with_hint(ALLOW_EMPTY),
-            ),
-            None => Ok(()),
-        }
-    }
-
-    /// Returns the automatic exposure in stops. It is chosen from the scene's first picture, and
-    /// used for all its pictures.
-    fn choose_scene_exposure(&mut self, rendered: &RenderOutput, display: Display) -> f64 {
-        *self.exposure.get_or_insert_with(|| {
-            display
-                .with_suitable_exposure(rendered.final_picture())
-                .exposure_stops
-        })
-    }
-
     /// Returns the result of the run: a failure if a scene failed, a film file could not be
     /// written, or a target error is not reached.
     fn into_result(self) -> Result<(), Failure> {
@@ -628,6 +275,41 @@ impl<'a> PictureSeries<'a> {
     }
 }
 
+/// Resolves the output files of a run of `count` pictures: all files, the outputs of each picture,
+/// and the files that combine pictures. Refuses outputs that cannot hold the requested data.
+fn resolve_outputs(
+    task: &RenderTask,
+    count: usize,
+) -> Result<(OutputFiles, Vec<Vec<OutputTarget>>, CombinedFiles), Failure> {
+    let mut outputs = OutputFiles::with_quality(task.jpeg_quality());
+    let targets = names::resolve_named_files(
+        &task.outputs,
+        (!task.is_single).then_some(count),
+        &mut outputs,
+    )?;
+    let combined_files = CombinedFiles::start(task, count, &mut outputs)?;
+    if task.is_single || targets.iter().any(|targets| !targets.is_empty()) {
+        targets
+            .iter()
+            .try_for_each(|targets| super::check_targets(task, targets))?;
+    }
+    super::check_stats_target(task, &mut outputs)?;
+    super::check_preview_target(task, &mut outputs)?;
+    film::check_film_flags(task, &targets[0], &mut outputs)?;
+    Ok((outputs, targets, combined_files))
+}
+
+/// Refuses `-` as the name of several scenes, because standard input holds a single scene.
+fn refuse_repeated_stdin(task: &RenderTask) -> Result<(), Failure> {
+    if task.scenes.iter().filter(|name| *name == "-").count() > 1 {
+        return Err(Error::invalid_usage(
+            "`-` is named twice, and standard input holds a single scene",
+        )
+        .into());
+    }
+    Ok(())
+}
+
 /// Formats the written files for the final message: for each output, the range from the first
 /// picture's file to the last picture's file.
 fn format_file_ranges(names: &[Vec<String>]) -> Vec<String> {
@@ -644,86 +326,5 @@ fn format_file_ranges(names: &[Vec<String>]) -> Vec<String> {
     first.iter().zip(last).map(range).collect()
 }
 
-/// Largest estimated memory in bytes of all scenes kept in memory for their turn; further scenes
-/// are loaded again.
-const MOST_KEPT_BYTES: u64 = 1 << 30;
-
-/// Estimates the memory of a scene in bytes.
-fn estimate_scene_bytes(scene: &Scene) -> u64 {
-    estimate_scene_memory(scene, &Settings::from_scene(scene)).total()
-}
-
 #[cfg(test)]
-mod tests {
-    use clap::Parser;
-
-    use super::*;
-    use crate::args::{Arguments, Command};
-
-    /// Protects: scenes loaded before their turn, because outputs could overwrite their files, are
-    /// loaded once: the picture shows the loaded content even if the file is gone.
-    #[test]
-    fn scenes_are_read_once() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
-        for name in ["a.obj", "b.obj"] {
-            std::fs::write(at(name), "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n").expect("a file");
-        }
-        let words = [
-            "raywright",
-            "render",
-            &at("a.obj"),
-            &at("b.obj"),
-            "-s",
-            "4x4",
-            "--spp",
-            "1",
-            "-o",
-            &at("%d.png"),
-        ];
-        let Ok(Arguments {
-            command: Some(Command::Render(args)),
-            ..
-        }) = Arguments::try_parse_from(words)
-        else {
-            panic!("a right command line")
-        };
-        std::fs::write(at("0.png"), "old").expect("a file");
-        let task =
-            RenderTask::new(*args, console::Verbosity::Quiet).expect("nothing is wrong with it");
-        let mut series = PictureSeries::start(&task).expect("nothing in the way");
-        std::fs::remove_file(at("b.obj")).expect("a file");
-        series
-            .render_all_scenes(&mut Notes::new(console::Verbosity::Quiet))
-            .expect("pictures");
-        assert!(series.failed_exits.is_empty() && std::path::Path::new(&at("1.png")).exists());
-    }
-
-    /// Protects: the files of many pictures are listed as first to last for each output, those of a
-    /// single picture by name, and an empty list is empty.
-    #[test]
-    fn files_are_told_by_the_first_and_the_last_of_a_kind() {
-        let describe = |names: &[&[&str]]| {
-            format_file_ranges(
-                &names
-                    .iter()
-                    .map(|names| names.iter().map(|&name| name.to_owned()).collect())
-                    .collect::<Vec<_>>(),
-            )
-            .join(", ")
-        };
-        assert_eq!(
-            describe(&[
-                &["a-0.png", "b-0.exr"],
-                &["a-1.png", "b-1.exr"],
-                &["a-2.png", "b-2.exr"]
-            ]),
-            "a-0.png to a-2.png, b-0.exr to b-2.exr"
-        );
-        assert_eq!(describe(&[&["w.png", "t-0000.png"]]), "w.png, t-0000.png");
-        assert_eq!(
-            (describe(&[]), describe(&[&[], &[]])),
-            (String::new(), String::new())
-        );
-    }
-}
+mod tests;

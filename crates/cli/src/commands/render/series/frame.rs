@@ -1,0 +1,356 @@
+//! One picture of a run: rendered, written to its files, and counted in the messages of the run.
+
+use std::path::Path;
+
+use raywright_core::denoise::DenoiseError;
+use raywright_core::display::Display;
+use raywright_core::film::Uncertainty;
+use raywright_core::{ReadyScene, RenderOutput};
+use raywright_io::LoadedScene;
+use raywright_io::output::{PictureMetadata, write_atomically};
+
+use super::super::film::FilmSession;
+use super::super::{self as render, ALLOW_EMPTY, messages, write};
+use super::PictureSeries;
+use super::moment::SceneAtTime;
+use crate::clock::StageSeconds;
+use crate::commands::denoise;
+use crate::console;
+use crate::failure::{Exit, Failure};
+use crate::notes::Notes;
+use crate::plan::{PicturePlan, Shot};
+use crate::stats::RenderStats;
+use crate::{origin, scene_input};
+
+/// A rendered picture of a series, before it is written.
+struct RenderedFrame<'a> {
+    /// Index of the picture in the run.
+    number: usize,
+    /// Label of the picture in a contact sheet.
+    caption: String,
+    plan: PicturePlan,
+    session: FilmSession<'a>,
+    rendered: RenderOutput,
+    /// Estimated error of the picture before denoising.
+    noisy: Option<Uncertainty>,
+    /// Wall-clock seconds of the stages of the run so far.
+    seconds: StageSeconds,
+}
+
+impl RenderedFrame<'_> {
+    /// Whether the render or the denoising was interrupted.
+    fn is_interrupted(&self) -> bool {
+        !self.session.is_done()
+            || matches!(self.rendered.denoised, Some(Err(DenoiseError::Cancelled)))
+    }
+
+    /// Returns the estimated error that the final message and the picture's file report.
+    fn reported_error(
+        &self,
+        series: &PictureSeries<'_>,
+        ready: &ReadyScene,
+    ) -> Option<&Uncertainty> {
+        render::select_reported_error(series.task, (ready, &self.rendered), self.noisy.as_ref())
+    }
+}
+
+impl<'a> PictureSeries<'a> {
+    /// Renders a picture and writes it. `number` is the index of the picture in the run.
+    pub(super) fn render_shot(
+        &mut self,
+        number: usize,
+        shot: &Shot,
+        moment: &mut SceneAtTime,
+        notes: &mut Notes,
+    ) -> Result<(), Failure> {
+        let plan = moment.resolve_plan(self.task, shot)?;
+        let load = self.clock.lap();
+        self.prepare_picture(&plan, moment)?;
+        let seconds = StageSeconds {
+            load,
+            prepare: self.clock.lap(),
+            ..StageSeconds::default()
+        };
+        let SceneAtTime {
+            loaded,
+            ready: Some(ready),
+            ..
+        } = moment
+        else {
+            return Ok(());
+        };
+        self.backdrop = self.backdrop.or(ready.backdrop_radiance());
+        render::note_preparation(loaded, ready, &plan.settings, notes);
+        render::refuse_impossible_denoising(self.task, &plan.settings, ready, notes)?;
+        let session = render::start_session(
+            self.task,
+            &self.shot_load_options(shot),
+            (loaded, ready),
+            (&plan, &shot.label),
+        )?;
+        let session = self.render_film(session, ready, notes)?;
+        let (rendered, noisy) = self.develop_film(&session);
+        let [render, render_cpu] = self.clock.lap_with_cpu();
+        let frame = RenderedFrame {
+            number,
+            caption: self.format_caption(shot, &loaded.source.stem),
+            plan,
+            session,
+            rendered,
+            noisy,
+            seconds: StageSeconds {
+                render,
+                render_cpu,
+                ..seconds
+            },
+        };
+        self.finish_frame(frame, (loaded, ready), notes)
+    }
+
+    /// Prepares the scene for a picture. An interruption keeps the unfinished sheet and animations
+    /// in files.
+    fn prepare_picture(
+        &mut self,
+        plan: &PicturePlan,
+        moment: &mut SceneAtTime,
+    ) -> Result<(), Failure> {
+        match moment.prepare_picture(plan, &self.threads, self.stop) {
+            Err(failure) if failure.exit == Exit::Interrupted && !self.task.is_single => {
+                let is_free = |path: &Path| self.outputs.is_free_path(path, &moment.loaded.inputs);
+                Err(write::interrupted_failure(
+                    self.combined_files.write_partial_files(is_free),
+                    Some([self.finished, self.targets.len()]),
+                ))
+            }
+            prepared => prepared,
+        }
+    }
+
+    /// Renders the samples of a session's film, and ends the run's early stage before.
+    fn render_film(
+        &mut self,
+        mut session: FilmSession<'a>,
+        ready: &ReadyScene,
+        notes: &mut Notes,
+    ) -> Result<FilmSession<'a>, Failure> {
+        if self.early_stage.take().is_some() {
+            self.progress.restart_clock();
+        }
+        self.threads
+            .run(|| session.render(ready, &self.progress, (&self.clock, self.stop)))?;
+        if self.task.is_single {
+            self.progress.finish();
+        }
+        session.note_exceeded_budget(&self.clock, notes);
+        Ok(session)
+    }
+
+    /// Returns the picture of a film, denoised where requested, and its estimated error before
+    /// denoising.
+    fn develop_film(&self, session: &FilmSession<'_>) -> (RenderOutput, Option<Uncertainty>) {
+        // A run of several pictures has a single progress display, without a display for each
+        // picture.
+        let verbosity = if self.task.is_single {
+            self.task.verbosity
+        } else {
+            console::Verbosity::Quiet
+        };
+        let rendered = self.threads.run(|| {
+            denoise::denoise_with_progress(
+                session.film(),
+                (self.task.progress, verbosity),
+                self.stop,
+            )
+        });
+        let noisy = self
+            .threads
+            .run(|| rendered.error_before_denoising(session.film()));
+        (rendered, noisy)
+    }
+
+    /// Formats the label of a picture in a contact sheet: the caption of its shot, and in a run of
+    /// several scenes the name of its scene before.
+    fn format_caption(&self, shot: &Shot, scene: &str) -> String {
+        match (self.inputs.len(), shot.caption.as_str()) {
+            (_, "") => scene.to_owned(),
+            (1, caption) => caption.to_owned(),
+            (_, caption) => format!("{scene} {caption}"),
+        }
+    }
+
+    /// Writes a picture, finished or interrupted, and records its messages.
+    fn finish_frame(
+        &mut self,
+        mut frame: RenderedFrame<'_>,
+        (loaded, ready): (&mut LoadedScene, &ReadyScene),
+        notes: &mut Notes,
+    ) -> Result<(), Failure> {
+        if frame.session.is_done() {
+            self.refuse_empty_picture(loaded, &frame.rendered, &frame.plan)?;
+        }
+        if frame.plan.has_auto_exposure {
+            frame.plan.display.exposure_stops =
+                self.choose_scene_exposure(&frame.rendered, frame.plan.display);
+            frame.session.set_display(
+                frame.plan.display,
+                origin::picture_metadata(loaded, &frame.plan, &self.task.choices),
+            );
+        }
+        let metadata = render::picture_metadata(
+            self.task,
+            &frame.session,
+            &frame.rendered,
+            frame.reported_error(self, ready),
+        );
+        if frame.is_interrupted() {
+            return Err(self.keep_interrupted_frame(&frame, &metadata, loaded));
+        }
+        self.write_frame(&frame, &metadata, loaded)?;
+        (frame.seconds.write, frame.seconds.total) = (self.clock.lap(), self.clock.total_seconds());
+        self.write_statistics(&frame, (loaded, ready), notes)?;
+        self.report_frame(&frame, (loaded, ready), notes);
+        self.finished += 1;
+        self.progress.finish_piece();
+        self.checkpoint_error = frame.session.into_checkpoint_error();
+        Ok(())
+    }
+
+    /// Writes what is rendered of an interrupted picture, and the unfinished sheet and animations,
+    /// to partial files. Returns the failure that names these files.
+    fn keep_interrupted_frame(
+        &mut self,
+        frame: &RenderedFrame<'_>,
+        metadata: &PictureMetadata,
+        loaded: &LoadedScene,
+    ) -> Failure {
+        let is_free = |path: &Path| self.outputs.is_free_path(path, &loaded.inputs);
+        let own = write::write_partial_picture(
+            &frame.rendered,
+            &self.targets[frame.number],
+            frame.plan.display,
+            metadata,
+            is_free,
+        );
+        let kept = own.and_then(|own| {
+            Ok(frame.session.with_checkpoint_path(
+                [own, self.combined_files.write_partial_files(is_free)?].concat(),
+            ))
+        });
+        let of = (!self.task.is_single).then_some([self.finished, self.targets.len()]);
+        frame
+            .session
+            .with_resume_hint(write::interrupted_failure(kept, of))
+    }
+
+    /// Writes a finished picture to its files, prints the hash of its pixels where requested, and
+    /// adds the picture to the sheet and the animations.
+    fn write_frame(
+        &mut self,
+        frame: &RenderedFrame<'_>,
+        metadata: &PictureMetadata,
+        loaded: &LoadedScene,
+    ) -> Result<(), Failure> {
+        let (rendered, display) = (&frame.rendered, frame.plan.display);
+        let is_free = |path: &Path| self.outputs.is_free_path(path, &loaded.inputs);
+        let names = write::write_targets(
+            rendered,
+            &self.targets[frame.number],
+            display,
+            metadata,
+            (&loaded.inputs, is_free),
+        )?;
+        render::print_pixel_hash(self.task, (rendered, display), &names, &frame.caption)?;
+        self.written_files
+            .push(frame.session.with_checkpoint_path(names));
+        Ok(self
+            .combined_files
+            .add_picture(rendered.final_picture(), display, &frame.caption)?)
+    }
+
+    /// Warns of samples that a picture lacks, and writes the file of `--stats` where requested.
+    fn write_statistics(
+        &self,
+        frame: &RenderedFrame<'_>,
+        (loaded, ready): (&mut LoadedScene, &ReadyScene),
+        notes: &mut Notes,
+    ) -> Result<(), Failure> {
+        loaded
+            .warnings
+            .extend(messages::note_lost_samples(&frame.rendered.counters, notes));
+        if let Some(path) = &self.task.stats {
+            let stats =
+                RenderStats::new(loaded, ready, &frame.rendered, frame.noisy, frame.seconds);
+            write_atomically(path, console::format_json(&stats).as_bytes())?;
+        }
+        Ok(())
+    }
+
+    /// Records the notes about a written picture, and its part in the final message of the run.
+    fn report_frame(
+        &mut self,
+        frame: &RenderedFrame<'_>,
+        (loaded, ready): (&LoadedScene, &ReadyScene),
+        notes: &mut Notes,
+    ) {
+        let RenderedFrame {
+            plan,
+            session,
+            rendered,
+            ..
+        } = frame;
+        let (task, film) = (self.task, session.film());
+        let reported = frame.reported_error(self, ready);
+        render::note_picture(loaded, rendered, plan, &self.targets[frame.number], notes);
+        messages::note_unreached_lights(loaded, ready, film, notes);
+        if let Some(noisy) = reported {
+            messages::note_denoising(noisy, &plan.settings, notes);
+        }
+        self.description = [
+            render::describe_picture(task, &plan.settings, session, rendered, reported, notes),
+            render::format_size_and_samples(&plan.settings, session),
+        ];
+        self.shortfalls.extend(task.max_error.and_then(|requested| {
+            messages::describe_shortfall(requested, reported, film, rendered)
+        }));
+        if task.is_single {
+            notes
+                .print_detail(messages::format_details(ready, rendered, &frame.seconds).trim_end());
+        }
+        let error = rendered
+            .denoise_output()
+            .map(|denoised| denoised.error)
+            .or(frame.noisy)
+            .filter(|_| ready.is_path_traced())
+            .map(|error| error.root_relmse.value);
+        self.error = self.error.into_iter().chain(error).reduce(f64::max);
+    }
+
+    /// Refuses a picture that shows no object before it is written, if its scene has no other
+    /// picture.
+    fn refuse_empty_picture(
+        &mut self,
+        loaded: &LoadedScene,
+        rendered: &RenderOutput,
+        plan: &PicturePlan,
+    ) -> Result<(), Failure> {
+        let reason = scene_input::describe_empty_picture(loaded, rendered, &plan.settings);
+        self.shows_object |= reason.is_none();
+        match reason.filter(|_| self.task.shots.len() == 1 && self.task.refuses_empty_pictures()) {
+            Some(reason) => Err(
+                scene_input::empty_picture_failure(&loaded.source.name, reason)
+                    .with_hint(ALLOW_EMPTY),
+            ),
+            None => Ok(()),
+        }
+    }
+
+    /// Returns the automatic exposure in stops. It is chosen from the scene's first picture, and
+    /// used for all its pictures.
+    fn choose_scene_exposure(&mut self, rendered: &RenderOutput, display: Display) -> f64 {
+        *self.exposure.get_or_insert_with(|| {
+            display
+                .with_suitable_exposure(rendered.final_picture())
+                .exposure_stops
+        })
+    }
+}

@@ -1,0 +1,127 @@
+//! Loading of the scenes of a run: each at the times of its pictures, and never overwritten by an
+//! output of the run.
+
+use raywright_core::estimate_scene_memory;
+use raywright_core::scene::{Scene, Sky};
+use raywright_core::settings::Settings;
+use raywright_io::{Input, InputFiles, LoadOptions, LoadedScene};
+
+use super::super::ALLOW_EMPTY;
+use super::PictureSeries;
+use super::moment::SceneAtTime;
+use crate::failure::Failure;
+use crate::notes::Notes;
+use crate::plan::{RenderTask, Shot};
+use crate::progress::Progress;
+use crate::scene_input;
+
+/// Largest estimated memory in bytes of all scenes kept in memory for their turn; further scenes
+/// are loaded again.
+const MOST_KEPT_BYTES: u64 = 1 << 30;
+
+/// Estimates the memory of a scene in bytes.
+fn estimate_scene_bytes(scene: &Scene) -> u64 {
+    estimate_scene_memory(scene, &Settings::from_scene(scene)).total()
+}
+
+impl PictureSeries<'_> {
+    /// Checks that no output overwrites a file of any scene. The files that a later scene names are
+    /// known only after it is loaded, which is too late if an earlier picture has overwritten a
+    /// file. Therefore, if any output exists already, all scenes are loaded first. Small scenes are
+    /// kept in memory for their turn; load errors are reported then.
+    pub(super) fn check_outputs_against_scenes(&mut self) -> Result<(), Failure> {
+        let mut input_paths = InputFiles::default();
+        self.inputs.iter().for_each(|input| {
+            if let Input::Path(path) = input {
+                input_paths.record_read(path)
+            }
+        });
+        self.outputs.check_against_inputs(&input_paths)?;
+        if !self.outputs.has_existing_file() {
+            return Ok(());
+        }
+        let mut bytes = 0;
+        for scene in 1..self.inputs.len() {
+            let loaded = self.load_scene(scene, &self.task.shots[0]);
+            if let Ok(loaded) = &loaded {
+                self.outputs.check_against_inputs(&loaded.inputs)?;
+                bytes += estimate_scene_bytes(&loaded.scene);
+            }
+            if bytes <= MOST_KEPT_BYTES {
+                self.preloaded.insert(scene, loaded);
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the load options of a picture: at the picture's own time, or at the time of `--at`.
+    pub(super) fn shot_load_options(&self, shot: &Shot) -> LoadOptions {
+        let mut options = self.task.options.clone();
+        options.overrides.time = shot.at.or(options.overrides.time);
+        options
+    }
+
+    /// Loads a scene at the time of a picture, with its own progress display in a run of a single
+    /// picture.
+    fn load_scene(&self, scene: usize, shot: &Shot) -> Result<LoadedScene, Failure> {
+        let RenderTask {
+            is_single,
+            progress,
+            verbosity,
+            ..
+        } = *self.task;
+        // In a run of several pictures, the progress display counts pictures and shows no loads.
+        let loading = if is_single {
+            Progress::start("loading", progress, verbosity)
+        } else {
+            Progress::hidden()
+        };
+        self.threads.run(|| {
+            scene_input::load_with_progress(
+                &self.inputs[scene],
+                &self.shot_load_options(shot),
+                &loading,
+            )
+        })
+    }
+
+    /// Loads a scene at the time of its picture `i`, and checks that no output overwrites a file of
+    /// the scene.
+    pub(super) fn load_scene_at_time(
+        &mut self,
+        scene: usize,
+        i: usize,
+        notes: &mut Notes,
+    ) -> Result<SceneAtTime, Failure> {
+        let early = if i == 0 {
+            self.preloaded.remove(&scene)
+        } else {
+            None
+        };
+        let loaded = early.unwrap_or_else(|| self.load_scene(scene, &self.task.shots[i]))?;
+        if self.inputs.len() > 1 && i == 0 {
+            notes.set_current_file(&loaded.source.name);
+        }
+        notes.add_scene_warnings(&loaded);
+        if self.task.is_single {
+            self.choose_file_names(&loaded.inputs)?;
+        }
+        // Outputs are checked again only for new input files: an animation loads the same files
+        // thousands of times.
+        if loaded.inputs != self.checked_inputs {
+            self.outputs.check_against_inputs(&loaded.inputs)?;
+            self.checked_inputs = loaded.inputs.clone();
+        }
+        if let Some(failure) =
+            scene_input::empty_scene_failure(&loaded).filter(|_| self.task.refuses_empty_pictures())
+        {
+            return Err(failure.with_hint(ALLOW_EMPTY));
+        }
+        scene_input::note_added_parts(&loaded, notes);
+        let mut loaded = loaded;
+        if let Some(Sky::Studio(studio)) = &mut loaded.scene.sky {
+            studio.backdrop = studio.backdrop.or(self.backdrop);
+        }
+        Ok(SceneAtTime::new(loaded))
+    }
+}
