@@ -3,24 +3,25 @@
 
 mod display;
 mod noise;
+mod text;
+mod thresholds;
 
 use std::path::{Path, PathBuf};
 
 use raywright_core::display::Display;
-use raywright_core::metrics::{
-    ComparedPicture, Comparison, CoverageErrors, NoiseTestResult, PictureErrors, compare, heat_map,
-};
-use raywright_core::picture::{DataWindow, Encoding, Picture};
+use raywright_core::metrics::{ComparedPicture, Comparison, NoiseTestResult, compare, heat_map};
+use raywright_core::picture::{DataWindow, Picture};
 use raywright_io::output::{PictureFormat, PictureMetadata, StoredPicture, write_png};
 use raywright_io::{Error, InputFiles};
 use serde::Serialize;
 
 use self::display::{ChosenDisplay, DisplayReport};
 pub use self::noise::ComparisonPicture;
+use self::text::{describe_data_windows, format_data_window, format_table};
+use self::thresholds::list_exceeded_thresholds;
 use crate::args::{CompareArgs, DisplayArgs, ExposureChoice};
 use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::table::{format_columns, format_four_digits};
 use crate::targets::OutputFiles;
 use crate::{origin, plan};
 
@@ -215,31 +216,6 @@ fn refuse_different_windows(
         .into())
 }
 
-/// Describes the data windows of two pictures; `None` if neither picture has a window.
-fn describe_data_windows(windows: [Option<DataWindow>; 2]) -> Option<String> {
-    match windows {
-        [None, None] => None,
-        [Some(one), Some(_)] => Some(format_data_window(one)),
-        [Some(one), None] => Some(format!(
-            "{} against a picture without data window",
-            format_data_window(one)
-        )),
-        [None, Some(other)] => Some(format!(
-            "a picture without data window against {}",
-            format_data_window(other)
-        )),
-    }
-}
-
-fn format_data_window(
-    DataWindow {
-        origin: [x, y],
-        full: [width, height],
-    }: DataWindow,
-) -> String {
-    format!("{x}, {y} of {width}x{height}")
-}
-
 fn to_compared_picture(stored_picture: &StoredPicture) -> ComparedPicture<'_> {
     ComparedPicture {
         picture: &stored_picture.picture,
@@ -264,67 +240,6 @@ fn write_difference_picture(path: &Path, comparison: &Comparison) -> Result<(), 
     Ok(write_png(path, &picture, Display::PLAIN, &metadata)?)
 }
 
-/// Describes the measures of colour and coverage that exceed the given thresholds. NaN exceeds any
-/// threshold.
-fn list_exceeded_thresholds(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
-    let PictureErrors {
-        non_finite,
-        rmse,
-        relmse,
-        relmse_trimmed,
-        psnr,
-        ..
-    } = comparison.errors;
-    let colours = CoverageErrors {
-        non_finite,
-        rmse,
-        relmse,
-        relmse_trimmed,
-        psnr,
-        flip: comparison.flip.mean,
-    };
-    let of_coverage = comparison
-        .coverage_errors
-        .iter()
-        .flat_map(|coverage| list_exceeded_limits(args, "coverage: ", coverage));
-    list_exceeded_limits(args, "", &colours)
-        .into_iter()
-        .chain(of_coverage)
-        .collect()
-}
-
-/// Describes the measures that exceed the given thresholds, for colour or for coverage. `of` is put
-/// before the name of each measure.
-fn list_exceeded_limits(args: &CompareArgs, of: &str, figures: &CoverageErrors) -> Vec<String> {
-    let above = [
-        ("RMSE", figures.rmse, args.max_rmse),
-        ("relMSE", figures.relmse, args.max_relmse),
-        (
-            "trimmed relMSE",
-            figures.relmse_trimmed,
-            args.max_relmse_trimmed,
-        ),
-        ("mean FLIP", figures.flip, args.max_flip),
-    ];
-    let above = above.into_iter().filter_map(|(name, value, limit)| {
-        limit
-            .filter(|&limit| value > limit || value.is_nan())
-            .map(|limit| format!("{of}{name} {} is above {limit}", format_four_digits(value)))
-    });
-    let psnr = figures.psnr.unwrap_or(f64::INFINITY);
-    let below = args.min_psnr.filter(|&limit| psnr < limit || psnr.is_nan());
-    let below = below.map(|limit| {
-        format!(
-            "{of}PSNR {} dB is below {limit} dB",
-            format_four_digits(psnr)
-        )
-    });
-    let lost = figures.non_finite;
-    let lost = (lost > 0 && args.has_threshold())
-        .then(|| format!("{of}{lost} pixels have values that are not finite numbers"));
-    above.chain(below).chain(lost).collect()
-}
-
 /// Version of the layout of [`ComparisonReport`].
 const FORMAT: u32 = 1;
 
@@ -343,106 +258,4 @@ struct ComparisonReport<'a> {
     noise: Option<&'a NoiseTestResult>,
     /// Descriptions of the measures that exceed their thresholds.
     beyond_thresholds: &'a [String],
-}
-
-fn describe_coverage(comparison: &Comparison) -> Option<String> {
-    let (largest, errors) = (
-        comparison.coverage.filter(|&largest| largest != 0.0)?,
-        comparison.coverage_errors?,
-    );
-    Some(format!(
-        "differs by up to {}, RMSE {}, mean FLIP {}",
-        format_four_digits(largest),
-        format_four_digits(errors.rmse),
-        format_four_digits(errors.flip)
-    ))
-}
-
-fn format_table(comparison: &Comparison, [place, shown, noise]: [String; 3]) -> String {
-    let errors = &comparison.errors;
-    let numbers = match comparison.encoding {
-        Encoding::Linear => "linear radiance",
-        Encoding::Display => "display values 0 to 1",
-    };
-    let colour = |rgb: [f32; 3]| rgb.map(|v| format_four_digits(f64::from(v))).join(" ");
-    let worst = match &errors.worst {
-        Some(w) => format!(
-            "{}, {}: {} against {}",
-            w.x,
-            w.y,
-            colour(w.picture),
-            colour(w.reference)
-        ),
-        None => String::new(),
-    };
-    let beyond = comparison.beyond.iter().filter(|beyond| beyond.share > 0.0);
-    let beyond = beyond.map(|b| match b.codes {
-        0 => format!("{} % of the pixels", format_four_digits(100.0 * b.share)),
-        codes => format!(
-            "{} % by more than {codes}/255",
-            format_four_digits(100.0 * b.share)
-        ),
-    });
-    let beyond: Vec<String> = beyond.collect();
-    let rows = [
-        (
-            "pixels",
-            format!("{}x{}, {numbers}", comparison.width, comparison.height),
-        ),
-        ("place", place),
-        ("shown by", shown),
-        (
-            "identical",
-            if comparison.identical {
-                "yes, bit for bit"
-            } else {
-                "no"
-            }
-            .to_owned(),
-        ),
-        ("RMSE", format_four_digits(errors.rmse)),
-        (
-            "relMSE",
-            format!(
-                "{} ({} without the worst 0.1 %)",
-                format_four_digits(errors.relmse),
-                format_four_digits(errors.relmse_trimmed)
-            ),
-        ),
-        (
-            "PSNR",
-            errors.psnr.map_or("infinite".to_owned(), |psnr| {
-                format!("{} dB", format_four_digits(psnr))
-            }),
-        ),
-        (
-            "FLIP",
-            format!(
-                "mean {}, largest {}",
-                format_four_digits(comparison.flip.mean),
-                format_four_digits(comparison.flip.maximum)
-            ),
-        ),
-        ("differ", beyond.join(", ")),
-        ("worst", worst),
-        (
-            "coverage",
-            describe_coverage(comparison).unwrap_or_default(),
-        ),
-        ("noise", noise),
-        (
-            "not finite",
-            if errors.non_finite == 0 {
-                String::new()
-            } else {
-                format!("{} pixels, left out of all measures", errors.non_finite)
-            },
-        ),
-    ];
-    let rows: Vec<[String; 2]> = rows
-        .into_iter()
-        .filter(|(_, text)| !text.is_empty())
-        .map(|(name, text)| [name.to_owned(), text])
-        .collect();
-    format_columns(&rows)
 }
