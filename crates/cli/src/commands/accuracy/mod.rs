@@ -3,6 +3,7 @@
 
 mod csv;
 mod file;
+mod flags;
 mod recommendation;
 mod reference;
 mod text;
@@ -14,15 +15,13 @@ use raywright_core::accuracy::{
     ReusableReference, measure_accuracy,
 };
 use raywright_core::{Observer, Settings};
-use raywright_io::{EnvironmentSource, Error, GroundRule, LoadOptions, LoadedScene, output};
+use raywright_io::{Error, LoadOptions, LoadedScene, output};
 
-use crate::args::values::{MaterialChoice, UpDirection};
-use crate::args::{AccuracyArgs, SceneArgs};
+use crate::args::AccuracyArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
 use crate::observer::RunObserver;
-use crate::origin::quote_for_shell;
 use crate::plan::{self, RungChoices};
 use crate::preparation::prepare_failure;
 use crate::progress::StepProgress;
@@ -30,15 +29,12 @@ use crate::targets::OutputFiles;
 use crate::threads::Threads;
 use crate::{interrupt, origin, scene_input};
 use file::{AccuracyDocument, AccuracyFileKind};
+use flags::format_measurement_flags;
 
 /// Runs `accuracy`: measures, writes the requested files, and prints a table or JSON.
 pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut outputs = OutputFiles::default();
-    let mut files = Vec::new();
-    for path in &args.output {
-        files.push((path, AccuracyFileKind::from_path(path)?));
-        outputs.add_output(path, "-o")?;
-    }
+    let files = resolve_report_files(args, &mut outputs)?;
     let name = args
         .scene
         .clone()
@@ -48,40 +44,39 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
     let mut notes = Notes::new(verbosity);
     let options = plan::build_load_options(&args.changes, args.max_memory);
-    let (limits, choices) = (options.limits, RungChoices::from(&args.choices));
     let threads = Threads::new(args.threads)?;
     let mut loaded = threads.run(|| scene_input::load_with_notes(&name, &options, &mut notes))?;
     outputs.check_against_inputs(&loaded.inputs)?;
     scene_input::note_added_parts(&loaded, &mut notes);
     notes.print_kept_messages();
     let settings = resolve_settings(args, &mut loaded, &options)?;
-    let reference = args
+    let given_reference = args
         .reference
         .as_deref()
-        .map(|path| reference::read_reference(path, &limits))
+        .map(|path| reference::read_reference(path, &options.limits))
         .transpose()?
         .flatten();
-    let identity = origin::format_scene_identity(&loaded, &options, &choices);
+    let identity =
+        origin::format_scene_identity(&loaded, &options, &RungChoices::from(&args.choices));
     let start = MeasurementStart {
         scene: &identity,
-        reference,
+        reference: given_reference,
     };
     let watch = RunObserver::with_stop_flag(interrupt::install_stop_flag()?);
     let mut steps = StepProgress::start(verbosity);
-    let (report, reference) =
+    let (report, used_reference) =
         threads.run(|| measure_scene(args, (&loaded, &settings), start, &watch, &mut steps))?;
     drop(steps);
     // The measurement is worth reporting even if the reference cannot be written.
-    let requested = args
+    let reference_result = args
         .reference
         .as_deref()
-        .filter(|_| !report.reference.kept && !watch.was_stopped());
-    let reference_result = requested.map_or(Ok(()), |path| {
-        reference::write_reference(path, reference, &loaded)
-    });
-    if let Some(path) = requested.filter(|_| reference_result.is_ok()) {
-        verbosity.print_result_message(path.display());
-    }
+        .filter(|_| !report.reference.kept && !watch.was_stopped())
+        .map_or(Ok(()), |path| {
+            reference::write_reference(path, used_reference, &loaded)?;
+            verbosity.print_result_message(path.display());
+            Ok(())
+        });
     let document = AccuracyDocument::new(
         &loaded,
         &format_measurement_flags(args),
@@ -90,20 +85,7 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
         &report,
     );
     let is_free = |path: &Path| outputs.is_free_path(path, &loaded.inputs);
-    for (path, kind) in files {
-        let text = document.format_as(kind);
-        if watch.was_stopped() {
-            let name = output::write_file_without_overwriting(
-                &output::partial_picture_path(path),
-                text.as_bytes(),
-                is_free,
-            )?;
-            verbosity.print_result_message(name.display());
-        } else {
-            output::write_atomically(path, text.as_bytes())?;
-            verbosity.print_result_message(path.display());
-        }
-    }
+    write_reports(&document, &files, (watch.was_stopped(), is_free), verbosity)?;
     console::print(if args.json {
         console::format_json(&document)
     } else {
@@ -116,6 +98,44 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
         ));
     }
     reference_result
+}
+
+/// Resolves the files of `-o` and their kinds, and adds them to the outputs.
+fn resolve_report_files<'a>(
+    args: &'a AccuracyArgs,
+    outputs: &mut OutputFiles,
+) -> Result<Vec<(&'a Path, AccuracyFileKind)>, Failure> {
+    let mut files = Vec::new();
+    for path in &args.output {
+        files.push((path.as_path(), AccuracyFileKind::from_path(path)?));
+        outputs.add_output(path, "-o")?;
+    }
+    Ok(files)
+}
+
+/// Writes the report to files, and prints their names. The report of a stopped measurement goes to
+/// partial files, which overwrite no file that is not free.
+fn write_reports(
+    document: &AccuracyDocument<'_>,
+    files: &[(&Path, AccuracyFileKind)],
+    (was_stopped, is_free): (bool, impl Fn(&Path) -> bool),
+    verbosity: Verbosity,
+) -> Result<(), Failure> {
+    for &(path, kind) in files {
+        let text = document.format_as(kind);
+        if was_stopped {
+            let name = output::write_file_without_overwriting(
+                &output::partial_picture_path(path),
+                text.as_bytes(),
+                &is_free,
+            )?;
+            verbosity.print_result_message(name.display());
+        } else {
+            output::write_atomically(path, text.as_bytes())?;
+            verbosity.print_result_message(path.display());
+        }
+    }
+    Ok(())
 }
 
 /// Returns the JSON of `accuracy` for a loaded scene. The work runs on the caller's thread pool;
@@ -199,79 +219,6 @@ fn measure_scene(
             .with_hint("give a larger --budget or a smaller --size"),
         }
     })
-}
-
-/// Formats the flags that define the measurement, as `render` accepts them.
-fn format_measurement_flags(args: &AccuracyArgs) -> Vec<String> {
-    let SceneArgs {
-        at,
-        set,
-        model_scene,
-        variant,
-        animation,
-        up,
-        material,
-        section,
-        env,
-        studio,
-        ground,
-        backdrop,
-        env_rotation,
-        env_strength,
-        allow_outside,
-    } = &args.changes;
-    let integrator = args
-        .integrator
-        .map(|integrator| format!("--integrator {}", origin::variant_name(&integrator)));
-    let mut flags: Vec<String> = integrator
-        .into_iter()
-        .chain(at.map(|t| format!("--at {t}")))
-        .collect();
-    flags.extend(
-        set.iter()
-            .map(|(name, value)| format!("--set {name}={value}")),
-    );
-    flags.extend(
-        model_scene
-            .iter()
-            .map(|name| format!("--scene {}", quote_for_shell(name))),
-    );
-    flags.extend(
-        variant
-            .iter()
-            .map(|name| format!("--variant {}", quote_for_shell(name))),
-    );
-    flags.extend(
-        animation
-            .iter()
-            .map(|name| format!("--animation {}", quote_for_shell(name))),
-    );
-    flags.extend(up.map(|up| match up {
-        UpDirection::Axis(axis) => format!("--up {}", axis.name()),
-        UpDirection::Direction([x, y, z]) => format!("--up {x},{y},{z}"),
-    }));
-    flags.extend(material.map(|MaterialChoice::Clay| "--material clay".to_owned()));
-    flags.extend(section.map(|section| format!("--section {section}")));
-    flags.extend(env.iter().map(|source| match source {
-        EnvironmentSource::None => "--env none".to_owned(),
-        EnvironmentSource::Default => "--env default".to_owned(),
-        EnvironmentSource::Studio => "--studio".to_owned(),
-        EnvironmentSource::File(path) => {
-            format!("--env {}", quote_for_shell(&path.to_string_lossy()))
-        }
-    }));
-    flags.extend(studio.then(|| "--studio".to_owned()));
-    flags.extend((*ground == GroundRule::None).then(|| "--ground none".to_owned()));
-    flags.extend(backdrop.map(|backdrop| format!("--backdrop {}", backdrop.name())));
-    flags.extend(env_rotation.map(|degrees| format!("--env-rotation {degrees}")));
-    flags.extend(env_strength.map(|factor| format!("--env-strength {factor}")));
-    flags.extend(allow_outside.then(|| "--allow-outside".to_owned()));
-    flags.extend(
-        args.size
-            .map(|[width, height]| format!("--size {width}x{height}")),
-    );
-    flags.extend(RungChoices::from(&args.choices).format_choices("--rung ", "--without "));
-    flags
 }
 
 impl ProgressListener for StepProgress {

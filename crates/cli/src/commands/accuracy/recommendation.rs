@@ -1,7 +1,7 @@
 //! Summary of `accuracy` in sentences: time and error of the scene as it is, and recommended
 //! settings.
 
-use raywright_core::accuracy::{AccuracyReport, MeasuredSetting, Recommendation};
+use raywright_core::accuracy::{AccuracyReport, MeasuredSetting, Recommendation, Recommendations};
 use raywright_io::report::format_uncertain;
 
 use crate::clock::format_duration;
@@ -102,36 +102,34 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
             "Setting in use: {time}, and an error of at most {most}, which is too small to be distinguished from the noise of the reference."
         );
     }
-    let about = |each_measured: &MeasuredSetting| {
-        format_uncertain(&each_measured.errors.relmse.map(f64::sqrt), |value| {
-            format_significant_digits(value, 2)
-        })
-    };
-    let longer = |seconds: f64| {
-        format!(
-            "`--budget {}` may find such a setting",
-            format_budget_flag(seconds)
-        )
-    };
-    let times = |of: &Recommendation| {
-        format_uncertain(&of.time, |value| format_significant_digits(value, 2))
-    };
-    let half = match (
-        &report.recommendations.half_the_error,
-        report.recommendations.half_needs,
-        suggest_sample_count(report),
-    ) {
-        (Some(advice), ..) => {
-            format!(
-                "Half the error: `{}` has {} for {} x the time.",
-                command.format_flags(&advice.flags),
-                about(&advice.measured),
-                times(advice)
-            )
-        }
+    format!(
+        "Setting in use: error {}, {time}. {} {}",
+        format_error(measured),
+        recommend_half_error(report, command),
+        recommend_same_error(report, command)
+    )
+}
+
+/// Formats the error of a measured setting (root relMSE) with its interval.
+fn format_error(measured: &MeasuredSetting) -> String {
+    format_uncertain(&measured.errors.relmse.map(f64::sqrt), |value| {
+        format_significant_digits(value, 2)
+    })
+}
+
+/// Recommends the setting with half the error of the setting in use, or more samples or a larger
+/// budget where no such setting was measured.
+fn recommend_half_error(report: &AccuracyReport, command: &RenderCommand) -> String {
+    let Recommendations {
+        half_the_error,
+        half_needs,
+        ..
+    } = &report.recommendations;
+    match (half_the_error, half_needs, suggest_sample_count(report)) {
+        (Some(advice), ..) => format!("Half the error: {}.", format_advice(advice, command)),
         (None, Some(seconds), _) => format!(
             "No setting certainly has half the error: {}.",
-            longer(seconds)
+            suggest_budget(*seconds)
         ),
         (None, None, Some(samples)) => {
             format!(
@@ -139,28 +137,43 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
             )
         }
         (None, None, None) => "No measured setting has half the error.".to_owned(),
-    };
-    let same = match (
-        &report.recommendations.same_error,
-        report.recommendations.same_needs,
-    ) {
-        (Some(advice), _) => {
-            format!(
-                "The same error: `{}` has {} for {} x the time.",
-                command.format_flags(&advice.flags),
-                about(&advice.measured),
-                times(advice)
-            )
-        }
+    }
+}
+
+/// Recommends the setting with the error of the setting in use in less time, or a larger budget
+/// where no such setting is certain.
+fn recommend_same_error(report: &AccuracyReport, command: &RenderCommand) -> String {
+    let Recommendations {
+        same_error,
+        same_needs,
+        ..
+    } = &report.recommendations;
+    match (same_error, same_needs) {
+        (Some(advice), _) => format!("The same error: {}.", format_advice(advice, command)),
         (None, Some(seconds)) => format!(
             "No setting certainly has the same error in less time: {}.",
-            longer(seconds)
+            suggest_budget(*seconds)
         ),
         (None, None) => "No measured setting has the same error in clearly less time.".to_owned(),
-    };
+    }
+}
+
+/// Formats a recommended setting: its flags, its error, and its time relative to the setting in
+/// use.
+fn format_advice(advice: &Recommendation, command: &RenderCommand) -> String {
     format!(
-        "Setting in use: error {}, {time}. {half} {same}",
-        about(measured)
+        "`{}` has {} for {} x the time",
+        command.format_flags(&advice.flags),
+        format_error(&advice.measured),
+        format_uncertain(&advice.time, |value| format_significant_digits(value, 2))
+    )
+}
+
+/// Suggests the budget in seconds that may make a setting certain.
+fn suggest_budget(seconds: f64) -> String {
+    format!(
+        "`--budget {}` may find such a setting",
+        format_budget_flag(seconds)
     )
 }
 
@@ -197,7 +210,7 @@ fn suggest_sample_count(report: &AccuracyReport) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use clap::Parser;
-    use raywright_core::accuracy::{ConfidenceInterval, Recommendations, RungSetting};
+    use raywright_core::accuracy::{ConfidenceInterval, RungSetting};
     use raywright_core::ladder::Ladder;
     use raywright_core::scene::Scene;
 

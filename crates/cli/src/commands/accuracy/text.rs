@@ -1,22 +1,29 @@
 //! Report of `accuracy` as tables for the terminal, with a small plot of the Pareto frontier.
 
+mod cells;
+mod costs;
+mod frontier;
+mod outputs;
+
 use raywright_core::accuracy::{
-    AccuracyReport, ConfidenceInterval, FrontierSetting, LadderCostReport, LadderReport,
-    MeasuredSetting, OutputFormatReport, RungCostReport, RungReport,
+    AccuracyReport, ConfidenceInterval, FrontierSetting, LadderReport, MeasuredSetting, RungReport,
 };
-use raywright_core::bench::SampleQuantiles;
-use raywright_io::format_bytes;
 use raywright_io::report::{format_light_change, format_uncertain};
 
 use super::file::AccuracyDocument;
-use crate::clock::format_duration;
 use crate::commands::explain::format_effect_costs;
-use crate::scatter::draw_scatter_plot;
 use crate::table::{
     ColumnAlignment, format_aligned_columns, format_significant_digits, wrap_paragraph,
 };
+use cells::{
+    RIGHT, format_interval, format_ladder_title, format_name_list, format_precise_duration,
+    format_root_mean_square, format_rung_name, format_title_row, list_unmeasured_rungs,
+};
+use costs::format_cost_only_table;
+use frontier::format_pareto_frontier;
+use outputs::format_output_table;
 
-const RIGHT: ColumnAlignment = ColumnAlignment::Right;
+/// Alignments of the columns in the table of errors.
 const COLUMNS: [ColumnAlignment; 8] = [
     ColumnAlignment::Left,
     RIGHT,
@@ -56,20 +63,6 @@ pub fn format_report(document: &AccuracyDocument<'_>) -> String {
         report.not_called_for.iter().copied(),
     );
     text
-}
-
-/// Formats names as a paragraph after the label `words`; empty without names.
-fn format_name_list<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) -> String {
-    let names: Vec<T> = names.collect();
-    let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
-    if names.is_empty() {
-        String::new()
-    } else {
-        format!(
-            "\n{}\n",
-            wrap_paragraph(&format!("{words}: {}", names.join(", ")))
-        )
-    }
 }
 
 /// Formats the table of errors: each ladder with its rungs (quality levels). It leaves out rungs
@@ -126,25 +119,6 @@ fn format_rung_table(report: &AccuracyReport) -> String {
     text + &format_rung_combinations(&report.combinations)
 }
 
-/// Formats the names of a ladder's rungs that were not measured because the time was too short;
-/// only the ladder's name if no rung was measured, `None` if all were. `rungs` has the name of each
-/// rung, and whether it was not measured.
-fn list_unmeasured_rungs<'a>(
-    ladder: &str,
-    rungs: impl Iterator<Item = (&'a str, bool)>,
-) -> Option<String> {
-    let (late, measured): (Vec<_>, Vec<_>) = rungs.partition(|(_, is_late)| *is_late);
-    let names: Vec<String> = late
-        .iter()
-        .map(|(rung, _)| format!("{ladder}={rung}"))
-        .collect();
-    match (names.is_empty(), measured.is_empty()) {
-        (true, _) => None,
-        (false, true) => Some(ladder.to_owned()),
-        (false, false) => Some(names.join(", ")),
-    }
-}
-
 /// Formats a table of settings, each of which changes several rungs (quality levels) of the scene's
 /// own setting. Their flags are in the last column, because they may be long.
 fn format_rung_combinations(all: &[FrontierSetting]) -> String {
@@ -198,15 +172,10 @@ fn format_ladder_rows(ladder: &LadderReport) -> Vec<[String; 8]> {
         return Vec::new();
     }
     let stands = ladder.rungs.iter().any(|rung| rung.in_use);
-    let title = if stands {
-        ladder.ladder.to_owned()
-    } else {
-        format!("{} (in use: {})", ladder.ladder, ladder.in_use)
-    };
+    let title = format_ladder_title(ladder.ladder, &ladder.in_use, stands);
     let rows = rung_reports.into_iter().filter_map(|rung_report| {
-        let mark = if rung_report.in_use { " *" } else { "" };
         Some(format_setting_row(
-            format!("  {}{mark}", rung_report.rung),
+            format_rung_name(&rung_report.rung, rung_report.in_use),
             rung_report.measured.as_ref()?,
             rung_report.own_error.as_ref(),
         ))
@@ -214,13 +183,8 @@ fn format_ladder_rows(ladder: &LadderReport) -> Vec<[String; 8]> {
     [format_title_row(title)].into_iter().chain(rows).collect()
 }
 
-/// Builds a row of `N` cells with text in its first cell only.
-fn format_title_row<const N: usize>(title: String) -> [String; N] {
-    let mut row = std::array::from_fn(|_| String::new());
-    row[0] = title;
-    row
-}
-
+/// Builds the row of a measured setting in the table of errors. `own_error` is its difference from
+/// the most exact rung of its ladder.
 fn format_setting_row(
     name: String,
     measured: &MeasuredSetting,
@@ -241,202 +205,6 @@ fn format_setting_row(
         format_interval(&measured.flip),
         own_error.map(format_interval).unwrap_or_default(),
     ]
-}
-
-fn format_interval(interval: &ConfidenceInterval) -> String {
-    format_uncertain(interval, |value| format_significant_digits(value, 2))
-}
-
-/// Formats a time in seconds: below a second with three digits in milliseconds, otherwise like
-/// [`format_duration`].
-fn format_precise_duration(seconds: f64) -> String {
-    if seconds < 0.9995 {
-        format!("{} ms", format_significant_digits(seconds * 1e3, 3))
-    } else {
-        format_duration(seconds)
-    }
-}
-
-fn format_spread(spread: &SampleQuantiles) -> String {
-    format!("±{:.0} %", 100.0 * spread.relative_half_spread())
-}
-
-/// Formats the table of ladders whose rungs (quality levels) change the time or the memory of a
-/// render, but not the picture.
-fn format_cost_only_table(report: &AccuracyReport) -> String {
-    let mut rows = vec![
-        [
-            "same picture",
-            "time",
-            "",
-            "x in use",
-            "preparing",
-            "memory",
-        ]
-        .map(str::to_owned),
-    ];
-    for LadderCostReport {
-        ladder,
-        rungs,
-        in_use,
-    } in report.prices.iter().filter(|price_report| {
-        price_report
-            .rungs
-            .iter()
-            .any(|rung| rung.rung_cost.is_some())
-    }) {
-        let stands = rungs.iter().any(|rung| rung.in_use);
-        let title = if stands {
-            (*ladder).to_owned()
-        } else {
-            format!("{ladder} (in use: {in_use})")
-        };
-        rows.push(format_title_row(title));
-        rows.extend(rungs.iter().filter_map(format_cost_only_row));
-    }
-    let columns = [ColumnAlignment::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
-    let table = if rows.len() > 1 {
-        format!("\n{}", format_aligned_columns(columns, &rows))
-    } else {
-        String::new()
-    };
-    let rungs = |price_report: &LadderCostReport| {
-        list_unmeasured_rungs(
-            price_report.ladder,
-            price_report
-                .rungs
-                .iter()
-                .map(|rung| (rung.rung.as_str(), rung.rung_cost.is_none())),
-        )
-    };
-    table + &format_name_list("no time for", report.prices.iter().filter_map(rungs))
-}
-
-fn format_cost_only_row(of: &RungCostReport) -> Option<[String; 6]> {
-    let rung_cost = of.rung_cost.as_ref()?;
-    let name = format!("  {}{}", of.rung, if of.in_use { " *" } else { "" });
-    let bits = if rung_cost.same_bits {
-        ""
-    } else {
-        "; THE PICTURE DIFFERS"
-    };
-    Some([
-        name,
-        format_precise_duration(rung_cost.seconds.median),
-        format_spread(&rung_cost.seconds),
-        format_significant_digits(rung_cost.ratio.median, 3),
-        format_precise_duration(rung_cost.preparing.median),
-        format!("{}{bits}", format_bytes(rung_cost.geometry)),
-    ])
-}
-
-/// Formats the table of output formats: size and coding time of a file, and error of its pixel
-/// values.
-fn format_output_table(report: &AccuracyReport) -> String {
-    let heads = [
-        "file contents",
-        "bytes a pixel",
-        "coding",
-        "RMSE",
-        "greatest",
-        "FLIP",
-        "clipped",
-    ]
-    .map(str::to_owned);
-    let row = |output: &OutputFormatReport| {
-        let name = format!("  {}{}", output.rung, if output.in_use { " *" } else { "" });
-        let coding = output
-            .seconds
-            .as_ref()
-            .map(|spread| format_precise_duration(spread.median))
-            .unwrap_or_default();
-        let errors = [output.rmse, output.greatest, output.flip]
-            .map(|error| format_significant_digits(error, 2));
-        let [rmse, greatest, flip] = errors;
-        [
-            name,
-            output.bytes_per_pixel.to_string(),
-            coding,
-            rmse,
-            greatest,
-            flip,
-            format!("{:.1} %", 100.0 * output.clipped),
-        ]
-    };
-    let rows: Vec<[String; 7]> = [heads]
-        .into_iter()
-        .chain(report.outputs.iter().map(row))
-        .collect();
-    let columns = [
-        ColumnAlignment::Left,
-        RIGHT,
-        RIGHT,
-        RIGHT,
-        RIGHT,
-        RIGHT,
-        RIGHT,
-    ];
-    let note = "errors of display values, 0 to 1, against the computed values; clipped: pixels with a channel at its maximum";
-    format!(
-        "\n{}{}\n",
-        format_aligned_columns(columns, &rows),
-        wrap_paragraph(note)
-    )
-}
-
-/// Formats the settings on the Pareto frontier of error and time, as flags in a table and as points
-/// of a plot.
-fn format_pareto_frontier(document: &AccuracyDocument<'_>) -> String {
-    let points: Vec<&MeasuredSetting> = document
-        .report
-        .frontier
-        .iter()
-        .map(|candidate| &candidate.measured)
-        .collect();
-    if points.is_empty() {
-        return String::new();
-    }
-    let rows = document
-        .report
-        .frontier
-        .iter()
-        .zip(&document.flags)
-        .map(|(candidate, flags)| {
-            let measured = &candidate.measured;
-            let time = format_uncertain(&measured.seconds, format_precise_duration);
-            [
-                time,
-                format_uncertain(&measured.ratio, |value| format_significant_digits(value, 3)),
-                format_root_mean_square(&measured.errors.relmse),
-                flags.clone(),
-            ]
-        });
-    let heads = ["time", "x in use", "error", "flags"].map(str::to_owned);
-    let rows: Vec<[String; 4]> = [heads].into_iter().chain(rows).collect();
-    let place =
-        |measured: &&MeasuredSetting| (measured.seconds.value, measured.errors.relmse.value.sqrt());
-    let words = "worth their time: no other measured setting is both faster and nearer to the reference than a setting in this table; its flags are in the last column";
-    let table = format_aligned_columns([RIGHT, RIGHT, RIGHT, ColumnAlignment::Left], &rows);
-    let plot = draw_scatter_plot(
-        &points.iter().map(place).collect::<Vec<_>>(),
-        "error",
-        "time",
-    );
-    let plot = if plot.is_empty() {
-        plot
-    } else {
-        format!("\n{plot}")
-    };
-    format!(
-        "\n{}\n  {}\n{table}{plot}",
-        wrap_paragraph(words),
-        document.own_command
-    )
-}
-
-/// Formats the square root of a mean square error, and of the ends of its confidence interval.
-fn format_root_mean_square(interval: &ConfidenceInterval) -> String {
-    format_interval(&interval.map(f64::sqrt))
 }
 
 #[cfg(test)]

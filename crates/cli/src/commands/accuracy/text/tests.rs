@@ -1,8 +1,8 @@
 //! Cells of the tables: an artificial report, and its figures in text tables and CSV.
 
 use raywright_core::accuracy::{
-    BaselineReport, EffectCost, EffectCosts, Recommendations, ReferenceReport, RungCost,
-    SettingErrors, TileReport,
+    BaselineReport, EffectCost, EffectCosts, LadderCostReport, OutputFormatReport, Recommendations,
+    ReferenceReport, RungCost, RungCostReport, SettingErrors, TileReport,
 };
 use raywright_core::bench::SampleQuantiles;
 
