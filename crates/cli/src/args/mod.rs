@@ -10,6 +10,7 @@ mod denoise;
 mod merge;
 mod pictures;
 mod render;
+mod run;
 mod scene;
 mod stability;
 mod stress;
@@ -25,10 +26,8 @@ pub use pictures::{
     BackgroundChoice, ExposureChoice, FrameTimes, MOST_SAMPLES, NamedViews, PictureShare,
     TevAddress,
 };
-pub use render::{
-    Accelerator, DisplayArgs, FilmArgs, LightArgs, Precision, ProgressStyle, RenderArgs,
-    ReportArgs, ViewArgs,
-};
+pub use render::{DisplayArgs, LightArgs, Precision, RenderArgs, ViewArgs};
+pub use run::{Accelerator, FilmArgs, ProgressStyle, ReportArgs};
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
 pub use stability::StabilityArgs;
 pub use stress::{DeniedSeverity, StressArgs};

@@ -34,6 +34,21 @@ struct CheckedFile {
     warnings: Vec<Warning>,
 }
 
+impl CheckedFile {
+    /// Creates the entry of a file that cannot be rendered.
+    fn from_failure(file: String, failure: &Failure) -> Self {
+        let message = failure.message.trim_end();
+        let error = message.strip_prefix("error: ").unwrap_or(message);
+        Self {
+            file,
+            ok: false,
+            code: failure.exit as u8,
+            error: Some(error.to_owned()),
+            warnings: Vec::new(),
+        }
+    }
+}
+
 /// Runs `check`: loads and validates each file. The exit code is the code of the first file with a
 /// problem.
 pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
@@ -95,28 +110,31 @@ fn check_load_result(
 ) -> (CheckedFile, Option<Failure>) {
     let loaded = match loaded {
         Ok(loaded) => loaded,
-        Err(failure) => {
-            let message = failure.message.trim_end();
-            let error = Some(
-                message
-                    .strip_prefix("error: ")
-                    .unwrap_or(message)
-                    .to_owned(),
-            );
-            return (
-                CheckedFile {
-                    file,
-                    ok: false,
-                    code: failure.exit as u8,
-                    error,
-                    warnings: Vec::new(),
-                },
-                Some(failure),
-            );
-        }
+        Err(failure) => return (CheckedFile::from_failure(file, &failure), Some(failure)),
     };
+    let warnings = list_warnings(&loaded);
+    let name = loaded.source.name;
+    let failure = args
+        .deny_warnings
+        .then(|| deny_warnings(&name, &warnings, args))
+        .flatten();
+    (
+        CheckedFile {
+            file: name,
+            ok: failure.is_none(),
+            code: failure.as_ref().map_or(Exit::Done, |failure| failure.exit) as u8,
+            error: None,
+            warnings,
+        },
+        failure,
+    )
+}
+
+/// Returns the warnings about a scene, the most severe first, among them the warning about a scene
+/// without objects.
+fn list_warnings(loaded: &LoadedScene) -> Vec<Warning> {
     let mut warnings = loaded.warnings.clone();
-    if scene_input::is_empty_scene(&loaded)
+    if scene_input::is_empty_scene(loaded)
         && !warnings
             .iter()
             .any(|warning| warning.code == WarningCode::NothingToSee)
@@ -128,36 +146,25 @@ fn check_load_result(
         ));
     }
     warnings.sort_by_key(|warning| std::cmp::Reverse(warning.severity()));
+    warnings
+}
+
+/// Returns the failure of `--deny-warnings` for a file; `None` if every warning is allowed.
+fn deny_warnings(name: &str, warnings: &[Warning], args: &CheckArgs) -> Option<Failure> {
     // Notes report automatic choices, which `--deny-warnings` does not deny.
-    let is_denied = |warning: &&Warning| {
-        warning.severity() > Severity::Note && !args.allow.contains(&warning.code)
-    };
-    let denied = if args.deny_warnings {
-        warnings.iter().filter(is_denied).count()
-    } else {
-        0
-    };
-    let failure = (denied > 0).then(|| {
+    let denied = warnings
+        .iter()
+        .filter(|warning| {
+            warning.severity() > Severity::Note && !args.allow.contains(&warning.code)
+        })
+        .count();
+    (denied > 0).then(|| {
         let found = format_count(denied, "warning");
         Failure::new(
             Exit::Input,
-            format_args!(
-                "{}: {found}, and --deny-warnings allows none",
-                loaded.source.name
-            ),
+            format_args!("{name}: {found}, and --deny-warnings allows none"),
         )
-    });
-    let code = failure.as_ref().map_or(Exit::Done, |failure| failure.exit) as u8;
-    (
-        CheckedFile {
-            file: loaded.source.name,
-            ok: denied == 0,
-            code,
-            error: None,
-            warnings,
-        },
-        failure,
-    )
+    })
 }
 
 fn format_count(n: usize, label: &str) -> String {

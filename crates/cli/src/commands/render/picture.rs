@@ -6,9 +6,9 @@ use std::path::Path;
 use std::time::Instant;
 
 use raywright_core::display::Display;
-use raywright_core::film::Uncertainty;
+use raywright_core::film::{Film, Uncertainty};
 use raywright_core::picture::Picture;
-use raywright_core::{Observer, RenderOutput};
+use raywright_core::{Observer, ReadyScene, RenderOutput};
 use raywright_io::output::{self, PictureFormat, PictureMetadata};
 use raywright_io::{Error, LoadedScene};
 
@@ -16,7 +16,7 @@ use super::{ALLOW_EMPTY, film, messages, write};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::plan::RenderTask;
+use crate::plan::{PicturePlan, RenderTask};
 use crate::preparation::{NOTHING_KEPT, prepare_loaded};
 use crate::{origin, scene_input};
 
@@ -88,39 +88,70 @@ pub fn render_to_memory(
             .display
             .with_suitable_exposure(rendered.final_picture());
     }
-    messages::note_lost_samples(&rendered.counters, &mut notes);
-    super::note_picture(&loaded, &rendered, &plan, &[], &mut notes);
-    messages::note_unreached_lights(&loaded, &ready, &film, &mut notes);
-    let noisy = rendered.error_before_denoising(&film);
-    let noisy = super::select_reported_error(task, (&ready, &rendered), noisy.as_ref());
-    messages::report_error(noisy, &film, &rendered, task.max_error, &mut notes);
-    let shortfall = task
-        .max_error
-        .map(|requested| messages::describe_shortfall(requested, noisy, &film, &rendered));
-    let error = origin::format_error_metadata(noisy, &rendered, &film);
-    let background = plan.display.linear_background();
-    Ok(FinishedPicture {
-        error: rendered
-            .denoise_output()
-            .map(|denoised| denoised.error)
-            .or(noisy.copied()),
-        converged: shortfall.map(|shortfall| shortfall.is_none()),
-        samples: film::format_samples(&film, &whole),
-        metadata: match task.has_metadata {
+    let picture = RenderedPicture {
+        loaded,
+        ready,
+        plan,
+        film,
+        rendered,
+    };
+    Ok(picture.finish(task, command, notes))
+}
+
+/// A picture in memory before its notes, its error and its metadata are known.
+struct RenderedPicture {
+    loaded: LoadedScene,
+    ready: ReadyScene,
+    plan: PicturePlan,
+    film: Film,
+    rendered: RenderOutput,
+}
+
+impl RenderedPicture {
+    /// Completes the picture with its notes, its error and its metadata, and composites it over a
+    /// background colour where one is set.
+    fn finish(self, task: &RenderTask, command: String, mut notes: Notes) -> FinishedPicture {
+        let Self {
+            loaded,
+            ready,
+            plan,
+            film,
+            rendered,
+        } = self;
+        messages::note_lost_samples(&rendered.counters, &mut notes);
+        super::note_picture(&loaded, &rendered, &plan, &[], &mut notes);
+        messages::note_unreached_lights(&loaded, &ready, &film, &mut notes);
+        let noisy = rendered.error_before_denoising(&film);
+        let noisy = super::select_reported_error(task, (&ready, &rendered), noisy.as_ref());
+        messages::report_error(noisy, &film, &rendered, task.max_error, &mut notes);
+        let shortfall = task
+            .max_error
+            .map(|requested| messages::describe_shortfall(requested, noisy, &film, &rendered));
+        let metadata = match task.has_metadata {
             true => PictureMetadata {
                 command,
-                error,
+                error: origin::format_error_metadata(noisy, &rendered, &film),
                 ..origin::picture_metadata(&loaded, &plan, &task.choices)
             },
             false => PictureMetadata::default(),
-        },
-        with_coverage: background.map(|_| rendered.clone()),
-        rendered: background
-            .map(|colour| rendered.composite_over(colour))
-            .unwrap_or(rendered),
-        display: plan.display,
-        notes: notes.into_texts(),
-    })
+        };
+        let background = plan.display.linear_background();
+        FinishedPicture {
+            error: rendered
+                .denoise_output()
+                .map(|denoised| denoised.error)
+                .or(noisy.copied()),
+            converged: shortfall.map(|shortfall| shortfall.is_none()),
+            samples: film::format_samples(&film, &film.full_part()),
+            metadata,
+            with_coverage: background.map(|_| rendered.clone()),
+            rendered: background
+                .map(|colour| rendered.composite_over(colour))
+                .unwrap_or(rendered),
+            display: plan.display,
+            notes: notes.into_texts(),
+        }
+    }
 }
 
 impl FinishedPicture {

@@ -1,16 +1,17 @@
 //! Film files of `render`: renders that are checkpointed, resumed, divided among machines, or
 //! limited by a time budget.
 
-use std::path::Path;
+mod checks;
+mod progress;
+
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use raywright_core::ReadyScene;
 use raywright_core::display::Display;
-use raywright_core::film::{Film, FilmPart, PartError, Uncertainty};
+use raywright_core::film::{Film, FilmPart};
+use raywright_io::Error;
 use raywright_io::output::{PictureMetadata, StoredFilm, read_film, write_film};
-use raywright_io::{Error, InputFiles};
-use serde::Serialize;
 
 use super::live::LivePreviews;
 use super::write::printable_path;
@@ -23,7 +24,9 @@ use crate::observer::{Deadlines, RunObserver};
 use crate::origin;
 use crate::plan::RenderTask;
 use crate::progress::Progress;
-use crate::targets::{OutputFiles, OutputTarget};
+use checks::wrong_film_failure;
+pub use checks::{check_film_flags, refuse_other_version};
+use progress::ErrorTracker;
 
 /// Least interval between checkpoints. The interval is raised to twenty times the duration of
 /// writing the last checkpoint, if that is longer.
@@ -31,115 +34,6 @@ const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(60);
 
 /// Interval between the lines of `--progress json`.
 const PROGRESS_INTERVAL: Duration = Duration::from_secs(1);
-
-/// Shortest interval between error estimates, as a multiple of the duration of the last estimate.
-/// It keeps estimates of large pictures from taking a large part of the render time.
-const ESTIMATE_INTERVAL_FACTOR: u32 = 50;
-
-/// Latest estimate of a picture's error during its render, for progress lines.
-#[derive(Default)]
-struct ErrorTracker {
-    /// The latest estimate; `None` before the first.
-    error: Option<Uncertainty>,
-    /// Time and duration of the latest estimate; `None` before the first.
-    last_estimate: Option<(Instant, Duration)>,
-}
-
-impl ErrorTracker {
-    /// Makes a new error estimate if an estimate is due or `is_last`, and returns the latest
-    /// estimate.
-    fn update_estimate(&mut self, film: &Film, is_last: bool) -> Option<Uncertainty> {
-        if is_last
-            || self
-                .last_estimate
-                .is_none_or(|(at, took)| is_estimate_due(at.elapsed(), took))
-        {
-            let began = Instant::now();
-            self.error = film.estimate_uncertainty();
-            self.last_estimate = Some((Instant::now(), began.elapsed()));
-        }
-        self.error
-    }
-}
-
-/// Whether a new error estimate is due: `passed` is the time since the last estimate, `took` is the
-/// duration of the last estimate.
-fn is_estimate_due(passed: Duration, took: Duration) -> bool {
-    passed >= took * ESTIMATE_INTERVAL_FACTOR
-}
-
-/// Version of the layout of [`ProgressLine`].
-const PROGRESS_FORMAT: u32 = 1;
-
-/// A line of `--progress json`.
-#[derive(Serialize)]
-struct ProgressLine {
-    format: u32,
-    /// Number of the picture in the run, counted from one.
-    picture: u64,
-    /// Number of pictures in the run.
-    pictures: u64,
-    /// Least and greatest number of samples of a pixel so far.
-    samples: [u32; 2],
-    /// Requested number of samples per pixel; null with a time budget or a target error.
-    of: Option<u32>,
-    /// Latest error estimate, in the form of `--stats`; null without an estimate.
-    error: Option<Uncertainty>,
-    /// Seconds since the start of the first picture.
-    seconds: f64,
-    /// Estimated seconds until the last picture is finished; null where unknown.
-    seconds_left: Option<f64>,
-}
-
-/// Refuses contradicting flags of film files before the scene is loaded, and adds the checkpoint to
-/// the output files.
-pub fn check_film_flags(
-    task: &RenderTask,
-    targets: &[OutputTarget],
-    outputs: &mut OutputFiles,
-) -> Result<(), Failure> {
-    if task.part.is_some() {
-        if task.max_error.is_some() {
-            let error = Error::invalid_usage(
-                "--max-error cannot be used with --part: it needs the errors of the whole picture, and a part has only a share of the samples",
-            );
-            return Err(error
-                .with_hint("use --spp in place of --max-error, or leave out --part")
-                .into());
-        }
-        if task.checkpoint.is_none() {
-            let error = Error::invalid_usage(
-                "--part needs --checkpoint, whose file receives the share of the picture",
-            );
-            return Err(error
-                .with_hint(
-                    "add --checkpoint part.film; raywright merge makes the picture of all parts",
-                )
-                .into());
-        }
-        if !targets.is_empty() {
-            let error = Error::invalid_usage(
-                "-o and --part cannot both be given, because a share of a picture is kept in a film file",
-            );
-            return Err(error
-                .with_hint("leave out -o; raywright merge makes the picture of all parts")
-                .into());
-        }
-    }
-    let Some(path) = &task.checkpoint else {
-        return Ok(());
-    };
-    outputs.add_output(path, "--checkpoint")?;
-    // The resumed file may be the checkpoint file itself, because the new checkpoint contains all
-    // of its samples.
-    let mut inputs = InputFiles::default();
-    task.resume
-        .iter()
-        .filter(|earlier| *earlier != path)
-        .for_each(|earlier| inputs.record_read(earlier));
-    task.replay.iter().for_each(|map| inputs.record_read(map));
-    outputs.check_against_inputs(&inputs)
-}
 
 /// Render of a picture, or of a share of a picture, with its film (the samples so far), its
 /// checkpoints and its previews.
@@ -304,28 +198,6 @@ impl<'a> FilmSession<'a> {
         }
     }
 
-    /// Formats the progress as a line of JSON for `--progress json`.
-    fn format_progress_line(&self, progress: &Progress, error: Option<Uncertainty>) -> String {
-        let ([picture, pictures], (seconds, left)) =
-            (progress.piece_counts(), progress.elapsed_and_left());
-        let samples = self.kept_film.film.sample_range(&self.part);
-        let pass = ProgressLine {
-            format: PROGRESS_FORMAT,
-            picture: picture + 1,
-            pictures,
-            samples: [*samples.start(), *samples.end()],
-            of: self.kept_film.film.requested_samples(),
-            error,
-            seconds,
-            seconds_left: if self.is_done && picture + 1 == pictures {
-                Some(0.0)
-            } else {
-                left
-            },
-        };
-        serde_json::to_string(&pass).unwrap_or_default()
-    }
-
     /// Writes the film to the file of `--checkpoint`. Of successive failures during the render, the
     /// first gives a warning. The next checkpoint is written even after a failure, because the disk
     /// may have room by then.
@@ -445,53 +317,6 @@ pub fn format_samples(film: &Film, part: &FilmPart) -> String {
     }
 }
 
-/// Refuses a film file of another program version, which may use other random numbers.
-pub fn refuse_other_version(path: &Path, metadata: &PictureMetadata) -> Result<(), Failure> {
-    if metadata.software == origin::SOFTWARE {
-        return Ok(());
-    }
-    let error = Error::invalid_input(
-        path.display(),
-        format_args!(
-            "the file was made by {}, and this program is {}",
-            metadata.software,
-            origin::SOFTWARE
-        ),
-    );
-    Err(error
-        .with_hint("use the program that made the file, or render the picture again")
-        .into())
-}
-
-/// Creates the failure for a film file that cannot be resumed or replayed with these flags.
-fn wrong_film_failure(path: &Path, error: PartError) -> Failure {
-    match error {
-        PartError::Foreign { label, .. } => {
-            let error = Error::invalid_input(
-                path.display(),
-                format_args!("the film belongs to another picture: the {label} differs"),
-            );
-            error
-                .with_hint("give the scene and flags that the film was made with; only --spp may be larger")
-                .into()
-        }
-        PartError::Samples {
-            has,
-            requested,
-            least: minimum,
-        } => {
-            let message = format!(
-                "{}: the film has {has} samples a pixel and cannot be continued to {requested}",
-                path.display()
-            );
-            Error::invalid_usage(message)
-                .with_hint(format!("--spp {minimum}, or more"))
-                .into()
-        }
-        other => Error::invalid_input(path.display(), other).into(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use raywright_core::scene::SamplePattern;
@@ -499,18 +324,6 @@ mod tests {
     use raywright_core::{Scene, prepare};
 
     use super::*;
-
-    /// Protects: error estimates for progress lines take at most a fiftieth of the render time.
-    #[test]
-    fn estimates_have_a_bounded_share() {
-        let [millisecond, second] = [Duration::from_millis(1), Duration::from_secs(1)];
-        assert!(
-            is_estimate_due(second, millisecond)
-                && is_estimate_due(second, second / 50)
-                && is_estimate_due(Duration::ZERO, Duration::ZERO)
-        );
-        assert!(!is_estimate_due(second, second / 49) && !is_estimate_due(40 * second, second));
-    }
 
     /// Protects: a sample count has its singular and plural, and counts that differ between pixels
     /// are a range.

@@ -1,0 +1,115 @@
+//! Checks of the flags of film files, and of film files of other programs, scenes or settings.
+
+use std::path::Path;
+
+use raywright_core::film::PartError;
+use raywright_io::output::PictureMetadata;
+use raywright_io::{Error, InputFiles};
+
+use crate::failure::Failure;
+use crate::origin;
+use crate::plan::RenderTask;
+use crate::targets::{OutputFiles, OutputTarget};
+
+/// Refuses contradicting flags of film files before the scene is loaded, and adds the checkpoint to
+/// the output files.
+pub fn check_film_flags(
+    task: &RenderTask,
+    targets: &[OutputTarget],
+    outputs: &mut OutputFiles,
+) -> Result<(), Failure> {
+    refuse_flags_with_part(task, targets)?;
+    let Some(path) = &task.checkpoint else {
+        return Ok(());
+    };
+    outputs.add_output(path, "--checkpoint")?;
+    // The resumed file may be the checkpoint file itself, because the new checkpoint contains all
+    // of its samples.
+    let mut inputs = InputFiles::default();
+    task.resume
+        .iter()
+        .filter(|earlier| *earlier != path)
+        .for_each(|earlier| inputs.record_read(earlier));
+    task.replay.iter().for_each(|map| inputs.record_read(map));
+    outputs.check_against_inputs(&inputs)
+}
+
+/// Refuses flags that contradict `--part`, whose share of a picture is kept in the film file of
+/// `--checkpoint` alone.
+fn refuse_flags_with_part(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
+    if task.part.is_none() {
+        return Ok(());
+    }
+    if task.max_error.is_some() {
+        let error = Error::invalid_usage(
+            "--max-error cannot be used with --part: it needs the errors of the whole picture, and a part has only a share of the samples",
+        );
+        return Err(error
+            .with_hint("use --spp in place of --max-error, or leave out --part")
+            .into());
+    }
+    if task.checkpoint.is_none() {
+        let error = Error::invalid_usage(
+            "--part needs --checkpoint, whose file receives the share of the picture",
+        );
+        return Err(error
+            .with_hint("add --checkpoint part.film; raywright merge makes the picture of all parts")
+            .into());
+    }
+    if !targets.is_empty() {
+        let error = Error::invalid_usage(
+            "-o and --part cannot both be given, because a share of a picture is kept in a film file",
+        );
+        return Err(error
+            .with_hint("leave out -o; raywright merge makes the picture of all parts")
+            .into());
+    }
+    Ok(())
+}
+
+/// Refuses a film file of another program version, which may use other random numbers.
+pub fn refuse_other_version(path: &Path, metadata: &PictureMetadata) -> Result<(), Failure> {
+    if metadata.software == origin::SOFTWARE {
+        return Ok(());
+    }
+    let error = Error::invalid_input(
+        path.display(),
+        format_args!(
+            "the file was made by {}, and this program is {}",
+            metadata.software,
+            origin::SOFTWARE
+        ),
+    );
+    Err(error
+        .with_hint("use the program that made the file, or render the picture again")
+        .into())
+}
+
+/// Creates the failure for a film file that cannot be resumed or replayed with these flags.
+pub fn wrong_film_failure(path: &Path, error: PartError) -> Failure {
+    match error {
+        PartError::Foreign { label, .. } => {
+            let error = Error::invalid_input(
+                path.display(),
+                format_args!("the film belongs to another picture: the {label} differs"),
+            );
+            error
+                .with_hint("give the scene and flags that the film was made with; only --spp may be larger")
+                .into()
+        }
+        PartError::Samples {
+            has,
+            requested,
+            least: minimum,
+        } => {
+            let message = format!(
+                "{}: the film has {has} samples a pixel and cannot be continued to {requested}",
+                path.display()
+            );
+            Error::invalid_usage(message)
+                .with_hint(format!("--spp {minimum}, or more"))
+                .into()
+        }
+        other => Error::invalid_input(path.display(), other).into(),
+    }
+}

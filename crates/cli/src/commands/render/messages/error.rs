@@ -1,0 +1,225 @@
+//! Messages about the estimated error of a picture, before and after denoising.
+
+use raywright_core::RenderOutput;
+use raywright_core::denoise::FEWEST_SAMPLES;
+use raywright_core::film::{Doubt, ErrorEstimate, Film, Uncertainty};
+use raywright_core::settings::Settings;
+
+use crate::notes::Notes;
+use crate::table::format_significant_digits;
+
+/// Formats the estimated error of a picture for the final message: `error 0.05 (0.04 to 0.06)`.
+/// Reasons to doubt the estimate become notes, and verbose runs print all measures. `requested` is
+/// the target error.
+pub fn report_error(
+    noisy: Option<&Uncertainty>,
+    film: &Film,
+    rendered: &RenderOutput,
+    requested: Option<f64>,
+    notes: &mut Notes,
+) -> Option<String> {
+    let noisy = noisy?;
+    let is_met = |requested| is_error_reached(requested, noisy, rendered);
+    if let Some(doubted) = requested
+        .filter(|&requested| is_met(requested))
+        .and_then(|requested| describe_doubted_progress(film, requested))
+    {
+        notes.add_hint(format!("{doubted}; more samples were therefore taken"));
+    }
+    let noise = format_error_measures(noisy);
+    notes.print_detail(format_args!("noise: {noise}"));
+    let about = format_significant_digits(noisy.root_relmse.value, 2);
+    let reached_text = requested
+        .filter(|&requested| is_met(requested))
+        .map(|requested| format!(", below the requested {requested}"))
+        .unwrap_or_default();
+    let phrase = match noisy.doubt {
+        None => format!("error {}", format_with_interval(noisy.root_relmse)),
+        Some(Doubt::FewSamples) => format!("error about {about}"),
+        Some(Doubt::FewPixels | Doubt::WideInterval | Doubt::LightByChance) => {
+            format!("not converged, error about {about}")
+        }
+    };
+    match noisy.doubt {
+        None | Some(Doubt::FewSamples) => {}
+        Some(Doubt::FewPixels) if noisy.root_relmse.high == 0.0 => {
+            notes.add_warning("not converged: rays were sent to lamps or to the sky, and no sample found light; a larger --spp may find some");
+        }
+        Some(Doubt::FewPixels | Doubt::WideInterval) => notes.add_warning(format!(
+            "not converged: a few pixels have most of the noise ({noise}), as in places where light is rarely found; a larger --spp finds it more often"
+        )),
+        Some(Doubt::LightByChance) => notes.add_warning(format!(
+            "not converged: lamps and suns that shine by mirrors or through glass are hit by chance, and only {} of {} such paths hit one ({noise}); \
+             a larger --spp hits more",
+            film.counters().found,
+            film.counters().unaided
+        )),
+    }
+    Some(report_denoised_error(rendered, notes).unwrap_or(phrase) + &reached_text)
+}
+
+/// Whether the error of the displayed picture, denoised or not, is at most `requested`.
+fn is_error_reached(requested: f64, noisy: &Uncertainty, rendered: &RenderOutput) -> bool {
+    rendered
+        .denoise_output()
+        .map_or(noisy.is_error_below(requested), |denoised| {
+            denoised.reaches_error(requested, noisy)
+        })
+}
+
+/// Describes why the target error is not reached; `None` if it is reached.
+pub fn describe_shortfall(
+    requested: f64,
+    noisy: Option<&Uncertainty>,
+    film: &Film,
+    rendered: &RenderOutput,
+) -> Option<String> {
+    if noisy.is_some_and(|noisy| is_error_reached(requested, noisy, rendered)) {
+        return None;
+    }
+    Some(match describe_doubted_progress(film, requested) {
+        Some(doubted) => {
+            format!("the requested error of {requested} may not be reached: {doubted}")
+        }
+        None => format!(
+            "the requested error of {requested} is not reached; a larger --spp or a longer --budget reduces the error"
+        ),
+    })
+}
+
+/// Describes why more samples were taken after the error estimate first fell below the target
+/// error; `None` if none were.
+fn describe_doubted_progress(film: &Film, requested: f64) -> Option<String> {
+    let first = film.rejected_stop()?;
+    let [minimum, maximum] = first.samples;
+    let samples = if minimum == maximum {
+        maximum.to_string()
+    } else {
+        format!("{minimum} to {maximum}")
+    };
+    let reason = match first.doubt {
+        Doubt::FewSamples => "the samples were too few for a sure estimate",
+        Doubt::LightByChance => {
+            "lamps and suns that are hit by chance alone had been hit too seldom"
+        }
+        Doubt::FewPixels => "a few pixels had most of the error",
+        Doubt::WideInterval => "the estimate was too uncertain",
+    };
+    Some(format!(
+        "{samples} samples seemed to reach the error of {requested}, with an estimate of {}, but {reason}",
+        format_significant_digits(first.error, 2)
+    ))
+}
+
+/// Least root relMSE at which denoising is recommended.
+const NOTICEABLE_ERROR: f64 = 0.05;
+
+/// Recommends `--denoise` for a picture with visible noise, unless the samples are a fixed pattern,
+/// are too few or depend on a target error. The numbers in the text, the remaining shares of the
+/// error, are those of docs/accuracy-reference.md for 64 samples.
+pub fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &mut Notes) {
+    let can = !settings.sampling.is_fixed()
+        && settings.sampling.samples_per_pixel() >= FEWEST_SAMPLES
+        && settings.max_error.is_none();
+    if can && !settings.denoise && noisy.root_relmse.value > NOTICEABLE_ERROR {
+        notes.add_hint(
+            "--denoise reduces such an error to 0.2 to 0.9 of its size, usually to half (docs/accuracy.md)",
+        );
+    }
+}
+
+/// Formats root relMSE and RMSE with their intervals.
+fn format_error_measures(of: &Uncertainty) -> String {
+    format!(
+        "root relMSE {}, RMSE {}",
+        format_with_interval(of.root_relmse),
+        format_with_interval(of.rmse)
+    )
+}
+
+fn format_with_interval(estimate: ErrorEstimate) -> String {
+    if estimate.value == 0.0 && estimate.high > 0.0 {
+        return format!("at most {}", format_significant_digits(estimate.high, 3));
+    }
+    format!(
+        "{} ({} to {})",
+        format_significant_digits(estimate.value, 3),
+        format_significant_digits(estimate.low, 3),
+        format_significant_digits(estimate.high, 3)
+    )
+}
+
+/// Describes why a denoised picture has no error estimate.
+fn unknown_error_reason(doubt: Doubt) -> &'static str {
+    match doubt {
+        Doubt::FewSamples => "the samples are too few for an estimate",
+        Doubt::LightByChance => "lamps and suns that are hit by chance alone were hit too seldom",
+        Doubt::FewPixels => "light was found too rarely",
+        Doubt::WideInterval => "the picture is too small for an estimate",
+    }
+}
+
+/// Formats the error of a denoised picture, and prints all measures in verbose runs; `None` if the
+/// picture is not denoised.
+fn report_denoised_error(rendered: &RenderOutput, notes: &mut Notes) -> Option<String> {
+    let denoised = match rendered.denoised.as_ref()? {
+        Ok(denoised) => denoised,
+        Err(error) => {
+            notes.add_warning(format!("not denoised: {error}"));
+            return None;
+        }
+    };
+    let light = format!(
+        "{}{} % light",
+        if denoised.light_change < 0.0 { "" } else { "+" },
+        format_significant_digits(100.0 * denoised.light_change, 2)
+    );
+    let root_relmse = denoised.error.root_relmse;
+    let (error, figures) = match denoised.error.doubt {
+        None => (
+            format!("error {}", format_with_interval(root_relmse)),
+            format_error_measures(&denoised.error),
+        ),
+        Some(Doubt::WideInterval) if root_relmse.high.is_finite() => {
+            let most = format!(
+                "at most about {}",
+                format_significant_digits(root_relmse.high, 2)
+            );
+            (
+                format!("error {most}"),
+                format!("root relMSE not known, {most}"),
+            )
+        }
+        Some(doubt) => {
+            let reason = unknown_error_reason(doubt);
+            (
+                format!("error not known, since {reason}"),
+                format!("root relMSE not known, since {reason}"),
+            )
+        }
+    };
+    notes.print_detail(format_args!("denoised (biased): {figures}; {light}"));
+    Some(format!("denoised (biased), {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: a mean square error whose estimate is below zero is shown as its upper bound, not
+    /// as zero.
+    #[test]
+    fn an_error_of_nothing_is_a_bound() {
+        let value_of = |value: f64, low: f64, high: f64| {
+            format_with_interval(ErrorEstimate {
+                value,
+                low,
+                high,
+                carriers: 100.0,
+            })
+        };
+        assert_eq!(value_of(0.05, 0.01, 0.0712), "0.05 (0.01 to 0.0712)");
+        assert_eq!(value_of(0.0, 0.0, 0.0712), "at most 0.0712");
+        assert_eq!(value_of(0.0, 0.0, 0.0), "0 (0 to 0)");
+    }
+}

@@ -1,0 +1,239 @@
+//! Settings of a picture: those of the scene, as changed by the flags of a run.
+
+use std::cell::OnceCell;
+
+use raywright_core::Settings;
+use raywright_core::display::Display;
+use raywright_core::framing::{Silhouette, ViewAngles};
+use raywright_core::ladder::Ladder;
+use raywright_core::scene::{Camera, Scene};
+use raywright_core::settings::{Background, Crop, Sampling};
+use raywright_io::Error;
+
+use super::display::apply_display_flags;
+use super::{DisplayOverrides, RenderTask, Shot, rungs, view};
+use crate::args::{BackgroundChoice, ExposureChoice, MOST_SAMPLES};
+use crate::failure::Failure;
+
+/// Samples per pixel of a quick preview.
+const QUICK_SAMPLES: u32 = 16;
+/// Largest width and height of a quick preview, in pixels.
+const QUICK_SIZE: [u32; 2] = [640, 360];
+
+/// Settings of a picture, and its conversion to display values.
+#[derive(Clone, Debug)]
+pub struct PicturePlan {
+    /// Settings that determine the pixel values, together with the scene.
+    pub settings: Settings,
+    /// Conversion of pixel values to display values, for all formats but EXR.
+    pub display: Display,
+    /// Whether the exposure is chosen automatically from the rendered picture.
+    pub has_auto_exposure: bool,
+}
+
+impl RenderTask {
+    /// Resolves the settings of a picture of a scene, and applies the chosen rungs (quality levels)
+    /// to the scene. The silhouette is computed only if a camera frames the whole scene.
+    pub fn resolve_shot(
+        &self,
+        scene: &mut Scene,
+        shot: &Shot,
+        silhouette: &OnceCell<Silhouette>,
+    ) -> Result<PicturePlan, Failure> {
+        let view = shot.resolve_view(|| silhouette.get_or_init(|| Silhouette::from_scene(scene)));
+        self.resolve_plan(scene, view, |scene, view, fov, aspect| {
+            let silhouette = silhouette.get_or_init(|| Silhouette::from_scene(scene));
+            silhouette.frame_camera(
+                view.unwrap_or_else(|| silhouette.default_view()),
+                fov,
+                aspect,
+            )
+        })
+    }
+
+    /// Resolves the settings of a picture of a scene from a view, and applies the chosen rungs
+    /// (quality levels of settings) to the scene. `framed` returns the camera that frames the whole
+    /// scene, for a view, a vertical field of view in degrees and an aspect ratio. It is called
+    /// only if the picture needs that camera and a flag changes the camera.
+    pub fn resolve_plan(
+        &self,
+        scene: &mut Scene,
+        view: Option<ViewAngles>,
+        framed: impl FnOnce(&Scene, Option<ViewAngles>, f64, f64) -> Camera,
+    ) -> Result<PicturePlan, Failure> {
+        rungs::refuse_contradicting_flags(&self.choices.rungs, &self.overrides)?;
+        let DisplayOverrides {
+            view: flags,
+            light,
+            display,
+            accel,
+        } = &self.overrides;
+        let own_settings = Settings::from_scene(scene);
+        let size = flags.size.unwrap_or_else(|| {
+            if self.is_quick {
+                quick_preview_size(own_settings.size)
+            } else {
+                own_settings.size
+            }
+        });
+        let mut settings = Settings {
+            size,
+            crop: flags.crop.map(|crop| check_crop(crop, size)).transpose()?,
+            sampling: self.resolve_sampling(scene),
+            max_depth: light.max_depth.unwrap_or(own_settings.max_depth),
+            clamp: light.clamp,
+            integrator: light.integrator.unwrap_or(own_settings.integrator),
+            max_error: light.max_error,
+            denoise: light.denoise || light.quick,
+            seed: light.seed.unwrap_or(own_settings.seed),
+            precision: light.precision.map_or(own_settings.precision, Into::into),
+            accelerator: accel.map_or(own_settings.accelerator, Into::into),
+            background: match flags.background {
+                None => own_settings.background,
+                Some(BackgroundChoice::Environment) => Background::Environment,
+                // A picture over a background colour is rendered with coverage, and composited
+                // afterwards.
+                Some(BackgroundChoice::Transparent | BackgroundChoice::Colour(_)) => {
+                    Background::Transparent
+                }
+            },
+            wireframe: flags.wireframe,
+            aovs: self.layers.clone(),
+            max_memory: Some(self.options.limits.memory_bytes),
+            ..own_settings
+        };
+        let aspect = f64::from(size[0]) / f64::from(size[1]);
+        settings.camera = view::resolve_camera(scene, (flags, view), |view, fov| {
+            framed(scene, view, fov, aspect)
+        })?;
+        let display = Display {
+            background: match flags.background {
+                Some(BackgroundChoice::Colour(colour)) => Some(colour),
+                _ => None,
+            },
+            ..apply_display_flags(display, Display::from_render(&scene.render))
+        };
+        self.choices.apply(scene, &mut settings)?;
+        let is_exposed = self.overrides.display.exposure == Some(ExposureChoice::Auto);
+        Ok(PicturePlan {
+            display: Display {
+                output: settings.output,
+                ..display
+            },
+            settings,
+            has_auto_exposure: is_exposed,
+        })
+    }
+
+    /// Resolves the samples per pixel. With a time budget or a target error the default is the
+    /// largest allowed number. A scene's fixed pattern keeps its own number, because its error does
+    /// not fall with more samples.
+    fn resolve_sampling(&self, scene: &Scene) -> Sampling {
+        let spp = self.overrides.light.spp;
+        let named = spp.is_some() || self.choices.has_ladder(Ladder::Samples);
+        let open_ended = (self.budget.is_some() || self.replay.is_some()) && !named;
+        match Sampling::from_spp(scene, spp) {
+            Sampling::General(_) if open_ended => Sampling::General(MOST_SAMPLES),
+            own if self.is_quick => quick_preview_sampling(own),
+            _ if self.max_error.is_some() => Sampling::General(spp.unwrap_or(MOST_SAMPLES)),
+            other => other,
+        }
+    }
+}
+
+/// Returns the samples per pixel of a quick preview, at most [`QUICK_SAMPLES`]. A fixed pattern has
+/// few samples and is kept.
+pub fn quick_preview_sampling(own: Sampling) -> Sampling {
+    match own {
+        Sampling::General(samples) => Sampling::General(samples.min(QUICK_SAMPLES)),
+        fixed => fixed,
+    }
+}
+
+/// Returns the size of a quick preview: half the width and height, or the largest size of the same
+/// shape that fits [`QUICK_SIZE`].
+fn quick_preview_size([width, height]: [u32; 2]) -> [u32; 2] {
+    let [most_width, most_height] = QUICK_SIZE.map(f64::from);
+    let factor = 0.5_f64
+        .min(most_width / f64::from(width))
+        .min(most_height / f64::from(height));
+    [width, height].map(|edge| ((f64::from(edge) * factor).round() as u32).max(1))
+}
+
+/// Returns the crop if it lies inside the picture of this size; otherwise a usage error.
+fn check_crop(crop: Crop, [width, height]: [u32; 2]) -> Result<Crop, Failure> {
+    let fits = |start: u32, extent: u32, whole: u32| {
+        start.checked_add(extent).is_some_and(|end| end <= whole)
+    };
+    if fits(crop.x, crop.width, width) && fits(crop.y, crop.height, height) {
+        return Ok(crop);
+    }
+    let Crop {
+        x,
+        y,
+        width: w,
+        height: h,
+    } = crop;
+    let message =
+        format!("--crop {x},{y},{w},{h} reaches outside the picture of {width}x{height} pixels");
+    Err(Error::invalid_usage(message)
+        .with_hint(
+            "--crop is x,y,width,height in pixels; x and y are distances from the top left corner",
+        )
+        .into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: a quick preview has half the width and height, fits its frame without a change of
+    /// shape, and has at least one pixel.
+    #[test]
+    fn first_looks_are_small() {
+        let sizes = [
+            [64, 48],
+            [1280, 720],
+            [1920, 1080],
+            [1000, 4000],
+            [1, 1],
+            [16_384, 1],
+        ];
+        assert_eq!(
+            sizes.map(quick_preview_size),
+            [
+                [32, 24],
+                [640, 360],
+                [640, 360],
+                [90, 360],
+                [1, 1],
+                [640, 1]
+            ]
+        );
+    }
+
+    /// Protects: right and lower edge of a crop are compared with the width and height of the
+    /// picture, to the last pixel, and no sum overflows.
+    #[test]
+    fn crops_lie_inside_the_picture() {
+        let fits = |x, y, width, height| {
+            check_crop(
+                Crop {
+                    x,
+                    y,
+                    width,
+                    height,
+                },
+                [100, 60],
+            )
+            .is_ok()
+        };
+        assert!(fits(0, 0, 100, 60) && fits(99, 59, 1, 1));
+        assert!(!fits(0, 0, 101, 60) && !fits(1, 0, 100, 60), "right");
+        assert!(
+            !fits(0, 0, 100, 61) && !fits(0, 50, 10, 11) && !fits(0, 60, 1, 1),
+            "below, in a wide picture"
+        );
+        assert!(!fits(u32::MAX, 0, 1, 1) && !fits(0, u32::MAX, 1, 1));
+    }
+}
