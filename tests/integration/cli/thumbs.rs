@@ -92,7 +92,7 @@ fn what_fails_keeps_nothing_away() {
     sandbox.write("models/broken.glb", "glTF");
     let run = sandbox.run(&["thumbs", "models", "-o", "models/out", "--size", "16"]);
     run.exits_with(3).prints_like("broken.glb");
-    run.prints_like("1 of 2 models have no picture");
+    run.prints_like("the pictures of 1 of 2 models could not be made; see the errors above");
     assert_eq!(run.text(), "new  models/out/good.obj.png\n");
     std::fs::remove_file(sandbox.path("models/broken.glb")).expect("the file");
     std::fs::write(sandbox.path("models/out/good.obj.png"), "mine").expect("a file");

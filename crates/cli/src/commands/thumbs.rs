@@ -120,7 +120,10 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
         0 => Ok(()),
         n => Err(Failure::new(
             worst,
-            format_args!("{n} of {} models have no picture", models.len()),
+            format_args!(
+                "the pictures of {n} of {} models could not be made; see the errors above",
+                models.len()
+            ),
         )),
     }
 }

@@ -120,11 +120,7 @@ impl RenderTask {
             report,
         } = args;
         let mut view = with_up_direction(view, changes.up)?;
-        let scenes = if scenes.is_empty() {
-            vec![scene_input::default_scene_name()?]
-        } else {
-            scenes
-        };
+        let scenes = with_default_scene(scenes)?;
         let options = build_load_options(&changes, machine.max_memory);
         view.frames = view
             .frames
@@ -214,6 +210,15 @@ impl RenderTask {
         Err(error
             .with_hint("leave out the flag, or render the pictures one by one")
             .into())
+    }
+}
+
+/// Returns the names of the scenes, or the name of the default scene if none is named.
+fn with_default_scene(scenes: Vec<OsString>) -> Result<Vec<OsString>, Failure> {
+    if scenes.is_empty() {
+        Ok(vec![scene_input::default_scene_name()?])
+    } else {
+        Ok(scenes)
     }
 }
 

@@ -3,7 +3,6 @@
 
 mod csv;
 mod file;
-mod flags;
 mod recommendation;
 mod reference;
 mod text;
@@ -15,13 +14,15 @@ use raywright_core::accuracy::{
     ReusableReference, measure_accuracy,
 };
 use raywright_core::{Observer, Settings};
-use raywright_io::{Error, LoadOptions, LoadedScene, output};
+use raywright_io::{EnvironmentSource, Error, GroundRule, LoadOptions, LoadedScene, output};
 
-use crate::args::AccuracyArgs;
+use crate::args::values::{MaterialChoice, UpDirection};
+use crate::args::{AccuracyArgs, SceneArgs};
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
 use crate::observer::RunObserver;
+use crate::origin::quote_for_shell;
 use crate::plan::{self, RungChoices};
 use crate::preparation::prepare_failure;
 use crate::progress::StepProgress;
@@ -29,7 +30,6 @@ use crate::targets::OutputFiles;
 use crate::threads::Threads;
 use crate::{interrupt, origin, scene_input};
 use file::{AccuracyDocument, AccuracyFileKind};
-use flags::format_measurement_flags;
 
 /// Runs `accuracy`: measures, writes the requested files, and prints a table or JSON.
 pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
@@ -219,6 +219,90 @@ fn measure_scene(
             .with_hint("give a larger --budget or a smaller --size"),
         }
     })
+}
+
+/// Formats the flags that define the measurement, as `render` accepts them.
+fn format_measurement_flags(args: &AccuracyArgs) -> Vec<String> {
+    let integrator = args
+        .integrator
+        .map(|integrator| format!("--integrator {}", origin::variant_name(&integrator)));
+    let size = args
+        .size
+        .map(|[width, height]| format!("--size {width}x{height}"));
+    integrator
+        .into_iter()
+        .chain(format_scene_flags(&args.changes))
+        .chain(size)
+        .chain(RungChoices::from(&args.choices).format_choices("--rung ", "--without "))
+        .collect()
+}
+
+/// Formats the flags that change a scene.
+fn format_scene_flags(changes: &SceneArgs) -> Vec<String> {
+    let SceneArgs {
+        at,
+        set,
+        model_scene,
+        variant,
+        animation,
+        up,
+        material,
+        section,
+        env,
+        studio,
+        ground,
+        backdrop,
+        env_rotation,
+        env_strength,
+        allow_outside,
+    } = changes;
+    let name_flag = |flag: &str, name: &Option<String>| {
+        name.as_ref()
+            .map(|name| format!("--{flag} {}", quote_for_shell(name)))
+    };
+    let parameters = set
+        .iter()
+        .map(|(name, value)| format!("--set {name}={value}"));
+    let flags = [
+        name_flag("scene", model_scene),
+        name_flag("variant", variant),
+        name_flag("animation", animation),
+        up.map(format_up_flag),
+        material.map(|MaterialChoice::Clay| "--material clay".to_owned()),
+        section.map(|section| format!("--section {section}")),
+        env.as_ref().map(format_environment_flag),
+        studio.then(|| "--studio".to_owned()),
+        (*ground == GroundRule::None).then(|| "--ground none".to_owned()),
+        backdrop.map(|backdrop| format!("--backdrop {}", backdrop.name())),
+        env_rotation.map(|degrees| format!("--env-rotation {degrees}")),
+        env_strength.map(|factor| format!("--env-strength {factor}")),
+        allow_outside.then(|| "--allow-outside".to_owned()),
+    ];
+    at.map(|seconds| format!("--at {seconds}"))
+        .into_iter()
+        .chain(parameters)
+        .chain(flags.into_iter().flatten())
+        .collect()
+}
+
+/// Formats the flag of an up direction.
+fn format_up_flag(up: UpDirection) -> String {
+    match up {
+        UpDirection::Axis(axis) => format!("--up {}", axis.name()),
+        UpDirection::Direction([x, y, z]) => format!("--up {x},{y},{z}"),
+    }
+}
+
+/// Formats the flag of an environment: `--studio` for the studio, otherwise `--env`.
+fn format_environment_flag(source: &EnvironmentSource) -> String {
+    match source {
+        EnvironmentSource::None => "--env none".to_owned(),
+        EnvironmentSource::Default => "--env default".to_owned(),
+        EnvironmentSource::Studio => "--studio".to_owned(),
+        EnvironmentSource::File(path) => {
+            format!("--env {}", quote_for_shell(&path.to_string_lossy()))
+        }
+    }
 }
 
 impl ProgressListener for StepProgress {

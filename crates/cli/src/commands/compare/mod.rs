@@ -18,7 +18,7 @@ use serde::Serialize;
 use self::display::{ChosenDisplay, DisplayReport};
 pub use self::noise::ComparisonPicture;
 use self::text::{describe_data_windows, format_data_window, format_table};
-use self::thresholds::list_exceeded_thresholds;
+use self::thresholds::{Thresholds, list_exceeded_thresholds};
 use crate::args::{CompareArgs, DisplayArgs, ExposureChoice};
 use crate::console;
 use crate::failure::{Exit, Failure};
@@ -132,7 +132,7 @@ impl ComparisonResult {
                 cause,
             )
         })?;
-        let mut beyond = list_exceeded_thresholds(args, &comparison);
+        let mut beyond = list_exceeded_thresholds(&thresholds_from_args(args), &comparison);
         beyond.extend(
             verdict
                 .as_ref()
@@ -169,6 +169,18 @@ impl ComparisonResult {
             self.verdict.as_ref().map(noise::describe_noise_test),
         ];
         format_table(&self.comparison, parts.map(Option::unwrap_or_default))
+    }
+}
+
+/// Returns the thresholds that the flags set.
+fn thresholds_from_args(args: &CompareArgs) -> Thresholds {
+    Thresholds {
+        max_rmse: args.max_rmse,
+        max_relmse: args.max_relmse,
+        max_relmse_trimmed: args.max_relmse_trimmed,
+        max_flip: args.max_flip,
+        min_psnr: args.min_psnr,
+        has_any: args.has_threshold(),
     }
 }
 

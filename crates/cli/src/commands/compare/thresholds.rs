@@ -2,12 +2,24 @@
 
 use raywright_core::metrics::{Comparison, CoverageErrors, PictureErrors};
 
-use crate::args::CompareArgs;
 use crate::table::format_four_digits;
+
+/// Limits of the measures of a difference, each from a flag; `None` without the flag.
+pub struct Thresholds {
+    pub max_rmse: Option<f64>,
+    pub max_relmse: Option<f64>,
+    pub max_relmse_trimmed: Option<f64>,
+    /// Largest mean of FLIP, a perceptual difference from 0 to 1.
+    pub max_flip: Option<f64>,
+    /// Least peak signal-to-noise ratio, in decibels.
+    pub min_psnr: Option<f64>,
+    /// Whether any flag sets a limit. Pixels that are not finite then exceed the limits.
+    pub has_any: bool,
+}
 
 /// Describes the measures of colour and coverage that exceed the given thresholds. NaN exceeds any
 /// threshold.
-pub fn list_exceeded_thresholds(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
+pub fn list_exceeded_thresholds(limits: &Thresholds, comparison: &Comparison) -> Vec<String> {
     let PictureErrors {
         non_finite,
         rmse,
@@ -27,8 +39,8 @@ pub fn list_exceeded_thresholds(args: &CompareArgs, comparison: &Comparison) -> 
     let of_coverage = comparison
         .coverage_errors
         .iter()
-        .flat_map(|coverage| list_exceeded_limits(args, "coverage: ", coverage));
-    list_exceeded_limits(args, "", &colours)
+        .flat_map(|coverage| list_exceeded_limits(limits, "coverage: ", coverage));
+    list_exceeded_limits(limits, "", &colours)
         .into_iter()
         .chain(of_coverage)
         .collect()
@@ -36,16 +48,16 @@ pub fn list_exceeded_thresholds(args: &CompareArgs, comparison: &Comparison) -> 
 
 /// Describes the measures that exceed the given thresholds, for colour or for coverage. `of` is put
 /// before the name of each measure.
-fn list_exceeded_limits(args: &CompareArgs, of: &str, figures: &CoverageErrors) -> Vec<String> {
+fn list_exceeded_limits(limits: &Thresholds, of: &str, figures: &CoverageErrors) -> Vec<String> {
     let above = [
-        ("RMSE", figures.rmse, args.max_rmse),
-        ("relMSE", figures.relmse, args.max_relmse),
+        ("RMSE", figures.rmse, limits.max_rmse),
+        ("relMSE", figures.relmse, limits.max_relmse),
         (
             "trimmed relMSE",
             figures.relmse_trimmed,
-            args.max_relmse_trimmed,
+            limits.max_relmse_trimmed,
         ),
-        ("mean FLIP", figures.flip, args.max_flip),
+        ("mean FLIP", figures.flip, limits.max_flip),
     ];
     let above = above.into_iter().filter_map(|(name, value, limit)| {
         limit
@@ -53,7 +65,9 @@ fn list_exceeded_limits(args: &CompareArgs, of: &str, figures: &CoverageErrors) 
             .map(|limit| format!("{of}{name} {} is above {limit}", format_four_digits(value)))
     });
     let psnr = figures.psnr.unwrap_or(f64::INFINITY);
-    let below = args.min_psnr.filter(|&limit| psnr < limit || psnr.is_nan());
+    let below = limits
+        .min_psnr
+        .filter(|&limit| psnr < limit || psnr.is_nan());
     let below = below.map(|limit| {
         format!(
             "{of}PSNR {} dB is below {limit} dB",
@@ -61,7 +75,7 @@ fn list_exceeded_limits(args: &CompareArgs, of: &str, figures: &CoverageErrors) 
         )
     });
     let lost = figures.non_finite;
-    let lost = (lost > 0 && args.has_threshold())
+    let lost = (lost > 0 && limits.has_any)
         .then(|| format!("{of}{lost} pixels have values that are not finite numbers"));
     above.chain(below).chain(lost).collect()
 }

@@ -30,7 +30,7 @@ pub fn format_output_table(report: &AccuracyReport) -> String {
             .map(|error| format_significant_digits(error, 2));
         let [rmse, greatest, flip] = errors;
         [
-            format_rung_name(&output.rung, output.in_use),
+            format_rung_name(output.rung, output.in_use),
             output.bytes_per_pixel.to_string(),
             coding,
             rmse,

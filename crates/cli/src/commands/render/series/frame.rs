@@ -262,9 +262,8 @@ impl<'a> PictureSeries<'a> {
         render::print_pixel_hash(self.task, (rendered, display), &names, &frame.caption)?;
         self.written_files
             .push(frame.session.with_checkpoint_path(names));
-        Ok(self
-            .combined_files
-            .add_picture(rendered.final_picture(), display, &frame.caption)?)
+        self.combined_files
+            .add_picture(rendered.final_picture(), display, &frame.caption)
     }
 
     /// Warns of samples that a picture lacks, and writes the file of `--stats` where requested.
