@@ -1,6 +1,9 @@
 //! The viewer's computing thread. It takes a request of the page, shows a coarse preview, renders
 //! until the picture is finished, and does jobs between two slices of the render.
 
+mod jobs;
+mod publish;
+
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::mem;
@@ -8,28 +11,19 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use raywright_core::RenderOutput;
-use raywright_core::accuracy::measure_effects;
 use raywright_core::settings::Aov;
-use raywright_io::output::{PictureMetadata, pixel_hash};
 
 use super::flags::ViewCommand;
+use super::layers;
 use super::progress::{LiveRender, PreviewSpeed, RequestObserver};
-use super::shared::{SaveRequest, SharedView, ViewFrame, ViewJob, ViewRequest};
-use super::status::{SceneStatus, ViewStatus, list_effect_switches};
+use super::shared::{SharedView, ViewRequest};
 use super::viewed_scene::{FileStamps, SceneChange, ViewedScene};
-use super::{layers, save};
 use crate::clock::format_duration;
-use crate::console::Verbosity;
 use crate::failure::Failure;
-use crate::origin;
-use crate::progress::StepProgress;
 use crate::threads::Threads;
 
 /// Interval between checks for changed files and for open pages.
 const CHECK_INTERVAL: Duration = Duration::from_millis(300);
-/// Time limit for measuring the costs of effects.
-const MEASURE_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// State of the viewer's computing thread.
 pub struct ViewWorker {
@@ -238,190 +232,6 @@ impl ViewWorker {
             }
         }
         true
-    }
-
-    fn store_output(&mut self, rendered: Option<RenderOutput>) {
-        if let Some(render) = &mut self.render {
-            render.rendered = rendered;
-        }
-    }
-
-    /// Publishes the rendered picture and keeps it for later requests.
-    fn publish_output(&mut self, rendered: RenderOutput) {
-        let is_done = self.render.as_ref().is_some_and(|render| render.is_done);
-        if let Some(render) = self.render.as_mut().filter(|_| is_done) {
-            render.progress.hash = Some(pixel_hash(rendered.final_picture()));
-        }
-        if let Some(subject) = self
-            .viewed_scene
-            .as_mut()
-            .filter(|subject| subject.plan.has_auto_exposure)
-        {
-            subject.plan.display = subject
-                .plan
-                .display
-                .with_suitable_exposure(rendered.final_picture());
-        }
-        // The preview has already shown a first-hit layer at full resolution.
-        let frame = if self.shown_layer().is_some() {
-            None
-        } else {
-            Some(self.encode_frame(&rendered, 1))
-        };
-        self.store_output(Some(rendered));
-        self.publish_status(frame);
-    }
-
-    /// Converts a picture or preview to 8-bit codes for the page. `edge` is the edge of its pixels.
-    fn encode_frame(&self, rendered: &RenderOutput, edge: u32) -> ViewFrame {
-        let (picture, noisy) = (rendered.final_picture(), &rendered.picture);
-        let film = self.render.as_ref().map(|render| &render.film);
-        // A preview has no samples in the film, and so no standard errors.
-        let film = film.filter(|film| {
-            self.view_request.1.layer == "stderr"
-                && edge == 1
-                && film.size() == [noisy.width, noisy.height]
-        });
-        let display = self
-            .viewed_scene
-            .as_ref()
-            .map(|subject| subject.plan.display)
-            .unwrap_or_default();
-        let layer = self.shown_layer();
-        let codes = self.threads.run(|| match (layer, film) {
-            (Some(layer), _) => layers::encode_layer(picture, layer),
-            (None, Some(film)) => layers::encode_errors(film, noisy),
-            (None, None) => layers::encode_colours(picture, display),
-        });
-        ViewFrame {
-            number: 0,
-            size: [picture.width, picture.height],
-            edge,
-            codes,
-        }
-    }
-
-    /// Publishes the status, and a new picture if given.
-    fn publish_status(&self, frame: Option<ViewFrame>) {
-        let (number, view_request) = &self.view_request;
-        let phase = match &self.render {
-            _ if self.failure.is_some() => "failed",
-            Some(render) if render.is_done => "done",
-            _ => "rendering",
-        };
-        let report = self
-            .viewed_scene
-            .as_ref()
-            .map(|subject| subject.ready.effects());
-        let status = ViewStatus {
-            told: 0,
-            picture: 0,
-            wish: *number,
-            phase,
-            failure: self.failure.clone(),
-            said: self.message.clone(),
-            command: self.command.to_shell_text(&view_request.flags),
-            flags: view_request.flags.clone(),
-            layer: view_request.layer.clone(),
-            size: self
-                .render
-                .as_ref()
-                .map(|render| render.film.size())
-                .unwrap_or_default(),
-            progress: self.render.as_ref().map(|render| render.progress.clone()),
-            scene: self.viewed_scene.as_ref().map(SceneStatus::from_scene),
-            effects: report
-                .map(|report| list_effect_switches(report, &self.costs))
-                .unwrap_or_default(),
-        };
-        self.shared
-            .publish_frame_and_status(frame, |reported, picture| {
-                serde_json::to_string(&ViewStatus {
-                    told: reported,
-                    picture,
-                    ..status
-                })
-                .unwrap_or_default()
-            });
-    }
-
-    fn run_job(&mut self, job: ViewJob) {
-        match job {
-            // The thread that waits for the result may have ended.
-            ViewJob::Save(view_request, tell) => {
-                drop(tell.try_send(self.save_picture(&view_request)))
-            }
-            ViewJob::Measure => self.measure_effect_costs(),
-        }
-    }
-
-    /// Saves the current picture under the name that the page gave. Returns an HTTP status and a
-    /// message.
-    fn save_picture(&mut self, view_request: &SaveRequest) -> (u16, String) {
-        let (Some(subject), Some(render)) = (&self.viewed_scene, &self.render) else {
-            return (503, "there is no picture yet".to_owned());
-        };
-        let own;
-        let rendered = match &render.rendered {
-            Some(rendered) => rendered,
-            None => {
-                own = RenderOutput::from_film_without_denoising(&render.film);
-                &own
-            }
-        };
-        if rendered.counters.samples == 0 {
-            return (503, "there is no picture yet".to_owned());
-        }
-        let error = render
-            .progress
-            .error
-            .as_ref()
-            .filter(|_| subject.ready.is_path_traced());
-        let mut metadata = PictureMetadata {
-            command: self.command.to_shell_text(&self.view_request.1.flags),
-            error: origin::format_error_metadata(error, rendered, &render.film),
-            ..origin::picture_metadata(&subject.loaded, &subject.plan, &subject.task.choices)
-        };
-        if !render.is_done {
-            let [minimum, maximum] = render.progress.samples;
-            metadata.settings = origin::replace_sample_count(
-                &metadata.settings,
-                &format!("{minimum} to {maximum} samples"),
-            );
-        }
-        if !subject.task.has_metadata {
-            metadata = PictureMetadata::default();
-        }
-        let (display, inputs) = (subject.plan.display, &subject.loaded.inputs);
-        self.threads
-            .run(|| save::save_picture(view_request, rendered, display, &metadata, inputs))
-    }
-
-    /// Measures the costs of effects. A newer request or job ends the measurement.
-    fn measure_effect_costs(&mut self) {
-        let Some(subject) = &self.viewed_scene else {
-            return;
-        };
-        self.message = "measuring the costs of effects".to_owned();
-        self.publish_status(None);
-        let watch = RequestObserver::new(&self.shared, self.stop, Some(self.view_request.0));
-        let mut steps = StepProgress::start(Verbosity::Quiet);
-        let (scene, settings) = (&subject.loaded.scene, &subject.plan.settings);
-        let measured = self
-            .threads
-            .run(|| measure_effects(scene, settings, MEASURE_TIMEOUT, &watch, &mut steps));
-        self.message = match measured {
-            Ok(costs) => {
-                self.costs = costs
-                    .effects
-                    .iter()
-                    .map(|cost| (cost.effect.to_owned(), cost.ratio.median - 1.0))
-                    .collect();
-                "measured the costs of effects".to_owned()
-            }
-            Err(_) => "measuring was interrupted".to_owned(),
-        };
-        self.publish_status(None);
     }
 
     /// Whether a file of the scene has changed since the last check; at most one check per

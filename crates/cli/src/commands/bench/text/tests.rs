@@ -1,0 +1,88 @@
+//! Tables of `bench`: rounded numbers, each in its column.
+
+use super::*;
+
+/// Protects: numbers of any size are rounded to three significant digits.
+#[test]
+fn numbers_are_rounded_to_three_digits() {
+    let cases = [
+        (0.0, "0.00"),
+        (0.001_234, "0.00123"),
+        (1.2345, "1.23"),
+        (12.345, "12.3"),
+        (123.45, "123"),
+        (12_345.0, "12300"),
+    ];
+    for (x, text) in cases {
+        assert_eq!(format_three_digits(x), text);
+    }
+    assert_eq!(format_three_digits(f64::NAN), "-");
+}
+
+fn format_spread(median: f64) -> SampleQuantiles {
+    SampleQuantiles {
+        median,
+        lower_quartile: 0.95 * median,
+        upper_quartile: 1.05 * median,
+        min: 0.5 * median,
+        max: 2.0 * median,
+    }
+}
+
+fn cost(nanoseconds: f64, build_milliseconds: f64, bytes: usize) -> QueryCost {
+    let (nanoseconds, build_milliseconds) = (
+        format_spread(nanoseconds),
+        format_spread(build_milliseconds),
+    );
+    QueryCost {
+        nanoseconds,
+        rays: 400,
+        nodes_per_ray: 7.25,
+        tests_per_ray: 2.5,
+        build_milliseconds,
+        bytes,
+    }
+}
+
+/// Protects: each figure of a row is in its column: scan before tree, their ratio, shares in
+/// percent, and for a whole scene's structures time and memory.
+#[test]
+fn figures_are_in_their_columns() {
+    let row = ScanTreeTiming {
+        primitives: 1000,
+        hit_share: 0.625,
+        scan: Some(cost(800.0, 1.0, 2000)),
+        tree: cost(50.0, 5.0, 6 << 20),
+        ratio: Some(format_spread(16.0)),
+    };
+    assert_eq!(
+        format_time_cells(&row),
+        ["800 ± 5.0 %", "50.0 ± 5.0 %", "16.0 ± 5.0 %"]
+    );
+    assert_eq!(format_traversal_cells(&row), ["62.5 %", "7.2", "2.5"]);
+    let comparison = SceneComparison {
+        camera: row,
+        bounce: None,
+    };
+    let sheet = build_scene_cost_table(&comparison);
+    assert_eq!(sheet.heading, "Build and memory, 1000 primitives");
+    let rows: Vec<String> = sheet
+        .table
+        .rows
+        .iter()
+        .map(|row| row.cells.join(" | "))
+        .collect();
+    assert_eq!(
+        rows[1..],
+        ["scan | 1.00 ± 5.0 % | 2 KiB", "tree | 5.00 ± 5.0 % | 6 MiB"]
+    );
+    let untimed = ScanTreeTiming {
+        scan: None,
+        ratio: None,
+        ..row
+    };
+    assert_eq!(
+        format_time_cells(&untimed),
+        ["not run", "50.0 ± 5.0 %", "-"]
+    );
+}
