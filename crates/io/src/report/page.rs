@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use raywright_core::accuracy::{AccuracyReport, MeasuredSetting, RungReport};
+use raywright_core::accuracy::{AccuracyReport, LadderReport, MeasuredSetting, RungReport};
 use raywright_core::display::Display;
 use raywright_core::effects::EffectReport;
 use raywright_core::metrics::{heat_map, max_channel_differences, statistics};
@@ -49,92 +49,6 @@ pub fn plot_accuracy(
     report: &AccuracyReport,
     flags: &[String],
 ) -> Plot {
-    let point = |measured: &MeasuredSetting, label: String, name: String| PlotPoint {
-        label: Some(label),
-        name,
-        ..plot_position(measured)
-    };
-    let rungs = report.ladders.iter().map(|ladder| {
-        let is_samples = ladder.ladder == "samples";
-        let others = ladder
-            .rungs
-            .iter()
-            .filter(|rung| is_samples || !rung.in_use && !ladder.is_dominated(rung));
-        let point = |rung: &RungReport| {
-            let label = format!("{}={}", ladder.ladder, rung.rung);
-            let name = if is_samples {
-                rung.rung.clone()
-            } else {
-                label.clone()
-            };
-            Some(point(rung.measured.as_ref()?, label, name))
-        };
-        PlotLine {
-            name: if is_samples {
-                "numbers of samples"
-            } else {
-                "one rung changed"
-            }
-            .to_owned(),
-            colour: if is_samples {
-                ThemeColour::Second
-            } else {
-                ThemeColour::Third
-            },
-            is_dashed: true,
-            is_unjoined: true,
-            points: others.filter_map(point).collect(),
-        }
-    });
-    // A rung that equals a point of the frontier, or the scene's own setting, is not drawn a second
-    // time.
-    let drawn: Vec<PlotPoint> = report
-        .frontier
-        .iter()
-        .map(|candidate| &candidate.measured)
-        .chain([&report.own])
-        .map(plot_position)
-        .collect();
-    let is_drawn = |point: &PlotPoint| {
-        drawn
-            .iter()
-            .any(|other| (other.x, other.y) == (point.x, point.y))
-    };
-    let rungs = rungs.map(|line| PlotLine {
-        points: line
-            .points
-            .into_iter()
-            .filter(|point| !is_drawn(point))
-            .collect(),
-        ..line
-    });
-    let (samples, others): (Vec<PlotLine>, Vec<PlotLine>) =
-        rungs.partition(|line| line.colour == ThemeColour::Second);
-    let others = PlotLine {
-        points: others.iter().flat_map(|line| line.points.clone()).collect(),
-        ..others.first().cloned().unwrap_or_default()
-    };
-    let named = (1..).zip(&report.frontier).zip(flags);
-    let frontier = PlotLine {
-        name: "worth their time, together".to_owned(),
-        points: named
-            .map(|((i, candidate), flags)| {
-                point(&candidate.measured, flags.clone(), format!("({i})"))
-            })
-            .collect(),
-        ..PlotLine::default()
-    };
-    let own = PlotLine {
-        name: "as it is".to_owned(),
-        is_dashed: true,
-        is_unjoined: true,
-        points: vec![point(
-            &report.own,
-            "as it is".to_owned(),
-            "as it is".to_owned(),
-        )],
-        ..PlotLine::default()
-    };
     let [width, height] = report.size;
     Plot {
         title: format!("What accuracy costs in time: {scene}"),
@@ -148,10 +62,9 @@ pub fn plot_accuracy(
             label: "error (root relMSE)".to_owned(),
             tick: Some(format_power),
         },
-        lines: [frontier, own]
+        lines: [frontier_line(report, flags), own_line(report)]
             .into_iter()
-            .chain(samples)
-            .chain([others])
+            .chain(rung_lines(report))
             .collect(),
         marks: Vec::new(),
         is_falling: true,
@@ -159,6 +72,103 @@ pub fn plot_accuracy(
             .zip(flags)
             .map(|(i, flags)| format!("({i})  {flags}"))
             .collect(),
+    }
+}
+
+/// Returns the line of the frontier. Its points are named by their numbers from 1, and labelled by
+/// their flags.
+fn frontier_line(report: &AccuracyReport, flags: &[String]) -> PlotLine {
+    let named = (1..).zip(&report.frontier).zip(flags);
+    PlotLine {
+        name: "worth their time, together".to_owned(),
+        points: named
+            .map(|((i, candidate), flags)| {
+                named_point(&candidate.measured, flags.clone(), format!("({i})"))
+            })
+            .collect(),
+        ..PlotLine::default()
+    }
+}
+
+/// Returns the line with the single point of the scene's own setting.
+fn own_line(report: &AccuracyReport) -> PlotLine {
+    let name = "as it is".to_owned();
+    PlotLine {
+        name: name.clone(),
+        is_dashed: true,
+        is_unjoined: true,
+        points: vec![named_point(&report.own, name.clone(), name)],
+        ..PlotLine::default()
+    }
+}
+
+/// Returns the lines of the rungs: one line of the numbers of samples, and one line of the rungs of
+/// all other ladders. A rung at the position of a point of the frontier, or of the scene's own
+/// setting, is left out.
+fn rung_lines(report: &AccuracyReport) -> impl Iterator<Item = PlotLine> {
+    let drawn: Vec<PlotPoint> = report
+        .frontier
+        .iter()
+        .map(|candidate| &candidate.measured)
+        .chain([&report.own])
+        .map(plot_position)
+        .collect();
+    let is_drawn = |point: &PlotPoint| {
+        drawn
+            .iter()
+            .any(|other| (other.x, other.y) == (point.x, point.y))
+    };
+    let lines = report.ladders.iter().map(|ladder| {
+        let mut line = ladder_line(ladder);
+        line.points.retain(|point| !is_drawn(point));
+        line
+    });
+    let (samples, others): (Vec<PlotLine>, Vec<PlotLine>) =
+        lines.partition(|line| line.colour == ThemeColour::Second);
+    let others = PlotLine {
+        points: others.iter().flat_map(|line| line.points.clone()).collect(),
+        ..others.first().cloned().unwrap_or_default()
+    };
+    samples.into_iter().chain([others])
+}
+
+/// Returns the line of the measured rungs of a ladder. The line of the numbers of samples has every
+/// rung. The line of any other ladder lacks the rung in use, and the rungs that another rung beats.
+fn ladder_line(ladder: &LadderReport) -> PlotLine {
+    let is_samples = ladder.ladder == "samples";
+    let (name, colour) = if is_samples {
+        ("numbers of samples", ThemeColour::Second)
+    } else {
+        ("one rung changed", ThemeColour::Third)
+    };
+    let rungs = ladder
+        .rungs
+        .iter()
+        .filter(|rung| is_samples || !rung.in_use && !ladder.is_dominated(rung));
+    let point = |rung: &RungReport| {
+        let label = format!("{}={}", ladder.ladder, rung.rung);
+        let name = if is_samples {
+            rung.rung.clone()
+        } else {
+            label.clone()
+        };
+        Some(named_point(rung.measured.as_ref()?, label, name))
+    };
+    PlotLine {
+        name: name.to_owned(),
+        colour,
+        is_dashed: true,
+        is_unjoined: true,
+        points: rungs.filter_map(point).collect(),
+    }
+}
+
+/// Returns the point of a measured setting, with a label and a name.
+fn named_point(measured: &MeasuredSetting, label: String, name: String) -> PlotPoint {
+    PlotPoint {
+        label: Some(label),
+        name,
+        ..plot_position(measured)
     }
 }
 
