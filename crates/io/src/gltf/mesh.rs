@@ -25,20 +25,9 @@ impl<'a> GltfImport<'a> {
         (mesh, part): (usize, usize),
     ) -> ImportResult<Option<MeshData>> {
         let place = format!("meshes[{mesh}].primitives[{part}]");
-        let mode = match primitive.mode {
-            None | Some(4) => TriangleTopology::List,
-            Some(5) => TriangleTopology::Strip,
-            Some(6) => TriangleTopology::Fan,
-            // Points, and three kinds of lines.
-            Some(0..=3) => {
-                self.point_and_line_count += 1;
-                return Ok(None);
-            }
-            Some(mode) => {
-                return Err(Fault::invalid_input(format!(
-                    "has the unknown primitive mode {mode}"
-                )));
-            }
+        let Some(topology) = TriangleTopology::from_mode(primitive.mode)? else {
+            self.point_and_line_count += 1;
+            return Ok(None);
         };
         let Some(positions) = self.open_attribute(primitive, "POSITION", &[3])? else {
             self.warnings.add(
@@ -47,7 +36,7 @@ impl<'a> GltfImport<'a> {
             );
             return Ok(None);
         };
-        let corners = self.read_triangles(primitive, mode, positions.count())?;
+        let corners = self.read_triangles(primitive, topology, positions.count())?;
         self.work
             .report_done(declared_vertex_and_index_counts(self.document, primitive)[1]);
         let (vertices, indices) = select_used_vertices(corners, positions.count());
@@ -56,38 +45,13 @@ impl<'a> GltfImport<'a> {
             size_of::<[f32; 3]>() * 2 + size_of::<[f32; 4]>(),
         )?;
         let mut data = MeshData {
-            positions: vertices
-                .map_selected_vertices(|v| positions.read_vector::<3>(v))
-                .into(),
             indices,
             ..MeshData::default()
         };
-        let mut moving = DeformingMesh::default();
-        if let Some(normals) = self.open_vertex_attribute(primitive, "NORMAL", &[3], &positions)? {
-            data.normals = vertices.map_selected_vertices(|v| normals.read_vector(v));
-            moving.normals = if pose.is_identity() {
-                Vec::new()
-            } else {
-                read_dvec3_list(&normals, &vertices)
-            };
-        }
-        if !pose.is_identity() {
-            self.budget
-                .reserve_memory(vertices.len(), 2 * size_of::<DVec3>())?;
-            moving.positions = read_dvec3_list(&positions, &vertices);
-            self.deform_vertices(primitive, pose, &vertices, positions.count(), &mut moving)?;
-            let single =
-                |list: Vec<DVec3>| list.into_iter().map(|v| v.as_vec3().to_array()).collect();
-            (data.positions, data.normals) = (moving.positions.into(), single(moving.normals));
-            if pose.mirrored {
-                data.indices
-                    .iter_mut()
-                    .for_each(|[_, b, c]| core::mem::swap(b, c));
-                data.normals
-                    .as_flattened_mut()
-                    .iter_mut()
-                    .for_each(|c| *c = -*c);
-            }
+        if pose.is_identity() {
+            self.read_undeformed_vertices(primitive, &positions, &vertices, &mut data)?;
+        } else {
+            self.read_deformed_vertices(primitive, pose, &positions, &vertices, &mut data)?;
         }
         // Tangents are read only for an undeformed mesh with normals. Any other mesh that needs
         // tangents gets them during preparation of the scene.
@@ -96,23 +60,80 @@ impl<'a> GltfImport<'a> {
         }
         data.uvs =
             self.read_texture_coordinates(primitive, material, &positions, &vertices, &place)?;
-        if let Some(mut colours) =
-            self.open_vertex_attribute(primitive, "COLOR_0", &[3, 4], &positions)?
-        {
-            colours.mark_as_normalised();
-            let opaque = colours.element_arity() == 3;
-            data.colours =
-                vertices.map_selected_vertices(|v| clamp_colour(colours.read_vector(v), opaque));
+        if let Some(colours) = self.read_vertex_colours(primitive, &positions, &vertices)? {
+            data.colours = colours;
             self.enable_vertex_colours(material);
         }
         let dropped = mesh_tools::drop_non_finite_triangles(&mut data);
         self.warnings.add_dropped(&format!("{place}: "), dropped);
         mesh_tools::repair_normals(&mut data);
-        Ok(if data.indices.is_empty() {
-            None
-        } else {
-            Some(data)
-        })
+        Ok((!data.indices.is_empty()).then_some(data))
+    }
+
+    /// Reads positions and normals as the file states them. Without normals in the file, the
+    /// normals stay empty.
+    fn read_undeformed_vertices(
+        &mut self,
+        primitive: &PrimitiveEntry,
+        positions: &Accessor,
+        vertices: &VertexSelection,
+        data: &mut MeshData,
+    ) -> ImportResult<()> {
+        data.positions = vertices
+            .map_selected_vertices(|v| positions.read_vector::<3>(v))
+            .into();
+        if let Some(normals) = self.open_vertex_attribute(primitive, "NORMAL", &[3], positions)? {
+            data.normals = vertices.map_selected_vertices(|v| normals.read_vector(v));
+        }
+        Ok(())
+    }
+
+    /// Reads positions and normals, and moves both by morph targets and joints. A mirroring pose
+    /// also reverses the triangles.
+    fn read_deformed_vertices(
+        &mut self,
+        primitive: &PrimitiveEntry,
+        pose: &MeshDeformation,
+        positions: &Accessor,
+        vertices: &VertexSelection,
+        data: &mut MeshData,
+    ) -> ImportResult<()> {
+        let mut moving = DeformingMesh::default();
+        if let Some(normals) = self.open_vertex_attribute(primitive, "NORMAL", &[3], positions)? {
+            moving.normals = read_dvec3_list(&normals, vertices);
+        }
+        self.budget
+            .reserve_memory(vertices.len(), 2 * size_of::<DVec3>())?;
+        moving.positions = read_dvec3_list(positions, vertices);
+        self.deform_vertices(primitive, pose, vertices, positions.count(), &mut moving)?;
+        let single =
+            |list: Vec<DVec3>| list.into_iter().map(|v| v.as_vec3().to_array()).collect();
+        (data.positions, data.normals) = (moving.positions.into(), single(moving.normals));
+        if pose.mirrored {
+            data.indices
+                .iter_mut()
+                .for_each(|[_, b, c]| core::mem::swap(b, c));
+            data.normals
+                .as_flattened_mut()
+                .iter_mut()
+                .for_each(|c| *c = -*c);
+        }
+        Ok(())
+    }
+
+    /// Reads the primitive's vertex colours; `None` if the primitive has no vertex colours.
+    fn read_vertex_colours(
+        &mut self,
+        primitive: &PrimitiveEntry,
+        positions: &Accessor,
+        vertices: &VertexSelection,
+    ) -> ImportResult<Option<Vec<[f32; 4]>>> {
+        let colours = self.open_vertex_attribute(primitive, "COLOR_0", &[3, 4], positions)?;
+        Ok(colours.map(|mut colours| {
+            colours.mark_as_normalised();
+            let opaque = colours.element_arity() == 3;
+            vertices.map_selected_vertices(|v| clamp_colour(colours.read_vector(v), opaque))
+        }))
     }
 
     /// Reads the primitive's tangents. The list is empty if the primitive has no tangents or if any
@@ -304,6 +325,22 @@ enum TriangleTopology {
     List,
     Strip,
     Fan,
+}
+
+impl TriangleTopology {
+    /// Returns the topology for the mode of a primitive; `None` for points and lines.
+    fn from_mode(mode: Option<u32>) -> ImportResult<Option<Self>> {
+        match mode {
+            None | Some(4) => Ok(Some(Self::List)),
+            Some(5) => Ok(Some(Self::Strip)),
+            Some(6) => Ok(Some(Self::Fan)),
+            // Points, and three kinds of lines.
+            Some(0..=3) => Ok(None),
+            Some(mode) => Err(Fault::invalid_input(format!(
+                "has the unknown primitive mode {mode}"
+            ))),
+        }
+    }
 }
 
 /// Returns the attribute name of a texture coordinate set, such as `TEXCOORD_0`.

@@ -27,17 +27,17 @@ mod light;
 mod material;
 mod mesh;
 mod model_choice;
+mod node_contents;
 mod nodes;
 mod objects;
 mod specular_glossiness;
 mod texture;
 mod vertices;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::path::Path;
 
 use glam::DAffine3;
-use raywright_core::validate::FARTHEST;
 use raywright_core::{Observer, Scene};
 
 pub(crate) use model_choice::ModelChoice;
@@ -45,11 +45,10 @@ pub use model_choice::{AnimationInfo, ExtensionInfo, ModelContents};
 
 use accessor::{AccessorReader, MAX_ZERO_BYTES};
 use animation::AnimatedTransform;
-use buffers::{Buffers, missing_index_fault};
+use buffers::Buffers;
 use deform::{DeformationKey, SkinsByIndex};
 use document::Document;
 use material::ConvertedMaterial;
-use nodes::NodeInstance;
 use specular_glossiness::RoughnessBaker;
 
 use crate::folder::Folder;
@@ -106,22 +105,18 @@ impl ImportSource<'_> {
         choice: &ModelChoice<'_>,
         observer: &dyn Observer,
     ) -> ImportResult<ImportedModel> {
-        let &Self {
-            file,
-            bytes,
-            folder,
-            limits,
-        } = self;
-        if bytes.is_empty() {
+        if self.bytes.is_empty() {
             return Err(Fault::invalid_input("is empty"));
         }
         let mut warnings = Warnings::default();
-        let mut budget = DecodeBudget::new(limits);
-        let (json, binary) = match glb::is_glb(bytes) {
-            true => glb::parse(bytes, &mut warnings).map(|parts| (parts.json, parts.binary))?,
-            false => (bytes, None),
+        let mut budget = DecodeBudget::new(self.limits);
+        let (json, binary) = match glb::is_glb(self.bytes) {
+            true => {
+                glb::parse(self.bytes, &mut warnings).map(|parts| (parts.json, parts.binary))?
+            }
+            false => (self.bytes, None),
         };
-        let mut document = document::parse(json, limits, &mut warnings)?;
+        let mut document = document::parse(json, self.limits, &mut warnings)?;
         let scene = choice
             .scene
             .map(|wish| model_choice::find_scene(&document, wish))
@@ -130,79 +125,68 @@ impl ImportSource<'_> {
             .variant
             .map(|wish| model_choice::find_variant(&document, wish))
             .transpose()?;
-        choice
-            .animation
-            .map(|wish| model_choice::select_animation(&mut document, wish))
-            .transpose()?;
+        keep_chosen_animation(&mut document, choice)?;
+        let buffers = self.load_buffers(&document, binary, &mut budget)?;
+        if let Some(time) = choice.time {
+            let moved = animation_pointer::apply_animation_pointers(
+                time,
+                json,
+                &self.accessor_reader(&document, &buffers),
+                self.limits,
+                &mut budget,
+                &mut warnings,
+            )?;
+            if let Some(moved) = moved {
+                document = moved;
+                keep_chosen_animation(&mut document, choice)?;
+            }
+        }
+        let reader = self.accessor_reader(&document, &buffers);
+        let mut import = GltfImport::new(self, reader, (budget, warnings), observer);
+        import.variant = variant;
+        import.scene.title = scene_title(&document, scene, self.file);
+        import.import_scene(scene, choice.time)
+    }
+
+    /// Loads and decompresses the buffers of a document. `binary` is the binary chunk of a GLB
+    /// file.
+    fn load_buffers<'b>(
+        &self,
+        document: &Document,
+        binary: Option<&'b [u8]>,
+        budget: &mut DecodeBudget,
+    ) -> ImportResult<Buffers<'b>> {
         // Images of unused materials are not read, but no output may replace them either.
         document
             .images
             .iter()
             .filter_map(|image| image.uri.as_ref())
-            .for_each(|uri| uri::record_reference(folder, uri));
-        let mut buffers = Buffers::load(&document, binary, folder, &mut budget)?;
-        compression::decode_compressed_data(&document, &mut buffers, limits, &mut budget)?;
-        let (memory_bytes, buffers) = (limits.memory_bytes, &buffers);
-        let keyed = AccessorReader {
-            document: &document,
+            .for_each(|uri| uri::record_reference(self.folder, uri));
+        let mut buffers = Buffers::load(document, binary, self.folder, budget)?;
+        compression::decode_compressed_data(document, &mut buffers, self.limits, budget)?;
+        Ok(buffers)
+    }
+
+    fn accessor_reader<'b>(
+        &self,
+        document: &'b Document,
+        buffers: &'b Buffers<'b>,
+    ) -> AccessorReader<'b> {
+        AccessorReader {
+            document,
             buffers,
-            memory_bytes,
+            memory_bytes: self.limits.memory_bytes,
             zero_bytes_left: MAX_ZERO_BYTES.into(),
-        };
-        let moved = choice
-            .time
-            .map(|time| {
-                animation_pointer::apply_animation_pointers(
-                    time,
-                    json,
-                    &keyed,
-                    limits,
-                    &mut budget,
-                    &mut warnings,
-                )
-            })
-            .transpose()?;
-        if let Some(moved) = moved.flatten() {
-            document = moved;
-            choice
-                .animation
-                .map(|wish| model_choice::select_animation(&mut document, wish))
-                .transpose()?;
         }
-        let reader = AccessorReader {
-            document: &document,
-            buffers,
-            memory_bytes,
-            zero_bytes_left: MAX_ZERO_BYTES.into(),
-        };
-        let import = GltfImport {
-            document: &document,
-            reader,
-            file,
-            folder,
-            limits,
-            budget,
-            warnings,
-            variant,
-            scene: Scene {
-                title: scene_title(&document, scene, file),
-                ..Scene::default()
-            },
-            names: ImportedNames::default(),
-            materials: HashMap::new(),
-            textures: HashMap::new(),
-            images: HashMap::new(),
-            image_queue: ImageDecodeQueue::default(),
-            roughness_baker: RoughnessBaker::default(),
-            work: ImportProgress::new(observer),
-            meshes: HashMap::new(),
-            animated_nodes: HashMap::new(),
-            world_transforms: Vec::new(),
-            skins: SkinsByIndex::new(),
-            point_and_line_count: 0,
-            vertex_moves: 0,
-        };
-        import.import_scene(scene, choice.time)
+    }
+}
+
+/// Removes all animations but the chosen one from a document. Without a choice, all animations
+/// stay.
+fn keep_chosen_animation(document: &mut Document, choice: &ModelChoice<'_>) -> ImportResult<()> {
+    match choice.animation {
+        Some(wish) => model_choice::select_animation(document, wish),
+        None => Ok(()),
     }
 }
 
@@ -276,29 +260,50 @@ struct GltfImport<'a> {
     vertex_moves: u64,
 }
 
-impl GltfImport<'_> {
+impl<'a> GltfImport<'a> {
+    /// Creates the state before any node is imported: an empty scene without a title, and the
+    /// default materials.
+    fn new(
+        source: &ImportSource<'a>,
+        reader: AccessorReader<'a>,
+        (budget, warnings): (DecodeBudget, Warnings),
+        observer: &'a dyn Observer,
+    ) -> Self {
+        Self {
+            document: reader.document,
+            reader,
+            file: source.file,
+            folder: source.folder,
+            limits: source.limits,
+            budget,
+            warnings,
+            variant: None,
+            scene: Scene::default(),
+            names: ImportedNames::default(),
+            materials: HashMap::new(),
+            textures: HashMap::new(),
+            images: HashMap::new(),
+            image_queue: ImageDecodeQueue::default(),
+            roughness_baker: RoughnessBaker::default(),
+            work: ImportProgress::new(observer),
+            meshes: HashMap::new(),
+            animated_nodes: HashMap::new(),
+            world_transforms: Vec::new(),
+            skins: SkinsByIndex::new(),
+            point_and_line_count: 0,
+            vertex_moves: 0,
+        }
+    }
+
+    /// Imports the scene with this index at a time in seconds. Without an index, the file's default
+    /// scene is imported; without a time, its rest pose.
     fn import_scene(
         mut self,
         scene: Option<usize>,
         time: Option<f64>,
     ) -> ImportResult<ImportedModel> {
         extensions::warn_unsupported_extensions(self.document.extensions(), &mut self.warnings);
-        let moved = match time {
-            Some(time) => animation::evaluate_animations(
-                time,
-                self.document,
-                &self.reader,
-                &mut self.warnings,
-            )?,
-            None if self.document.animations.is_empty() => HashMap::new(),
-            None => {
-                self.warnings.add(
-                    WarningCode::AtRest,
-                    "has animations, but is shown at rest; --at chooses a time",
-                );
-                HashMap::new()
-            }
-        };
+        let moved = self.animate_nodes(time)?;
         let places = nodes::visit_nodes(self.document, scene, &moved, &mut self.warnings)?;
         (self.animated_nodes, self.world_transforms) = (moved, places.world_transforms);
         // A file may claim counts up to the largest integers.
@@ -310,6 +315,47 @@ impl GltfImport<'_> {
             self.add_node(instance)
                 .map_err(|fault| fault.with_place(format_args!("nodes[{}]", instance.node)))?;
         }
+        self.warn_points_and_lines();
+        self.decode_images()?;
+        if self.scene.objects.is_empty() {
+            self.warnings.add(
+                WarningCode::NothingToSee,
+                "the scene has no visible triangles: the picture shows nothing of it",
+            );
+        }
+        let contents = model_choice::list_contents(self.document, &self.reader);
+        Ok(ImportedModel {
+            scene: validate_scene(self.scene)?,
+            warnings: self.warnings.into_warnings(self.file.display()),
+            contents,
+        })
+    }
+
+    /// Returns the animated properties of nodes at a time in seconds, by node index. Without a
+    /// time, no node is animated, and a file with animations gets a warning.
+    fn animate_nodes(
+        &mut self,
+        time: Option<f64>,
+    ) -> ImportResult<HashMap<usize, AnimatedTransform>> {
+        if let Some(time) = time {
+            return animation::evaluate_animations(
+                time,
+                self.document,
+                &self.reader,
+                &mut self.warnings,
+            );
+        }
+        if !self.document.animations.is_empty() {
+            self.warnings.add(
+                WarningCode::AtRest,
+                "has animations, but is shown at rest; --at chooses a time",
+            );
+        }
+        Ok(HashMap::new())
+    }
+
+    /// Warns about visible primitives that consist of points or lines, which are skipped.
+    fn warn_points_and_lines(&mut self) {
         if self.point_and_line_count > 0 {
             self.warnings.add(
                 WarningCode::PointsAndLines,
@@ -319,6 +365,11 @@ impl GltfImport<'_> {
                 ),
             );
         }
+    }
+
+    /// Decodes the images of the scene, and computes its roughness images. Unreadable images are
+    /// removed, with a warning.
+    fn decode_images(&mut self) -> ImportResult<()> {
         let (waiting, work) = (core::mem::take(&mut self.image_queue), &self.work);
         let report = waiting.decode_images(&mut self.scene.images, self.limits, &|| {
             work.report_done(ImportProgress::IMAGE_COST)
@@ -336,111 +387,6 @@ impl GltfImport<'_> {
         core::mem::take(&mut self.roughness_baker)
             .bake_roughness_images(&mut self.scene, &mut self.budget)?;
         drop_missing_images(&mut self.scene);
-        if self.scene.objects.is_empty() {
-            self.warnings.add(
-                WarningCode::NothingToSee,
-                "the scene has no visible triangles: the picture shows nothing of it",
-            );
-        }
-        let contents = model_choice::list_contents(self.document, &self.reader);
-        Ok(ImportedModel {
-            scene: validate_scene(self.scene)?,
-            warnings: self.warnings.into_warnings(self.file.display()),
-            contents,
-        })
-    }
-
-    /// Total number of vertices and indices in the meshes of visible nodes, each mesh counted once.
-    fn count_elements(&self, instances: &[NodeInstance]) -> u64 {
-        let node = |instance: &NodeInstance| self.document.nodes.get(instance.node)?.mesh;
-        let meshes: HashSet<u32> = instances
-            .iter()
-            .filter(|instance| instance.visible)
-            .filter_map(node)
-            .collect();
-        let primitives = meshes
-            .iter()
-            .filter_map(|&mesh| self.document.meshes.get(mesh as usize))
-            .flat_map(|mesh| &mesh.primitives);
-        primitives
-            .flat_map(|primitive| mesh::declared_vertex_and_index_counts(self.document, primitive))
-            .fold(0, u64::saturating_add)
-    }
-
-    /// Whether all numbers of a transform are within the supported range of coordinates; if not, a
-    /// warning is added.
-    fn check_coordinate_range(&mut self, world: &DAffine3, place: impl Fn() -> String) -> bool {
-        let within = world.to_cols_array().iter().all(|x| x.abs() <= FARTHEST);
-        if !within {
-            self.warnings.add(
-                WarningCode::Geometry,
-                format!(
-                    "{}: its transform exceeds the range of coordinates; the contents of the node were left out",
-                    place()
-                ),
-            );
-        }
-        within
-    }
-
-    /// Adds the mesh, the camera and the light of a node to the scene.
-    fn add_node(&mut self, instance: &NodeInstance) -> ImportResult<()> {
-        let Some(node) = self.document.nodes.get(instance.node) else {
-            return Ok(());
-        };
-        let carries =
-            node.mesh.is_some() || node.camera.is_some() || node.extensions.light.light.is_some();
-        if carries
-            && !self.check_coordinate_range(&instance.world, || format!("nodes[{}]", instance.node))
-        {
-            return Ok(());
-        }
-        let node_name = node.name.clone().unwrap_or_default();
-        if let Some(index) = node.mesh.filter(|_| instance.visible) {
-            self.add_node_mesh(index as usize, node, instance)?;
-        }
-        if let Some(index) = node.camera.map(|i| i as usize) {
-            let list = &self.document.cameras;
-            let camera = list
-                .get(index)
-                .ok_or_else(|| missing_index_fault("cameras", index, list.len()))?;
-            let name = camera
-                .name
-                .clone()
-                .filter(|name| !name.is_empty())
-                .unwrap_or(node_name.clone());
-            self.scene.cameras.extend(camera::convert_camera(
-                camera,
-                index,
-                name,
-                instance,
-                &mut self.warnings,
-            ));
-        }
-        if let Some(index) = node
-            .extensions
-            .light
-            .light
-            .filter(|_| instance.visible)
-            .map(|i| i as usize)
-        {
-            let list = &self.document.extensions.lights.lights;
-            let light = list.get(index).ok_or_else(|| {
-                missing_index_fault("KHR_lights_punctual.lights", index, list.len())
-            })?;
-            let name = light
-                .name
-                .clone()
-                .filter(|name| !name.is_empty())
-                .unwrap_or(node_name);
-            self.scene.lights.extend(light::convert_light(
-                light,
-                index,
-                name,
-                instance,
-                &mut self.warnings,
-            ));
-        }
         Ok(())
     }
 }
