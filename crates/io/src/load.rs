@@ -1,8 +1,9 @@
 //! Loading: from a path or preset to a validated scene, in any supported format.
 
-use std::fs::File;
-use std::io::Read;
-use std::path::{Path, PathBuf};
+mod input;
+mod model;
+
+use std::path::Path;
 
 use raywright_core::scene::MeshSource;
 use raywright_core::{Observer, Scene, generate};
@@ -10,65 +11,22 @@ use raywright_core::{Observer, Scene, generate};
 use crate::clay;
 use crate::environment::{self, EnvironmentOptions, LightShortage};
 use crate::error::Error;
-use crate::folder::{Folder, Resolver, read_file, read_limited};
-use crate::gltf::{ImportedModel, ModelChoice, ModelContents};
+use crate::folder::Folder;
+use crate::gltf::ModelContents;
 use crate::hash::SceneHash;
-use crate::import::MODELS;
 use crate::inputs::InputFiles;
-use crate::limits::{Limits, format_bytes};
+use crate::limits::Limits;
 use crate::native::{self, ParameterOverrides, SceneNotation};
 use crate::section::{self, SectionPlane};
-use crate::source::{SceneFormat, SourceInfo, unsupported_format};
-use crate::up_axis::{UpAxis, rotate_to_y_up};
+use crate::source::{SceneFormat, SourceInfo};
+use crate::up_axis::UpAxis;
 use crate::warning::Warning;
-use crate::{model_file, presets};
+use crate::presets;
 
-/// Source of a scene.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Input {
-    /// A file: a native scene, glTF, GLB, OBJ, STL or PLY.
-    Path(PathBuf),
-    /// Content of a scene or model file without a path, from a pipe or an archive.
-    Bytes {
-        /// Name for messages.
-        name: String,
-        /// The whole content, from which the format is detected.
-        bytes: Vec<u8>,
-        /// Source of the files that the content names; `None`: such files cannot be read.
-        resolver: Option<Resolver>,
-    },
-    /// A built-in scene, by its name.
-    Preset(String),
-}
+pub use input::Input;
 
-impl Input {
-    /// Reads a source to its end. `name` stands for the source in messages.
-    ///
-    /// # Errors
-    /// An error of kind file if reading fails, of kind limit for more bytes than a file may have.
-    pub fn from_reader(name: &str, source: impl Read, limits: &Limits) -> Result<Self, Error> {
-        let bytes = check_input_size(
-            Path::new(name),
-            read_limited(source, 0, max_input_bytes(limits)),
-            limits,
-        )?;
-        Ok(Self::Bytes {
-            name: name.to_owned(),
-            bytes,
-            resolver: None,
-        })
-    }
-
-    /// Returns the file name without folders and extensions, from which names of pictures are
-    /// formed.
-    pub fn file_stem(&self) -> String {
-        match self {
-            Self::Path(path) => file_stem(path),
-            Self::Bytes { name, .. } => name.replace(' ', "-"),
-            Self::Preset(name) => name.clone(),
-        }
-    }
-}
+use input::{detect_format, file_stem, read_input_file};
+use model::{load_model, refuse_model_choices, refuse_up_axis};
 
 /// Options for loading.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -216,125 +174,6 @@ fn load_content(
     }
 }
 
-/// Refuses a scene, variant or animation that is chosen for a file of another format than glTF.
-fn refuse_model_choices(name: &str, model: &ModelOptions) -> Result<(), Error> {
-    let wishes = [
-        ("scene", &model.scene),
-        ("variant", &model.variant),
-        ("animation", &model.animation),
-    ];
-    let Some((label, wish)) = wishes
-        .into_iter()
-        .find_map(|(label, wish)| Some((label, wish.as_ref()?)))
-    else {
-        return Ok(());
-    };
-    let message = format!("{name} has no {label}s, but the {label} `{wish}` was requested");
-    Err(Error::invalid_usage(message).with_hint(format!("only glTF and GLB files have {label}s")))
-}
-
-/// Refuses an up axis for native scenes, which state all positions themselves.
-fn refuse_up_axis(name: &str, model: &ModelOptions) -> Result<(), Error> {
-    let Some(up) = model.up else { return Ok(()) };
-    let message = format!(
-        "{name}: the up axis {} was requested, but only models have an up axis, not native scenes",
-        up.name()
-    );
-    Err(Error::invalid_usage(message)
-        .with_hint("the up vector of a camera is given by three numbers, such as --up 0,0,1"))
-}
-
-/// Loads a model and adds what a complete scene needs: up axis, environment, clay and section.
-fn load_model(
-    path: &Path,
-    stem: &str,
-    bytes: Vec<u8>,
-    format: SceneFormat,
-    folder: &Folder,
-    options: &LoadOptions,
-    observer: &dyn Observer,
-) -> Result<LoadedScene, Error> {
-    let name = path.display().to_string();
-    if let Some((parameter, _)) = options.overrides.set.first() {
-        let hint = "only native scenes (.scene.toml, .scene.json) have parameters";
-        return Err(
-            Error::invalid_usage(format!("{name} has no parameter `{parameter}`")).with_hint(hint),
-        );
-    }
-    folder.add_to_hash(&bytes);
-    hash_overrides(folder, &options.overrides);
-    let ModelOptions {
-        scene,
-        variant,
-        animation,
-        up,
-    } = &options.model;
-    let axis = up.map(|up| up.name().to_owned());
-    for (kind, wish) in [
-        ("scene", scene),
-        ("variant", variant),
-        ("animation", animation),
-        ("up", &axis),
-    ] {
-        wish.iter().for_each(|wish| {
-            [kind, wish]
-                .iter()
-                .for_each(|text| folder.add_to_hash(text.as_bytes()))
-        });
-    }
-    if !format.has_model_choices() {
-        refuse_model_choices(&name, &options.model)?;
-    }
-    let time = options.overrides.time.or(animation.as_ref().map(|_| 0.0));
-    let choice = ModelChoice {
-        scene: scene.as_deref(),
-        variant: variant.as_deref(),
-        animation: animation.as_deref(),
-        time,
-    };
-    let ImportedModel {
-        mut scene,
-        mut warnings,
-        contents,
-    } = model_file::load(
-        format,
-        path,
-        &bytes,
-        (folder, &options.limits),
-        &choice,
-        observer,
-    )?;
-    check_scene_limits(&name, &scene, &options.limits)?;
-    let own = if format == SceneFormat::Stl {
-        UpAxis::Z
-    } else {
-        UpAxis::Y
-    };
-    rotate_to_y_up(&mut scene, up.unwrap_or(own));
-    warnings.extend(apply_clay_and_section(&mut scene, options, &name, folder));
-    check_scene_limits(&name, &scene, &options.limits)?;
-    let assumed_up = (up.is_none() && own != UpAxis::Y).then_some(own);
-    let added_sky = environment::apply_environment(
-        &mut scene,
-        format,
-        &options.environment,
-        folder,
-        &options.limits,
-        &mut warnings,
-    )?;
-    let source = SourceInfo::new(name, stem, format, None);
-    Ok(LoadedScene {
-        scene,
-        warnings,
-        hash: folder.take_hash(),
-        source,
-        inputs: folder.inputs(),
-        contents,
-        added_sky,
-        assumed_up,
-    })
-}
-
 /// Parses a native scene, reads its files and applies the options.
 fn load_native_scene(
     name: &str,
@@ -441,76 +280,6 @@ fn hash_overrides(folder: &Folder, overrides: &ParameterOverrides) {
         folder.add_to_hash(name.as_bytes());
         folder.add_to_hash(&value.to_le_bytes());
     }
-}
-
-fn read_input_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, Error> {
-    let file = File::open(path).map_err(|cause| Error::unreadable(path, &cause))?;
-    check_input_size(path, read_file(&file, max_input_bytes(limits)), limits)
-}
-
-/// Size limit for input whose format is not known yet, in bytes.
-fn max_input_bytes(limits: &Limits) -> u64 {
-    limits.file_bytes.max(limits.text_bytes)
-}
-
-/// Returns the bytes of an input that was read, or the error for input that is unreadable or larger
-/// than allowed.
-fn check_input_size(
-    path: &Path,
-    read: std::io::Result<Option<Vec<u8>>>,
-    limits: &Limits,
-) -> Result<Vec<u8>, Error> {
-    read.map_err(|cause| Error::unreadable(path, &cause))?
-        .ok_or_else(|| {
-            Error::over_limit(
-                path.display(),
-                format!(
-                    "the file is larger than the limit of {}",
-                    format_bytes(max_input_bytes(limits))
-                ),
-            )
-        })
-}
-
-/// Returns the file name of a path without folders and extensions.
-fn file_stem(path: &Path) -> String {
-    let name = path
-        .file_name()
-        .map(|name| name.to_string_lossy().into_owned())
-        .unwrap_or_default();
-    let endings = [
-        ".scene.toml",
-        ".scene.json",
-        ".toml",
-        ".json",
-        ".gltf",
-        ".glb",
-        ".obj",
-        ".stl",
-        ".ply",
-    ];
-    let ending = endings
-        .iter()
-        .find(|ending| name.to_ascii_lowercase().ends_with(*ending) && name.len() > ending.len());
-    name[..name.len() - ending.map_or(0, |ending| ending.len())].to_owned()
-}
-
-/// Returns the format of an input, or the error for an unsupported format.
-fn detect_format(path: &Path, bytes: &[u8]) -> Result<SceneFormat, Error> {
-    SceneFormat::detect_scene_format(path, bytes).ok_or_else(|| {
-        if let Some((format, remedy)) = unsupported_format(path) {
-            return Error::invalid_input(path.display(), format!("{format} is not supported"))
-                .with_hint(remedy);
-        }
-        let message = if bytes.is_empty() {
-            "is empty"
-        } else {
-            "the format of the file is unknown"
-        };
-        let hint =
-            format!("scenes are read from .scene.toml and .scene.json files, models from {MODELS}");
-        Error::invalid_input(path.display(), message).with_hint(hint)
-    })
 }
 
 #[cfg(test)]

@@ -11,8 +11,9 @@ use super::accessor::AccessorReader;
 use super::animation_pointer;
 use super::buffers::missing_index_fault;
 use super::document::Document;
+use super::entries::{AnimationChannel, AnimationEntry};
 use super::keyframes::{KeyframeReader, find_sampler};
-use crate::import::{Fault, ImportResult, Warnings, sanitise_text};
+use crate::import::{ImportResult, Warnings, sanitise_text};
 use crate::warning::WarningCode;
 
 /// Animated transform and morph weights of a node; `None` for a property that is not animated.
@@ -37,77 +38,104 @@ pub(super) fn evaluate_animations(
     reader: &AccessorReader<'_>,
     warnings: &mut Warnings,
 ) -> ImportResult<HashMap<usize, AnimatedTransform>> {
-    let (mut animated_nodes, mut keys) = (
-        HashMap::<usize, AnimatedTransform>::new(),
-        KeyframeReader::new(reader),
-    );
     if document.animations.is_empty() {
         warnings.add(
             WarningCode::Choice,
             "the file has no animation, so that the time (--at) has no effect",
         );
     }
+    let mut animator = NodeAnimator {
+        time,
+        document,
+        keys: KeyframeReader::new(reader),
+        animated_nodes: HashMap::new(),
+        warnings,
+    };
     for (i, animation) in document.animations.iter().enumerate() {
         for (j, channel) in animation.channels.iter().enumerate() {
-            let place =
-                |fault: Fault| fault.with_place(format_args!("animations[{i}].channels[{j}]"));
-            // Channels that animate other objects than nodes are skipped here.
-            let named = || {
-                channel
-                    .target
-                    .node
-                    .map(|node| (node, channel.target.path.as_str()))
-            };
-            let Some((index, path)) = animation_pointer::parse_node_pointer(channel)
-                .or_else(named)
-                .filter(|(_, path)| *path != "pointer")
-            else {
-                continue;
-            };
-            let index = index as usize;
-            let list = &document.nodes;
-            let node = list
-                .get(index)
-                .ok_or_else(|| place(missing_index_fault("nodes", index, list.len())))?;
-            if node.matrix.is_some() && path != "weights" {
-                warnings.add(
-                    WarningCode::Animation,
-                    format!(
-                        "nodes[{index}]: its animations are ignored, because it has a matrix in place of translation, rotation and scale"
-                    ),
-                );
-                continue;
-            }
-            let sampler = find_sampler(animation, channel.sampler).map_err(place)?;
-            let node = animated_nodes.entry(index).or_default();
-            match path {
-                "translation" if node.translation.is_none() => {
-                    node.translation = Some(keys.interpolate_vector(sampler, time).map_err(place)?);
-                }
-                "rotation" if node.rotation.is_none() => {
-                    node.rotation = Some(keys.interpolate_rotation(sampler, time).map_err(place)?)
-                }
-                "scale" if node.scale.is_none() => {
-                    node.scale = Some(keys.interpolate_vector(sampler, time).map_err(place)?)
-                }
-                "weights" if node.weights.is_none() => {
-                    node.weights = Some(keys.interpolate_weights(sampler, time).map_err(place)?)
-                }
-                "translation" | "rotation" | "scale" | "weights" => {
-                    warnings.add(
-                        WarningCode::Choice,
-                        "several animations move the same node: the first animation in the file is used",
-                    );
-                }
-                other => warnings.add(
-                    WarningCode::Animation,
-                    format!(
-                        "animations of `{}` are not supported and are ignored",
-                        sanitise_text(other)
-                    ),
-                ),
-            }
+            animator.apply_channel(animation, channel).map_err(|fault| {
+                fault.with_place(format_args!("animations[{i}].channels[{j}]"))
+            })?;
         }
     }
-    Ok(animated_nodes)
+    Ok(animator.animated_nodes)
+}
+
+/// Returns the index of the node that a channel animates, and the name of the animated property;
+/// `None` for a channel that animates another object.
+fn animated_node_property(channel: &AnimationChannel) -> Option<(usize, &str)> {
+    let target = &channel.target;
+    animation_pointer::parse_node_pointer(channel)
+        .or_else(|| target.node.map(|node| (node, target.path.as_str())))
+        .filter(|(_, path)| *path != "pointer")
+        .map(|(node, path)| (node as usize, path))
+}
+
+/// Evaluation of channels at a time. The animated properties of nodes are collected.
+struct NodeAnimator<'a, 'w> {
+    /// Time in seconds.
+    time: f64,
+    document: &'a Document,
+    keys: KeyframeReader<'a>,
+    /// Animated properties, by node index.
+    animated_nodes: HashMap<usize, AnimatedTransform>,
+    warnings: &'w mut Warnings,
+}
+
+impl NodeAnimator<'_, '_> {
+    /// Evaluates a channel that animates a node, and records the value of the property. A property
+    /// that has a value already keeps it, with a warning.
+    fn apply_channel(
+        &mut self,
+        animation: &AnimationEntry,
+        channel: &AnimationChannel,
+    ) -> ImportResult<()> {
+        let Some((index, path)) = animated_node_property(channel) else {
+            return Ok(());
+        };
+        let list = &self.document.nodes;
+        let node = list
+            .get(index)
+            .ok_or_else(|| missing_index_fault("nodes", index, list.len()))?;
+        if node.matrix.is_some() && path != "weights" {
+            self.warnings.add(
+                WarningCode::Animation,
+                format!(
+                    "nodes[{index}]: its animations are ignored, because it has a matrix in place of translation, rotation and scale"
+                ),
+            );
+            return Ok(());
+        }
+        let sampler = find_sampler(animation, channel.sampler)?;
+        let (keys, time) = (&mut self.keys, self.time);
+        let node = self.animated_nodes.entry(index).or_default();
+        match path {
+            "translation" if node.translation.is_none() => {
+                node.translation = Some(keys.interpolate_vector(sampler, time)?);
+            }
+            "rotation" if node.rotation.is_none() => {
+                node.rotation = Some(keys.interpolate_rotation(sampler, time)?);
+            }
+            "scale" if node.scale.is_none() => {
+                node.scale = Some(keys.interpolate_vector(sampler, time)?);
+            }
+            "weights" if node.weights.is_none() => {
+                node.weights = Some(keys.interpolate_weights(sampler, time)?);
+            }
+            "translation" | "rotation" | "scale" | "weights" => {
+                self.warnings.add(
+                    WarningCode::Choice,
+                    "several animations move the same node: the first animation in the file is used",
+                );
+            }
+            other => self.warnings.add(
+                WarningCode::Animation,
+                format!(
+                    "animations of `{}` are not supported and are ignored",
+                    sanitise_text(other)
+                ),
+            ),
+        }
+        Ok(())
+    }
 }

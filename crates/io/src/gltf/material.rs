@@ -95,6 +95,8 @@ impl GltfImport<'_> {
         }
     }
 
+    /// Converts a material with its layers to a physical material. `label` names the material in
+    /// messages.
     fn convert_physical(&mut self, source: &Source, label: &str) -> ImportResult<Physical> {
         self.warn_occlusion_texture(source, label);
         let pbr = &source.pbr_metallic_roughness;
@@ -127,30 +129,7 @@ impl GltfImport<'_> {
             unlit: extensions.unlit.is_some(),
             ..Physical::default()
         };
-        out.alpha = match source.alpha_mode.as_deref() {
-            None | Some("OPAQUE") => AlphaMode::Opaque,
-            Some("MASK") => {
-                // A cutoff above 1 removes the whole surface, so that all larger values are
-                // equivalent.
-                let cutoff = f64::from(source.alpha_cutoff.unwrap_or(0.5)).min(2.0);
-                AlphaMode::Mask {
-                    cutoff: self.warnings.clamp_with_warning(
-                        cutoff,
-                        [0.0, 2.0],
-                        label,
-                        "alphaCutoff",
-                    ),
-                }
-            }
-            Some("BLEND") => AlphaMode::Blend,
-            Some(_) => {
-                self.warnings.add(
-                    WarningCode::Format,
-                    format!("{label}: the alphaMode is unknown; the material is opaque"),
-                );
-                AlphaMode::Opaque
-            }
-        };
+        out.alpha = self.convert_alpha_mode(source, label);
         if let Some(ior) = &extensions.ior {
             out.ior = self.clamp_ior(ior.ior.into(), label).into();
         }
@@ -184,6 +163,34 @@ impl GltfImport<'_> {
         Ok(out)
     }
 
+    /// Returns the alpha mode of a material. An unknown mode counts as opaque, with a warning.
+    fn convert_alpha_mode(&mut self, source: &Source, label: &str) -> AlphaMode {
+        match source.alpha_mode.as_deref() {
+            None | Some("OPAQUE") => AlphaMode::Opaque,
+            Some("MASK") => {
+                // A cutoff above 1 removes the whole surface, so that all larger values are
+                // equivalent.
+                let cutoff = f64::from(source.alpha_cutoff.unwrap_or(0.5)).min(2.0);
+                AlphaMode::Mask {
+                    cutoff: self.warnings.clamp_with_warning(
+                        cutoff,
+                        [0.0, 2.0],
+                        label,
+                        "alphaCutoff",
+                    ),
+                }
+            }
+            Some("BLEND") => AlphaMode::Blend,
+            Some(_) => {
+                self.warnings.add(
+                    WarningCode::Format,
+                    format!("{label}: the alphaMode is unknown; the material is opaque"),
+                );
+                AlphaMode::Opaque
+            }
+        }
+    }
+
     /// Records the unsupported extensions of a material in the scene. The effects report lists them
     /// if an object uses the material.
     fn record_unsupported_extensions(&mut self, source: &Source, material: &str) {
@@ -208,6 +215,7 @@ impl GltfImport<'_> {
         }
     }
 
+    /// Returns the emitted radiance: the emissive factor, scaled by KHR_materials_emissive_strength.
     fn convert_emission(&mut self, source: &Source, label: &str) -> Colour {
         let strength = source
             .extensions

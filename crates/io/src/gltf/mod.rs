@@ -125,7 +125,7 @@ impl ImportSource<'_> {
             .variant
             .map(|wish| model_choice::find_variant(&document, wish))
             .transpose()?;
-        keep_chosen_animation(&mut document, choice)?;
+        deactivate_other_animations(&mut document, choice)?;
         let buffers = self.load_buffers(&document, binary, &mut budget)?;
         if let Some(time) = choice.time {
             let moved = animation_pointer::apply_animation_pointers(
@@ -138,7 +138,7 @@ impl ImportSource<'_> {
             )?;
             if let Some(moved) = moved {
                 document = moved;
-                keep_chosen_animation(&mut document, choice)?;
+                deactivate_other_animations(&mut document, choice)?;
             }
         }
         let reader = self.accessor_reader(&document, &buffers);
@@ -181,9 +181,9 @@ impl ImportSource<'_> {
     }
 }
 
-/// Removes all animations but the chosen one from a document. Without a choice, all animations
-/// stay.
-fn keep_chosen_animation(document: &mut Document, choice: &ModelChoice<'_>) -> ImportResult<()> {
+/// Removes the channels of all animations but the chosen one. Without a choice, all animations keep
+/// their channels.
+fn deactivate_other_animations(document: &mut Document, choice: &ModelChoice<'_>) -> ImportResult<()> {
     match choice.animation {
         Some(wish) => model_choice::select_animation(document, wish),
         None => Ok(()),

@@ -108,12 +108,13 @@ enum VisitStep {
 }
 
 impl NodeWalk<'_> {
+    /// Visits the nodes below these roots. Returns the visited nodes in the file's order, parents
+    /// before children.
     fn traverse(
         &mut self,
         roots: Vec<usize>,
         warnings: &mut Warnings,
     ) -> ImportResult<Vec<NodeInstance>> {
-        let nodes = &self.document.nodes;
         let (mut out, mut repeated, mut visits) = (Vec::new(), 0_u64, 0_u64);
         // The stack is filled in reverse, so that nodes are visited in the file's order.
         let mut waiting: Vec<VisitStep> = roots
@@ -130,36 +131,8 @@ impl NodeWalk<'_> {
                     continue;
                 }
             };
-            let node = nodes
-                .get(index)
-                .ok_or_else(|| missing_index_fault("nodes", index, nodes.len()))?;
-            let place = |fault: Fault| fault.with_place(format_args!("nodes[{index}]"));
-            if core::mem::replace(&mut self.is_ancestor[index], true) {
-                return Err(place(Fault::invalid_input(
-                    "is a descendant of itself: the hierarchy of nodes has a cycle",
-                )));
-            }
-            let world =
-                parent * local_transform(node, self.animated_nodes.get(&index), index, warnings);
-            if !world.is_finite() {
-                return Err(place(Fault::invalid_input("its transform is not finite")));
-            }
-            let visible = seen && node.extensions.visibility.visible;
-            let key = (index, world.to_cols_array().map(f64::to_bits), visible);
-            let again = self.shared_visits[index].filter(|_| !self.visited.insert(key));
-            if again.is_some() {
-                warnings.add(
-                    WarningCode::Format,
-                    format!("nodes[{index}]: is listed more than once with the same transform; the node is shown once"),
-                );
-            } else if self.world_transforms[index].is_some() {
-                warnings.add(
-                    WarningCode::Format,
-                    format!(
-                        "nodes[{index}]: has more than one parent and is shown under each parent"
-                    ),
-                );
-            }
+            let instance = self.enter_node(index, parent, seen, warnings)?;
+            let again = self.find_earlier_visit(&instance, warnings);
             // Skipped visits count towards the limit too: a file whose visits double again and
             // again is faulty.
             let new = again.unwrap_or(1);
@@ -169,31 +142,91 @@ impl NodeWalk<'_> {
                 0
             });
             if repeated > MOST_REPEATED {
-                return Err(place(Fault::over_limit(
+                return Err(Fault::over_limit(
                     "has several parents, and the hierarchy would repeat too many nodes",
-                )));
+                )
+                .with_place(format_args!("nodes[{index}]")));
             }
             if again.is_some() {
                 visits += new;
                 self.is_ancestor[index] = false;
                 continue;
             }
-            self.world_transforms[index].get_or_insert(world);
-            out.push(NodeInstance {
-                node: index,
-                world,
-                visible,
-            });
+            self.world_transforms[index].get_or_insert(instance.world);
+            out.push(instance);
             waiting.push(VisitStep::Leave(index, visits));
             visits += 1;
             waiting.extend(
-                node.children
+                self.document.nodes[index]
+                    .children
                     .iter()
                     .rev()
-                    .map(|&child| VisitStep::Enter(child as usize, world, visible)),
+                    .map(|&child| {
+                        VisitStep::Enter(child as usize, instance.world, instance.visible)
+                    }),
             );
         }
         Ok(out)
+    }
+
+    /// Enters a node from its parent, which has the world transform `parent`. Returns the node with
+    /// its world transform and its visibility.
+    fn enter_node(
+        &mut self,
+        index: usize,
+        parent: DAffine3,
+        is_parent_visible: bool,
+        warnings: &mut Warnings,
+    ) -> ImportResult<NodeInstance> {
+        let nodes = &self.document.nodes;
+        let node = nodes
+            .get(index)
+            .ok_or_else(|| missing_index_fault("nodes", index, nodes.len()))?;
+        let place = |fault: Fault| fault.with_place(format_args!("nodes[{index}]"));
+        if core::mem::replace(&mut self.is_ancestor[index], true) {
+            return Err(place(Fault::invalid_input(
+                "is a descendant of itself: the hierarchy of nodes has a cycle",
+            )));
+        }
+        let world =
+            parent * local_transform(node, self.animated_nodes.get(&index), index, warnings);
+        if !world.is_finite() {
+            return Err(place(Fault::invalid_input("its transform is not finite")));
+        }
+        Ok(NodeInstance {
+            node: index,
+            world,
+            visible: is_parent_visible && node.extensions.visibility.visible,
+        })
+    }
+
+    /// Looks for an earlier visit of the same node with the same transform and visibility. Returns
+    /// the number of nodes that the earlier visit reached; `None` if there was none. Warns about a
+    /// node with several parents.
+    fn find_earlier_visit(
+        &mut self,
+        instance: &NodeInstance,
+        warnings: &mut Warnings,
+    ) -> Option<u64> {
+        let index = instance.node;
+        let key = (
+            index,
+            instance.world.to_cols_array().map(f64::to_bits),
+            instance.visible,
+        );
+        let again = self.shared_visits[index].filter(|_| !self.visited.insert(key));
+        if again.is_some() {
+            warnings.add(
+                WarningCode::Format,
+                format!("nodes[{index}]: is listed more than once with the same transform; the node is shown once"),
+            );
+        } else if self.world_transforms[index].is_some() {
+            warnings.add(
+                WarningCode::Format,
+                format!("nodes[{index}]: has more than one parent and is shown under each parent"),
+            );
+        }
+        again
     }
 }
 

@@ -8,7 +8,8 @@ use raywright_core::scene::{Mesh, MeshSource, Object, Shape, SideRule};
 
 use super::accessor::Accessor;
 use super::buffers::missing_index_fault;
-use super::entries::{MeshInstancing, NodeEntry, PrimitiveEntry};
+use super::deform::MeshDeformation;
+use super::entries::{MeshEntry, MeshInstancing, NodeEntry, PrimitiveEntry};
 use super::material::ConvertedMaterial;
 use super::nodes::NodeInstance;
 use super::{ConvertedMesh, GltfImport, mesh};
@@ -129,78 +130,79 @@ impl<'a> GltfImport<'a> {
         let world = pose.skin.as_ref().map_or(instance.world, |skin| {
             DAffine3::from_translation(skin.origin)
         });
-        let places = match node
-            .extensions
-            .instancing
-            .as_ref()
+        let instancing = node.extensions.instancing.as_ref();
+        let places = instancing
             .filter(|_| pose.skin.is_none())
-        {
-            Some(instancing) => Some(
-                self.open_instances(instancing)
-                    .map_err(|fault| fault.with_place("EXT_mesh_gpu_instancing"))?,
-            ),
-            None => None,
-        };
+            .map(|instancing| self.open_instances(instancing))
+            .transpose()
+            .map_err(|fault| fault.with_place("EXT_mesh_gpu_instancing"))?;
         let list = &self.document.meshes;
         let shape = list
             .get(index)
             .ok_or_else(|| missing_index_fault("meshes", index, list.len()))?;
-        let key = pose.deformation_key();
-        let places = places
-            .map(|places| self.distinct_instance_transforms(&places, &world, instance.node))
-            .transpose()?;
+        let worlds = match places {
+            Some(places) => self.distinct_instance_transforms(&places, &world, instance.node)?,
+            None => vec![world],
+        };
+        let names = [&node.name, &shape.name].into_iter().flatten();
+        let name = names
+            .map(String::as_str)
+            .find(|name| !name.is_empty())
+            .unwrap_or_default();
         for (i, primitive) in shape.primitives.iter().enumerate() {
             let place =
                 |fault: Fault| fault.with_place(format_args!("meshes[{index}].primitives[{i}]"));
             let material = self
                 .convert_material(self.variant_material(primitive))
                 .map_err(place)?;
-            let used = match self.meshes.get(&(index, i, key.clone())) {
-                Some(known) => known.clone(),
-                None => {
-                    let data = self
-                        .convert_primitive(primitive, &material, &pose, (index, i))
-                        .map_err(place)?;
-                    let wish = shape
-                        .name
-                        .as_deref()
-                        .filter(|name| !name.is_empty())
-                        .unwrap_or("mesh");
-                    let used = data.map(|data| {
-                        let used = ConvertedMesh {
-                            name: self.names.meshes.make_unique(wish),
-                            index: self.scene.meshes.len(),
-                        };
-                        self.scene.meshes.push(Mesh {
-                            name: used.name.clone(),
-                            source: MeshSource::Inline(data.into()),
-                            model: None,
-                        });
-                        used
-                    });
-                    self.work.report_done(
-                        mesh::declared_vertex_and_index_counts(self.document, primitive)[0],
-                    );
-                    self.meshes.insert((index, i, key.clone()), used.clone());
-                    used
-                }
-            };
-            let Some(used) = used else { continue };
-            let names = [&node.name, &shape.name].into_iter().flatten();
-            let name = names
-                .map(String::as_str)
-                .find(|name| !name.is_empty())
-                .unwrap_or_default();
-            match &places {
-                None => self.add_object(name, &used, &material, &world)?,
-                Some(places) => {
-                    for place in places {
-                        self.add_object(name, &used, &material, place)?;
-                    }
-                }
+            let mesh = self
+                .primitive_mesh(shape, (index, i), &material, &pose)
+                .map_err(place)?;
+            let Some(mesh) = mesh else { continue };
+            for world in &worlds {
+                self.add_object(name, &mesh, &material, world)?;
             }
         }
         Ok(())
+    }
+
+    /// Returns the mesh of a primitive in a pose, converted and added to the scene on first use;
+    /// `None` for a primitive without triangles. The indices are those of the glTF mesh and of its
+    /// primitive.
+    fn primitive_mesh(
+        &mut self,
+        shape: &MeshEntry,
+        (index, part): (usize, usize),
+        material: &ConvertedMaterial,
+        pose: &MeshDeformation,
+    ) -> ImportResult<Option<ConvertedMesh>> {
+        let key = (index, part, pose.deformation_key());
+        if let Some(known) = self.meshes.get(&key) {
+            return Ok(known.clone());
+        }
+        let primitive = &shape.primitives[part];
+        let data = self.convert_primitive(primitive, material, pose, (index, part))?;
+        let wish = shape
+            .name
+            .as_deref()
+            .filter(|name| !name.is_empty())
+            .unwrap_or("mesh");
+        let used = data.map(|data| {
+            let used = ConvertedMesh {
+                name: self.names.meshes.make_unique(wish),
+                index: self.scene.meshes.len(),
+            };
+            self.scene.meshes.push(Mesh {
+                name: used.name.clone(),
+                source: MeshSource::Inline(data.into()),
+                model: None,
+            });
+            used
+        });
+        self.work
+            .report_done(mesh::declared_vertex_and_index_counts(self.document, primitive)[0]);
+        self.meshes.insert(key, used.clone());
+        Ok(used)
     }
 
     /// Returns the material of a primitive in the chosen variant; `None`: the default material.

@@ -29,11 +29,32 @@ pub(crate) fn read_files(
     outer: &Folder,
     limits: &Limits,
 ) -> Result<Vec<Warning>, Error> {
-    let mut budget = DecodeBudget::new(limits);
     let mut warnings = colours::warn_colour_codes(parsed.file, &parsed.scene);
+    warnings.extend(read_images(parsed, outer, limits)?);
+    for i in 0..parsed.scene.meshes.len() {
+        warnings.extend(read_mesh(parsed, i, outer, limits)?);
+    }
+    warnings.extend(models::add_models(parsed, outer, limits)?);
+    warnings.extend(
+        find_missing_uv_sets(&parsed.scene)
+            .into_iter()
+            .map(|problem| parsed.warning_at(&problem)),
+    );
+    Ok(warnings)
+}
+
+/// Reads and decodes all images of a scene. Returns a warning for each missing texture, and for
+/// each repaired image.
+fn read_images(
+    parsed: &mut ParsedScene<'_>,
+    folder: &Folder,
+    limits: &Limits,
+) -> Result<Vec<Warning>, Error> {
+    let mut budget = DecodeBudget::new(limits);
+    let mut warnings = Vec::new();
     let mut waiting = Vec::new();
     for i in 0..parsed.scene.images.len() {
-        match read_image(parsed, i, outer)? {
+        match read_image(parsed, i, folder)? {
             Ok(bytes) => {
                 image_file::reserve_picture_memory(&bytes, limits, &mut budget)
                     .map_err(|fault| image_error(parsed, i, &fault))?;
@@ -71,47 +92,53 @@ pub(crate) fn read_files(
         (parsed.scene.images[i].data, parsed.scene.images[i].mended) =
             (Some(Arc::new(image)), repaired);
     }
-    for i in 0..parsed.scene.meshes.len() {
-        if let MeshSource::File(reference) = &parsed.scene.meshes[i].source {
-            let at = format!("meshes[{i}].source.file");
-            let bytes = outer
-                .read(reference)
-                .map_err(|why| unreadable_file_error(parsed, &at, &why))?;
-            let folder = outer
-                .folder_of_reference(reference)
-                .map_err(|why| unreadable_file_error(parsed, &at, &why))?;
-            let part = parsed.scene.meshes[i].model.clone().unwrap_or_default();
-            let (mesh, more) =
-                mesh_file::read_mesh(Path::new(reference), &bytes, &folder, limits, &part)
-                    .map_err(|error| match error.kind() {
-                        // On the command line, an unknown choice is an error of kind usage. Written
-                        // in a scene, it is an error in the scene's content.
-                        ErrorKind::Usage => parsed.error_at(
-                            ErrorKind::Input,
-                            &format!("meshes[{i}].model.scene"),
-                            error.message(),
-                        ),
-                        kind => parsed.error_at(kind, &at, error.message()),
-                    })?;
-            if let Some((path, message)) = check_mesh_data(&mesh).into_iter().next() {
-                return Err(parsed.error_at(
+    Ok(warnings)
+}
+
+/// Reads the file of the mesh with this index, and puts its vertices and triangles into the scene.
+/// A mesh without a file stays as it is. Returns the warnings of the file.
+fn read_mesh(
+    parsed: &mut ParsedScene<'_>,
+    index: usize,
+    outer: &Folder,
+    limits: &Limits,
+) -> Result<Vec<Warning>, Error> {
+    let MeshSource::File(reference) = &parsed.scene.meshes[index].source else {
+        return Ok(Vec::new());
+    };
+    let at = format!("meshes[{index}].source.file");
+    let bytes = outer
+        .read(reference)
+        .map_err(|why| unreadable_file_error(parsed, &at, &why))?;
+    let folder = outer
+        .folder_of_reference(reference)
+        .map_err(|why| unreadable_file_error(parsed, &at, &why))?;
+    let part = parsed.scene.meshes[index].model.clone().unwrap_or_default();
+    let (mesh, warnings) =
+        mesh_file::read_mesh(Path::new(reference), &bytes, &folder, limits, &part).map_err(
+            |error| match error.kind() {
+                // On the command line, an unknown choice is an error of kind usage. Written in a
+                // scene, it is an error in the scene's content.
+                ErrorKind::Usage => parsed.error_at(
                     ErrorKind::Input,
-                    &at,
-                    format!("{path} of `{reference}`: {message}"),
-                ));
-            }
-            outer.add_to_hash(folder.take_hash().to_string().as_bytes());
-            warnings.extend(more);
-            (parsed.scene.meshes[i].source, parsed.scene.meshes[i].model) =
-                (MeshSource::Inline(Arc::new(mesh)), None);
-        }
+                    &format!("meshes[{index}].model.scene"),
+                    error.message(),
+                ),
+                kind => parsed.error_at(kind, &at, error.message()),
+            },
+        )?;
+    if let Some((path, message)) = check_mesh_data(&mesh).into_iter().next() {
+        return Err(parsed.error_at(
+            ErrorKind::Input,
+            &at,
+            format!("{path} of `{reference}`: {message}"),
+        ));
     }
-    warnings.extend(models::add_models(parsed, outer, limits)?);
-    warnings.extend(
-        find_missing_uv_sets(&parsed.scene)
-            .into_iter()
-            .map(|problem| parsed.warning_at(&problem)),
-    );
+    outer.add_to_hash(folder.take_hash().to_string().as_bytes());
+    (
+        parsed.scene.meshes[index].source,
+        parsed.scene.meshes[index].model,
+    ) = (MeshSource::Inline(Arc::new(mesh)), None);
     Ok(warnings)
 }
 

@@ -136,13 +136,7 @@ fn convert_surface(source: &tobj::Material) -> Physical {
         },
     );
     let specular = rgb(source.specular, 0.0);
-    let filter = source.unknown_param.get("Tf").map(|text| {
-        let mut numbers = text
-            .split_whitespace()
-            .map(|word| parse_number(word).unwrap_or(1.0));
-        [0; 3].map(|_| clamp_unit(numbers.next().unwrap_or(1.0)))
-    });
-    let black = |c: [f64; 3]| c.iter().all(|&c| c == 0.0);
+    let filter = transmission_filter(source);
     let index = source
         .optical_density
         .map(round_to_f32)
@@ -151,57 +145,57 @@ fn convert_surface(source: &tobj::Material) -> Physical {
         .shininess
         .map_or(1.0, |n| phong_roughness(round_to_f32(n)));
     let illum = source.illumination_model.unwrap_or(2);
-    let clear = filter.is_some_and(|tint| !black(tint)) || source.dissolve.is_some_and(|d| d < 1.0);
-    let value_of = |colour: [f64; 3]| Physical {
+    let clear = filter.is_some_and(|tint| !is_black(tint)) || source.dissolve.is_some_and(|d| d < 1.0);
+    let coloured = |colour: [f64; 3]| Physical {
         base_colour: Colour(colour).into(),
         ..Physical::default()
     };
+    let metal = |colour: [f64; 3], roughness: f64| Physical {
+        metallic: 1.0.into(),
+        roughness: roughness.into(),
+        ..coloured(colour)
+    };
+    let matte = || Physical {
+        ior: 1.0.into(),
+        ..coloured(diffuse)
+    };
+    let glass = || Physical {
+        transmission: 1.0.into(),
+        roughness: 0.0.into(),
+        ior: index.unwrap_or(1.5).into(),
+        ..coloured(filter.unwrap_or([1.0; 3]))
+    };
     match illum {
-        6 | 7 => Physical {
-            transmission: 1.0.into(),
-            roughness: 0.0.into(),
-            ior: index.unwrap_or(1.5).into(),
-            ..value_of(filter.unwrap_or([1.0; 3]))
-        },
-        4 | 9 if clear => Physical {
-            transmission: 1.0.into(),
-            roughness: 0.0.into(),
-            ior: index.unwrap_or(1.5).into(),
-            ..value_of(filter.unwrap_or([1.0; 3]))
-        },
-        3 if black(diffuse) => Physical {
-            metallic: 1.0.into(),
-            roughness: 0.0.into(),
-            ..value_of(specular)
-        },
-        3 => Physical {
-            metallic: 1.0.into(),
-            roughness: rough.into(),
-            ..value_of(diffuse)
-        },
+        6 | 7 => glass(),
+        4 | 9 if clear => glass(),
+        3 if is_black(diffuse) => metal(specular, 0.0),
+        3 => metal(diffuse, rough),
         5 => Physical {
             roughness: 0.0.into(),
             ior: index.unwrap_or(1.5).into(),
-            ..value_of(diffuse)
+            ..coloured(diffuse)
         },
-        0 | 1 => Physical {
-            ior: 1.0.into(),
-            ..value_of(diffuse)
-        },
-        _ if black(specular) => Physical {
-            ior: 1.0.into(),
-            ..value_of(diffuse)
-        },
-        _ if black(diffuse) && source.diffuse_texture.is_none() => Physical {
-            metallic: 1.0.into(),
-            roughness: rough.into(),
-            ..value_of(specular)
-        },
+        0 | 1 => matte(),
+        _ if is_black(specular) => matte(),
+        _ if is_black(diffuse) && source.diffuse_texture.is_none() => metal(specular, rough),
         _ => Physical {
             roughness: rough.into(),
-            ..value_of(diffuse)
+            ..coloured(diffuse)
         },
     }
+}
+
+/// Returns the tint of refracted light, from `Tf`; `None` without `Tf`. A missing channel is 1.
+fn transmission_filter(source: &tobj::Material) -> Option<[f64; 3]> {
+    let text = source.unknown_param.get("Tf")?;
+    let mut numbers = text
+        .split_whitespace()
+        .map(|word| parse_number(word).unwrap_or(1.0));
+    Some([0; 3].map(|_| clamp_unit(numbers.next().unwrap_or(1.0))))
+}
+
+fn is_black(colour: [f64; 3]) -> bool {
+    colour.iter().all(|&channel| channel == 0.0)
 }
 
 /// Adds the layers of MTL's PBR extension to a material: `Ps` is sheen, `Pc` and `Pcr` are a

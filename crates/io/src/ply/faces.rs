@@ -1,40 +1,15 @@
-//! Faces of a PLY file: polygons and triangle strips, with the properties of faces.
+//! Faces of a PLY file: polygons and triangle strips, triangulated to a mesh.
 
 use glam::DVec3;
 use raywright_core::scene::MeshData;
 
-use super::header::{PlyElement, PlyProperty};
+use super::face_record::{FaceLayout, FaceRecord};
+use super::header::PlyElement;
 use super::values::ValueStream;
-use super::vertices::{PlyVertices, VertexColours, colour_channel, flip_v};
+use super::vertices::{PlyVertices, VertexColours, flip_v};
 use crate::import::{DecodeBudget, Fault, ImportResult, Warnings};
 use crate::polygon::EarClipper;
 use crate::warning::WarningCode;
-
-/// Meaning of a property of faces, by the name of the property.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum FacePropertyRole {
-    Corners,
-    Coordinates,
-    Channel(usize),
-    Texture,
-    Other,
-}
-
-impl FacePropertyRole {
-    fn from_property(property: &PlyProperty) -> Self {
-        match (
-            property.name.as_str(),
-            property.count,
-            colour_channel(&property.name),
-        ) {
-            ("vertex_indices" | "vertex_index", Some(_), _) => Self::Corners,
-            ("texcoord", Some(_), _) => Self::Coordinates,
-            ("texnumber", None, _) => Self::Texture,
-            (_, None, Some(channel)) => Self::Channel(channel),
-            _ => Self::Other,
-        }
-    }
-}
 
 /// Value of the property `texnumber` for a face without an image. Used also for all faces if the
 /// file has no such property.
@@ -54,15 +29,6 @@ pub(super) struct PlyFaces {
     has_colours: bool,
     /// Image number of each polygon; empty if no face has an image number.
     image_numbers: Vec<i64>,
-}
-
-/// Values read for a single face. The lists are emptied and reused for the next face.
-#[derive(Default)]
-struct FaceRecord {
-    corners: Vec<i64>,
-    coordinates: Vec<f32>,
-    colour: [f32; 3],
-    texture: i64,
 }
 
 impl PlyFaces {
@@ -89,82 +55,54 @@ impl PlyFaces {
         values: &mut ValueStream<'_>,
         budget: &mut DecodeBudget,
     ) -> ImportResult<()> {
-        let mut roles: Vec<FacePropertyRole> = element
-            .properties
-            .iter()
-            .map(FacePropertyRole::from_property)
-            .collect();
-        // Of several properties with the same meaning, the first applies.
-        for i in 1..roles.len() {
-            if roles[..i].contains(&roles[i]) {
-                roles[i] = FacePropertyRole::Other;
-            }
+        let layout = FaceLayout::from_element(element);
+        if let Some(number) = layout.colour_type {
+            (self.has_colours, self.colours) = (true, VertexColours::from_number_type(number));
         }
-        let strips = element.name == "tristrips";
-        let coloured =
-            !strips && (0..3).all(|channel| roles.contains(&FacePropertyRole::Channel(channel)));
-        let mapped = !strips && roles.contains(&FacePropertyRole::Coordinates);
-        let red = element
-            .properties
-            .iter()
-            .zip(&roles)
-            .find(|(_, role)| **role == FacePropertyRole::Channel(0));
-        if let Some((red, _)) = red.filter(|_| coloured) {
-            (self.has_colours, self.colours) = (true, VertexColours::from_number_type(red.number));
-        }
-        self.fill_missing_attributes(mapped);
-        let numbered = !strips && roles.contains(&FacePropertyRole::Texture);
-        if numbered {
+        self.fill_missing_attributes(layout.has_uvs);
+        if layout.has_image_numbers {
             self.image_numbers.resize(self.arities.len(), NO_TEXTURE);
         }
-        let each = 8 + 28 * usize::from(coloured) + 8 * usize::from(numbered);
-        budget.reserve_memory(
-            if element.properties.is_empty() {
-                0
-            } else {
-                element.count as usize
-            },
-            each,
-        )?;
-        let mut row = FaceRecord::default();
-        for index in 0..if element.properties.is_empty() {
+        let count = if element.properties.is_empty() {
             0
         } else {
             element.count
-        } {
-            let place = |fault: Fault, values: &ValueStream<'_>| {
-                fault.with_place(values.describe_position(element, index))
-            };
-            row.read(&element.properties, &roles, values, budget)
-                .map_err(|fault| place(fault, values))?;
-            let vertex = |&index: &i64| {
-                u32::try_from(index).map_err(|_| {
-                    Fault::invalid_input(format!("the vertex index {index} is out of range"))
+        };
+        let bytes = 8
+            + 28 * usize::from(layout.colour_type.is_some())
+            + 8 * usize::from(layout.has_image_numbers);
+        budget.reserve_memory(count as usize, bytes)?;
+        let mut record = FaceRecord::default();
+        for index in 0..count {
+            record
+                .read(&element.properties, &layout, values, budget)
+                .and_then(|()| match layout.is_strips {
+                    true => self.add_triangle_strip(&record.corners, budget),
+                    false => self.add_polygon(&record, &layout),
                 })
-            };
-            if strips {
-                self.add_triangle_strip(&row.corners, budget)
-                    .map_err(|fault| place(fault, values))?;
-                continue;
-            }
-            for corner in &row.corners {
-                self.corners
-                    .push(vertex(corner).map_err(|fault| place(fault, values))?);
-            }
-            self.arities.push(row.corners.len() as u32);
-            if coloured {
-                self.colours.push(row.colour);
-            }
-            if numbered {
-                self.image_numbers.push(row.texture);
-            }
-            if mapped {
-                let pairs = row.coordinates.as_chunks::<2>().0;
-                let fits = row.coordinates.len() == 2 * row.corners.len();
-                self.uvs.extend(
-                    (0..row.corners.len()).map(|i| if fits { flip_v(pairs[i]) } else { [0.0; 2] }),
-                );
-            }
+                .map_err(|fault| fault.with_place(values.describe_position(element, index)))?;
+        }
+        Ok(())
+    }
+
+    /// Adds a polygon with the properties that its element has.
+    fn add_polygon(&mut self, record: &FaceRecord, layout: &FaceLayout) -> ImportResult<()> {
+        for &corner in &record.corners {
+            self.corners.push(vertex_index(corner)?);
+        }
+        self.arities.push(record.corners.len() as u32);
+        if layout.colour_type.is_some() {
+            self.colours.push(record.colour);
+        }
+        if layout.has_image_numbers {
+            self.image_numbers.push(record.texture);
+        }
+        if layout.has_uvs {
+            let pairs = record.coordinates.as_chunks::<2>().0;
+            let fits = record.coordinates.len() == 2 * record.corners.len();
+            self.uvs.extend(
+                (0..record.corners.len()).map(|i| if fits { flip_v(pairs[i]) } else { [0.0; 2] }),
+            );
         }
         Ok(())
     }
@@ -195,11 +133,7 @@ impl PlyFaces {
                 // Degenerate triangles join the parts of a strip.
                 if a != b && b != c && c != a {
                     for corner in [a, b, c] {
-                        self.corners.push(u32::try_from(corner).map_err(|_| {
-                            Fault::invalid_input(format!(
-                                "the vertex index {corner} is out of range"
-                            ))
-                        })?);
+                        self.corners.push(vertex_index(corner)?);
                     }
                     self.arities.push(3);
                 }
@@ -221,17 +155,46 @@ impl PlyFaces {
         warnings: &mut Warnings,
     ) -> ImportResult<(MeshData, Vec<i64>)> {
         self.fill_missing_attributes(self.has_uvs());
-        let count = vertices.positions.len();
-        if let Some(vertex) = self
+        self.check_vertex_indices(vertices.positions.len())?;
+        let (triangles, image_numbers) = self.triangulate(&vertices, budget, warnings)?;
+        let mesh = if self.has_corner_attributes() {
+            self.into_unshared_mesh(&vertices, triangles, budget)?
+        } else {
+            shared_mesh(vertices, triangles)
+        };
+        Ok((mesh, image_numbers))
+    }
+
+    /// Whether corners of different faces cannot share a vertex, because faces have colours or
+    /// texture coordinates.
+    fn has_corner_attributes(&self) -> bool {
+        self.has_colours || self.has_uvs()
+    }
+
+    /// Refuses a corner whose vertex is not among the `count` vertices of the file.
+    fn check_vertex_indices(&self, count: usize) -> ImportResult<()> {
+        let beyond = self
             .corners
             .iter()
-            .find(|&&corner| corner as usize >= count)
-        {
-            return Err(Fault::invalid_input(format!(
+            .find(|&&corner| corner as usize >= count);
+        match beyond {
+            Some(vertex) => Err(Fault::invalid_input(format!(
                 "a face refers to vertex {vertex}, but the file has {count} vertices, counted from 0"
-            )));
+            ))),
+            None => Ok(()),
         }
-        let apart = self.has_colours || self.has_uvs();
+    }
+
+    /// Triangulates all polygons. Returns the vertex indices of each triangle, and its image number
+    /// if faces have image numbers. Of faces with corner attributes, the indices are those of the
+    /// corners.
+    fn triangulate(
+        &self,
+        vertices: &PlyVertices,
+        budget: &mut DecodeBudget,
+        warnings: &mut Warnings,
+    ) -> ImportResult<(Vec<[u32; 3]>, Vec<i64>)> {
+        let is_unshared = self.has_corner_attributes();
         let mut clipper = EarClipper::default();
         let (mut points, mut triangles, mut indices) = (Vec::new(), Vec::new(), Vec::new());
         let (mut start, mut numbers) = (0, Vec::new());
@@ -252,12 +215,12 @@ impl PlyFaces {
             points.extend(
                 corners
                     .iter()
-                    .map(|&corner| corner_position(&vertices, corner)),
+                    .map(|&corner| corner_position(vertices, corner)),
             );
             triangles.clear();
             clipper.triangulate(&points, &mut triangles)?;
             let vertex = |corner: usize| {
-                if apart {
+                if is_unshared {
                     (start + corner) as u32
                 } else {
                     corners[corner]
@@ -272,35 +235,7 @@ impl PlyFaces {
             }
             start += arity as usize;
         }
-        if !apart {
-            let PlyVertices {
-                positions,
-                normals,
-                uvs,
-                colours,
-            } = vertices;
-            let uvs = if uvs.is_empty() {
-                Vec::new()
-            } else {
-                vec![uvs]
-            };
-            let positions = positions.into();
-            return Ok((
-                MeshData {
-                    positions,
-                    normals,
-                    uvs,
-                    colours,
-                    indices,
-                    ..MeshData::default()
-                },
-                numbers,
-            ));
-        }
-        Ok((
-            self.into_unshared_mesh(&vertices, indices, budget)?,
-            numbers,
-        ))
+        Ok((indices, numbers))
     }
 
     /// Returns a mesh in which every corner of every polygon is a vertex of its own.
@@ -364,62 +299,37 @@ impl PlyFaces {
     }
 }
 
+/// Converts the vertex index of a corner. A negative index, and an index beyond 32 bits, is refused.
+fn vertex_index(corner: i64) -> ImportResult<u32> {
+    u32::try_from(corner)
+        .map_err(|_| Fault::invalid_input(format!("the vertex index {corner} is out of range")))
+}
+
+/// Returns a mesh of these triangles with the vertices of the file.
+fn shared_mesh(vertices: PlyVertices, indices: Vec<[u32; 3]>) -> MeshData {
+    let PlyVertices {
+        positions,
+        normals,
+        uvs,
+        colours,
+    } = vertices;
+    MeshData {
+        positions: positions.into(),
+        normals,
+        uvs: if uvs.is_empty() {
+            Vec::new()
+        } else {
+            vec![uvs]
+        },
+        colours,
+        indices,
+        ..MeshData::default()
+    }
+}
+
 fn corner_position(vertices: &PlyVertices, corner: u32) -> DVec3 {
     vertices
         .positions
         .get(corner as usize)
         .map_or(DVec3::ZERO, |&p| p.into())
-}
-
-impl FaceRecord {
-    fn read(
-        &mut self,
-        properties: &[PlyProperty],
-        roles: &[FacePropertyRole],
-        values: &mut ValueStream<'_>,
-        budget: &mut DecodeBudget,
-    ) -> ImportResult<()> {
-        self.corners.clear();
-        self.coordinates.clear();
-        for (property, role) in properties.iter().zip(roles) {
-            let PlyProperty {
-                name,
-                count,
-                number,
-            } = property;
-            match (*role, *count) {
-                (FacePropertyRole::Texture, _) => {
-                    self.texture = values.read_number(*number, name)? as i64
-                }
-                (FacePropertyRole::Channel(channel), _) => {
-                    self.colour[channel] = values.read_number(*number, name)? as f32
-                }
-                (
-                    role @ (FacePropertyRole::Corners | FacePropertyRole::Coordinates),
-                    Some(count),
-                ) => {
-                    let count = values.read_list_length(count, *number, name)?;
-                    // Bytes per corner: its index here, and in the list of all corners, whose
-                    // capacity may be twice its length.
-                    budget.reserve_memory(count, 32)?;
-                    for _ in 0..count {
-                        let value = values.read_number(*number, name)?;
-                        match role {
-                            FacePropertyRole::Corners if value.fract() == 0.0 => {
-                                self.corners.push(value as i64)
-                            }
-                            FacePropertyRole::Corners => {
-                                return Err(Fault::invalid_input(format!(
-                                    "{name}: the vertex index {value} is no whole number"
-                                )));
-                            }
-                            _ => self.coordinates.push(value as f32),
-                        }
-                    }
-                }
-                _ => values.skip_property(property)?,
-            }
-        }
-        Ok(())
-    }
 }

@@ -18,6 +18,7 @@
 //! element, some hundred times the size of the file, and allocates by the counts that a header
 //! claims.
 
+mod face_record;
 mod faces;
 mod header;
 mod textures;
