@@ -128,12 +128,10 @@ pub(crate) fn read_size(bytes: &[u8], limits: &Limits) -> ImportResult<[u32; 2]>
 }
 
 impl<'b> Ktx2Container<'b> {
+    /// Reads the header of a file, and checks it against the file and the limits.
     fn read(bytes: &'b [u8], limits: &Limits) -> ImportResult<Self> {
-        let short = || Fault::invalid_input("is a KTX2 picture that ends inside its header");
-        let word = |index: u64| read_u32(bytes, index).ok_or_else(short);
-        let long = |index: u64| {
-            Ok::<u64, Fault>(u64::from(word(index)?) | u64::from(word(index + 4)?) << 32)
-        };
+        let word = |index: u64| header_u32(bytes, index);
+        let long = |index: u64| header_u64(bytes, index);
         let [format, width, height, depth, layers, faces, levels, scheme] = [
             word(12)?,
             word(20)?,
@@ -161,52 +159,57 @@ impl<'b> Ktx2Container<'b> {
         ] {
             byte_range(bytes, start, length)?;
         }
-        let model = colour_model(bytes).ok_or_else(short)?;
-        if coding == PixelCoding::Basis && ![ETC1S, UASTC].contains(&model) {
-            return Err(Fault::invalid_input(format!(
-                "is a KTX2 picture of colour model {model}; ETC1S and UASTC are supported"
-            )));
+        let has_codebooks = check_coding(bytes, coding, scheme)?;
+        let mut container = Self {
+            width,
+            height,
+            coding,
+            level: &[],
+            compressed: scheme == ZSTANDARD,
+        };
+        container.level = container.check_levels(bytes, levels.max(1))?;
+        if has_codebooks {
+            check_codebooks(bytes, long(64)?, long(72)?, levels.max(1))?;
         }
-        let etc1s = coding == PixelCoding::Basis && model == ETC1S;
-        if etc1s != (scheme == BASIS_LZ) || scheme > ZSTANDARD {
-            return Err(Fault::invalid_input(format!(
-                "is a KTX2 picture whose pixel format is not supported with supercompression {scheme}"
-            )));
-        }
+        Ok(container)
+    }
+
+    /// Checks that each mip level lies in the file and has the size that its pixels need. Returns
+    /// the stored bytes of the largest mip level, which is the first.
+    fn check_levels(&self, bytes: &'b [u8], count: u32) -> ImportResult<&'b [u8]> {
         let mut largest = None;
-        for number in 0..u64::from(levels.max(1)) {
+        for number in 0..u64::from(count) {
             let index = HEADER + 24 * number;
-            let level = byte_range(bytes, long(index)?, long(index + 8)?)?;
-            let side = |pixels: u32| u64::from((pixels >> number.min(31)).max(1));
-            let whole = match coding {
-                // Blocks of sixteen bytes for 4×4 pixels.
-                PixelCoding::Basis => side(width).div_ceil(4) * side(height).div_ceil(4) * 16,
-                PixelCoding::Uncompressed { channels, .. } => {
-                    side(width) * side(height) * channels as u64
-                }
-            };
-            let reported = if scheme == ZSTANDARD {
-                long(index + 16)?
+            let level = byte_range(
+                bytes,
+                header_u64(bytes, index)?,
+                header_u64(bytes, index + 8)?,
+            )?;
+            let reported = if self.compressed {
+                header_u64(bytes, index + 16)?
             } else {
                 level.len() as u64
             };
-            if reported != whole && (scheme == ZSTANDARD || coding != PixelCoding::Basis) {
+            let is_checked = self.compressed || self.coding != PixelCoding::Basis;
+            if is_checked && reported != self.level_size(number) {
                 return Err(ktx2_fault(&format!(
                     "mip level {number} does not have the size that its pixels need"
                 )));
             }
             largest = largest.or(Some(level));
         }
-        if etc1s {
-            check_codebooks(bytes, long(64)?, long(72)?, levels.max(1))?;
+        Ok(largest.unwrap_or_default())
+    }
+
+    /// Returns the size of a decompressed mip level in bytes.
+    fn level_size(&self, level: u64) -> u64 {
+        let side = |pixels: u32| u64::from((pixels >> level.min(31)).max(1));
+        let (width, height) = (side(self.width), side(self.height));
+        match self.coding {
+            // Blocks of sixteen bytes for 4×4 pixels.
+            PixelCoding::Basis => width.div_ceil(4) * height.div_ceil(4) * 16,
+            PixelCoding::Uncompressed { channels, .. } => width * height * channels as u64,
         }
-        Ok(Self {
-            width,
-            height,
-            coding,
-            level: largest.unwrap_or_default(),
-            compressed: scheme == ZSTANDARD,
-        })
     }
 
     /// Decodes uncompressed pixels to RGBA codes. `reversed` states that the channels are stored as
@@ -235,6 +238,24 @@ impl<'b> Ktx2Container<'b> {
         };
         Ok(level.chunks_exact(channels).map(pixel).collect())
     }
+}
+
+/// Checks that the colour model and the supercompression scheme of a file fit the coding of its
+/// pixels. Returns whether the file has codebooks, as ETC1S pictures have.
+fn check_coding(bytes: &[u8], coding: PixelCoding, scheme: u32) -> ImportResult<bool> {
+    let model = colour_model(bytes).ok_or_else(truncated_header_fault)?;
+    if coding == PixelCoding::Basis && ![ETC1S, UASTC].contains(&model) {
+        return Err(Fault::invalid_input(format!(
+            "is a KTX2 picture of colour model {model}; ETC1S and UASTC are supported"
+        )));
+    }
+    let is_etc1s = coding == PixelCoding::Basis && model == ETC1S;
+    if is_etc1s != (scheme == BASIS_LZ) || scheme > ZSTANDARD {
+        return Err(Fault::invalid_input(format!(
+            "is a KTX2 picture whose pixel format is not supported with supercompression {scheme}"
+        )));
+    }
+    Ok(is_etc1s)
 }
 
 /// Returns the colour model in the first data format descriptor of a file; `None` beyond the end of
@@ -283,6 +304,21 @@ fn check_codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> Import
     Ok(())
 }
 
+fn truncated_header_fault() -> Fault {
+    Fault::invalid_input("is a KTX2 picture that ends inside its header")
+}
+
+/// Reads a 32-bit number of the header at a byte position.
+fn header_u32(bytes: &[u8], index: u64) -> ImportResult<u32> {
+    read_u32(bytes, index).ok_or_else(truncated_header_fault)
+}
+
+/// Reads a 64-bit number of the header at a byte position.
+fn header_u64(bytes: &[u8], index: u64) -> ImportResult<u64> {
+    let (low, high) = (header_u32(bytes, index)?, header_u32(bytes, index + 4)?);
+    Ok(u64::from(low) | u64::from(high) << 32)
+}
+
 /// Reads a little-endian 32-bit number at a byte position; `None` beyond the end.
 fn read_u32(bytes: &[u8], index: u64) -> Option<u32> {
     let position = usize::try_from(index).ok()?;
@@ -294,198 +330,4 @@ fn read_u32(bytes: &[u8], index: u64) -> Option<u32> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::import::FaultKind;
-
-    /// Encodes a UASTC block of a single colour: mode 8, then eight bits a channel.
-    fn block(colour: [u8; 4]) -> [u8; 16] {
-        (u128::from(u32::from_le_bytes(colour)) << 5 | 0x17).to_le_bytes()
-    }
-
-    /// Encodes bytes as a Zstandard frame: a single segment with its size in four bytes, and one
-    /// last raw block (RFC 8878, section 3.1.1).
-    fn frame(data: &[u8]) -> Vec<u8> {
-        let length = (data.len() as u32).to_le_bytes();
-        let header = ((data.len() as u32) << 3 | 1).to_le_bytes();
-        [
-            b"\x28\xb5\x2f\xfd\xa0".as_slice(),
-            &length,
-            &header[..3],
-            data,
-        ]
-        .concat()
-    }
-
-    /// Encodes a file with one level, in this `VkFormat` and with this colour model in its
-    /// descriptor, raw or with Zstandard.
-    fn file(
-        [width, height]: [u32; 2],
-        format: u32,
-        model: u8,
-        data: &[u8],
-        zstandard: bool,
-    ) -> Vec<u8> {
-        let level = if zstandard {
-            frame(data)
-        } else {
-            data.to_vec()
-        };
-        let mut out = SIGNATURE.to_vec();
-        let scheme = if zstandard { ZSTANDARD } else { 0 };
-        out.extend(
-            [format, 1, width, height, 0, 0, 1, 1, scheme, 104, 44, 0, 0]
-                .into_iter()
-                .flat_map(u32::to_le_bytes),
-        );
-        out.extend(
-            [0_u64, 0, 148, level.len() as u64, data.len() as u64]
-                .into_iter()
-                .flat_map(u64::to_le_bytes),
-        );
-        // One basic descriptor: colour model, primaries, the sRGB curve; 4×4 blocks; a single
-        // sample for all channels.
-        let sample = [127 << 16 | 3 << 24, 0, 0, u32::MAX];
-        out.extend(
-            [
-                44,
-                0,
-                2 | 40 << 16,
-                0x0002_0100 | u32::from(model),
-                0x0303,
-                16,
-                0,
-            ]
-            .into_iter()
-            .flat_map(u32::to_le_bytes),
-        );
-        out.extend(sample.into_iter().flat_map(u32::to_le_bytes));
-        out.extend(level);
-        out
-    }
-
-    /// Encodes a picture of UASTC blocks, row by row.
-    fn uastc(size: [u32; 2], blocks: &[[u8; 4]], zstandard: bool) -> Vec<u8> {
-        let data: Vec<u8> = blocks.iter().flat_map(|colour| block(*colour)).collect();
-        file(size, 0, UASTC, &data, zstandard)
-    }
-
-    /// Protects: uncompressed pixels keep their codes, for any order of channels, sRGB or not,
-    /// opaque without alpha, raw or with Zstandard.
-    #[test]
-    fn plain_pixels() {
-        let colours = [
-            [1, 2, 3, 4],
-            [250, 100, 50, 0],
-            [7, 8, 9, 255],
-            [0, 0, 255, 128],
-            [255, 0, 0, 1],
-            [90, 80, 70, 60],
-        ];
-        for zstandard in [false, true] {
-            for (formats, channels, reversed) in [
-                ([23, 29], 3, false),
-                ([30, 36], 3, true),
-                ([37, 43], 4, false),
-                ([44, 50], 4, true),
-            ] {
-                let texel = |&[r, g, b, a]: &[u8; 4]| {
-                    let texel = if reversed { [b, g, r, a] } else { [r, g, b, a] };
-                    texel.into_iter().take(channels).collect::<Vec<u8>>()
-                };
-                let data: Vec<u8> = colours.iter().flat_map(texel).collect();
-                for format in formats {
-                    let good = file([3, 2], format, 1, &data, zstandard);
-                    let image = decode(&good, &Limits::default()).unwrap();
-                    let expected =
-                        colours.map(|[r, g, b, a]| [r, g, b, if channels == 4 { a } else { 255 }]);
-                    assert_eq!(
-                        (image.width, image.height, image.pixels),
-                        (3, 2, PixelData::Codes(expected.to_vec())),
-                        "{format}"
-                    );
-                    // Sizes that need more or fewer pixels than the data has.
-                    for size in [[3, 3], [3, 1], [7, 1]] {
-                        assert!(
-                            decode(&file(size, format, 1, &data, zstandard), &Limits::default())
-                                .is_err(),
-                            "{size:?}"
-                        );
-                    }
-                    for end in 0..good.len() {
-                        assert!(
-                            decode(&good[..end], &Limits::default()).is_err(),
-                            "{format} cut at {end}"
-                        );
-                    }
-                }
-            }
-        }
-        let foreign = decode(&file([1, 1], 97, 1, &[0; 8], false), &Limits::default())
-            .unwrap_err()
-            .message;
-        assert!(foreign.contains("VkFormat 97"), "{foreign}");
-    }
-
-    /// Protects: pixels have the codes of their blocks, in rows from the top, cropped at the
-    /// picture's edge, raw or with Zstandard.
-    #[test]
-    fn blocks_of_one_colour() {
-        let colours = [
-            [255, 0, 0, 255],
-            [1, 2, 3, 4],
-            [0, 200, 7, 128],
-            [9, 9, 9, 255],
-        ];
-        for zstandard in [false, true] {
-            let image = decode(&uastc([6, 5], &colours, zstandard), &Limits::default()).unwrap();
-            let PixelData::Codes(codes) = image.pixels else {
-                panic!("codes")
-            };
-            let expected = |i: usize| colours[(i / 6 / 4) * 2 + (i % 6) / 4];
-            assert_eq!((image.width, image.height), (6, 5));
-            assert_eq!(
-                codes,
-                (0..30).map(expected).collect::<Vec<_>>(),
-                "zstandard {zstandard}"
-            );
-        }
-    }
-
-    /// Protects: nothing is allocated for a picture beyond the limits, and every truncated or false
-    /// container is an error.
-    #[test]
-    fn broken_containers_are_refused() {
-        let good = uastc([8, 4], &[[5; 4], [6; 4]], true);
-        let small = Limits {
-            image_pixels: 31,
-            ..Limits::default()
-        };
-        assert_eq!(decode(&good, &small).unwrap_err().kind, FaultKind::Limit);
-        for end in 0..good.len() {
-            assert!(
-                decode(&good[..end], &Limits::default()).is_err(),
-                "cut at {end}"
-            );
-        }
-        for (position, value) in [
-            (28, 1),
-            (32, 2),
-            (36, 6),
-            (40, 33),
-            (44, 3),
-            (48, u32::MAX),
-            (68, 1),
-            (84, 1),
-            (96, 1),
-            (116, 162),
-        ] {
-            let mut bad = good.clone();
-            bad[position..position + 4].copy_from_slice(&value.to_le_bytes());
-            assert!(
-                decode(&bad, &Limits::default()).is_err(),
-                "{value} at {position}"
-            );
-        }
-    }
-}
+mod tests;

@@ -17,15 +17,15 @@ use crate::hash::SceneHash;
 use crate::inputs::InputFiles;
 use crate::limits::Limits;
 use crate::native::{self, ParameterOverrides, SceneNotation};
+use crate::presets;
 use crate::section::{self, SectionPlane};
 use crate::source::{SceneFormat, SourceInfo};
 use crate::up_axis::UpAxis;
 use crate::warning::Warning;
-use crate::presets;
 
 pub use input::Input;
 
-use input::{detect_format, file_stem, read_input_file};
+use input::{detect_format, read_input_file};
 use model::{load_model, refuse_model_choices, refuse_up_axis};
 
 /// Options for loading.
@@ -281,6 +281,3 @@ fn hash_overrides(folder: &Folder, overrides: &ParameterOverrides) {
         folder.add_to_hash(&value.to_le_bytes());
     }
 }
-
-#[cfg(test)]
-mod tests;

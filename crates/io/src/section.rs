@@ -165,21 +165,39 @@ pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -
         kept.push(object);
     }
     scene.objects = kept;
-    if open > 0 {
-        let message = format!(
-            "{open} of the cut meshes are not closed, so that the section leaves openings in them"
-        );
-        warnings.push(Warning::new(WarningCode::Section, name, message));
-    }
-    if scene.objects.is_empty() {
-        let [least, most] = [minimum, maximum].map(|x| format!("{x:.6}"));
-        let axis = ["x", "y", "z"][section.axis];
-        let message = format!(
-            "the section removes the whole model, which lies between {least} and {most} along {axis}"
-        );
-        warnings.push(Warning::new(WarningCode::Section, name, message));
-    }
+    warnings.extend(open_meshes_warning(open, name));
+    warnings.extend(nothing_left_warning(
+        scene,
+        section.axis,
+        [minimum, maximum],
+        name,
+    ));
     warnings
+}
+
+/// Returns the warning about `count` cut meshes that are not closed; `None` if all are closed.
+fn open_meshes_warning(count: usize, name: &str) -> Option<Warning> {
+    let message = format!(
+        "{count} of the cut meshes are not closed, so that the section leaves openings in them"
+    );
+    (count > 0).then(|| Warning::new(WarningCode::Section, name, message))
+}
+
+/// Returns the warning about a section that removed all objects of a scene; `None` if an object is
+/// left. The model had coordinates between `least` and `most` on the axis.
+fn nothing_left_warning(
+    scene: &Scene,
+    axis: usize,
+    [least, most]: [f64; 2],
+    name: &str,
+) -> Option<Warning> {
+    let [least, most] = [least, most].map(|x| format!("{x:.6}"));
+    let axis = ["x", "y", "z"][axis];
+    let message = format!(
+        "the section removes the whole model, which lies between {least} and {most} along {axis}"
+    );
+    let is_empty = scene.objects.is_empty();
+    is_empty.then(|| Warning::new(WarningCode::Section, name, message))
 }
 
 /// Adds a cut mesh to the scene, under a name derived from the name of the object's mesh. Returns

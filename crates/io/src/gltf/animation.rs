@@ -53,9 +53,9 @@ pub(super) fn evaluate_animations(
     };
     for (i, animation) in document.animations.iter().enumerate() {
         for (j, channel) in animation.channels.iter().enumerate() {
-            animator.apply_channel(animation, channel).map_err(|fault| {
-                fault.with_place(format_args!("animations[{i}].channels[{j}]"))
-            })?;
+            animator
+                .apply_channel(animation, channel)
+                .map_err(|fault| fault.with_place(format_args!("animations[{i}].channels[{j}]")))?;
         }
     }
     Ok(animator.animated_nodes)

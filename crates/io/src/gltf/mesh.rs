@@ -106,8 +106,7 @@ impl<'a> GltfImport<'a> {
             .reserve_memory(vertices.len(), 2 * size_of::<DVec3>())?;
         moving.positions = read_dvec3_list(positions, vertices);
         self.deform_vertices(primitive, pose, vertices, positions.count(), &mut moving)?;
-        let single =
-            |list: Vec<DVec3>| list.into_iter().map(|v| v.as_vec3().to_array()).collect();
+        let single = |list: Vec<DVec3>| list.into_iter().map(|v| v.as_vec3().to_array()).collect();
         (data.positions, data.normals) = (moving.positions.into(), single(moving.normals));
         if pose.mirrored {
             data.indices

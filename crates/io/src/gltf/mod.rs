@@ -183,7 +183,10 @@ impl ImportSource<'_> {
 
 /// Removes the channels of all animations but the chosen one. Without a choice, all animations keep
 /// their channels.
-fn deactivate_other_animations(document: &mut Document, choice: &ModelChoice<'_>) -> ImportResult<()> {
+fn deactivate_other_animations(
+    document: &mut Document,
+    choice: &ModelChoice<'_>,
+) -> ImportResult<()> {
     match choice.animation {
         Some(wish) => model_choice::select_animation(document, wish),
         None => Ok(()),

@@ -32,7 +32,11 @@ impl GltfImport<'_> {
 
     /// Whether all numbers of a transform are within the supported range of coordinates; if not, a
     /// warning is added.
-    pub(super) fn check_coordinate_range(&mut self, world: &DAffine3, place: impl Fn() -> String) -> bool {
+    pub(super) fn check_coordinate_range(
+        &mut self,
+        world: &DAffine3,
+        place: impl Fn() -> String,
+    ) -> bool {
         let within = world.to_cols_array().iter().all(|x| x.abs() <= FARTHEST);
         if !within {
             self.warnings.add(

@@ -88,7 +88,7 @@ fn check_input_size(
 }
 
 /// Returns the file name of a path without folders and extensions.
-pub(super) fn file_stem(path: &Path) -> String {
+fn file_stem(path: &Path) -> String {
     let name = path
         .file_name()
         .map(|name| name.to_string_lossy().into_owned())
@@ -127,3 +127,6 @@ pub(super) fn detect_format(path: &Path, bytes: &[u8]) -> Result<SceneFormat, Er
         Error::invalid_input(path.display(), message).with_hint(hint)
     })
 }
+
+#[cfg(test)]
+mod tests;

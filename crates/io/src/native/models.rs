@@ -159,20 +159,11 @@ fn load_model_file(
         .folder_of_reference(&model.file)
         .map_err(|why| unreadable_file_error(parsed, &at("file"), &why))?;
     let file = Path::new(&model.file);
-    let images = parsed
-        .scene
-        .images
-        .iter()
-        .filter_map(|image| image.data.as_ref())
-        .map(|data| data.byte_size());
-    let meshes = parsed.scene.meshes.iter().map(|mesh| match &mesh.source {
-        MeshSource::Inline(data) => data.byte_size(),
-        MeshSource::File(_) => 0,
-    });
     // Memory that earlier models take is subtracted from the limit.
-    let taken = images.chain(meshes).sum::<usize>() as u64;
     let limits = Limits {
-        memory_bytes: limits.memory_bytes.saturating_sub(taken),
+        memory_bytes: limits
+            .memory_bytes
+            .saturating_sub(image_and_mesh_bytes(&parsed.scene)),
         ..*limits
     };
     let format = SceneFormat::from_model_path(file).ok_or_else(|| {
@@ -218,6 +209,30 @@ fn load_model_file(
         })
 }
 
+/// Returns the size of all images and meshes in memory, in bytes.
+fn image_and_mesh_bytes(scene: &Scene) -> u64 {
+    let images = scene
+        .images
+        .iter()
+        .filter_map(|image| image.data.as_ref())
+        .map(|data| data.byte_size());
+    let meshes = scene.meshes.iter().map(|mesh| match &mesh.source {
+        MeshSource::Inline(data) => data.byte_size(),
+        MeshSource::File(_) => 0,
+    });
+    images.chain(meshes).sum::<usize>() as u64
+}
+
+/// New names of a model's images, textures, materials and meshes, by their names in the model's
+/// file.
+#[derive(Default)]
+struct RenamedParts {
+    images: BTreeMap<String, String>,
+    textures: BTreeMap<String, String>,
+    materials: BTreeMap<String, String>,
+    meshes: BTreeMap<String, String>,
+}
+
 /// Moves the images, textures, materials and meshes of a model into the scene, under names with the
 /// prefix `label`. Returns the objects and lights for placement.
 fn merge_model(
@@ -226,68 +241,14 @@ fn merge_model(
     label: &str,
     taken: &mut UsedSceneNames,
 ) -> LoadedModel {
-    let wish = |name: &str| format!("{label}/{name}");
-    let (mut images, mut textures, mut materials, mut meshes) = (
-        BTreeMap::new(),
-        BTreeMap::new(),
-        BTreeMap::new(),
-        BTreeMap::new(),
-    );
-    let rename =
-        |name: &mut String, names: &mut UniqueNames, known: &mut BTreeMap<String, String>| {
-            let new = names.make_unique(&wish(name));
-            known.insert(core::mem::replace(name, new.clone()), new);
-        };
-    own_scene
-        .images
-        .iter_mut()
-        .for_each(|image| rename(&mut image.name, &mut taken.images, &mut images));
-    own_scene
-        .textures
-        .iter_mut()
-        .for_each(|texture| rename(&mut texture.name, &mut taken.textures, &mut textures));
-    own_scene
-        .materials
-        .iter_mut()
-        .for_each(|material| rename(&mut material.name, &mut taken.materials, &mut materials));
-    own_scene
-        .meshes
-        .iter_mut()
-        .for_each(|mesh| rename(&mut mesh.name, &mut taken.meshes, &mut meshes));
-    let follow = |name: &mut String, known: &BTreeMap<String, String>| {
-        if let Some(new) = known.get(name) {
-            name.clone_from(new);
-        }
-    };
-    own_scene
-        .textures
-        .iter_mut()
-        .for_each(|texture| follow(&mut texture.image, &images));
-    for material in &mut own_scene.materials {
-        // Importers create physical materials only.
-        let MaterialModel::Physical(model) = &mut material.model else {
-            continue;
-        };
-        model.change_values(&mut |value| {
-            if let Some(texture) = value.texture_mut() {
-                follow(&mut texture.name, &textures);
-            }
-        });
-    }
-    own_scene
-        .unread
-        .iter_mut()
-        .for_each(|part| follow(&mut part.material, &materials));
+    let renamed = rename_parts(&mut own_scene, label, taken);
+    update_references(&mut own_scene, &renamed);
     for object in &mut own_scene.objects {
-        if let Shape::Mesh(mesh) = &mut object.shape {
-            follow(mesh, &meshes);
-        }
-        object.name = wish(&object.name);
+        object.name = format!("{label}/{}", object.name);
     }
-    own_scene
-        .lights
-        .iter_mut()
-        .for_each(|light| light.name = wish(&light.name));
+    for light in &mut own_scene.lights {
+        light.name = format!("{label}/{}", light.name);
+    }
     scene.images.append(&mut own_scene.images);
     scene.textures.append(&mut own_scene.textures);
     scene.materials.append(&mut own_scene.materials);
@@ -296,7 +257,71 @@ fn merge_model(
     LoadedModel {
         objects: own_scene.objects,
         lights: own_scene.lights,
-        materials,
+        materials: renamed.materials,
+    }
+}
+
+/// Gives the images, textures, materials and meshes of a model unique names with the prefix
+/// `label`. Returns the new names.
+fn rename_parts(own_scene: &mut Scene, label: &str, taken: &mut UsedSceneNames) -> RenamedParts {
+    let rename =
+        |name: &mut String, names: &mut UniqueNames, known: &mut BTreeMap<String, String>| {
+            let new = names.make_unique(&format!("{label}/{name}"));
+            known.insert(core::mem::replace(name, new.clone()), new);
+        };
+    let mut renamed = RenamedParts::default();
+    for image in &mut own_scene.images {
+        rename(&mut image.name, &mut taken.images, &mut renamed.images);
+    }
+    for texture in &mut own_scene.textures {
+        rename(
+            &mut texture.name,
+            &mut taken.textures,
+            &mut renamed.textures,
+        );
+    }
+    for material in &mut own_scene.materials {
+        rename(
+            &mut material.name,
+            &mut taken.materials,
+            &mut renamed.materials,
+        );
+    }
+    for mesh in &mut own_scene.meshes {
+        rename(&mut mesh.name, &mut taken.meshes, &mut renamed.meshes);
+    }
+    renamed
+}
+
+/// Changes all references of a model to its renamed parts. The references of objects to materials
+/// stay, because each placement chooses its own materials.
+fn update_references(own_scene: &mut Scene, renamed: &RenamedParts) {
+    let update = |name: &mut String, known: &BTreeMap<String, String>| {
+        if let Some(new) = known.get(name) {
+            name.clone_from(new);
+        }
+    };
+    for texture in &mut own_scene.textures {
+        update(&mut texture.image, &renamed.images);
+    }
+    for material in &mut own_scene.materials {
+        // Importers create physical materials only.
+        let MaterialModel::Physical(model) = &mut material.model else {
+            continue;
+        };
+        model.change_values(&mut |value| {
+            if let Some(texture) = value.texture_mut() {
+                update(&mut texture.name, &renamed.textures);
+            }
+        });
+    }
+    for part in &mut own_scene.unread {
+        update(&mut part.material, &renamed.materials);
+    }
+    for object in &mut own_scene.objects {
+        if let Shape::Mesh(mesh) = &mut object.shape {
+            update(mesh, &renamed.meshes);
+        }
     }
 }
 

@@ -145,7 +145,8 @@ fn convert_surface(source: &tobj::Material) -> Physical {
         .shininess
         .map_or(1.0, |n| phong_roughness(round_to_f32(n)));
     let illum = source.illumination_model.unwrap_or(2);
-    let clear = filter.is_some_and(|tint| !is_black(tint)) || source.dissolve.is_some_and(|d| d < 1.0);
+    let clear =
+        filter.is_some_and(|tint| !is_black(tint)) || source.dissolve.is_some_and(|d| d < 1.0);
     let coloured = |colour: [f64; 3]| Physical {
         base_colour: Colour(colour).into(),
         ..Physical::default()

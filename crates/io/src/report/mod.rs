@@ -1,5 +1,6 @@
 //! Measurement reports: plots as SVG, and self-contained HTML pages.
 
+mod effect_table;
 mod labels;
 mod margins;
 mod page;

@@ -1,12 +1,16 @@
 //! Double-logarithmic plots as SVG: lines with vertical error bars, marks, and a legend. Colours
 //! follow the reader's light or dark theme; a filled background keeps an embedded plot readable.
 
+mod line;
+
 use std::fmt::Write;
 
 use super::labels::{AREA, OccupiedBoxes};
 use super::scale::{DecadeScale, PlotScales};
 
 use crate::masking::mask_control_characters;
+
+use line::down_arrow_path;
 
 /// A double-logarithmic plot.
 #[derive(Clone, Debug, Default)]
@@ -135,6 +139,7 @@ impl Plot {
         svg
     }
 
+    /// Returns the height of the SVG with its explanations, in pixels.
     fn height(&self) -> f64 {
         HEIGHT
             + if self.key.is_empty() {
@@ -348,94 +353,6 @@ impl ThemeColour {
             Self::Third => "third",
         }
     }
-}
-
-impl PlotLine {
-    fn css_class(&self) -> &'static str {
-        self.colour.css_class()
-    }
-
-    fn draw_stroke(&self, svg: &mut String, path: &str) {
-        let dashes = if self.is_dashed {
-            " stroke-dasharray=\"7 5\""
-        } else {
-            ""
-        };
-        let _ = writeln!(
-            svg,
-            "<path class=\"line {}\"{dashes} d=\"{path}\"/>",
-            self.css_class()
-        );
-    }
-
-    fn draw_marker(&self, svg: &mut String, x: f64, y: f64) {
-        let class = self.css_class();
-        let _ = if self.is_dashed {
-            let (x, y) = (x - 3.5, y - 3.5);
-            writeln!(
-                svg,
-                "<rect class=\"open {class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"7\" height=\"7\"/>"
-            )
-        } else {
-            writeln!(
-                svg,
-                "<circle class=\"dot {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\"/>"
-            )
-        };
-    }
-
-    fn draw(&self, svg: &mut String, frame: &PlotScales) {
-        let mut path = String::new();
-        for (i, point) in self.points.iter().enumerate() {
-            let _ = write!(
-                path,
-                "{}{:.1} {:.1}",
-                if i == 0 { 'M' } else { 'L' },
-                frame.x.map_value(point.x),
-                frame.y.map_value(point.y)
-            );
-        }
-        if path.is_empty() {
-            return;
-        }
-        if !self.is_unjoined {
-            self.draw_stroke(svg, &path);
-        }
-        for point in &self.points {
-            let (x, [low, high]) = (
-                frame.x.map_value(point.x),
-                point.spread.map(|y| frame.y.map_value(y)),
-            );
-            let y = frame.y.map_value(point.y);
-            let spread = if point.is_bound {
-                down_arrow_path(x, y)
-            } else {
-                format!("M{x:.1} {low:.1}V{high:.1}")
-            };
-            let _ = writeln!(
-                svg,
-                "<path class=\"spread {}\" fill=\"none\" d=\"{spread}\"/>",
-                self.css_class()
-            );
-            match &point.label {
-                None => self.draw_marker(svg, x, y),
-                Some(label) => {
-                    let label = escape_xml(label);
-                    let _ = write!(
-                        svg,
-                        "<g tabindex=\"0\" role=\"img\" aria-label=\"{label}\"><title>{label}</title>"
-                    );
-                    self.draw_marker(svg, x, y);
-                    svg.push_str("</g>\n");
-                }
-            }
-        }
-    }
-}
-
-/// Returns the SVG path of a downward arrow from a point; the arrow marks an upper bound.
-fn down_arrow_path(x: f64, y: f64) -> String {
-    format!("M{x:.1} {y:.1}v18m-4 -6l4 6l4 -6")
 }
 
 /// Escapes text for HTML and SVG, and replaces control characters.

@@ -1,12 +1,10 @@
 //! Tables of the HTML report: settings on the frontier, rungs (quality levels) of each ladder (a
-//! setting with ordered levels), ladders that cost only time and memory, and effects.
+//! setting with ordered levels), ladders that cost only time and memory, and file formats.
 
 use raywright_core::accuracy::{
-    ConfidenceInterval, EffectCost, EffectCosts, LadderReport, MeasuredSetting, OutputFormatReport,
-    RungCost, RungReport,
+    ConfidenceInterval, LadderReport, MeasuredSetting, OutputFormatReport, RungCost, RungReport,
 };
 use raywright_core::bench::SampleQuantiles;
-use raywright_core::effects::EffectStatus;
 
 use super::page::{AccuracyPage, format_number};
 use super::plot::escape_xml;
@@ -80,7 +78,25 @@ impl AccuracyPage<'_> {
         )
     }
 
+    /// Formats the table of the measured rungs (quality levels), and the lists of all other rungs.
     pub(super) fn rung_table(&self) -> String {
+        let [time, ratio, error, rmse, bias, light, flip, alone] = SETTING_HEADINGS;
+        let names = ["rung", time, ratio, error, rmse, bias, light, flip, alone];
+        format!(
+            "<h2>Rungs, changed one at a time</h2>\n<p class=\"soft\">Times are CPU times, summed over all threads, at the scene's \
+             own picture size. Error: root relMSE, the root of the mean of (I − R)² / (R² + 0.01). Bias: the part of the error that more samples do not reduce. Light: the relative change of the total light. Alone: root mean square difference from the most exact rung of the same ladder, rendered with \
+             the same random numbers. &lt;: indistinguishable from the noise of the reference.</p>\n\
+             {}{}",
+            Table::new([ColumnAlignment::Right; 9], names, self.rung_rows())
+                .without_empty_columns()
+                .to_html(),
+            self.unlisted_rungs_html()
+        )
+    }
+
+    /// Returns the rows of all measured rungs: the scene's own setting, the numbers of samples, the
+    /// other ladders, and rungs that were changed together.
+    fn rung_rows(&self) -> Vec<TableRow> {
         let named = |name: String, measured: &MeasuredSetting| {
             [name].into_iter().chain(self.setting_cells(measured, None))
         };
@@ -119,6 +135,12 @@ impl AccuracyPage<'_> {
                 TableRow::with_class("", named(candidate.name(), &candidate.measured))
             }));
         }
+        rows
+    }
+
+    /// Formats the lists of rungs that the table of rungs leaves out: beaten, not measured, and
+    /// without effect.
+    fn unlisted_rungs_html(&self) -> String {
         let named = |which: &dyn Fn(&LadderReport, &RungReport) -> bool| -> Vec<String> {
             let all = self
                 .report
@@ -148,17 +170,7 @@ impl AccuracyPage<'_> {
                 names.join(", ")
             ),
         };
-        let [time, ratio, error, rmse, bias, light, flip, alone] = SETTING_HEADINGS;
-        let names = ["rung", time, ratio, error, rmse, bias, light, flip, alone];
-        format!(
-            "<h2>Rungs, changed one at a time</h2>\n<p class=\"soft\">Times are CPU times, summed over all threads, at the scene's \
-             own picture size. Error: root relMSE, the root of the mean of (I − R)² / (R² + 0.01). Bias: the part of the error that more samples do not reduce. Light: the relative change of the total light. Alone: root mean square difference from the most exact rung of the same ladder, rendered with \
-             the same random numbers. &lt;: indistinguishable from the noise of the reference.</p>\n\
-             {}{beaten}{late}{absent}",
-            Table::new([ColumnAlignment::Right; 9], names, rows)
-                .without_empty_columns()
-                .to_html()
-        )
+        beaten + &late + &absent
     }
 
     /// Returns the rows of a ladder for all measured rungs (its quality levels). Rungs that are
@@ -186,6 +198,7 @@ impl AccuracyPage<'_> {
             .collect()
     }
 
+    /// Returns the cells of a measured setting, in the order of [`SETTING_HEADINGS`].
     fn setting_cells(
         &self,
         measured: &MeasuredSetting,
@@ -216,6 +229,7 @@ impl AccuracyPage<'_> {
         )
     }
 
+    /// Returns the cells of a rung that changes no picture: time, its ratio, preparation and memory.
     fn cost_cells(&self, rung_cost: &RungCost) -> Vec<String> {
         let bits = if rung_cost.same_bits {
             ""
@@ -294,94 +308,6 @@ impl AccuracyPage<'_> {
             .to_html()
         )
     }
-
-    /// Formats the table of the scene's effects, with the cost of each effect that can be switched
-    /// off.
-    pub(super) fn effect_table(&self) -> String {
-        let costs = self.report.costs.as_ref();
-        let present = self
-            .effects
-            .effects
-            .iter()
-            .filter(|finding| finding.status != EffectStatus::Absent);
-        let rows = present.map(|finding| {
-            let status = if finding.status == EffectStatus::Simulated {
-                "simulated"
-            } else {
-                "left out"
-            };
-            let cost = costs.and_then(|costs| {
-                costs
-                    .effects
-                    .iter()
-                    .find(|cost| cost.effect == finding.effect.name())
-            });
-            let [time, rays, rmse, flip] = cost.map(effect_cells).unwrap_or_default();
-            let message = format!("{status}: {}", finding.because);
-            [
-                finding.effect.name().to_owned(),
-                time,
-                rays,
-                rmse,
-                flip,
-                message,
-            ]
-            .into_iter()
-            .collect()
-        });
-        let mut columns = [ColumnAlignment::Right; 6];
-        columns[5] = ColumnAlignment::Left;
-        let names = [
-            "effect",
-            "added time",
-            "added rays",
-            "change of picture, RMSE",
-            "FLIP",
-            "status",
-        ];
-        format!(
-            "<h2>Effects of the scene</h2>\n<p class=\"soft\">{}</p>\n{}",
-            costs.map_or_else(
-                || "The cost of each effect was not measured for lack of time.".to_owned(),
-                describe_effect_costs
-            ),
-            Table::new(columns, names, rows)
-                .without_empty_columns()
-                .to_html()
-        )
-    }
-}
-
-/// Formats the cost of an effect: the change in time as median, least and greatest value of several
-/// rounds, the change in the number of rays, and the two differences of the picture (RMSE and
-/// FLIP).
-fn effect_cells(effect_cost: &EffectCost) -> [String; 4] {
-    let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
-    let time = format!(
-        "{} ({} to {})",
-        percent(effect_cost.ratio.median),
-        percent(effect_cost.ratio.min),
-        percent(effect_cost.ratio.max)
-    );
-    [
-        time,
-        percent(effect_cost.rays),
-        format_number(effect_cost.rmse),
-        format_number(effect_cost.flip),
-    ]
-}
-
-fn describe_effect_costs(costs: &EffectCosts) -> String {
-    let [width, height] = costs.size;
-    let late = if costs.late.is_empty() {
-        String::new()
-    } else {
-        format!("; not measured for lack of time: {}", costs.late.join(", "))
-    };
-    format!(
-        "Rendered with and without each effect that can be switched off, in turns and with the same random numbers, at \
-         {width}×{height}: the differences are the cost of the effect{late}."
-    )
 }
 
 /// Headings of the values of a measured setting.

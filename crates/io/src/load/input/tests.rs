@@ -1,6 +1,7 @@
 //! Tests of file formats and names.
 
 use super::*;
+use crate::native::SceneNotation;
 
 /// Protects: the format follows the extension in any case, otherwise the first bytes; binary glTF
 /// is detected by its first bytes under any name.
