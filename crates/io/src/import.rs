@@ -15,6 +15,12 @@ use crate::{Error, Limits, Warning, format_bytes};
 /// File name extensions of model files, for messages.
 pub(crate) const MODELS: &str = ".stl, .ply, .obj, .gltf and .glb";
 
+/// Formats a count with its noun, such as `1 joint` or `2 joints`.
+pub(crate) fn format_count(count: usize, noun: &str) -> String {
+    let ending = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{ending}")
+}
+
 /// Kind of a [`Fault`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FaultKind {
@@ -329,69 +335,4 @@ impl DecodeBudget {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Protects: names are unique, so that no reference to a mesh is ambiguous.
-    #[test]
-    fn names_are_unique_even_against_numbered_wishes() {
-        let mut names = UniqueNames::default();
-        let made: Vec<_> = ["a", "a", "a (1)", "a", ""]
-            .iter()
-            .map(|wish| names.make_unique(wish))
-            .collect();
-        let distinct: HashSet<_> = made.iter().collect();
-        assert_eq!(distinct.len(), made.len(), "{made:?}");
-        assert_eq!(made[0], "a");
-    }
-
-    /// Protects: repeated warnings appear once, and a file with a million faults prints no million
-    /// lines.
-    #[test]
-    fn warnings_are_said_once_and_capped() {
-        let mut warnings = Warnings::default();
-        for i in 0..1000 {
-            warnings.add(WarningCode::Format, format!("w{}", i % 500));
-        }
-        assert_eq!(warnings.into_warnings("f").len(), Warnings::MOST + 1);
-        let mut warnings = Warnings::default();
-        ["a", "b", "a", "b", "b"]
-            .into_iter()
-            .for_each(|message| warnings.add(WarningCode::Format, message));
-        let messages: Vec<_> = warnings
-            .into_warnings("f")
-            .into_iter()
-            .map(|warning| warning.message)
-            .collect();
-        assert_eq!(messages, ["f: a", "f: b"]);
-    }
-
-    /// Protects: reservations add up, even when a product overflows.
-    #[test]
-    fn budget_refuses_what_exceeds_it() {
-        let mut budget = DecodeBudget::new(&Limits {
-            memory_bytes: 100,
-            triangles: 3,
-            ..Limits::default()
-        });
-        assert!(budget.reserve_memory(10, 2).is_ok());
-        assert_eq!(
-            budget
-                .reserve_memory(usize::MAX, usize::MAX)
-                .unwrap_err()
-                .kind,
-            FaultKind::Limit
-        );
-        assert!(budget.reserve_triangles(4).is_err());
-        assert!(budget.reserve_triangles(3).is_ok());
-        assert!(budget.reserve_memory(45, 1).is_err());
-        assert!(budget.reserve_memory(44, 1).is_ok());
-    }
-
-    /// Protects: a name in a hostile file neither fills the terminal nor controls it.
-    #[test]
-    fn shown_text_is_short_and_clean() {
-        assert_eq!(sanitise_text("a\x1b[31m\nb"), "a\u{fffd}[31m\u{fffd}b");
-        assert_eq!(sanitise_text(&"x".repeat(100_000)).chars().count(), 101);
-    }
-}
+mod tests;

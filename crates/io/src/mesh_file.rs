@@ -27,7 +27,7 @@ pub(crate) fn read_mesh(
     let format = SceneFormat::from_model_path(file).ok_or_else(|| {
         Error::invalid_input(
             file.display(),
-            format!("meshes are read from {MODELS} files"),
+            format!("meshes can only be read from {MODELS} files: convert this file"),
         )
     })?;
     if !format.has_model_choices() && *model != ModelSelection::default() {

@@ -353,6 +353,22 @@ fn a_mesh_file_that_cannot_be_had_is_an_error_at_its_place() {
     );
 }
 
+/// Protects: a mesh file of an unsupported format is refused with the supported formats and a
+/// remedy.
+#[test]
+fn a_mesh_file_of_another_format_has_a_remedy() {
+    let place = SceneFolder::new(&MODEL.replace("leaf.gltf", "leaf.fbx"));
+    place.put("models/leaf.fbx", b"Kaydara");
+    let (kind, message) = place.fails(&LoadOptions::default());
+    assert_eq!(kind, ErrorKind::Input);
+    assert!(
+        message.contains(
+            "meshes can only be read from .stl, .ply, .obj, .gltf and .glb files: convert this file"
+        ),
+        "{message}"
+    );
+}
+
 /// Protects: a model has no parameters.
 #[test]
 fn a_model_has_no_parameters() {

@@ -13,7 +13,7 @@ use super::document::Document;
 use super::entries::{NodeEntry, PrimitiveEntry};
 use super::nodes::NodeInstance;
 use super::vertices::VertexSelection;
-use crate::import::{Fault, ImportResult};
+use crate::import::{Fault, ImportResult, format_count};
 
 /// Largest number of vertex displacements by morph targets and joints in a file. Without a limit, a
 /// few lines of JSON could take unbounded time.
@@ -138,8 +138,9 @@ impl GltfImport<'_> {
         {
             let (count, joints) = (binds.count(), skin.joints.len());
             return Err(Fault::invalid_input(format!(
-                "has {joints} joints, but {count} inverseBindMatrices of {} numbers; each joint needs one matrix of 16 numbers",
-                binds.element_arity()
+                "has {}, but {count} inverseBindMatrices of {}; each joint needs one matrix of 16 numbers",
+                format_count(joints, "joint"),
+                format_count(binds.element_arity(), "number")
             )));
         }
         self.budget
@@ -314,8 +315,8 @@ impl SkinTransforms {
             let list = &self.joints;
             list.get(index as usize).ok_or_else(|| {
                 Fault::invalid_input(format!(
-                    "JOINTS: joint {index} does not exist, the skin has {} joints",
-                    list.len()
+                    "JOINTS: joint {index} does not exist, the skin has {}",
+                    format_count(list.len(), "joint")
                 ))
             })
         };

@@ -10,7 +10,7 @@ use glam::{DQuat, DVec4};
 use super::accessor::{Accessor, AccessorReader};
 use super::buffers::missing_index_fault;
 use super::entries::{AnimationEntry, AnimationSampler, Interpolation};
-use crate::import::{Fault, ImportResult};
+use crate::import::{Fault, ImportResult, format_count};
 
 /// Reads keyframes and interpolates between them. Opened accessors are kept, because opening a
 /// sparse accessor takes time and memory.
@@ -88,22 +88,27 @@ impl<'a> KeyframeReader<'a> {
         let values = self
             .open_accessor(sampler.output)
             .map_err(|fault| fault.with_place("output"))?;
-        let (count, requested) = (
-            times.count(),
-            times
-                .count()
-                .saturating_mul(if is_cubic_spline(sampler) { 3 } else { 1 }),
-        );
+        let count = times.count();
+        if count == 0 {
+            return Err(Fault::invalid_input(
+                "has no keyframe times, but needs at least one",
+            ));
+        }
+        let requested = count.saturating_mul(if is_cubic_spline(sampler) { 3 } else { 1 });
         // A keyframe has as many weights as the mesh has targets.
         let fits = if arity == 1 {
-            requested > 0 && values.count() % requested == 0
+            values.count() % requested == 0
         } else {
             values.count() == requested
         };
-        if count == 0 || times.element_arity() != 1 || values.element_arity() != arity || !fits {
-            let (n, m) = (values.count(), values.element_arity());
+        if times.element_arity() != 1 || values.element_arity() != arity || !fits {
             return Err(Fault::invalid_input(format!(
-                "has {count} keyframe times and {n} values of {m} numbers, but needs {requested} values of {arity} numbers"
+                "has {} and {} of {}, but needs {} of {}",
+                format_count(count, "keyframe time"),
+                format_count(values.count(), "value"),
+                format_count(values.element_arity(), "number"),
+                format_count(requested, "value"),
+                format_count(arity, "number"),
             )));
         }
         let seconds = |key: usize| f64::from(times.read_vector::<1>(key)[0]);

@@ -293,7 +293,7 @@ fn broken_skins_and_targets_are_refused() {
     let skins: [(SkinDamage, &str); 6] = [
         (
             |d| d["skins"][0]["joints"] = json!([3]),
-            "joint 1 does not exist, the skin has 1 joints",
+            "joint 1 does not exist, the skin has 1 joint",
         ),
         (|d| d["skins"][0]["joints"] = json!([3, 99]), "nodes[99]"),
         (

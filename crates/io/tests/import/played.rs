@@ -251,7 +251,7 @@ fn broken_animations_are_refused_when_played() {
         ),
         (
             |d| d["animations"][0]["samplers"][0]["interpolation"] = json!("CUBICSPLINE"),
-            "needs 6 values of 3 numbers",
+            "has 2 keyframe times and 2 values of 3 numbers, but needs 6 values of 3 numbers",
         ),
         (
             |d| d["animations"][0]["channels"][0]["target"]["path"] = json!("rotation"),
@@ -259,7 +259,7 @@ fn broken_animations_are_refused_when_played() {
         ),
         (
             |d| d["accessors"][1]["count"] = json!(0),
-            "0 keyframe times",
+            "has no keyframe times, but needs at least one",
         ),
     ];
     for (change, word) in breaks {
