@@ -5,29 +5,26 @@
 //! branch: a path of its own, traced to its end before the first path continues.
 
 mod classic;
+mod direct_light;
+mod passed_surfaces;
 mod physical;
 mod state;
+mod waiting_paths;
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use self::state::WhittedState;
-use super::shadow::ShadowResult;
 use super::spawn::MinHitDistances;
 use super::{
-    CameraRays, FirstHit, LightTransport, MOST_PASSAGES, PACKET, PacketHits, PathResult,
-    PathResults, PathSegment,
+    CameraRays, FirstHit, LightTransport, PACKET, PacketHits, PathResult, PathResults, PathSegment,
 };
 use crate::counters::Counters;
 use crate::interaction::Interaction;
-use crate::light::{LightId, LightSample};
 use crate::observer::Observer;
 use crate::prepare::{PreparedMaterial, PreparedScene};
-use crate::sampler::{SampleAddress, SamplePurpose, sample_2d};
+use crate::sampler::SampleAddress;
 use crate::scene::AlphaMode;
 use crate::settings::Settings;
-
-/// Number of side branches between checks for cancellation.
-const DIVISIONS: u32 = 4096;
 
 /// Whitted's ray tracer.
 pub(crate) struct WhittedTracer<'a, R: Real> {
@@ -264,153 +261,6 @@ impl<R: Real> WhittedTracer<'_, R> {
                 self.defer_path(path, side_branch);
             }
         }
-    }
-
-    /// Pushes a path onto the stack of waiting paths, and continues with its side branch. Not
-    /// inlined: most paths never branch.
-    #[inline(never)]
-    fn defer_path(&mut self, path: &mut WhittedState<R>, side_branch: WhittedState<R>) {
-        self.divisions = self.divisions.wrapping_add(1);
-        if self.divisions.is_multiple_of(DIVISIONS) && self.observer.is_cancelled() {
-            self.stopped = true;
-        }
-        if self.stopped {
-            self.waiting_paths.clear();
-            path.remaining_segments = 0;
-        } else {
-            self.waiting_paths
-                .push(core::mem::replace(path, side_branch));
-        }
-    }
-
-    /// Replaces an ended path by the path that waits for it, if any. Returns whether a path
-    /// continues.
-    #[inline(always)]
-    fn resume_waiting_path(&mut self, path: &mut WhittedState<R>) -> bool {
-        !self.waiting_paths.is_empty() && self.pop_waiting_path(path)
-    }
-
-    #[inline(never)]
-    fn pop_waiting_path(&mut self, path: &mut WhittedState<R>) -> bool {
-        while let Some(before) = self.waiting_paths.pop() {
-            let state = core::mem::replace(path, before);
-            path.radiance += state.radiance;
-            path.coverage += state.coverage;
-            path.passages = state.passages;
-            // The waiting path may itself have no segments left.
-            if path.remaining_segments > 0 {
-                return true;
-            }
-        }
-        false
-    }
-
-    /// Continues a path in the same direction beyond a surface, with its new throughput. Takes no
-    /// segment.
-    fn pass_through_surface(
-        &mut self,
-        path: &mut WhittedState<R>,
-        interaction: &Interaction<R>,
-        throughput: R::Vec3,
-    ) {
-        let rest = path.segment.direction_error;
-        path.segment
-            .advance_to_ray(&self.ray_behind_surface(path, interaction), rest);
-        path.throughput = throughput;
-        path.address.bounce += 1;
-        self.count_passed_surface(path);
-    }
-
-    /// Continues a path beyond an index-matched boundary, which only tints its throughput.
-    fn pass_index_matched_boundary(
-        &mut self,
-        path: &mut WhittedState<R>,
-        interaction: &Interaction<R>,
-        throughput: R::Vec3,
-    ) {
-        self.counters.refraction += 1;
-        path.coverage += core::mem::replace(&mut path.share, R::ZERO);
-        path.is_camera_ray = false;
-        self.pass_through_surface(path, interaction, throughput);
-    }
-
-    /// Returns the ray that continues a path's ray beyond a surface.
-    fn ray_behind_surface(&self, path: &WhittedState<R>, interaction: &Interaction<R>) -> Ray<R> {
-        Ray {
-            is_camera_ray: path.segment.ray.is_camera_ray,
-            ..self.scene.spawn_straight_ray(interaction)
-        }
-    }
-
-    /// Counts a surface that a path passed unchanged, and ends the path if it passed too many.
-    fn count_passed_surface(&mut self, path: &mut WhittedState<R>) {
-        path.passages += 1;
-        if path.passages > MOST_PASSAGES {
-            path.remaining_segments = 0;
-            self.counters.cut_short += 1;
-        }
-    }
-
-    /// Traces and counts a shadow ray from a surface to a light sample.
-    #[inline]
-    fn trace_shadow_ray(
-        &mut self,
-        light: &LightSample<R>,
-        interaction: &Interaction<R>,
-        want_distance: bool,
-    ) -> ShadowResult<R> {
-        match self.scene.shadow_ray(light, interaction) {
-            Some((ray, range)) => {
-                self.counters.shadow += 1;
-                self.scene.trace_shadow(
-                    (&ray.with_time(interaction.time), range),
-                    &light.target,
-                    want_distance,
-                )
-            }
-            // The light lies at the ray's origin: nothing blocks it.
-            None => ShadowResult {
-                share: R::ONE,
-                distance: R::INFINITY,
-            },
-        }
-    }
-
-    /// Samples a point of an emitter chosen by power. Returns the light sample and the
-    /// transmittance of its shadow ray, 0 to 1; `None` if no light arrives.
-    fn sample_emitter(
-        &mut self,
-        interaction: &Interaction<R>,
-        address: SampleAddress,
-    ) -> Option<(LightSample<R>, R)> {
-        let emitters = &self.scene.lights.emitters;
-        if emitters.is_empty() {
-            return None;
-        }
-        let pick = sample_2d(address, SamplePurpose::Emitter);
-        let position = sample_2d(address, SamplePurpose::EmitterPoint);
-        let (index, probability) = emitters.sample_emitter(pick)?;
-        let light_sample =
-            emitters.sample(index, interaction.surface.point, position, probability)?;
-        if interaction.normal.dot(light_sample.direction) <= R::ZERO {
-            return None;
-        }
-        let aimed = self.scene.aim_at_lamp_centre(
-            LightId::Emitter(index),
-            light_sample,
-            interaction.surface.point,
-        )?;
-        let (ray, range) = self.scene.shadow_ray(&aimed, interaction)?;
-        self.counters.shadow += 1;
-        let share = self
-            .scene
-            .trace_shadow(
-                (&ray.with_time(interaction.time), range),
-                &aimed.target,
-                false,
-            )
-            .share;
-        (share > R::ZERO).then_some((light_sample, share))
     }
 }
 

@@ -6,7 +6,7 @@ mod physical;
 
 use raywright_bvh::{Real, Vector};
 
-pub(crate) use classic::{ClassicInputs, SpecularInputs};
+pub(crate) use classic::{ClassicInputs, ReflectionInputs, SpecularInputs, TransmissionInputs};
 pub(super) use layered::MaterialContext;
 use layered::layers_need_tangents;
 pub(crate) use layered::{

@@ -48,7 +48,8 @@ pub use leak::{LampRef, LightLeak};
 use lights::{build_sky_sampler, prepare_irradiance, prepare_lights};
 pub(crate) use material::{
     AnisotropyFrame, ClassicInputs, ConstantIor, FilmThickness, InputFieldTypes, LayeredInputs,
-    PhysicalInputs, PhysicalTransmission, PreparedMaterial, RefractiveIndex, SpecularInputs,
+    PhysicalInputs, PhysicalTransmission, PreparedMaterial, ReflectionInputs, RefractiveIndex,
+    SpecularInputs, TransmissionInputs,
 };
 use material_set::MaterialSet;
 pub(crate) use prepared_scene::PreparedSpawnRule;

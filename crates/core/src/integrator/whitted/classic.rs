@@ -7,8 +7,9 @@ use super::super::spawn::round_direction;
 use super::WhittedTracer;
 use super::state::{SecondaryRay, SecondaryRays, WhittedState};
 use crate::interaction::{Interaction, LightInputs};
+use crate::light::{DeltaLight, LightSample};
 use crate::material::Glass;
-use crate::prepare::{ClassicInputs, SpecularInputs};
+use crate::prepare::{ClassicInputs, ReflectionInputs, SpecularInputs, TransmissionInputs};
 use crate::sampler::SampleAddress;
 use crate::scene::{SpecularModel, TransmissionChoice};
 use crate::texture::ShadingContext;
@@ -61,27 +62,55 @@ impl<R: Real> WhittedTracer<'_, R> {
             return path.start_segment([None; 2]);
         }
         if let Some(transmission) = &m.transmission {
-            if matched {
-                self.pass_index_matched_boundary(
-                    path,
-                    interaction,
-                    throughput * transmission.glass.transmitted,
-                );
-                return None;
-            }
-            let scattered_rays = self.refract(
-                (&transmission.glass, transmission.choice),
-                path,
-                hit,
-                interaction,
-                throughput,
-            );
-            return path.start_segment(scattered_rays);
+            self.transmit_classic(transmission, path, hit, interaction)
+        } else if let Some(reflection) = &m.reflection {
+            self.reflect_classic(m, reflection, path, &context, colour)
+        } else {
+            path.start_segment([None; 2])
         }
-        let Some(reflection) = &m.reflection else {
-            return path.start_segment([None; 2]);
-        };
-        let mut throughput = throughput * reflection.weight.eval_number(&context);
+    }
+
+    /// Continues a path at a transmissive surface with the refracted and the reflected ray.
+    #[inline(always)]
+    fn transmit_classic(
+        &mut self,
+        transmission: &TransmissionInputs<R>,
+        path: &mut WhittedState<R>,
+        hit: &Hit<R>,
+        interaction: &Interaction<R>,
+    ) -> Option<WhittedState<R>> {
+        let throughput = path.throughput;
+        if transmission.glass.ior == 1.0 {
+            self.pass_index_matched_boundary(
+                path,
+                interaction,
+                throughput * transmission.glass.transmitted,
+            );
+            return None;
+        }
+        let scattered_rays = self.refract(
+            (&transmission.glass, transmission.choice),
+            path,
+            hit,
+            interaction,
+            throughput,
+        );
+        path.start_segment(scattered_rays)
+    }
+
+    /// Continues a path at a mirror with the reflected ray, and adds the highlights that the
+    /// reflection's weight multiplies. `colour` is the base colour of the surface.
+    #[inline(always)]
+    fn reflect_classic(
+        &mut self,
+        m: &ClassicInputs<R>,
+        reflection: &ReflectionInputs<R>,
+        path: &mut WhittedState<R>,
+        context: &ShadingContext<'_, R>,
+        colour: R::Vec3,
+    ) -> Option<WhittedState<R>> {
+        let interaction = context.interaction;
+        let mut throughput = path.throughput * reflection.weight.eval_number(context);
         if reflection.tinted {
             throughput *= colour;
         }
@@ -96,10 +125,10 @@ impl<R: Real> WhittedTracer<'_, R> {
             direction = (direction + wave * *amount).normalize();
         }
         if let Some(specular) = m.specular.as_ref().filter(|s| s.on_reflection) {
-            let highlight = self.sum_highlights(specular, &context);
-            *radiance += throughput * highlight;
+            let highlight = self.sum_highlights(specular, context);
+            path.radiance += throughput * highlight;
         }
-        if segments > 1 {
+        if path.remaining_segments > 1 {
             self.counters.reflection += 1;
         }
         path.start_segment([
@@ -142,20 +171,7 @@ impl<R: Real> WhittedTracer<'_, R> {
             };
             let mut share = R::ONE;
             if light.has_shadow_rule && (facing > zero || highlight > zero || m.shadow.is_some()) {
-                if light.shadows && m.needs_shadow_ray {
-                    let shadow_result = self.trace_shadow_ray(
-                        &light_sample,
-                        interaction,
-                        m.reads_occluder_distance,
-                    );
-                    (context.light_inputs.occluder, context.light_inputs.share) =
-                        (shadow_result.distance, shadow_result.share);
-                }
-                share = m
-                    .shadow
-                    .as_ref()
-                    .map_or(context.light_inputs.share, |s| s.eval_number(context));
-                context.light_inputs.share = share;
+                share = self.eval_shadow_rule(m, context, light, &light_sample);
             }
             lit += light_sample.arriving * (m.diffuse.eval_number(context) * facing * share);
             if let Some(s) = specular
@@ -193,6 +209,30 @@ impl<R: Real> WhittedTracer<'_, R> {
             );
         }
         local
+    }
+
+    /// Returns the share of a light, 0 to 1, that reaches a classic surface by its shadow rule.
+    /// Stores the share and the distance of the occluder in `context`.
+    #[inline(always)]
+    fn eval_shadow_rule(
+        &mut self,
+        m: &ClassicInputs<R>,
+        context: &mut ShadingContext<'_, R>,
+        light: &DeltaLight<R>,
+        light_sample: &LightSample<R>,
+    ) -> R {
+        if light.shadows && m.needs_shadow_ray {
+            let shadow_result =
+                self.trace_shadow_ray(light_sample, context.interaction, m.reads_occluder_distance);
+            (context.light_inputs.occluder, context.light_inputs.share) =
+                (shadow_result.distance, shadow_result.share);
+        }
+        let share = m
+            .shadow
+            .as_ref()
+            .map_or(context.light_inputs.share, |s| s.eval_number(context));
+        context.light_inputs.share = share;
+        share
     }
 
     /// Returns the summed highlights of the delta lights on a surface. Shadow rays are traced only

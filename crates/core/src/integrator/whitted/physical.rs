@@ -100,33 +100,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         *radiance += throughput * self.sum_local_light(&model, interaction, mirror, address);
         let dielectric = R::ONE - model.metallic;
         if let Some(glass) = model.glass.filter(|_| dielectric > R::ZERO) {
-            // An opaque dielectric share reflects like glass, but from outside alone.
-            let mirrored = if interaction.outside {
-                R::ONE
-            } else {
-                glass.share
-            };
-            let glass = Glass {
-                reflected: glass.reflected * mirrored,
-                transmitted: glass.transmitted * glass.share,
-                ..glass
-            };
-            if glass.ior == 1.0 {
-                self.pass_index_matched_boundary(
-                    path,
-                    interaction,
-                    throughput * dielectric * glass.transmitted,
-                );
-                return None;
-            }
-            let scattered_rays = self.refract(
-                (&glass, TransmissionChoice::Split),
-                path,
-                hit,
-                interaction,
-                throughput * dielectric,
-            );
-            return path.start_segment(scattered_rays);
+            return self.transmit_physical(&glass, dielectric, path, hit, interaction);
         }
         let weight = throughput
             * model
@@ -143,6 +117,47 @@ impl<R: Real> WhittedTracer<'_, R> {
             }
         });
         path.start_segment([onward, None])
+    }
+
+    /// Continues a path at glass with the refracted and the reflected ray. `dielectric` is the share
+    /// of the surface, 0 to 1, that is no metal.
+    #[inline(always)]
+    fn transmit_physical(
+        &mut self,
+        glass: &Glass<R>,
+        dielectric: R,
+        path: &mut WhittedState<R>,
+        hit: &Hit<R>,
+        interaction: &Interaction<R>,
+    ) -> Option<WhittedState<R>> {
+        let throughput = path.throughput;
+        // An opaque dielectric share reflects like glass, but from outside alone.
+        let mirrored = if interaction.outside {
+            R::ONE
+        } else {
+            glass.share
+        };
+        let glass = Glass {
+            reflected: glass.reflected * mirrored,
+            transmitted: glass.transmitted * glass.share,
+            ..*glass
+        };
+        if glass.ior == 1.0 {
+            self.pass_index_matched_boundary(
+                path,
+                interaction,
+                throughput * dielectric * glass.transmitted,
+            );
+            return None;
+        }
+        let scattered_rays = self.refract(
+            (&glass, TransmissionChoice::Split),
+            path,
+            hit,
+            interaction,
+            throughput * dielectric,
+        );
+        path.start_segment(scattered_rays)
     }
 
     /// Returns the local light of a physical surface: direct light and the mean of the sky,
