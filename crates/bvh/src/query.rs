@@ -4,6 +4,7 @@
 //! copy of every primitive's test. During a query a hit is identified by its slot (the primitive's
 //! record in the set). The object and primitive ids are added after the query.
 
+mod kinds;
 mod packet;
 mod visitor;
 
@@ -19,7 +20,8 @@ use crate::shapes::{PreparedRay, Shape, ShapeHit};
 use crate::slot::{PrimitiveKind, PrimitiveSlot};
 use crate::stats::{TraversalCounter, TraversalStats};
 
-use self::visitor::{AnyHitQuery, ClosestHitQuery, QueryKind, QueryVisitor};
+use self::kinds::{AnyHitQuery, ClosestHitQuery, QueryKind};
+use self::visitor::QueryVisitor;
 
 /// Value of [`SlotHit`]'s inner slot for a hit outside any instance.
 const NO_INNER_SLOT: u32 = u32::MAX;

@@ -1,15 +1,134 @@
 //! Cases P13 and P15: rays for which the leading coefficient of a quadric vanishes, and ellipsoids
 //! of extreme shape.
 
-use crate::shapes::{Cone, Ellipsoid, Hyperboloid};
+use crate::shapes::{AnyShape, Cone, Ellipsoid, Hyperboloid};
 use crate::{Real, Vector};
 use glam::DVec3;
 
 use super::IntersectFunction;
 use super::verdicts::{
-    CaseOutcome, RayCount, Verdict, format_ray_bits, judge_rays, round_to_f32, to_scalar,
+    CaseOutcome, CaseRng, RayCount, Verdict, format_ray_bits, judge_rays, round_to_f32, to_scalar,
     unnormalised_ray,
 };
+
+/// A quadric with rays for which its leading coefficient vanishes.
+#[derive(Clone, Copy, PartialEq)]
+enum VanishingQuadric {
+    /// The cone with radius 3 and height 4, with its tip up.
+    Cone,
+    /// The hyperboloid a = c = 1, from y = -1.5 to 1.5.
+    Hyperboloid,
+}
+
+impl VanishingQuadric {
+    /// Returns a generator of the cone, or an asymptote of the hyperboloid. The direction is exact
+    /// in f32, also with a changed component.
+    fn generator(self) -> DVec3 {
+        match self {
+            Self::Cone => DVec3::new(3.0, 4.0, 0.0),
+            Self::Hyperboloid => DVec3::new(1.0, 1.0, 0.0),
+        }
+    }
+
+    /// Returns the point of symmetry of the quadratic form: the tip, or the centre.
+    fn symmetry_point(self) -> DVec3 {
+        match self {
+            Self::Cone => DVec3::new(0.0, 4.0, 0.0),
+            Self::Hyperboloid => DVec3::ZERO,
+        }
+    }
+
+    /// Draws a point of the surface away from the generator.
+    fn sample_point(self, rng: &mut CaseRng) -> DVec3 {
+        match self {
+            Self::Cone => {
+                let (low, angle) = (rng.next_uniform(0.05, 0.95), rng.next_uniform(1.0, 5.3));
+                self.symmetry_point() - DVec3::Y * (4.0 * low)
+                    + DVec3::new(angle.cos(), 0.0, angle.sin()) * (3.0 * low)
+            }
+            Self::Hyperboloid => {
+                let (y, angle) = (rng.next_uniform(-1.4, 1.4), rng.next_uniform(1.0, 5.3));
+                DVec3::new(angle.cos(), 0.0, angle.sin()) * (1.0 + y * y).sqrt() + DVec3::Y * y
+            }
+        }
+    }
+
+    /// Returns the quadratic form of the shape for two vectors from the point of symmetry, in f64.
+    fn form(self, a: DVec3, b: DVec3) -> f64 {
+        match self {
+            Self::Cone => 16.0 * (a.x * b.x + a.z * b.z) - 9.0 * a.y * b.y,
+            Self::Hyperboloid => a.x * b.x + a.z * b.z - a.y * b.y,
+        }
+    }
+
+    /// Returns the distance of the near root along a ray, in lengths of the direction `d`, in f64.
+    /// `None` for a root that is not the ray's first hit of the shape, or that is too uncertain: on
+    /// a tangent, close to the rim or close to the origin `o`.
+    fn near_root(self, o: DVec3, d: DVec3) -> Option<f64> {
+        let f = match self {
+            Self::Cone => o - self.symmetry_point(),
+            Self::Hyperboloid => o,
+        };
+        let constant = match self {
+            Self::Cone => 0.0,
+            Self::Hyperboloid => 1.0,
+        };
+        let (a, b, c) = (self.form(d, d), self.form(d, f), self.form(f, f) - constant);
+        let discriminant = b * b - a * c;
+        if discriminant < 1e-3 * b * b {
+            return None;
+        }
+        let q = -(b + discriminant.sqrt().copysign(b));
+        let is_last_near = (c / q).abs() < (q / a).abs();
+        let near = if is_last_near || a == 0.0 {
+            c / q
+        } else {
+            q / a
+        };
+        let y = f.y + d.y * near;
+        let clip = match self {
+            Self::Cone => -3.9..=-0.1,
+            Self::Hyperboloid => -1.45..=1.45,
+        };
+        if near < 0.1 || !clip.contains(&y) {
+            return None;
+        }
+        // An earlier root or a cap would be another hit.
+        let far = if a == 0.0 {
+            f64::INFINITY
+        } else if is_last_near {
+            q / a
+        } else {
+            c / q
+        };
+        let cap = match self {
+            Self::Cone => (-4.0 - f.y) / d.y,
+            Self::Hyperboloid => -1.0,
+        };
+        let is_hidden = far > 0.0 && far < near || cap > 0.0 && cap < near;
+        (!is_hidden).then_some(near)
+    }
+
+    /// Returns the shape in the stored scalar.
+    fn to_shape<R: Real>(self) -> AnyShape<R> {
+        match self {
+            Self::Cone => Cone::<R> {
+                base: to_scalar::<R>(DVec3::ZERO),
+                axis: to_scalar::<R>(self.symmetry_point()),
+                radius: R::from_f64(3.0),
+                top_radius: R::ZERO,
+            }
+            .into(),
+            Self::Hyperboloid => Hyperboloid::<R> {
+                centre: to_scalar::<R>(DVec3::ZERO),
+                waist: R::ONE,
+                slope: R::ONE,
+                half_height: R::from_f64(1.5),
+            }
+            .into(),
+        }
+    }
+}
 
 /// Judges the near root of a quadric whose leading coefficient nearly vanishes, by its relative
 /// error, which may be at most `bound`. `case` is `cone` or `hyperboloid`. The rays are parallel to
@@ -22,96 +141,26 @@ pub fn judge_near_root_of_quadric<R: Real>(
     rays: RayCount,
     intersect: IntersectFunction<R>,
 ) -> CaseOutcome {
+    let quadric = if case == "cone" {
+        VanishingQuadric::Cone
+    } else {
+        VanishingQuadric::Hyperboloid
+    };
     judge_rays(
         &format!("P13 {case} {deviation:e}"),
         23,
         200_000,
         rays,
         |rng| {
-            let cone = case == "cone";
-            // The generator of a cone with radius 3 and height 4, and an asymptote of the
-            // hyperboloid a = c = 1. Both directions are exact in f32, also with a changed
-            // component.
-            let generator = if cone {
-                DVec3::new(3.0, 4.0, 0.0)
-            } else {
-                DVec3::new(1.0, 1.0, 0.0)
-            };
-            let (d, tip) = (
-                round_to_f32(generator + DVec3::new(-deviation, deviation, 0.0) * rng.next_sign()),
-                DVec3::new(0.0, 4.0, 0.0),
-            );
-            let target = if cone {
-                let (low, angle) = (rng.next_uniform(0.05, 0.95), rng.next_uniform(1.0, 5.3));
-                tip - DVec3::Y * (4.0 * low)
-                    + DVec3::new(angle.cos(), 0.0, angle.sin()) * (3.0 * low)
-            } else {
-                let (y, angle) = (rng.next_uniform(-1.4, 1.4), rng.next_uniform(1.0, 5.3));
-                DVec3::new(angle.cos(), 0.0, angle.sin()) * (1.0 + y * y).sqrt() + DVec3::Y * y
-            };
-            let origin = round_to_f32(target - d * rng.next_uniform(0.5, 3.0));
-            let ray = unnormalised_ray::<R>(origin, d);
-            let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-            // The quadratic form of the shape, in f64; negative inside.
-            let form = |a: DVec3, b: DVec3| {
-                if cone {
-                    16.0 * (a.x * b.x + a.z * b.z) - 9.0 * a.y * b.y
-                } else {
-                    a.x * b.x + a.z * b.z - a.y * b.y
-                }
-            };
-            let f = if cone { o - tip } else { o };
-            let (a, b, c) = (
-                form(d, d),
-                form(d, f),
-                form(f, f) - if cone { 0.0 } else { 1.0 },
-            );
-            let discriminant = b * b - a * c;
-            if discriminant < 1e-3 * b * b {
+            let deviation = DVec3::new(-deviation, deviation, 0.0) * rng.next_sign();
+            let direction = round_to_f32(quadric.generator() + deviation);
+            let target = quadric.sample_point(rng);
+            let origin = round_to_f32(target - direction * rng.next_uniform(0.5, 3.0));
+            let ray = unnormalised_ray::<R>(origin, direction);
+            let Some(near) = quadric.near_root(ray.origin.to_f64(), ray.direction.to_f64()) else {
                 return Verdict::Skipped;
-            }
-            let q = -(b + discriminant.sqrt().copysign(b));
-            let near = if (c / q).abs() < (q / a).abs() || a == 0.0 {
-                c / q
-            } else {
-                q / a
             };
-            let y = f.y + d.y * near;
-            let clip = if cone { -3.9..=-0.1 } else { -1.45..=1.45 };
-            if near < 0.1 || !clip.contains(&y) {
-                return Verdict::Skipped;
-            }
-            // An earlier root or a cap would be another hit.
-            let far = if a == 0.0 {
-                f64::INFINITY
-            } else if (c / q).abs() < (q / a).abs() {
-                q / a
-            } else {
-                c / q
-            };
-            let cap = if cone { (-4.0 - f.y) / d.y } else { -1.0 };
-            if (far > 0.0 && far < near) || (cap > 0.0 && cap < near) {
-                return Verdict::Skipped;
-            }
-            let got = if cone {
-                let tip_cone = Cone::<R> {
-                    base: to_scalar::<R>(DVec3::ZERO),
-                    axis: to_scalar::<R>(tip),
-                    radius: R::from_f64(3.0),
-                    top_radius: R::ZERO,
-                };
-                intersect(&tip_cone.into(), &ray)
-            } else {
-                let one = R::ONE;
-                let sheet = Hyperboloid::<R> {
-                    centre: to_scalar::<R>(DVec3::ZERO),
-                    waist: one,
-                    slope: one,
-                    half_height: R::from_f64(1.5),
-                };
-                intersect(&sheet.into(), &ray)
-            };
-            match got {
+            match intersect(&quadric.to_shape(), &ray) {
                 None => Verdict::Wrong(format!(
                     "the ray misses the shape, which it hits at distance {near}{}",
                     format_ray_bits::<R>(&ray)

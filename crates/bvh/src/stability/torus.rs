@@ -1,7 +1,7 @@
 //! Case P17: a torus that is far away.
 
 use crate::shapes::Torus;
-use crate::{Real, Vector};
+use crate::{Ray, Real, Vector};
 use glam::DVec3;
 
 use super::IntersectFunction;
@@ -79,50 +79,69 @@ pub fn judge_far_torus<R: Real>(
             };
             let ray = ray_towards::<R>(out * far, target);
             let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-            let (expected, minimum) = trace_distance_field(o, d, tube);
+            let expected = trace_distance_field(o, d, tube);
             match intersect(&build_torus::<R>(tube).into(), &ray) {
-                None if expected.is_none() => Verdict::Right(0.0),
-                None => {
-                    // A ray that grazes the tube within the precision of f64 is undecidable.
-                    let inside = expected.map_or(0.0, |t| {
-                        distance_to_tube(o + d * ((t + 1e-7) / d.length()), tube)
-                    });
-                    if inside > -1e-11 {
-                        Verdict::Undecidable
-                    } else {
-                        Verdict::Wrong(format!(
-                            "the ray misses the torus, which it hits{}",
-                            format_ray_bits::<R>(&ray)
-                        ))
-                    }
-                }
-                Some(_) if expected.is_none() && minimum < 1e-11 => Verdict::Undecidable,
-                Some(_) if expected.is_none() => Verdict::Wrong(format!(
-                    "the ray hits the torus, but passes its surface at distance {minimum:e}{}",
-                    format_ray_bits::<R>(&ray)
-                )),
-                Some(found) => {
-                    let off = distance_to_tube(o + d * found.to_f64(), tube).abs() / tube;
-                    let t = expected.unwrap_or(f64::INFINITY);
-                    // The hit must lie on the tube, and at the first crossing: the distance between
-                    // two crossings far exceeds rounding.
-                    let late = (found.to_f64() * d.length() - t).abs() / tube;
-                    Verdict::from_error(off, bound, || {
-                        format!(
-                            "distance of the hit point from the surface of the torus{}",
-                            format_ray_bits::<R>(&ray)
-                        )
-                    })
-                    .and_then(|| {
-                        Verdict::from_condition(late < 0.3, || {
-                            format!(
-                                "the hit is not at the first crossing of the torus{}",
-                                format_ray_bits::<R>(&ray)
-                            )
-                        })
-                    })
-                }
+                None => judge_torus_miss(&ray, expected.0, tube),
+                Some(found) => judge_torus_hit(&ray, found.to_f64(), expected, (tube, bound)),
             }
         },
     )
+}
+
+/// Judges a miss. `expected` is the distance of the first crossing; `None` if the ray misses the
+/// torus.
+fn judge_torus_miss<R: Real>(ray: &Ray<R>, expected: Option<f64>, tube: f64) -> Verdict {
+    let Some(t) = expected else {
+        return Verdict::Right(0.0);
+    };
+    let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
+    // A ray that grazes the tube within the precision of f64 is undecidable.
+    let inside = distance_to_tube(o + d * ((t + 1e-7) / d.length()), tube);
+    if inside > -1e-11 {
+        Verdict::Undecidable
+    } else {
+        Verdict::Wrong(format!(
+            "the ray misses the torus, which it hits{}",
+            format_ray_bits::<R>(ray)
+        ))
+    }
+}
+
+/// Judges a hit at the distance `found`, in lengths of the direction. `expected` is the result of
+/// [`trace_distance_field`], `bound` the greatest distance of the hit from the surface as a fraction
+/// of the tube radius.
+fn judge_torus_hit<R: Real>(
+    ray: &Ray<R>,
+    found: f64,
+    (expected, minimum): (Option<f64>, f64),
+    (tube, bound): (f64, f64),
+) -> Verdict {
+    let Some(t) = expected else {
+        if minimum < 1e-11 {
+            return Verdict::Undecidable;
+        }
+        return Verdict::Wrong(format!(
+            "the ray hits the torus, but passes its surface at distance {minimum:e}{}",
+            format_ray_bits::<R>(ray)
+        ));
+    };
+    let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
+    let off = distance_to_tube(o + d * found, tube).abs() / tube;
+    // The hit must lie on the tube, and at the first crossing: the distance between two crossings
+    // far exceeds rounding.
+    let late = (found * d.length() - t).abs() / tube;
+    Verdict::from_error(off, bound, || {
+        format!(
+            "distance of the hit point from the surface of the torus{}",
+            format_ray_bits::<R>(ray)
+        )
+    })
+    .and_then(|| {
+        Verdict::from_condition(late < 0.3, || {
+            format!(
+                "the hit is not at the first crossing of the torus{}",
+                format_ray_bits::<R>(ray)
+            )
+        })
+    })
 }
