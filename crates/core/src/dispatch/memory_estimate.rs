@@ -1,0 +1,44 @@
+//! Estimate of a render's memory, before preparation.
+
+use crate::effects::RenderSetup;
+use crate::memory::MemoryUse;
+use crate::prepare;
+use crate::scene::{MeshSource, Scene};
+use crate::settings::{PrecisionChoice, Settings};
+
+/// Returns the bytes that preparation and rendering still have to allocate; `needed` is the
+/// estimate of the total. Meshes and images are already in memory. Building a tree takes temporary
+/// lists of about the tree's size, and writing a file takes a reordered copy of the picture.
+pub(super) fn remaining_allocations(needed: &MemoryUse, scene: &Scene) -> u64 {
+    let images = scene
+        .images
+        .iter()
+        .filter_map(|image| image.data.as_ref())
+        .map(|data| data.byte_size() as u64);
+    let meshes = scene.meshes.iter().map(|mesh| match &mesh.source {
+        MeshSource::Inline(data) => data.byte_size() as u64,
+        MeshSource::File(_) => 0,
+    });
+    let in_memory = images.sum::<u64>() + meshes.sum::<u64>();
+    needed
+        .total()
+        .saturating_sub(in_memory)
+        .saturating_add(needed.geometry)
+        .saturating_add(needed.film / 2)
+}
+
+/// Estimates the memory that a scene takes, before preparation. The estimate is at least the memory
+/// in use after preparation ([`ReadyScene::memory`]), and at most twice as much. The factor is at
+/// most three with the tree of `robust`, four where triangles may be split (`build=high`), and five
+/// where triangles and shapes mix.
+pub fn estimate_scene_memory(scene: &Scene, settings: &Settings) -> MemoryUse {
+    estimate_memory(&RenderSetup::new(scene, settings))
+}
+
+/// Estimates the memory of a render in its precision.
+pub(super) fn estimate_memory(render_setup: &RenderSetup<'_>) -> MemoryUse {
+    match render_setup.settings.precision {
+        PrecisionChoice::Robust => prepare::estimate_memory::<f32>(render_setup),
+        PrecisionChoice::Reference => prepare::estimate_memory::<f64>(render_setup),
+    }
+}

@@ -1,0 +1,229 @@
+//! Renders of a prepared scene: the picture, parts of it, its stages and previews.
+
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use raywright_bvh::Real;
+
+use super::{PreparedInPrecision, ReadyScene};
+use crate::camera::PreparedCamera;
+use crate::film::{ErrorProgress, Film, FilmPart, FilmPlan, PartError};
+use crate::integrator::{PathTracer, WhittedTracer};
+use crate::observer::Observer;
+use crate::prepare::PreparedScene;
+use crate::render::{RenderOutput, RenderStage, render};
+use crate::scene::SamplePattern;
+use crate::settings::{Aov, Crop, Sampling, Settings};
+
+/// Edge of a preview's tiles in pixels: small, because a preview has few pixels to share among the
+/// threads.
+const PREVIEW_TILE: u32 = 16;
+
+/// Observer that ends a render early: once 1/2ᵏ of all samples are finished, for k = `halving`, and
+/// every pixel has a sample.
+struct StageObserver<'a> {
+    observer: &'a dyn Observer,
+    halving: u32,
+    is_over: AtomicBool,
+}
+
+impl Observer for StageObserver<'_> {
+    fn progress(&self, done: u64, total: u64) {
+        self.observer.progress(done, total);
+        self.is_over
+            .store(done >= total >> self.halving, Ordering::Relaxed);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.observer.is_cancelled()
+    }
+
+    fn has_enough_samples(&self, everywhere: bool) -> bool {
+        self.observer.has_enough_samples(everywhere)
+            || everywhere && self.is_over.load(Ordering::Relaxed)
+    }
+}
+
+impl ReadyScene {
+    /// Renders the picture on the current thread pool.
+    pub fn render(&self, observer: &dyn Observer) -> RenderOutput {
+        let mut film = self.new_film("");
+        let part = film.full_part();
+        self.render_rounds(&mut film, &part, observer);
+        RenderOutput::from_film(&film, observer)
+    }
+
+    /// Renders as [`Self::render`], and calls `look` with the state of the render each time that
+    /// the number of samples has about doubled: first after 1/128 of all samples, and not after the
+    /// last sample. The result equals that of [`Self::render`] to the bit.
+    pub fn render_progressively(
+        &self,
+        observer: &dyn Observer,
+        mut look: impl FnMut(&RenderStage<'_>),
+    ) -> RenderOutput {
+        let mut film = self.new_film("");
+        let part = film.full_part();
+        for halving in (1..=7).rev() {
+            let stage = StageObserver {
+                observer,
+                halving,
+                is_over: AtomicBool::new(false),
+            };
+            self.render_film_part(&mut film, &part, &stage);
+            if !stage.is_over.into_inner()
+                || observer.is_cancelled()
+                || film.unfinished_tiles(&part) == 0
+            {
+                break;
+            }
+            look(&RenderStage::from_film(&film));
+        }
+        self.render_rounds(&mut film, &part, observer);
+        RenderOutput::from_film(&film, observer)
+    }
+
+    /// Renders a new film with the given settings. They may differ from the prepared settings in
+    /// crop, seed, samples, sampler, replicates, tiles and denoising, on which the prepared scene
+    /// does not depend.
+    pub(crate) fn render_with_settings(
+        &self,
+        settings: &Settings,
+        observer: &dyn Observer,
+    ) -> Film {
+        debug_assert_eq!(
+            self.settings.sampling.is_fixed(),
+            settings.sampling.is_fixed(),
+            "a fixed pattern of samples simulates other effects than general sampling"
+        );
+        let mut film = Film::new(
+            "",
+            settings,
+            FilmPlan::new(settings, self.is_random(), self.has_ground()),
+        );
+        let part = film.full_part();
+        each!(&self.prepared, prepared => self.render_with_integrator((prepared, &prepared.camera), settings, (&mut film, &part), observer));
+        film
+    }
+
+    /// Renders a quick preview with pixels `edge` times as wide and as high as the picture's.
+    /// Pixels are counted from the top left corner of the picture, so the last column and row may
+    /// reach beyond the picture. Each pixel takes at most `samples` samples (a fixed pattern: the
+    /// centre alone) and has the given layers. The preview uses the prepared scene, and takes a
+    /// fraction of the picture's time.
+    pub fn render_preview(
+        &self,
+        edge: u32,
+        samples: u32,
+        layers: &[Aov],
+        observer: &dyn Observer,
+    ) -> RenderOutput {
+        let edge = edge.max(1);
+        let value_of = |pixels: u32| pixels.div_ceil(edge);
+        let settings = Settings {
+            size: self.settings.size.map(value_of),
+            crop: self.settings.crop.map(|crop| {
+                let [x, y] = [crop.x, crop.y].map(|start| start / edge);
+                Crop {
+                    x,
+                    y,
+                    width: value_of(crop.x + crop.width) - x,
+                    height: value_of(crop.y + crop.height) - y,
+                }
+            }),
+            sampling: match self.settings.sampling {
+                Sampling::Pattern(_) => Sampling::Pattern(SamplePattern::Centre),
+                Sampling::General(maximum) => Sampling::General(samples.clamp(1, maximum)),
+            },
+            aovs: layers.to_vec(),
+            max_error: None,
+            denoise: false,
+            replicates: None,
+            tile_size: PREVIEW_TILE,
+            ..self.settings.clone()
+        };
+        let mut film = Film::new(
+            "",
+            &settings,
+            FilmPlan::new(&settings, self.is_random(), self.has_ground()),
+        );
+        let part = film.full_part();
+        each!(&self.prepared, prepared => {
+            let camera = prepared.camera.with_larger_pixels(edge);
+            self.render_with_integrator((prepared, &camera), &settings, (&mut film, &part), observer);
+        });
+        RenderOutput::from_film_without_denoising(&film)
+    }
+
+    /// Returns an empty film, to be rendered part by part. `scene` is a text that identifies the
+    /// scene, for example a hash of its files: parts with different texts cannot be merged.
+    pub fn new_film(&self, scene: &str) -> Film {
+        Film::new(scene, &self.settings, self.film_plan())
+    }
+
+    /// Renders the samples that `part` names and the film lacks, on the current thread pool, in
+    /// passes over the picture. Tiles and replicates outside the picture are ignored. If the
+    /// observer stops the render, the film keeps the finished units, and another call continues
+    /// from there.
+    ///
+    /// # Errors
+    /// [`PartError::Foreign`] for the film of another picture.
+    pub fn render_part(
+        &self,
+        film: &mut Film,
+        part: &FilmPart,
+        observer: &dyn Observer,
+    ) -> Result<(), PartError> {
+        if let Some(label) = self.new_film(film.scene()).find_difference(film) {
+            return Err(PartError::Foreign { part: 0, label });
+        }
+        self.render_rounds(film, part, observer);
+        Ok(())
+    }
+
+    /// Renders all missing samples of `part`. With adaptive sampling, a film that is complete at
+    /// the end of a round gets the sample counts of its next round, which are decided from all
+    /// tiles, until the requested error is reached. A part of a film therefore ends with its round.
+    fn render_rounds(&self, film: &mut Film, part: &FilmPart, observer: &dyn Observer) {
+        loop {
+            self.render_film_part(film, part, observer);
+            let requested_error = self
+                .settings
+                .max_error
+                .filter(|_| film.unfinished_tiles(&film.full_part()) == 0);
+            if requested_error.is_none_or(|error| {
+                film.plan_next_round(error, observer) != ErrorProgress::NeedsSamples
+            }) {
+                return;
+            }
+        }
+    }
+
+    /// Renders the samples of `part` that the film lacks, in the precision of the preparation.
+    fn render_film_part(&self, film: &mut Film, part: &FilmPart, observer: &dyn Observer) {
+        each!(&self.prepared, prepared => self.render_with_integrator((prepared, &prepared.camera), &self.settings, (film, part), observer));
+    }
+
+    /// Renders the samples of `part` that the film lacks, by the integrator of the preparation.
+    fn render_with_integrator<R: Real>(
+        &self,
+        prepared: (&PreparedScene<R>, &PreparedCamera<R>),
+        settings: &Settings,
+        (film, part): (&mut Film, &FilmPart),
+        observer: &dyn Observer,
+    ) {
+        if self.is_path_traced {
+            render::<R, PathTracer<'_, R>>(prepared, settings, film, part, observer);
+        } else {
+            render::<R, WhittedTracer<'_, R>>(prepared, settings, film, part, observer);
+        }
+    }
+
+    /// Returns the plan of a film: the division of the picture into tiles and replicates.
+    pub(super) fn film_plan(&self) -> FilmPlan {
+        FilmPlan::new(&self.settings, self.is_random(), self.has_ground())
+    }
+
+    /// Whether the studio's ground shows shadows.
+    fn has_ground(&self) -> bool {
+        each!(&self.prepared, prepared => prepared.ground.is_some())
+    }
+}
