@@ -1,10 +1,15 @@
 //! Prepared cameras, which turn film positions into camera rays.
 
-use glam::{DMat3, DVec3};
+mod pose;
+
+use glam::DVec3;
 use raywright_bvh::{Aabb, Ray, Real, Vector};
 
 use crate::motion::{camera_at, camera_moves, pose_at, shutter_interval, shutter_opening};
-use crate::scene::{AspectFit, Camera as CameraData, Pinhole, Pose, Projection};
+use crate::scene::{AspectFit, Camera as CameraData, Projection};
+
+pub(crate) use pose::eye_and_axes;
+use pose::focal_length;
 
 /// A camera prepared for a picture of a fixed size in pixels: generates camera rays from film
 /// positions.
@@ -76,6 +81,7 @@ impl DistantCamera {
 /// distant. The error stays below a tenth of a pixel.
 const DISTANT_ROUNDING: f64 = 1.0 / 65536.0;
 
+/// Projection of a camera.
 #[derive(Clone, Debug)]
 enum CameraKind<R: Real> {
     /// A pinhole camera. The length of `forward` is the focal length.
@@ -84,80 +90,6 @@ enum CameraKind<R: Real> {
     Orthographic,
     /// A pinhole camera with rays that start on a lens and meet at the focus distance.
     ThinLens { radius: R, focus: R },
-}
-
-/// Returns the position of the eye, and the orthonormal axes right, up and back of a pose.
-pub(crate) fn eye_and_axes(pose: &Pose) -> (DVec3, DMat3) {
-    match *pose {
-        // Validation rejects a view along `up`.
-        Pose::LookAt { eye, target, up } => (
-            eye.into(),
-            look_at(eye.into(), target.into(), up.into(), DVec3::X),
-        ),
-        Pose::Orbit {
-            target,
-            distance,
-            azimuth,
-            elevation,
-        } => {
-            let (a, e) = (azimuth.to_radians(), elevation.to_radians());
-            let offset = DVec3::new(
-                libm::cos(e) * libm::sin(a),
-                libm::sin(e),
-                libm::cos(e) * libm::cos(a),
-            );
-            let target = DVec3::from(target);
-            let eye = target + offset * distance;
-            (
-                eye,
-                look_at(
-                    eye,
-                    target,
-                    DVec3::Y,
-                    DVec3::new(libm::cos(a), 0.0, -libm::sin(a)),
-                ),
-            )
-        }
-        Pose::Axes {
-            eye,
-            right,
-            up,
-            back,
-        } => (
-            eye.into(),
-            DMat3::from_cols(right.into(), up.into(), back.into()),
-        ),
-    }
-}
-
-/// Returns the axes right, up and back of a view from `eye` to `target`. `level` replaces the right
-/// axis if the view is along `up`, as rounding may cause for an eye close to a target far from the
-/// origin.
-fn look_at(eye: DVec3, target: DVec3, up: DVec3, level: DVec3) -> DMat3 {
-    let forward = (target - eye).normalize();
-    let right = forward.cross(up).try_normalize().unwrap_or(level);
-    DMat3::from_cols(right, right.cross(forward), -forward)
-}
-
-/// Returns the focal length for a film one unit high and `aspect` units wide.
-fn focal_length(pinhole: &Pinhole, aspect: f64) -> f64 {
-    let from_degrees = |fov: f64| 0.5 / libm::tan(fov.to_radians() * 0.5);
-    match *pinhole {
-        Pinhole {
-            vertical_fov: Some(fov),
-            ..
-        } => from_degrees(fov),
-        Pinhole {
-            horizontal_fov: Some(fov),
-            ..
-        } => from_degrees(fov) * aspect,
-        Pinhole {
-            focal_length: Some(length),
-            ..
-        } => length,
-        // Validation requires one of the three.
-        _ => from_degrees(45.0),
-    }
 }
 
 /// Returns a copy of a ray, component by component. The result of a call that is not inlined lies
@@ -366,6 +298,8 @@ impl<R: Real> PreparedCamera<R> {
         }
     }
 
+    /// Generates a ray of a camera with a shutter, at the time given by a share of the exposure
+    /// interval.
     #[inline(never)]
     fn generate_shutter_ray(
         &self,
@@ -396,6 +330,8 @@ impl<R: Real> PreparedCamera<R> {
         }
     }
 
+    /// Generates the ray through a film position. The ray starts at the eye, on the lens, or on the
+    /// plane of the eye.
     #[inline(always)]
     fn generate_ray_from_eye(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
         let u = (x - self.half_size[0]) * self.pixel_size[0];

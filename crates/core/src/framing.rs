@@ -7,6 +7,7 @@
 //! every later view costs as much as a few thousand points.
 
 mod outline;
+mod viewed_points;
 
 use glam::DVec3;
 use raywright_bvh::Aabb;
@@ -16,6 +17,7 @@ use crate::lookup::SceneLookup;
 use crate::scene::{Camera, MeshData, Pinhole, Pose, Projection, Scene, Shape};
 use crate::studio::direction_from_angles;
 use outline::{FINE_CELLS, OutlinePoints, select_outermost_points};
+use viewed_points::ViewedPoints;
 
 /// Share of the picture's tighter side that a framed silhouette fills.
 pub const FRAMED_SHARE: f64 = 0.78;
@@ -236,26 +238,14 @@ impl Silhouette {
         let (centre, size) = (bounds.centre(), bounds.extent().max_element());
         let [right, up, back] = view.camera_axes();
         let half = libm::tan(vertical_fov.to_radians() * 0.5) * FRAMED_SHARE;
-        let local: Vec<DVec3> = points
-            .iter()
-            .map(|&p| p - centre)
-            .map(|p| DVec3::new(p.dot(right), p.dot(up), p.dot(back)))
-            .collect();
-        // A camera at (x, y, d) has everything between its sides where |p.x - x| <= slope * (d -
-        // p.z): the extent of both sides in slanted coordinates.
-        let ends = |axis: usize, slope: f64| {
-            let lean = |sign: f64| {
-                local
-                    .iter()
-                    .map(|p| sign * p[axis] + slope * p.z)
-                    .fold(f64::NEG_INFINITY, f64::max)
-            };
-            [lean(1.0), lean(-1.0)]
+        let viewed = ViewedPoints {
+            points: points
+                .iter()
+                .map(|&p| p - centre)
+                .map(|p| DVec3::new(p.dot(right), p.dot(up), p.dot(back)))
+                .collect(),
+            slopes: [half * aspect, half],
         };
-        let slopes = [half * aspect, half];
-        let least =
-            [0, 1].map(|axis| ends(axis, slopes[axis]).iter().sum::<f64>() / (2.0 * slopes[axis]));
-        let nearest = local.iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
         // An object without an extent across the view is seen from a distance of a hundredth of its
         // depth, and a point from a metre.
         let room = if size > 0.0 {
@@ -263,24 +253,9 @@ impl Silhouette {
         } else {
             centre.abs().max_element().max(1e6) * 1e-6
         };
-        let distance = least[0].max(least[1]).max(nearest + room);
-        // Centre of the silhouette: by bisection, the slope of sides for which this distance would
-        // be the least distance.
-        let middle = |axis: usize| {
-            let (mut low, mut high) = (0.0, slopes[axis]);
-            for _ in 0..48 {
-                let slope = 0.5 * (low + high);
-                let [one, other] = ends(axis, slope);
-                if one + other > 2.0 * slope * distance {
-                    low = slope
-                } else {
-                    high = slope
-                }
-            }
-            let [one, other] = ends(axis, high);
-            0.5 * (one - other)
-        };
-        let target = centre + right * middle(0) + up * middle(1);
+        let distance = viewed.least_distance(room);
+        let [x, y] = viewed.silhouette_centre(distance);
+        let target = centre + right * x + up * y;
         // The world's up direction, unless the view is nearly along that direction.
         let upright = if view.elevation.abs() > 80.0 {
             up
@@ -346,6 +321,7 @@ impl AreaWeightedNormals {
     }
 }
 
+/// Returns the position of a mesh's vertex, in the mesh's own space.
 fn vertex_position(data: &MeshData, index: u32) -> DVec3 {
     data.positions.position(index as usize)
 }

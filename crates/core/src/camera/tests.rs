@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::scene::Scene;
+use crate::scene::{Pinhole, Pose};
 use crate::settings::{Aov, PrecisionChoice, Settings};
 use crate::{RenderOutput, prepare};
 

@@ -48,6 +48,11 @@ pub struct Program {
 }
 
 impl Program {
+    /// Compiles the part of a graph on which the node `root` depends. `span` is the place of the
+    /// expression in its source.
+    ///
+    /// # Errors
+    /// More than [`MAX_OPERATIONS`] operations.
     pub(super) fn new(graph: &ExprGraph, root: NodeId, span: Range<usize>) -> Result<Self> {
         let nodes = graph.nodes_up_to(root);
         let last_uses = find_last_readers(nodes);
@@ -97,16 +102,8 @@ impl Program {
                 }
             };
         }
-        let mut registers = layout.registers;
-        registers.resize(
-            SIZES
-                .into_iter()
-                .find(|size| registers.len() <= *size)
-                .unwrap_or(registers.len()),
-            [0.0; 4],
-        );
         let reads = variables().fold(0, |reads, variable| reads | variable.bit_mask());
-        let head = ProgramHeader {
+        let header = ProgramHeader {
             variable_rows: rows,
             result: places[root.index()],
             is_vector: graph.is_vector(root),
@@ -115,8 +112,8 @@ impl Program {
         };
         Ok(Self {
             steps,
-            registers,
-            header: head,
+            registers: layout.into_register_file(),
+            header,
             constant: graph.constant(root),
         })
     }
@@ -168,6 +165,19 @@ impl RegisterLayout {
         self.registers[row][lane] = x;
         self.numbers = (count + 1, row);
         (4 * row + lane) as u16
+    }
+
+    /// Returns the rows before the first instruction, filled up to one of the [`SIZES`].
+    fn into_register_file(self) -> Vec<[f64; 4]> {
+        let mut registers = self.registers;
+        registers.resize(
+            SIZES
+                .into_iter()
+                .find(|size| registers.len() <= *size)
+                .unwrap_or(registers.len()),
+            [0.0; 4],
+        );
+        registers
     }
 
     /// Reserves a row for the result of a node and returns its first register. The row of an

@@ -31,21 +31,25 @@ pub(super) struct Instruction {
 pub(super) struct RegisterFile<R, const ROWS: usize>(pub [RegisterRow<R>; ROWS]);
 
 impl<R: Real, const ROWS: usize> RegisterFile<R, ROWS> {
+    /// Reads a number.
     #[inline(always)]
     pub fn number(&self, register: u16) -> R {
         self.0.as_flattened()[usize::from(register) & (4 * ROWS - 1)]
     }
 
+    /// Writes a number.
     #[inline(always)]
     fn set_number(&mut self, register: u16, value: R) {
         self.0.as_flattened_mut()[usize::from(register) & (4 * ROWS - 1)] = value;
     }
 
+    /// Reads a vector as a whole row.
     #[inline(always)]
     pub fn vector(&self, register: u16) -> R::Four {
         R::Four::from(self.0[(usize::from(register) / 4) & (ROWS - 1)])
     }
 
+    /// Writes a vector and the last number of its row.
     #[inline(always)]
     fn set_vector(&mut self, register: u16, value: R::Four) {
         self.0[(usize::from(register) / 4) & (ROWS - 1)] = value.into();

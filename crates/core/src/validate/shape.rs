@@ -18,14 +18,12 @@ pub(crate) fn spans_no_area(u: DVec3, v: DVec3) -> bool {
 pub(super) fn check_shape(check: &mut SceneCheck<'_>, shape: &Shape) {
     match *shape {
         Shape::Mesh(ref name) => check.check_reference("mesh", name, "mesh", |names| &names.meshes),
-        Shape::Sphere { centre, radius } => check.with_key("sphere", |check| {
-            check.require_point("centre", centre);
-            check.require_length("radius", radius);
-        }),
-        Shape::Plane { point, normal } => check.with_key("plane", |check| {
-            check.require_point("point", point);
-            check.require_direction("normal", normal);
-        }),
+        Shape::Sphere { centre, radius } => {
+            check.with_key("sphere", |check| check_sphere(check, centre, radius))
+        }
+        Shape::Plane { point, normal } => {
+            check.with_key("plane", |check| check_plane(check, point, normal))
+        }
         Shape::Disk {
             centre,
             normal,
@@ -87,6 +85,18 @@ pub(super) fn check_shape(check: &mut SceneCheck<'_>, shape: &Shape) {
             check.with_key("triangle", |check| check_triangle(check, &vertices))
         }
     }
+}
+
+/// Checks a sphere: its radius is above zero.
+fn check_sphere(check: &mut SceneCheck<'_>, centre: Triple, radius: f64) {
+    check.require_point("centre", centre);
+    check.require_length("radius", radius);
+}
+
+/// Checks a plane: its normal has a length.
+fn check_plane(check: &mut SceneCheck<'_>, point: Triple, normal: Triple) {
+    check.require_point("point", point);
+    check.require_direction("normal", normal);
 }
 
 /// Checks a disk: its normal has a length, and its radius is above zero.

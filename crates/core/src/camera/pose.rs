@@ -1,0 +1,79 @@
+//! Eye, axes and focal length of a camera as the scene file gives them.
+
+use glam::{DMat3, DVec3};
+
+use crate::scene::{Pinhole, Pose};
+
+/// Returns the position of the eye, and the orthonormal axes right, up and back of a pose.
+pub(crate) fn eye_and_axes(pose: &Pose) -> (DVec3, DMat3) {
+    match *pose {
+        // Validation rejects a view along `up`.
+        Pose::LookAt { eye, target, up } => (
+            eye.into(),
+            look_at(eye.into(), target.into(), up.into(), DVec3::X),
+        ),
+        Pose::Orbit {
+            target,
+            distance,
+            azimuth,
+            elevation,
+        } => {
+            let (a, e) = (azimuth.to_radians(), elevation.to_radians());
+            let offset = DVec3::new(
+                libm::cos(e) * libm::sin(a),
+                libm::sin(e),
+                libm::cos(e) * libm::cos(a),
+            );
+            let target = DVec3::from(target);
+            let eye = target + offset * distance;
+            (
+                eye,
+                look_at(
+                    eye,
+                    target,
+                    DVec3::Y,
+                    DVec3::new(libm::cos(a), 0.0, -libm::sin(a)),
+                ),
+            )
+        }
+        Pose::Axes {
+            eye,
+            right,
+            up,
+            back,
+        } => (
+            eye.into(),
+            DMat3::from_cols(right.into(), up.into(), back.into()),
+        ),
+    }
+}
+
+/// Returns the axes right, up and back of a view from `eye` to `target`. `level` replaces the right
+/// axis if the view is along `up`, as rounding may cause for an eye close to a target far from the
+/// origin.
+fn look_at(eye: DVec3, target: DVec3, up: DVec3, level: DVec3) -> DMat3 {
+    let forward = (target - eye).normalize();
+    let right = forward.cross(up).try_normalize().unwrap_or(level);
+    DMat3::from_cols(right, right.cross(forward), -forward)
+}
+
+/// Returns the focal length for a film one unit high and `aspect` units wide.
+pub(super) fn focal_length(pinhole: &Pinhole, aspect: f64) -> f64 {
+    let from_degrees = |fov: f64| 0.5 / libm::tan(fov.to_radians() * 0.5);
+    match *pinhole {
+        Pinhole {
+            vertical_fov: Some(fov),
+            ..
+        } => from_degrees(fov),
+        Pinhole {
+            horizontal_fov: Some(fov),
+            ..
+        } => from_degrees(fov) * aspect,
+        Pinhole {
+            focal_length: Some(length),
+            ..
+        } => length,
+        // Validation requires one of the three.
+        _ => from_degrees(45.0),
+    }
+}

@@ -1,0 +1,65 @@
+//! Points before a camera that looks along an axis, and the distance from which all are in the
+//! picture.
+
+use glam::DVec3;
+
+/// Points in the axes of a view: right, up and back, relative to the middle of the points. The view
+/// has slanted sides.
+pub(super) struct ViewedPoints {
+    pub points: Vec<DVec3>,
+    /// Half the width and half the height of the view, per unit of distance.
+    pub slopes: [f64; 2],
+}
+
+impl ViewedPoints {
+    /// Returns the extents of the points towards both sides of an axis, in coordinates slanted by a
+    /// slope. A camera at (x, y, d) has a point p between its sides where |p.x - x| <= slope * (d -
+    /// p.z).
+    fn slanted_extents(&self, axis: usize, slope: f64) -> [f64; 2] {
+        let extent = |sign: f64| {
+            self.points
+                .iter()
+                .map(|p| sign * p[axis] + slope * p.z)
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
+        [extent(1.0), extent(-1.0)]
+    }
+
+    /// Returns the least distance from the middle at which a camera has all points in its picture,
+    /// and is at least `room` away from the nearest point.
+    pub fn least_distance(&self, room: f64) -> f64 {
+        let [across, upright] = [0, 1].map(|axis| {
+            let slope = self.slopes[axis];
+            self.slanted_extents(axis, slope).iter().sum::<f64>() / (2.0 * slope)
+        });
+        let nearest = self
+            .points
+            .iter()
+            .map(|p| p.z)
+            .fold(f64::NEG_INFINITY, f64::max);
+        across.max(upright).max(nearest + room)
+    }
+
+    /// Returns the centre of the silhouette along right and up, for a camera at a distance from the
+    /// middle.
+    pub fn silhouette_centre(&self, distance: f64) -> [f64; 2] {
+        [0, 1].map(|axis| self.silhouette_centre_on_axis(axis, distance))
+    }
+
+    /// Returns the centre of the silhouette along an axis. Bisection finds the slope of sides for
+    /// which the given distance would be the least distance.
+    fn silhouette_centre_on_axis(&self, axis: usize, distance: f64) -> f64 {
+        let (mut low, mut high) = (0.0, self.slopes[axis]);
+        for _ in 0..48 {
+            let slope = 0.5 * (low + high);
+            let [one, other] = self.slanted_extents(axis, slope);
+            if one + other > 2.0 * slope * distance {
+                low = slope;
+            } else {
+                high = slope;
+            }
+        }
+        let [one, other] = self.slanted_extents(axis, high);
+        0.5 * (one - other)
+    }
+}
