@@ -286,8 +286,8 @@ const FLAT: f64 = 0.15;
 /// Greatest ratio of thickness to the shorter side of a sheet, whose edges are hardly visible.
 const SHEET: f64 = 0.02;
 
-/// Least length of the summed normals, as a share of the area, from which on a scene with surfaces
-/// that face inwards is a room with an open side.
+/// Least length of a room's summed normals, as a share of the area. A room has an open side, and
+/// surfaces that face inwards.
 const ROOM: f64 = 0.1;
 /// Least length of the summed normals, as a share of the area, from which on other scenes are a
 /// relief: most surfaces face in one direction.

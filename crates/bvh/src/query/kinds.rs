@@ -38,13 +38,13 @@ pub(super) trait QueryKind<R: Real>: Sized {
     }
 }
 
-/// State of a closest-hit query. `range.max` is kept one step above the best distance, so that a
-/// hit at equal distance is still found and the lower id can win.
+/// State of a closest-hit query. `range.max` is kept one step above the best distance: a hit at
+/// equal distance is still found, and the lower id can win.
 ///
 /// Distances rounded to f32 are equal if surfaces coincide. In f64 the last digits of a distance
 /// depend on the shape's test, so either of two coincident surfaces could win. For f64, `range.max`
-/// is therefore kept as far beyond the best distance as rounding may reach, and `is_contested`
-/// records whether another hit came that close.
+/// is therefore kept as far beyond the best distance as rounding may reach. `is_contested` records
+/// whether another hit came that close.
 pub(super) struct ClosestHitQuery<R: Real> {
     pub range: Interval<R>,
     pub slot_hit: Option<SlotHit<R>>,
@@ -60,6 +60,7 @@ impl<R: Real> ClosestHitQuery<R> {
     /// multiplies them.
     const TIE_RATIO: f64 = 1.0 / (1_u64 << 44) as f64;
 
+    /// Creates a query without a hit in a range of distances.
     #[inline(always)]
     pub fn new(range: Interval<R>) -> Self {
         Self {

@@ -86,6 +86,7 @@ pub fn build_cost_comparison(number: &str) -> Option<CostComparison> {
     })
 }
 
+/// Returns the unit sphere around the origin.
 fn build_unit_sphere<R: Real>() -> Sphere<R> {
     Sphere {
         centre: to_scalar::<R>(DVec3::ZERO),
@@ -93,6 +94,7 @@ fn build_unit_sphere<R: Real>() -> Sphere<R> {
     }
 }
 
+/// Returns a slanted triangle near the origin.
 fn build_test_triangle<R: Real>() -> AnyShape<R> {
     let corners = [
         DVec3::new(-1.0, -1.0, 0.2),

@@ -131,9 +131,9 @@ impl VanishingQuadric {
 }
 
 /// Judges the near root of a quadric whose leading coefficient nearly vanishes, by its relative
-/// error, which may be at most `bound`. `case` is `cone` or `hyperboloid`. The rays are parallel to
-/// a generator of the cone or an asymptote of the hyperboloid, except that two components of the
-/// direction are changed by `deviation`.
+/// error, which may be at most `bound`. `case` is `cone` or `hyperboloid`. The rays are
+/// nearly parallel to a generator of the cone or to an asymptote of the hyperboloid: two components
+/// of the direction are changed by `deviation`.
 pub fn judge_near_root_of_quadric<R: Real>(
     case: &str,
     deviation: f64,
@@ -179,8 +179,8 @@ pub fn judge_near_root_of_quadric<R: Real>(
     )
 }
 
-/// Computes the distance and the point of the hit of an ellipsoid around the origin, in f64, in the
-/// space where the ellipsoid is the unit sphere. `s` holds the semi-axes, `o` and `d` the ray.
+/// Returns the distance and the point of a ray's hit of an ellipsoid around the origin, in f64. The
+/// computation is in the space where the ellipsoid is the unit sphere. `s` holds the semi-axes, `o` and `d` the ray.
 pub fn intersect_ellipsoid_in_f64(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, DVec3)> {
     let (f, e) = (o / s, d / s);
     let middle = -f.dot(e) / e.length_squared();

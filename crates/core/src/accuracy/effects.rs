@@ -100,6 +100,11 @@ pub(super) struct EffectBench<'a> {
 }
 
 impl EffectBench<'_> {
+    /// Measures the cost of each simulated effect of a scene, by renders with and without the
+    /// effect.
+    ///
+    /// # Errors
+    /// A render that cannot be prepared, and [`PrepareError::Cancelled`].
     pub fn measure_costs(
         &self,
         settings: &Settings,
@@ -188,8 +193,8 @@ impl EffectBench<'_> {
         renderer.prepare_and_render(self.scene, &settings, self.start + self.budget)
     }
 
-    /// Returns the picture size in pixels, at most the scene's, at which all renders for this
-    /// number of effects together take four fifths of the time budget. The time is extrapolated
+    /// Returns the picture size in pixels, at most the scene's, for the renders of this number of
+    /// effects. All renders together then take four fifths of the time budget. The time is extrapolated
     /// from a small trial render.
     fn choose_picture_size(
         &self,

@@ -45,6 +45,7 @@ struct SettingMeasurements {
 }
 
 impl SettingMeasurements {
+    /// Creates the measurements of a setting that is not yet rendered.
     fn new(setting: &RungSetting, rounds: u64) -> Self {
         Self {
             setting: setting.clone(),
@@ -72,6 +73,7 @@ pub(super) struct Measurements<'a> {
 }
 
 impl<'a> Measurements<'a> {
+    /// Creates a collection without measurements.
     pub fn new(
         renderer: &'a SettingRenderer<'a>,
         sample: &'a TileSample,

@@ -193,8 +193,8 @@ impl DisplayedTiles {
     }
 }
 
-/// Decodes the codes of an output format to a picture of display values, 0 to 1, with the width and
-/// height of the picture `like`.
+/// Decodes the codes of an output format to a picture of display values, 0 to 1. The picture has
+/// the width and height of `like`.
 fn decode_display_codes(codes: &[u8], kind: OutputFormat, like: &Picture) -> Picture {
     let bytes = kind.bytes_per_channel() as usize;
     let maximum = if bytes == 1 { 255.0 } else { 65535.0 };

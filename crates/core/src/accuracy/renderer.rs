@@ -78,6 +78,7 @@ pub(super) struct TimedRender {
 }
 
 impl<'a> SettingRenderer<'a> {
+    /// Creates a renderer without prepared scenes.
     pub fn new(
         scene: &'a Scene,
         settings: &'a Settings,

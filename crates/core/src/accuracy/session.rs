@@ -1,6 +1,6 @@
-//! Stages of a measurement in their order: pilot pass over the tiles, choice of the reference's
-//! quality levels (rungs), plan, reference, every rung, combinations of rungs, more tiles for
-//! promising settings, costs of effects. Each stage has its share of the time budget.
+//! Stages of a measurement, each with its share of the time budget. The pilot pass over the tiles
+//! comes first, then the choice of the reference's quality levels (rungs) and the plan. The
+//! reference, every rung, combinations of rungs and costs of effects follow.
 
 mod cost_measurements;
 mod expected_cost;
@@ -81,6 +81,7 @@ pub(super) struct MeasurementSession<'a> {
 }
 
 impl<'a> MeasurementSession<'a> {
+    /// Creates a measurement whose time starts now.
     pub fn new(
         scene: &'a Scene,
         settings: &Settings,

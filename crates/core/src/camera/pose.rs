@@ -49,8 +49,8 @@ pub(crate) fn eye_and_axes(pose: &Pose) -> (DVec3, DMat3) {
 }
 
 /// Returns the axes right, up and back of a view from `eye` to `target`. `level` replaces the right
-/// axis if the view is along `up`, as rounding may cause for an eye close to a target far from the
-/// origin.
+/// axis if the view is along `up`. Rounding may cause this for an eye close to a target far from
+/// the origin.
 fn look_at(eye: DVec3, target: DVec3, up: DVec3, level: DVec3) -> DMat3 {
     let forward = (target - eye).normalize();
     let right = forward.cross(up).try_normalize().unwrap_or(level);

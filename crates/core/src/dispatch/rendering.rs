@@ -179,9 +179,9 @@ impl ReadyScene {
         Ok(())
     }
 
-    /// Renders all missing samples of `part`. With adaptive sampling, a film that is complete at
-    /// the end of a round gets the sample counts of its next round, which are decided from all
-    /// tiles, until the requested error is reached. A part of a film therefore ends with its round.
+    /// Renders all missing samples of `part`. Adaptive sampling adds rounds until the requested error is
+    /// reached. The sample counts of a round are decided from all tiles of a film whose earlier
+    /// round is complete. A part of a film therefore ends with its round.
     fn render_rounds(&self, film: &mut Film, part: &FilmPart, observer: &dyn Observer) {
         loop {
             self.render_film_part(film, part, observer);

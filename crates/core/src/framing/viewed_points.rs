@@ -25,8 +25,8 @@ impl ViewedPoints {
         [extent(1.0), extent(-1.0)]
     }
 
-    /// Returns the least distance from the middle at which a camera has all points in its picture,
-    /// and is at least `room` away from the nearest point.
+    /// Returns the least distance from the middle at which a camera has all points in its picture.
+    /// The camera is at least `room` away from the nearest point.
     pub fn least_distance(&self, room: f64) -> f64 {
         let [across, upright] = [0, 1].map(|axis| {
             let slope = self.slopes[axis];

@@ -162,6 +162,7 @@ fn prepare_optional<T, P>(
     part.map(prepare).transpose()
 }
 
+/// Converts a colour to a vector of the stored scalar.
 fn colour_vector<R: Real>(c: Colour) -> R::Vec3 {
     R::Vec3::from_f64(c.0.into())
 }

@@ -106,9 +106,9 @@ impl Measurements<'_> {
         without(noisy) == without(denoised) && !self.is_denoised(noisy)
     }
 
-    /// Compares renders of crops with the reference, one tile per crop, and appends the
-    /// measurements of the tiles to those of the setting at `index`. The pictures are also compared
-    /// with the kept pictures of the setting `beside`. With `keep`, they are kept themselves.
+    /// Compares renders of crops with the reference, one tile per crop. The measurements of the
+    /// tiles are appended to those of the setting at `index`. The pictures are also compared
+    /// with the kept pictures of the setting `beside`. With `keep`, the pictures themselves are kept.
     pub(super) fn record_tile_errors(
         &mut self,
         index: usize,

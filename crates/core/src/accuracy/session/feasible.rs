@@ -13,8 +13,8 @@ use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// Time limit of a render of the slowest tile with a changed rung (quality level), as a multiple of
-/// the time that the tile takes with the unchanged setting. The limit is at least
+/// Time limit of a render of the slowest tile with a changed rung (quality level). The unit is the
+/// time that the tile takes with the unchanged setting. The limit is at least
 /// [`LEAST_PATIENCE`].
 const PATIENCE: f64 = 20.0;
 /// Least time limit of a render of the slowest tile with a changed rung.

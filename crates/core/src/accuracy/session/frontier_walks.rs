@@ -141,8 +141,8 @@ impl MeasurementSession<'_> {
 
     /// Returns the pairs of a sample count and another rung (quality level) that the search did not
     /// measure, up to the largest number of settings. Recommendable rungs come first. The number of
-    /// settings found by the search depends on noise; filled up with pairs, the number is always
-    /// the same.
+    /// settings that the search finds depends on noise. With the pairs, the number is always the
+    /// same.
     fn unmeasured_rung_pairs(&self, measurements: &Measurements<'_>) -> Vec<RungSetting> {
         let settings = measurements.measured_settings();
         let is_paired =

@@ -41,6 +41,7 @@ pub(super) struct GeometryBuilder<'a, R: Real> {
 }
 
 impl<'a, R: Real> GeometryBuilder<'a, R> {
+    /// Creates a builder without objects.
     pub fn new(
         scene: &'a Scene,
         lookup: &'a SceneLookup<'a>,

@@ -63,6 +63,7 @@ pub(crate) struct ConstantIor<R> {
 }
 
 impl<R: Real> ConstantIor<R> {
+    /// Computes the reflectance of an index of refraction.
     pub fn new(ior: f64) -> Self {
         Self {
             ior,
