@@ -22,6 +22,7 @@ const SPARE: f64 = 0.1;
 const REST: f64 = 1.0 / 3.0;
 /// Largest share of the time budget for the two pilots, noisy whole pictures.
 const BOTH_PILOTS: f64 = 0.16;
+
 /// Plan of a measurement: samples of the reference, and numbers of tiles and settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MeasurementPlan {

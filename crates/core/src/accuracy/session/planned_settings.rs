@@ -6,6 +6,7 @@ use crate::ladder::{Ladder, RungChoice};
 
 /// Ladders that most users change: number of samples, and denoising.
 const NUMBERS: [Ladder; 2] = [Ladder::Samples, Ladder::Reconstruction];
+
 /// Setting to be measured, and the ladder (quality setting) that it changes.
 #[derive(Clone)]
 pub(super) struct PlannedSetting {

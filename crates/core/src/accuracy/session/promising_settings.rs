@@ -14,6 +14,7 @@ use crate::prepare::PrepareError;
 const GROWTH: f64 = 1.3;
 /// Largest number of promising settings that are measured on more tiles.
 const MOST_AGAIN: usize = 6;
+
 impl MeasurementSession<'_> {
     /// Measures promising settings on more tiles, in chunks of growing size, or with more renders
     /// per tile if all tiles were measured. More tiles reveal the settings that look good only by
@@ -22,7 +23,7 @@ impl MeasurementSession<'_> {
         &mut self,
         settings: &[RungSetting],
         measurements: &mut Measurements<'_>,
-        exposure: &mut IncrementalReference<'_>,
+        reference: &mut IncrementalReference<'_>,
         listener: &mut dyn ProgressListener,
     ) -> Result<(), PrepareError> {
         let own_setting = RungSetting::default();
@@ -46,7 +47,7 @@ impl MeasurementSession<'_> {
                 ),
                 self.spent_budget_share(),
             );
-            self.add_reference_tiles(exposure, measurements, next, end);
+            self.add_reference_tiles(reference, measurements, next, end);
             if measurements.reference_tile_count() < next {
                 break;
             }

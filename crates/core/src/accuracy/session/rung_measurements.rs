@@ -13,6 +13,7 @@ use crate::prepare::PrepareError;
 
 /// Largest share of the remaining time that a single setting may take.
 const MOST_OF_REST: f64 = 0.35;
+
 impl MeasurementSession<'_> {
     /// Measures every setting of the plan. Returns the settings that were compared with another
     /// setting under the same random numbers, each with its ladder.
