@@ -1,11 +1,11 @@
-//! The affine map of an object's transform steps. Generators, validation, preparation and importers
-//! use it.
+//! The affine map that the transform steps of an object combine to. Generators, validation,
+//! preparation and importers use it.
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::scene::TransformStep;
 
-/// Returns the affine map of transform steps, of which the first is applied first.
+/// Returns the affine map of a list of transform steps, which are applied in the order of the list.
 pub fn affine_from_steps(steps: &[TransformStep]) -> DAffine3 {
     steps.iter().fold(DAffine3::IDENTITY, |map, step| {
         let next = match *step {

@@ -1,15 +1,16 @@
-//! Counts of a render's rays and samples, counted per thread and added at the end.
+//! Numbers of rays and samples of a render. Each thread counts its own, and the counts are added at
+//! the end.
 
 use core::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
 
-/// Largest number of surfaces that the rays of a sample may pass without a change of direction:
-/// surfaces with an alpha below 1, or boundaries between equal media. A passage does not start a
-/// new path segment. The limit only guarantees termination; rays that reach it are counted.
+/// Largest number of surfaces that the rays of a sample may pass straight through. Such surfaces
+/// have an alpha below 1 or lie between equal media, and passing them starts no new path segment.
+/// The limit only guarantees termination. Rays that reach it are counted.
 pub(crate) const MOST_PASSAGES: u32 = 1 << 13;
 
-/// Numbers of rays by kind, and numbers of kept and dropped samples.
+/// Numbers of rays by kind, and numbers of samples that were added to the film or dropped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
     /// Number of camera rays.
@@ -22,20 +23,21 @@ pub struct Counters {
     pub scatter: u64,
     /// Number of shadow rays.
     pub shadow: u64,
-    /// Number of paths that may find caustics: after a diffuse bounce they continued by a mirror, a
-    /// nearly specular lobe or glass. Lamps and suns that they hit then cannot be sampled directly.
-    /// Counted only if the scene has lamps or a sky with small bright parts.
+    /// Number of paths that may find caustics. Such a path continued, after a diffuse bounce, by a
+    /// mirror, a nearly specular lobe or glass. A lamp or sun that it hits then cannot be sampled
+    /// directly. Counted only if the scene has lamps or a sky with small bright parts.
     #[serde(default)]
     pub unaided: u64,
-    /// Number of times that the paths of `unaided` hit a lamp or a small bright part of the sky.
+    /// Number of times that the paths counted in `unaided` hit a lamp or a small bright part of the
+    /// sky.
     #[serde(default)]
     pub found: u64,
     /// Number of samples that were added to the film.
     pub samples: u64,
     /// Number of samples dropped because their value was not finite.
     pub dropped: u64,
-    /// Number of rays that ended early, because the rays of their sample had passed the largest
-    /// number of surfaces with an alpha below 1 or between equal media.
+    /// Number of rays that ended early. The rays of their sample had passed the largest number of
+    /// surfaces with an alpha below 1 or between equal media.
     #[serde(default)]
     pub cut_short: u64,
     /// Number of samples whose camera ray hit a surface.
@@ -43,7 +45,7 @@ pub struct Counters {
     pub hits: u64,
 }
 
-/// Samples or rays that a render lost, to be reported with the picture.
+/// Kind of loss of samples or rays in a render, to be reported with the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleLoss {
     /// Number of samples dropped because their value was not finite.
@@ -53,7 +55,7 @@ pub enum SampleLoss {
         /// Number of all samples, including dropped samples.
         of: u64,
     },
-    /// Rays ended early, because the rays of their sample had passed the largest number of surfaces
+    /// Rays that ended early. The rays of their sample had passed the largest number of surfaces
     /// with an alpha below 1 or between equal media.
     CutShort {
         /// Number of ended rays.

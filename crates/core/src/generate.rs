@@ -1,4 +1,5 @@
-//! Generators: entries of a scene that each stand for many objects, in a grid or scattered.
+//! Generators: entries of a scene that each stand for many objects. The objects form a grid or are
+//! scattered.
 
 use glam::{DAffine3, DVec3};
 
@@ -7,27 +8,27 @@ use crate::hash::splitmix64;
 use crate::motion::object_transforms_at_ends;
 use crate::scene::{GeneratorKind, Object, Scene, TransformStep};
 
-/// An object of the scene: a listed object, or a generator's object with its offset. A million
-/// generated objects are a million offsets, not a million copies of a name, a material's name and a
-/// shape.
+/// An object of the scene with its position: a listed object, or one of the objects of a generator.
+/// All objects of a generator share the data of one object, so a million of them only take a
+/// million offsets.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedObject<'a> {
     pub object: &'a Object,
-    /// Offset by the generator, relative to the storage origin; `None` for a listed object if the
-    /// storage origin is zero.
+    /// Offset that the generator gives the object, relative to the storage origin. `None` for a
+    /// listed object if the storage origin is zero.
     pub position: Option<DVec3>,
 }
 
 impl PlacedObject<'_> {
-    /// Returns the transform from the object's own space to the world: the object's own transform,
-    /// followed by the generator's offset.
+    /// Returns the transform from the object's own space to the world. It is the object's own
+    /// transform followed by the generator's offset.
     pub fn object_to_world(&self) -> DAffine3 {
         let own = affine_from_steps(&self.object.transform);
         self.apply_offset(own)
     }
 
-    /// Returns the transforms from the object's own space to the world at the beginning and at the
-    /// end of its motion; `None` for an object at rest. The generator's offset is part of both.
+    /// Returns the transforms from the object's own space to the world at time 0 and at time 1 of
+    /// its motion; `None` for an object at rest. Both contain the generator's offset.
     pub fn object_to_world_at_ends(&self) -> Option<[DAffine3; 2]> {
         object_transforms_at_ends(self.object).map(|ends| ends.map(|end| self.apply_offset(end)))
     }
@@ -38,7 +39,7 @@ impl PlacedObject<'_> {
     }
 }
 
-/// Iterates over the scene's objects: the listed ones, then those of each generator.
+/// Iterates over the scene's objects: the listed objects, then those of each generator.
 pub(crate) fn all_objects(scene: &Scene) -> impl Iterator<Item = PlacedObject<'_>> {
     let listed = scene.objects.iter().map(|object| PlacedObject {
         object,
@@ -53,7 +54,7 @@ pub(crate) fn all_objects(scene: &Scene) -> impl Iterator<Item = PlacedObject<'_
     listed.chain(made)
 }
 
-/// Iterates over the scene's objects with positions relative to an origin.
+/// Iterates over the scene's objects in the same order. Their positions are relative to `origin`.
 pub(crate) fn objects_relative_to(
     scene: &Scene,
     origin: DVec3,
@@ -67,8 +68,8 @@ pub(crate) fn objects_relative_to(
     })
 }
 
-/// Iterates over the listed objects and one object of each generator, with the number of objects
-/// that each represents. The objects of one generator differ in their offset alone.
+/// Iterates over the listed objects and one object per generator, each with the number of objects
+/// that it represents. The objects of a generator differ only in their offset.
 pub(crate) fn objects_with_counts(scene: &Scene) -> impl Iterator<Item = (&Object, u64)> {
     let listed = scene.objects.iter().map(|object| (object, 1));
     listed.chain(

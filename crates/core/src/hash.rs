@@ -1,8 +1,8 @@
-//! The hash function of all random numbers, which are the same in every run.
+//! The hash function from which all random numbers are computed. So they are the same in every run.
 
-/// Finaliser of SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators",
-/// 2014): a permutation of the 64-bit numbers in which every bit of the argument affects every bit
-/// of the result.
+/// Returns a hash of a 64-bit number: the finaliser of SplitMix64 (Steele, Lea, Flood, "Fast
+/// Splittable Pseudorandom Number Generators", 2014). It is a permutation in which every bit of the
+/// argument affects every bit of the result.
 #[inline(always)]
 pub(crate) fn splitmix64(z: u64) -> u64 {
     let z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);

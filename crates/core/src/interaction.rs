@@ -1,5 +1,5 @@
-//! Interaction of a ray with a surface: the data at a hit that materials, lights and spawned rays
-//! read.
+//! Interaction of a ray with a surface: the data about a hit that materials, lights and spawned
+//! rays need.
 
 use raywright_bvh::{Real, Surface, Vector};
 
@@ -15,26 +15,27 @@ pub(crate) struct Interaction<R: Real> {
     /// Surface geometry: point, bound on the point's error, outward normal. Spawned rays start from
     /// this geometry.
     pub surface: Surface<R>,
-    /// Unit shading normal: interpolated if the mesh has normals, and turned towards the viewer if
-    /// the object's rule of sides requires it.
+    /// Unit shading normal. It is interpolated if the mesh has normals. It is turned to the side of
+    /// the ray if the object is marked `face_viewer`.
     pub normal: R::Vec3,
-    /// Whether the ray arrived against the outward normal.
+    /// Whether the ray hit the outside, the side of the outward normal.
     pub outside: bool,
     /// Unit direction of the ray, towards the surface.
     pub direction: R::Vec3,
-    /// Beginning of the ray, in world space.
+    /// Origin of the ray, in world space.
     pub origin: R::Vec3,
-    /// Distance from the beginning of the ray.
+    /// Distance from the ray's origin to the hit.
     pub distance: R,
-    /// Time of the ray; spawned rays and shadow rays have the same time.
+    /// Time of the ray. Spawned rays and shadow rays have the same time.
     pub time: R,
-    /// Texture coordinates by set; only the sets that the material reads are filled.
+    /// Texture coordinates, by the index of their set. Only the sets that the material reads are
+    /// filled.
     pub uv: [[R; 2]; MOST_UV_SETS],
-    /// Width of the ray's footprint in texture coordinates, by set: the edge of a square with the
-    /// width of the ray cone. Zero if no texture needs it.
+    /// Width of the ray's footprint in texture coordinates, by the index of their set. The
+    /// footprint is a square whose edge is the width of the ray cone. Zero if no texture needs it.
     pub footprint: [R; MOST_UV_SETS],
-    /// Texel footprint of the material's textures, if already computed, with the index of the first
-    /// texture binding that has this footprint.
+    /// Footprint in texels, if already computed for one of the material's textures, and the index
+    /// of the first texture binding with this footprint.
     pub texel_footprint: Option<(u32, TexelFootprint<R>)>,
     /// Interpolated vertex colour with alpha; white where the mesh has none.
     pub colour: [R; 4],
@@ -43,28 +44,28 @@ pub(crate) struct Interaction<R: Real> {
 }
 
 /// Interpolates a vertex attribute by barycentric weights. The result is clamped to the range of
-/// the corners: equal attributes stay equal everywhere, and an alpha equal to a mask's cutoff is
-/// not rounded below it.
+/// the three corners. So equal attributes stay equal everywhere, and rounding does not take an
+/// alpha below the cutoff of a mask that it equals.
 #[inline(always)]
 pub(crate) fn interpolate_vertex_attribute<R: Real>([a, b, c]: [R; 3], [wa, wb, wc]: [R; 3]) -> R {
     let (minimum, maximum) = (Real::min(Real::min(a, b), c), Real::max(Real::max(a, b), c));
     Real::clamp(a * wa + b * wb + c * wc, minimum, maximum)
 }
 
-/// Variables of an expression that depend on a light: those of the light whose contribution is
-/// evaluated.
+/// Variables of an expression that depend on a light. They have the values for the light whose
+/// contribution is evaluated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightInputs<R: Real> {
     /// Unit direction towards the light.
     pub direction: R::Vec3,
-    /// Share of the light that arrives, 0 to 1.
+    /// Fraction of the light that arrives, 0 to 1, by the scene's shadow rule.
     pub share: R,
-    /// Distance of the occluder; infinite without an occluder.
+    /// Distance to the object that blocks the light; infinite if none does.
     pub occluder: R,
 }
 
 impl<R: Real> Default for LightInputs<R> {
-    /// Returns the inputs of unoccluded light without a direction.
+    /// Returns the inputs for light that arrives unblocked and has no direction.
     #[inline(always)]
     fn default() -> Self {
         Self {
@@ -76,7 +77,7 @@ impl<R: Real> Default for LightInputs<R> {
 }
 
 impl<R: Real> Interaction<R> {
-    /// Placeholder, whose fields are set before use.
+    /// Placeholder whose fields are set before they are read.
     pub const PLACEHOLDER: Self = Self {
         surface: Surface {
             point: <R::Vec3 as Vector<R>>::ZERO,
@@ -105,7 +106,8 @@ impl<R: Real> Interaction<R> {
         self.direction - self.normal * (R::from_f64(2.0) * self.direction.dot(self.normal))
     }
 
-    /// Returns the values of an expression's variables at this point, for a given light.
+    /// Returns the values of an expression's variables at this point. `light_inputs` has the values
+    /// for a light.
     #[inline(always)]
     pub fn expression_inputs(&self, light_inputs: &LightInputs<R>) -> VariableValues<R> {
         VariableValues {

@@ -1,13 +1,13 @@
-//! Lookup of a scene's items by name. The lookup is built once, so that no list is searched for
-//! each object.
+//! Lookup of a scene's items by name. It is built once, so that no list is searched for each
+//! object.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::scene::{Image, Material, Mesh, MeshData, MeshSource, Scene, Texture};
 
-/// Lookup of a scene's images, textures, materials and meshes by name. Of two items with the same
-/// name, which validation refuses, it returns the first.
+/// Lookup of a scene's images, textures, materials and meshes by name. If two items have the same
+/// name, which validation refuses, the first is returned.
 #[derive(Clone, Debug)]
 pub struct SceneLookup<'a> {
     scene: &'a Scene,
@@ -17,8 +17,8 @@ pub struct SceneLookup<'a> {
     pub(crate) meshes: NameIndex<'a>,
 }
 
-/// Map from the names of a list to indices, in alphabetical order. Because the order is the same in
-/// every run, a message always suggests the same of several equally similar names.
+/// Map from the names of a list to indices, in alphabetical order. The order is the same in every
+/// run. So a message always suggests the same one of several equally similar names.
 #[derive(Clone, Debug)]
 pub(crate) struct NameIndex<'a>(BTreeMap<&'a str, usize>);
 
@@ -76,7 +76,7 @@ impl<'a> SceneLookup<'a> {
             .map(|index| &self.scene.textures[index])
     }
 
-    /// Returns the material with this name, and its index in the scene's list.
+    /// Returns the material with this name and its index in the scene's list of materials.
     pub fn material(&self, name: &str) -> Option<(usize, &'a Material)> {
         self.materials
             .index_of(name)
@@ -90,7 +90,7 @@ impl<'a> SceneLookup<'a> {
             .map(|index| &self.scene.meshes[index])
     }
 
-    /// Returns the arrays of the mesh with this name; `None` if the mesh does not exist or its file
+    /// Returns the arrays of the mesh with this name. `None` if the mesh does not exist or its file
     /// is not loaded.
     pub fn mesh_data(&self, name: &str) -> Option<&'a Arc<MeshData>> {
         match &self.mesh(name)?.source {

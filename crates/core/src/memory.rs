@@ -1,30 +1,31 @@
-//! Memory of a render by purpose.
+//! Memory of a render by purpose, such as geometry or textures.
 
 use raywright_bvh::allocate_fallibly;
 pub use raywright_bvh::{AllocationRefusal, limit_heap, set_heap_refusal_handler};
 
-/// Memory of a render in bytes, by purpose.
+/// Memory of a render in bytes, by purpose. These parts are not counted:
 ///
-/// Not counted: expressions (about half a KiB compiled, and their text in the scene), the film's
-/// tiles in progress (one per thread), and the temporary memory of an acceleration structure's
-/// build.
+/// - expressions: half a KiB when compiled, and their text in the scene;
+/// - tiles of the film in progress, one per thread;
+/// - temporary memory while an acceleration structure is built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MemoryUse {
     /// Primitives and accelerators; geometry shared by instances counts once.
     pub geometry: u64,
     /// Arrays of the meshes that objects show.
     pub meshes: u64,
-    /// Tables that shading reads: objects, materials, texture uses, lights.
+    /// Tables that are read during shading: objects, materials, texture uses, lights.
     pub tables: u64,
     /// Decoded images in use.
     pub textures: u64,
-    /// Sums of the film, and the finished picture with its layers. Without layers these are 128
-    /// bytes per pixel in four replicates, or 38 bytes per pixel without random sampling.
+    /// Sums of the film, and the finished picture with its layers. Without layers, these take 128
+    /// bytes per pixel in four replicates (independent parts of the samples). Without random
+    /// sampling, they take 38 bytes per pixel.
     pub film: u64,
 }
 
-/// Whether the system can allocate a number of bytes at once. The test memory is freed again.
-/// Callers check before allocations whose failure would abort the program.
+/// Whether the system can allocate this number of bytes at once. The memory of the test is freed
+/// again. Callers ask before an allocation whose failure would abort the program.
 pub fn can_allocate(bytes: u64) -> bool {
     let mut room = Vec::<u8>::new();
     let given = usize::try_from(bytes)

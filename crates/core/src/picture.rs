@@ -1,6 +1,7 @@
-//! Picture in memory: the result of a film, and the input of image files, displays and metrics.
+//! Picture in memory. Films produce it; image files, displays and metrics read it.
 
-/// Picture: linear scene-referred colour, optional coverage and any number of additional layers.
+/// Picture: linear scene-referred colour, optional coverage (alpha) and any number of additional
+/// layers.
 ///
 /// Every buffer holds `width · height` entries, row by row from the top.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,21 +16,21 @@ pub struct Picture {
     pub rgb: Vec<[f32; 3]>,
     /// Coverage of each pixel, 0 (background) to 1; `None` if all pixels are fully covered.
     pub alpha: Option<Vec<f32>>,
-    /// Part of the coverage, 0 to 1, that is a black shadow on a studio's ground; `None` if the
-    /// picture has no such shadow.
+    /// Part of the coverage, 0 to 1, that is due to a black shadow on a studio's ground. `None` if
+    /// the picture has no such shadow.
     pub shadow: Option<Vec<f32>>,
     /// Additional channels, in no particular order; names are unique.
     pub layers: Vec<PictureLayer>,
-    /// Position of a crop in the whole picture; `None` for a whole picture.
+    /// Position of a rendered crop in the whole picture; `None` for a whole picture.
     pub window: Option<DataWindow>,
 }
 
-/// Position of a crop in the whole picture, like the data window of an OpenEXR file in its display
-/// window.
+/// Position of a rendered crop in the whole picture. It corresponds to the data window in the
+/// display window of an OpenEXR file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct DataWindow {
-    /// Column and row in the whole picture of the crop's first pixel. They may be negative, if the
-    /// crop starts outside the whole picture.
+    /// Column and row, in the whole picture, of the first pixel of the crop. They are negative if
+    /// the crop starts outside the whole picture.
     pub origin: [i32; 2],
     /// Width and height of the whole picture in pixels.
     pub full: [u32; 2],
@@ -84,8 +85,8 @@ impl Picture {
             .copied()
     }
 
-    /// Returns the picture with unassociated (straight) alpha: its colours are divided by the
-    /// coverage. Pixels with coverage 0 become black.
+    /// Returns the picture with unassociated (straight) alpha: each colour is divided by its
+    /// coverage. Pixels without coverage become black.
     #[must_use]
     pub fn to_straight_alpha(&self) -> Self {
         let mut straight = self.clone();
@@ -95,11 +96,11 @@ impl Picture {
         straight
     }
 
-    /// Returns two shares of a pixel, 0 to 1: the share that surfaces cover, and the share that the
-    /// ground's shadow covers.
+    /// Returns the coverage of a pixel by surfaces and by the shadow on a studio's ground, each 0
+    /// to 1.
     ///
     /// # Panics
-    /// If the picture has a coverage and the pixel does not exist.
+    /// If the picture has coverage and the pixel does not exist.
     pub fn coverage(&self, pixel: usize) -> [f32; 2] {
         let shadow = self.shadow.as_ref().map_or(0.0, |shadow| shadow[pixel]);
         [
@@ -110,7 +111,8 @@ impl Picture {
         ]
     }
 
-    /// Returns the picture without the ground's shadow. Only surfaces contribute to its coverage.
+    /// Returns the picture without the shadow on a studio's ground. Its coverage is that of
+    /// surfaces.
     #[must_use]
     pub fn without_shadow(&self) -> Self {
         let surfaces = (0..self.pixel_count()).map(|pixel| self.coverage(pixel)[0]);
@@ -121,8 +123,8 @@ impl Picture {
         }
     }
 
-    /// Returns the colour of a pixel's surfaces, not multiplied by the coverage; `None` for a pixel
-    /// that no surface covers.
+    /// Returns the colour of a pixel's surfaces, divided by their coverage; `None` for a pixel that
+    /// no surface covers.
     pub(crate) fn surface_colour(&self, pixel: usize) -> Option<[f32; 3]> {
         if self.alpha.is_none() {
             return Some(self.rgb[pixel]);

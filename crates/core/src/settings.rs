@@ -16,14 +16,14 @@ pub use rungs::{
     AreaShadows, LightSampling, MicrofacetEnergy, PrecisionChoice, RouletteStart, SamplerKind,
 };
 
-/// Returns the default number of replicates. The samples of a pixel are divided into replicates for
-/// the error estimate. The number is as small as possible, because the samples of a replicate are
-/// less uniform than all samples together.
+/// Returns the default number of replicates. Replicates are independent parts of a pixel's samples,
+/// from which errors are estimated. Their number is as small as possible, because the samples of a
+/// replicate are less uniform than all samples together.
 ///
-/// Two replicates are the fewest that give an estimate, and their 95 % intervals hold from eight
-/// samples on. Their single degree of freedom makes the intervals wide (Student's factor 12.7).
-/// From 64 samples on, four replicates of sixteen samples give intervals that hold (factor 3.18) at
-/// little cost. `benches/README.md` has measurements for 1 to 8 replicates.
+/// Two replicates are the fewest that give an estimate, and their 95 % intervals are correct from
+/// eight samples on. With a single degree of freedom, these intervals are wide (Student's factor is
+/// 12.7). From 64 samples on, four replicates give correct intervals at little cost (Student's
+/// factor is 3.18). `benches/README.md` has measurements for 1 to 8 replicates.
 pub fn default_replicates(samples: u32) -> u32 {
     match samples {
         0..8 => 1,
@@ -42,10 +42,10 @@ pub enum Sampling {
 }
 
 impl Sampling {
-    /// Returns the sampling of a scene with the number of samples of `--spp`; `None` keeps the
-    /// scene's sampling. A scene with a sample pattern keeps it if the number is that of the
-    /// pattern. Otherwise, one sample is placed at the pixel's centre, and any other number of
-    /// samples at random positions.
+    /// Returns the sampling of a scene with `spp` samples per pixel; `None` keeps the scene's
+    /// sampling. A scene with a fixed pattern keeps it if the pattern has `spp` samples. For a
+    /// single sample, its pattern becomes one sample at the pixel's centre. In all other cases,
+    /// samples are at random positions.
     pub fn from_spp(scene: &Scene, spp: Option<u32>) -> Self {
         match (scene.render.pattern, spp) {
             (Some(pattern), None) => Self::Pattern(pattern),
@@ -92,14 +92,14 @@ pub struct Crop {
     pub height: u32,
 }
 
-/// Radiance of camera rays that hit no surface.
+/// What camera rays see where they hit no surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Background {
     /// The sky.
     #[default]
     Environment,
-    /// Transparent black. The sky still illuminates the scene and appears in reflections. The
-    /// shadows on a studio's ground are kept, as black with coverage.
+    /// Transparent black. The sky still lights the scene and appears in reflections. A shadow on a
+    /// studio's ground is kept as black with coverage.
     Transparent,
 }
 
@@ -114,8 +114,8 @@ pub enum Aov {
     Normal,
     /// Position of the first hit in metres, averaged over the samples that hit.
     Position,
-    /// Directly visible emission: radiance of lamps, sky and unlit surfaces that camera rays hit,
-    /// without scattered light. Averaged over the samples.
+    /// Directly visible emission: the radiance of lamps, sky and unlit surfaces that camera rays
+    /// hit. Scattered light is not included. Averaged over the samples.
     Emission,
     /// Distance of the hit along the ray through the pixel's centre, in metres; −1 for the sky.
     Depth,
@@ -125,10 +125,12 @@ pub enum Aov {
     Material,
     /// Number of finite samples of the pixel.
     Samples,
-    /// Standard error of the pixel's mean, per channel, estimated from the means of its replicates
-    /// (independent parts of its samples). 0 without random sampling; −1 if unknown, because the
-    /// pixel has fewer than two replicates (fewer than eight samples, or a fixed pattern under
-    /// random lights).
+    /// Standard error of the pixel's mean, per channel. It is estimated from the means of the
+    /// pixel's replicates (independent parts of its samples). Two special values:
+    ///
+    /// - 0: the samples are not random.
+    /// - −1: unknown, because the pixel has fewer than two replicates. This is so with fewer than
+    ///   eight samples, or if a fixed pattern of samples is lit by random lights.
     StandardError,
 }
 
@@ -165,8 +167,8 @@ pub struct Settings {
     /// Greatest number of ray segments of a path, at least one. Whitted ray tracing uses at most
     /// [`Settings::MOST_SEGMENTS`]. With [`Settings::UNLIMITED`] only Russian roulette ends paths.
     pub max_depth: u32,
-    /// Greatest radiance of the brightest channel of a path-traced sample; brighter samples are
-    /// scaled down. Clamping removes fireflies at the price of lost light. `None` does not clamp.
+    /// Greatest radiance of the brightest channel of a path-traced sample. Brighter samples are
+    /// scaled down, which removes fireflies but loses light. `None` does not clamp.
     pub clamp: Option<f64>,
     /// Integrator.
     pub integrator: Integrator,
@@ -176,10 +178,10 @@ pub struct Settings {
     pub fresnel: FresnelRule,
     /// Treatment of light scattered between microfacets.
     pub microfacets: MicrofacetEnergy,
-    /// Visibility test of area lights: which point of the light must be visible for its light to
-    /// count.
+    /// Which point of an area light must be visible for its light to arrive: the sampled point or
+    /// the centre.
     pub area_shadows: AreaShadows,
-    /// Start of Russian roulette.
+    /// Segment of a path at which Russian roulette starts.
     pub roulette: RouletteStart,
     /// Source of the random numbers of samples.
     pub sampler: SamplerKind,
@@ -187,37 +189,38 @@ pub struct Settings {
     pub output: OutputFormat,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Frame number in an animation, which gives neighbouring frames different noise.
+    /// Frame number in an animation. Different frames have different noise.
     pub frame: u32,
-    /// Number of replicates, independent parts of a pixel's samples; at most the number of samples.
-    /// Errors are estimated from the variance of the replicates' means. `None` uses
+    /// Number of replicates, which are independent parts of a pixel's samples; at most the number
+    /// of samples. The variance of the replicates' means gives the error estimate. `None` uses
     /// [`default_replicates`].
     pub replicates: Option<u32>,
     /// Whether the finished picture is denoised. Denoising replaces noise by a smaller bias and
-    /// estimates the error. The samples are then taken in four replicates, from eight samples on,
-    /// and the layers that [`crate::denoise`] reads are kept.
+    /// estimates the error. From eight samples on, the samples are then taken in four replicates.
+    /// The layers that [`crate::denoise`] reads are kept.
     pub denoise: bool,
-    /// Requested error of the picture, the root of relMSE, above zero. Samples are added to the
-    /// pixels with the largest errors, at most as many as in `sampling`. The render ends when the
-    /// upper end of the error's interval is below the requested error. `None` takes all samples of
-    /// `sampling` in every pixel.
+    /// Requested error of the picture: the root of its relative mean squared error (relMSE), above
+    /// zero. Samples are added where errors are largest, up to the number of `sampling` per pixel.
+    /// The render ends when the upper end of the error's confidence interval is below the requested
+    /// error. `None` takes all samples of `sampling` in every pixel.
     pub max_error: Option<f64>,
-    /// Precision of the arithmetic.
+    /// Precision of numbers and arithmetic: `f32` with robust hits, or `f64`.
     pub precision: PrecisionChoice,
-    /// Accelerator: linear scan or BVH.
+    /// Accelerator that finds hits: linear scan or BVH.
     pub accelerator: AcceleratorKind,
     /// Effects that are switched off, from [`crate::effects::SWITCHABLE`].
     pub without: EffectSet,
-    /// Radiance of camera rays that hit nothing.
+    /// What camera rays see where they hit no surface.
     pub background: Background,
-    /// Whether the edges of triangles are drawn where camera rays first hit.
+    /// Whether the edges of triangles are drawn at the first hits of camera rays.
     pub wireframe: bool,
     /// Layers to store besides the colour.
     pub aovs: Vec<Aov>,
-    /// Edge of a tile in pixels; pictures do not depend on it.
+    /// Edge of a tile in pixels. It does not change pictures.
     pub tile_size: u32,
-    /// Largest memory in bytes (see [`MemoryUse`](crate::MemoryUse)). A scene with a larger
-    /// estimate is refused before preparation. `None` sets no limit.
+    /// Largest permitted memory in bytes. A scene whose estimate (see
+    /// [`MemoryUse`](crate::MemoryUse)) is larger is refused before preparation. `None` sets no
+    /// limit.
     pub max_memory: Option<u64>,
 }
 
@@ -234,13 +237,13 @@ impl Settings {
     /// Value of `max_depth` for paths without a limit, which only Russian roulette ends.
     pub const UNLIMITED: u32 = u32::MAX;
 
-    /// Returns the radiance that is assumed behind a studio's ground in a picture with coverage: 1,
-    /// as of a white page, or the clamp if that is lower.
+    /// Returns the radiance that is assumed behind a studio's ground in a picture with coverage. It
+    /// is 1, like a white page, or the clamp if the clamp is lower.
     pub(crate) fn radiance_behind_ground(&self) -> f64 {
         self.clamp.map_or(1.0, |maximum| maximum.min(1.0))
     }
 
-    /// Returns the settings that a scene contains, with its first camera. All other choices have
+    /// Returns the settings that a scene contains, with its first camera. All further settings have
     /// their defaults.
     pub fn from_scene(scene: &Scene) -> Self {
         Self {

@@ -1,5 +1,4 @@
-//! Conversion of a shape of the scene's description to a primitive of the accelerator, in a single
-//! file for all callers.
+//! Conversion of a shape in a scene to a primitive of the accelerator. All callers share it.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
@@ -11,10 +10,12 @@ use raywright_bvh::{Real, Shape as _, Vector};
 use crate::origin_grid::{MESH_DISTANCE_LIMIT, storage_origin_near};
 use crate::scene::{Shape, Triple};
 
-/// Converts a shape and its transform to a primitive. A pure translation is added to the shape's
-/// coordinates, and no transform is returned. Otherwise the primitive stays in the shape's own
-/// space, relative to an origin near the shape, and the transform from there to the world is
-/// returned. `None` for a mesh.
+/// Converts a transformed shape to a primitive. `None` for a mesh. There are two cases:
+///
+/// - If the transform is only a translation, it is added to the shape's coordinates. No transform
+///   is returned.
+/// - Otherwise, the primitive stays in the shape's own space, relative to an origin near the shape.
+///   The transform from there to the world is returned too.
 pub(crate) fn convert_shape<R: Real>(
     shape: &Shape,
     map: DAffine3,
@@ -26,15 +27,15 @@ pub(crate) fn convert_shape<R: Real>(
     Some((stored, Some(transform_relative_to(map, origin))))
 }
 
-/// Converts a shape to a primitive in the shape's own space, relative to an origin near the shape,
-/// and returns that origin too; `None` for a mesh.
+/// Converts a shape to a primitive in the shape's own space. Its coordinates are relative to an
+/// origin near the shape, which is returned too. `None` for a mesh.
 pub(crate) fn convert_shape_in_own_space<R: Real>(shape: &Shape) -> Option<(AnyShape<R>, DVec3)> {
     let origin = shape_origin(shape);
     Some((convert_moved_shape(shape, -origin)?, origin))
 }
 
-/// Returns the origin near a shape, in the shape's own space, relative to which the shape is
-/// stored.
+/// Returns an origin near a shape, in the shape's own space. The shape's stored coordinates are
+/// relative to it.
 pub(crate) fn shape_origin(shape: &Shape) -> DVec3 {
     convert_moved_shape::<f64>(shape, DVec3::ZERO)
         .and_then(|shape| shape.bounds())
@@ -43,8 +44,8 @@ pub(crate) fn shape_origin(shape: &Shape) -> DVec3 {
         })
 }
 
-/// Returns the transform for points that are stored relative to an origin: the transform adds the
-/// origin to a point, and then applies `map`.
+/// Returns the transform for points that are stored relative to `origin`. It adds the origin to a
+/// point, and then applies `map`.
 pub(crate) fn transform_relative_to(map: DAffine3, origin: DVec3) -> DAffine3 {
     if origin == DVec3::ZERO {
         map
@@ -53,8 +54,8 @@ pub(crate) fn transform_relative_to(map: DAffine3, origin: DVec3) -> DAffine3 {
     }
 }
 
-/// Converts a shape, moved by an offset, to a primitive in a precision; `None` for a mesh, which
-/// consists of many primitives.
+/// Converts a shape to a primitive in the scalar `R`, after adding `offset` to its coordinates.
+/// `None` for a mesh, which consists of many primitives.
 pub(crate) fn convert_moved_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
     let at = |p: Triple| DVec3::from(p) + offset;
     let v = |p: Triple| DVec3::from(p);

@@ -1,6 +1,6 @@
-//! Numerically hard cases: situations in which textbook formulas lose digits. Each case has an
-//! error bound that the library must meet, and one or several tests whose names begin with the
-//! case's number. The cases that are functions in this module can also be measured with `raywright
+//! Numerically hard cases: situations in which textbook formulas lose digits. For each case, the
+//! library promises an error bound. One or several tests check it; their names begin with the
+//! case's number. Cases that are functions in this module can also be measured with `raywright
 //! stability`.
 
 mod cameras;
@@ -15,18 +15,18 @@ pub use raywright_bvh::stability::Measurement;
 pub use raywright_bvh::stability::cost_comparison::CostComparison;
 pub use raywright_bvh::stability::verdicts::{CaseOutcome, RayCount};
 
-/// Numerically hard case, with its difficulty and the bound of its error.
+/// A numerically hard case: what makes it hard, and the bound of the error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HardCase {
-    /// Number of the case: a letter (P primitives, T traversal, S spawned rays and shading, M
-    /// sampling, F camera and film) and two digits.
+    /// Number of the case: a letter for the subject and two digits. The letters are P (primitives),
+    /// T (traversal), S (spawned rays and shading), M (sampling) and F (camera and film).
     pub number: &'static str,
-    /// Difficulty of the case, in words.
+    /// What makes the case hard, in words.
     pub difficulty: &'static str,
     /// Bound that the error of the result must meet, in words.
     pub bound: &'static str,
-    /// Part of the case that does not apply to this program, with the reason; `None` if the whole
-    /// case is covered.
+    /// Part of the case that does not apply to this program, with the reason. `None` if every part
+    /// applies.
     pub left_out: Option<&'static str>,
 }
 
@@ -48,10 +48,11 @@ pub fn hard_cases() -> impl Iterator<Item = HardCase> {
     })
 }
 
-/// Measures the hard case with this number, in both precisions. A BVH traversal is also measured
-/// with every SIMD kernel of the processor. `None` for a case that is only a test.
+/// Measures the hard case with this number in both precisions. A case of BVH traversal is also
+/// measured with every SIMD kernel that the processor supports. `None` for a case that exists only
+/// as a test.
 pub fn measure_case(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
-    /// Measures a case in both precisions.
+    /// Measures a case in both precisions, `robust` and `reference`.
     macro_rules! both {
         ($module:ident::$of:ident) => {
             [$module::$of::<f32>(rays), $module::$of::<f64>(rays)].concat()

@@ -1,9 +1,9 @@
-//! Lights of the default studio, relative to a camera.
+//! Lights of the default studio, which stand relative to a camera.
 //!
-//! Key, fill and rim light are lobes around distant directions over a gradient: a sky that is
-//! sampled in closed form, so that soft light costs little noise. The lights turn with the camera's
-//! azimuth, as a photographer's lights stand around the camera while the model turns; so every side
-//! of a model is seen in the same light. The elevations of the lights are fixed in the world.
+//! Key, fill and rim light are lobes of radiance around distant directions, added to a gradient.
+//! This sky is sampled in closed form, so its soft light costs little noise. The lights follow the
+//! camera's azimuth, as a photographer keeps the lights in place while the model turns. So every
+//! side of a model is seen in the same light. The elevations of the lights are fixed in the world.
 
 use core::f64::consts::TAU;
 
@@ -12,25 +12,26 @@ use glam::DVec3;
 use crate::motion::{pose_at, shutter_opening};
 use crate::scene::{Camera, Colour, Pose, Sky, Studio, Sun};
 
-/// Radiance of the gradient from straight below.
+/// Radiance of the gradient straight down.
 const BELOW: f64 = 0.15;
-/// Radiance of the gradient from straight above.
+/// Radiance of the gradient straight up.
 const ABOVE: f64 = 0.45;
 
 /// A soft light of the studio: a lobe of radiance around a direction.
 struct SoftLight {
-    /// Direction of the light to the right of the camera, as seen from the model, in degrees.
+    /// Azimuth of the light in degrees, to the right of the camera as seen from the model.
     azimuth: f64,
-    /// Direction of the light above the horizon, in degrees.
+    /// Elevation of the light above the horizon, in degrees.
     elevation: f64,
     /// Radiance in the middle of the lobe.
     radiance: f64,
-    /// Exponent of the cosine to the light's direction: the greater, the narrower the lobe.
+    /// Exponent of the cosine of the angle to the light's direction. A greater exponent gives a
+    /// narrower lobe.
     exponent: u32,
 }
 
-/// Key, fill and rim light. The irradiance on a surface that faces a light is 2π/(exponent + 2)
-/// times its radiance.
+/// Key, fill and rim light. A surface that faces a light has the irradiance 2π/(exponent + 2) times
+/// the light's radiance.
 const LIGHTS: [SoftLight; 3] = [
     SoftLight {
         azimuth: -40.0,
@@ -52,7 +53,7 @@ const LIGHTS: [SoftLight; 3] = [
     },
 ];
 
-/// Returns the sky with the studio's lights, turned to a camera.
+/// Returns the sky with the studio's lights, placed relative to a camera.
 pub(crate) fn studio_sky(studio: &Studio, camera: &Camera) -> Sky {
     let turn = camera_azimuth(camera) - studio.rotation.to_radians();
     let suns = LIGHTS.iter().map(|light| Sun {
@@ -73,16 +74,16 @@ pub(crate) fn studio_sky(studio: &Studio, camera: &Camera) -> Sky {
     }
 }
 
-/// Returns the unit direction for an azimuth and an elevation in radians. Azimuth 0 is along +z,
-/// and a quarter turn along +x.
+/// Returns the unit direction of an azimuth and an elevation in radians. Azimuth 0 is +z, and a
+/// quarter turn is +x.
 pub(crate) fn direction_from_angles(azimuth: f64, elevation: f64) -> DVec3 {
     let (sin, cos) = libm::sincos(azimuth);
     let (height, level) = libm::sincos(elevation);
     DVec3::new(level * sin, height, level * cos)
 }
 
-/// Returns the azimuth of a camera about its target, in radians. For a view straight down or up, it
-/// is the azimuth after the camera is tilted to the horizon.
+/// Returns the azimuth of a camera about its target, in radians. For a view straight down or up,
+/// the camera is first tilted to the horizon.
 fn camera_azimuth(camera: &Camera) -> f64 {
     let (back, up) = match pose_at(camera, shutter_opening(camera)) {
         Pose::LookAt { eye, target, up } => {

@@ -1,9 +1,9 @@
 //! The hint "did you mean": the known word that is most similar to an unknown word.
 
-/// Returns the candidate that is most similar to a mistyped word, if any is within one edit per
-/// three characters (a single edit for shorter words). An edit inserts, removes or replaces a
-/// character or swaps two neighbours. Case does not count, nor does the choice between `-`, `_` and
-/// space.
+/// Returns the candidate that is most similar to a mistyped word; `None` if none is similar. The
+/// similarity limit is one edit per three characters, and one edit for shorter words. An edit
+/// inserts, removes or replaces a character, or swaps two neighbours. Case does not count, nor does
+/// the choice between `-`, `_` and space.
 pub fn closest_word<'a>(
     wrong: &str,
     candidates: impl IntoIterator<Item = &'a str>,

@@ -1,10 +1,11 @@
-//! Layers of first hits beside the colour: means over the samples of each pixel.
+//! Layers that describe the first hits of camera rays, such as albedo. A pixel's value is the mean
+//! over its samples.
 
 use crate::film::{FilmPlan, ReplicateBuffer};
 use crate::integrator::FirstHit;
 use crate::settings::Aov;
 
-/// Accumulates the layers of first hits of a pixel, sample by sample.
+/// Sums of a pixel's first-hit layers, to which samples are added one by one.
 pub(super) struct FirstHitSums<'a> {
     plan: &'a FilmPlan,
     sums: Vec<[f64; 3]>,
@@ -20,7 +21,7 @@ impl<'a> FirstHitSums<'a> {
         }
     }
 
-    /// Continues a pixel from the sums of its earlier samples.
+    /// Loads the sums of the samples that a pixel already has.
     pub fn resume_pixel(&mut self, buffer: &ReplicateBuffer, pixel: usize) {
         for (sum, layer) in self.sums.iter_mut().zip(&buffer.layers) {
             *sum = layer.get(pixel).copied().unwrap_or([0.0; 3]);
@@ -28,8 +29,9 @@ impl<'a> FirstHitSums<'a> {
         self.hits = buffer.first_hits.get(pixel).copied().unwrap_or(0);
     }
 
-    /// Adds the first hit of a sample's camera ray; `first` is called only if a layer shows first
-    /// hits. `entered`: whether the sample was finite.
+    /// Adds the first hit of a sample's camera ray. `first` returns the hit and the directly
+    /// visible radiance; it is only called if a layer needs them. `entered` is whether the sample
+    /// was finite.
     #[inline(always)]
     pub fn add_sample<'f>(
         &mut self,
@@ -57,7 +59,7 @@ impl<'a> FirstHitSums<'a> {
         }
     }
 
-    /// Appends the sums of the pixel to the buffer, and starts the next pixel.
+    /// Appends the sums of the pixel to the buffer. The next pixel can then begin.
     #[inline(always)]
     pub fn push_pixel(&mut self, buffer: &mut ReplicateBuffer) {
         if self.sums.is_empty() {

@@ -1,24 +1,24 @@
-//! Stream of sample results: samples are traced in batches and returned one by one. Camera rays
-//! with a common origin are traversed together, and paths advance segment by segment side by side.
-//! This is faster, with the same bits.
+//! Stream of sample results. Samples are traced in batches and returned one by one. Camera rays
+//! with a common origin are traversed together, and the paths of a batch advance segment by segment
+//! side by side. This is faster and gives the same bits.
 
 use raywright_bvh::{Ray, Real, Vector};
 
 use crate::integrator::{CameraRays, FirstHit, LightTransport, PathResult, PathResults};
 use crate::sampler::{SampleAddress, SampleSequence};
 
-/// Samples of a batch: their addresses and camera rays, and buffers for generating them.
+/// A batch of samples: their addresses and camera rays, and buffers for their generation.
 pub(super) struct SampleBatch<R: Real> {
     pub addresses: Vec<SampleAddress>,
     pub rays: Vec<Ray<R>>,
-    /// Buffer: the sequence of each sample's random numbers, with the index of its point.
+    /// Buffer of random sequences: for each sample, its sequence and the index of its point.
     pub sequences: Vec<(SampleSequence, u32)>,
-    /// Buffer: four random numbers of each sample, for the position in its pixel.
+    /// Buffer of four random numbers for each sample, which determine the position in its pixel.
     pub places: Vec<[f32; 4]>,
 }
 
-/// Source of sample results: holds the results of a batch and the index of the next result, and
-/// traces a new batch when needed.
+/// Stream of sample results. It holds the results of a batch and the index of the next result. A
+/// new batch is traced when none is left.
 pub(super) struct SampleStream<R: Real> {
     samples: SampleBatch<R>,
     results: PathResults<R>,
@@ -42,8 +42,9 @@ impl<R: Real> Default for SampleStream<R> {
 }
 
 impl<R: Real> SampleStream<R> {
-    /// Returns the result of the next sample. If no result is left, `make` generates at most the
-    /// given number of samples, and the batch is traced.
+    /// Returns the result of the next sample; `None` if all samples are finished. If the batch is
+    /// used up, `make` generates a new batch of at most the given number of samples, and it is
+    /// traced.
     #[inline(always)]
     pub fn next_result<'a, T: LightTransport<'a, R>>(
         &mut self,
@@ -67,8 +68,8 @@ impl<R: Real> SampleStream<R> {
         Some(result)
     }
 
-    /// Returns the first hit of the last sample's camera ray (`None` for the sky), and its directly
-    /// visible radiance; zero if no layer needs them.
+    /// Returns the first hit of the last returned sample's camera ray, and its directly visible
+    /// radiance. The hit is `None` for the sky. The radiance is zero if no layer needs it.
     #[inline(always)]
     pub fn first_hit_and_emission(&self) -> (Option<&FirstHit>, [f64; 3]) {
         let (first, direct) = self.results.first_hit_and_emission(self.next - 1);

@@ -1,5 +1,5 @@
-//! Queue of work: all tiles in passes over the picture, so that a stopped render has samples
-//! everywhere.
+//! Queue of work. It contains all tiles in several passes over the picture, so that a stopped
+//! render has samples everywhere.
 
 use core::ops::Range;
 use std::cmp::Reverse;
@@ -9,28 +9,28 @@ use crate::film::{Film, FilmPart, ReplicateBuffer, TileUpdate};
 use crate::light::LightUsage;
 use crate::observer::Observer;
 
-/// Queue of units of work, those of the earliest pass first, with the film that receives their
-/// results.
+/// Queue of units of work, the earliest pass first, and the film that receives their results.
 pub(super) struct WorkQueue<'f> {
     film: &'f mut Film,
-    /// Heap of the next pass of each tile in each replicate, as (pass, replicate, tile); without
-    /// finished tiles and units in progress. A thread that finds the heap empty can end: threads
-    /// continue their own units.
+    /// Heap of (pass, replicate, tile): the next pass of each tile in each replicate. Finished
+    /// tiles and those in progress are not in it. A thread that finds the heap empty may end,
+    /// because other threads continue their own tiles.
     waiting: BinaryHeap<Reverse<(u32, u32, u32)>>,
-    /// Number of tiles of the rendered part without any samples.
+    /// Number of rendered tiles that have no samples yet.
     tiles_without_samples: usize,
-    /// Finished samples of all pixels.
+    /// Number of finished samples, summed over all pixels.
     samples_done: u64,
-    /// Samples of all pixels when the render is finished.
+    /// Number of samples of the finished render, summed over all pixels.
     samples_total: u64,
 }
 
-/// A unit of work for a thread: a range of samples of one tile in one replicate.
+/// A unit of work for a thread: a range of samples of one tile in one replicate (independent part
+/// of the samples).
 pub(super) struct WorkUnit {
     pub tile: u32,
     pub replicate: u32,
     pub samples: Range<u32>,
-    /// Sums of the tile so far.
+    /// Sums of the samples that the tile already has.
     pub start: ReplicateBuffer,
 }
 
@@ -61,8 +61,8 @@ impl<'f> WorkQueue<'f> {
         }
     }
 
-    /// Stores the result of a finished unit, and returns the next unit; `None` if none is waiting
-    /// or the observer has enough samples. Takes one lock for each tile.
+    /// Stores the result of a finished unit and returns the next unit. `None` if no unit is left or
+    /// the observer has enough samples. One call per tile needs one lock only.
     pub fn exchange_unit(
         &mut self,
         finished: Option<TileUpdate>,
@@ -91,7 +91,7 @@ impl<'f> WorkQueue<'f> {
         )
     }
 
-    /// Stores the last result and the light usage of a worker that ends.
+    /// Stores the last result of a worker that ends, and how often it sampled each light.
     pub fn finish_worker(
         &mut self,
         finished: Option<TileUpdate>,

@@ -1,4 +1,4 @@
-//! State of a render in progress, as passed to a viewer.
+//! State of a render in progress, which a viewer receives.
 
 use core::ops::RangeInclusive;
 use std::cell::OnceCell;
@@ -8,8 +8,8 @@ use crate::film::{Film, Uncertainty};
 use crate::observer::Observer;
 use crate::picture::Picture;
 
-/// State of a render in progress. Picture and error are computed on first use and borrowed; nothing
-/// is copied.
+/// State of a render in progress. Picture and error are computed when they are first needed. They
+/// are borrowed, not copied.
 pub struct RenderStage<'a> {
     film: &'a Film,
     picture: OnceCell<Picture>,
@@ -31,25 +31,25 @@ impl<'a> RenderStage<'a> {
         self.film
     }
 
-    /// Returns the picture with its layers: the mean of each pixel's samples so far, black without
-    /// any.
+    /// Returns the picture with its layers. Each pixel is the mean of its samples so far; a pixel
+    /// without samples is black.
     pub fn picture(&self) -> &Picture {
         self.picture.get_or_init(|| self.film.picture())
     }
 
-    /// Returns the least and the greatest number of samples of a pixel.
+    /// Returns the least and the greatest number of samples per pixel.
     pub fn sample_range(&self) -> RangeInclusive<u32> {
         self.film.sample_range(&self.film.full_part())
     }
 
-    /// Returns the estimated error of the picture with its interval; `None` without random
-    /// sampling, or while samples are too few for an estimate.
+    /// Returns the estimated error of the picture with its confidence interval. `None` without
+    /// random sampling, or if there are too few samples for an estimate.
     pub fn error(&self) -> Option<Uncertainty> {
         *self.error.get_or_init(|| self.film.estimate_uncertainty())
     }
 
-    /// Returns the result of the render so far: [`Self::picture`], denoised if requested and
-    /// possible.
+    /// Returns the result of the render so far. The picture is denoised if that was requested and
+    /// is possible.
     pub fn into_output(self, observer: &dyn Observer) -> RenderOutput {
         match self.picture.into_inner() {
             Some(picture) if !self.film.is_to_be_denoised() => {

@@ -5,7 +5,7 @@ use super::{Crop, Sampling, Settings};
 /// Error of a setting that is out of range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
-    /// The size of the picture is zero or too large.
+    /// Width or height of the picture is zero or too large.
     #[error("the size {} x {} pixels is out of range: width and height must be 1 to {} pixels", .0[0], .0[1], Settings::MOST_EDGE)]
     Size([u32; 2]),
     /// The crop is empty or extends outside the picture.
@@ -33,10 +33,10 @@ pub enum SettingsError {
 }
 
 impl Settings {
-    /// Checks that all settings are in range. Preparation calls this function first.
+    /// Checks that all settings are in range. Preparation makes this check first.
     ///
     /// # Errors
-    /// The first [`SettingsError`] that is found.
+    /// The first setting that is out of range, as [`SettingsError`].
     pub fn check(&self) -> Result<(), SettingsError> {
         if !self
             .size

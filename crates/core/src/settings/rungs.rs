@@ -1,22 +1,22 @@
-//! Settings with a closed set of values: the rungs (quality levels) of the ladders. Each has a
-//! default.
+//! Settings with a fixed list of values, which are the rungs (quality levels) of ladders. Each
+//! setting has a default.
 
-/// Precision of the arithmetic (`--precision`). In all precisions, positions in the pixel, on the
-/// lens and on lights come from the same f32 random numbers, so that pictures differ only by
+/// Precision of the arithmetic (`--precision`). In all precisions, the same `f32` random numbers
+/// determine positions in the pixel, on the lens and on lights. So pictures differ only by
 /// rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[doc(alias = "Float")]
 pub enum PrecisionChoice {
-    /// Storage in f32; intersections avoid cancellation and decide hits in f64.
+    /// Numbers are stored in `f32`. Intersections avoid cancellation and decide hits in `f64`.
     #[default]
     Robust,
-    /// Storage and all arithmetic in f64.
+    /// All numbers are stored and computed in `f64`.
     Reference,
 }
 
 /// Strategy by which path tracing finds area lights. All strategies are unbiased and differ only in
-/// noise. Lights without size are always sampled directly. Lights seen in a mirror or through
-/// smooth glass are always hit by paths.
+/// noise. Two kinds of light are found in one manner whatever the strategy. Lights without size are
+/// sampled directly. Lights seen in a mirror or through smooth glass are hit by paths.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[doc(alias("BVHLightSampler", "PowerLightSampler"))]
 pub enum LightSampling {
@@ -29,12 +29,12 @@ pub enum LightSampling {
     Both,
 }
 
-/// Treatment of light scattered between microfacets, under path tracing.
+/// Treatment of light that scatters several times between microfacets, under path tracing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MicrofacetEnergy {
     /// Light scattered more than once between microfacets is lost.
     Single,
-    /// The lost light is compensated, so that white metal reflects all light.
+    /// The lost light is compensated, so white metal reflects all light.
     #[default]
     Compensated,
 }
@@ -53,8 +53,8 @@ pub enum SamplerKind {
     Sobol,
 }
 
-/// Segment of a path at which Russian roulette starts. All choices are unbiased and differ in time
-/// and noise.
+/// Segment of a path at which Russian roulette starts. The choices are unbiased; they differ in
+/// time and noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum RouletteStart {
     /// From the first surface of a path on.
@@ -66,7 +66,7 @@ pub enum RouletteStart {
     Off,
 }
 
-/// Visibility test of area lights: which point of the light must be visible for its light to count.
+/// Which point of an area light must be visible for its light to arrive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum AreaShadows {
     /// The centre of the light: hard shadows.

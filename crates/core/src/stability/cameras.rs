@@ -1,5 +1,5 @@
-//! Numerically hard cases F01, F02, F03. Cameras look along their up direction, have a nearly zero
-//! field of view or look straight at edges; lenses have no aperture.
+//! Numerically hard cases F01, F02, F03. Cameras look along their up direction, have a field of
+//! view of almost zero, or look straight at edges. Lenses have no aperture.
 
 use glam::DVec3;
 use raywright_bvh::stability::verdicts::{
@@ -80,8 +80,8 @@ fn draw_camera(rng: &mut CaseRng) -> CameraData {
     )
 }
 
-/// Measures case F01, degenerate cameras. Validation must refuse the camera, or neighbouring pixels
-/// must have different rays with finite unit directions.
+/// Measures case F01: degenerate cameras. A camera passes the test if validation refuses it.
+/// Otherwise, neighbouring pixels must have different rays with finite unit directions.
 pub fn measure_degenerate_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("F01", 501, 4000, rays, |rng| {
         let data = draw_camera(rng);
@@ -123,8 +123,8 @@ pub fn measure_degenerate_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![create_measurement_without_kernels::<R>(outcome)]
 }
 
-/// Measures case F03, degenerate lenses. A lens without an aperture must equal a pinhole to the
-/// bit. A lens with a tiny or huge focus distance must give unit directions.
+/// Measures case F03: degenerate lenses. A lens without an aperture must equal a pinhole to the
+/// bit. A lens with a tiny or huge focus distance must give rays with unit directions.
 pub fn measure_degenerate_lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("F03", 502, 20_000, rays, |rng| {
         let eye = rng.sample_cube() * 10.0;
@@ -178,12 +178,12 @@ pub fn measure_degenerate_lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![create_measurement_without_kernels::<R>(outcome)]
 }
 
-/// Measures case F02: views straight at the middle of a lattice of triangles. The ray directions
-/// have zeros of either sign, and the rays lie in planes through edges. In a picture with an odd
-/// number of pixels, the ray of each pixel must hit the lattice.
+/// Measures case F02: a camera that looks straight at the middle of a lattice of triangles. Ray
+/// directions contain positive and negative zeros, and rays lie in planes through edges. The
+/// picture has an odd number of pixels, and the ray of each pixel must hit the lattice.
 pub fn measure_symmetric_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
     const CELLS: i32 = 20;
-    /// Pixels along each side: one per half cell, without the border.
+    /// Number of pixels along each side: one per half cell of the lattice, without the border.
     const ODD: u32 = 2 * CELLS as u32 - 1;
     const FAR: f64 = 10.0;
     let lattice = |axis: usize| {

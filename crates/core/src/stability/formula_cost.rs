@@ -1,5 +1,5 @@
-//! Cost of the numerically robust formulas of the library, in nanoseconds per ray or sample.
-//! Textbook formulas and the library's are timed alternately, by the CPU time of a thread.
+//! Cost of the library's numerically robust formulas, in nanoseconds per ray or sample. They and
+//! textbook formulas are timed alternately by the CPU time of a thread.
 
 use core::hint::black_box;
 use std::rc::Rc;
@@ -14,22 +14,22 @@ use crate::bench::SampleQuantiles;
 use crate::bench::clock::thread_seconds;
 use crate::material::{ShadingFrame, SmoothInterface, fresnel_dielectric};
 
-/// Times of the formulas for a numerically hard case, in nanoseconds per ray or sample.
+/// Times of the formulas for a numerically hard case.
 #[derive(Clone, Copy, Debug)]
 pub struct CaseCost {
-    /// Description of the work per ray or sample.
+    /// Description of the work that is done per ray or sample.
     pub label: &'static str,
-    /// Nanoseconds of the textbook formula in f32.
+    /// Time of the textbook formula in `f32`, in nanoseconds per ray or sample.
     pub textbook: SampleQuantiles,
-    /// Additional nanoseconds of the library's formula in the precisions `robust` and `reference`;
-    /// negative if it is faster.
+    /// Time of the library's formula minus that of the textbook formula, in nanoseconds per ray or
+    /// sample. The two values are for the precisions `robust` and `reference`.
     pub overhead: [SampleQuantiles; 2],
 }
 
-/// Number of timed rounds. A first round is not counted.
+/// Number of timed rounds. A round before them is not counted.
 const ROUNDS: usize = 15;
 
-/// Number of random samples, and number of times that each sample is computed in a round.
+/// Number of random samples; below, the number of times that each sample is computed in a round.
 const SAMPLES: u32 = 4096;
 const TURNS: u32 = 40;
 
@@ -77,8 +77,9 @@ pub fn time_case_formulas(number: &str) -> Option<CaseCost> {
     })
 }
 
-/// Returns the timing work of three formulas on random samples. `works` holds the textbook formula,
-/// then the library's formula in the precisions `robust` and `reference`.
+/// Returns the work of timing three formulas on random samples. `value_of` creates a sample.
+/// `works` holds the textbook formula, then the library's formula in the precisions `robust` and
+/// `reference`.
 fn comparison_over_samples<S: 'static>(
     label: &'static str,
     value_of: impl Fn(&mut CaseRng) -> S,
@@ -99,7 +100,7 @@ fn comparison_over_samples<S: 'static>(
     }
 }
 
-/// Returns the formulas of a shading frame about a normal.
+/// Returns the formulas for a shading frame about a normal.
 fn frame_comparison() -> CostComparison {
     let drawn = |rng: &mut CaseRng| {
         let n = rng.sample_direction();
@@ -122,7 +123,8 @@ fn frame_comparison() -> CostComparison {
     )
 }
 
-/// Returns the formulas of a mirrored direction: d − 2(d·n)n in f32 against the library's.
+/// Returns the formulas for a mirrored direction: d − 2(d·n)n in f32, and the library's. d is the
+/// direction and n the normal.
 fn reflection_comparison() -> CostComparison {
     fn reflect_direction<R: Real>([d, n]: [R::Vec3; 2]) {
         black_box(R::Vec3::from_f64(
@@ -147,8 +149,8 @@ fn reflection_comparison() -> CostComparison {
     )
 }
 
-/// Returns the formulas of a reflectance: Schlick's approximation in f32 against the library's
-/// Fresnel equations, which use f64 in both precisions.
+/// Returns the formulas for a reflectance: Schlick's approximation in f32, and the library's
+/// Fresnel equations. The latter use f64 in both precisions.
 fn reflectance_comparison() -> CostComparison {
     let schlick = |&cosine: &f32| {
         let (r0, m) = (0.04_f32, 1.0 - cosine);

@@ -1,5 +1,5 @@
 //! Numerically hard cases S13, S14, S15: Fresnel reflectance from normal to grazing incidence, and
-//! between media of nearly equal index.
+//! between media of nearly equal refractive index.
 
 use glam::DVec3;
 use raywright_bvh::stability::Measurement;
@@ -7,7 +7,7 @@ use raywright_bvh::stability::verdicts::{CaseOutcome, CaseRng, RayCount, U, Verd
 
 use crate::material::{SmoothInterface, fresnel_dielectric};
 
-/// Returns the measurements of the precisions `robust` and `reference`, which are equal because the
+/// Returns the measurements of the precisions `robust` and `reference`. They are equal, because the
 /// computation always uses f64. Each is paired with the result of the textbook formula.
 fn precision_independent_measurements(
     outcome: &CaseOutcome,
@@ -21,8 +21,8 @@ fn precision_independent_measurements(
     vec![value_of("robust"), value_of("reference")]
 }
 
-/// Returns the smooth interface at a ray that hits a horizontal boundary from above. `cosine` is
-/// the cosine of incidence, `eta` the relative index.
+/// Returns the smooth interface that a ray meets on a horizontal boundary from above. `cosine` is
+/// the cosine of the angle of incidence, `eta` the relative index of refraction.
 fn interface_at_cosine(cosine: f64, eta: f64) -> SmoothInterface {
     SmoothInterface::new(
         DVec3::new(
@@ -35,9 +35,9 @@ fn interface_at_cosine(cosine: f64, eta: f64) -> SmoothInterface {
     )
 }
 
-/// Returns the unpolarised Fresnel reflectance, computed without cancellation. The difference of
-/// the two cosines is computed as the difference of their squares divided by their sum. `None`
-/// under total reflection.
+/// Returns the unpolarised Fresnel reflectance, computed without cancellation; `None` under total
+/// reflection. A difference of two cosines is computed as the difference of their squares divided
+/// by their sum.
 fn accurate_reflectance(cosine: f64, eta: f64) -> Option<f64> {
     let sine2 = (1.0 - cosine) * (1.0 + cosine);
     let beyond2 = 1.0 - eta * eta * sine2;
@@ -106,8 +106,8 @@ pub fn measure_matched_indices(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// Measures case S14: relative error of the Fresnel reflectance of glasses and diamond, from
-/// outside and inside.
+/// Measures case S14: the relative error of the Fresnel reflectance of glasses and diamond, from
+/// outside and from inside.
 pub fn measure_fresnel(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("S14", 413, 400_000, rays, |rng| {
         let ior = rng.choose(&[1.333, 1.5, 1.7, 2.42]);
@@ -145,9 +145,9 @@ pub fn measure_fresnel(rays: RayCount) -> Vec<Measurement> {
     precision_independent_measurements(&outcome, None)
 }
 
-/// Measures case S15: the difference between Schlick's approximation and the Fresnel equations,
-/// which must not exceed its known maximum. For rays from inside, the cosine in the thinner medium
-/// is used.
+/// Measures case S15: the difference between Schlick's approximation and the Fresnel equations. It
+/// must not exceed its known maximum. For a ray from inside, the cosine is taken in the thinner
+/// medium.
 pub fn measure_schlick(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("S15", 414, 40_000, rays, |rng| {
         let (ior, maximum) = rng.choose(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);

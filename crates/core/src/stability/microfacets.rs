@@ -1,4 +1,4 @@
-//! Numerically hard cases S17, S18: nearly smooth microfacets, and the sampling of visible normals
+//! Numerically hard cases S17 and S18: nearly smooth microfacets, and sampling of visible normals
 //! at grazing angles.
 
 use core::f64::consts::PI;
@@ -10,8 +10,8 @@ use raywright_bvh::{Real, Vector};
 
 use crate::material::{Bsdf, Lobe, ShadingFrame};
 
-/// Tested roughness values α: three ordinary values, the least supported value, and two smaller
-/// values, which are treated as the least.
+/// Tested roughness values α. Three are ordinary, the fourth is the least supported value. The last
+/// two are smaller and are treated as the least.
 const ALPHAS: [f64; 6] = [0.1, 1e-2, 1e-3, 9e-4, 1e-4, 1e-6];
 
 /// Returns a BSDF of microfacets with reflectance 1 and the roughness α.
@@ -24,8 +24,9 @@ fn white_microfacet_bsdf<R: Real>(normal: R::Vec3, alpha: f64) -> Bsdf<R> {
     })
 }
 
-/// Measures case S17: the BSDF value for retroreflection by microfacets whose normals are within 5α
-/// of the shading normal. It is compared with an evaluation in f64 from the slopes.
+/// Measures case S17: the BSDF value for retroreflection by microfacets whose normals are within an
+/// angle of 5α of the shading normal. The expected value is computed in f64 from the slopes of the
+/// microfacets.
 pub fn measure_narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let drawn = |rng: &mut raywright_bvh::stability::verdicts::CaseRng| {
         let (n, alpha) = (to_scalar::<R>(rng.sample_direction()), rng.choose(&ALPHAS));
@@ -81,9 +82,9 @@ pub fn measure_narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     }]
 }
 
-/// Measures case S18: directions sampled from microfacets of reflectance 1, viewed at normal
-/// incidence, at grazing angles and from just below the horizon. No weight may exceed 1, and no
-/// direction may point below the horizon.
+/// Measures case S18: directions sampled from microfacets of reflectance 1. The view is at normal
+/// incidence, at grazing angles or just below the horizon. No weight may exceed 1, and no direction
+/// may point below the horizon.
 pub fn measure_visible_normals<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("S18", 422, 400_000, rays, |rng| {
         let (n, alpha) = (to_scalar::<R>(rng.sample_direction()), rng.choose(&ALPHAS));

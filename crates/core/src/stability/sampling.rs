@@ -1,5 +1,5 @@
-//! Numerically hard cases M01, M02, M11: random numbers at the ends of their range, their mapping
-//! to directions and points, and their uniformity.
+//! Numerically hard cases M01, M02, M11: random numbers at the ends of their range, maps from
+//! random numbers to directions and points, and uniformity.
 
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Quad, Sphere, Torus, Triangle,
@@ -28,7 +28,7 @@ const CORNERS: [f64; 5] = [
     1.0 - 1.0 / 4_294_967_296.0,
 ];
 
-/// Returns the measurements of the precisions `robust` and `reference`, which are equal because the
+/// Returns the measurements of the precisions `robust` and `reference`. They are equal, because the
 /// random numbers do not depend on the precision.
 fn precision_independent_measurements(outcome: &CaseOutcome) -> Vec<Measurement> {
     ["robust", "reference"]
@@ -40,8 +40,8 @@ fn precision_independent_measurements(outcome: &CaseOutcome) -> Vec<Measurement>
         .to_vec()
 }
 
-/// Measures case M01: the numbers of every sampler must be in [0, 1), also if all high bits of the
-/// random word are set. Pixel filters must map the numbers to positions within their radius.
+/// Measures case M01: every sampler's numbers must be in [0, 1), even if all high bits of the
+/// random word are set. Pixel filters must map these numbers to positions within their radius.
 pub fn measure_random_range(rays: RayCount) -> Vec<Measurement> {
     let maximum = 1.0 - U;
     let words = judge_rays("M01 words", 301, 10_000, rays, |rng| {
@@ -87,7 +87,7 @@ pub fn measure_random_range(rays: RayCount) -> Vec<Measurement> {
     precision_independent_measurements(&drawn.merge(words).merge(filters))
 }
 
-/// Returns a shape of each kind whose surface can be sampled.
+/// Returns one shape of each kind whose surface can be sampled.
 fn shapes_with_area_sampling<R: Real>() -> Vec<AnyShape<R>> {
     let (c, axis) = (DVec3::new(0.3, -0.2, 0.1), DVec3::new(0.6, 1.0, -0.3));
     let (x, y) = (DVec3::new(1.5, 0.5, 0.0), DVec3::new(0.25, 0.75, 1.0));
@@ -107,9 +107,9 @@ fn shapes_with_area_sampling<R: Real>() -> Vec<AnyShape<R>> {
     ]
 }
 
-/// Measures case M02: sampling of hemispheres, cones and surfaces with numbers at the corners of
-/// the unit square and inside it. Directions must have unit length within two roundings, and
-/// densities must be positive.
+/// Measures case M02: sampling of hemispheres, cones and surfaces. The random numbers are corners
+/// of the unit square and points inside it. Directions must have unit length within two roundings,
+/// and densities must be positive.
 pub fn measure_warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let shapes = shapes_with_area_sampling::<R>();
     let roundoff = R::ROUNDOFF.to_f64();
@@ -168,9 +168,10 @@ pub fn measure_warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![create_measurement_without_kernels::<R>(outcome)]
 }
 
-/// Measures case M11: stratification of 65 536 points of the Sobol sequence in two dimensions. If
-/// the unit square is divided into 65 536 equal rectangles, with a power of two of columns, each
-/// rectangle must contain one point. The pixels are at both ends of the range of coordinates.
+/// Measures case M11: stratification of 65 536 points of the Sobol sequence in two dimensions. The
+/// unit square is divided into 65 536 equal rectangles; the number of columns is a power of two.
+/// Each rectangle must contain one point. The tested pixels are at both ends of the range of
+/// coordinates.
 pub fn measure_stratification(rays: RayCount) -> Vec<Measurement> {
     const BITS: u32 = 16;
     let outcome = judge_rays("M11", 320, 34, rays, |rng| {

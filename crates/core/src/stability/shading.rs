@@ -14,8 +14,8 @@ use raywright_bvh::{
 
 use crate::material::{Bsdf, Lobe, NormalMap, ShadingFrame, SmoothInterface};
 
-/// Draws a unit normal in the precision `R`: uniform, close to an axis, or along an axis with zeros
-/// of either sign.
+/// Draws a unit normal in the precision `R`. It is uniform, close to an axis, or along an axis with
+/// positive and negative zeros.
 fn draw_normal<R: Real>(rng: &mut CaseRng) -> R::Vec3 {
     let axis = rng.next_bits() as usize % 3;
     let mut n = match rng.next_bits() % 5 {
@@ -47,8 +47,8 @@ fn orthonormality_error(frame: [DVec3; 3]) -> f64 {
         })
 }
 
-/// Returns the shading frame about a normal by the textbook formula. It divides by 1 + z for either
-/// sign of z, and fails near z = −1.
+/// Returns the shading frame about a normal by the textbook formula. The formula always divides by
+/// 1 + z, also for negative z, and fails near z = −1.
 pub(super) fn textbook_frame(n: Vec3) -> [Vec3; 3] {
     let a = 1.0 / (1.0 + n.z);
     let b = -n.x * n.y * a;
@@ -89,8 +89,8 @@ pub fn measure_frames<R: Real>(rays: RayCount) -> Vec<Measurement> {
     }]
 }
 
-/// Measures case S10: normalisation of vectors of any length. They are the normal of a normal map,
-/// the tangent of its frame, and the reflected direction at a boundary.
+/// Measures case S10: normalisation of vectors of any length. These are the normal from a normal
+/// map, the tangent of its frame, and the reflected direction at a boundary.
 pub fn measure_normalisation<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("S10", 402, 200_000, rays, |rng| {
         let n = to_scalar::<R>(rng.sample_direction());
@@ -137,14 +137,17 @@ pub fn measure_normalisation<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![create_measurement_without_kernels::<R>(outcome)]
 }
 
-/// Number of bounces of a ray between mirrors, and number of rays for each arrangement of mirrors.
+/// Number of bounces of a ray between mirrors; below, the number of rays for each arrangement of
+/// mirrors.
 const BOUNCES: u32 = 10_000;
 const MIRRORED: u32 = 60;
 
-/// Traces a ray between mirrors with the operations of a path: closest hit, surface, mirror lobe
-/// and start of the next ray. Returns the largest deviation of the direction's length from one, and
-/// the largest change of `invariant`, a function that should be constant along the path. `None` if
-/// the ray escapes.
+/// Traces a ray between mirrors by the same operations as a path: closest hit, surface, mirror
+/// lobe, and start of the next ray. Returns two errors; `None` if the ray escapes.
+///
+/// - The first is the largest deviation of the direction's length from 1.
+/// - The second is the largest change of `invariant`, a function that is constant along an exact
+///   path.
 fn trace_mirror_bounces<R: Real>(
     geometry: &Geometry<R>,
     mut ray: Ray<R>,
@@ -180,8 +183,8 @@ fn trace_mirror_bounces<R: Real>(
     Some([length, drift])
 }
 
-/// Traces rays between mirrors in parallel. `made` traces a ray with its own random numbers and
-/// returns its two deviations, which are collected.
+/// Traces rays between mirrors in parallel and returns their errors. `made` traces one ray with its
+/// own random numbers. See [`trace_mirror_bounces`] for the two errors.
 fn trace_mirror_rays(
     seed: u64,
     made: impl Fn(&mut CaseRng) -> Option<[f64; 2]> + Sync,
@@ -192,9 +195,9 @@ fn trace_mirror_rays(
         .collect()
 }
 
-/// Measures case S11: rays between two parallel mirrors must keep their angle, and rays in a
-/// mirrored ball their distance from the centre. The errors are the deviation of the direction's
-/// length from one, and the change of angle or distance.
+/// Measures case S11. Rays between two parallel mirrors must keep their angle. Rays in a mirrored
+/// ball must keep their distance from the centre. The errors are the change of this angle or
+/// distance, and the deviation of the direction's length from 1.
 pub fn measure_mirror_bounces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let geometry = |shapes: &[AnyShape<R>]| {
         let mut group = PrimitiveSet::<R>::default();

@@ -1,4 +1,5 @@
-//! Validation of cameras: a pose must define a view, a projection must have a positive opening.
+//! Validation of cameras. A pose must define a view, and a projection must have a size or angle
+//! above zero.
 
 use glam::DVec3;
 

@@ -20,7 +20,7 @@ pub(super) fn check_material_model(check: &mut SceneCheck<'_>, model: &MaterialM
     }
 }
 
-/// Checks the terms of a classic material that are evaluated at the hit.
+/// Checks the terms of a classic material that need no further rays.
 fn check_classic_terms(check: &mut SceneCheck<'_>, material: &ClassicMaterial) {
     check.with_key("colour", |check| {
         check_colour_input(check, &material.colour)
@@ -137,7 +137,7 @@ fn check_physical(check: &mut SceneCheck<'_>, material: &Physical) {
     }
 }
 
-/// Checks the value of a constant field against the field's bounds.
+/// Checks a constant value of a field against the bounds of the field.
 fn check_field_bounds(
     check: &mut SceneCheck<'_>,
     constant: Option<ConstantValue>,
@@ -177,7 +177,7 @@ fn check_weight_factor(check: &mut SceneCheck<'_>, weight: &ScalarFactor, scope:
     }
 }
 
-/// Checks a number or an expression in place of a texture coordinate, which may have any sign.
+/// Checks a number or an expression that replaces a texture coordinate. It may have any sign.
 fn check_coordinate(check: &mut SceneCheck<'_>, coordinate: &ScalarFactor) {
     match coordinate {
         ScalarFactor::Number(value) => check.require_finite("", *value),

@@ -45,9 +45,9 @@ pub(super) fn check_mesh(check: &mut SceneCheck<'_>, mesh: &Mesh) {
     });
 }
 
-/// Returns a problem for each object whose material reads a set of texture coordinates that the
-/// object's mesh lacks, without duplicates of mesh, material and set. The scene can still be
-/// rendered: the missing set reads (0, 0).
+/// Returns a problem for each object whose material reads a set of texture coordinates that its
+/// mesh lacks. Each combination of mesh, material and set is listed once. Such a scene can still be
+/// rendered: a missing set reads as (0, 0).
 pub fn find_missing_uv_sets(scene: &Scene) -> Vec<Problem> {
     let lookup = SceneLookup::new(scene);
     let listed = scene
@@ -89,8 +89,8 @@ pub fn find_missing_uv_sets(scene: &Scene) -> Vec<Problem> {
     problems
 }
 
-/// Checks the arrays of a mesh. Returns at most one problem for each array: the path of the array
-/// within the mesh, and the message.
+/// Returns the problems of a mesh's arrays, at most one for each array. A problem is the path of
+/// the array within the mesh, and the message.
 pub fn check_mesh_data(data: &MeshData) -> Vec<(String, String)> {
     let vertices = data.positions.len();
     let mut problems = Vec::new();
@@ -137,7 +137,7 @@ pub fn check_mesh_data(data: &MeshData) -> Vec<(String, String)> {
     problems
 }
 
-/// Checks an array that must be empty or have an entry for each vertex; `right` tells whether a
+/// Checks an array that must be empty or have an entry for each vertex. `right` returns whether a
 /// number is valid.
 fn check_attribute<const N: usize>(
     problems: &mut Vec<(String, String)>,

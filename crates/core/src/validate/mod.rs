@@ -1,9 +1,9 @@
-//! Validation of a scene by all rules that its types do not enforce. All problems are reported at
+//! Validation of a scene by all rules that its types do not enforce. It returns all problems at
 //! once, each with its path in the scene.
 //!
-//! Validation reads no files and changes nothing. The reader of a scene file maps paths to lines
-//! and columns. A scene without problems can be prepared, with two exceptions: preparation may
-//! refuse a scene that needs too much memory, and shapes that collapse in the chosen precision.
+//! Validation reads no files and changes nothing. The reader of a scene file translates paths to
+//! lines and columns. Preparation may still refuse a valid scene for one of two reasons: it needs
+//! too much memory, or shapes collapse in the chosen precision.
 
 mod camera;
 mod check;
@@ -26,11 +26,11 @@ pub(crate) use shape::spans_no_area;
 use self::check::SceneCheck;
 use crate::scene::{FORMAT, Scene};
 
-/// Greatest number of reported problems.
+/// Greatest number of problems that are reported.
 pub(crate) const MAX_PROBLEMS: usize = 100;
 
-/// Greatest absolute coordinate, in world units. Squared distances between farther points do not
-/// fit the renderer's `f32`.
+/// Greatest absolute coordinate, in world units. Squared distances between farther points would
+/// overflow the renderer's `f32`.
 pub const FARTHEST: f64 = 1e15;
 
 /// Least aspect ratio (width over height) of a camera.
@@ -38,21 +38,21 @@ pub const LEAST_ASPECT: f64 = 1e-3;
 /// Greatest aspect ratio (width over height) of a camera.
 pub const MOST_ASPECT: f64 = 1e3;
 
-/// Least radius, size, or distance between points that must not coincide, in world units.
+/// Least radius or size, in world units. It is also the least distance between points that must not
+/// coincide.
 pub const SMALLEST: f64 = 1e-15;
 
 /// A problem of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Path from the root of the scene, such as `objects[3].shape.sphere.radius`; empty for the
-    /// scene as a whole. The last keys of the path may be missing in the file, if the file omits a
-    /// key.
+    /// Path from the root of the scene, such as `objects[3].shape.sphere.radius`. It is empty for
+    /// the scene as a whole. Its last keys may be missing in the file, if the file omits a key.
     pub path: String,
     /// Message: one sentence without a full stop.
     pub message: String,
     /// Hint for a correction, if any.
     pub hint: Option<String>,
-    /// Byte range within a value that is text; `None` for the whole value.
+    /// Byte range of the problem within a value that is text; `None` for the whole value.
     pub span: Option<Range<usize>>,
 }
 

@@ -1,6 +1,5 @@
-//! Validation of motion. An object's transform must be invertible at every time, and a camera's
-//! view must be defined at every time. The two ends of a motion are checked before the times
-//! between them.
+//! Validation of motion. At every time, an object's transform must be invertible and a camera's
+//! view must be defined. The two ends of a motion are checked before the times between them.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::Motion;
@@ -12,11 +11,11 @@ use crate::scene::{Camera, Material, Object, Pose};
 /// Sine of the least permitted angle between a camera's view and its up direction.
 pub(super) const MIN_VIEW_SINE: f64 = 1e-6;
 
-/// Greatest number of pieces into which a camera's motion is divided for the check. Usual motions
-/// need far fewer. The limit bounds the time for a motion that is nearly degenerate everywhere.
+/// Greatest number of pieces into which a camera's motion is divided for its check. Most motions
+/// need far fewer. Without a limit, a motion that is nearly degenerate everywhere would take long.
 const MOST_PIECES: usize = 4096;
 
-/// Checks the motion of an object whose transforms at time 0 and time 1 are valid.
+/// Checks the motion of an object. Its transforms at time 0 and at time 1 must already be valid.
 pub(super) fn check_object_motion(check: &mut SceneCheck<'_>, object: &Object) {
     let Some(ends) = object_transforms_at_ends(object) else {
         return;
@@ -42,7 +41,8 @@ pub(super) fn check_object_motion(check: &mut SceneCheck<'_>, object: &Object) {
     }
 }
 
-/// Checks the shutter of a camera, and its motion if both poses are valid (`right`).
+/// Checks the shutter of a camera. If both poses of the camera are valid (`right`), its motion is
+/// checked too.
 pub(super) fn check_camera_motion(check: &mut SceneCheck<'_>, camera: &Camera, right: bool) {
     if let Some([open, close]) = camera.shutter
         && !(0.0 <= open && open <= close && close <= 1.0)
@@ -112,11 +112,11 @@ fn check_pose_motion(check: &mut SceneCheck<'_>, start: &Pose, end: &Pose) {
     }
 }
 
-/// Whether a view and its up direction, both interpolated linearly, are provably never parallel and
-/// never zero. The cross product of the two is a quadratic curve, which lies within the triangle of
-/// its Bernstein coefficients. If all coefficients are on the same side of a plane through the
-/// origin, the curve is never zero. If not, both halves of the curve are examined. A motion that is
-/// undecided after [`MOST_PIECES`] pieces is refused.
+/// Whether a view direction and an up direction are provably never parallel and never zero. Both
+/// are interpolated linearly, so their cross product is a quadratic curve. The curve lies within
+/// the triangle of its Bernstein coefficients. If all coefficients are on the same side of a plane
+/// through the origin, the curve is never zero. Otherwise, both halves of the curve are examined.
+/// After [`MOST_PIECES`] pieces, an undecided motion counts as undefined.
 fn view_is_always_defined(view: [DVec3; 2], up: [DVec3; 2]) -> bool {
     let mut waiting = vec![(view, up)];
     for _ in 0..MOST_PIECES {

@@ -1,5 +1,5 @@
-//! Validation of the picture's settings, the parameters, and the rules that classic materials
-//! share.
+//! Validation of a picture's settings, of the parameters, and of the rules that all classic
+//! materials share.
 
 use super::check::SceneCheck;
 use crate::expr::parameter_name_problem;

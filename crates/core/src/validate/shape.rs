@@ -1,4 +1,5 @@
-//! Validation of shapes: sizes above zero, directions with a length, surfaces with an area.
+//! Validation of shapes: sizes must be above zero, directions must have a length, and surfaces an
+//! area.
 
 use glam::DVec3;
 
@@ -8,7 +9,8 @@ use crate::scene::{Shape, Triple};
 /// Sine of the angle between two edges below which the edges span no area.
 const MIN_EDGE_SINE: f64 = 1e-12;
 
-/// Whether two edges of a length above zero are so nearly parallel that they span no area.
+/// Whether two edges are so nearly parallel that they span no area. False for an edge of length
+/// zero.
 pub(crate) fn spans_no_area(u: DVec3, v: DVec3) -> bool {
     let (u, v) = (u.normalize_or_zero(), v.normalize_or_zero());
     u != DVec3::ZERO && v != DVec3::ZERO && u.cross(v).length() < MIN_EDGE_SINE

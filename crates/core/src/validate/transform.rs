@@ -1,4 +1,5 @@
-//! Validation of affine transforms: a singular transform would flatten the object.
+//! Validation of affine transforms. A singular transform is refused, because it would flatten the
+//! object.
 
 use glam::{DMat3, DVec3};
 
@@ -7,11 +8,11 @@ use super::check::{SceneCheck, format_list};
 use crate::affine::affine_from_steps;
 use crate::scene::TransformStep;
 
-/// Range of absolute scale factors.
+/// Range of the absolute values of scale factors.
 const SCALES: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
 
-/// Least volume that the normalised rows of a matrix must span. With a smaller volume, the matrix
-/// counts as singular.
+/// Least absolute volume of the parallelepiped that the normalised rows of a matrix span. With a
+/// smaller volume, the matrix counts as singular.
 const MIN_ROW_VOLUME: f64 = 1e-12;
 
 /// Checks the transform steps under a key of an object.

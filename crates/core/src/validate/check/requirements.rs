@@ -1,4 +1,4 @@
-//! Requirements of single values: numbers, lengths, points, directions and colours.
+//! Checks of single values: numbers, lengths, points, directions and colours.
 
 use super::{GREATEST, GREATEST_INTENSITY, SceneCheck};
 use crate::scene::{Colour, Triple};
