@@ -1,6 +1,6 @@
-//! Dispatch: the only module in which run-time choices, of precision and integrator, become types.
+//! Dispatch: the only module in which choices at run time (precision and integrator) become types.
 
-/// Evaluates an expression for the prepared scene, in the precision of the preparation.
+/// Evaluates an expression for a prepared scene, whichever of the two precisions the scene has.
 macro_rules! each {
     ($ready:expr, $prepared:ident => $value:expr) => {
         match $ready {
@@ -90,8 +90,8 @@ pub fn prepare(
     })
 }
 
-/// Measures the extent of a scene's coordinates, rounded as a precision stores them. Reads the
-/// scene's data alone; builds nothing.
+/// Measures the extent of a scene, with coordinates rounded as in the given precision. Only the
+/// scene's data are read; nothing is built.
 pub fn measure_extent(scene: &Scene, precision: PrecisionChoice) -> SceneExtent {
     let lookup = SceneLookup::new(scene);
     match precision {
@@ -100,9 +100,10 @@ pub fn measure_extent(scene: &Scene, precision: PrecisionChoice) -> SceneExtent 
     }
 }
 
-/// Returns a problem for each object that a precision cannot show, because the object collapses
-/// when its coordinates are rounded. Preparation would fail with the same problems. Tests every
-/// listed object and the first object of every generator; returns at most a hundred problems.
+/// Returns a problem for each object that the given precision cannot show, because the object
+/// collapses when its coordinates are rounded. Preparation would fail with the same problems. Every
+/// listed object and the first object of every generator are tested. At most a hundred problems are
+/// returned.
 pub fn find_collapsed_objects(scene: &Scene, precision: PrecisionChoice) -> Vec<Problem> {
     match precision {
         PrecisionChoice::Robust => prepare::find_collapsed_objects::<f32>(scene),
@@ -130,10 +131,10 @@ impl PreparedInPrecision {
 }
 
 impl ReadyScene {
-    /// Replaces the camera, and keeps all prepared data that do not depend on the camera. `scene`
-    /// must be the prepared scene. The result equals a new preparation to the bit. Returns false
-    /// and changes nothing if the new camera requires a new preparation: because of a shutter, of
-    /// other effects, or of effects switched off.
+    /// Replaces the camera and keeps all prepared data that do not depend on it. `scene` must be
+    /// the prepared scene. The result equals a new preparation to the bit. Returns false and
+    /// changes nothing if the new camera requires a new preparation: because of a shutter, other
+    /// effects, or effects switched off.
     pub fn replace_camera(&mut self, scene: &Scene, camera: &Camera) -> bool {
         let settings = Settings {
             camera: Some(camera.clone()),

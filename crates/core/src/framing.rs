@@ -1,10 +1,10 @@
-//! Framing: a camera that shows a whole scene, for a scene without a camera.
+//! Framing: placement of a camera that shows a whole scene, for a scene without a camera.
 //!
 //! The silhouette is framed, not a box around it. A silhouette has the outline of the convex hull,
 //! for which few points suffice. For each of some thousand directions from the middle of the scene,
-//! the farthest point is kept. Directions are taken in a space in which the bounding box is a cube,
-//! so that needles and sheets are resolved as well as balls. Millions of vertices are visited once;
-//! every later view costs as much as a few thousand points.
+//! the farthest point is kept. Directions are taken after scaling the bounding box to a cube, so
+//! that needles and sheets are resolved as well as balls. Millions of vertices are visited once.
+//! Each later view costs as much as a few thousand points.
 
 mod outline;
 mod viewed_points;
@@ -19,7 +19,8 @@ use crate::studio::direction_from_angles;
 use outline::{FINE_CELLS, OutlinePoints, select_outermost_points};
 use viewed_points::ViewedPoints;
 
-/// Share of the picture's tighter side that a framed silhouette fills.
+/// Fraction of the picture's width or height that a framed silhouette fills, whichever limits its
+/// size.
 pub const FRAMED_SHARE: f64 = 0.78;
 
 /// Default vertical field of view of a framed camera, in degrees.
@@ -102,23 +103,24 @@ impl ViewAngles {
     }
 }
 
-/// Silhouette of a scene for framing: outermost points and mean orientation of surfaces.
+/// Silhouette of a scene for framing: its outermost points and the mean orientation of its
+/// surfaces.
 #[derive(Clone, Debug)]
 pub struct Silhouette {
-    /// Points whose convex hull approximates the scene's.
+    /// Points whose convex hull approximates that of the scene.
     points: Vec<DVec3>,
     faces: AreaWeightedNormals,
 }
 
-/// Sums of surface normals, weighted by area, from which the default view is chosen.
+/// Area-weighted sums of surface normals, from which the default view is chosen.
 #[derive(Clone, Copy, Debug, Default)]
 struct AreaWeightedNormals {
     /// Total area of the examined triangles.
     area: f64,
     /// Sum of the triangles' normals, weighted by area.
     sum: DVec3,
-    /// Sum of the normals' components away from the scene's middle, weighted by area; negative for
-    /// surfaces that face inwards.
+    /// Area-weighted sum of the normals' components away from the scene's middle. It is negative
+    /// for surfaces that face inwards.
     outward: f64,
 }
 
@@ -155,8 +157,11 @@ impl Silhouette {
         }
     }
 
-    /// Returns the default view of a scene: of flat objects from their front, of rooms through
-    /// their open side, of all other scenes slightly from above and from the side.
+    /// Returns the default view of a scene:
+    ///
+    /// - a flat object from its front;
+    /// - a room through its open side;
+    /// - any other scene slightly from above and from the side.
     pub fn default_view(&self) -> ViewAngles {
         let extent = Aabb::from_points(self.points.iter().copied()).extent();
         let AreaWeightedNormals { area, sum, outward } = self.faces;
@@ -224,9 +229,9 @@ impl Silhouette {
         }
     }
 
-    /// Returns the camera that shows everything from a view, with a vertical field of view in
-    /// degrees. The silhouette is centred and fills [`FRAMED_SHARE`] of the picture's tighter side,
-    /// for every field of view and aspect ratio.
+    /// Returns the camera that shows the whole silhouette from a view. `vertical_fov` is in
+    /// degrees. The silhouette is centred and fills [`FRAMED_SHARE`] of the picture's width or
+    /// height, whichever limits its size, for every field of view and aspect ratio.
     pub fn frame_camera(&self, view: ViewAngles, vertical_fov: f64, aspect: f64) -> Camera {
         let corners = Aabb::from_centre(DVec3::ZERO, DVec3::ONE).corners();
         let points = if self.points.is_empty() {
@@ -281,16 +286,17 @@ impl Silhouette {
     }
 }
 
-/// Greatest ratio of thickness to the shorter side of a flat object.
+/// Greatest thickness of a flat object, as a multiple of its shorter side.
 const FLAT: f64 = 0.15;
-/// Greatest ratio of thickness to the shorter side of a sheet, whose edges are hardly visible.
+/// Greatest thickness of a sheet, as a multiple of its shorter side. The edges of a sheet are
+/// hardly visible.
 const SHEET: f64 = 0.02;
 
-/// Least length of a room's summed normals, as a share of the area. A room has an open side, and
-/// surfaces that face inwards.
+/// Least length of the summed normals of a room, as a fraction of its area. A room has an open
+/// side, and its surfaces face inwards.
 const ROOM: f64 = 0.1;
-/// Least length of the summed normals, as a share of the area, from which on other scenes are a
-/// relief: most surfaces face in one direction.
+/// Least length of the summed normals of a relief, as a fraction of its area. Most surfaces of a
+/// relief face in one direction.
 const RELIEF: f64 = 0.5;
 
 impl AreaWeightedNormals {

@@ -1,5 +1,5 @@
-//! Rendering: parallel over tiles, sequential over the pixels and samples of a tile. No ray
-//! allocates memory or takes a lock.
+//! Rendering, in parallel over tiles. The pixels and samples of a tile are rendered one after the
+//! other. No ray allocates memory or takes a lock.
 
 mod camera_samples;
 mod corner_samples;
@@ -26,9 +26,9 @@ use crate::observer::Observer;
 use crate::prepare::PreparedScene;
 use crate::settings::Settings;
 
-/// Renders the samples of `part` that the film lacks, on the current thread pool. Passes over the
-/// picture each add some samples of one replicate, so that a stopped render has nearly equal
-/// numbers of samples everywhere.
+/// Renders the samples of `part` that the film lacks, on the current thread pool. Each pass over
+/// the picture adds some samples of one replicate. So a stopped render has nearly equal numbers of
+/// samples everywhere.
 pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
     (scene, camera): (&'a PreparedScene<R>, &PreparedCamera<R>),
     settings: &Settings,
@@ -85,7 +85,8 @@ pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
     rayon::scope(|scope| (0..rayon::current_num_threads()).for_each(|_| scope.spawn(|_| work())));
 }
 
-/// Locks a mutex. A panic of another thread ends the render anyway.
+/// Locks a mutex, even if a thread panicked while it held the lock. Such a panic ends the render
+/// anyway.
 fn lock_ignoring_poison<'a, T>(mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
     mutex
         .lock()

@@ -14,36 +14,36 @@ impl ReadyScene {
         each!(&self.prepared, prepared => prepared.studio_backdrop)
     }
 
-    /// Whether the picture depends on the seed: by samples at random positions in their pixels, on
-    /// a lens or on area lights, or by path tracing.
+    /// Whether the picture depends on the seed. It does with path tracing, and with samples at
+    /// random positions in pixels, on a lens or on area lights.
     pub fn is_random(&self) -> bool {
         let drawn =
             each!(&self.prepared, p => p.camera.has_lens() || !p.lights.emitters.is_empty());
         drawn || self.is_path_traced() || !self.settings.sampling.is_fixed()
     }
 
-    /// Whether the integrator is the path tracer, so that noise is the picture's largest error.
+    /// Whether the integrator is the path tracer. Noise is then the largest error of the picture.
     pub fn is_path_traced(&self) -> bool {
         self.is_path_traced
     }
 
     /// Returns the lights that contributed nothing to a film of this picture although many shadow
-    /// rays were traced to them. Such a light is enclosed, or no random path has reached its few
-    /// unoccluded positions. Empty for pictures that are not path traced. Samples that the film
-    /// read from a file do not count.
+    /// rays were traced to them. Either such a light is enclosed, or no random path has reached the
+    /// few places that it lights. Empty for pictures that are not path traced. Samples that the
+    /// film read from a file do not count.
     pub fn find_unreached_lights(&self, film: &Film) -> Vec<UnreachedLight> {
         each!(&self.prepared, p => p.find_unreached_lights(film.light_usage()))
     }
 
-    /// Returns the pairs of objects between which this precision closes a gap. Only gaps crossed by
-    /// straight rays through the picture's pixels are found.
+    /// Returns the pairs of objects between which the chosen precision closes a gap. Only gaps are
+    /// found that straight rays through the picture's pixels cross.
     pub fn find_closed_gaps(&self) -> Vec<UnresolvedGap> {
         each!(&self.prepared, p => p.find_unresolved_gaps(self.settings.size))
     }
 
-    /// Returns the lamps whose light passes through an opaque object because this precision cannot
-    /// separate the lamp from the object. Only leaks onto points hit by rays through the picture's
-    /// pixels are found.
+    /// Returns the lamps whose light passes through an opaque object, because the chosen precision
+    /// cannot separate lamp and object. Only leaks onto points that rays through the picture's
+    /// pixels hit are found.
     pub fn find_light_leaks(&self) -> Vec<LightLeak> {
         each!(&self.prepared, p => p.find_light_leaks(self.settings.size))
     }
@@ -56,31 +56,32 @@ impl ReadyScene {
         }
     }
 
-    /// Returns the sizes of the tables that effects need; zero for the table of an absent effect.
+    /// Returns the sizes of the tables that effects need. The table of an absent effect has size
+    /// zero.
     pub fn table_sizes(&self) -> TableCounts {
         each!(&self.prepared, p => p.table_counts())
     }
 
-    /// Returns the objects that are invisible because all triangles of their mesh collapse when
-    /// rounded far from the storage origin: ascending indices among the scene's objects, generated
-    /// objects last.
+    /// Returns the objects that are invisible: all triangles of their mesh collapse when rounded
+    /// far from the storage origin. The result lists ascending indices among the scene's objects,
+    /// where generated objects come last.
     pub fn invisible_objects(&self) -> &[u32] {
         each!(&self.prepared, p => &p.collapsed_meshes)
     }
 
-    /// Returns the first object so far from the storage origin that the precision cannot separate
-    /// points a thousandth of the object's size apart: an index among the scene's objects,
-    /// generated objects last.
+    /// Returns the first object that is too far from the storage origin: the precision cannot
+    /// separate points that are a thousandth of the object's size apart. The result is an index
+    /// among the scene's objects, where generated objects come last.
     pub fn first_unresolved_object(&self) -> Option<u32> {
         each!(&self.prepared, p => p.origin.unresolved)
     }
 
-    /// Returns the report of all effects: simulated, absent, or left out.
+    /// Returns the status of all effects: simulated, absent or left out.
     pub fn effects(&self) -> &EffectReport {
         &self.effects
     }
 
-    /// Returns the settings of the preparation.
+    /// Returns the settings with which the scene was prepared.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }

@@ -6,9 +6,10 @@ use crate::prepare;
 use crate::scene::{MeshSource, Scene};
 use crate::settings::{PrecisionChoice, Settings};
 
-/// Returns the bytes that preparation and rendering still have to allocate; `needed` is the
-/// estimate of the total. Meshes and images are already in memory. Building a tree takes temporary
-/// lists of about the tree's size, and writing a file takes a reordered copy of the picture.
+/// Returns the bytes that preparation and rendering still have to allocate. `needed` is the
+/// estimate of the total, of which meshes and images are already in memory. Added are temporary
+/// lists for building a tree, about as large as the tree, and a reordered copy of the picture for
+/// writing a file.
 pub(super) fn remaining_allocations(needed: &MemoryUse, scene: &Scene) -> u64 {
     let images = scene
         .images
@@ -27,10 +28,13 @@ pub(super) fn remaining_allocations(needed: &MemoryUse, scene: &Scene) -> u64 {
         .saturating_add(needed.film / 2)
 }
 
-/// Estimates the memory that a scene takes, before preparation. The estimate is at least the memory
-/// in use after preparation ([`ReadyScene::memory`]), and at most twice as much. The factor is at
-/// most three with the tree of `robust`, four where triangles may be split (`build=high`), and five
-/// where triangles and shapes mix.
+/// Estimates the memory that a scene takes, before preparation. The estimate is never below the
+/// memory in use after preparation ([`ReadyScene::memory`]). It is at most twice as large, with
+/// three exceptions:
+///
+/// - three times with the tree of the precision `robust`;
+/// - four times where triangles may be split (`build=high`);
+/// - five times where triangles and shapes mix.
 pub fn estimate_scene_memory(scene: &Scene, settings: &Settings) -> MemoryUse {
     estimate_memory(&RenderSetup::new(scene, settings))
 }

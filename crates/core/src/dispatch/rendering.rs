@@ -14,12 +14,12 @@ use crate::render::{RenderOutput, RenderStage, render};
 use crate::scene::SamplePattern;
 use crate::settings::{Aov, Crop, Sampling, Settings};
 
-/// Edge of a preview's tiles in pixels: small, because a preview has few pixels to share among the
-/// threads.
+/// Edge of a preview's tiles in pixels. It is small, because a preview has few pixels to divide
+/// among the threads.
 const PREVIEW_TILE: u32 = 16;
 
-/// Observer that ends a render early: once 1/2ᵏ of all samples are finished, for k = `halving`, and
-/// every pixel has a sample.
+/// Observer that ends a render early: when 1/2ᵏ of all samples are finished and every pixel has a
+/// sample. k is `halving`.
 struct StageObserver<'a> {
     observer: &'a dyn Observer,
     halving: u32,
@@ -52,9 +52,9 @@ impl ReadyScene {
         RenderOutput::from_film(&film, observer)
     }
 
-    /// Renders as [`Self::render`], and calls `look` with the state of the render each time that
-    /// the number of samples has about doubled: first after 1/128 of all samples, and not after the
-    /// last sample. The result equals that of [`Self::render`] to the bit.
+    /// Renders like [`Self::render`], and calls `look` with the state of the render each time that
+    /// the number of samples has about doubled. The first call is after 1/128 of all samples; no
+    /// call follows the last sample. The result equals that of [`Self::render`] to the bit.
     pub fn render_progressively(
         &self,
         observer: &dyn Observer,
@@ -81,9 +81,9 @@ impl ReadyScene {
         RenderOutput::from_film(&film, observer)
     }
 
-    /// Renders a new film with the given settings. They may differ from the prepared settings in
-    /// crop, seed, samples, sampler, replicates, tiles and denoising, on which the prepared scene
-    /// does not depend.
+    /// Renders a new film with the given settings. They may differ from the prepared settings only
+    /// where the prepared scene does not depend on them: in crop, seed, samples, sampler,
+    /// replicates, tiles and denoising.
     pub(crate) fn render_with_settings(
         &self,
         settings: &Settings,
@@ -104,11 +104,11 @@ impl ReadyScene {
         film
     }
 
-    /// Renders a quick preview with pixels `edge` times as wide and as high as the picture's.
-    /// Pixels are counted from the top left corner of the picture, so the last column and row may
-    /// reach beyond the picture. Each pixel takes at most `samples` samples (a fixed pattern: the
-    /// centre alone) and has the given layers. The preview uses the prepared scene, and takes a
-    /// fraction of the picture's time.
+    /// Renders a quick preview. Its pixels are `edge` times as wide and high as the picture's. They
+    /// are counted from the top left corner, so the last column and row may reach beyond the
+    /// picture. Each pixel has at most `samples` samples, or one at its centre under a fixed
+    /// pattern. The preview has the given layers, uses the prepared scene, and takes a fraction of
+    /// the picture's time.
     pub fn render_preview(
         &self,
         edge: u32,
@@ -154,18 +154,18 @@ impl ReadyScene {
     }
 
     /// Returns an empty film, to be rendered part by part. `scene` is a text that identifies the
-    /// scene, for example a hash of its files: parts with different texts cannot be merged.
+    /// scene, for example a hash of its files. Parts with different texts cannot be merged.
     pub fn new_film(&self, scene: &str) -> Film {
         Film::new(scene, &self.settings, self.film_plan())
     }
 
-    /// Renders the samples that `part` names and the film lacks, on the current thread pool, in
-    /// passes over the picture. Tiles and replicates outside the picture are ignored. If the
-    /// observer stops the render, the film keeps the finished units, and another call continues
-    /// from there.
+    /// Renders the samples of `part` that the film lacks, on the current thread pool, in passes
+    /// over the picture. Tiles and replicates outside the picture are ignored. If the observer
+    /// stops the render, the film keeps all finished units of work, and another call continues from
+    /// there.
     ///
     /// # Errors
-    /// [`PartError::Foreign`] for the film of another picture.
+    /// [`PartError::Foreign`] if the film belongs to another picture.
     pub fn render_part(
         &self,
         film: &mut Film,
@@ -179,9 +179,9 @@ impl ReadyScene {
         Ok(())
     }
 
-    /// Renders all missing samples of `part`. Adaptive sampling adds rounds until the requested error is
-    /// reached. The sample counts of a round are decided from all tiles of a film whose earlier
-    /// round is complete. A part of a film therefore ends with its round.
+    /// Renders all missing samples of `part`. Adaptive sampling adds rounds until the requested
+    /// error is reached. The numbers of samples of a round follow from all tiles of a film whose
+    /// earlier round is complete. So a render of only a part of the film ends with its round.
     fn render_rounds(&self, film: &mut Film, part: &FilmPart, observer: &dyn Observer) {
         loop {
             self.render_film_part(film, part, observer);

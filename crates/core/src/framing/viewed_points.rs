@@ -1,10 +1,10 @@
-//! Points before a camera that looks along an axis, and the distance from which all are in the
-//! picture.
+//! Points in front of a camera that looks along an axis, and the distance from which all of them
+//! are in the picture.
 
 use glam::DVec3;
 
-/// Points in the axes of a view: right, up and back, relative to the middle of the points. The view
-/// has slanted sides.
+/// Points in coordinates along right, up and back of a view, relative to the middle of the points.
+/// The sides of the view are slanted, because its width grows with the distance.
 pub(super) struct ViewedPoints {
     pub points: Vec<DVec3>,
     /// Half the width and half the height of the view, per unit of distance.
@@ -12,9 +12,9 @@ pub(super) struct ViewedPoints {
 }
 
 impl ViewedPoints {
-    /// Returns the extents of the points towards both sides of an axis, in coordinates slanted by a
-    /// slope. A camera at (x, y, d) has a point p between its sides where |p.x - x| <= slope * (d -
-    /// p.z).
+    /// Returns how far the points extend towards both sides of an axis, in coordinates slanted by
+    /// `slope`. A camera at (x, y, d) has a point p between its sides where |p.x - x| <= slope * (d
+    /// - p.z).
     fn slanted_extents(&self, axis: usize, slope: f64) -> [f64; 2] {
         let extent = |sign: f64| {
             self.points
@@ -40,14 +40,14 @@ impl ViewedPoints {
         across.max(upright).max(nearest + room)
     }
 
-    /// Returns the centre of the silhouette along right and up, for a camera at a distance from the
-    /// middle.
+    /// Returns the position of the silhouette's centre along right and up, for a camera at this
+    /// distance from the middle.
     pub fn silhouette_centre(&self, distance: f64) -> [f64; 2] {
         [0, 1].map(|axis| self.silhouette_centre_on_axis(axis, distance))
     }
 
-    /// Returns the centre of the silhouette along an axis. Bisection finds the slope of sides for
-    /// which the given distance would be the least distance.
+    /// Returns the position of the silhouette's centre along an axis. Bisection finds the slope of
+    /// the view's sides for which `distance` would be the least distance.
     fn silhouette_centre_on_axis(&self, axis: usize, distance: f64) -> f64 {
         let (mut low, mut high) = (0.0, self.slopes[axis]);
         for _ in 0..48 {

@@ -28,8 +28,8 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
         }
     }
 
-    /// Generates at most `maximum` samples, starting with sample `index` of a pixel: those of this
-    /// pixel, then of the next pixels in its row; for path tracing also of the next rows.
+    /// Generates at most `maximum` samples, starting with sample `index` of a pixel. Then come
+    /// samples of the next pixels in its row and, for path tracing, of the next rows.
     pub(super) fn generate_samples(
         &self,
         [x, y]: [u32; 2],
@@ -99,8 +99,9 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
         }
     }
 
-    /// Generates the camera ray of a sample through a position in its pixel, from 0 to 1 for the
-    /// box filter; wider filters reach beyond the pixel.
+    /// Generates the camera ray of a sample. `u` and `v` are its position in pixels, relative to the
+    /// upper left corner of the sample's pixel. Both are 0 to 1 for the box filter; wider filters
+    /// reach beyond the pixel.
     #[inline]
     fn generate_camera_ray(&self, address: SampleAddress, [u, v]: [f32; 2]) -> Ray<R> {
         let [x, y] = address.pixel;

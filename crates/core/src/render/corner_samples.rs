@@ -51,9 +51,9 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
         (dropped, pixel.hits)
     }
 
-    /// Traces the corners of the tile's pixels, each once for the up to four pixels that share it,
-    /// and returns their radiance and coverage. If layers need them, also returns the first hits
-    /// and the directly visible radiance.
+    /// Traces a sample at each corner of the tile's pixels. A corner is traced once, although up to
+    /// four pixels share it. Returns radiance and coverage of the samples. If layers need them, the
+    /// first hits and the directly visible radiance are returned too.
     #[expect(clippy::type_complexity, reason = "two lists for one caller")]
     fn trace_corners(
         &self,

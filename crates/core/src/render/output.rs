@@ -11,7 +11,8 @@ use crate::picture::Picture;
 /// Result of a render: the picture with its counters.
 #[derive(Clone, Debug)]
 pub struct RenderOutput {
-    /// The picture; of an unfinished render, the mean of the samples so far, black without any.
+    /// The picture. If the render is unfinished, each pixel is the mean of its samples so far; a
+    /// pixel without samples is black.
     pub picture: Picture,
     /// The denoised picture, or the reason why denoising failed; `None` if it was not requested.
     pub denoised: Option<Result<DenoiseOutput, DenoiseError>>,
@@ -24,7 +25,7 @@ pub struct RenderOutput {
 }
 
 impl RenderOutput {
-    /// Returns the picture of a film so far, denoised where requested.
+    /// Returns the picture of a film so far. It is denoised if the film's settings request it.
     pub fn from_film(film: &Film, observer: &dyn Observer) -> Self {
         let denoised = film.is_to_be_denoised().then(|| denoise(film, observer));
         Self {
@@ -63,14 +64,14 @@ impl RenderOutput {
         }
     }
 
-    /// Returns the denoised picture, or the sampled picture if none is denoised.
+    /// Returns the denoised picture. If there is none, the sampled picture is returned.
     pub fn final_picture(&self) -> &Picture {
         self.denoise_output()
             .map_or(&self.picture, |denoised| &denoised.picture)
     }
 
-    /// Returns the same result with its pictures composited over a background colour, without
-    /// coverage.
+    /// Returns the same result with its pictures composited over a background colour. They then
+    /// have no coverage.
     #[must_use]
     pub fn composite_over(&self, colour: [f64; 3]) -> Self {
         let over = |denoised: &DenoiseOutput| DenoiseOutput {

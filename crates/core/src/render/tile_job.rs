@@ -1,4 +1,4 @@
-//! A unit of work: the samples of one tile, accumulated pixel by pixel.
+//! Job of a thread: the samples of one tile, accumulated pixel by pixel.
 
 use core::marker::PhantomData;
 use core::ops::Range;
@@ -19,7 +19,8 @@ use crate::observer::Observer;
 use crate::scene::SamplePattern;
 use crate::settings::{Aov, Crop, Sampling, Settings};
 
-/// A unit of work: a range of samples of one tile in one replicate.
+/// Job of a thread: a range of samples of one tile in one replicate (independent part of the
+/// samples).
 pub(super) struct TileJob<'a, R: Real, T> {
     pub camera: &'a PreparedCamera<R>,
     pub settings: &'a Settings,
@@ -35,7 +36,7 @@ pub(super) struct TileJob<'a, R: Real, T> {
 }
 
 impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
-    /// Renders the unit of work; `None` if the observer stopped the render before the unit's end.
+    /// Renders the job. `None` if the observer stopped the render before its end.
     pub fn run(&self, start: &ReplicateBuffer, tracer: &mut T) -> Option<TileUpdate> {
         match self.plan.random {
             true => self.accumulate_pixels::<MomentAccumulator>(start, tracer),
@@ -43,7 +44,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
         }
     }
 
-    /// Renders the unit of work with a kind of accumulator for the blocks of samples.
+    /// Renders the job with `B`, the kind of accumulator for blocks of samples.
     fn accumulate_pixels<B: BlockAccumulator<R>>(
         &self,
         start: &ReplicateBuffer,
@@ -91,9 +92,9 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
         })
     }
 
-    /// Computes the tile's pixels as the means of their own samples, continued from `start`.
-    /// Returns the number of dropped samples, and of samples that hit a surface; `None` if the
-    /// observer stops the render.
+    /// Computes the tile's pixels as means of their samples, where `start` holds the sums of
+    /// earlier samples. Returns the number of dropped samples and the number of samples that hit a
+    /// surface. `None` if the observer stops the render.
     #[inline(always)]
     fn average_pixel_samples<B: BlockAccumulator<R>>(
         &self,
@@ -156,8 +157,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
         first..first + self.area.width
     }
 
-    /// Traces rays through the pixel centres, for the layers of first hits that need them, and
-    /// returns these layers.
+    /// Traces rays through the pixel centres. Returns the layers of first hits that need such rays.
     fn trace_centre_layers(&self, tracer: &mut T) -> Vec<Vec<f32>> {
         let layers = &self.plan.layers.centre;
         let mut buffers = vec![Vec::new(); layers.len()];
