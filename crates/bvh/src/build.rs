@@ -49,7 +49,8 @@ impl BuildQuality {
     pub const ALL: [Self; 3] = [Self::Fast, Self::Medium, Self::High];
 }
 
-/// Deterministic measure of the cost of a build, for tests that can't measure time.
+/// Cost of a tree build in counted steps, for tests. Unlike a time, the counts are the same in
+/// every run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildWork {
     /// Number of boxes visited by sorting, clustering, reinsertion and median splits, a box once

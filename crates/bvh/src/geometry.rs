@@ -195,7 +195,8 @@ impl<R: Real> Geometry<R> {
     /// Builds the accelerator of a primitive set. The build can't fail, since every primitive was
     /// checked when it was added.
     ///
-    /// # Panics Never: nothing cancels the build.
+    /// # Panics
+    /// Never: nothing cancels the build.
     pub fn new(group: PrimitiveSet<R>, kind: AcceleratorKind) -> Self {
         Self::build_cancellable(group, kind, &|| false).expect("nothing cancels the build")
     }

@@ -8,8 +8,8 @@ use crate::primitive_set::{PrimitiveSet, max_scan_size};
 use crate::scalar::Real;
 use crate::shapes::{AnyShape, Plane, Shape, Sphere, TransformedShape, Triangle};
 
-/// Numbers of primitives, for an estimate of a geometry's memory. Each number counts the primitives
-/// in one array of a [`PrimitiveSet`].
+/// Memory estimate of a geometry before its build, from its numbers of primitives. Each number
+/// counts the primitives in one array of a [`PrimitiveSet`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GeometryMemory {
     /// Number of spheres without a transform.

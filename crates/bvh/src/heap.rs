@@ -12,8 +12,9 @@ use core::sync::atomic::{AtomicUsize, Ordering};
 use std::alloc::System;
 use std::sync::OnceLock;
 
-/// The system allocator with a count of the held bytes. Programs install it with
-/// `#[global_allocator]`; libraries work with any allocator.
+/// The system allocator with a count of the held bytes and the limit of [`limit_heap`]. Programs
+/// install it with `#[global_allocator]`. With any other allocator, the library works without a
+/// limit.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CountingHeap;
 

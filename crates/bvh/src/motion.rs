@@ -7,7 +7,8 @@ use crate::error::GeometryError;
 use crate::math::double_double::DoubleDouble;
 use crate::shapes::Transform;
 
-/// An affine map that changes from time 0 to time 1. Each matrix entry is interpolated linearly.
+/// Motion of an instance: an object-to-world map that changes from time 0 to time 1. Each matrix
+/// entry is interpolated linearly.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
     ends: [DAffine3; 2],

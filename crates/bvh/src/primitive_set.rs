@@ -15,8 +15,9 @@ use crate::scalar::{Real, Vector};
 use crate::shapes::{AnyShape, Plane, Shape, Sphere, Transform, TransformedShape, Triangle};
 use crate::slot::{MAX_PRIMITIVES, PrimitiveKind, PrimitiveSlot};
 
-/// A set of primitives, stored by kind, with one slot (a record) for each primitive. Primitives are
-/// added as objects: a shape, a mesh or an instance.
+/// Primitives from which a [`Geometry`] is built, stored by kind. They are added as objects: a
+/// shape is an object of one primitive, a mesh an object of one primitive per triangle, and an
+/// instance is an object that places a whole geometry. A hit names the object and the primitive.
 #[derive(Clone, Debug, Default)]
 #[doc(alias("RTCGeometry", "rtcAttachGeometry"))]
 pub struct PrimitiveSet<R: Real> {
@@ -167,8 +168,8 @@ impl<R: Real> PrimitiveSet<R> {
     /// Adds triangles as one object and returns its id. The triangles are numbered from 0 in the
     /// order of the iterator. A mesh may be empty.
     ///
-    /// # Errors As [`PrimitiveSet::add_sphere`], for any of the triangles. The set is then
-    /// unchanged.
+    /// # Errors
+    /// As [`PrimitiveSet::add_sphere`], for any of the triangles. The set is then unchanged.
     #[doc(alias("RTC_GEOMETRY_TYPE_TRIANGLE", "TriangleMesh"))]
     pub fn add_mesh(
         &mut self,
@@ -255,8 +256,9 @@ impl<R: Real> PrimitiveSet<R> {
     /// Adds a geometry as a part, which instances can place. Returns the part number for
     /// [`PrimitiveSet::add_instance`].
     ///
-    /// # Errors [`GeometryError::NestedInstance`] if the geometry itself contains instances: a hit
-    /// can identify only one instance.
+    /// # Errors
+    /// [`GeometryError::NestedInstance`] if the geometry itself contains instances: a hit can
+    /// identify only one instance.
     pub fn add_part(&mut self, geometry: Geometry<R>) -> Result<u32, GeometryError> {
         if geometry.instance_count() > 0 {
             return Err(GeometryError::NestedInstance);
@@ -269,8 +271,9 @@ impl<R: Real> PrimitiveSet<R> {
     /// For any-hit queries `visibility.occlusion` replaces the occlusion of the part's objects.
     /// `visibility.side` has no effect: the part's objects keep their sides.
     ///
-    /// # Errors As [`PrimitiveSet::add_transformed_shape`]; [`GeometryError::UnknownPart`] for an
-    /// unknown part.
+    /// # Errors
+    /// As [`PrimitiveSet::add_transformed_shape`]; [`GeometryError::UnknownPart`] for an unknown
+    /// part.
     #[doc(alias("RTC_GEOMETRY_TYPE_INSTANCE", "ObjectInstance"))]
     pub fn add_instance(
         &mut self,
@@ -287,9 +290,10 @@ impl<R: Real> PrimitiveSet<R> {
     /// time 0.5, perpendicular to the axis, by the cosine of half the angle. Equal maps give an
     /// instance at rest.
     ///
-    /// # Errors As [`PrimitiveSet::add_instance`]; [`GeometryError::SingularDuringMotion`] if the
-    /// map has no inverse at some time in [0, 1], or if the proof of its inverse fails. For
-    /// example, a rotation by half a turn has no inverse at time 0.5.
+    /// # Errors
+    /// As [`PrimitiveSet::add_instance`]; [`GeometryError::SingularDuringMotion`] if the map has no
+    /// inverse at some time in [0, 1], or if the proof of its inverse fails. For example, a
+    /// rotation by half a turn has no inverse at time 0.5.
     pub fn add_moving_instance(
         &mut self,
         part: u32,

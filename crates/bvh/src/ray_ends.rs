@@ -1,6 +1,7 @@
 //! Triangles at the ends of a ray. Queries need not test them.
 
-/// A triangle outside instances, identified by its slot (its record in the primitive set).
+/// Identifies a triangle of a geometry for [`RayEnds`]; triangles within instances have none. The
+/// number is the position of the triangle's record, its slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TriangleSlot(u32);
 
@@ -23,10 +24,11 @@ impl TriangleSlot {
     }
 }
 
-/// Triangles at the ends of a ray: the triangle that the ray leaves, and the triangles of the light
-/// before which the ray ends. The ray certainly misses such a triangle if the filter of triangle
-/// blocks is certain of the side from which the ray comes. A query then skips the exact test, which
-/// would reject the triangle.
+/// Triangles whose exact tests a query may skip: the triangle that the ray leaves, and the
+/// triangles of the light before which a shadow ray ends.
+///
+/// A query skips the test only if the fast filter of triangle blocks is certain of the side from
+/// which the ray comes. The ray then misses the triangle, as the following proof shows.
 ///
 /// **Side.** Let N be the triangle's normal in f64, n its rounded form in
 /// [`Surface`](crate::Surface), and d the stored direction. Let u be 2⁻²⁴ and E the longer of two

@@ -1,5 +1,5 @@
-//! The stored scalar as a type parameter: one source serves f32 and f64, the two values of
-//! `--precision`. Intersections are computed in f64 for both.
+//! Type parameters for the precision of stored geometry: one source serves f32 and f64, the two
+//! values of `--precision`. Intersections are computed in f64 for both.
 //!
 //! glam has no generic vectors. So [`Real`] names the vector type of a scalar, and [`Vector`] lists
 //! the few operations that geometry and shading need. Both traits are sealed.

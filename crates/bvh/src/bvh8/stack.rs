@@ -51,7 +51,8 @@ impl TraversalStack {
     /// Pops entries until one has an entry distance of at most `last`. Returns the child of that
     /// entry; `None` if the stack becomes empty.
     ///
-    /// # Safety Every entry below `top` must have been written.
+    /// # Safety
+    /// Every entry below `top` must have been written.
     #[inline(always)]
     pub unsafe fn pop(&self, top: &mut usize, last: f32) -> Option<ChildRef> {
         while *top > 0 {
@@ -108,7 +109,8 @@ impl TraversalStack {
 
     /// Returns the children of the last two of `top` entries, the last one second.
     ///
-    /// # Safety Both entries must have been written.
+    /// # Safety
+    /// Both entries must have been written.
     #[inline(always)]
     pub unsafe fn top_two_children(&self, top: usize) -> [ChildRef; 2] {
         let Some(two) = self.0[..top].last_chunk::<2>() else {

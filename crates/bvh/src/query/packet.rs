@@ -11,7 +11,8 @@ use crate::shapes::PreparedRay;
 /// Least number of rays in a packet. Fewer rays are traced one by one.
 const MIN_PACKET_RAYS: usize = 4;
 
-/// Rays with a common origin.
+/// Any number of rays with a common origin, such as the camera rays of a tile. They are traced
+/// together, in packets of up to sixteen.
 #[derive(Clone, Copy, Debug)]
 #[doc(alias("RTCRayHit8", "ray stream"))]
 pub struct RayPacket<'a, R: Real> {
@@ -38,10 +39,11 @@ impl<R: Real> RayPacket<'_, R> {
     }
 }
 
-/// Adaptive choice between packets and single rays, from the success of earlier packets. If
-/// triangles are smaller than pixels, rays diverge in the tree, and single rays are faster. After a
-/// failed packet, the next groups of up to sixteen rays are traced one by one. With each further
-/// failure the number of these groups doubles. No hit depends on this choice.
+/// Adaptive choice between packets and single rays, from the success of earlier packets.
+///
+/// If triangles are smaller than pixels, rays diverge in the tree, and single rays are faster.
+/// After a failed packet, the next groups of up to sixteen rays are traced one by one. With each
+/// further failure the number of these groups doubles. No hit depends on this choice.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PacketBackoff {
     /// Number of the next groups of rays that are traced one by one.

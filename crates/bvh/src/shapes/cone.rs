@@ -14,8 +14,8 @@ use super::{
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A cone, complete or truncated: a solid whose radius changes linearly along its axis. Its
-/// formulas are homogeneous in the axis. So rounding the axis does not change the cone's roundness.
+/// A cone, complete or truncated: a solid whose radius changes linearly along its axis. The
+/// formulas need no unit axis, so rounding the stored axis does not make the cone elliptic.
 #[derive(Clone, Copy, Debug)]
 pub struct Cone<R: Real> {
     /// Centre of the base.

@@ -12,8 +12,8 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A solid box with axis-aligned faces. The first shape-specific number of a hit is the number of
-/// the face: 2·axis, plus one for the face at the greater coordinate.
+/// A solid box with axis-aligned faces. In a hit, [`ShapeHit::u`] is the number of the face:
+/// 2·axis, plus one for the face at the greater coordinate.
 #[derive(Clone, Copy, Debug)]
 pub struct Cuboid<R: Real> {
     /// Least corner.

@@ -66,7 +66,7 @@ pub(crate) fn rounding_bound(scale: f64) -> f64 {
 }
 
 /// Result of an intersection test: the distance, and two numbers whose meaning depends on the
-/// shape.
+/// shape, see the fields.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeHit<R> {
     /// Distance along the ray.
@@ -108,10 +108,11 @@ impl<R: Real> ShapeHit<R> {
     }
 }
 
-/// Nested maps from the space of a shape to the world; `None` for a shape in world space.
+/// Maps from the space of a ray to the world, for [`Shape::locate_surface_point`]; `None` in world
+/// space.
 pub type OuterTransforms<'a> = Option<TransformChain<'a>>;
 
-/// A surface that rays can hit.
+/// A surface that rays can hit: its bounds, its intersection test, and the surface point of a hit.
 pub trait Shape<R: Real> {
     /// Support function: the maximum of p·direction over all points p of the shape. `None` for an
     /// unbounded shape; NaN if a parameter of the shape is NaN.

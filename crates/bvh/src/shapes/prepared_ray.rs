@@ -9,7 +9,8 @@ use crate::scalar::{Real, Vector};
 /// counts as far. At this distance f32 resolves distances to 2⁻¹⁴ of the size.
 pub(crate) const FAR_RATIO: f64 = 1024.0;
 
-/// A ray in f64, the precision of all intersection tests. The stored ray may be in f32 or f64.
+/// A ray converted to f64, with values that intersection tests share, such as the squared length of
+/// its direction. The [`Ray`] from which it is made may be in f32 or f64.
 #[derive(Clone, Copy, Debug)]
 pub struct PreparedRay {
     /// Origin, exactly that of the stored ray in world space.

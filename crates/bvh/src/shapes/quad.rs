@@ -11,8 +11,8 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A parallelogram, stored as four corners. Each corner is rounded individually. So the common edge
-/// of two faces has the same bits in both. The outward normal is edge_u × edge_v.
+/// A parallelogram, stored as four corners, each rounded individually. Two quads with a common edge
+/// store the same bits for it. The outward normal is edge_u × edge_v.
 #[derive(Clone, Copy, Debug)]
 pub struct Quad<R: Real> {
     /// Corners in order: corner, + edge_u, + edge_u + edge_v, + edge_v.

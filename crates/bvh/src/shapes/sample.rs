@@ -3,7 +3,7 @@
 use super::{Shape, SurfacePoint};
 use crate::scalar::Real;
 
-/// A shape of finite area that can be sampled.
+/// A shape of finite area, on which points can be sampled, such as the surface of an area light.
 pub trait SampleArea<R: Real>: Shape<R> {
     /// Surface area.
     fn area(&self) -> f64;

@@ -178,10 +178,9 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
     }
 }
 
-/// Maps a direction to coordinates in [0, 1] on an equirectangular map. The first starts at −x and
-/// runs around +y. The second runs down from the top. Near the poles the coordinates have full
-/// precision. An arc cosine would be precise there only to the square root of the scalar's
-/// rounding.
+/// Maps a unit direction to texture coordinates [u, v] in 0..1 on an equirectangular map. u starts
+/// at −x and runs around +y. v runs down from the top. Near the poles the coordinates have full
+/// precision. An arc cosine would lose half of the digits there.
 #[inline(always)]
 pub fn equirectangular_coordinates<R: Real>(n: R::Vec3) -> [R; 2] {
     let ring = (n.x() * n.x() + n.z() * n.z()).sqrt();

@@ -4,7 +4,8 @@ use crate::ray::{Interval, Ray};
 use crate::scalar::{Real, Vector};
 use glam::DVec3;
 
-/// The surface at a hit in f64, before it is rounded to the stored scalar.
+/// The surface at a hit in f64: point, normal and error bound, before they are rounded to the
+/// precision of the stored geometry as a [`Surface`].
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
     /// Hit point, corrected to lie on the surface.
@@ -52,7 +53,8 @@ impl SurfacePoint {
     }
 }
 
-/// The surface at a hit, in the stored scalar.
+/// The surface at a hit: point, outward normal and error bound, in the precision of the stored
+/// geometry.
 #[derive(Clone, Copy, Debug)]
 #[doc(alias = "SurfaceInteraction")]
 pub struct Surface<R: Real> {
@@ -70,7 +72,7 @@ pub struct Surface<R: Real> {
     pub normal: R::Vec3,
 }
 
-/// Texture coordinates at a hit, and their derivative.
+/// Texture coordinates u and v at a hit, and the derivative of the hit point by u.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureCoordinates<R: Real> {
     /// First texture coordinate.

@@ -12,8 +12,8 @@ use super::{
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A torus: all points at distance `minor_radius` from a circle. Its formulas are homogeneous in
-/// the axis. So rounding the axis does not change the torus's roundness.
+/// A torus: all points at distance `minor_radius` from a circle. The formulas need no unit axis, so
+/// rounding the stored axis does not deform the torus.
 #[derive(Clone, Copy, Debug)]
 pub struct Torus<R: Real> {
     /// Centre.

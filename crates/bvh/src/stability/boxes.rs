@@ -1,5 +1,6 @@
-//! Cases T01, T02, T04, T05, T08 and T16: rays that enter boxes, which no traversal may cull. The
-//! primitives are the boxes themselves, as solids. So the oracle is a slab test in f64.
+//! Cases T01, T02, T04, T05, T08 and T16: rays that hit boxes at faces, edges and extreme scales.
+//! No traversal may lose such a hit. The primitives are the boxes themselves, as solids. The oracle
+//! is a slab test in f64.
 
 use glam::DVec3;
 
@@ -87,8 +88,9 @@ fn judge_target_hit<R: Real>(
     })
 }
 
-/// Measures case T01: rays along an axis towards a box, which starts at distance L from 1 to 10⁸.
-/// The rays are parallel to a face of the box at coordinate 1, at distance δ from it.
+/// Measures case T01: rays along an axis towards a distant box, parallel to one of its faces. The
+/// ray is inside the box's cross-section, at a distance from 0.5 to 1e-6 from the face. The box is
+/// 1 to 10⁸ units away.
 pub fn measure_rays_along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let lengths: Vec<f64> = (0..=8).map(|k| 10_f64.powi(k)).collect();
     let boxes = |&length: &f64| -> Vec<BoxCorners> {

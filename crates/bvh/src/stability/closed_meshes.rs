@@ -1,5 +1,5 @@
-//! Cases T03, T06, T07 and T10: lattices and closed meshes of any size and position. No ray may
-//! pass through them.
+//! Cases T03, T06, T07 and T10: flat lattices of cells, and closed meshes of any size and position.
+//! No ray may pass through them.
 
 use glam::{DVec3, Vec3};
 
@@ -65,8 +65,9 @@ fn build_solid_lattice<R: Real>(axis: usize) -> Geometry<R> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// Measures case T03: rays along an axis, through every lattice point and halfway between lattice
-/// points. The zero components of their directions have either sign.
+/// Measures case T03: rays perpendicular to a flat lattice of square cells, through each corner and
+/// each middle of an edge or cell. The cells are pairs of triangles, or solid cubes. The zero
+/// components of the ray directions have either sign.
 pub fn measure_lattices<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let trees = (0..3)
         .flat_map(|axis| {
@@ -190,8 +191,8 @@ fn build_distant_meshes() -> [SphereMesh; 3] {
     ]
 }
 
-/// Measures case T07: scenes far from the origin. Rays start inside closed meshes, or go towards a
-/// ground of square cells.
+/// Measures case T07: rays inside closed meshes far from the origin, and rays towards a distant
+/// flat ground of square cells.
 pub fn measure_distant_meshes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let measured = measure_leaks::<R>("T07", 227, 1_000_000, rays, &build_distant_meshes());
     const SIDE: usize = 12;

@@ -16,7 +16,8 @@ use crate::{Interval, PreparedRay, Ray, Real, Shape, Side};
 /// Work that a program times. One call processes all rays or samples of a comparison.
 pub type TimedWork = Box<dyn Fn()>;
 
-/// The same work in three implementations, for a comparison of their times.
+/// The same work in three implementations, for a comparison of their times: textbook formulas in
+/// f32, and the library in each of its two precisions.
 pub struct CostComparison {
     /// Name of the operation that is timed, such as an intersection test.
     pub label: &'static str,
@@ -42,7 +43,7 @@ impl fmt::Debug for CostComparison {
 const RAYS: u32 = 4096;
 
 /// Creates the comparison for a case, given by its number such as `P01`. Returns `None` for a case
-/// without a textbook formula, and for a case about other things than shapes.
+/// without a textbook formula, and for a case that does not test a shape.
 pub fn build_cost_comparison(number: &str) -> Option<CostComparison> {
     let (zero, axis) = (DVec3::ZERO, DVec3::new(0.3, 1.0, -0.2));
     Some(match number {

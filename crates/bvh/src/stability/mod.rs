@@ -1,4 +1,5 @@
-//! Hard cases of ray intersection: rays for which careless formulas lose digits or hits.
+//! Numerically hard cases of ray intersection: rays for which textbook formulas lose digits or
+//! hits.
 //!
 //! Each case has a number, such as P01 or T03. It also has an oracle of higher accuracy, which
 //! judges the library's results. Tests run the cases, and `raywright stability` prints a table of
@@ -27,8 +28,8 @@ use self::verdicts::{CaseOutcome, RayCount};
 /// shape, from either side. Only hits in front of the ray's origin count.
 pub type IntersectFunction<R> = fn(&AnyShape<R>, &Ray<R>) -> Option<R>;
 
-/// Computes the distance of the closest hit by the library's intersection test, as an
-/// [`IntersectFunction`].
+/// Returns the distance of the closest hit by the library's intersection test; `None` for a miss.
+/// Cases compare this [`IntersectFunction`] with [`textbook::intersect`].
 pub fn intersect_by_library<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>) -> Option<R> {
     verdicts::nearest_hit(shape, ray).map(|hit| hit.t)
 }
@@ -63,8 +64,8 @@ fn precision_name<R: Real>() -> &'static str {
     if R::IS_SINGLE { "robust" } else { "reference" }
 }
 
-/// Creates the measurement of a case in the precision of `R`, for shapes that are tested without a
-/// tree.
+/// Creates the measurement of a case that tests shapes without a tree. The name of its setting is
+/// the precision alone: `robust` for `R` = f32, `reference` for f64.
 pub fn create_measurement_without_kernels<R: Real>(outcome: CaseOutcome) -> Measurement {
     Measurement {
         setting: precision_name::<R>().to_owned(),
@@ -73,8 +74,9 @@ pub fn create_measurement_without_kernels<R: Real>(outcome: CaseOutcome) -> Meas
     }
 }
 
-/// Measures a case with each kernel that can traverse its trees. Trees of f64 have only one kernel.
-/// `judged` returns the outcome of the case for trees whose kernel is already selected.
+/// Measures a case with each kernel (instruction set) that can traverse its trees. Trees of f64
+/// have only one kernel. The function selects a kernel for all trees, and then calls `judged` for
+/// the outcome of the case.
 pub fn measure_by_each_kernel<R: Real>(
     mut trees: Vec<Geometry<R>>,
     judged: impl Fn(&[Geometry<R>]) -> CaseOutcome,

@@ -189,9 +189,10 @@ pub fn intersect_ellipsoid_in_f64(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, 
     (half >= 0.0).then(|| (middle - half.sqrt(), o + d * (middle - half.sqrt())))
 }
 
-/// Judges rays at an ellipsoid with the semi-axes 1, 1 and `k`, from a distance of ten times the
-/// greatest semi-axis. The rays are aimed at random points within the ellipsoid's outline, scaled
-/// by `share`. `f` judges a ray from the semi-axes, the shape, the origin and the direction.
+/// Judges rays towards an ellipsoid with the semi-axes 1, 1 and `k`, from a distance of ten times
+/// the greatest semi-axis. The rays are aimed at random points of the ellipsoid's outline, scaled
+/// by `share`. The function `f` judges one ray. Its parameters are the semi-axes, the shape, the
+/// ray's origin and the ray's direction.
 pub fn judge_extreme_ellipsoid<R: Real>(
     k: f64,
     share: f64,
@@ -220,8 +221,8 @@ pub fn judge_extreme_ellipsoid<R: Real>(
     )
 }
 
-/// Judges hit distances for the rays of [`judge_extreme_ellipsoid`]. Wrong are misses, and errors
-/// above the fraction `bound` of the least semi-axis.
+/// Judges the hit distances that `intersect` returns for the rays of [`judge_extreme_ellipsoid`]. A
+/// miss is wrong. So is an error above `bound` times the least semi-axis.
 pub fn judge_extreme_distance<R: Real>(
     k: f64,
     bound: f64,

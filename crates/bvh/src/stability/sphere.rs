@@ -13,13 +13,14 @@ use super::verdicts::{
 /// Surface function under test: returns the surface where a ray hits a sphere; `None` for a miss.
 pub type SurfaceFunction<R> = fn(&Sphere<R>, &Ray<R>) -> Option<Surface<R>>;
 
-/// Computes the surface where a ray hits a sphere, as a [`SurfaceFunction`] of the library.
+/// Returns the surface where a ray hits a sphere, computed by the library; `None` for a miss. It is
+/// the [`SurfaceFunction`] that is compared with the textbook formula.
 pub fn eval_library_surface<R: Real>(sphere: &Sphere<R>, ray: &Ray<R>) -> Option<Surface<R>> {
     nearest_hit::<R>(sphere, ray).map(|hit| sphere.surface(&PreparedRay::new(*ray), hit))
 }
 
-/// Position of a ray's line relative to a sphere, computed in f64. The distance of the line is that
-/// of its point nearest to the sphere's centre.
+/// Distance of a ray's line from the centre of a sphere, and the distances along the ray at which
+/// the line crosses the sphere. Both are computed in f64.
 #[derive(Clone, Copy, Debug)]
 pub struct ClosestApproach {
     /// Distance of the line from the centre.
@@ -49,11 +50,12 @@ pub fn build_sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
     }
 }
 
-/// Judges the hits of a unit sphere that `intersect` returns. The rays start `ratio` radii away and
-/// aim at a disc of 1.05 radii around the centre. A hit or a miss is wrong
+/// Judges the hits and misses of a distant unit sphere, as `intersect` returns them. The rays start
+/// `ratio` radii away and aim at a disc of 1.05 radii around the centre. A result is wrong in two
+/// cases:
 ///
-/// - if it contradicts the oracle beyond the oracle's margin;
-/// - if the hit point is off the surface by more than `bound` · u · (D + C).
+/// - It contradicts the oracle by more than the oracle's margin.
+/// - The hit point is off the surface by more than `bound` · u · (D + C).
 ///
 /// Here u is the roundoff of the stored scalar, D the distance of the ray's origin from the centre,
 /// and C the greatest coordinate.

@@ -8,7 +8,8 @@ use glam::Vec3;
 /// Distances at which a ray enters and leaves a solid.
 type TextbookCrossings = [f32; 2];
 
-/// Returns the distance of the closest hit of a ray with a shape.
+/// Returns the distance of the closest hit of a ray with a shape by the textbook formula; `None`
+/// for a miss.
 ///
 /// # Panics
 /// For a shape without a textbook formula.
@@ -59,8 +60,9 @@ fn intersect_sphere(sphere: &Sphere<f32>, ray: &Ray<f32>) -> Option<TextbookCros
     quadratic_roots(d.dot(d), f.dot(d), f.dot(f) - sphere.radius * sphere.radius)
 }
 
-/// Computes the surface where a ray hits a sphere: the point at the hit distance, and the normal
-/// away from the centre. The surface has no error bound, so its `error` is infinite.
+/// Returns the surface where a ray hits a sphere by the textbook formula: the point at the hit
+/// distance, and the normal away from the centre. The formula gives no error bound, so `error` is
+/// infinite.
 pub fn intersect_sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<Surface<f32>> {
     let point = ray.at(nearest_crossing_ahead(
         intersect_sphere(shape, ray)?,

@@ -9,7 +9,7 @@ use super::verdicts::{
     CaseOutcome, RayCount, Verdict, format_ray_bits, judge_rays, ray_towards, to_scalar,
 };
 
-/// Creates a torus around the vertical axis with major radius 1.
+/// Creates a torus around the y axis with major radius 1 and the minor radius `tube`.
 pub fn build_torus<R: Real>(tube: f64) -> Torus<R> {
     Torus {
         centre: to_scalar::<R>(DVec3::ZERO),
@@ -51,9 +51,10 @@ fn trace_distance_field(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
     (Some(middle + s), minimum)
 }
 
-/// Judges rays at a torus from the distance `far`, spread over its bounding sphere. Wrong are
-/// misses, false hits, and hit points off the torus by more than the fraction `bound` of the tube
-/// radius.
+/// Judges rays from the distance `far` towards a torus, spread over its bounding sphere. A miss of
+/// the torus is wrong, and so is a false hit. A hit point is wrong if its distance from the surface
+/// exceeds a thousandth of the tube radius `tube`. For a tube radius below 0.05 the bound is a
+/// hundredth.
 pub fn judge_far_torus<R: Real>(
     tube: f64,
     far: f64,

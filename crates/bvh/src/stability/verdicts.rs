@@ -1,5 +1,5 @@
-//! Random rays of a case, the verdicts of an oracle about these rays, and the outcome of the case.
-//! Rays are judged in parallel.
+//! Judgement of a case's random rays: the verdicts of an oracle (a computation of higher accuracy),
+//! and the outcome that counts them. Rays are judged in parallel.
 
 use core::fmt::Write;
 
@@ -8,10 +8,10 @@ use rayon::prelude::*;
 
 use crate::{Interval, PreparedRay, Ray, Real, Shape, ShapeHit, Side, Vector};
 
-/// Unit roundoff of f32.
+/// Unit roundoff of f32, 2⁻²⁴: the greatest relative error of rounding a number to f32.
 pub const U: f64 = 5.960_464_477_539_063e-8;
 
-/// Distance from `x`, rounded to f32, to the next greater f32.
+/// Returns the distance from `x`, rounded to f32, to the next greater f32.
 pub fn ulp(x: f64) -> f64 {
     let x = (x.abs() as f32).max(f32::MIN_POSITIVE);
     f64::from(x.next_up()) - f64::from(x)
@@ -91,7 +91,7 @@ impl CaseRng {
     }
 }
 
-/// Rounds a vector to the stored scalar.
+/// Rounds a vector to the precision `R` of the stored geometry.
 pub fn to_scalar<R: Real>(v: DVec3) -> R::Vec3 {
     R::Vec3::from_f64(v)
 }
@@ -113,7 +113,8 @@ pub fn ray_towards<R: Real>(origin: DVec3, target: DVec3) -> Ray<R> {
     unnormalised_ray::<R>(origin, round_to_f32((target - origin).normalize()))
 }
 
-/// Returns the nearest hit in front of the ray's origin, from either side.
+/// Returns the nearest hit of a ray with a shape by the library's intersection test, in front of
+/// the ray's origin and from either side.
 pub fn nearest_hit<R: Real>(shape: &impl Shape<R>, ray: &Ray<R>) -> Option<ShapeHit<R>> {
     shape.intersect(&PreparedRay::new(*ray), Interval::positive(), Side::Both)
 }
@@ -256,8 +257,8 @@ impl CaseOutcome {
 }
 
 /// Judges the rays of a case in parallel and returns the outcome. The case has `count` rays, of
-/// which `rays` selects all or a part. `f` creates and judges one ray, by the random numbers of
-/// that ray.
+/// which `rays` selects all or a part. The function `f` creates a ray from that ray's own random
+/// numbers and returns its verdict.
 pub fn judge_rays(
     case: &str,
     seed: u64,

@@ -56,7 +56,8 @@ impl Film {
     /// Takes over the samples of an earlier film of this picture. A render then continues from
     /// these samples, with the same bits as an uninterrupted render.
     ///
-    /// # Errors [`PartError::Foreign`] for the film of another picture. [`PartError::Samples`] if a
+    /// # Errors
+    /// [`PartError::Foreign`] for the film of another picture. [`PartError::Samples`] if a
     /// replicate of the earlier film has more samples than this film's plan gives to that
     /// replicate.
     pub fn continue_from(&mut self, earlier: Film) -> Result<(), PartError> {
@@ -104,7 +105,8 @@ impl Film {
     /// of the same picture. A render then repeats, to the bit, a picture whose render was stopped
     /// or reached its time limit.
     ///
-    /// # Errors [`PartError::Foreign`] for the film of another picture.
+    /// # Errors
+    /// [`PartError::Foreign`] for the film of another picture.
     pub fn repeat_sample_counts(&mut self, map: &Film) -> Result<(), PartError> {
         let foreign = self.identity.find_difference(&map.identity);
         if let Some(label) = foreign.or_else(|| {
@@ -125,7 +127,8 @@ impl Film {
     /// Returns the union of parts of one picture, given in any order. The union of complete parts
     /// equals a single render to the bit.
     ///
-    /// # Errors See [`PartError`].
+    /// # Errors
+    /// See [`PartError`].
     pub fn merge(parts: &[Film]) -> Result<Film, PartError> {
         let first = parts.first().ok_or(PartError::Nothing)?;
         let mut film = Film::new_empty(first.identity.clone(), first.plan.clone());

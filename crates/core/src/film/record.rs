@@ -47,7 +47,8 @@ impl FilmHeader {
     /// Validates the header, and returns the bytes of memory of the film and its picture. A header
     /// must be validated before any other use.
     ///
-    /// # Errors [`HeaderError`] names the invalid part.
+    /// # Errors
+    /// [`HeaderError`] names the invalid part.
     pub fn bytes(&self) -> Result<u64, HeaderError> {
         self.plan.validate().map_err(HeaderError)?;
         let tiles = u64::from(self.plan.tile_count());
@@ -91,7 +92,8 @@ impl Film {
 
     /// Returns a film of zeros for a header. [`Self::transfer_data`] fills the film.
     ///
-    /// # Errors See [`FilmHeader::bytes`].
+    /// # Errors
+    /// See [`FilmHeader::bytes`].
     pub fn from_header(header: FilmHeader) -> Result<Self, HeaderError> {
         header.bytes()?;
         let FilmHeader {
@@ -114,7 +116,8 @@ impl Film {
     /// Reads or writes all numbers of the film, in the order of the file. The sums of each
     /// replicate and tile come first. The data of each tile that exist only once follow.
     ///
-    /// # Errors The first error of the reader or writer.
+    /// # Errors
+    /// The first error of the reader or writer.
     pub fn transfer_data<N: FilmDataStream>(&mut self, numbers: &mut N) -> Result<(), N::Error> {
         let tiles = self.plan.tile_count();
         for (replicate, tile) in
