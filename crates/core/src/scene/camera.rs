@@ -14,26 +14,27 @@ pub struct Camera {
     pub name: String,
     /// Position and orientation.
     pub pose: Pose,
-    /// Mapping of directions to the picture.
+    /// How the camera projects the scene onto the picture.
     pub projection: Projection,
-    /// Width over height of the view, for a picture of any shape. None: the view has the shape of
-    /// the picture and keeps the vertical field of view.
+    /// Width over height of the view, whatever the shape of the picture; `fit` adapts the view to
+    /// the picture. None: the view has the shape of the picture and keeps the vertical field of
+    /// view.
     #[serde(default)]
     pub aspect: Option<f64>,
-    /// Fit of the view to a picture whose shape differs from `aspect`.
+    /// How the view fits a picture whose shape differs from `aspect`.
     #[serde(default)]
     pub fit: AspectFit,
     /// Pose at time 1 of a moving camera, of the same kind as `pose`, which is the pose at time 0.
     /// Each number is interpolated linearly. None: the camera stands still.
     #[serde(default)]
     pub pose_end: Option<Pose>,
-    /// Opening and closing time of the shutter, each from 0 to 1. Each sample of a pixel has its
-    /// own time between the two, at which it sees moving objects. None: the picture shows time 0.
+    /// Opening and closing time of the shutter, each from 0 to 1. Each sample of a pixel shows
+    /// moving objects at its own time between the two. None: the picture shows time 0.
     #[serde(default)]
     pub shutter: Option<[f64; 2]>,
 }
 
-/// Fit of a camera's view to a picture of another shape.
+/// How a camera's view fits a picture of another shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
@@ -41,7 +42,7 @@ pub enum AspectFit {
     /// The view is stretched to the picture.
     #[default]
     Stretch,
-    /// The picture shows the whole view, and more at two sides.
+    /// The picture shows the whole view, and more of the scene at two sides.
     Contain,
     /// The view fills the picture and is cut off at two sides.
     Cover,
@@ -92,7 +93,7 @@ fn default_up() -> Triple {
     [0.0, 1.0, 0.0]
 }
 
-/// Mapping of directions to the picture.
+/// How the camera projects the scene onto the picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -105,13 +106,13 @@ pub enum Projection {
         /// Height of the view in world units, above zero.
         height: f64,
     },
-    /// A lens with an aperture, which shows a single distance sharply.
+    /// A thin lens with an aperture: only points at `focus_distance` are sharp.
     ThinLens {
-        /// The pinhole camera of the same view at aperture zero.
+        /// Field of view, as of a pinhole camera: the same view with an aperture of zero.
         pinhole: Pinhole,
         /// Radius of the lens in world units, at least zero.
         aperture_radius: f64,
-        /// Distance of the sharp plane along the view in world units, above zero.
+        /// Distance of the sharp plane from the lens, along the view, in world units, above zero.
         focus_distance: f64,
     },
 }
@@ -127,8 +128,7 @@ pub struct Pinhole {
     /// Horizontal field of view in degrees, above 0 and below 180.
     #[serde(default)]
     pub horizontal_fov: Option<f64>,
-    /// Distance from the centre of projection to an image of height 1, above zero: 0.5 /
-    /// tan(vertical fov / 2).
+    /// Focal length as a multiple of the image's height, above zero: 0.5 / tan(vertical_fov / 2).
     #[serde(default)]
     pub focal_length: Option<f64>,
 }

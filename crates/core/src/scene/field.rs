@@ -1,5 +1,5 @@
-//! Macros for material structs. A list of fields defines the struct, its defaults, the bounds that
-//! validation checks, and the traversal of values and textures.
+//! Macros for material structs. From a list of fields they define the struct, its defaults, the
+//! bounds that validation checks, and access to all values and textures.
 
 use super::input::{Checker, CheckerInput, Colour, Input, InputValue, TextureRef};
 
@@ -10,7 +10,7 @@ pub enum FieldBounds {
     Any,
     /// From the first number to the second number, in each channel of a colour.
     Range(f64, f64),
-    /// Zero, with a special meaning, or from the first number to the second number.
+    /// Zero, which has a special meaning, or a number from the first to the second bound.
     ZeroOrWithin(f64, f64),
     /// Any number within the supported range.
     Finite,
@@ -50,8 +50,8 @@ impl core::fmt::Display for MaterialField<'_> {
     }
 }
 
-/// Value of a field of any type. The default methods are those of a value without texture,
-/// expression or layer.
+/// Value of a field of any type. The default methods suit a value without texture, expression or
+/// layer.
 pub trait FieldValue {
     /// Returns the texture use and its key within the field; the key is empty if the field itself
     /// is the texture use.
@@ -74,14 +74,14 @@ pub trait FieldValue {
     fn constant_value(&self) -> Option<ConstantValue> {
         None
     }
-    /// Replaces an image by its factor if `_images`, and a checkerboard by the mean of its two
-    /// colours if `_checkers`. Other values stay.
+    /// Replaces an image by its factor if `_images` is true, and a checkerboard by the mean of its
+    /// two colours if `_checkers` is true. Other values stay unchanged.
     fn make_constant(&mut self, _images: bool, _checkers: bool) {}
-    /// Returns the fields of the layer that this value is; empty for any other value.
+    /// Returns the fields of this value if the value is a layer; empty for any other value.
     fn layer_fields(&self) -> Vec<MaterialField<'_>> {
         Vec::new()
     }
-    /// Applies a change to the value of each field of the layer that this value is.
+    /// Applies a change to each field of this value if the value is a layer.
     fn change_layer_fields(&mut self, _change: &mut dyn FnMut(&mut dyn FieldValue)) {}
 }
 
@@ -216,8 +216,8 @@ macro_rules! fields {
     };
 }
 
-/// Defines a struct by a list of fields: `key: Type = DEFAULT, BOUNDS;`. An optional effect follows
-/// the bounds: disabling this effect resets the field to its default.
+/// Defines a struct by a list of fields: `key: Type = DEFAULT, BOUNDS;`. After the bounds, an
+/// effect may follow. Switching this effect off resets the field to its default.
 macro_rules! file_struct {
     (
         $(#[$meta:meta])* $Name:ident

@@ -43,9 +43,9 @@ impl Default for ScalarFactor {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Checker {
-    /// Colour of cells whose indices have an even sum.
+    /// Colour of cells whose indices ⌊x/size⌋ and ⌊z/size⌋ have an even sum.
     pub even: Colour,
-    /// Colour of cells whose indices have an odd sum.
+    /// Colour of cells whose indices ⌊x/size⌋ and ⌊z/size⌋ have an odd sum.
     pub odd: Colour,
     /// Edge of a cell in world units.
     #[serde(default = "default_cell_size")]
@@ -67,7 +67,7 @@ pub enum Input<T> {
     /// An image texture: `{ texture = { name = "…" } }`.
     Texture(TextureInput),
     /// A checkerboard in world x and z: `{ checker = { even, odd } }`. An input that is a number
-    /// takes the red channel.
+    /// uses the red channel of the colours.
     Checker(CheckerInput),
 }
 
@@ -124,8 +124,9 @@ impl InputValue for Colour {
 pub struct TextureRef {
     /// Name of the texture.
     pub name: String,
-    /// Index of the mesh's set of texture coordinates. A set that the mesh lacks reads (0, 0).
-    /// Shapes have a single set, 0.
+    /// Index of the mesh's set of texture coordinates. Set 0 of a mesh without texture coordinates
+    /// has the barycentric weights of each triangle's second and third corner. Any other set that
+    /// the mesh lacks reads (0, 0). Shapes have a single set, 0.
     #[serde(default)]
     pub uv_set: u32,
     /// Affine map of the texture coordinates, as the rows of a 2×3 matrix. None: the coordinates
@@ -155,7 +156,7 @@ pub enum Channel {
     Green = 1,
     /// The third channel.
     Blue = 2,
-    /// Coverage, to which the factor does not apply.
+    /// Coverage (opacity). The texture use's `factor` does not apply to it.
     Alpha = 3,
 }
 

@@ -16,8 +16,8 @@ pub struct Light {
     /// Geometry of the light.
     pub kind: LightKind,
     /// Irradiance of a directional light on a surface that faces it, or radiant intensity of a
-    /// point or spot light. A classic material multiplies it by its base colour, a physical
-    /// material by its base colour over π.
+    /// point or spot light. A classic material multiplies it by its base colour. A physical
+    /// material multiplies it by its base colour over π.
     pub colour: Colour,
     /// Whether objects block the light.
     #[serde(default = "default_true")]
@@ -49,7 +49,7 @@ pub enum LightKind {
         /// Falloff of the light with distance.
         #[serde(default)]
         falloff: Falloff,
-        /// Distance at which the light has faded to zero (the windowing of KHR_lights_punctual).
+        /// Distance in metres at which the light has faded to zero, as in KHR_lights_punctual.
         /// None: no limit.
         #[serde(default)]
         range: Option<f64>,
@@ -68,7 +68,8 @@ pub enum LightKind {
         /// Falloff of the light with distance.
         #[serde(default)]
         falloff: Falloff,
-        /// Distance at which the light has faded to zero. None: no limit.
+        /// Distance in metres at which the light has faded to zero, as in KHR_lights_punctual.
+        /// None: no limit.
         #[serde(default)]
         range: Option<f64>,
     },
@@ -82,7 +83,7 @@ pub enum Falloff {
     /// With the square of the distance, as physical light.
     #[default]
     InverseSquare,
-    /// No falloff, as in several classic shaders.
+    /// No falloff: the same strength at every distance.
     None,
 }
 
@@ -105,7 +106,7 @@ pub enum Sky {
         #[serde(default)]
         suns: Vec<Sun>,
     },
-    /// An expression of the ray's direction `d` and origin `o`, and of `t` and the parameters.
+    /// An expression of the ray's direction `d`, its origin `o`, the time `t` and the parameters.
     Expression(ColourInput),
     /// An equirectangular environment map.
     Map(SkyMap),
@@ -124,12 +125,12 @@ pub struct Studio {
     pub rotation: f64,
     /// Factor on the lights' radiance.
     pub strength: f64,
-    /// Radiance of the backdrop in the middle of the picture. None: dark behind bright objects, and
-    /// light behind dark objects.
+    /// Radiance of the backdrop in the middle of the picture. None: it depends on the brightness of
+    /// the objects, dark behind bright objects and light behind dark objects.
     pub backdrop: Option<f64>,
-    /// Whether an invisible ground below all objects catches shadows: on the ground, camera rays
-    /// see the backdrop dimmed by the share of the studio's light that the scene blocks. Other rays
-    /// do not hit the ground.
+    /// Whether an invisible ground below all objects shows shadows. On the ground, camera rays see
+    /// the backdrop, dimmed by the share of the studio's light that the scene blocks. Other rays do
+    /// not hit the ground.
     pub ground: bool,
 }
 

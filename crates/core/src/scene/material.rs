@@ -1,5 +1,5 @@
-//! Materials as in a scene file, in two families: classic (a local lighting model of several terms)
-//! and physical (metallic-roughness).
+//! Materials as in a scene file. They belong to two families: classic (a local lighting model of
+//! several terms) and physical (metallic-roughness).
 
 mod layers;
 mod mixture;
@@ -112,7 +112,7 @@ pub struct ClassicMaterial {
     /// Factor on the local term in parentheses: 0 for a pure mirror or glass, 1 for a matte
     /// surface.
     pub local: ScalarFactor,
-    /// Ambient light. None: that of the scene, `classic.ambient`.
+    /// Ambient light. None: the scene's `classic.ambient`.
     pub ambient: Option<Colour>,
     /// Factor on the Lambert term. An expression is evaluated for each light.
     pub diffuse: ScalarFactor,
@@ -147,8 +147,8 @@ pub enum SpecularModel {
     /// max(0, n·h)^exponent with the half vector h between light and viewer (Blinn, "Models of
     /// Light Reflection for Computer Synthesized Pictures", 1977).
     Blinn,
-    /// As `blinn`, but with h = unit(l − r), where r is the mirrored view. A documented preset uses
-    /// it for its mirror.
+    /// As `blinn`, but with h = unit(l − r), where r is the mirrored view. The preset `whitted`
+    /// uses it.
     BlinnReflected,
     /// max(0, r·l)^exponent with r the mirrored view (Phong, "Illumination for Computer Generated
     /// Pictures", 1975).
@@ -176,7 +176,7 @@ pub struct ClassicHighlight {
     #[serde(default = "default_true")]
     pub shadowed: bool,
     /// Whether the highlight is multiplied by the weight of the mirror reflection instead of the
-    /// factor `local`. A documented preset uses it for its mirror.
+    /// factor `local`. The preset `whitted` uses it.
     #[serde(default)]
     pub on_reflection: bool,
 }
@@ -202,7 +202,7 @@ pub struct RimLight {
 #[serde(deny_unknown_fields)]
 pub struct MirrorReflection {
     /// Factor on the radiance of the mirrored ray. In an expression, `l`, `shadow` and
-    /// `occluder_distance` are those of the first light that reaches the point.
+    /// `occluder_distance` have the values for the first light that reaches the point.
     pub weight: ScalarFactor,
     /// Whether the base colour tints the reflection.
     #[serde(default = "default_true")]
@@ -251,8 +251,9 @@ pub enum TransmissionChoice {
     /// A reflected and a refracted ray, weighted by the Fresnel equations of a dielectric.
     #[default]
     Split,
-    /// A single ray without a weight. It is reflected if Schlick's reflectance at the angle of
-    /// incidence exceeds the threshold, or if refraction is impossible; else it is refracted.
+    /// A single ray, whose radiance is not weighted by a reflectance. It is reflected if Schlick's
+    /// reflectance at the angle of incidence exceeds the threshold, or if refraction is impossible;
+    /// else it is refracted.
     Switch {
         /// Reflectance above which the ray reflects.
         threshold: f64,

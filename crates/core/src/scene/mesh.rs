@@ -59,9 +59,9 @@ pub struct MeshData {
     pub indices: Vec<[u32; 3]>,
     /// Shading normal for each vertex. Empty: the facets are flat.
     pub normals: Vec<[f32; 3]>,
-    /// Tangent for each vertex: the direction in which a normal map's u grows, and the sign w (1 or
-    /// −1) of the bitangent w·(normal × tangent), as in glTF 2.0, section 3.7.2.1. Empty: tangents
-    /// are computed if a material has a normal map.
+    /// Tangent for each vertex, as in glTF 2.0, section 3.7.2.1. It is the direction in which a
+    /// normal map's u grows, followed by the sign w (1 or −1) of the bitangent w·(normal ×
+    /// tangent). Empty: tangents are computed if a material has a normal map.
     pub tangents: Vec<[f32; 4]>,
     /// Sets of texture coordinates, each with u and v for each vertex; v = 0 is the image's top
     /// row. Empty: no texture coordinates.
@@ -105,8 +105,8 @@ pub struct Image {
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub data: Option<Arc<ImageData>>,
-    /// Number of texel channels that were infinite or NaN in the file, and which the loader
-    /// replaced by valid values.
+    /// Number of channels of pixels that were infinite or NaN in the file. The loader replaced them
+    /// by valid values.
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub mended: u64,
@@ -173,7 +173,7 @@ pub enum ColourSpace {
     /// Decoded by the sRGB curve (IEC 61966-2-1).
     #[default]
     Srgb,
-    /// Code / 255.
+    /// The value is the code over 255.
     Linear,
 }
 
@@ -187,8 +187,8 @@ pub enum TextureFilter {
     /// Weighted mean of four texels.
     #[default]
     Bilinear,
-    /// Weighted mean of four texels in each of two mipmap levels, whose texels are about as wide as
-    /// the pixel is on the surface.
+    /// Weighted mean of four texels in each of two mipmap levels. Their texels are next wider and
+    /// next narrower than the pixel's footprint on the surface.
     Mipmaps,
 }
 

@@ -49,9 +49,9 @@ use serde::{Deserialize, Serialize};
 /// Version of the scene format that this program reads.
 pub const FORMAT: u32 = 1;
 
-/// JSON Schema (draft 2020-12) of scene files in TOML and JSON, for editors and generators. Its
-/// numbers may also be expressions. The schema is kept as a file, because deriving it from the
-/// scene types takes long to compile; a test compares the file with the types.
+/// JSON Schema (draft 2020-12) of scene files in TOML and JSON, for editors and generators. It
+/// permits expressions in place of numbers. The schema is kept as a file, because deriving it from
+/// the scene types takes long to compile. A test compares the file with the types.
 pub const SCHEMA: &str = include_str!("schema.json");
 
 /// A point or direction of a scene file: x, y, z in world units.
@@ -105,11 +105,11 @@ pub struct Scene {
     /// Models in their own files, which add objects, materials and lights to the scene.
     #[serde(default)]
     pub models: Vec<ModelFile>,
-    /// Objects that rays can hit. Their order decides between hits at equal distances, and which
-    /// occluder is the first.
+    /// Objects that rays can hit. Of several hits at equal distances, the first object in this
+    /// order counts. The order also determines which occluder is the first.
     #[serde(default)]
     pub objects: Vec<Object>,
-    /// Generators that each make many objects, for studies of speed. Their objects follow the
+    /// Generators, each of which makes many objects, for studies of speed. Their objects follow the
     /// listed objects.
     #[serde(default)]
     pub generators: Vec<Generator>,
@@ -125,7 +125,7 @@ pub struct Scene {
 pub struct UnsupportedProperty {
     /// Name of the material.
     pub material: String,
-    /// Name of the property in the file's format, such as that of an extension.
+    /// Name of the property in the file's format, such as the name of an extension.
     pub label: String,
 }
 

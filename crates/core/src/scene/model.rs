@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::TransformStep;
 
-/// A glTF, GLB or OBJ file whose objects, materials and lights become part of the scene, under
-/// names that begin with the model's name. Models with the same file, scene, variant and time share
-/// their meshes, materials and images.
+/// A glTF, GLB or OBJ file. Its objects, materials and lights become part of the scene, under names
+/// that begin with the model's name. Models with the same file, scene, variant and time share their
+/// meshes, materials and images.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -28,12 +28,12 @@ pub struct ModelFile {
     /// Seconds after the start of the animations of a glTF or GLB file. None: at rest.
     #[serde(default)]
     pub time: Option<f64>,
-    /// Transform of the model: steps in the order of their application. Empty: placed as in the
-    /// file.
+    /// Transform of the model: steps in the order of their application. Empty: the model stays
+    /// where its file places it.
     #[serde(default)]
     pub transform: Vec<TransformStep>,
-    /// Materials of the scene that replace materials of the file, by the names of the replaced
-    /// materials.
+    /// Materials of the scene that replace materials of the file. The keys are the names of the
+    /// replaced materials.
     #[serde(default)]
     pub materials: BTreeMap<String, String>,
 }

@@ -20,7 +20,7 @@ pub struct Object {
     /// Sides of the surface that rays can hit.
     #[serde(default)]
     pub side: SideRule,
-    /// Whether the normal is turned to the side of the ray for shading. Otherwise the normal always
+    /// Whether the normal is turned to the side of the ray for shading. If false, the normal always
     /// points outwards.
     #[serde(default = "default_true")]
     pub face_viewer: bool,
@@ -55,9 +55,9 @@ pub enum SideRule {
     Outside,
     /// The inside alone, as for a room.
     Inside,
-    /// Back-face culling, as for single-sided glTF materials: camera rays hit only the outside, and
-    /// only the outside emits light; all other rays hit both sides. A wall that is invisible to the
-    /// camera from behind still blocks light.
+    /// Back-face culling, as for single-sided glTF materials. Camera rays hit only the outside, and
+    /// only the outside emits light. All other rays hit both sides: a wall that the camera does not
+    /// see from behind still blocks light.
     Culled,
 }
 
@@ -163,7 +163,7 @@ pub enum Shape {
         /// Height along the axis.
         height: f64,
     },
-    /// A sphere scaled along the axes. u and v are those of the sphere.
+    /// A sphere scaled along the axes. u and v are as on the sphere.
     Ellipsoid {
         /// Centre.
         centre: Triple,
@@ -177,7 +177,8 @@ pub enum Shape {
         centre: Triple,
         /// Radius a of the waist.
         waist_radius: f64,
-        /// Constant c of the equation, which sets the slope.
+        /// Constant c of the equation, in world units. Far from the waist, the radius grows by a/c
+        /// for each unit of height.
         c: f64,
         /// Greatest distance in y from the centre.
         half_height: f64,
@@ -212,7 +213,8 @@ pub enum Shape {
         vertices: [Triple; 3],
     },
     /// A mesh by its name. Objects with the same mesh share its triangles. u and v are the mesh's
-    /// first set of texture coordinates; without a set, they are those of a single triangle.
+    /// first set of texture coordinates. Without such a set, u and v are the barycentric weights of
+    /// each triangle's second and third corner.
     Mesh(String),
 }
 

@@ -1,4 +1,5 @@
-//! Vertex positions that keep the digits of their file: `f32` relative to an origin near the mesh.
+//! Vertex positions that keep the digits of their file. They are stored as `f32`, relative to an
+//! origin near the mesh.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -9,7 +10,7 @@ use crate::validate::FARTHEST;
 use raywright_bvh::Aabb;
 
 /// Vertex positions of a mesh in its own space. Positions far from zero are stored relative to an
-/// origin near the mesh, so that they keep their digits in `f32`.
+/// origin near the mesh. So they keep their digits in `f32`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(from = "Vec<Triple>", into = "Vec<Triple>")]
@@ -81,7 +82,7 @@ impl VertexPositions {
         self.offsets.extend(offsets);
     }
 
-    /// Stores points relative to an origin near them.
+    /// Stores points as offsets from an origin near them.
     fn from_points<P: Iterator<Item = DVec3>>(points: impl Fn() -> P) -> Self {
         let origin = choose_origin(points());
         Self {
@@ -115,8 +116,8 @@ impl From<Vec<DVec3>> for VertexPositions {
 }
 
 impl From<Vec<[f32; 3]>> for VertexPositions {
-    /// Keeps the numbers unchanged, with the origin zero: `f32` input has no further digits to
-    /// preserve.
+    /// Stores the numbers unchanged, with an origin of zero. `f32` input has no further digits to
+    /// keep.
     fn from(offsets: Vec<[f32; 3]>) -> Self {
         Self {
             origin: [0.0; 3],

@@ -15,9 +15,10 @@ pub struct RenderSettings {
     pub size: [u32; 2],
     /// Samples per pixel, above zero. Ignored if a pattern is given.
     pub samples: u32,
-    /// Fixed sample positions in a pixel, in place of the sampler.
+    /// Fixed sample positions in each pixel, in place of random positions.
     pub pattern: Option<SamplePattern>,
-    /// Pixel filter: the weight of samples around a pixel. Ignored if a pattern is given.
+    /// Pixel filter: the weight of samples by their position relative to the pixel. Ignored if a
+    /// pattern is given.
     pub filter: PixelFilter,
     /// Greatest number of ray segments of a path, the camera ray included; 1 to 64.
     pub max_depth: u32,
@@ -150,10 +151,11 @@ pub struct ClassicRules {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum SpawnRule {
-    /// The origin is outside the rounding error of the hit point, which is correct at every scale.
+    /// The origin is outside the rounding error of the hit point. This is correct at every scale.
     #[default]
     ErrorBound,
-    /// The origin is moved by a constant, as in shaders, which is correct at a single scale.
+    /// The origin is moved by a constant distance, as in many shaders. This is correct at a single
+    /// scale.
     Constant(ConstantOffset),
 }
 
@@ -168,13 +170,13 @@ pub struct ConstantOffset {
     /// shadow ray always moves along the ray.
     #[serde(default)]
     pub along: OffsetDirection,
-    /// Least distance of a camera ray's hit.
+    /// Least distance in world units at which a camera ray can hit a surface.
     #[serde(default)]
     pub camera_min: f64,
-    /// Least distance of a reflected or refracted ray's hit.
+    /// Least distance in world units at which a reflected or refracted ray can hit a surface.
     #[serde(default)]
     pub secondary_min: f64,
-    /// Least distance of a shadow ray's hit.
+    /// Least distance in world units at which a shadow ray can hit a surface.
     #[serde(default)]
     pub shadow_min: f64,
 }
@@ -184,7 +186,7 @@ pub struct ConstantOffset {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum OffsetDirection {
-    /// Along the normal, to the side of the ray.
+    /// Along the normal, to the side on which the ray leaves.
     #[default]
     Normal,
     /// Along the ray.
@@ -196,10 +198,11 @@ pub enum OffsetDirection {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ShadowRule {
-    /// All occluders: the product of their transmittances.
+    /// All occluders count: the light is multiplied by the product of their transmittances.
     #[default]
     Product,
-    /// Only the occluder that comes first in the scene's order, wherever it lies on the ray.
+    /// Only the occluder counts that comes first in the order of the scene's objects, wherever it
+    /// lies on the ray.
     FirstInOrder,
 }
 
@@ -211,7 +214,7 @@ pub enum DepthLimit {
     /// The radiance of such rays is zero.
     #[default]
     Drop,
-    /// The surface that the last segment hits shows its local term with weight 1, without
-    /// reflection.
+    /// The surface that the last ray hits shows its local term with the weight 1, and no reflection
+    /// or refraction.
     LocalOnly,
 }

@@ -8,8 +8,8 @@ use serde::{Deserialize, Deserializer};
 
 use super::{CheckerInput, Colour, Input, InputValue, ScalarFactor, TextureInput, Triple};
 
-/// A number that the loader's deserializer may also read from a string, as an expression. Any other
-/// deserializer refuses a string.
+/// A number that the loader's deserializer may also read from a string, as an expression. Every
+/// other deserializer refuses a string.
 struct EvaluatedNumber(f64);
 
 impl<'de> Deserialize<'de> for EvaluatedNumber {
@@ -158,9 +158,9 @@ impl<'de, T: InputValue> Deserialize<'de> for Input<T> {
     }
 }
 
-/// Reads an input whose expression the loader evaluates once, if the expression depends on no
-/// variable of the hit. Values such as a roughness or an emission are then known before rendering.
-/// By the name `EarlyInput`, the loader knows which inputs to evaluate.
+/// Reads an input. If its expression depends on no variable of the hit, the loader evaluates it
+/// once. So values such as a roughness or an emission are known before rendering. The loader
+/// recognises these inputs by the name `EarlyInput`.
 pub(in crate::scene) fn deserialize_early<'de, T: InputValue, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Input<T>, D::Error> {

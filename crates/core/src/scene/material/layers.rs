@@ -59,9 +59,9 @@ file_struct! {
     /// Angle in degrees from the direction of growing u to the rougher direction,
     /// counter-clockwise.
     rotation: f64 = 0.0, Finite;
-    /// Image of the rougher direction in red and green (codes map to −1 to 1), which is then turned
-    /// by `rotation`, and of a factor on the strength in blue. The texture's colour space must be
-    /// linear.
+    /// Image that changes direction and strength. Red and green give the rougher direction: codes
+    /// map to −1 to 1, and `rotation` then turns the direction. Blue is a factor on the strength.
+    /// The texture's colour space must be linear.
     texture: Option<TextureRef> = None, Any;
 }
 

@@ -8,10 +8,11 @@ use super::super::input::{Colour, default_white};
 /// several well-known path-tracing shaders do. The base colour tints the diffused light. Only path
 /// tracing uses the mixture, in place of all other terms except `colour` and `emission`.
 ///
-/// Let h = unit(n + s) with s uniform on the unit sphere, h' the same about −n, m the mirrored and
-/// t the refracted direction. The mirrored ray has the direction unit((1 − r²)·m + r²·h), the
-/// transmitted ray unit((1 − q²)·t + q²·h'), and the diffused ray h, for roughnesses r and q.
-/// Mirrored and transmitted rays have no density, so lights are not sampled for these rays.
+/// Directions are computed with roughnesses r and q, the normal n, a uniform point s on the unit
+/// sphere, the mirrored direction m and the refracted direction t. Let h = unit(n + s) and h' =
+/// unit(−n + s). The mirrored ray has the direction unit((1 − r²)·m + r²·h). The transmitted ray
+/// has the direction unit((1 − q²)·t + q²·h'). The diffused ray has the direction h. Mirrored and
+/// transmitted rays have no density, so lights are not sampled for these rays.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
@@ -24,8 +25,8 @@ pub struct Mixture {
     /// Roughness r of the mirrored ray, 0 to 1.
     pub specular_roughness: f64,
     /// Probability of a transmitted ray, 0 to 1 − `specular_chance`. Where Schlick's reflectance
-    /// increases the probability of a mirrored ray, it reduces those of a transmitted and a
-    /// diffused ray in proportion.
+    /// increases the probability of a mirrored ray, it reduces the probabilities of a transmitted
+    /// and of a diffused ray in proportion.
     pub refraction_chance: f64,
     /// Roughness q of the transmitted ray, 0 to 1.
     pub refraction_roughness: f64,
@@ -35,10 +36,11 @@ pub struct Mixture {
     /// Absorption coefficient of the inside per metre, at least zero: light is multiplied by
     /// exp(−absorption · distance).
     pub absorption: Colour,
-    /// Whether the throughput follows a published shader. The throughput is divided by the
-    /// probability of the chosen ray (at least 0.001). Russian roulette may end a path whose
-    /// largest channel is below 1, and scales the throughput of each surviving path to a largest
-    /// channel of 1. This changes the brightness of mirrored and refracted light.
+    /// Whether throughput and Russian roulette follow a published path-tracing shader instead of
+    /// unbiased rules. The throughput is divided by the probability of the chosen ray (at least
+    /// 0.001). Russian roulette may end a path whose largest channel is below 1, and scales the
+    /// throughput of each surviving path to a largest channel of 1. This changes the brightness of
+    /// mirrored and refracted light.
     pub published_roulette: bool,
 }
 

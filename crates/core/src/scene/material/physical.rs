@@ -11,7 +11,7 @@ use super::layers::{
     Anisotropy, Clearcoat, Conductor, DiffuseTransmission, IOR, Iridescence, SHARE, Sheen,
 };
 
-/// Passes the list of the model's fields to a macro, each as `key: Type = DEFAULT, BOUNDS,
+/// Passes the list of the model's fields to a macro. Each field is `key: Type = DEFAULT, BOUNDS,
 /// Effect;`, see [`file_struct`].
 macro_rules! physical_fields {
     ($then:ident) => {
@@ -39,8 +39,8 @@ macro_rules! physical_fields {
             /// Factor on the normal map's red and green components. At 0 the map has no effect.
             normal_scale: f64 = 1.0, Finite;
             /// Index of refraction, from 1 to 1000; a varying value is clamped to this range. At 0,
-            /// the dielectric part reflects all light at every angle, reduced only by `specular`
-            /// and `specular_colour`, and transmits none.
+            /// the dielectric part reflects all light at every angle and transmits none. Only
+            /// `specular` and `specular_colour` reduce this reflection.
             #[serde(deserialize_with = "deserialize_early")]
             ior: NumberInput = 1.5.into(), FieldBounds::ZeroOrWithin(IOR[0], IOR[1]);
             /// Share of the light that is transmitted instead of diffused, 0 to 1; a varying value
@@ -58,9 +58,9 @@ macro_rules! physical_fields {
             /// Otherwise the surface bounds a solid body.
             thin_walled: bool = false, Any, ThinWalls;
             /// Priority of the body where several bodies overlap. In an overlap, light is in the
-            /// body of the greatest priority, or among equal priorities in the body that it entered
-            /// last. If no visible body of glass has a priority above zero, each boundary refracts
-            /// as between air and the body.
+            /// body of the greatest priority. Among equal priorities, it is in the body that it
+            /// entered last. If no visible body of glass has a priority above zero, each boundary
+            /// refracts as between air and the body.
             priority: u32 = 0, Any, NestedMedia;
             /// Strength of dispersion: 20 over the Abbe number, from 0 (none) to 400.
             dispersion: f64 = 0.0, Range(0.0, 400.0), Dispersion;
@@ -77,7 +77,7 @@ macro_rules! physical_fields {
             conductor: Option<Conductor> = None, Any, Conductors;
             /// Diffuse transmission, as by leaves and paper.
             diffuse_transmission: Option<DiffuseTransmission> = None, Any, DiffuseTransmission;
-            /// Microfacets that are rougher along one direction.
+            /// Microfacets that are rougher along one direction than across it.
             anisotropy: Option<Anisotropy> = None, Any, Anisotropy;
             /// A thin film on the microfacets.
             iridescence: Option<Iridescence> = None, Any, Iridescence;
@@ -159,9 +159,9 @@ impl Physical {
         self.specular != 1.0.into() || self.specular_texture.is_some() || self.has_specular_colour()
     }
 
-    /// Returns the factor `specular`, from 0 to 1, if this number alone describes the change of the
-    /// dielectric part's reflectance. `None` if the factor varies, if the reflectance has a colour,
-    /// or if the material transmits light.
+    /// Returns the factor `specular`, from 0 to 1, if this number alone describes how the
+    /// dielectric part's reflectance changes. `None` if the factor varies, if the reflectance has a
+    /// colour, or if the material transmits light.
     pub fn constant_specular_factor(&self) -> Option<f64> {
         let even =
             self.specular_texture.is_none() && !self.has_specular_colour() && !self.may_transmit();
@@ -209,7 +209,7 @@ impl Physical {
     }
 
     /// Returns the texture use that defines the tangents: the normal map of the surface or of the
-    /// coat, or the anisotropy's image; `None` without any of these.
+    /// coat, or the image of the anisotropy. `None` without any of these.
     pub fn tangent_texture(&self) -> Option<&TextureRef> {
         let coat = || {
             self.active_clearcoat()
