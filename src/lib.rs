@@ -30,6 +30,20 @@
 //! otherwise. [`ReadyScene::effects`](prelude::ReadyScene::effects) lists which effects are
 //! simulated, absent and left out.
 //!
+//! # Words
+//!
+//! - **Effect:** a feature that a scene may need and a render may simulate, such as soft shadows
+//!   or refraction ([`Effect`](prelude::Effect)).
+//! - **Replicate:** one of several independent sets of a pixel's samples. The differences between
+//!   replicates give the error estimate.
+//! - **Film:** the sums of all samples rendered so far ([`Film`](prelude::Film)). A film can be
+//!   stored, continued and merged with other films.
+//! - **Ladder:** a choice that trades accuracy for time, such as the number of samples. A **rung**
+//!   is one of its values ([`core::ladder`]).
+//! - **Native scene:** a scene file in this program's own format, in TOML or JSON. A **model** is a
+//!   glTF, OBJ, STL or PLY file.
+//! - **Studio:** the lights and backdrop around a model that has no lights of its own.
+//!
 //! # Errors
 //!
 //! Every fallible operation returns a typed error: [`io::Error`] for files,

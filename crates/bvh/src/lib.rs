@@ -30,6 +30,16 @@
 //!
 //! [`Geometry::closest_of_packet`] traces rays with a common origin together.
 //!
+//! | module or item | contents |
+//! |---|---|
+//! | [`shapes`] | shapes, their transforms, and the surface point of a hit |
+//! | [`ray`] | rays, intervals of distances, hits, visibility of objects |
+//! | [`aabb`] | axis-aligned boxes |
+//! | [`scalar`] | the two precisions of stored geometry as a type parameter |
+//! | [`stability`] | numerically hard cases: rays with an oracle that judges their hits |
+//! | [`CountingHeap`], [`limit_heap()`] | limit of the memory of a program |
+//! | [`run_widest`], [`prefetch`], [`huge_page_vec`] | SIMD and memory tools, also for other crates |
+//!
 //! Not implemented yet: SIMD tests of primitives other than triangles, spheres and planes; packets
 //! of rays without a common origin; quantised nodes; refitting; motion other than of instances
 //! along straight lines.

@@ -5,8 +5,9 @@ use css_color::Srgb;
 use raywright_core::display::curve::decode_transfer;
 use raywright_core::scene::TransferCurve;
 
-/// Parses an opaque CSS colour to linear values from 0 to 1. Returns `None` for any other text,
-/// also for digits without `#`, which are a number.
+/// Parses an opaque CSS colour, such as `#e6b219` or `white`, to linear red, green and blue from 0
+/// to 1. `None` for any other text. Digits without `#` are read as a number, so they give `None`
+/// too.
 pub fn parse_colour(text: &str) -> Option<[f64; 3]> {
     let text = text.trim();
     let is_name = || {

@@ -14,7 +14,7 @@ const MAX_SHOWN: usize = 20;
 /// number of bytes are shown from the start of the problem on.
 const MARGIN: usize = 60;
 
-/// A problem in a text.
+/// A problem in the text of a native scene file: message, position and advice.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Diagnostic {
     /// Description in one sentence.
@@ -27,7 +27,8 @@ pub struct Diagnostic {
     pub hint: Option<String>,
 }
 
-/// Problems of a text, ordered by position.
+/// All problems in the text of a native scene file, ordered by position. They form the error
+/// message of a scene that cannot be parsed or is invalid.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostics {
     /// Name of the file, as given by the user.
@@ -118,7 +119,7 @@ pub(crate) fn render_message(message: &str, hint: Option<&str>, renderer: &Rende
     help.map_or_else(|| error.clone(), |help| format!("{error}\n{help}"))
 }
 
-/// Position of a span in a text.
+/// Position of a problem in a scene's text: line and column, counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TextPosition {
     /// Line, from 1.

@@ -18,9 +18,9 @@ use crate::limits::{Limits, format_bytes};
 use crate::source::SceneFormat;
 use crate::warning::{Warning, WarningCode};
 
-/// Environment options of the user. By default a scene keeps its own environment, a native scene
-/// without light gets the neutral sky, and a model without effective lights gets the default
-/// studio.
+/// The user's choices for the environment, which is a scene's sky or studio. By default a scene
+/// keeps its own environment. A scene without light gets an environment: a native scene file the
+/// neutral sky, a model file the default studio.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EnvironmentOptions {
     /// Replacement of the scene's own sky.
@@ -36,7 +36,7 @@ pub struct EnvironmentOptions {
     pub strength: Option<f64>,
 }
 
-/// Source of an environment.
+/// Environment that replaces a scene's own sky.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum EnvironmentSource {
     /// No environment: rays that hit nothing are black.
@@ -49,7 +49,7 @@ pub enum EnvironmentSource {
     File(PathBuf),
 }
 
-/// Whether a studio keeps its ground.
+/// Whether a studio keeps its ground, the surface below the model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GroundRule {
     /// The studio's own ground. The default studio has an invisible ground, on which only shadows
@@ -60,7 +60,8 @@ pub enum GroundRule {
     None,
 }
 
-/// Reason for adding light that neither the file nor the user requested.
+/// Reason why a scene was given light that its file lacks: no light, or only light too faint to
+/// see.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightShortage {
     /// The scene has no light. Emissive surfaces of a model do not count as lights.

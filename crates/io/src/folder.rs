@@ -18,7 +18,7 @@ use crate::hash::SceneHash;
 use crate::inputs::InputFiles;
 use crate::limits::format_bytes;
 
-/// Error of a file named inside a scene.
+/// Reason why a [`Folder`] cannot read a file that a scene names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ReadError {
     /// The reference is not allowed: it leads outside the folder, or to no regular file. The value
@@ -58,8 +58,9 @@ enum FileLocation<'f> {
     Resolver(&'f Resolver, String),
 }
 
-/// The folder of a scene's file, with the hash of all bytes read so far and the list of files read
-/// or named.
+/// Reader of the files that a scene names, relative to the folder of the scene's file. It refuses
+/// paths outside the folder, hashes all bytes that it reads, and lists the files that were read or
+/// named.
 #[derive(Debug)]
 pub struct Folder {
     root: FolderRoot,

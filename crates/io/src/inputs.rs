@@ -9,7 +9,8 @@ use same_file::Handle;
 use crate::hash::SceneHash;
 use crate::output::{OutputPath, file_fingerprint};
 
-/// Files that a run read or looked for, and paths that its scene names.
+/// Input files of a run, which no output may replace: files that were read or found missing, and
+/// paths that the scene names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InputFiles {
     /// Paths of files that were read.
@@ -21,7 +22,7 @@ pub struct InputFiles {
     named: BTreeSet<PathBuf>,
 }
 
-/// Reason why an output must not be written to a path.
+/// Reason why an output must not be written to a path: it would replace an input file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PathClash {
     /// An input file is at this path. The value is the name under which the file was read.

@@ -1,5 +1,5 @@
-//! Native scene files, models, textures, image and report output: everything between a path and a
-//! scene or a picture.
+//! Files of a renderer: loads scene and model files into a [`Scene`](raywright_core::Scene), and
+//! writes pictures, unfinished renders and reports.
 //!
 //! Nothing in a file can make this crate panic, hang, read outside the scene's folder or exceed its
 //! memory limit.
@@ -18,6 +18,20 @@
 //! assert!(wrong.to_string().contains("whitted"), "the message suggests the right name: {wrong}");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! | task | item | formats |
+//! |---|---|---|
+//! | load a scene or model | [`load()`] | native TOML and JSON, glTF, GLB, OBJ, STL, PLY |
+//! | load a built-in scene | [`Input::Preset`], [`presets`] | |
+//! | write a picture | [`output::write_picture`] | PNG, JPEG, WebP, OpenEXR |
+//! | read a picture | [`output::read_picture`] | PNG, JPEG, WebP, OpenEXR |
+//! | write an animation | [`output::AnimationWriter`] | GIF, APNG |
+//! | store and continue an unfinished render | [`output::write_film`], [`output::read_film`] | film files |
+//! | write a measurement report | [`report`] | SVG, HTML |
+//! | show text from untrusted files | [`masking`] | |
+//!
+//! A failure is an [`Error`]. A scene or model that loads with doubts has [`Warning`]s, in
+//! [`LoadedScene::warnings`].
 //!
 //! Not supported yet: subsurface scattering and vendor extensions of glTF materials (each is listed
 //! in [`Scene::unread`](raywright_core::Scene::unread), and therefore an effect left out), points

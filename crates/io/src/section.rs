@@ -24,7 +24,8 @@ use crate::clay;
 use crate::warning::{Warning, WarningCode};
 use clip::{CutMesh, MeshCutResult, MeshCutter};
 
-/// A plane perpendicular to a coordinate axis, and the side of the plane that is kept.
+/// Plane that cuts a scene's meshes open, perpendicular to a coordinate axis. The geometry on one
+/// side of the plane is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionPlane {
     /// Axis perpendicular to the plane: 0 for x, 1 for y, 2 for z.

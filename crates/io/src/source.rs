@@ -12,7 +12,7 @@ use crate::native::{self, ModelEntries, SceneNotation};
 use crate::text::{split_lines, strip_byte_order_mark};
 use crate::{ply, stl};
 
-/// Format of a scene.
+/// File format of a scene or model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SceneFormat {
     /// A native scene.
@@ -175,8 +175,8 @@ impl SceneFormat {
     }
 }
 
-/// Returns the names of the scene and model files in a folder, in order; empty for an unreadable
-/// folder.
+/// Returns the names of the scene and model files in a folder, in alphabetical order. The list is
+/// empty if the folder is unreadable. At most 10,000 files are examined.
 pub fn list_models(folder: &Path) -> Vec<String> {
     /// Largest number of files in a folder that are examined; the remaining files of a larger
     /// folder are left out.
@@ -207,7 +207,7 @@ pub fn is_scene_or_model(file: &Path) -> bool {
         || SceneFormat::from_model_path(file).is_some()
 }
 
-/// Origin of a scene: its name, its format and, for a native scene, its text.
+/// Origin of a loaded scene: name, file format and, for a native scene, its text.
 #[derive(Clone, Debug)]
 pub struct SourceInfo {
     /// Name given by the user: a path, or `preset:NAME`.

@@ -113,7 +113,7 @@ impl Serialize for WarningCode {
     }
 }
 
-/// A message to the user that does not stop the work.
+/// A warning about a scene or model that could be loaded, with its kind.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
     /// Subject of the warning.

@@ -7,8 +7,9 @@ use std::sync::Arc;
 
 type ReadFunction = dyn Fn(&str) -> io::Result<Vec<u8>> + Send + Sync;
 
-/// Provides the files that a scene names. Each file is identified by its path relative to the
-/// scene, with `/` as separator.
+/// Function that provides the files that a scene names, for a scene that is not on disk
+/// ([`Input::Bytes`](crate::Input::Bytes)). It gets the path of each file relative to the scene,
+/// with `/` as separator.
 ///
 /// Paths outside the scene's own folder are refused before the call. Content larger than
 /// [`Limits::file_bytes`](crate::Limits) is refused after the call. Clones of a resolver compare as

@@ -38,7 +38,7 @@ pub struct ModelContents {
     pub extensions: Vec<ExtensionInfo>,
 }
 
-/// An extension of glTF used by a model file.
+/// A glTF extension that a model file uses, and whether it is supported.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExtensionInfo {
     /// Name of the extension, such as `KHR_materials_ior`.

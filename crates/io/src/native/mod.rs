@@ -38,7 +38,7 @@ use crate::warning::{Warning, WarningCode};
 /// replace the wrong value; the pass may then have missed later failures.
 const MAX_PASSES: usize = 20;
 
-/// Syntax of a native scene's text.
+/// Language in which a native scene file is written: TOML or JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SceneNotation {
     /// TOML 1.1.

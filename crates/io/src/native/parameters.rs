@@ -10,7 +10,8 @@ use super::node::{TableEntry, TextValue, ValueNode};
 use crate::diagnostic::Diagnostic;
 use crate::error::Error;
 
-/// Time and parameter values from the command line, which replace the values of the file.
+/// Values from the command line that replace a native scene's time `t` and its named parameters,
+/// the variables of the scene's expressions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParameterOverrides {
     /// Time in seconds in place of the file's time; `None` keeps the file's time.

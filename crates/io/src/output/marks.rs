@@ -13,7 +13,7 @@ use super::png::create_encoder;
 use super::sheet::{composite_over_background, draw_letters, letter_width};
 use crate::error::Error;
 
-/// A marked point: a ring with a label.
+/// A mark drawn over a picture: a ring around a point, with a label.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PictureMark {
     /// Position in pixels from the top left corner.
@@ -82,7 +82,7 @@ fn encode_marked_png(
     Ok(bytes)
 }
 
-/// Radius of the rings in a picture of this size, in pixels.
+/// Returns the radius of the rings of marks, in pixels, for a picture of this width and height.
 pub fn mark_radius([width, height]: [u32; 2]) -> f64 {
     RADIUS
         .min(MAX_RADIUS_SHARE * f64::from(width.min(height)))

@@ -1,5 +1,5 @@
 //! Picture files, written atomically and read back: PNG, JPEG and WebP for display, OpenEXR for
-//! linear values, and films for unfinished pictures.
+//! linear values, and film files, which hold the sums of an unfinished render.
 
 mod animation;
 mod atomic;
@@ -55,7 +55,7 @@ pub enum PictureFormat {
     Exr,
 }
 
-/// Default quality of a JPEG.
+/// Default quality of a JPEG, on a scale from 1 to 100.
 pub const QUALITY: u8 = 90;
 
 impl PictureFormat {

@@ -18,7 +18,8 @@ const MOST_LINKS: usize = 40;
 /// Prefix of the names of temporary files.
 pub(super) const TEMPORARY: &str = ".raywright-";
 
-/// Resolved path of an output file.
+/// Path of an output file, with symbolic links resolved and write access tested before the render
+/// starts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputPath {
     /// Path with all links resolved; the file need not exist.

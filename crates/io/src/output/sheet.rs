@@ -29,7 +29,8 @@ const BACKGROUND: [u8; 3] = [28; 3];
 /// Colour of the text, as 8-bit sRGB codes.
 const TEXT_COLOUR: [u8; 3] = [230; 3];
 
-/// A contact sheet under construction.
+/// A contact sheet: a PNG with many small pictures in a grid, each with a line of text below.
+/// Pictures are added one by one.
 #[derive(Debug)]
 pub struct ContactSheet {
     columns: u32,

@@ -8,7 +8,8 @@ use super::page::format_number;
 use super::plot::{STYLE, ThemeColour, escape_xml};
 use super::scale::DecadeScale;
 
-/// A plot of error margins, with a row for each case of a numerical test.
+/// A plot of error margins, with a row for each hard case of `raywright stability`. An error margin
+/// is the ratio of error bound to worst error.
 #[derive(Clone, Debug, Default)]
 pub struct ErrorMarginPlot {
     /// Title; empty for a plot inside a page with its own title.
@@ -23,7 +24,7 @@ pub struct ErrorMarginPlot {
     pub rows: Vec<ErrorMarginRow>,
 }
 
-/// A row of the plot: a case of the numerical test with its margins.
+/// A row of an [`ErrorMarginPlot`]: a case with its margins, one for each measured variant.
 #[derive(Clone, Debug, Default)]
 pub struct ErrorMarginRow {
     /// Number of the case.

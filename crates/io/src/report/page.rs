@@ -40,9 +40,10 @@ pub struct AccuracyPage<'a> {
     pub display: Display,
 }
 
-/// Plots error against time for every rung (quality level of a setting), and for the frontier: the
-/// settings that no other setting beats in both time and error. Points of the frontier are numbered
-/// from 1, in the order of `flags`.
+/// Returns a plot of error against time for every rung (quality level of a setting), and for the
+/// frontier: the settings that no other setting beats in both time and error. `flags` holds the
+/// flags of each setting on the frontier. In the plot these settings are numbered from 1 in the
+/// same order.
 pub fn plot_accuracy(
     scene: &str,
     circumstances: &str,

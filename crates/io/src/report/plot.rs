@@ -45,7 +45,7 @@ pub struct PlotAxis {
     pub tick: Option<fn(i32) -> String>,
 }
 
-/// A polyline through points in ascending order.
+/// A series of points in a [`Plot`], in ascending order of x, usually joined by lines.
 #[derive(Clone, Debug, Default)]
 pub struct PlotLine {
     /// Name in the legend.
@@ -60,7 +60,7 @@ pub struct PlotLine {
     pub points: Vec<PlotPoint>,
 }
 
-/// A measured point.
+/// A point of a [`PlotLine`], with an error bar and labels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlotPoint {
     /// Horizontal coordinate.

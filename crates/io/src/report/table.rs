@@ -313,10 +313,14 @@ pub fn wrap_text(text: &str, indent: usize, room: usize) -> String {
     lines.join(&format!("\n{}", " ".repeat(indent)))
 }
 
-/// Formats a value with its uncertainty. If both ends of the interval have the same text as the
-/// value, only the value is written. Below 30 %, the uncertainty is a percentage; otherwise both
-/// ends are written. A value that is indistinguishable from zero is written as `<` and the upper
-/// end. `number` formats each number.
+/// Formats a value with its confidence interval. `number` formats each number. There are four
+/// forms:
+///
+/// - a value that is indistinguishable from zero: `<` and the upper end
+/// - an interval whose ends have the same text as the value, or an infinite interval: the value
+///   alone
+/// - an uncertainty below 30 %: the value and the percentage, as in `1.2 ±5 %`
+/// - any other interval: the value and both ends, as in `1.2 (0.6 to 2.4)`
 pub fn format_uncertain(interval: &ConfidenceInterval, number: impl Fn(f64) -> String) -> String {
     let value = number(interval.value);
     if interval.includes_zero() && interval.high > 0.0 {

@@ -322,8 +322,8 @@ const SETTING_HEADINGS: [&str; 8] = [
     "alone",
 ];
 
-/// Formats the relative change of the picture's total light, in per cent; empty if the change is
-/// indistinguishable from zero.
+/// Formats the change of a picture's mean radiance relative to the reference, in per cent.
+/// `interval` is the ratio of the two. The text is empty if the ratio is indistinguishable from 1.
 pub fn format_light_change(interval: &ConfidenceInterval) -> String {
     let is_known = interval.low > 1.0 || interval.high < 1.0;
     let change = format!("{:+.1} %", 100.0 * (interval.value - 1.0));
