@@ -57,12 +57,14 @@ mod samples;
 mod seams;
 mod session;
 mod sightlines;
+mod small_render;
 mod storage;
 mod stray;
 mod summary;
 mod textures;
 mod topology;
 mod triangles;
+mod used_mesh;
 mod values;
 mod windings;
 

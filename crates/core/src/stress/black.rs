@@ -3,7 +3,8 @@
 use super::covers::Cover;
 use super::facts::SceneFacts;
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
-use super::samples::{SmallRender, camera_subject};
+use super::samples::camera_subject;
+use super::small_render::SmallRender;
 
 /// What keeps light away, in the order in which one is named as the cause of a black picture.
 const CAUSES: [FindingCode; 3] = [

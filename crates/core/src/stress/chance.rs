@@ -6,7 +6,7 @@ use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::light_survey::LightSurvey;
 use super::lights;
 use super::numbers::metres;
-use super::samples::SmallRender;
+use super::small_render::SmallRender;
 use crate::counters::Counters;
 use crate::scene::Sky;
 

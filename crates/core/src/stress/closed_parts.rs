@@ -8,9 +8,9 @@ use super::cameras::item_nearest_to_camera;
 use super::count::CountAndFirst;
 use super::facts::{ObjectFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding};
-use super::meshes::UsedMesh;
 use super::ray_survey::RaySurvey;
 use super::topology::{MeshComponent, Topology};
+use super::used_mesh::UsedMesh;
 use crate::scene::{MeshData, SideRule};
 
 /// Triangles that are tested for whether a part is within another.

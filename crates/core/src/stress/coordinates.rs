@@ -7,8 +7,8 @@ use super::cameras::item_nearest_to_camera;
 use super::count::CountAndFirst;
 use super::facts::{ObjectFacts, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding};
-use super::meshes::UsedMesh;
 use super::textures::is_uniform_texture;
+use super::used_mesh::UsedMesh;
 use crate::scene::{Material, MaterialModel};
 
 impl UsedMesh<'_> {

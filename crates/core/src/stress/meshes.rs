@@ -12,6 +12,7 @@ use super::numbers::format_decimal;
 use super::ray_survey::{RaySurvey, SightingCounts};
 use super::topology::{Topology, TriangleEdge};
 use super::triangles::TriangleDefects;
+use super::used_mesh::UsedMesh;
 use crate::scene::MeshData;
 
 /// Share of the rays that see an object from which on what they see of it counts.
@@ -70,17 +71,6 @@ pub(super) fn check_meshes(
         findings.extend(shown_mesh.check_texture_coordinates());
     }
     findings
-}
-
-/// A mesh with the objects that show it.
-pub(super) struct UsedMesh<'a> {
-    pub scene_facts: &'a SceneFacts<'a>,
-    pub data: &'a MeshData,
-    pub objects: Vec<&'a ObjectFacts<'a>>,
-    pub survey: &'a RaySurvey,
-    pub views: &'a [CameraView],
-    /// Whether no triangle of any object has an area.
-    nothing_left: bool,
 }
 
 impl UsedMesh<'_> {

@@ -2,104 +2,15 @@
 //! lights that were not found.
 
 use super::chance::{ChanceNoise, enclosed_light_finding};
-use super::covers::Cover;
 use super::facts::{SceneFacts, finite_point};
-use super::finding::{CheckRun, FindingCode, FindingSubject, Severity, StressFinding};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::light_survey::LightSurvey;
-use super::{RayDeadline, light_reach, lights};
-use crate::counters::{Counters, SampleLoss};
-use crate::dispatch::ReadyScene;
-use crate::picture::Picture;
+use super::small_render::SmallRender;
+use super::{light_reach, lights};
+use crate::counters::SampleLoss;
 use crate::prepare::UnreachedLight;
 use crate::scene::Triple;
 use crate::settings::Settings;
-
-/// What a small picture of a camera showed.
-pub(super) struct SmallRender {
-    pub camera: usize,
-    pub picture: Picture,
-    pub counters: Counters,
-    pub shut_away: Vec<UnreachedLight>,
-    pub run: CheckRun,
-    /// What is in the way of light, where everything is black.
-    pub cover: Option<Cover>,
-}
-
-impl SmallRender {
-    /// Renders it, as far as there is time.
-    pub fn render_small_picture(
-        ready: &ReadyScene,
-        camera: usize,
-        deadline: &RayDeadline<'_>,
-    ) -> Self {
-        let mut film = ready.new_film("");
-        let part = film.full_part();
-        let pixels = u64::from(film.size()[0]) * u64::from(film.size()[1]);
-        let planned = pixels * u64::from(ready.settings().sampling.samples_per_pixel());
-        // The film is its own, so that it can't be refused.
-        let _ = ready.render_part(&mut film, &part, deadline);
-        let (shut_away, counters) = (ready.find_unreached_lights(&film), film.counters());
-        let looked_at = if film.unfinished_pixels() == 0 {
-            planned
-        } else {
-            counters.samples + counters.dropped
-        };
-        let run = CheckRun {
-            name: "samples",
-            looked_at,
-            unit: "samples",
-            planned,
-        };
-        Self {
-            camera,
-            picture: film.picture(),
-            counters,
-            shut_away,
-            run,
-            cover: None,
-        }
-    }
-
-    /// Whether something is seen, and all of it is black: light that grazes a surface by rounding
-    /// alone is none.
-    pub fn is_black(&self) -> bool {
-        const BLACK: f32 = 1e-6;
-        let shines = |pixel: [f32; 3]| pixel.iter().any(|&channel| channel > BLACK);
-        self.counters.hits > 0
-            && self.first_pixel_where(shines).is_none()
-            && !self.run.is_cut_short()
-    }
-
-    /// The mean of what is seen of surfaces, without the brightest twentieth of the pixels.
-    pub fn mean_radiance(&self) -> f64 {
-        let value = |pixel: &[f32; 3]| f64::from(pixel.iter().sum::<f32>()) / 3.0;
-        let mut values: Vec<f64> = self.picture.rgb.iter().map(value).collect();
-        values.retain(|value| value.is_finite());
-        values.sort_unstable_by(f64::total_cmp);
-        values.truncate(values.len() - values.len() / 20);
-        let (hits, samples) = (self.counters.hits, self.counters.samples);
-        let surfaces = values.len() as f64 * hits as f64 / samples.max(1) as f64;
-        values.iter().sum::<f64>() / surfaces.max(1.0)
-    }
-
-    /// The middle of a pixel of it as a place of the picture, whose size is another.
-    fn full_size_position(&self, pixel: usize, size: [u32; 2]) -> Option<([f64; 2], usize)> {
-        let (width, height) = (self.picture.width as usize, f64::from(self.picture.height));
-        let at = [(pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5];
-        Some((
-            [
-                at[0] / width as f64 * f64::from(size[0]),
-                at[1] / height * f64::from(size[1]),
-            ],
-            self.camera,
-        ))
-    }
-
-    /// The first pixel of which this holds.
-    fn first_pixel_where(&self, holds: impl Fn([f32; 3]) -> bool) -> Option<usize> {
-        self.picture.rgb.iter().position(|&pixel| holds(pixel))
-    }
-}
 
 /// What is wrong with the samples of all cameras.
 pub(super) fn check_samples(

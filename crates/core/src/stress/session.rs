@@ -14,7 +14,7 @@ use super::furnace::FurnaceAlbedo;
 use super::light_survey::{LightSurvey, LightSurveyTask};
 use super::ray_survey::RaySurvey;
 use super::rays::RaySurveyTask;
-use super::samples::SmallRender;
+use super::small_render::SmallRender;
 use super::summary::summarise_findings;
 use super::topology::Topology;
 use super::{

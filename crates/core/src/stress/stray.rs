@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::cameras::item_nearest_to_camera;
 use super::facts::{ObjectFacts, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding};
-use super::meshes::UsedMesh;
 use super::numbers::{format_decimal, metres};
+use super::used_mesh::UsedMesh;
 use crate::scene::MeshData;
 
 /// How many times as far out as nearly all others a vertex is.

@@ -1,0 +1,17 @@
+//! A mesh in use, which the checks of triangles, vertices, edges and coordinates judge.
+
+use super::cameras::CameraView;
+use super::facts::{ObjectFacts, SceneFacts};
+use super::ray_survey::RaySurvey;
+use crate::scene::MeshData;
+
+/// A mesh with the objects that show it.
+pub(super) struct UsedMesh<'a> {
+    pub scene_facts: &'a SceneFacts<'a>,
+    pub data: &'a MeshData,
+    pub objects: Vec<&'a ObjectFacts<'a>>,
+    pub survey: &'a RaySurvey,
+    pub views: &'a [CameraView],
+    /// Whether no triangle of any object has an area.
+    pub nothing_left: bool,
+}
