@@ -29,7 +29,7 @@ pub(super) fn remaining_allocations(needed: &MemoryUse, scene: &Scene) -> u64 {
 }
 
 /// Estimates the memory that a scene takes, before preparation. The estimate is never below the
-/// memory in use after preparation ([`ReadyScene::memory`]). It is at most twice as large, with
+/// memory in use after preparation (`ReadyScene::memory`). It is at most twice as large, with
 /// three exceptions:
 ///
 /// - three times with the tree of the precision `robust`;

@@ -18,7 +18,7 @@ pub(crate) use requirements::format_list;
 pub const GREATEST: f64 = 1e30;
 
 /// Greatest intensity of a light with inverse-square falloff, which fits an `f32`. At the distance
-/// [`FARTHEST`] its irradiance is 10⁷.
+/// `FARTHEST` its irradiance is 10⁷.
 pub const GREATEST_INTENSITY: f64 = 1e37;
 
 /// Greatest number of comparisons between names for the hint "did you mean", about a second of
