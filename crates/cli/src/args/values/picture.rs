@@ -13,7 +13,7 @@ use super::numbers::{parse_list, parse_number, parse_triple};
 /// Largest width or height of a picture, in pixels.
 pub const MAX_EDGE: u32 = Settings::MOST_EDGE;
 
-/// Parses the size of a picture, `WxH`, each from 1 to [`MAX_EDGE`].
+/// Parses the size of a picture, `WxH`, each from 1 to `MAX_EDGE`.
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     const EXPECTED: &str = "expected WIDTHxHEIGHT in pixels, such as 1280x720";
     let (width, height) = text.split_once(['x', 'X']).ok_or(EXPECTED)?;
