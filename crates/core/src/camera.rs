@@ -8,8 +8,8 @@ use raywright_bvh::{Aabb, Ray, Real, Vector};
 use crate::motion::{camera_at, camera_moves, pose_at, shutter_interval, shutter_opening};
 use crate::scene::{AspectFit, Camera as CameraData, Projection};
 
-pub(crate) use pose::eye_and_axes;
 use pose::focal_length;
+pub(crate) use pose::{direction_from_angles, eye_and_axes};
 
 /// A camera prepared for a picture of a fixed size in pixels: generates camera rays from film
 /// positions.

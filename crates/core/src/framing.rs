@@ -12,10 +12,10 @@ mod viewed_points;
 use glam::DVec3;
 use raywright_bvh::Aabb;
 
+use crate::camera::direction_from_angles;
 use crate::generate::all_objects;
 use crate::lookup::SceneLookup;
 use crate::scene::{Camera, MeshData, Pinhole, Pose, Projection, Scene, Shape};
-use crate::studio::direction_from_angles;
 use outline::{FINE_CELLS, OutlinePoints, select_outermost_points};
 use viewed_points::ViewedPoints;
 

@@ -1,10 +1,11 @@
-//! Lookup of a scene's items by name. It is built once, so that no list is searched for each
-//! object.
+//! Lookup of a scene's items by name, and the objects of a scene with their paths. A lookup is built
+//! once, so that no list is searched for each object.
 
+use core::fmt;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::scene::{Image, Material, Mesh, MeshData, MeshSource, Scene, Texture};
+use crate::scene::{Image, Material, Mesh, MeshData, MeshSource, Object, Scene, Texture};
 
 /// Lookup of a scene's images, textures, materials and meshes by name. If two items have the same
 /// name, which validation refuses, the first is returned.
@@ -48,6 +49,40 @@ impl<'a> NameIndex<'a> {
     pub fn iter(&self) -> impl Iterator<Item = &'a str> {
         self.0.keys().copied()
     }
+}
+
+/// Path of an object in the scene file, formatted on demand: `objects[3]`, or `generators[0].object`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ObjectPath {
+    /// Whether a generator repeats the object.
+    is_generated: bool,
+    /// Index in the list of objects or of generators.
+    index: usize,
+}
+
+impl fmt::Display for ObjectPath {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.is_generated {
+            false => write!(f, "objects[{}]", self.index),
+            true => write!(f, "generators[{}].object", self.index),
+        }
+    }
+}
+
+/// Returns the listed objects of a scene, then the object of each generator, with their paths.
+pub(crate) fn objects_with_paths(scene: &Scene) -> impl Iterator<Item = (ObjectPath, &Object)> {
+    let generated = scene.generators.iter().map(|generator| &generator.object);
+    let with_paths = |is_generated: bool| {
+        move |(index, object)| {
+            let path = ObjectPath {
+                is_generated,
+                index,
+            };
+            (path, object)
+        }
+    };
+    let listed = scene.objects.iter().enumerate().map(with_paths(false));
+    listed.chain(generated.enumerate().map(with_paths(true)))
 }
 
 impl<'a> SceneLookup<'a> {

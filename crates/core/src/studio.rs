@@ -9,6 +9,7 @@ use core::f64::consts::TAU;
 
 use glam::DVec3;
 
+use crate::camera::direction_from_angles;
 use crate::motion::{pose_at, shutter_opening};
 use crate::scene::{Camera, Colour, Pose, Sky, Studio, Sun};
 
@@ -72,14 +73,6 @@ pub(crate) fn studio_sky(studio: &Studio, camera: &Camera) -> Sky {
         top: grey(ABOVE),
         suns: suns.collect(),
     }
-}
-
-/// Returns the unit direction of an azimuth and an elevation in radians. Azimuth 0 is +z, and a
-/// quarter turn is +x.
-pub(crate) fn direction_from_angles(azimuth: f64, elevation: f64) -> DVec3 {
-    let (sin, cos) = libm::sincos(azimuth);
-    let (height, level) = libm::sincos(elevation);
-    DVec3::new(level * sin, height, level * cos)
 }
 
 /// Returns the azimuth of a camera about its target, in radians. For a view straight down or up,

@@ -95,24 +95,7 @@ fn find_camera(scene: &Scene, name: &str) -> Result<Camera, Failure> {
 fn apply_pose_flags(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
     let (eye, target, up) = match *pose {
         Pose::LookAt { eye, target, up } => (eye, target, up),
-        Pose::Orbit {
-            target,
-            distance,
-            azimuth,
-            elevation,
-        } => {
-            let (a, e) = (azimuth.to_radians(), elevation.to_radians());
-            let direction = DVec3::new(
-                libm::cos(e) * libm::sin(a),
-                libm::sin(e),
-                libm::cos(e) * libm::cos(a),
-            );
-            (
-                (DVec3::from(target) + distance * direction).into(),
-                target,
-                [0.0, 1.0, 0.0],
-            )
-        }
+        Pose::Orbit { target, .. } => (pose.eye().into(), target, [0.0, 1.0, 0.0]),
         Pose::Axes {
             right, up, back, ..
         } if args.target.is_none() && args.up.is_none() => {

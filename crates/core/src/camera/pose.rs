@@ -4,6 +4,32 @@ use glam::{DMat3, DVec3};
 
 use crate::scene::{Pinhole, Pose};
 
+impl Pose {
+    /// Returns the position of the eye in world coordinates.
+    pub fn eye(&self) -> DVec3 {
+        match *self {
+            Self::LookAt { eye, .. } | Self::Axes { eye, .. } => eye.into(),
+            Self::Orbit {
+                target,
+                distance,
+                azimuth,
+                elevation,
+            } => {
+                let back = direction_from_angles(azimuth.to_radians(), elevation.to_radians());
+                DVec3::from(target) + back * distance
+            }
+        }
+    }
+}
+
+/// Returns the unit direction of an azimuth and an elevation in radians. Azimuth 0 is +z, and a
+/// quarter turn is +x.
+pub(crate) fn direction_from_angles(azimuth: f64, elevation: f64) -> DVec3 {
+    let (sin, cos) = libm::sincos(azimuth);
+    let (height, level) = libm::sincos(elevation);
+    DVec3::new(level * sin, height, level * cos)
+}
+
 /// Returns the position of the eye, and the orthonormal axes right, up and back of a pose.
 pub(crate) fn eye_and_axes(pose: &Pose) -> (DVec3, DMat3) {
     match *pose {
@@ -13,27 +39,13 @@ pub(crate) fn eye_and_axes(pose: &Pose) -> (DVec3, DMat3) {
             look_at(eye.into(), target.into(), up.into(), DVec3::X),
         ),
         Pose::Orbit {
-            target,
-            distance,
-            azimuth,
-            elevation,
+            target, azimuth, ..
         } => {
-            let (a, e) = (azimuth.to_radians(), elevation.to_radians());
-            let offset = DVec3::new(
-                libm::cos(e) * libm::sin(a),
-                libm::sin(e),
-                libm::cos(e) * libm::cos(a),
-            );
-            let target = DVec3::from(target);
-            let eye = target + offset * distance;
+            let a = azimuth.to_radians();
+            let level = DVec3::new(libm::cos(a), 0.0, -libm::sin(a));
             (
-                eye,
-                look_at(
-                    eye,
-                    target,
-                    DVec3::Y,
-                    DVec3::new(libm::cos(a), 0.0, -libm::sin(a)),
-                ),
+                pose.eye(),
+                look_at(pose.eye(), target.into(), DVec3::Y, level),
             )
         }
         Pose::Axes {

@@ -9,6 +9,7 @@ use raywright_bvh::{Interval, Ray, Real, Vector};
 use super::material::PreparedMaterial;
 use super::prepared_scene::PreparedScene;
 use super::studio::{Backdrop, StudioGround};
+use crate::camera::direction_from_angles;
 use crate::display::curve::{encode_transfer, luminance};
 use crate::effects::{Effect, EffectSet};
 use crate::integrator::PathSegment;
@@ -16,7 +17,6 @@ use crate::interaction::Interaction;
 use crate::light::{SkyRadiance, SphereGrid};
 use crate::scene::{Camera, Studio, TransferCurve};
 use crate::settings::{Background, Settings};
-use crate::studio::direction_from_angles;
 
 impl<R: Real> StudioGround<R> {
     /// Creates the ground below a scene, lit by a sky. `None` if the scene has no objects or

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::check::SceneCheck;
 use super::{FARTHEST, MAX_PROBLEMS, Problem};
-use crate::lookup::SceneLookup;
+use crate::lookup::{SceneLookup, objects_with_paths};
 use crate::scene::{Image, MOST_UV_SETS, Mesh, MeshData, MeshSource, Scene, Shape, Texture};
 
 pub(super) fn check_image(check: &mut SceneCheck<'_>, image: &Image) {
@@ -46,22 +46,13 @@ pub(super) fn check_mesh(check: &mut SceneCheck<'_>, mesh: &Mesh) {
 }
 
 /// Returns a problem for each object whose material reads a set of texture coordinates that its
-/// mesh lacks. Each combination of mesh, material and set is listed once. Such a scene can still be
-/// rendered: a missing set reads as (0, 0).
+/// mesh lacks. Each combination of mesh, material and set is listed once. Set 0 is left out: a mesh
+/// without it reads barycentric coordinates. Such a scene can still be rendered: a missing set reads
+/// as (0, 0).
 pub fn find_missing_uv_sets(scene: &Scene) -> Vec<Problem> {
     let lookup = SceneLookup::new(scene);
-    let listed = scene
-        .objects
-        .iter()
-        .enumerate()
-        .map(|(i, object)| (("objects", i, ""), object));
-    let repeated = scene
-        .generators
-        .iter()
-        .enumerate()
-        .map(|(i, generator)| (("generators", i, ".object"), &generator.object));
     let (mut seen, mut problems) = (HashSet::new(), Vec::new());
-    for ((list, i, within), object) in listed.chain(repeated) {
+    for (path, object) in objects_with_paths(scene) {
         let Shape::Mesh(name) = &object.shape else {
             continue;
         };
@@ -78,7 +69,7 @@ pub fn find_missing_uv_sets(scene: &Scene) -> Vec<Problem> {
                     object.material
                 );
                 problems.push(Problem {
-                    path: format!("{list}[{i}]{within}"),
+                    path: path.to_string(),
                     message,
                     hint: None,
                     span: None,

@@ -199,24 +199,7 @@ impl CameraStatus {
         };
         let (eye, target, up) = match camera.pose {
             Pose::LookAt { eye, target, up } => (eye, target, up),
-            Pose::Orbit {
-                target,
-                distance,
-                azimuth,
-                elevation,
-            } => {
-                let (a, e) = (azimuth.to_radians(), elevation.to_radians());
-                let back = DVec3::new(
-                    libm::cos(e) * libm::sin(a),
-                    libm::sin(e),
-                    libm::cos(e) * libm::cos(a),
-                );
-                (
-                    (DVec3::from(target) + distance * back).into(),
-                    target,
-                    [0.0, 1.0, 0.0],
-                )
-            }
+            Pose::Orbit { target, .. } => (camera.pose.eye().into(), target, [0.0, 1.0, 0.0]),
             Pose::Axes { eye, back, .. } => {
                 let ahead = -DVec3::from(back);
                 let distance = (DVec3::from(middle) - DVec3::from(eye)).dot(ahead);

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use super::{EffectFacts, record_first_use};
 use crate::generate::count_generated_objects;
-use crate::lookup::SceneLookup;
+use crate::lookup::{SceneLookup, objects_with_paths};
 use crate::motion::{camera_moves, object_transforms_at_ends, shutter_interval};
 use crate::scene::{Camera, Colour, Projection, Scene, Shape, Sky};
 
@@ -13,47 +13,36 @@ impl EffectFacts {
     /// Gathers the facts of all listed objects, and of the object of each generator.
     pub(super) fn gather_objects(&mut self, scene: &Scene) {
         let lookup = SceneLookup::new(scene);
-        let listed = scene
-            .objects
-            .iter()
-            .enumerate()
-            .map(|(i, object)| (("objects", i, ""), object));
-        let repeated = scene
-            .generators
-            .iter()
-            .enumerate()
-            .map(|(i, generator)| (("generators", i, ".object"), &generator.object));
         let mut shown = HashSet::new();
-        for ((list, i, within), object) in listed.chain(repeated) {
-            let path = || format!("{list}[{i}]{within}");
-            record_first_use(&mut self.occluder, object.casts_shadow, path);
+        for (path, object) in objects_with_paths(scene) {
+            record_first_use(&mut self.occluder, object.casts_shadow, || path.to_string());
             let unbounded = matches!(
                 object.shape,
                 Shape::Plane { .. } | Shape::Cylinder { height: None, .. }
             );
             record_first_use(&mut self.unbounded_shape, unbounded, || {
-                format!("{}.shape", path())
+                format!("{path}.shape")
             });
             record_first_use(
                 &mut self.motion,
                 object_transforms_at_ends(object).is_some(),
-                || format!("{}.transform_end", path()),
+                || format!("{path}.transform_end"),
             );
             let Shape::Mesh(name) = &object.shape else {
                 continue;
             };
-            record_first_use(&mut self.mesh, true, || format!("{}.shape.mesh", path()));
+            record_first_use(&mut self.mesh, true, || format!("{path}.shape.mesh"));
             // Only objects with the same rule for sides share a stored mesh.
             record_first_use(
                 &mut self.instance,
                 !shown.insert((name, object.side)),
-                || format!("{}.shape.mesh", path()),
+                || format!("{path}.shape.mesh"),
             );
             let smooth = lookup
                 .mesh_data(name)
                 .is_some_and(|data| !data.normals.is_empty());
             record_first_use(&mut self.smooth_normals, smooth, || {
-                format!("{}.shape.mesh", path())
+                format!("{path}.shape.mesh")
             });
         }
     }
