@@ -31,24 +31,39 @@ impl ChanceNoise<'_> {
     /// What is found of a picture, if the light is a part of it and noisy with the samples that the
     /// scene asks for.
     pub fn check(&self, picture: &SmallRender) -> Option<StressFinding> {
-        let Counters {
-            unaided,
-            found,
-            samples,
-            ..
-        } = picture.counters;
+        let Counters { unaided, found, .. } = picture.counters;
         if unaided < ENOUGH {
             return None;
         }
-        // One sample in so many meets the light, each as bright as the light at most.
-        let chance = (found + UNSEEN) as f64 / samples.max(1) as f64;
-        let radiance = self.survey.max_radiance() / picture.mean_radiance().max(1e-12);
-        let noise = (chance / f64::from(self.samples_per_pixel.max(1))).sqrt() * radiance;
-        if chance * radiance < SHARE || noise < NOISY {
+        if !self.is_noticeable(picture, self.survey.max_radiance(), found) {
             return None;
         }
         let finding = self.finding();
         Some(finding.with_count(unaided - found, unaided, "paths", "met no light"))
+    }
+
+    /// Whether the light of lamps of a radiance is a part of a picture, and noisy in it, if `found`
+    /// paths of the picture meet a lamp.
+    fn is_noticeable(&self, picture: &SmallRender, radiance: f64, found: u64) -> bool {
+        // One sample in so many meets the light, each as bright as the light at most.
+        let chance = (found + UNSEEN) as f64 / picture.counters.samples.max(1) as f64;
+        let ratio = radiance / picture.mean_radiance().max(1e-12);
+        let noise = (chance / f64::from(self.samples_per_pixel.max(1))).sqrt() * ratio;
+        chance * ratio >= SHARE && noise >= NOISY
+    }
+
+    /// Judges a lamp within glass that no path of a picture met. `None` if the lamp may bring next to
+    /// nothing.
+    pub fn check_enclosed_lamp(
+        &self,
+        picture: &SmallRender,
+        lamp: usize,
+        glass: FindingSubject,
+    ) -> Option<StressFinding> {
+        let mut lamps = self.survey.lamps.iter();
+        let radiance = lamps.find(|entry| entry.object == lamp)?.radiance;
+        let finding = || enclosed_light_finding(self.scene_facts, lamp, glass);
+        self.is_noticeable(picture, radiance, 0).then(finding)
     }
 
     /// The finding, by what the light comes from.
@@ -105,7 +120,7 @@ fn new_light_by_chance_finding(
 }
 
 /// A lamp within a body of glass.
-pub(super) fn enclosed_light_finding(
+fn enclosed_light_finding(
     scene_facts: &SceneFacts<'_>,
     lamp: usize,
     glass: FindingSubject,

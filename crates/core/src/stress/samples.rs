@@ -1,7 +1,7 @@
 //! A small picture of each camera: samples that are no numbers, rays that were cut short, and
 //! lights that were not found.
 
-use super::chance::{ChanceNoise, enclosed_light_finding};
+use super::chance::ChanceNoise;
 use super::facts::{SceneFacts, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::light_survey::LightSurvey;
@@ -31,12 +31,12 @@ pub(super) fn check_samples(
                 .filter_map(|picture| brightness_finding(picture, brightest, size)),
         );
     }
-    findings.extend(unreached_light_findings(scene_facts, pictures, survey));
     let noise = ChanceNoise {
         scene_facts,
         survey,
         samples_per_pixel: sampling.samples_per_pixel(),
     };
+    findings.extend(unreached_light_findings(&noise, pictures));
     findings.extend(pictures.iter().filter_map(|picture| noise.check(picture)));
     findings
 }
@@ -157,10 +157,10 @@ fn light_place(scene_facts: &SceneFacts<'_>, subject: FindingSubject) -> Option<
 
 /// Lights from which nothing arrives in the picture of any camera.
 fn unreached_light_findings(
-    scene_facts: &SceneFacts<'_>,
+    noise: &ChanceNoise<'_>,
     pictures: &[SmallRender],
-    survey: &LightSurvey,
 ) -> Vec<StressFinding> {
+    let (scene_facts, survey) = (noise.scene_facts, noise.survey);
     let subject_of = |unreached_light: &UnreachedLight| match *unreached_light {
         UnreachedLight::Light { index, .. } => FindingSubject::Light(index),
         UnreachedLight::Object { index, .. } => {
@@ -188,7 +188,7 @@ fn unreached_light_findings(
         if let FindingSubject::Object(index) = subject
             && let Some(glass) = lights::enclosing_glass(scene_facts, index)
         {
-            return Some(enclosed_light_finding(scene_facts, index, glass));
+            return noise.check_enclosed_lamp(first, index, glass);
         }
         let reason = "it lights nothing that is seen: it is shut away, or turned from all of that";
         let remedy = "open or remove its cover; if it is meant to be hidden, it only costs noise";

@@ -155,6 +155,20 @@ fn chance_is_judged_by_the_light_that_it_brings() {
         "{finding:?}"
     );
     assert_eq!(listed(&summarise_findings(&of(1e-3, 1.0)).findings), []);
+    // A spark whose noise is strong in the few samples, but whose light is no part of the picture,
+    // and a lamp that is large in its globe.
+    let by_chance = |radius: f64, emission: f64, samples: u32| {
+        let mut lit = of(emission, 1.0);
+        lit.render.samples = samples;
+        lit.objects[2] =
+            serde_json::from_value(object("bulb", ball([0.0, 0.7, 0.0], radius), "lamp"))
+                .expect("an object");
+        let all = summarise_findings(&lit).findings;
+        all.iter()
+            .any(|found| found.code == FindingCode::LightByChance)
+    };
+    assert!(!by_chance(3e-3, 25.0, 1));
+    assert!(!by_chance(0.55, 5.0, 64));
 }
 
 /// Protects: the light of a sun without size behind a pane of glass never arrives: the picture is

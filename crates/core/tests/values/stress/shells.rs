@@ -48,7 +48,8 @@ fn bubbles_are_turned_inwards() {
 }
 
 /// Protects: a triangle that is missing in an opaque ball makes the picture wrong where a camera
-/// sees through the hole, and is harmless behind; a bowl and a heap of single triangles have none.
+/// sees through the hole, and is harmless behind; a bowl, a heap of single triangles, a triangle
+/// beside a ball and a tent have none.
 #[test]
 fn a_hole_in_what_is_closed_otherwise() {
     let without = |near: bool| {
@@ -95,6 +96,23 @@ fn a_hole_in_what_is_closed_otherwise() {
             .collect();
     });
     assert_eq!(listed(&summarise_findings(&heap).findings), []);
+    // A triangle by itself beside the ball, and a tent without a floor.
+    let beside = ball_scene("paint", |positions, indices| {
+        let first = positions.len() as u32;
+        positions.extend([[1.5, 0.0, 0.0], [2.0, 0.0, 0.0], [1.5, 0.5, 0.0]]);
+        indices.push([first, first + 1, first + 2]);
+    });
+    assert_eq!(listed(&summarise_findings(&beside).findings), []);
+    let tent = ball_scene("paint", |positions, indices| {
+        *positions = vec![
+            [0.0, 1.0, 0.0],
+            [-1.0, -0.5, 0.5],
+            [1.0, -0.5, 0.5],
+            [0.0, -0.5, -1.0],
+        ];
+        *indices = vec![[0, 1, 2], [0, 2, 3], [0, 3, 1]];
+    });
+    assert_eq!(listed(&summarise_findings(&tent).findings), []);
 }
 
 /// Protects: a poster wholly within a wall is never seen, and one on the wall or in a room with the
@@ -111,9 +129,12 @@ fn a_poster_within_a_wall() {
     let finding = alone(&of(-1.005, -1.0), FindingCode::InvisibleObject, Harmless);
     assert!(finding.reason.contains("`wall`"), "{finding:?}");
     assert_eq!(listed(&summarise_findings(&of(-0.99, -1.0)).findings), []);
-    let room = summarise_findings(&of(7.0, 9.0)).findings;
-    let is_hidden = |finding: &&StressFinding| finding.code == FindingCode::InvisibleObject;
-    assert_eq!(room.iter().filter(is_hidden).count(), 0, "{room:?}");
+    // In a room with the camera, and in the plane of the wall.
+    for (z, depth) in [(7.0, 9.0), (-1.0, -1.0)] {
+        let all = summarise_findings(&of(z, depth)).findings;
+        let is_hidden = |finding: &StressFinding| finding.code == FindingCode::InvisibleObject;
+        assert!(!all.iter().any(is_hidden), "{all:?}");
+    }
 }
 
 /// Protects: a copy of a generator in the place of a listed object is found, and as bad as two

@@ -76,6 +76,21 @@ fn a_vertex_far_out_is_named() {
     }
 }
 
+/// Protects: an antenna a hundred times as long as the rest is no vertex far out, and neither are
+/// vertices of which the mesh has many.
+#[test]
+fn antennas_and_many_vertices_are_no_strays() {
+    let antenna = ball_scene("paint", |positions, _| positions[150] = [100.0, 0.0, 0.0]);
+    let many = ball_scene("paint", |positions, _| {
+        (150..160).for_each(|vertex: usize| positions[vertex] = [1e5, vertex as f64, 0.0]);
+    });
+    for scene in [antenna, many] {
+        let all = summarise_findings(&scene).findings;
+        let is_stray = |found: &StressFinding| found.code == FindingCode::StrayVertices;
+        assert!(!all.iter().any(is_stray), "{all:?}");
+    }
+}
+
 /// Protects: a small thing and a wide ground in one mesh are no vertices far out.
 #[test]
 fn a_wide_ground_in_one_mesh_is_no_stray() {
