@@ -132,5 +132,17 @@ pub(super) fn recommend_settings(
     }
 }
 
+impl Recommendations {
+    /// Whether a setting is one of the recommended ones.
+    pub(super) fn contains(&self, setting: &RungSetting) -> bool {
+        let recommended = [&self.half_the_error, &self.same_error];
+        let flags = setting.flags();
+        recommended
+            .into_iter()
+            .flatten()
+            .any(|recommendation| recommendation.flags == flags)
+    }
+}
+
 #[cfg(test)]
 mod tests;

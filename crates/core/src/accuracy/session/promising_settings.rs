@@ -84,13 +84,8 @@ impl MeasurementSession<'_> {
     ) -> Vec<RungSetting> {
         let own_setting = RungSetting::default();
         let recommendations = self.recommend_settings(settings, measurements);
-        let named = [&recommendations.half_the_error, &recommendations.same_error]
-            .into_iter()
-            .flatten()
-            .map(|advice| advice.flags.clone());
-        let named: Vec<Vec<String>> = named.collect();
         let mut others = self.pareto_settings(settings, measurements);
-        others.sort_by_key(|setting| !named.contains(&setting.flags()));
+        others.sort_by_key(|setting| !recommendations.contains(setting));
         let maximum = HALVING_SAMPLES.saturating_mul(self.settings.sampling.samples_per_pixel());
         others.retain(|setting| *setting != own_setting && self.sample_count(setting) <= maximum);
         others.truncate(MOST_AGAIN);

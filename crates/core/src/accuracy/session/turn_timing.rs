@@ -106,12 +106,7 @@ impl MeasurementSession<'_> {
         maximum: usize,
     ) -> Vec<RungSetting> {
         let recommendations = self.recommend_settings(settings, measurements);
-        let named = [&recommendations.half_the_error, &recommendations.same_error]
-            .into_iter()
-            .flatten()
-            .map(|advice| advice.flags.clone());
-        let named: Vec<Vec<String>> = named.collect();
-        let is_named = |setting: &&RungSetting| named.contains(&setting.flags());
+        let is_named = |setting: &&RungSetting| recommendations.contains(setting);
         let mut chosen_settings: Vec<RungSetting> =
             settings.iter().filter(is_named).cloned().collect();
         chosen_settings.extend(
